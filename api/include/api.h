@@ -1,0 +1,148 @@
+/* The HTTP contract as values: a request in, an answer out. Knows no socket and no file; the server
+ * (or a test) supplies storage through api_store and moves the bytes. */
+#ifndef API_H
+#define API_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum { API_ID_TEXT = 33 }; /* 32 hex digits and a terminator */
+
+#define API_SIZE_UNKNOWN UINT64_MAX
+
+/* A view of bytes; not terminated unless it says so. */
+typedef struct api_bytes {
+  const uint8_t *data;
+  size_t size;
+} api_bytes;
+
+/* ---- what the host supplies ---------------------------------------------------------------- */
+
+typedef enum api_store_status { API_STORE_OK, API_STORE_ABSENT, API_STORE_UNAVAILABLE } api_store_status;
+
+/* A stored object held in memory (or mapped) until released. */
+typedef struct api_blob {
+  api_bytes bytes;
+  void *owner;
+  void (*release)(struct api_blob *blob); /* NULL: nothing to do */
+} api_blob;
+
+/* One listed object. */
+typedef struct api_listed {
+  char id[API_ID_TEXT];
+  uint64_t size;
+  char *summary; /* as given to put, malloc'ed; NULL when it is lost */
+} api_listed;
+
+/* Content-addressed storage: the one vtable of the program. Every function may be called from many
+ * threads at once, and may block. */
+typedef struct api_store {
+  void *context;
+  /* Stores all bytes or nothing. summary: small JSON text, terminated. *existed: it was there. */
+  api_store_status (*put)(void *context, const char *id, api_bytes bytes, const char *summary, bool *existed);
+  api_store_status (*get)(void *context, const char *id, api_blob *out);
+  api_store_status (*remove)(void *context, const char *id);
+  /* Up to `limit` objects with id > after ("" for the first), ascending; *more: others follow. */
+  api_store_status (*list)(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
+                           bool *more);
+} api_store;
+
+typedef struct api_limits {
+  uint64_t max_upload; /* bytes of a body, before and after decoding */
+  uint32_t max_level;
+  uint64_t max_faces;  /* of one surface */
+  uint64_t max_output; /* bytes of one answer */
+  uint64_t max_times;  /* of one pose request */
+  uint64_t plan_cache; /* bytes of cached models, plans and clips */
+} api_limits;
+
+typedef struct api_settings {
+  api_limits limits;
+  api_store store;
+  const char *const *api_keys; /* NULL-terminated; NULL: no keys asked for */
+  const char *cors_origins;    /* "*", "" for none, or a comma-separated list */
+} api_settings;
+
+/* ---- service: settings and caches, shared by all threads ------------------------------------ */
+
+typedef struct api_service api_service;
+api_service *api_service_create(const api_settings *settings); /* copies; NULL without memory */
+void api_service_destroy(api_service *service);                /* no request may be under way */
+
+/* While draining /readyz answers 503. */
+void api_service_drain(api_service *service);
+
+/* ---- one request ----------------------------------------------------------------------------- */
+
+/* What arrived. All text is as it came over the wire, terminated, and outlives api_handle. */
+typedef struct api_request {
+  const char *method;
+  const char *path;  /* percent-encoded, without query */
+  const char *query; /* without '?', "" when there is none */
+  const char *id;    /* X-Request-Id, already checked or made up */
+  /* First value of a header, any case; NULL when absent. */
+  const char *(*header)(void *context, const char *name);
+  void *context;
+  api_bytes body; /* complete, still content-encoded */
+} api_request;
+
+typedef struct api_header {
+  const char *name, *value;
+} api_header;
+
+/* Bytes computed when they are read. */
+typedef struct api_body {
+  uint64_t size; /* API_SIZE_UNKNOWN: until read returns 0 */
+  void *context;
+  /* The next bytes, at most capacity. 0: the end; -1: the answer must be cut off. */
+  int64_t (*read)(void *context, uint8_t *out, size_t capacity);
+  void (*destroy)(void *context);
+} api_body;
+
+enum { API_HEADERS_MAX = 24 };
+
+typedef struct api_answer {
+  int status;
+  size_t header_count;
+  api_header headers[API_HEADERS_MAX]; /* Content-Type and all others but Content-Length, Date, Connection,
+                                          X-Request-Id and Server-Timing, which the server adds */
+  /* Either bytes (body.read NULL), freed with the answer, or a body. HEAD gives what GET would: the
+   * server sends the size and none of it. */
+  api_bytes bytes;
+  api_body body;
+  void *memory; /* what the answer owns */
+} api_answer;
+
+/* The stage before the body is read. */
+typedef enum api_verdict {
+  API_READ_BODY, /* go on: collect up to max_upload bytes, then api_handle */
+  API_REFUSED    /* *answer is the refusal (404, 405, 413, 415, 411, 401, 403, pre-flight …) */
+} api_verdict;
+
+/* Decides on method, path and headers alone. */
+api_verdict api_open(api_service *service, const api_request *request, api_answer *answer);
+
+typedef enum api_effort {
+  API_LIGHT, /* may answer only from what is at hand: no parsing of models, no plan, no storage */
+  API_HEAVY
+} api_effort;
+
+/* Answers a request that api_open let through. With API_LIGHT returns false, and leaves *answer
+ * alone, when the work is heavy; call again with API_HEAVY on a thread that may take its time. */
+bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer);
+
+/* An error answer in the contract's form, for refusals that the server makes itself (400 for broken
+ * framing, 408, 413 while reading, 431, 503 for a full queue). retry_after: seconds, 0 for none. */
+void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,
+                 api_answer *answer);
+
+void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
+
+/* The low-cardinality name of a path for logs and metrics, as "/v1/models/{id}/surface". */
+const char *api_route_name(const char *path);
+
+/* Stores a model as POST /v1/models would (the sample models at start). Returns the HTTP status. */
+int api_seed(api_service *service, const uint8_t *bytes, size_t size);
+
+#endif

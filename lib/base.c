@@ -1,0 +1,134 @@
+/* Error reports and the arena. */
+#include "tweend/base.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *tw_version(void) {
+  return TWEEND_VERSION;
+}
+
+/* Ends text before the first incomplete UTF-8 sequence that cutting may have left. */
+static void trim_partial_character(char *text) {
+  size_t length = strlen(text);
+  size_t start = length;
+  while (start > 0 && ((unsigned char)text[start - 1] & 0xC0) == 0x80) start--;
+  if (start == 0) return;
+  unsigned char lead = (unsigned char)text[start - 1];
+  size_t need = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : lead >= 0xC0 ? 2 : 1;
+  if (length - (start - 1) < need) text[start - 1] = '\0';
+}
+
+static tw_status fail(tw_error *error, tw_status status, uint64_t line, const char *format,
+                      va_list arguments) {
+  if (!error) return status;
+  error->status = status;
+  error->line = line;
+  error->pointer[0] = '\0';
+  int length = vsnprintf(error->detail, sizeof error->detail, format, arguments);
+  if (length >= (int)sizeof error->detail) trim_partial_character(error->detail);
+  return status;
+}
+
+tw_status tw_fail(tw_error *error, tw_status status, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  fail(error, status, 0, format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+tw_status tw_fail_line(tw_error *error, tw_status status, uint64_t line, const char *format, ...) {
+  va_list arguments;
+  va_start(arguments, format);
+  fail(error, status, line, format, arguments);
+  va_end(arguments);
+  return status;
+}
+
+tw_status tw_error_at(tw_error *error, const char *format, ...) {
+  if (!error) return TW_INVALID;
+  va_list arguments;
+  va_start(arguments, format);
+  int length = vsnprintf(error->pointer, sizeof error->pointer, format, arguments);
+  va_end(arguments);
+  if (length >= (int)sizeof error->pointer) {
+    char *slash = strrchr(error->pointer, '/');
+    if (slash) *slash = '\0';
+  }
+  return error->status;
+}
+
+void *tw_alloc(size_t count, size_t size) {
+  if (size != 0 && count > SIZE_MAX / size) return NULL;
+  size_t bytes = count * size;
+  return malloc(bytes ? bytes : 1);
+}
+
+void *tw_alloc_zero(size_t count, size_t size) {
+  return calloc(count ? count : 1, size ? size : 1);
+}
+
+enum { ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
+
+typedef struct arena_block {
+  struct arena_block *next;
+  size_t used, capacity;
+  _Alignas(ARENA_ALIGN) unsigned char bytes[];
+} arena_block;
+
+struct tw_arena {
+  arena_block *first;
+  size_t size;
+};
+
+tw_arena *tw_arena_create(void) {
+  return tw_alloc_zero(1, sizeof(tw_arena));
+}
+
+void tw_arena_destroy(tw_arena *arena) {
+  if (!arena) return;
+  for (arena_block *block = arena->first; block;) {
+    arena_block *next = block->next;
+    free(block);
+    block = next;
+  }
+  free(arena);
+}
+
+void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
+  if (size != 0 && count > (SIZE_MAX / 2) / size) return NULL;
+  size_t bytes = (count * size + ARENA_ALIGN - 1) / ARENA_ALIGN * ARENA_ALIGN;
+  if (bytes == 0) bytes = ARENA_ALIGN;
+  arena_block *block = arena->first;
+  if (!block || block->capacity - block->used < bytes) {
+    size_t capacity = bytes > ARENA_BLOCK / 4 ? bytes : ARENA_BLOCK;
+    arena_block *fresh = calloc(1, sizeof(arena_block) + capacity);
+    if (!fresh) return NULL;
+    fresh->capacity = capacity;
+    if (block && capacity != ARENA_BLOCK) { /* a big one of its own: keep filling the block in use */
+      fresh->next = block->next;
+      block->next = fresh;
+    } else {
+      fresh->next = block;
+      arena->first = fresh;
+    }
+    block = fresh;
+  }
+  void *memory = block->bytes + block->used;
+  block->used += bytes;
+  arena->size += bytes;
+  return memory;
+}
+
+char *tw_arena_text(tw_arena *arena, const char *text, size_t length) {
+  char *copy = length < SIZE_MAX ? tw_arena_alloc(arena, length + 1, 1) : NULL;
+  if (copy && length) memcpy(copy, text, length);
+  return copy;
+}
+
+size_t tw_arena_size(const tw_arena *arena) {
+  return arena->size;
+}

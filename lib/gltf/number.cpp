@@ -1,0 +1,49 @@
+// Numbers as text by std::to_chars and std::from_chars: shortest round trip, no locale.
+#include "tweend/base.h"
+
+#include <charconv>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <system_error>
+
+namespace {
+
+template <typename Number> size_t print(char *out, Number value) {
+  if (!std::isfinite(value)) {
+    std::memcpy(out, "null", 4);
+    return 4;
+  }
+  if (value == 0) value = 0; // no -0
+  return static_cast<size_t>(std::to_chars(out, out + TW_NUMBER_TEXT, value).ptr - out);
+}
+
+} // namespace
+
+size_t tw_print_float(char *out, float value) { return print(out, value); }
+
+size_t tw_print_double(char *out, double value) { return print(out, value); }
+
+size_t tw_read_double(const char *text, size_t length, double *out) {
+  const char *end = text + length;
+  const char *start = text;
+  if (start < end && *start == '+') start++;
+  const char *digits = start;
+  if (digits < end && *digits == '-' && start == text) digits++;
+  // from_chars also takes "inf" and "nan"; a number begins with a digit or a point.
+  if (digits == end || !((*digits >= '0' && *digits <= '9') || *digits == '.')) return 0;
+  double value = 0;
+  std::from_chars_result result = std::from_chars(start, end, value);
+  if (result.ec == std::errc::invalid_argument) return 0;
+  if (result.ec == std::errc::result_out_of_range) {
+    // Overflow and underflow share this code; a negative exponent tells them apart.
+    const void *exponent = std::memchr(start, 'e', static_cast<size_t>(result.ptr - start));
+    if (!exponent) exponent = std::memchr(start, 'E', static_cast<size_t>(result.ptr - start));
+    const char *sign = static_cast<const char *>(exponent);
+    bool tiny = sign ? sign[1] == '-' : *digits == '0' || *digits == '.';
+    value = tiny ? 0 : std::numeric_limits<double>::infinity();
+    if (*start == '-') value = -value;
+  }
+  *out = value;
+  return static_cast<size_t>(result.ptr - text);
+}

@@ -1,0 +1,160 @@
+/* Rotations, keyframed tracks, poses. Quaternions are x y z w, angles radians, times seconds,
+ * matrices column-major, everything right-handed, as in glTF 2.0. */
+#ifndef TWEEND_ANIM_H
+#define TWEEND_ANIM_H
+
+#include "tweend/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Tait-Bryan orders: TW_XYZ means R = Rx Ry Rz (intrinsic). Triples are always the angles about
+ * x, y, z in that place, whatever the order. */
+typedef enum tw_euler_order { TW_XYZ, TW_XZY, TW_YXZ, TW_YZX, TW_ZXY, TW_ZYX } tw_euler_order;
+enum { TW_EULER_ORDERS = 6 };
+extern const char *const tw_euler_order_names[TW_EULER_ORDERS];
+
+typedef enum tw_interpolation {
+  TW_STEP,
+  TW_LINEAR, /* rotations: slerp the short way */
+  TW_CUBICSPLINE,
+  TW_NLERP,
+  TW_SQUAD,
+  TW_EULER /* each angle on its own */
+} tw_interpolation;
+
+typedef enum tw_path { TW_TRANSLATION, TW_ROTATION, TW_SCALE, TW_WEIGHTS } tw_path;
+
+/* How a rotation track's keys are written. */
+typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KEY_AXIS_ANGLE } tw_key_form;
+
+/* ---- rotation algebra --------------------------------------------------------------------- */
+
+void tw_quat_multiply(const float a[4], const float b[4], float out[4]); /* out = a b: b first */
+void tw_quat_inverse(const float q[4], float out[4]);                    /* of a unit quaternion */
+void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]);
+void tw_quat_to_axis_angle(const float q[4], float out[4]); /* x y z angle, angle in [0, pi] */
+void tw_quat_from_euler(const double angles[3], tw_euler_order order, float out[4]);
+/* Angles in (-pi, pi], middle angle in [-pi/2, pi/2]; at gimbal lock the third-applied axis gets 0. */
+void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]);
+/* The representation of q (its twin and turns of 2 pi included) nearest to `previous`. */
+void tw_quat_to_euler_near(const float q[4], tw_euler_order order, const float previous[3], float out[3]);
+void tw_quat_to_matrix3(const float q[4], float out[9]);
+void tw_quat_from_matrix3(const float m[9], float out[4]); /* of a rotation matrix */
+void tw_quat_rotate(const float q[4], const float point[3], float out[3]);
+void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]); /* the short way */
+
+typedef struct tw_trs {
+  float translation[3];
+  float rotation[4];
+  float scale[3];
+} tw_trs;
+
+#define TW_TRS_IDENTITY ((tw_trs){{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}})
+
+void tw_trs_to_matrix(const tw_trs *trs, float out[16]);
+/* Nearest TRS of an affine matrix; false when it has shear, a zero axis or a last row other than 0 0 0 1,
+ * in which case out is the best fit. A mirrored matrix gets a negative x scale. */
+bool tw_trs_from_matrix(const float m[16], tw_trs *out);
+void tw_matrix_multiply(const float a[16], const float b[16], float out[16]);
+
+/* ---- hierarchy ---------------------------------------------------------------------------- */
+
+#define TW_NO_INDEX UINT32_MAX
+
+/* One node of a model; a view. */
+typedef struct tw_node {
+  const char *name;    /* UTF-8, or NULL */
+  uint32_t parent;     /* TW_NO_INDEX for a root; need not come before the child */
+  uint32_t mesh, skin; /* TW_NO_INDEX when there is none */
+  tw_trs rest;
+  bool has_matrix; /* the local transform is `matrix` (it may shear); rest is the nearest TRS */
+  float matrix[16];
+} tw_node;
+
+typedef struct tw_skin {
+  const char *name;
+  uint32_t joint_count;
+  const uint32_t *joints;    /* [joint_count] nodes */
+  const float *inverse_bind; /* [joint_count][16] */
+  uint32_t skeleton;         /* node or TW_NO_INDEX */
+} tw_skin;
+
+/* Fills order[node_count] with the nodes, parents first. TW_INVALID with pointer
+ * "/nodes/{i}/parent" on a parent out of range or a cycle. O(nodes), no recursion. */
+tw_status tw_nodes_order(const tw_node *nodes, uint32_t node_count, uint32_t *order, tw_error *error);
+
+/* ---- clips -------------------------------------------------------------------------------- */
+
+/* One track as its source wrote it; a view. */
+typedef struct tw_track_keys {
+  uint32_t node;
+  tw_path path;
+  tw_interpolation interpolation;
+  tw_key_form form;     /* TW_KEY_VALUES for all but rotations */
+  tw_euler_order order; /* of TW_KEY_EULER */
+  uint32_t width;       /* components a value has: 3, 4 (quaternion, axis-angle x y z angle), morph count */
+  uint32_t key_count;
+  const float *times;   /* [key_count], strictly increasing */
+  const float *values;  /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
+                           out-tangent.  NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
+  const double *angles; /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
+} tw_track_keys;
+
+typedef struct tw_clip_keys {
+  const char *name; /* UTF-8, or NULL */
+  uint32_t track_count;
+  const tw_track_keys *tracks;
+} tw_clip_keys;
+
+/* A clip made ready for sampling: immutable, any number of threads may share it. */
+typedef struct tw_clip tw_clip;
+
+/* Checks and compiles a clip. Refuses (TW_INVALID, pointer relative to the clip:
+ * "/tracks/2/times/5"): times not finite, negative or not strictly increasing, values not finite,
+ * zero quaternions or axes, a node out of range, a width that does not fit the path, two tracks on
+ * one node and path, an interpolation that the path or key form does not have.
+ * force: -1 keeps each track's interpolation, else a tw_interpolation for every rotation track
+ * (TW_CUBICSPLINE is forced only on tracks that have tangents; others TW_INVALID).
+ * The keys may be freed after the call. O(keys). */
+tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
+                         tw_error *error);
+void tw_clip_destroy(tw_clip *clip); /* NULL accepted */
+
+float tw_clip_duration(const tw_clip *clip); /* last key time, 0 for an empty clip */
+size_t tw_clip_size(const tw_clip *clip);    /* bytes it holds, for a cache's budget */
+
+typedef enum tw_loop { TW_CLAMP, TW_REPEAT, TW_PINGPONG } tw_loop;
+
+/* Maps a time onto the clip. Duration 0 gives 0. TW_CLAMP returns t itself. */
+float tw_loop_time(float t, float duration, tw_loop loop);
+
+/* Local transforms of all nodes at one time: rest where no track moves them.
+ * locals: [node_count]. Any thread, allocates nothing. Exact key values at key times. */
+void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time, tw_trs *locals);
+
+/* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count].
+ * Works track by track. */
+void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
+                   size_t time_count, tw_trs *locals);
+
+/* Whether a track of the clip moves this node (its matrix then no longer counts, its TRS does). */
+bool tw_clip_moves(const tw_clip *clip, uint32_t node);
+
+/* Local transforms to matrices. A node with has_matrix that the clip (NULL: none) does not move
+ * keeps its matrix. locals [node_count], out [node_count][16]. */
+void tw_pose_locals(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const tw_trs *locals,
+                    float *out);
+
+/* Local matrices to world matrices, in place allowed. order from tw_nodes_order. */
+void tw_pose_world(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const float *local,
+                   float *world);
+
+/* Joint matrices, world x inverse bind: out [joint_count][16]. */
+void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

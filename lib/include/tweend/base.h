@@ -1,0 +1,93 @@
+/* Status codes, error reports, memory and numbers: what every part of libtweend shares. */
+#ifndef TWEEND_BASE_H
+#define TWEEND_BASE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* What went wrong. api/problem.c maps each to an HTTP status in one switch. */
+typedef enum tw_status {
+  TW_OK = 0,
+  TW_SYNTAX,      /* the bytes are not a document of the format they claim to be */
+  TW_INVALID,     /* well-formed, but not a usable model or request */
+  TW_UNSUPPORTED, /* well-formed, and needs something that tweend does not do */
+  TW_LIMIT,       /* over a configured or built-in limit */
+  TW_NOT_FOUND,   /* names a clip or node that the model does not have */
+  TW_NO_MEMORY
+} tw_status;
+
+/* Where and why. Every function that takes one accepts NULL. */
+typedef struct tw_error {
+  tw_status status;
+  uint64_t line;     /* OBJ: line number from 1; 0 where there is none */
+  char pointer[160]; /* JSON documents: RFC 6901 pointer; "" where there is none */
+  char detail[320];  /* one sentence for a person, UTF-8, never cut inside a character */
+} tw_error;
+
+#if defined(__GNUC__)
+#define TW_PRINTF(text, rest) __attribute__((format(printf, text, rest)))
+#else
+#define TW_PRINTF(text, rest)
+#endif
+
+/* Fills `error` (NULL allowed) with status and detail, clears its place, returns `status`. */
+tw_status tw_fail(tw_error *error, tw_status status, const char *format, ...) TW_PRINTF(3, 4);
+
+/* As tw_fail, with an OBJ line (from 1). */
+tw_status tw_fail_line(tw_error *error, tw_status status, uint64_t line, const char *format, ...)
+    TW_PRINTF(4, 5);
+
+/* Sets the JSON pointer of an error that is already filled; returns its status.
+ * Too long a pointer is cut at a '/'. NULL error: returns TW_INVALID. */
+tw_status tw_error_at(tw_error *error, const char *format, ...) TW_PRINTF(2, 3);
+
+/* ---- arena: many allocations, one free ---------------------------------------------------- */
+
+/* Grows in blocks; not thread-safe. Memory is zeroed and aligned for any type. */
+typedef struct tw_arena tw_arena;
+
+tw_arena *tw_arena_create(void);        /* NULL without memory */
+void tw_arena_destroy(tw_arena *arena); /* NULL accepted */
+
+/* [count] elements of `size` bytes, zeroed; NULL on overflow or without memory. count 0 gives a
+ * valid pointer to nothing. */
+void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size);
+
+/* A copy of `length` bytes of text with a terminator; NULL without memory. */
+char *tw_arena_text(tw_arena *arena, const char *text, size_t length);
+
+/* Bytes handed out so far. */
+size_t tw_arena_size(const tw_arena *arena);
+
+/* malloc([count][size]) with the product checked; NULL on overflow or without memory. */
+void *tw_alloc(size_t count, size_t size);
+/* The same, zeroed. */
+void *tw_alloc_zero(size_t count, size_t size);
+
+/* ---- numbers as text ---------------------------------------------------------------------- */
+
+enum { TW_NUMBER_TEXT = 32 };
+
+/* The shortest decimal text that reads back as the same value, valid as a JSON number; a value
+ * that is not finite prints as null. Writes at most TW_NUMBER_TEXT bytes, no terminator, returns
+ * the length. -0 prints as 0. Locale plays no part. */
+size_t tw_print_float(char *out, float value);
+size_t tw_print_double(char *out, double value);
+
+/* Reads a decimal number (JSON's grammar, and a leading '+' or '.', as OBJ files have) from the
+ * start of text[0..length). Returns bytes used, 0 when there is no number. Overflow gives
+ * infinity. Locale plays no part. */
+size_t tw_read_double(const char *text, size_t length, double *out);
+
+/* Version of the library, as "0.1.0". */
+const char *tw_version(void);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,79 @@
+/* Formats: bytes to models, surfaces to bytes. Safe on untrusted bytes throughout. */
+#ifndef TWEEND_FORMAT_H
+#define TWEEND_FORMAT_H
+
+#include "tweend/model.h"
+#include "tweend/subdiv.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How glTF triangles become polygons. */
+typedef enum tw_quads { TW_QUADS_NGON, TW_QUADS_AUTO, TW_QUADS_OFF } tw_quads;
+
+/* What a reader may take from one upload. 0: no limit. */
+typedef struct tw_read_limits {
+  uint64_t json_values; /* values of any kind in a glTF JSON chunk */
+} tw_read_limits;
+
+/* The format that the bytes themselves show: GLB by its magic, JSON by its first brace (glTF when
+ * it has a top-level "asset"), else OBJ. */
+tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
+
+/* Wavefront OBJ. text: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
+ * *out: a finished model (tw_model_finish has run). O(size). */
+tw_status tw_obj_read(const uint8_t *text, size_t size, tw_model **out, tw_error *error);
+
+/* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
+ * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
+ * *out: a finished model. */
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
+                       tw_model **out, tw_error *error);
+
+void tw_gltf_assets_destroy(tw_gltf_assets *assets); /* NULL accepted */
+
+/* ---- answers, pulled ---------------------------------------------------------------------- */
+
+typedef enum tw_polygons { TW_POLYGONS_TRIANGLES, TW_POLYGONS_NGON } tw_polygons;
+
+typedef struct tw_scene {
+  const tw_model *model;             /* outlives the stream */
+  const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
+  const tw_trs *pose;                /* [node_count] local transforms, or NULL for rest */
+  const tw_clip *posed_by;           /* the clip of the pose (its nodes lose their matrix), or NULL */
+  uint32_t clip;                     /* clip kept as glTF animation, or TW_NO_INDEX */
+  tw_polygons polygons;
+} tw_scene;
+
+/* A glTF answer: its size is known when it is created, its bytes are computed when they are read. */
+typedef struct tw_gltf_stream tw_gltf_stream;
+
+/* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
+ * TW_LIMIT: over 4 GiB - 1 for a GLB. */
+tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
+                                tw_error *error);
+void tw_gltf_stream_destroy(tw_gltf_stream *stream); /* NULL accepted */
+uint64_t tw_gltf_stream_size(const tw_gltf_stream *stream);
+
+/* The next bytes, at most `capacity`; 0 at the end. */
+size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity);
+
+/* Continues at any offset (Range requests). */
+void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
+
+/* The size such a stream would have, without computing a point: exact, because the JSON reserves a
+ * fixed width for the bounds. Errors as tw_gltf_stream_create. */
+tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
+
+/* OBJ text: positions, UVs, normals and faces of every mesh, in the world space of the scene's pose
+ * (OBJ has no hierarchy). Size unknown until the end. */
+typedef struct tw_obj_stream tw_obj_stream;
+tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
+void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
+size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,110 @@
+/* Control meshes: polygons of any size over shared points, with what subdivision needs to know. */
+#ifndef TWEEND_MESH_H
+#define TWEEND_MESH_H
+
+#include "tweend/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { TW_UV_SETS_MAX = 4, TW_MORPH_TARGETS_MAX = 64 };
+
+/* Sharpness from which a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
+#define TW_SHARPNESS_INFINITE 10.0f
+
+/* The subdivision tags that a file itself may carry; a request's parameters win over them. */
+typedef enum tw_tag { TW_TAG_UNSET = -1 } tw_tag;
+
+/* One face-varying set of texture coordinates. */
+typedef struct tw_uv_set {
+  uint32_t value_count;
+  const float *values;     /* [value_count][2], v up (OBJ's convention; glTF readers flip) */
+  const uint32_t *corners; /* [corner_count] of the mesh: the value at each face corner */
+} tw_uv_set;
+
+/* Per-point skinning: up to four joints. */
+typedef struct tw_skin_weights {
+  const uint16_t *joints; /* [point_count][4] indices into the skin's joints */
+  const float *weights;   /* [point_count][4], sum 1 */
+} tw_skin_weights;
+
+/* A view: owns nothing. Arrays are NULL when their count is 0. */
+typedef struct tw_mesh {
+  const char *name; /* UTF-8, or NULL */
+
+  uint32_t point_count;
+  const float *positions; /* [point_count][3], metres */
+
+  uint32_t face_count, corner_count;
+  const uint32_t *face_offsets; /* [face_count + 1], first corner of each face; last is corner_count */
+  const uint32_t *corners;      /* [corner_count] point indices, counter-clockwise seen from outside */
+
+  uint32_t uv_set_count;
+  tw_uv_set uv_sets[TW_UV_SETS_MAX];
+
+  uint32_t crease_count;
+  const uint32_t *crease_edges;  /* [crease_count][2] points */
+  const float *crease_sharpness; /* [crease_count], 0 to 10 */
+  uint32_t sharp_point_count;
+  const uint32_t *sharp_points; /* [sharp_point_count] */
+  const float *point_sharpness; /* [sharp_point_count] */
+  uint32_t hole_count;
+  const uint32_t *holes; /* [hole_count] faces */
+
+  /* Materials: groups of faces. NULL: all faces have material -1 (none). */
+  const int32_t *face_materials; /* [face_count] index into the model's materials, or -1 */
+
+  const float *colors;  /* [point_count][4] linear, or NULL */
+  tw_skin_weights skin; /* joints NULL when the mesh is not skinned */
+  uint32_t morph_count;
+  const float *const *morphs; /* [morph_count] arrays [point_count][3] of displacements */
+  const float *morph_weights; /* [morph_count] defaults, or NULL */
+  bool has_tangents;          /* the source bore tangents: the answer needs them too */
+
+  /* The file's own subdivision tags, TW_TAG_UNSET or a value of the enums in subdiv.h. */
+  int tag_boundary, tag_uv, tag_creasing, tag_triangles;
+} tw_mesh;
+
+/* Everything zero, tags unset. */
+void tw_mesh_init(tw_mesh *mesh);
+
+/* Checks a mesh from an untrusted source: indices in range, coordinates finite, faces of at least
+ * three corners without a repeated point, sharpness 0 or more, counts within 32 bits.
+ * On failure the error's pointer is relative to the mesh in tweend JSON's words
+ * ("/faces/3/1", "/positions/7/0"), and *face (NULL allowed) is the offending face or UINT32_MAX.
+ * O(points + corners). */
+tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face);
+
+/* What a mesh is, for a person who looks at it. */
+typedef struct tw_mesh_facts {
+  uint32_t vertices; /* points that a face uses */
+  uint32_t unused_points;
+  uint32_t edges, faces;
+  uint32_t triangles, quads, ngons; /* faces of 3, 4, more corners */
+  uint32_t boundary_edges, boundary_loops;
+  uint32_t nonmanifold_edges, nonmanifold_vertices;
+  uint32_t extraordinary_vertices; /* interior valence other than 4, boundary other than 3 (corners: 2) */
+  uint32_t components;             /* joined by edges */
+  int64_t euler_characteristic;    /* vertices - edges + faces */
+  uint32_t creases, sharp_points, holes;
+  float min[3], max[3]; /* of the used points; all 0 when there are none */
+  /* Allocated by the call, freed by tw_mesh_facts_deinit. */
+  uint32_t valence_count;
+  uint32_t *valences, *valence_vertices; /* [valence_count]: extraordinary valence, how many */
+  uint32_t face_size_count;
+  uint32_t *face_sizes, *face_size_faces; /* [face_size_count]: size, how many */
+  uint32_t listed_nonmanifold_edges;      /* at most 64 */
+  uint32_t (*nonmanifold_edge_points)[2];
+  uint32_t listed_nonmanifold_vertices; /* at most 64 */
+  uint32_t *nonmanifold_vertex_points;
+} tw_mesh_facts;
+
+/* Describes a checked mesh. O(n log n). Errors: TW_NO_MEMORY. */
+tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_facts *facts, tw_error *error);
+void tw_mesh_facts_deinit(tw_mesh_facts *facts);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,69 @@
+/* A model: what one upload holds. */
+#ifndef TWEEND_MODEL_H
+#define TWEEND_MODEL_H
+
+#include "tweend/anim.h"
+#include "tweend/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+typedef enum tw_format { TW_FORMAT_OBJ, TW_FORMAT_JSON, TW_FORMAT_GLTF, TW_FORMAT_GLB } tw_format;
+enum { TW_FORMATS = 4 };
+extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb" */
+extern const char *const tw_format_media_types[TW_FORMATS]; /* as in the Content-Type of the source */
+
+/* Materials, textures, samplers and images of a glTF file, kept as they came; see gltf.h. */
+typedef struct tw_gltf_assets tw_gltf_assets;
+
+/* Built once by a reader, then immutable and shared. All arrays live in `arena`. */
+typedef struct tw_model {
+  tw_arena *arena;
+  tw_format format;
+  const char *name; /* or NULL */
+  uint32_t mesh_count;
+  tw_mesh *meshes;
+  uint32_t node_count;
+  tw_node *nodes;
+  uint32_t *node_order; /* [node_count], parents first */
+  uint32_t skin_count;
+  tw_skin *skins;
+  uint32_t clip_count;
+  tw_clip_keys *clips;
+  uint32_t material_count;     /* of assets, or of names an OBJ uses */
+  const char **material_names; /* [material_count], entries may be NULL */
+  tw_gltf_assets *assets;      /* or NULL */
+  uint32_t warning_count;
+  const char **warnings; /* [warning_count] sentences */
+} tw_model;
+
+tw_model *tw_model_create(void);        /* an empty one with its arena; NULL without memory */
+void tw_model_destroy(tw_model *model); /* NULL accepted; frees assets too */
+
+/* Adds a sentence to the warnings. At most 64 are kept; the last then says that there are more.
+ * Lost without memory. */
+void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
+
+/* Completes and checks what every reader must: every mesh by tw_mesh_check, node indices, names,
+ * hierarchy (fills node_order), skins, and each clip by compiling it once.
+ * A model with meshes and no node at all gets one node a mesh.
+ * Errors bear a pointer in tweend JSON's words ("/meshes/0/faces/3/1"). */
+tw_status tw_model_finish(tw_model *model, tw_error *error);
+
+/* Bytes the model holds in memory. */
+size_t tw_model_size(const tw_model *model);
+
+/* Node by name as clients see it ("node_3" for a nameless one), clip likewise ("clip_0");
+ * TW_NO_INDEX when there is none. The first of equal names wins. */
+uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length);
+uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length);
+
+/* The name clients see. buffer: room for a made-up one. */
+const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]);
+const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer[24]);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,130 @@
+/* Subdivision surfaces: from a control mesh to any block of the refined points and faces. */
+#ifndef TWEEND_SUBDIV_H
+#define TWEEND_SUBDIV_H
+
+#include "tweend/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { TW_LEVEL_MAX = 16 };
+
+typedef enum tw_scheme { TW_CATMULL_CLARK, TW_LOOP, TW_BILINEAR } tw_scheme;
+
+typedef enum tw_boundary {
+  TW_BOUNDARY_EDGE_AND_CORNER,
+  TW_BOUNDARY_EDGE_ONLY,
+  TW_BOUNDARY_NONE, /* faces at the border take part in the rules and are left out of the answer */
+  TW_BOUNDARY_OPEN  /* new points only where every parent exists: the answer shrinks */
+} tw_boundary;
+
+/* OpenSubdiv's face-varying linear interpolation rules. */
+typedef enum tw_uv_rule {
+  TW_UV_CORNERS_ONLY,
+  TW_UV_NONE,
+  TW_UV_CORNERS_PLUS1,
+  TW_UV_CORNERS_PLUS2,
+  TW_UV_BOUNDARIES,
+  TW_UV_ALL
+} tw_uv_rule;
+
+typedef enum tw_creasing { TW_CREASE_UNIFORM, TW_CREASE_CHAIKIN } tw_creasing;
+typedef enum tw_triangles { TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH } tw_triangles;
+
+typedef struct tw_surface_options {
+  uint32_t level; /* 0 to TW_LEVEL_MAX */
+  tw_scheme scheme;
+  tw_boundary boundary;
+  tw_uv_rule uv;
+  tw_creasing creasing;
+  tw_triangles triangles;
+  bool limit;   /* points on the limit surface */
+  bool normals; /* from exact limit tangents; false: none */
+} tw_surface_options;
+
+/* Exact sizes of a surface, known before any of it is computed. */
+typedef struct tw_surface_counts {
+  uint64_t vertices, edges, faces; /* welded; holes and left-out faces not counted */
+  uint64_t corners;                /* sum of the sizes of the counted faces */
+} tw_surface_counts;
+
+/* Counts in closed form, 64 bits. O(cage) whatever the level.
+ * TW_INVALID: loop on a face that is not a triangle. TW_LIMIT: over 2^32 - 2 of anything. */
+tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
+                           tw_error *error);
+
+/* A surface ready to be read: immutable, any number of threads. It holds memory in proportion to
+ * the cage, not to the answer. */
+typedef struct tw_surface tw_surface;
+
+/* The mesh must have passed tw_mesh_check. It may be freed after the call.
+ * Errors as tw_surface_count, and TW_NO_MEMORY. */
+tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                            tw_error *error);
+void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
+size_t tw_surface_size(const tw_surface *surface); /* bytes held */
+
+/* Three numberings of the same surface. */
+typedef enum tw_domain {
+  TW_DOMAIN_POINTS,  /* welded points:               rows of 3 floats, position */
+  TW_DOMAIN_UVS,     /* UV set 0, welded in UV space: rows of 2 floats */
+  TW_DOMAIN_VERTICES /* what a GPU draws: points split where a UV seam or an infinitely sharp
+                        crease asks for it: rows as tw_surface_layout says */
+} tw_domain;
+
+/* Rows of TW_DOMAIN_VERTICES: interleaved floats. Offsets are in floats; UINT32_MAX when absent. */
+typedef struct tw_surface_layout {
+  uint32_t stride;                        /* floats a row */
+  uint32_t position;                      /* always 0 */
+  uint32_t normal;                        /* 3 floats, unit length, never zero */
+  uint32_t tangent;                       /* 4 floats */
+  uint32_t uv_count, uvs[TW_UV_SETS_MAX]; /* 2 floats each, v down as glTF wants it */
+  uint32_t color;                         /* 4 floats */
+  uint32_t joints, weights;               /* 4 floats each; joints are whole numbers */
+  uint32_t morph_count, morphs;           /* morph_count x 3 floats, one after the other */
+} tw_surface_layout;
+
+/* Faces of one material, next to each other in face order. */
+typedef struct tw_surface_group {
+  int32_t material; /* of the cage's faces, -1 for none */
+  uint64_t first_face, face_count;
+  uint64_t first_corner, corner_count;
+} tw_surface_group;
+
+const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface);
+const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface);
+uint32_t tw_surface_group_count(const tw_surface *surface);
+const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group);
+
+/* Rows of a domain; 0 for TW_DOMAIN_UVS of a mesh without UVs. */
+uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
+
+/* Exact minimum and maximum of all positions of TW_DOMAIN_VERTICES as its rows hold them (the
+ * quantity glTF wants for POSITION); morph m >= 0: of that target's displacements; position: -1.
+ * Computed by one pass at the first call, then remembered; any thread. All 0 without points. */
+void tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
+
+/* Scratch memory of one reader; not shared between threads. */
+typedef struct tw_surface_reader tw_surface_reader;
+tw_surface_reader *tw_surface_reader_create(const tw_surface *surface); /* NULL without memory */
+void tw_surface_reader_destroy(tw_surface_reader *reader);              /* NULL accepted */
+
+/* Rows [first, first + count) of a domain. out: [count][row width]. Neighbouring calls are cheap.
+ * The same bytes whatever the blocks asked for. */
+void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
+                          float *out);
+
+/* Faces [first, first + count) as rows of the domain: corner indices one after the other.
+ * Every face has 4 corners (loop: 3) from level 1 on; at level 0 the cage's sizes.
+ * sizes: [count] or NULL. out: room for all corners. Returns the number of corners written. */
+size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
+                             uint32_t *sizes, uint32_t *out);
+
+/* Corners before this face, in face order (a face's triangles: corners - 2 a face). */
+uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,71 @@
+/* Errors, arena, numbers as text. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tweend/base.h"
+
+static void error_detail_is_cut_between_characters(void **state) {
+  (void)state;
+  char text[1000];
+  for (size_t i = 0; i + 2 < sizeof text; i += 2) memcpy(text + i, "\xC3\xA4", 2);
+  text[998] = '\0';
+  tw_error error;
+  assert_int_equal(tw_fail(&error, TW_INVALID, "x%s", text), TW_INVALID);
+  size_t length = strlen(error.detail);
+  assert_true(length < sizeof error.detail);
+  assert_int_equal((length - 1) % 2, 0);
+}
+
+static void arena_refuses_an_overflowing_product(void **state) {
+  (void)state;
+  tw_arena *arena = tw_arena_create();
+  assert_null(tw_arena_alloc(arena, SIZE_MAX / 2, 8));
+  assert_non_null(tw_arena_alloc(arena, 0, 8));
+  tw_arena_destroy(arena);
+}
+
+static void arena_memory_is_zeroed_and_separate(void **state) {
+  (void)state;
+  tw_arena *arena = tw_arena_create();
+  unsigned char *blocks[100];
+  for (size_t i = 0; i < 100; i++) {
+    blocks[i] = tw_arena_alloc(arena, 1 + i * 317, 1);
+    for (size_t j = 0; j < 1 + i * 317; j++) assert_int_equal(blocks[i][j], 0);
+    memset(blocks[i], (int)i, 1 + i * 317);
+  }
+  for (size_t i = 0; i < 100; i++)
+    for (size_t j = 0; j < 1 + i * 317; j++) assert_int_equal(blocks[i][j], i);
+  tw_arena_destroy(arena);
+}
+
+static void numbers_print_shortest_and_read_back(void **state) {
+  (void)state;
+  char text[TW_NUMBER_TEXT + 1];
+  text[tw_print_float(text, 0.1f)] = '\0';
+  assert_string_equal(text, "0.1");
+  text[tw_print_float(text, -0.0f)] = '\0';
+  assert_string_equal(text, "0");
+  double value;
+  assert_int_equal(tw_read_double("+.5e1x", 6, &value), 5);
+  assert_true(value == 5);
+  assert_int_equal(tw_read_double("nan", 3, &value), 0);
+  assert_int_equal(tw_read_double("-inf", 4, &value), 0);
+  assert_int_equal(tw_read_double("1e999", 5, &value), 5);
+  assert_true(value > 1e308);
+  assert_int_equal(tw_read_double("1e-999", 6, &value), 6);
+  assert_true(value == 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(error_detail_is_cut_between_characters),
+      cmocka_unit_test(arena_refuses_an_overflowing_product),
+      cmocka_unit_test(arena_memory_is_zeroed_and_separate),
+      cmocka_unit_test(numbers_print_shortest_and_read_back),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
