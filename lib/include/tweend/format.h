@@ -31,7 +31,8 @@ tw_status tw_obj_read(const uint8_t *text, size_t size, tw_model **out, tw_error
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
                        tw_model **out, tw_error *error);
 
-void tw_gltf_assets_destroy(tw_gltf_assets *assets); /* NULL accepted */
+void tw_gltf_assets_destroy(tw_gltf_assets *assets);      /* NULL accepted */
+size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held, about; 0 for NULL */
 
 /* ---- answers, pulled ---------------------------------------------------------------------- */
 

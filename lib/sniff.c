@@ -1,0 +1,44 @@
+/* Which format bytes are in, by their beginning. */
+#include "tweend/format.h"
+
+#include <string.h>
+
+static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
+  while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
+  return at;
+}
+
+/* Just past the string that opens at `at`; size when it never closes. */
+static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
+  for (at++; at < size && bytes[at] != '"'; at++)
+    if (bytes[at] == '\\') at++;
+  return at < size ? at + 1 : size;
+}
+
+/* Whether the JSON object that opens at `at` has a key "asset" of its own. */
+static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
+  size_t depth = 0;
+  while (at < size) {
+    uint8_t c = bytes[at];
+    if (c == '"') {
+      size_t start = at;
+      at = skip_string(bytes, size, at);
+      if (depth != 1 || at - start != 7 || memcmp(bytes + start, "\"asset\"", 7) != 0) continue;
+      size_t next = skip_space(bytes, size, at);
+      if (next < size && bytes[next] == ':') return true;
+      continue;
+    }
+    if (c == '{' || c == '[') depth++;
+    if ((c == '}' || c == ']') && --depth == 0) return false;
+    at++;
+  }
+  return false;
+}
+
+tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
+  if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
+  size_t at = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+  at = skip_space(bytes, size, at);
+  if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
+  return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
+}
