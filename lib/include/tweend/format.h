@@ -43,11 +43,14 @@ typedef struct tw_scene {
   const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
   const tw_trs *pose;                /* [node_count] local transforms, or NULL for rest */
   const tw_clip *posed_by;           /* the clip of the pose (its nodes lose their matrix), or NULL */
-  uint32_t clip;                     /* clip kept as glTF animation, or TW_NO_INDEX */
+  /* Kept as glTF animation, or NULL; outlives the stream. Has passed tw_clip_create. What glTF does
+   * not know (nlerp, squad, Euler and axis-angle keys) becomes LINEAR keys, as dense as they need. */
+  const tw_clip_keys *clip;
   tw_polygons polygons;
 } tw_scene;
 
-/* A glTF answer: its size is known when it is created, its bytes are computed when they are read. */
+/* A glTF answer: its size is known when it is created, its bytes are computed when they are read.
+ * One mesh a model mesh (none where the surface has no faces), one primitive a material. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
@@ -67,8 +70,9 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
  * fixed width for the bounds. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
-/* OBJ text: positions, UVs, normals and faces of every mesh, in the world space of the scene's pose
- * (OBJ has no hierarchy). Size unknown until the end. */
+/* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the
+ * world space of the scene's pose (OBJ has no hierarchy). Size unknown until the end. The scene's
+ * clip and polygons play no part: faces stay as they are. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
