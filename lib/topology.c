@@ -1,0 +1,294 @@
+/* Polygon soup to half-edges: edges are matched in buckets of their lower vertex, in linear time. */
+#include "topology.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Starts of the runs that `counts` describes: offsets[0] = 0, offsets[count] = total. */
+static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
+  uint32_t sum = 0;
+  for (uint32_t i = 0; i <= count; i++) {
+    uint32_t run = offsets[i];
+    offsets[i] = sum;
+    sum += run;
+  }
+}
+
+/* A corner on its way to an edge, filed under the lower of its two vertices. */
+typedef struct half_edge {
+  uint32_t corner, upper;
+} half_edge;
+
+static void join_edge(tw_topology *t, uint32_t edge, uint32_t corner, uint32_t from) {
+  uint32_t first = t->edge_corner[edge];
+  bool already_paired = t->sibling[first] != first;
+  bool same_direction = t->edge_vertices[edge][0] == from;
+  if (already_paired || same_direction) t->edge_flags[edge] |= TW_EDGE_NONMANIFOLD;
+  t->sibling[corner] = t->sibling[first];
+  t->sibling[first] = corner;
+  t->corner_edge[corner] = edge;
+}
+
+static void start_edge(tw_topology *t, uint32_t corner, uint32_t from, uint32_t to) {
+  uint32_t edge = t->edge_count++;
+  t->edge_vertices[edge][0] = from;
+  t->edge_vertices[edge][1] = to;
+  t->edge_corner[edge] = corner;
+  t->sibling[corner] = corner;
+  t->corner_edge[corner] = edge;
+}
+
+static uint32_t following_vertex(const tw_topology *t, uint32_t begin, uint32_t end, uint32_t corner) {
+  return t->corner_vertex[corner + 1 == end ? begin : corner + 1];
+}
+
+/* Files every corner under its lower vertex. buckets: [vertex_count + 1], ends after the call at the
+ * starts of the runs in `halves`. */
+static void file_half_edges(const tw_topology *t, uint32_t *buckets, half_edge *halves) {
+  for (int pass = 0; pass < 2; pass++) {
+    for (uint32_t face = 0; face < t->face_count; face++) {
+      uint32_t begin = tw_face_begin(t, face), end = begin + tw_face_size(t, face);
+      for (uint32_t corner = begin; corner < end; corner++) {
+        uint32_t a = t->corner_vertex[corner], b = following_vertex(t, begin, end, corner);
+        uint32_t lower = a < b ? a : b;
+        if (pass == 0)
+          buckets[lower + 1]++;
+        else
+          halves[buckets[lower]++] = (half_edge){corner, a < b ? b : a};
+      }
+    }
+    if (pass == 0)
+      for (uint32_t v = 0; v < t->vertex_count; v++) buckets[v + 1] += buckets[v];
+  }
+  for (uint32_t v = t->vertex_count; v > 0; v--) buckets[v] = buckets[v - 1];
+  buckets[0] = 0;
+}
+
+static int compare_half_edges(const void *left, const void *right) {
+  const half_edge *a = left, *b = right;
+  if (a->upper != b->upper) return a->upper < b->upper ? -1 : 1;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+/* By upper vertex, then corner. Buckets hold a handful but for great poles. */
+static void sort_bucket(half_edge *halves, uint32_t count) {
+  enum { INSERTION_UP_TO = 24 };
+  if (count > INSERTION_UP_TO) {
+    qsort(halves, count, sizeof *halves, compare_half_edges);
+    return;
+  }
+  for (uint32_t i = 1; i < count; i++) {
+    half_edge half = halves[i];
+    uint32_t place = i;
+    for (; place > 0 && halves[place - 1].upper > half.upper; place--) halves[place] = halves[place - 1];
+    halves[place] = half;
+  }
+}
+
+/* Joins the half-edges of one bucket that end in the same vertex. Edges so come out sorted by their
+ * lower and then their upper vertex, which tw_topology_find_edge relies on. */
+static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint32_t count) {
+  sort_bucket(halves, count);
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t upper = halves[i].upper, corner = halves[i].corner;
+    uint32_t from = t->corner_vertex[corner];
+    if (i > 0 && halves[i - 1].upper == upper)
+      join_edge(t, t->edge_count - 1, corner, from);
+    else
+      start_edge(t, corner, from, from == lower ? upper : lower);
+  }
+}
+
+tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
+                            const uint32_t *corners) {
+  tw_topology *t = topology;
+  memset(t, 0, sizeof *t);
+  t->vertex_count = vertex_count;
+  t->face_count = face_count;
+  t->corner_count = corner_count;
+  t->face_offsets = face_offsets;
+  t->corner_vertex = (uint32_t *)corners; /* never written through */
+  t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  /* At most one edge a corner; the unused tail costs address space only. */
+  t->edge_vertices = tw_arena_alloc(arena, corner_count, sizeof(uint32_t[2]));
+  t->edge_corner = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
+  uint32_t *buckets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *buckets);
+  half_edge *halves = tw_alloc(corner_count, sizeof *halves);
+  tw_status status = TW_NO_MEMORY;
+  if (t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner && t->edge_flags && buckets &&
+      halves) {
+    file_half_edges(t, buckets, halves);
+    for (uint32_t v = 0; v < vertex_count; v++)
+      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
+    status = tw_topology_link(t, arena);
+  }
+  free(buckets);
+  free(halves);
+  return status;
+}
+
+/* Face of each corner when faces are not all quads; NULL stands for corner / 4. */
+static uint32_t *corner_faces(const tw_topology *t) {
+  uint32_t *faces = tw_alloc(t->corner_count, sizeof *faces);
+  if (!faces) return NULL;
+  for (uint32_t face = 0; face < t->face_count; face++)
+    for (uint32_t c = t->face_offsets[face]; c < t->face_offsets[face + 1]; c++) faces[c] = face;
+  return faces;
+}
+
+static uint32_t previous_corner(const tw_topology *t, const uint32_t *faces, uint32_t corner) {
+  return faces ? tw_corner_previous(t, faces[corner], corner) : tw_quad_previous(corner);
+}
+
+/* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan. */
+static bool order_fan(tw_topology *t, const uint32_t *faces, uint32_t vertex) {
+  uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
+  uint32_t *edges = t->ring_edges + t->ring_offsets[vertex];
+  uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  uint32_t edge_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
+  if (corner_count == 0 || edge_count - corner_count > 1) return false;
+  uint32_t start = corners[0];
+  bool border = false;
+  for (uint32_t i = 0; i < edge_count; i++) {
+    uint8_t flags = t->edge_flags[edges[i]];
+    if (flags & TW_EDGE_NONMANIFOLD) return false;
+    if (flags & TW_EDGE_BORDER) {
+      border = true;
+      uint32_t corner = t->edge_corner[edges[i]];
+      if (t->corner_vertex[corner] == vertex) start = corner;
+    }
+  }
+  if (border != (edge_count == corner_count + 1)) return false;
+  /* First a dry walk, so that a vertex that fails keeps its lists whole. */
+  uint32_t corner = start;
+  for (uint32_t steps = 1;; steps++) {
+    uint32_t back = previous_corner(t, faces, corner);
+    uint32_t next = t->sibling[back];
+    if (next == back || next == start) {
+      if (steps != corner_count) return false;
+      break;
+    }
+    if (steps >= corner_count) return false;
+    corner = next;
+  }
+  corner = start;
+  for (uint32_t i = 0; i < corner_count; i++) {
+    uint32_t back = previous_corner(t, faces, corner);
+    corners[i] = corner;
+    edges[i] = t->corner_edge[corner];
+    if (border && i + 1 == corner_count) edges[i + 1] = t->corner_edge[back];
+    corner = t->sibling[back];
+  }
+  return true;
+}
+
+tw_status tw_topology_link(tw_topology *topology, tw_arena *arena) {
+  tw_topology *t = topology;
+  t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
+  t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
+  t->fan_corners = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
+  t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
+  t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
+  uint32_t *faces = NULL;
+  if (!t->fan_offsets || !t->ring_offsets || !t->fan_corners || !t->ring_edges || !t->vertex_flags ||
+      (t->face_offsets && !(faces = corner_faces(t))))
+    return TW_NO_MEMORY;
+
+  /* Counting sort twice: offsets are shifted by one place while they serve as cursors. */
+  for (uint32_t c = 0; c < t->corner_count; c++) t->fan_offsets[t->corner_vertex[c]]++;
+  counts_to_offsets(t->fan_offsets, t->vertex_count);
+  for (uint32_t c = 0; c < t->corner_count; c++) t->fan_corners[t->fan_offsets[t->corner_vertex[c]]++] = c;
+  memmove(t->fan_offsets + 1, t->fan_offsets, t->vertex_count * sizeof(uint32_t));
+  t->fan_offsets[0] = 0;
+
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    t->ring_offsets[t->edge_vertices[e][0]]++;
+    t->ring_offsets[t->edge_vertices[e][1]]++;
+    if (t->sibling[t->edge_corner[e]] == t->edge_corner[e]) t->edge_flags[e] |= TW_EDGE_BORDER;
+  }
+  counts_to_offsets(t->ring_offsets, t->vertex_count);
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    for (int end = 0; end < 2; end++) t->ring_edges[t->ring_offsets[t->edge_vertices[e][end]]++] = e;
+  memmove(t->ring_offsets + 1, t->ring_offsets, t->vertex_count * sizeof(uint32_t));
+  t->ring_offsets[0] = 0;
+
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    if (!order_fan(t, faces, v)) t->vertex_flags[v] |= TW_VERTEX_NONMANIFOLD;
+    for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
+      if (t->edge_flags[t->ring_edges[i]] & TW_EDGE_BORDER) t->vertex_flags[v] |= TW_VERTEX_BORDER;
+  }
+  free(faces);
+  return TW_OK;
+}
+
+tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
+  topology->edge_sharpness = tw_arena_alloc(arena, topology->edge_count, sizeof(float));
+  topology->vertex_sharpness = tw_arena_alloc(arena, topology->vertex_count, sizeof(float));
+  return topology->edge_sharpness && topology->vertex_sharpness ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Two opposite non-manifold edges with fins and no border form a crease through the vertex. */
+static bool on_nonmanifold_crease(const tw_topology *t, uint32_t vertex) {
+  uint32_t nonmanifold = 0, border = 0;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+    uint8_t flags = t->edge_flags[t->ring_edges[i]];
+    nonmanifold += (flags & TW_EDGE_NONMANIFOLD) != 0;
+    border += (flags & TW_EDGE_BORDER) != 0;
+  }
+  uint32_t faces = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  uint32_t edges = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
+  return nonmanifold == 2 && border == 0 && faces > edges;
+}
+
+void tw_topology_sharpen(tw_topology *topology, bool corners) {
+  tw_topology *t = topology;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (t->edge_flags[e]) t->edge_sharpness[e] = TW_SHARPNESS_INFINITE;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t faces = t->fan_offsets[v + 1] - t->fan_offsets[v];
+    uint32_t edges = t->ring_offsets[v + 1] - t->ring_offsets[v];
+    bool corner = corners && faces == 1 && edges == 2;
+    bool pinched = (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) && !on_nonmanifold_crease(t, v);
+    if (corner || pinched) t->vertex_sharpness[v] = TW_SHARPNESS_INFINITE;
+  }
+}
+
+tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena) {
+  tw_topology *t = topology;
+  t->semi_sum = tw_arena_alloc(arena, t->vertex_count, sizeof(float));
+  t->semi_count = tw_arena_alloc(arena, t->vertex_count, sizeof(uint32_t));
+  if (!t->semi_sum || !t->semi_count) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++) {
+      float sharpness = t->edge_sharpness[t->ring_edges[i]];
+      if (!tw_is_semi_sharp(sharpness)) continue;
+      t->semi_sum[v] += sharpness;
+      t->semi_count[v]++;
+    }
+  return TW_OK;
+}
+
+/* -1, 0 or 1 as the edge comes before, at or after the pair. */
+static int compare_edge(const uint32_t *ends, uint32_t lower, uint32_t upper) {
+  uint32_t low = ends[0] < ends[1] ? ends[0] : ends[1], high = ends[0] < ends[1] ? ends[1] : ends[0];
+  if (low != lower) return low < lower ? -1 : 1;
+  return high < upper ? -1 : high > upper;
+}
+
+uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b) {
+  uint32_t lower = a < b ? a : b, upper = a < b ? b : a;
+  uint32_t begin = 0, end = topology->edge_count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    int order = compare_edge(topology->edge_vertices[middle], lower, upper);
+    if (order == 0) return middle;
+    if (order < 0)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return UINT32_MAX;
+}

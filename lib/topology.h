@@ -1,0 +1,102 @@
+/* Who touches whom in a polygon mesh: edges, siblings across edges, fans round vertices.
+ *
+ * A corner is a place of a vertex in a face, and stands as well for the half-edge from that vertex
+ * to the next one of the face. Corners of a face are consecutive. `sibling` links the corners that
+ * share an edge into a ring: the twin where the mesh is manifold, the corner itself on a border,
+ * three and more where it is not manifold. */
+#ifndef TWEEND_TOPOLOGY_H
+#define TWEEND_TOPOLOGY_H
+
+#include "tweend/mesh.h"
+
+enum {
+  TW_EDGE_BORDER = 1,      /* one face */
+  TW_EDGE_NONMANIFOLD = 2, /* more than two faces, or two that run along it in the same direction */
+};
+
+enum {
+  TW_VERTEX_BORDER = 1,
+  TW_VERTEX_NONMANIFOLD = 2, /* its faces do not form one fan: the fan arrays have no order */
+};
+
+/* All arrays live in the arena that built it. */
+typedef struct tw_topology {
+  uint32_t vertex_count, edge_count, face_count, corner_count;
+  const uint32_t *face_offsets; /* [face_count + 1]; NULL when every face has four corners */
+
+  uint32_t *corner_vertex; /* [corner_count] */
+  uint32_t *corner_edge;   /* [corner_count] edge from this corner to the next */
+  uint32_t *sibling;       /* [corner_count] */
+
+  uint32_t (*edge_vertices)[2]; /* [edge_count], in the direction of its first corner */
+  uint32_t *edge_corner;        /* [edge_count] its first corner */
+  float *edge_sharpness;        /* [edge_count], TW_SHARPNESS_INFINITE on borders */
+  uint8_t *edge_flags;          /* [edge_count] */
+
+  float *vertex_sharpness; /* [vertex_count] */
+  uint8_t *vertex_flags;   /* [vertex_count] */
+
+  /* Fans, counter-clockwise where the vertex is manifold: corner i lies between edges i and i + 1;
+   * a border vertex has one edge more than corners and begins at its leading border edge. */
+  uint32_t *fan_offsets, *fan_corners; /* [vertex_count + 1], [corner_count] */
+  uint32_t *ring_offsets, *ring_edges; /* [vertex_count + 1], [2 edge_count] */
+
+  /* Chaikin's rule: sum and number of the semi-sharp edges at each vertex; NULL for uniform creasing.
+   * Kept apart from the edges because a cut-out piece of mesh lacks some of them. */
+  float *semi_sum;
+  uint32_t *semi_count;
+} tw_topology;
+
+/* Builds edges, siblings and fans of faces over `vertex_count` vertices. Sharpness is 0 everywhere
+ * afterwards, and sharpen_* below have not run. The face arrays are kept, not copied. Faces must
+ * be checked: indices in range, no vertex twice in a face. O(corners). TW_NO_MEMORY. */
+tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
+                            const uint32_t *corners);
+
+/* Fills fans, rings and flags from corner_vertex, corner_edge, sibling and the edge arrays. */
+tw_status tw_topology_link(tw_topology *topology, tw_arena *arena);
+
+/* Allocates the sharpness arrays, zeroed. */
+tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
+
+/* OpenSubdiv's sharpening: border and non-manifold edges become infinitely sharp; vertices of one
+ * face when `corners`; non-manifold vertices, save those on a plain non-manifold crease. */
+void tw_topology_sharpen(tw_topology *topology, bool corners);
+
+/* Sums for Chaikin's rule, after sharpening. */
+tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena);
+
+/* Edge between two vertices of a topology that tw_topology_build made, or UINT32_MAX. O(log edges). */
+uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
+
+static inline uint32_t tw_face_begin(const tw_topology *t, uint32_t face) {
+  return t->face_offsets ? t->face_offsets[face] : 4 * face;
+}
+static inline uint32_t tw_face_size(const tw_topology *t, uint32_t face) {
+  return t->face_offsets ? t->face_offsets[face + 1] - t->face_offsets[face] : 4;
+}
+static inline bool tw_is_semi_sharp(float sharpness) {
+  return sharpness > 0 && sharpness < TW_SHARPNESS_INFINITE;
+}
+static inline bool tw_is_infinite(float sharpness) {
+  return sharpness >= TW_SHARPNESS_INFINITE;
+}
+
+/* In meshes of quads (face_offsets NULL) neighbours in the face need no look-up. */
+static inline uint32_t tw_quad_next(uint32_t corner) {
+  return (corner & ~3u) | ((corner + 1) & 3u);
+}
+static inline uint32_t tw_quad_previous(uint32_t corner) {
+  return (corner & ~3u) | ((corner + 3) & 3u);
+}
+
+/* Next and previous corner of the same face; `face` must be the corner's. */
+static inline uint32_t tw_corner_next(const tw_topology *t, uint32_t face, uint32_t corner) {
+  return corner + 1 == tw_face_begin(t, face) + tw_face_size(t, face) ? tw_face_begin(t, face) : corner + 1;
+}
+static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t face, uint32_t corner) {
+  return corner == tw_face_begin(t, face) ? corner + tw_face_size(t, face) - 1 : corner - 1;
+}
+
+#endif
