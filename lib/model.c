@@ -39,7 +39,7 @@ size_t tw_model_size(const tw_model *model) {
 
 void tw_model_warn(tw_model *model, const char *format, ...) {
   if (model->warning_count == WARNINGS_MAX) {
-    model->warnings[WARNINGS_MAX - 1] = "There are more warnings.";
+    model->warnings[WARNINGS_MAX - 1] = "there are more warnings";
     return;
   }
   if (!model->warnings) model->warnings = tw_arena_alloc(model->arena, WARNINGS_MAX, sizeof(char *));
@@ -76,7 +76,7 @@ static void prefix_pointer(tw_error *error, const char *array, uint32_t index) {
 static tw_status check_name(const char **name, const char *array, uint32_t index, tw_error *error) {
   if (!*name) return TW_OK;
   if (!tw_utf8_is_name(*name, strlen(*name)))
-    return fail_at(error, array, index, "/name", "A name must be UTF-8 text without control characters.");
+    return fail_at(error, array, index, "/name", "a name must be UTF-8 text without control characters");
   if (!**name) *name = NULL;
   return TW_OK;
 }
@@ -100,7 +100,7 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
     for (uint32_t face = 0; mesh->face_materials && face < mesh->face_count; face++) {
       int32_t material = mesh->face_materials[face];
       if (material >= -1 && (material < 0 || (uint32_t)material < model->material_count)) continue;
-      return fail_at(error, "meshes", i, "/materials", "A face names a material that does not exist.");
+      return fail_at(error, "meshes", i, "/materials", "a face names a material that does not exist");
     }
   }
   return TW_OK;
@@ -119,28 +119,28 @@ static bool normalise(float q[4]) {
 static tw_status check_node(const tw_model *model, uint32_t index, tw_error *error) {
   tw_node *node = &model->nodes[index];
   if (node->mesh != TW_NO_INDEX && node->mesh >= model->mesh_count)
-    return fail_at(error, "nodes", index, "/mesh", "The node's mesh does not exist.");
+    return fail_at(error, "nodes", index, "/mesh", "the node's mesh does not exist");
   if (node->skin != TW_NO_INDEX && node->skin >= model->skin_count)
-    return fail_at(error, "nodes", index, "/skin", "The node's skin does not exist.");
+    return fail_at(error, "nodes", index, "/skin", "the node's skin does not exist");
   if (node->has_matrix) {
     if (!all_finite(node->matrix, 16))
-      return fail_at(error, "nodes", index, "/matrix", "The node's matrix is not finite.");
+      return fail_at(error, "nodes", index, "/matrix", "the node's matrix is not finite");
     tw_trs_from_matrix(node->matrix, &node->rest);
     return TW_OK;
   }
   if (!all_finite(node->rest.translation, 3))
-    return fail_at(error, "nodes", index, "/translation", "The node's translation is not finite.");
+    return fail_at(error, "nodes", index, "/translation", "the node's translation is not finite");
   if (!all_finite(node->rest.scale, 3))
-    return fail_at(error, "nodes", index, "/scale", "The node's scale is not finite.");
+    return fail_at(error, "nodes", index, "/scale", "the node's scale is not finite");
   if (!normalise(node->rest.rotation))
-    return fail_at(error, "nodes", index, "/rotation", "The node's rotation is zero or not finite.");
+    return fail_at(error, "nodes", index, "/rotation", "the node's rotation is zero or not finite");
   return TW_OK;
 }
 
 /* One node a mesh, for a source that has no hierarchy. */
 static tw_status add_mesh_nodes(tw_model *model, tw_error *error) {
   model->nodes = tw_arena_alloc(model->arena, model->mesh_count, sizeof *model->nodes);
-  if (!model->nodes) return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
+  if (!model->nodes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->node_count = model->mesh_count;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     model->nodes[i] = (tw_node){.name = model->meshes[i].name,
@@ -162,7 +162,7 @@ static tw_status check_nodes(tw_model *model, tw_error *error) {
     if (status != TW_OK) return status;
   }
   model->node_order = tw_arena_alloc(model->arena, model->node_count, sizeof *model->node_order);
-  if (!model->node_order) return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
+  if (!model->node_order) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   return tw_nodes_order(model->nodes, model->node_count, model->node_order, error);
 }
 
@@ -171,14 +171,14 @@ static tw_status check_skins(tw_model *model, tw_error *error) {
     tw_skin *skin = &model->skins[i];
     tw_status status = check_name(&skin->name, "skins", i, error);
     if (status != TW_OK) return status;
-    if (skin->joint_count == 0) return fail_at(error, "skins", i, "/joints", "A skin needs a joint.");
+    if (skin->joint_count == 0) return fail_at(error, "skins", i, "/joints", "a skin needs a joint");
     for (uint32_t j = 0; j < skin->joint_count; j++)
       if (skin->joints[j] >= model->node_count)
-        return fail_at(error, "skins", i, "/joints", "A joint is not a node of the model.");
+        return fail_at(error, "skins", i, "/joints", "a joint is not a node of the model");
     if (!all_finite(skin->inverse_bind, (size_t)skin->joint_count * 16))
-      return fail_at(error, "skins", i, "/inverseBindMatrices", "An inverse bind matrix is not finite.");
+      return fail_at(error, "skins", i, "/inverseBindMatrices", "an inverse bind matrix is not finite");
     if (skin->skeleton != TW_NO_INDEX && skin->skeleton >= model->node_count)
-      return fail_at(error, "skins", i, "/skeleton", "The skeleton is not a node of the model.");
+      return fail_at(error, "skins", i, "/skeleton", "the skeleton is not a node of the model");
   }
   return TW_OK;
 }
@@ -186,7 +186,7 @@ static tw_status check_skins(tw_model *model, tw_error *error) {
 /* The joint numbers that the points of each mesh use exist in the skin that its node names. */
 static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   uint32_t *highest = tw_alloc_zero(model->mesh_count, sizeof *highest);
-  if (!highest) return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
+  if (!highest) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_mesh *mesh = &model->meshes[i];
     if (!mesh->skin.joints) continue;
@@ -198,7 +198,7 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
     const tw_node *node = &model->nodes[i];
     if (node->skin == TW_NO_INDEX || node->mesh == TW_NO_INDEX) continue;
     if (model->meshes[node->mesh].skin.joints && highest[node->mesh] >= model->skins[node->skin].joint_count)
-      status = fail_at(error, "nodes", i, "/skin", "The mesh uses more joints than the skin has.");
+      status = fail_at(error, "nodes", i, "/skin", "the mesh uses more joints than the skin has");
   }
   free(highest);
   return status;
@@ -213,7 +213,7 @@ static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_e
     uint32_t mesh = model->nodes[track->node].mesh;
     if (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width) continue;
     return fail_at(error, "clips", index, "/tracks",
-                   "A track of weights does not fit the morph targets of its node's mesh.");
+                   "a track of weights does not fit the morph targets of its node's mesh");
   }
   return TW_OK;
 }
