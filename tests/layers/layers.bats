@@ -1,0 +1,80 @@
+# The layer rule holds, and the check that says so sees every kind of breach.
+
+setup() {
+  root=$(cd "$BATS_TEST_DIRNAME/../.." && pwd)
+  check=$root/tests/layers/check
+}
+
+# A copy of the sources in which a test may plant a breach.
+copy() {
+  tree=$BATS_TEST_TMPDIR/tree
+  mkdir "$tree"
+  (cd "$root" && find lib api server tests -path '*/node_modules' -prune -o -type f \
+    \( -name '*.[ch]' -o -name '*.[ch]pp' \) -print0 | tar c --null -T -) | tar x -C "$tree"
+}
+
+# plant FILE LINE: the check must now fail and name the file.
+plant() {
+  copy
+  mkdir -p "$(dirname "$tree/$1")"
+  echo "$2" >>"$tree/$1"
+  run "$check" "$tree"
+  [ "$status" -eq 1 ]
+  [[ $output == "$1"* ]]
+  [ "${#lines[@]}" -eq 1 ]
+}
+
+@test "the tree keeps to server, api, lib" {
+  run "$check"
+  echo "$output"
+  [ "$status" -eq 0 ]
+}
+
+@test "lib must not include a socket header" { plant lib/base.c '#include <sys/socket.h>'; }
+@test "lib must not include pthread.h" { plant lib/base.c '#  include <pthread.h>'; }
+@test "lib must not include cJSON" { plant lib/planted.c '#include <cjson/cJSON.h>'; }
+@test "lib must not include libmicrohttpd" { plant lib/include/tweend/mesh.h '#include <microhttpd.h>'; }
+@test "lib must not include api.h" { plant lib/base.c '#include "api.h"'; }
+@test "lib must not climb into api" { plant lib/base.c '#include "../api/include/api.h"'; }
+@test "lib's C++ must not open files" { plant lib/gltf/planted.cpp '#include <fstream>'; }
+@test "lib must not hold C++ outside lib/gltf" { plant lib/planted.cpp ''; }
+@test "api must not include libmicrohttpd" { plant api/problem.c '#include <microhttpd.h>'; }
+@test "api must not include file headers" { plant api/problem.c '#include <fcntl.h>'; }
+@test "api must not include lib's private headers" {
+  copy
+  touch "$tree/lib/private.h"
+  echo '#include "private.h"' >>"$tree/api/problem.c"
+  run "$check" "$tree"
+  [ "$status" -eq 1 ]
+  [[ $output == *'"private.h" is not of this layer' ]]
+}
+@test "api must not include the server's headers" { plant api/problem.c '#include "store.h"'; }
+@test "server must not include lib's headers" { plant server/main.c '#include "tweend/mesh.h"'; }
+@test "server must not take lib's headers for system headers" { plant server/main.c '#include <tweend/mesh.h>'; }
+@test "server includes microhttpd.h in http.c alone" { plant server/planted.c '#include <microhttpd.h>'; }
+@test "server must not hold C++" { plant server/planted.cpp ''; }
+
+@test "lib calls no function of files, threads, clocks or the environment" {
+  library=${TWEEND_BUILD:-$root/build}/libtweend.a
+  [ -f "$library" ] || skip "not built"
+  run "$root/tests/layers/symbols" "$library"
+  echo "$output"
+  [ "$status" -eq 0 ]
+}
+
+@test "a call that lib must not make is seen" {
+  echo 'int getenv(const char *); int planted(void) { return getenv("HOME"); }' >"$BATS_TEST_TMPDIR/planted.c"
+  cc -w -c -o "$BATS_TEST_TMPDIR/planted.o" "$BATS_TEST_TMPDIR/planted.c"
+  run "$root/tests/layers/symbols" "$BATS_TEST_TMPDIR/planted.o"
+  [ "$status" -eq 1 ]
+  [ "$output" = getenv ]
+}
+
+@test "each public header compiles alone, as C11 and as C++17" {
+  cd "$root"
+  for header in lib/include/tweend/*.h api/include/*.h; do
+    echo "$header"
+    cc -std=c11 -Wall -Wextra -Wpedantic -Werror -fsyntax-only -Ilib/include -Iapi/include -include stddef.h -x c "$header"
+    c++ -std=c++17 -Wall -Wextra -Werror -fsyntax-only -Ilib/include -Iapi/include -x c++ "$header"
+  done
+}
