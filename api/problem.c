@@ -1,1 +1,144 @@
-#include "api.h"
+/* Problem documents (RFC 9457), and the one place where library errors become HTTP statuses. */
+#include "problem.h"
+
+#include "answer.h"
+#include "json_out.h"
+
+#include <stdio.h>
+#include <string.h>
+
+int api_status_of(tw_status status) {
+  switch (status) {
+  case TW_SYNTAX: return 400;
+  case TW_INVALID:
+  case TW_UNSUPPORTED:
+  case TW_LIMIT: return 422;
+  case TW_NOT_FOUND: return 404;
+  case TW_NO_MEMORY: return 503;
+  case TW_OK: break; /* a success reported as a failure is our own fault */
+  }
+  return 500;
+}
+
+typedef struct problem_kind {
+  int status;
+  const char *name, *title;
+} problem_kind;
+
+static const problem_kind kinds[] = {
+    {400, "bad-request", "Bad request"},
+    {401, "key-missing", "API key missing"},
+    {403, "key-wrong", "API key not accepted"},
+    {404, "not-found", "Not found"},
+    {405, "method-not-allowed", "Method not allowed"},
+    {406, "not-acceptable", "No acceptable representation"},
+    {408, "timeout", "Request timed out"},
+    {411, "length-required", "Length required"},
+    {412, "precondition-failed", "Precondition failed"},
+    {413, "too-large", "Body too large"},
+    {414, "uri-too-long", "URI too long"},
+    {415, "unsupported-type", "Unsupported type"},
+    {416, "range-not-satisfiable", "Range not satisfiable"},
+    {422, "not-usable", "Well-formed but not usable"},
+    {429, "too-many-requests", "Too many requests"},
+    {431, "headers-too-large", "Headers too large"},
+    {501, "not-implemented", "Not implemented"},
+    {503, "unavailable", "Service unavailable"},
+};
+
+static const problem_kind *kind_of(int status) {
+  static const problem_kind other = {500, "internal", "Internal error"};
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
+    if (kinds[i].status == status) return &kinds[i];
+  return &other;
+}
+
+/* "a, b" as ["a","b"]. */
+static void print_list(api_text *text, const char *list) {
+  api_text_add(text, "[");
+  while (*list) {
+    size_t length = strcspn(list, ", ");
+    if (length > 0) {
+      api_text_element(text);
+      api_text_add(text, "\"");
+      api_text_bytes(text, list, length);
+      api_text_add(text, "\"");
+    }
+    list += length;
+    list += strspn(list, ", ");
+  }
+  api_text_add(text, "]");
+}
+
+static void print_predicted(api_text *text, const api_fault *fault) {
+  api_text_member(text, "predicted");
+  api_text_add(text, "{");
+  api_text_member(text, "vertices");
+  api_text_count(text, fault->predicted.vertices);
+  api_text_member(text, "edges");
+  api_text_count(text, fault->predicted.edges);
+  api_text_member(text, "faces");
+  api_text_count(text, fault->predicted.faces);
+  if (fault->predicted_bytes) {
+    api_text_member(text, "bytes");
+    api_text_count(text, fault->predicted_bytes);
+  }
+  api_text_add(text, "}");
+}
+
+static void print_place(api_text *text, const api_fault *fault) {
+  if (fault->error.line) {
+    api_text_member(text, "line");
+    api_text_count(text, fault->error.line);
+  }
+  if (!fault->in_document) return;
+  api_text_member(text, "errors");
+  api_text_add(text, "[{");
+  api_text_member(text, "pointer");
+  api_text_string(text, fault->error.pointer);
+  api_text_member(text, "detail");
+  api_text_string(text, fault->error.detail);
+  api_text_add(text, "}]");
+}
+
+static void print_problem(api_text *text, const api_fault *fault, const char *request_id) {
+  const problem_kind *kind = kind_of(fault->status);
+  api_text_add(text, "{");
+  api_text_member(text, "type");
+  api_text_add(text, "\"urn:tweend:problem:");
+  api_text_add(text, kind->name);
+  api_text_add(text, "\"");
+  api_text_member(text, "title");
+  api_text_string(text, kind->title);
+  api_text_member(text, "status");
+  api_text_count(text, (uint64_t)fault->status);
+  api_text_member(text, "detail");
+  api_text_string(text, fault->error.detail);
+  api_text_member(text, "instance");
+  api_text_string(text, request_id);
+  print_place(text, fault);
+  if (fault->is_predicted) print_predicted(text, fault);
+  if (fault->supported) {
+    api_text_member(text, "supported");
+    print_list(text, fault->supported);
+  }
+  api_text_add(text, "}\n");
+}
+
+void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer) {
+  api_text text = {0};
+  print_problem(&text, fault, request_id);
+  api_answer_text(answer, fault->status, "application/problem+json", &text);
+  api_answer_header(answer, "Cache-Control", "no-store");
+  if (fault->header.name) api_answer_header(answer, fault->header.name, fault->header.value);
+  if (fault->allow) api_answer_header(answer, "Allow", fault->allow);
+  if (fault->retry_after_s) api_answer_headerf(answer, "Retry-After", "%u", fault->retry_after_s);
+}
+
+void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,
+                 api_answer *answer) {
+  api_fault fault = {.status = status, .retry_after_s = retry_after};
+  tw_fail(&fault.error, TW_SYNTAX, "%s", detail);
+  *answer = (api_answer){.memory = tw_arena_create()};
+  api_problem_fill(&fault, request_id, answer);
+}

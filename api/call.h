@@ -1,0 +1,57 @@
+/* One request under way: what the stages of routes.c hand to the handlers. */
+#ifndef API_CALL_H
+#define API_CALL_H
+
+#include "answer.h"
+#include "api.h"
+#include "negotiate.h"
+#include "problem.h"
+#include "query.h"
+
+typedef enum api_outcome {
+  API_DONE,   /* the answer is filled */
+  API_FAILED, /* the fault is filled */
+  API_LATER   /* too much for a light call: come back with API_HEAVY */
+} api_outcome;
+
+typedef struct api_route api_route;
+
+typedef struct api_call {
+  api_service *service;
+  const api_request *request;
+  api_effort effort;
+  const api_route *route;
+  bool is_head;
+  char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
+  const api_offer *offer;
+  api_query query;
+  tw_arena *arena;   /* the answer's: lives as long as it does */
+  api_answer answer; /* being filled */
+  api_fault fault;
+} api_call;
+
+/* Fails with a status of the library, which fault.error already bears (its status included). */
+api_outcome api_fail(api_call *call);
+/* The same for an error in the document of the body. */
+api_outcome api_fail_in_document(api_call *call);
+/* Fails with an HTTP status of its own. */
+api_outcome api_fail_with(api_call *call, int status, const char *format, ...) TW_PRINTF(3, 4);
+api_outcome api_fail_without_memory(api_call *call);
+
+/* The header's first value, NULL when absent. */
+const char *api_call_header(const api_call *call, const char *name);
+
+/* Answers 200 with a printed text of the offer's type. */
+api_outcome api_reply(api_call *call, api_text *text);
+
+/* ---- answers about immutable models ---- */
+
+/* Sets the caching headers and the entity tag, which names the model, the representation and
+ * `canonical`: all parameters with their defaults filled in. Then judges If-None-Match and If-Match:
+ * API_DONE when the answer is 304 already, API_FAILED for 412, API_LATER to go on. */
+api_outcome api_validate(api_call *call, const char *canonical);
+
+/* The tag itself, quoted; NULL without memory. */
+const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);
+
+#endif

@@ -1,0 +1,151 @@
+/* Printing: a buffer that grows, and JSON's words. Numbers are the shortest that read back. */
+#include "json_out.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "tweend/base.h"
+#include "utf8.h"
+
+void api_text_deinit(api_text *text) {
+  free(text->data);
+  *text = (api_text){0};
+}
+
+void api_text_clear(api_text *text) {
+  text->size = 0;
+}
+
+/* Room for `more` bytes behind the end; NULL without memory. */
+static char *reserve(api_text *text, size_t more) {
+  if (text->failed) return NULL;
+  if (text->capacity - text->size >= more) return text->data + text->size;
+  size_t capacity = text->capacity ? text->capacity : 512;
+  while (capacity - text->size < more) {
+    if (capacity > SIZE_MAX / 2) {
+      text->failed = true;
+      return NULL;
+    }
+    capacity *= 2;
+  }
+  char *data = realloc(text->data, capacity);
+  if (!data) {
+    text->failed = true;
+    return NULL;
+  }
+  text->data = data;
+  text->capacity = capacity;
+  return data + text->size;
+}
+
+void api_text_bytes(api_text *text, const char *bytes, size_t size) {
+  char *end = size ? reserve(text, size) : NULL;
+  if (!end) return;
+  memcpy(end, bytes, size);
+  text->size += size;
+  text->last = bytes[size - 1];
+}
+
+void api_text_add(api_text *text, const char *terminated) {
+  api_text_bytes(text, terminated, strlen(terminated));
+}
+
+void api_text_element(api_text *text) {
+  if (text->last != '[' && text->last != '{') api_text_bytes(text, ",", 1);
+}
+
+void api_text_member(api_text *text, const char *name) {
+  api_text_element(text);
+  api_text_bytes(text, "\"", 1);
+  api_text_add(text, name);
+  api_text_bytes(text, "\":", 2);
+}
+
+/* The escape of a byte that a JSON string may not hold as it is. */
+static void escape(api_text *text, unsigned char byte) {
+  char code[8];
+  switch (byte) {
+  case '"': api_text_bytes(text, "\\\"", 2); return;
+  case '\\': api_text_bytes(text, "\\\\", 2); return;
+  case '\n': api_text_bytes(text, "\\n", 2); return;
+  case '\t': api_text_bytes(text, "\\t", 2); return;
+  default: api_text_bytes(text, code, (size_t)snprintf(code, sizeof code, "\\u%04x", byte)); return;
+  }
+}
+
+void api_text_string(api_text *text, const char *value) {
+  if (!value) {
+    api_text_bytes(text, "null", 4);
+    return;
+  }
+  api_text_bytes(text, "\"", 1);
+  size_t length = strlen(value);
+  size_t plain = 0; /* start of the run that goes out as it is */
+  for (size_t i = 0; i < length;) {
+    unsigned char byte = (unsigned char)value[i];
+    size_t width = byte < 0x80 ? 1 : api_utf8_width(value + i, length - i);
+    bool as_it_is = byte >= 0x80 ? width > 0 : byte >= 0x20 && byte != '"' && byte != '\\' && byte != 0x7F;
+    if (!as_it_is) {
+      api_text_bytes(text, value + plain, i - plain);
+      if (byte < 0x80) {
+        escape(text, byte);
+      } else {
+        api_text_bytes(text, "\xEF\xBF\xBD", 3);
+        width = 1;
+      }
+      plain = i + width;
+    }
+    i += width;
+  }
+  api_text_bytes(text, value + plain, length - plain);
+  api_text_bytes(text, "\"", 1);
+}
+
+void api_text_count(api_text *text, uint64_t value) {
+  char digits[24];
+  api_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRIu64, value));
+}
+
+void api_text_integer(api_text *text, int64_t value) {
+  char digits[24];
+  api_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRId64, value));
+}
+
+/* Takes `length` bytes that were printed behind the end. */
+static void advance(api_text *text, size_t length) {
+  text->size += length;
+  text->last = text->data[text->size - 1];
+}
+
+void api_text_float(api_text *text, float value) {
+  char *end = reserve(text, TW_NUMBER_TEXT);
+  if (end) advance(text, tw_print_float(end, value));
+}
+
+void api_text_double(api_text *text, double value) {
+  char *end = reserve(text, TW_NUMBER_TEXT);
+  if (end) advance(text, tw_print_double(end, value));
+}
+
+void api_text_flag(api_text *text, bool value) {
+  api_text_add(text, value ? "true" : "false");
+}
+
+void api_text_floats(api_text *text, const float *values, size_t count) {
+  if (count > SIZE_MAX / (TW_NUMBER_TEXT + 1) - 2) {
+    text->failed = true;
+    return;
+  }
+  char *end = reserve(text, count * (TW_NUMBER_TEXT + 1) + 2);
+  if (!end) return;
+  size_t length = 0;
+  end[length++] = '[';
+  for (size_t i = 0; i < count; i++) {
+    if (i) end[length++] = ',';
+    length += tw_print_float(end + length, values[i]);
+  }
+  end[length++] = ']';
+  advance(text, length);
+}

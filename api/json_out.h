@@ -1,0 +1,40 @@
+/* JSON (and other text) into a growing buffer. Failure sticks: print on, look at `failed` at the end. */
+#ifndef API_JSON_OUT_H
+#define API_JSON_OUT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* A value: zeroed is empty, deinit frees. */
+typedef struct api_text {
+  char *data;
+  size_t size, capacity;
+  char last;   /* the last byte printed, also after the buffer was emptied */
+  bool failed; /* out of memory: what follows is dropped */
+} api_text;
+
+void api_text_deinit(api_text *text);
+
+/* Empties the buffer and keeps its memory, for answers sent piece by piece. */
+void api_text_clear(api_text *text);
+
+void api_text_bytes(api_text *text, const char *bytes, size_t size);
+void api_text_add(api_text *text, const char *terminated);
+
+/* A comma unless something has just been opened: call before each element of an array. */
+void api_text_element(api_text *text);
+/* The comma and `"name":`; the name is written as it stands. */
+void api_text_member(api_text *text, const char *name);
+
+/* A quoted string, or null for NULL. Bytes that are not UTF-8 become U+FFFD. */
+void api_text_string(api_text *text, const char *value);
+void api_text_count(api_text *text, uint64_t value);
+void api_text_integer(api_text *text, int64_t value);
+void api_text_float(api_text *text, float value);
+void api_text_double(api_text *text, double value);
+void api_text_flag(api_text *text, bool value);
+/* [a,b,c] */
+void api_text_floats(api_text *text, const float *values, size_t count);
+
+#endif

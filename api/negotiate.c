@@ -1,0 +1,164 @@
+/* Accept, Content-Type and Content-Encoding, as RFC 9110 has them. */
+#include "negotiate.h"
+
+#include <string.h>
+#include <strings.h>
+
+const char api_upload_types[] =
+    "model/gltf-binary, model/gltf+json, model/obj, text/plain, application/json, multipart/form-data";
+const char api_codings[] = "gzip, zstd";
+
+/* A piece of a header. */
+typedef struct span {
+  const char *text;
+  size_t length;
+} span;
+
+static bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
+
+static span trim(span s) {
+  while (s.length > 0 && is_blank(s.text[0])) s = (span){s.text + 1, s.length - 1};
+  while (s.length > 0 && is_blank(s.text[s.length - 1])) s.length--;
+  return s;
+}
+
+/* Cuts off what stands before the next `separator` outside quotes; *rest moves behind it. */
+static span cut(span *rest, char separator) {
+  bool quoted = false;
+  size_t i = 0;
+  for (; i < rest->length; i++) {
+    char c = rest->text[i];
+    if (quoted && c == '\\' && i + 1 < rest->length) {
+      i++;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (c == separator && !quoted) {
+      break;
+    }
+  }
+  span piece = {rest->text, i};
+  size_t used = i < rest->length ? i + 1 : i;
+  *rest = (span){rest->text + used, rest->length - used};
+  return trim(piece);
+}
+
+static bool is_text(span s, const char *text) {
+  return s.length == strlen(text) && strncasecmp(s.text, text, s.length) == 0;
+}
+
+static bool starts_with(span s, const char *text) {
+  return s.length >= strlen(text) && strncasecmp(s.text, text, strlen(text)) == 0;
+}
+
+/* The q of a media range's parameters in thousandths; 1000 when there is none, 0 when it is broken. */
+static int read_quality(span parameters) {
+  while (parameters.length > 0) {
+    span parameter = cut(&parameters, ';');
+    if (!starts_with(parameter, "q=")) continue;
+    double value;
+    size_t used = tw_read_double(parameter.text + 2, parameter.length - 2, &value);
+    if (used == 0 || used + 2 != parameter.length || !(value >= 0 && value <= 1)) return 0;
+    return (int)(value * 1000 + 0.5);
+  }
+  return 1000;
+}
+
+/* How closely a media range fits a type: 3 the type itself, 2 its family, 1 anything, 0 not at all. */
+static int fit(span range, const char *type) {
+  if (is_text(range, type)) return 3;
+  if (is_text(range, "*/*")) return 1;
+  size_t family = strcspn(type, "/") + 1;
+  bool is_family = range.length == family + 1 && range.text[family] == '*';
+  return is_family && strncasecmp(range.text, type, family) == 0 ? 2 : 0;
+}
+
+static int quality_of(const char *accept, const char *type) {
+  span rest = {accept, strlen(accept)};
+  int quality = 0, best_fit = 0;
+  while (rest.length > 0) {
+    span item = cut(&rest, ',');
+    span range = cut(&item, ';');
+    int closeness = fit(range, type);
+    if (closeness == 0 || closeness < best_fit) continue;
+    int q = read_quality(item);
+    if (closeness > best_fit || q > quality) quality = q;
+    best_fit = closeness;
+  }
+  return quality;
+}
+
+int api_negotiate(const char *accept, const api_offer *offers) {
+  if (!accept || accept[strspn(accept, " \t")] == '\0') return 0;
+  int best = -1, best_quality = 0;
+  for (int i = 0; offers[i].type; i++) {
+    int quality = quality_of(accept, offers[i].type);
+    if (quality > best_quality) {
+      best_quality = quality;
+      best = i;
+    }
+  }
+  return best;
+}
+
+/* Types and families whose content is known and is no model; all else of application/ and model/
+ * may be one under a name that we do not know. */
+static bool is_foreign(span type) {
+  static const char *const foreign[] = {"application/xml",  "application/pdf",  "application/zip",
+                                        "application/gzip", "application/zstd", "application/javascript",
+                                        "application/yaml"};
+  for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
+    if (is_text(type, foreign[i])) return true;
+  bool is_xml = type.length > 4 && strncasecmp(type.text + type.length - 4, "+xml", 4) == 0;
+  return is_xml || (!starts_with(type, "application/") && !starts_with(type, "model/"));
+}
+
+api_upload_type api_upload_type_of(const char *content_type) {
+  if (!content_type) return API_TYPE_BYTES;
+  span rest = {content_type, strlen(content_type)};
+  span type = cut(&rest, ';');
+  if (type.length == 0) return API_TYPE_BYTES;
+  if (is_text(type, "model/gltf-binary")) return API_TYPE_GLB;
+  if (is_text(type, "model/gltf+json")) return API_TYPE_GLTF;
+  if (is_text(type, "model/obj") || is_text(type, "text/plain")) return API_TYPE_OBJ;
+  if (is_text(type, "application/json")) return API_TYPE_JSON;
+  if (is_text(type, "multipart/form-data")) return API_TYPE_MULTIPART;
+  return is_foreign(type) ? API_TYPE_OTHER : API_TYPE_BYTES;
+}
+
+/* The characters that RFC 2046 allows in a boundary. */
+static bool is_boundary_text(span s) {
+  if (s.length == 0 || s.length > 70 || s.text[s.length - 1] == ' ') return false;
+  for (size_t i = 0; i < s.length; i++) {
+    char c = s.text[i];
+    bool alphanumeric = (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z');
+    if (!alphanumeric && !strchr("'()+_,-./:=? ", c)) return false;
+  }
+  return true;
+}
+
+bool api_multipart_boundary(const char *content_type, char out[71]) {
+  span rest = {content_type, strlen(content_type)};
+  cut(&rest, ';');
+  while (rest.length > 0) {
+    span parameter = cut(&rest, ';');
+    if (!starts_with(parameter, "boundary=")) continue;
+    span value = {parameter.text + 9, parameter.length - 9};
+    if (value.length >= 2 && value.text[0] == '"' && value.text[value.length - 1] == '"')
+      value = (span){value.text + 1, value.length - 2};
+    if (!is_boundary_text(value)) return false;
+    memcpy(out, value.text, value.length);
+    out[value.length] = '\0';
+    return true;
+  }
+  return false;
+}
+
+api_coding api_coding_of(const char *content_encoding) {
+  if (!content_encoding) return API_CODING_NONE;
+  span coding = trim((span){content_encoding, strlen(content_encoding)});
+  if (coding.length == 0 || is_text(coding, "identity")) return API_CODING_NONE;
+  if (is_text(coding, "gzip") || is_text(coding, "x-gzip")) return API_CODING_GZIP;
+  return is_text(coding, "zstd") ? API_CODING_ZSTD : API_CODING_OTHER;
+}

@@ -1,0 +1,43 @@
+/* Content negotiation: what a client accepts, and what it says it sends. */
+#ifndef API_NEGOTIATE_H
+#define API_NEGOTIATE_H
+
+#include "tweend/base.h"
+
+/* One representation that a route can answer with. */
+typedef struct api_offer {
+  const char *extension; /* "glb"; "" where the route has no extensions */
+  const char *type;      /* media type, without parameters */
+} api_offer;
+
+/* The offer that an Accept header (RFC 9110, section 12.5.1; NULL: anything) likes best, the first
+ * of equals; -1 when it likes none. offers: ends with a NULL type. */
+int api_negotiate(const char *accept, const api_offer *offers);
+
+/* What an upload says of itself. */
+typedef enum api_upload_type {
+  API_TYPE_BYTES, /* the bytes decide */
+  API_TYPE_GLB,
+  API_TYPE_GLTF,
+  API_TYPE_OBJ,
+  API_TYPE_JSON,
+  API_TYPE_MULTIPART,
+  API_TYPE_OTHER /* certainly no model: an image, a web page */
+} api_upload_type;
+
+/* Of a Content-Type header; NULL: absent. */
+api_upload_type api_upload_type_of(const char *content_type);
+
+/* The boundary parameter of a multipart Content-Type, unquoted: at most 70 characters (RFC 2046)
+ * and a terminator into out. False when there is none. */
+bool api_multipart_boundary(const char *content_type, char out[71]);
+
+typedef enum api_coding { API_CODING_NONE, API_CODING_GZIP, API_CODING_ZSTD, API_CODING_OTHER } api_coding;
+
+/* Of a Content-Encoding header; NULL: absent. Several codings count as other. */
+api_coding api_coding_of(const char *content_encoding);
+
+extern const char api_upload_types[]; /* the types of models, comma-separated */
+extern const char api_codings[];      /* the content codings, comma-separated */
+
+#endif

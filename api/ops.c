@@ -1,0 +1,40 @@
+/* Operations: health, readiness, version, and the description of the interface. */
+#include "handlers.h"
+#include "openapi.h"
+#include "service.h"
+
+static api_outcome reply_uncached(api_call *call, api_text *text) {
+  api_answer_header(&call->answer, "Cache-Control", "no-store");
+  return api_reply(call, text);
+}
+
+api_outcome api_get_health(api_call *call) {
+  api_text text = {0};
+  api_text_add(&text, "{\"status\":\"ok\"}\n");
+  return reply_uncached(call, &text);
+}
+
+api_outcome api_get_ready(api_call *call) {
+  if (atomic_load(&call->service->is_draining)) {
+    call->fault.retry_after_s = 1;
+    return api_fail_with(call, 503, "draining: this process is about to stop");
+  }
+  api_text text = {0};
+  api_text_add(&text, "{\"status\":\"ready\"}\n");
+  return reply_uncached(call, &text);
+}
+
+api_outcome api_get_version(api_call *call) {
+  api_text text = {0};
+  api_text_add(&text, "{\"name\":\"tweend\",\"version\":");
+  api_text_string(&text, tw_version());
+  api_text_add(&text, ",\"api\":\"v1\"}\n");
+  return reply_uncached(call, &text);
+}
+
+api_outcome api_get_openapi(api_call *call) {
+  api_text text = {0};
+  api_text_bytes(&text, (const char *)api_openapi, api_openapi_size);
+  api_answer_header(&call->answer, "Cache-Control", "no-cache");
+  return api_reply(call, &text);
+}

@@ -1,0 +1,29 @@
+/* Problem documents (RFC 9457): the one form of every error answer. */
+#ifndef API_PROBLEM_H
+#define API_PROBLEM_H
+
+#include "api.h"
+#include "tweend/base.h"
+#include "tweend/subdiv.h"
+
+/* Why a request fails. A value that owns nothing. */
+typedef struct api_fault {
+  int status;
+  tw_error error;         /* detail, and the place in the document */
+  bool in_document;       /* the error's pointer points into a JSON or glTF document ("" is its root) */
+  unsigned retry_after_s; /* 0: no such header */
+  const char *allow;      /* methods, for 405 */
+  const char *supported;  /* comma-separated types or codings, for 406 and 415 */
+  api_header header;      /* one more header of the answer; name NULL: none */
+  bool is_predicted;      /* the sizes that were over a limit */
+  tw_surface_counts predicted;
+  uint64_t predicted_bytes; /* 0: not known */
+} api_fault;
+
+/* The HTTP status of a library status. */
+int api_status_of(tw_status status);
+
+/* Fills a zeroed answer but for its memory, which is kept. */
+void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer);
+
+#endif

@@ -1,0 +1,151 @@
+/* Query strings: percent-decoding and typed values, every fault named. */
+#include "query.h"
+#include "utf8.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/* More than any route knows; a longer query is a mistake or worse. */
+enum { PARAMETERS_MAX = 64 };
+
+static int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+/* Decodes text[0..length) into the arena. */
+static tw_status decode(const char *text, size_t length, tw_arena *arena, const char **out, tw_error *error) {
+  char *decoded = tw_arena_alloc(arena, length + 1, 1);
+  if (!decoded) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  size_t size = 0;
+  for (size_t i = 0; i < length; i++) {
+    char c = text[i] == '+' ? ' ' : text[i];
+    if (c == '%') {
+      int high = length - i > 2 ? hex_digit(text[i + 1]) : -1;
+      int low = length - i > 2 ? hex_digit(text[i + 2]) : -1;
+      if (high < 0 || low < 0) return tw_fail(error, TW_SYNTAX, "the query has a '%%' that is no escape");
+      c = (char)(high * 16 + low);
+      i += 2;
+    }
+    decoded[size++] = c;
+  }
+  if (!api_utf8_is_plain(decoded, size))
+    return tw_fail(error, TW_SYNTAX, "the query is not UTF-8 text, or holds control characters");
+  *out = decoded;
+  return TW_OK;
+}
+
+static tw_status fail_unknown(const char *name, const char *const *known, tw_error *error) {
+  char list[220] = "";
+  size_t length = 0;
+  for (; *known; known++) {
+    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", *known);
+    if (more < 0 || (size_t)more >= sizeof list - length) break;
+    length += (size_t)more;
+  }
+  if (length == 0) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
+  return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\"; known: %s", name, list);
+}
+
+static bool is_known(const char *name, const char *const *known) {
+  for (; *known; known++)
+    if (strcmp(name, *known) == 0) return true;
+  return false;
+}
+
+static tw_status add(api_parameter *parameters, size_t *count, api_parameter fresh, const char *const *known,
+                     tw_error *error) {
+  if (!is_known(fresh.name, known)) return fail_unknown(fresh.name, known, error);
+  for (size_t i = 0; i < *count; i++)
+    if (strcmp(parameters[i].name, fresh.name) == 0)
+      return tw_fail(error, TW_SYNTAX, "parameter \"%s\" is given twice", fresh.name);
+  if (*count == PARAMETERS_MAX) return tw_fail(error, TW_SYNTAX, "too many parameters");
+  parameters[(*count)++] = fresh;
+  return TW_OK;
+}
+
+tw_status api_query_read(const char *text, const char *const *known, tw_arena *arena, api_query *out,
+                         tw_error *error) {
+  api_parameter *parameters = tw_arena_alloc(arena, PARAMETERS_MAX, sizeof *parameters);
+  if (!parameters) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  size_t count = 0;
+  while (*text) {
+    size_t length = strcspn(text, "&");
+    const char *equals = memchr(text, '=', length);
+    size_t name_length = equals ? (size_t)(equals - text) : length;
+    size_t value_start = equals ? name_length + 1 : length;
+    if (length > 0) {
+      api_parameter fresh;
+      tw_status status = decode(text, name_length, arena, &fresh.name, error);
+      if (status == TW_OK)
+        status = decode(text + value_start, length - value_start, arena, &fresh.value, error);
+      if (status == TW_OK) status = add(parameters, &count, fresh, known, error);
+      if (status != TW_OK) return status;
+    }
+    text += length;
+    if (*text == '&') text++;
+  }
+  *out = (api_query){count, parameters};
+  return TW_OK;
+}
+
+const char *api_query_get(const api_query *query, const char *name) {
+  for (size_t i = 0; i < query->count; i++)
+    if (strcmp(query->parameters[i].name, name) == 0) return query->parameters[i].value;
+  return NULL;
+}
+
+tw_status api_query_count(const api_query *query, const char *name, uint64_t *out, tw_error *error) {
+  const char *text = api_query_get(query, name);
+  if (!text) return TW_OK;
+  size_t digits = strspn(text, "0123456789");
+  if (digits == 0 || digits > 18 || text[digits] != '\0')
+    return tw_fail(error, TW_SYNTAX, "%s=%.60s: a whole number of 0 or more is expected", name, text);
+  uint64_t value = 0;
+  for (size_t i = 0; i < digits; i++) value = value * 10 + (uint64_t)(text[i] - '0');
+  *out = value;
+  return TW_OK;
+}
+
+bool api_number_read(const char *text, size_t length, double *out) {
+  double value;
+  size_t used = tw_read_double(text, length, &value);
+  if (used == 0 || used != length || !isfinite(value)) return false;
+  *out = value;
+  return true;
+}
+
+tw_status api_query_number(const api_query *query, const char *name, double *out, tw_error *error) {
+  const char *text = api_query_get(query, name);
+  if (text && !api_number_read(text, strlen(text), out))
+    return tw_fail(error, TW_SYNTAX, "%s=%.60s: a number is expected", name, text);
+  return TW_OK;
+}
+
+tw_status api_query_flag(const api_query *query, const char *name, bool *out, tw_error *error) {
+  static const char *const choices[] = {"false", "true", NULL};
+  int choice = *out;
+  tw_status status = api_query_choice(query, name, choices, &choice, error);
+  *out = choice == 1;
+  return status;
+}
+
+tw_status api_query_choice(const api_query *query, const char *name, const char *const *choices, int *out,
+                           tw_error *error) {
+  const char *text = api_query_get(query, name);
+  if (!text) return TW_OK;
+  char list[200] = "";
+  size_t length = 0;
+  for (int i = 0; choices[i]; i++) {
+    if (strcmp(text, choices[i]) == 0) {
+      *out = i;
+      return TW_OK;
+    }
+    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", choices[i]);
+    if (more > 0 && (size_t)more < sizeof list - length) length += (size_t)more;
+  }
+  return tw_fail(error, TW_SYNTAX, "%s=%.60s: expected one of %s", name, text, list);
+}

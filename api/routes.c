@@ -1,0 +1,216 @@
+/* The table of routes, and the stages that every request passes: route, cross-origin, method, key,
+ * query, representation, body type; then its handler. */
+#include "routes.h"
+
+#include "access.h"
+#include "handlers.h"
+#include "service.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static const char *const no_parameters[] = {NULL};
+static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
+
+static const api_route routes[] = {
+    {"GET", "/healthz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
+    {"GET", "/readyz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
+    {"GET", "/version", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
+    {"GET", "/openapi.json", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_openapi},
+};
+
+enum { ROUTES = sizeof routes / sizeof *routes };
+
+const api_route *api_routes(size_t *count) {
+  *count = ROUTES;
+  return routes;
+}
+
+/* ---- matching ------------------------------------------------------------------------------ */
+
+enum { ID_LENGTH = API_ID_TEXT - 1 };
+
+/* Bytes of `path` that the pattern covers; 0 when it does not match. id: gets what {id} stands for. */
+static size_t match_pattern(const char *pattern, const char *path, char id[API_ID_TEXT]) {
+  const char *start = path;
+  while (*pattern) {
+    if (*pattern == '{') {
+      if (strspn(path, "0123456789abcdef") < ID_LENGTH) return 0;
+      memcpy(id, path, ID_LENGTH);
+      path += ID_LENGTH;
+      pattern += strcspn(pattern, "}") + 1;
+    } else if (*pattern++ != *path++) {
+      return 0;
+    }
+  }
+  return (size_t)(path - start);
+}
+
+/* Whether the path is this route's. *offer: what its extension asks for, NULL without one. */
+static bool match_route(const api_route *route, const char *path, char id[API_ID_TEXT],
+                        const api_offer **offer) {
+  *offer = NULL;
+  memset(id, 0, API_ID_TEXT);
+  size_t length = match_pattern(route->path, path, id);
+  if (length == 0) return false;
+  if (path[length] == '\0') return true;
+  if (!route->has_extensions || path[length] != '.') return false;
+  for (const api_offer *o = route->offers; o->type; o++) {
+    if (strcmp(path + length + 1, o->extension) != 0) continue;
+    *offer = o;
+    return true;
+  }
+  return false;
+}
+
+const char *api_route_name(const char *path) {
+  char id[API_ID_TEXT];
+  const api_offer *offer;
+  for (size_t i = 0; i < ROUTES; i++)
+    if (match_route(&routes[i], path, id, &offer)) return routes[i].path;
+  return "other";
+}
+
+/* Finds the route of method and path. allow: the methods that the path has ("" when it is none). */
+static void find_route(api_call *call, const char *method, char allow[64]) {
+  size_t length = 0;
+  allow[0] = '\0';
+  for (size_t i = 0; i < ROUTES; i++) {
+    char id[API_ID_TEXT];
+    const api_offer *offer;
+    if (!match_route(&routes[i], call->request->path, id, &offer)) continue;
+    bool is_get = strcmp(routes[i].method, "GET") == 0;
+    length +=
+        (size_t)snprintf(allow + length, 64 - length, "%s%s", routes[i].method, is_get ? ", HEAD, " : ", ");
+    if (strcmp(routes[i].method, method) != 0) continue;
+    call->route = &routes[i];
+    call->offer = offer;
+    memcpy(call->id, id, sizeof id);
+  }
+  if (length > 0) snprintf(allow + length, 64 - length, "OPTIONS");
+}
+
+/* ---- the stages before the body -------------------------------------------------------------- */
+
+static api_outcome choose_offer(api_call *call) {
+  if (call->offer) return API_DONE; /* the extension wins */
+  int best = api_negotiate(api_call_header(call, "Accept"), call->route->offers);
+  if (best >= 0) {
+    call->offer = &call->route->offers[best];
+    return API_DONE;
+  }
+  char list[256];
+  size_t length = 0;
+  for (const api_offer *o = call->route->offers; o->type; o++)
+    length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", o->type);
+  call->fault.supported = tw_arena_text(call->arena, list, length);
+  return api_fail_with(call, 406, "Accept names none of: %s", list);
+}
+
+static api_outcome check_length(api_call *call) {
+  const char *length = api_call_header(call, "Content-Length");
+  if (!length && !api_call_header(call, "Transfer-Encoding"))
+    return api_fail_with(call, 411, "the request has no body: Content-Length or chunked coding is asked for");
+  uint64_t limit = call->service->limits.max_upload;
+  size_t digits = length ? strspn(length, "0123456789") : 0;
+  uint64_t size = 0;
+  for (size_t i = 0; i < digits && size <= limit; i++) size = size * 10 + (uint64_t)(length[i] - '0');
+  if (size > limit)
+    return api_fail_with(call, 413, "the body is over the limit of %llu bytes", (unsigned long long)limit);
+  return API_DONE;
+}
+
+static api_outcome check_type(api_call *call) {
+  if (api_coding_of(api_call_header(call, "Content-Encoding")) == API_CODING_OTHER) {
+    call->fault.supported = api_codings;
+    call->fault.header = (api_header){"Accept-Encoding", api_codings};
+    return api_fail_with(call, 415, "Content-Encoding is none of: %s", api_codings);
+  }
+  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
+  bool is_json = call->route->takes == API_TAKES_JSON;
+  bool fits = is_json ? type == API_TYPE_JSON || type == API_TYPE_BYTES : type != API_TYPE_OTHER;
+  if (fits) return API_DONE;
+  call->fault.supported = is_json ? "application/json" : api_upload_types;
+  return api_fail_with(call, 415, "Content-Type is none of: %s", call->fault.supported);
+}
+
+/* All that method, path and headers decide. API_LATER: let the body come. */
+static api_outcome admit(api_call *call) {
+  const char *method = call->request->method;
+  char allow[64];
+  call->is_head = strcmp(method, "HEAD") == 0;
+  find_route(call, call->is_head ? "GET" : method, allow);
+  if (strcmp(method, "OPTIONS") == 0 && (allow[0] || strcmp(call->request->path, "*") == 0)) {
+    const char *methods =
+        allow[0] ? tw_arena_text(call->arena, allow, strlen(allow)) : "GET, HEAD, POST, DELETE, OPTIONS";
+    if (!methods) return api_fail_without_memory(call);
+    api_cors_options(call, methods);
+    return API_DONE;
+  }
+  if (!allow[0]) return api_fail_with(call, 404, "nothing is at this path");
+  if (!call->route) {
+    call->fault.allow = tw_arena_text(call->arena, allow, strlen(allow));
+    return api_fail_with(call, 405, "this path answers %s", allow);
+  }
+  if (!call->route->is_open && !api_access_allowed(call)) return API_FAILED;
+  if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
+                     &call->fault.error) != TW_OK)
+    return api_fail(call);
+  api_outcome outcome = choose_offer(call);
+  if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_length(call);
+  if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_type(call);
+  return outcome == API_DONE ? API_LATER : outcome;
+}
+
+/* ---- the two entries ------------------------------------------------------------------------- */
+
+static bool begin(api_call *call, api_service *service, const api_request *request, api_effort effort) {
+  *call = (api_call){.service = service, .request = request, .effort = effort};
+  call->arena = tw_arena_create();
+  call->answer.memory = call->arena;
+  return call->arena != NULL;
+}
+
+/* Hands the answer over, with the headers that all answers bear. */
+static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
+  if (outcome == API_FAILED) {
+    call->answer.header_count = 0; /* they belong to the answer that did not come about */
+    api_problem_fill(&call->fault, call->request->id, &call->answer);
+  }
+  bool by_origin = strcmp(call->service->cors_origins, "*") != 0;
+  api_answer_header(&call->answer, "Vary", by_origin ? "Accept, Origin" : "Accept");
+  api_answer_header(&call->answer, "X-Content-Type-Options", "nosniff");
+  api_cors_headers(call->service, call->request, &call->answer);
+  *answer = call->answer;
+}
+
+api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
+  api_call call;
+  if (!begin(&call, service, request, API_LIGHT)) {
+    api_problem(503, "out of memory", request->id, 1, answer);
+    return API_REFUSED;
+  }
+  api_outcome outcome = admit(&call);
+  if (outcome == API_LATER) {
+    api_answer_deinit(&call.answer);
+    return API_READ_BODY;
+  }
+  finish(&call, outcome, answer);
+  return API_REFUSED;
+}
+
+bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer) {
+  api_call call;
+  if (!begin(&call, service, request, effort)) {
+    api_problem(503, "out of memory", request->id, 1, answer);
+    return true;
+  }
+  api_outcome outcome = admit(&call);
+  if (outcome == API_LATER) outcome = call.route->handle(&call);
+  if (outcome == API_LATER) {
+    api_answer_deinit(&call.answer);
+    return false;
+  }
+  finish(&call, outcome, answer);
+  return true;
+}

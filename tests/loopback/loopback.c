@@ -1,0 +1,343 @@
+/* The harness of the loopback tests. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+/* ---- store ----------------------------------------------------------------------------------- */
+
+typedef struct memory_object {
+  char id[API_ID_TEXT];
+  uint8_t *bytes;
+  size_t size;
+  char *summary;
+} memory_object;
+
+typedef struct memory_store {
+  pthread_mutex_t lock;
+  memory_object *objects; /* ascending ids */
+  size_t count, gets;
+  bool fails, forgets;
+} memory_store;
+
+/* The object with this id, or the place where it would stand. */
+static size_t find_object(const memory_store *store, const char *id, bool *found) {
+  size_t i = 0;
+  while (i < store->count && strcmp(store->objects[i].id, id) < 0) i++;
+  *found = i < store->count && strcmp(store->objects[i].id, id) == 0;
+  return i;
+}
+
+static api_store_status store_put(void *context, const char *id, api_bytes bytes, const char *summary,
+                                  bool *existed) {
+  memory_store *store = context;
+  pthread_mutex_lock(&store->lock);
+  bool fails = store->fails;
+  size_t i = find_object(store, id, existed);
+  if (!fails && !*existed) {
+    store->objects = realloc(store->objects, (store->count + 1) * sizeof *store->objects);
+    memmove(store->objects + i + 1, store->objects + i, (store->count - i) * sizeof *store->objects);
+    memory_object *object = &store->objects[i];
+    *object =
+        (memory_object){.bytes = malloc(bytes.size + 1), .size = bytes.size, .summary = strdup(summary)};
+    memcpy(object->id, id, API_ID_TEXT);
+    memcpy(object->bytes, bytes.data, bytes.size);
+    store->count++;
+  }
+  pthread_mutex_unlock(&store->lock);
+  return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
+}
+
+static void release_blob(api_blob *blob) {
+  free(blob->owner);
+}
+
+static api_store_status store_get(void *context, const char *id, api_blob *out) {
+  memory_store *store = context;
+  pthread_mutex_lock(&store->lock);
+  store->gets++;
+  bool found, fails = store->fails;
+  size_t i = find_object(store, id, &found);
+  if (found && !fails) {
+    uint8_t *copy = malloc(store->objects[i].size + 1);
+    memcpy(copy, store->objects[i].bytes, store->objects[i].size);
+    *out = (api_blob){.bytes = {copy, store->objects[i].size}, .owner = copy, .release = release_blob};
+  }
+  pthread_mutex_unlock(&store->lock);
+  return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
+}
+
+static api_store_status store_remove(void *context, const char *id) {
+  memory_store *store = context;
+  pthread_mutex_lock(&store->lock);
+  bool found, fails = store->fails;
+  size_t i = find_object(store, id, &found);
+  if (found && !fails) {
+    free(store->objects[i].bytes);
+    free(store->objects[i].summary);
+    store->count--;
+    memmove(store->objects + i, store->objects + i + 1, (store->count - i) * sizeof *store->objects);
+  }
+  pthread_mutex_unlock(&store->lock);
+  return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
+}
+
+static api_store_status store_list(void *context, const char *after, size_t limit, api_listed *out,
+                                   size_t *count, bool *more) {
+  memory_store *store = context;
+  pthread_mutex_lock(&store->lock);
+  bool fails = store->fails;
+  size_t i = 0, n = 0;
+  while (i < store->count && strcmp(store->objects[i].id, after) <= 0) i++;
+  for (; !fails && i < store->count && n < limit; i++, n++) {
+    out[n] = (api_listed){.size = store->objects[i].size,
+                          .summary = store->forgets ? NULL : strdup(store->objects[i].summary)};
+    memcpy(out[n].id, store->objects[i].id, API_ID_TEXT);
+  }
+  *count = n;
+  *more = i < store->count;
+  pthread_mutex_unlock(&store->lock);
+  return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
+}
+
+void loopback_store_fail(loopback *loop, bool fails) {
+  pthread_mutex_lock(&loop->store->lock);
+  loop->store->fails = fails;
+  pthread_mutex_unlock(&loop->store->lock);
+}
+
+void loopback_store_forget_summaries(loopback *loop) {
+  loop->store->forgets = true;
+}
+
+size_t loopback_store_count(loopback *loop) {
+  return loop->store->count;
+}
+
+size_t loopback_store_gets(loopback *loop) {
+  return loop->store->gets;
+}
+
+/* ---- service --------------------------------------------------------------------------------- */
+
+api_settings loopback_settings(void) {
+  return (api_settings){
+      .limits = {.max_upload = 1 << 20,
+                 .max_level = 10,
+                 .max_faces = 80000000,
+                 .max_output = (uint64_t)4 << 30,
+                 .max_times = 1000000,
+                 .plan_cache = 64 << 20},
+      .cors_origins = "*",
+  };
+}
+
+loopback *loopback_start(const api_settings *settings) {
+  loopback *loop = calloc(1, sizeof *loop);
+  loop->store = calloc(1, sizeof *loop->store);
+  pthread_mutex_init(&loop->store->lock, NULL);
+  loop->settings = *settings;
+  loop->settings.store = (api_store){loop->store, store_put, store_get, store_remove, store_list};
+  loop->service = api_service_create(&loop->settings);
+  assert_non_null(loop->service);
+  return loop;
+}
+
+void loopback_stop(loopback *loop) {
+  api_service_destroy(loop->service);
+  for (size_t i = 0; i < loop->store->count; i++) {
+    free(loop->store->objects[i].bytes);
+    free(loop->store->objects[i].summary);
+  }
+  pthread_mutex_destroy(&loop->store->lock);
+  free(loop->store->objects);
+  free(loop->store);
+  free(loop);
+}
+
+int loopback_setup(void **state) {
+  api_settings settings = loopback_settings();
+  *state = loopback_start(&settings);
+  return 0;
+}
+
+int loopback_teardown(void **state) {
+  loopback_stop(*state);
+  return 0;
+}
+
+/* ---- requests -------------------------------------------------------------------------------- */
+
+enum { HEADERS_MAX = 16, HEADER_TEXT = 4096 };
+
+typedef struct header_list {
+  char text[HEADER_TEXT]; /* cut into terminated pieces */
+  const char *names[HEADERS_MAX], *values[HEADERS_MAX];
+  size_t count;
+  char length[24];
+} header_list;
+
+static const char *find_header(void *context, const char *name) {
+  const header_list *list = context;
+  for (size_t i = 0; i < list->count; i++)
+    if (strcasecmp(list->names[i], name) == 0) return list->values[i];
+  return NULL;
+}
+
+static void split_headers(header_list *list, const char *text) {
+  assert_true(strlen(text) < HEADER_TEXT);
+  strcpy(list->text, text);
+  for (char *line = list->text; *line;) {
+    char *end = strchr(line, '\n');
+    char *colon = strstr(line, ": ");
+    assert_true(end && colon && colon < end && list->count < HEADERS_MAX - 1);
+    *end = *colon = '\0';
+    list->names[list->count] = line;
+    list->values[list->count++] = colon + 2;
+    line = end + 1;
+  }
+}
+
+static void read_body(reply *r) {
+  api_answer *answer = &r->answer;
+  if (!answer->body.read) {
+    r->size = answer->bytes.size;
+    r->body = malloc(r->size + 1);
+    if (r->size) memcpy(r->body, answer->bytes.data, r->size);
+    r->body[r->size] = '\0';
+    return;
+  }
+  size_t capacity = 0;
+  for (;;) {
+    if (capacity - r->size < 5001) r->body = realloc(r->body, capacity = capacity * 2 + 20000);
+    int64_t count = answer->body.read(answer->body.context, (uint8_t *)r->body + r->size, 5000);
+    assert_true(count >= 0 && count <= 5000);
+    if (count == 0) break;
+    r->size += (size_t)count;
+  }
+  r->body[r->size] = '\0';
+  if (answer->body.size != API_SIZE_UNKNOWN) assert_int_equal(r->size, answer->body.size);
+}
+
+static void prepare(api_request *request, header_list *list, char *path, const char *method,
+                    const char *target, const char *headers, const void *body, size_t size) {
+  *list = (header_list){.count = 0};
+  split_headers(list, headers ? headers : "");
+  if (body && !find_header(list, "Content-Length") && !find_header(list, "Transfer-Encoding")) {
+    snprintf(list->length, sizeof list->length, "%zu", size);
+    list->names[list->count] = "Content-Length";
+    list->values[list->count++] = list->length;
+  }
+  strcpy(path, target);
+  char *query = strchr(path, '?');
+  if (query) *query++ = '\0';
+  *request = (api_request){.method = method,
+                           .path = path,
+                           .query = query ? query : "",
+                           .id = "request-1",
+                           .header = find_header,
+                           .context = list,
+                           .body = {body, size}};
+}
+
+reply loopback_ask(loopback *loop, const char *method, const char *target, const char *headers,
+                   const void *body, size_t size) {
+  header_list list;
+  char *path = malloc(strlen(target) + 1);
+  api_request request;
+  prepare(&request, &list, path, method, target, headers, body, size);
+  reply r = {0};
+  if (api_open(loop->service, &request, &r.answer) == API_REFUSED) {
+    r.refused = true;
+  } else if (!api_handle(loop->service, &request, API_LIGHT, &r.answer)) {
+    assert_true(api_handle(loop->service, &request, API_HEAVY, &r.answer));
+  }
+  free(path);
+  r.status = r.answer.status;
+  read_body(&r);
+  return r;
+}
+
+bool loopback_is_light(loopback *loop, const char *target) {
+  header_list list;
+  char *path = malloc(strlen(target) + 1);
+  api_request request;
+  prepare(&request, &list, path, "GET", target, NULL, NULL, 0);
+  api_answer answer = {0};
+  bool done = api_handle(loop->service, &request, API_LIGHT, &answer);
+  api_answer_deinit(&answer);
+  free(path);
+  return done;
+}
+
+reply loopback_get(loopback *loop, const char *target) {
+  return loopback_ask(loop, "GET", target, NULL, NULL, 0);
+}
+
+reply loopback_post(loopback *loop, const char *target, const char *type, const char *body) {
+  char headers[256];
+  snprintf(headers, sizeof headers, "Content-Type: %s\n", type);
+  return loopback_ask(loop, "POST", target, headers, body, strlen(body));
+}
+
+void loopback_upload(loopback *loop, const char *type, const char *body, char id[API_ID_TEXT]) {
+  reply r = loopback_post(loop, "/v1/models", type, body);
+  if (r.status != 201 && r.status != 200) fail_msg("upload: %d %s", r.status, r.body);
+  const char *location = reply_header(&r, "Location");
+  assert_non_null(location);
+  memcpy(id, strrchr(location, '/') + 1, API_ID_TEXT);
+  reply_free(&r);
+}
+
+void reply_free(reply *r) {
+  api_answer_deinit(&r->answer);
+  free(r->body);
+  *r = (reply){0};
+}
+
+const char *reply_header(const reply *r, const char *name) {
+  for (size_t i = 0; i < r->answer.header_count; i++)
+    if (strcasecmp(r->answer.headers[i].name, name) == 0) return r->answer.headers[i].value;
+  return NULL;
+}
+
+void assert_problem(reply r, int status, const char *pointer, const char *word) {
+  if (r.status != status) fail_msg("expected %d, got %d: %s", status, r.status, r.body);
+  assert_string_equal(reply_header(&r, "Content-Type"), "application/problem+json");
+  cJSON *problem = cJSON_Parse(r.body);
+  assert_non_null(problem);
+  assert_int_equal(cJSON_GetObjectItem(problem, "status")->valueint, status);
+  assert_string_equal(cJSON_GetObjectItem(problem, "instance")->valuestring, "request-1");
+  assert_non_null(cJSON_GetStringValue(cJSON_GetObjectItem(problem, "type")));
+  assert_non_null(cJSON_GetStringValue(cJSON_GetObjectItem(problem, "title")));
+  const char *detail = cJSON_GetStringValue(cJSON_GetObjectItem(problem, "detail"));
+  assert_true(detail && *detail);
+  if (word && !strstr(detail, word)) fail_msg("no \"%s\" in: %s", word, r.body);
+  if (pointer) {
+    const cJSON *first = cJSON_GetArrayItem(cJSON_GetObjectItem(problem, "errors"), 0);
+    const char *place = cJSON_GetStringValue(cJSON_GetObjectItem(first, "pointer"));
+    if (!place || strcmp(place, pointer) != 0) fail_msg("expected pointer %s in: %s", pointer, r.body);
+  }
+  cJSON_Delete(problem);
+  reply_free(&r);
+}
+
+char *loopback_file(const char *path, size_t *size) {
+  char full[1024];
+  snprintf(full, sizeof full, "%s/%s", TWEEND_SOURCE_DIR, path);
+  FILE *file = fopen(full, "rb");
+  if (!file) fail_msg("no file %s", full);
+  fseek(file, 0, SEEK_END);
+  long length = ftell(file);
+  rewind(file);
+  char *text = malloc((size_t)length + 1);
+  assert_int_equal(fread(text, 1, (size_t)length, file), length);
+  text[length] = '\0';
+  fclose(file);
+  if (size) *size = (size_t)length;
+  return text;
+}

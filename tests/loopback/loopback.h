@@ -1,0 +1,68 @@
+/* Requests against api/ with no socket: a service over a store in memory, and the answer to look at. */
+#ifndef LOOPBACK_H
+#define LOOPBACK_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "api.h"
+
+/* What came back, its body complete and terminated. */
+typedef struct reply {
+  int status;
+  bool refused; /* by api_open, before the body */
+  api_answer answer;
+  char *body;
+  size_t size;
+} reply;
+
+/* The service of the running test. */
+typedef struct loopback {
+  api_service *service;
+  api_settings settings;
+  struct memory_store *store;
+} loopback;
+
+/* Settings that suit most tests: 1 MiB bodies, level 10, CORS "*", no keys. */
+api_settings loopback_settings(void);
+loopback *loopback_start(const api_settings *settings);
+void loopback_stop(loopback *loop);
+
+/* cmocka fixtures with loopback_settings; *state is the loopback. */
+int loopback_setup(void **state);
+int loopback_teardown(void **state);
+
+/* The store's mood. */
+void loopback_store_fail(loopback *loop, bool fails); /* API_STORE_UNAVAILABLE from now on */
+void loopback_store_forget_summaries(loopback *loop); /* NULL in lists from now on */
+size_t loopback_store_count(loopback *loop);          /* objects held */
+size_t loopback_store_gets(loopback *loop);           /* calls of get so far */
+
+/* target: path and query. headers: "Name: value" lines, each ended by '\n', or NULL. A Content-Length
+ * is added to a body unless the headers bear one or a Transfer-Encoding. Calls api_open, then
+ * api_handle as light, then as heavy. The reply is freed by reply_free. */
+reply loopback_ask(loopback *loop, const char *method, const char *target, const char *headers,
+                   const void *body, size_t size);
+reply loopback_get(loopback *loop, const char *target);
+/* With text as the body. */
+reply loopback_post(loopback *loop, const char *target, const char *type, const char *body);
+/* Uploads and returns the id in place; fails the test when the status is not 201 or 200. */
+void loopback_upload(loopback *loop, const char *type, const char *body, char id[API_ID_TEXT]);
+/* Asks whether the light stage alone could answer. */
+bool loopback_is_light(loopback *loop, const char *target);
+void reply_free(reply *r);
+
+/* The header's value, NULL when absent. */
+const char *reply_header(const reply *r, const char *name);
+/* Asserts status and problem document; returns nothing but a failed test. pointer, word: NULL for
+ * any; the word must stand in the detail. Frees the reply. */
+void assert_problem(reply r, int status, const char *pointer, const char *word);
+
+/* The text of a file of the project, terminated; freed by the caller. */
+char *loopback_file(const char *path, size_t *size);
+
+#endif

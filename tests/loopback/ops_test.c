@@ -1,0 +1,147 @@
+/* Routing, methods, negotiation, keys, cross-origin headers and the operations' endpoints. */
+#include "loopback.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static void unknown_path_is_404(void **state) {
+  assert_problem(loopback_get(*state, "/nothing"), 404, NULL, NULL);
+  assert_problem(loopback_get(*state, "/healthz/"), 404, NULL, NULL);
+  assert_problem(loopback_get(*state, "/healthz.json"), 404, NULL, NULL);
+  assert_problem(loopback_get(*state, ""), 404, NULL, NULL);
+}
+
+static void wrong_method_is_405_with_allow(void **state) {
+  reply r = loopback_ask(*state, "POST", "/healthz", NULL, "x", 1);
+  assert_true(r.refused);
+  assert_string_equal(reply_header(&r, "Allow"), "GET, HEAD, OPTIONS");
+  assert_problem(r, 405, NULL, "GET");
+}
+
+static void unknown_parameter_is_400(void **state) {
+  assert_problem(loopback_get(*state, "/healthz?deep=1"), 400, NULL, "deep");
+  assert_problem(loopback_get(*state, "/healthz?%zz=1"), 400, NULL, NULL);
+  assert_problem(loopback_get(*state, "/healthz?%00=1"), 400, NULL, NULL);
+  assert_problem(loopback_get(*state, "/healthz?a%"), 400, NULL, NULL);
+  assert_problem(loopback_get(*state, "/healthz?%ff=1"), 400, NULL, "UTF-8");
+}
+
+static void unacceptable_type_is_406_with_the_list(void **state) {
+  reply r = loopback_ask(*state, "GET", "/version", "Accept: image/png, application/json;q=0\n", NULL, 0);
+  assert_non_null(strstr(r.body, "\"supported\":[\"application/json\"]"));
+  assert_problem(r, 406, NULL, "application/json");
+}
+
+static void accept_with_quality_is_understood(void **state) {
+  const char *const good[] = {"Accept: */*\n", "Accept: application/*;q=0.1\n", "Accept: \n",
+                              "Accept: text/html;x=\"a,b\", application/json;q=0.5\n",
+                              "Accept: */*;q=0, application/json\n"};
+  for (size_t i = 0; i < sizeof good / sizeof *good; i++) {
+    reply r = loopback_ask(*state, "GET", "/version", good[i], NULL, 0);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  const char *const bad[] = {"Accept: application/json;q=2\n", "Accept: app/json\n", "Accept: */*;q=0\n",
+                             "Accept: application/json;q=0, */*\n"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+    assert_problem(loopback_ask(*state, "GET", "/version", bad[i], NULL, 0), 406, NULL, NULL);
+}
+
+static void operations_answer_json(void **state) {
+  const char *const paths[] = {"/healthz", "/readyz", "/version", "/openapi.json"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    reply r = loopback_get(*state, paths[i]);
+    assert_int_equal(r.status, 200);
+    assert_string_equal(reply_header(&r, "Content-Type"), "application/json");
+    assert_int_equal(r.body[0], '{');
+    reply_free(&r);
+    assert_true(loopback_is_light(*state, paths[i]));
+    assert_string_equal(api_route_name(paths[i]), paths[i]);
+  }
+}
+
+static void draining_shows_in_readyz_alone(void **state) {
+  loopback *loop = *state;
+  api_service_drain(loop->service);
+  reply r = loopback_get(loop, "/readyz");
+  assert_non_null(reply_header(&r, "Retry-After"));
+  assert_problem(r, 503, NULL, "draining");
+  r = loopback_get(loop, "/healthz");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+}
+
+static void options_answers_allow_and_preflight(void **state) {
+  reply r = loopback_ask(*state, "OPTIONS", "/healthz", NULL, NULL, 0);
+  assert_int_equal(r.status, 204);
+  assert_string_equal(reply_header(&r, "Allow"), "GET, HEAD, OPTIONS");
+  assert_null(reply_header(&r, "Access-Control-Allow-Methods"));
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+  reply_free(&r);
+  r = loopback_ask(*state, "OPTIONS", "/healthz",
+                   "Origin: https://a.example\nAccess-Control-Request-Method: GET\n", NULL, 0);
+  assert_int_equal(r.status, 204);
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Methods"), "GET, HEAD, OPTIONS");
+  assert_non_null(strstr(reply_header(&r, "Access-Control-Allow-Headers"), "If-None-Match"));
+  reply_free(&r);
+  assert_problem(loopback_ask(*state, "OPTIONS", "/nothing", NULL, NULL, 0), 404, NULL, NULL);
+}
+
+static void origins_of_a_list_are_echoed(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.cors_origins = "https://a.example, https://b.example";
+  loopback *loop = loopback_start(&settings);
+  reply r = loopback_ask(loop, "GET", "/healthz", "Origin: https://b.example\n", NULL, 0);
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "https://b.example");
+  assert_non_null(strstr(reply_header(&r, "Vary"), "Origin"));
+  reply_free(&r);
+  r = loopback_ask(loop, "GET", "/healthz", "Origin: https://b.example.evil\n", NULL, 0);
+  assert_null(reply_header(&r, "Access-Control-Allow-Origin"));
+  assert_non_null(strstr(reply_header(&r, "Vary"), "Origin"));
+  reply_free(&r);
+  loopback_stop(loop);
+}
+
+static void problems_of_the_server_have_the_form(void **state) {
+  (void)state;
+  reply r = {0};
+  api_problem(503, "the queue is full, \"sorry\"", "request-1", 2, &r.answer);
+  r.status = r.answer.status;
+  r.body = calloc(r.answer.bytes.size + 1, 1);
+  memcpy(r.body, r.answer.bytes.data, r.answer.bytes.size);
+  assert_string_equal(reply_header(&r, "Retry-After"), "2");
+  assert_problem(r, 503, NULL, "\"sorry\"");
+}
+
+static int start_with_keys(void **state) {
+  static const char *const keys[] = {"alpha", "beta", NULL};
+  api_settings settings = loopback_settings();
+  settings.api_keys = keys;
+  *state = loopback_start(&settings);
+  return 0;
+}
+
+static void operations_are_open_without_a_key(void **state) {
+  reply r = loopback_get(*state, "/healthz");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(unknown_path_is_404, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(wrong_method_is_405_with_allow, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(unknown_parameter_is_400, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(unacceptable_type_is_406_with_the_list, loopback_setup,
+                                      loopback_teardown),
+      cmocka_unit_test_setup_teardown(accept_with_quality_is_understood, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(operations_answer_json, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(draining_shows_in_readyz_alone, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(options_answers_allow_and_preflight, loopback_setup, loopback_teardown),
+      cmocka_unit_test(origins_of_a_list_are_echoed),
+      cmocka_unit_test(problems_of_the_server_have_the_form),
+      cmocka_unit_test_setup_teardown(operations_are_open_without_a_key, start_with_keys, loopback_teardown),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
