@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "tweend/base.h"
-#include "utf8.h"
+#include "tweend/utf8.h"
 
 void api_text_deinit(api_text *text) {
   free(text->data);
@@ -85,7 +85,7 @@ void api_text_string(api_text *text, const char *value) {
   size_t plain = 0; /* start of the run that goes out as it is */
   for (size_t i = 0; i < length;) {
     unsigned char byte = (unsigned char)value[i];
-    size_t width = byte < 0x80 ? 1 : api_utf8_width(value + i, length - i);
+    size_t width = byte < 0x80 ? 1 : tw_utf8_length(value + i, length - i);
     bool as_it_is = byte >= 0x80 ? width > 0 : byte >= 0x20 && byte != '"' && byte != '\\' && byte != 0x7F;
     if (!as_it_is) {
       api_text_bytes(text, value + plain, i - plain);

@@ -1,6 +1,7 @@
 /* Query strings: percent-decoding and typed values, every fault named. */
 #include "query.h"
-#include "utf8.h"
+
+#include "tweend/utf8.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -32,7 +33,7 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
     }
     decoded[size++] = c;
   }
-  if (!api_utf8_is_plain(decoded, size))
+  if (!tw_utf8_is_name(decoded, size))
     return tw_fail(error, TW_SYNTAX, "the query is not UTF-8 text, or holds control characters");
   *out = decoded;
   return TW_OK;

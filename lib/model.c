@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "utf8.h"
+#include "tweend/utf8.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb"};
 const char *const tw_format_media_types[TW_FORMATS] = {"model/obj", "application/json", "model/gltf+json",
