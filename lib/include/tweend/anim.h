@@ -31,14 +31,16 @@ typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KE
 
 /* ---- rotation algebra --------------------------------------------------------------------- */
 
-void tw_quat_multiply(const float a[4], const float b[4], float out[4]); /* out = a b: b first */
-void tw_quat_inverse(const float q[4], float out[4]);                    /* of a unit quaternion */
-void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]);
+void tw_quat_multiply(const float a[4], const float b[4], float out[4]);        /* out = a b: b first */
+void tw_quat_inverse(const float q[4], float out[4]);                           /* of a unit quaternion */
+void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]); /* axis of any length */
 void tw_quat_to_axis_angle(const float q[4], float out[4]); /* x y z angle, angle in [0, pi] */
 void tw_quat_from_euler(const double angles[3], tw_euler_order order, float out[4]);
-/* Angles in (-pi, pi], middle angle in [-pi/2, pi/2]; at gimbal lock the third-applied axis gets 0. */
+/* Angles in (-pi, pi], middle angle in [-pi/2, pi/2]; at gimbal lock (within half a microradian) the
+ * order's last axis gets 0. */
 void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]);
-/* The representation of q (its twin and turns of 2 pi included) nearest to `previous`. */
+/* The representation of q (its twin and turns of 2 pi included) nearest to `previous`; at gimbal lock the
+ * nearest of all that say the same rotation. */
 void tw_quat_to_euler_near(const float q[4], tw_euler_order order, const float previous[3], float out[3]);
 void tw_quat_to_matrix3(const float q[4], float out[9]);
 void tw_quat_from_matrix3(const float m[9], float out[4]); /* of a rotation matrix */
@@ -54,10 +56,10 @@ typedef struct tw_trs {
 #define TW_TRS_IDENTITY ((tw_trs){{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}})
 
 void tw_trs_to_matrix(const tw_trs *trs, float out[16]);
-/* Nearest TRS of an affine matrix; false when it has shear, a zero axis or a last row other than 0 0 0 1,
+/* TRS of a finite affine matrix; false when it has shear, a zero axis or a last row other than 0 0 0 1,
  * in which case out is the best fit. A mirrored matrix gets a negative x scale. */
 bool tw_trs_from_matrix(const float m[16], tw_trs *out);
-void tw_matrix_multiply(const float a[16], const float b[16], float out[16]);
+void tw_matrix_multiply(const float a[16], const float b[16], float out[16]); /* out may be a or b */
 
 /* ---- hierarchy ---------------------------------------------------------------------------- */
 
@@ -94,7 +96,8 @@ typedef struct tw_track_keys {
   tw_interpolation interpolation;
   tw_key_form form;     /* TW_KEY_VALUES for all but rotations */
   tw_euler_order order; /* of TW_KEY_EULER */
-  uint32_t width;       /* components a value has: 3, 4 (quaternion, axis-angle x y z angle), morph count */
+  uint32_t width;       /* numbers a value has: 3 (Euler angles too), 4 (quaternion, axis-angle x y z
+                           angle), morph count */
   uint32_t key_count;
   const float *times;   /* [key_count], strictly increasing */
   const float *values;  /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
@@ -112,11 +115,25 @@ typedef struct tw_clip_keys {
 typedef struct tw_clip tw_clip;
 
 /* Checks and compiles a clip. Refuses (TW_INVALID, pointer relative to the clip:
- * "/tracks/2/times/5"): times not finite, negative or not strictly increasing, values not finite,
- * zero quaternions or axes, a node out of range, a width that does not fit the path, two tracks on
- * one node and path, an interpolation that the path or key form does not have.
+ * "/tracks/2/times/5"): no keys, times not finite, negative or not strictly increasing, values not finite,
+ * zero quaternions or axes, angles beyond 1e9, a node out of range, a width that does not fit the path, two
+ * tracks on one node and path, an interpolation that the path or key form does not have (TW_EULER is for
+ * TW_KEY_EULER, TW_CUBICSPLINE for values and quaternions, TW_NLERP and TW_SQUAD for rotations).
+ *
+ * Rotation keys are brought to unit length (one within 1e-6 of it is kept bit for bit) and each is
+ * negated where its dot product with the one before it is negative, tangents of a spline likewise; so
+ * a sample at a key's time is the key, with the sign of the first key's side.
+ * TW_LINEAR between axis-angle keys turns the whole angle they say: about one axis it goes linearly
+ * through all turns; between two axes the axis goes along the great arc to the other or its opposite,
+ * whichever is nearer, while the angle goes linearly; a key of angle 0 takes its neighbour's axis.
+ * TW_SQUAD has the angular velocity at each key of the parabola through it and its neighbours, which for
+ * equally spaced keys are Shoemake's control points.
+ *
  * force: -1 keeps each track's interpolation, else a tw_interpolation for every rotation track
- * (TW_CUBICSPLINE is forced only on tracks that have tangents; others TW_INVALID).
+ * (TW_CUBICSPLINE is forced only on tracks that have tangents; others TW_INVALID). Forcing converts
+ * Euler and axis-angle keys to quaternions first, so turns of more than 180 degrees are lost; but
+ * TW_EULER leaves Euler keys as they are, and makes of all others XYZ triples, each the one nearest to the
+ * triple before it.
  * The keys may be freed after the call. O(keys). */
 tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
                          tw_error *error);
@@ -127,7 +144,8 @@ size_t tw_clip_size(const tw_clip *clip);    /* bytes it holds, for a cache's bu
 
 typedef enum tw_loop { TW_CLAMP, TW_REPEAT, TW_PINGPONG } tw_loop;
 
-/* Maps a time onto the clip. Duration 0 gives 0. TW_CLAMP returns t itself. */
+/* Maps a time onto the clip: TW_REPEAT into [0, duration), TW_PINGPONG there and back. Duration 0 gives 0.
+ * TW_CLAMP returns t itself: sampling clamps. */
 float tw_loop_time(float t, float duration, tw_loop loop);
 
 /* Local transforms of all nodes at one time: rest where no track moves them.
@@ -138,6 +156,13 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
  * Works track by track. */
 void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals);
+
+/* Samples one track, counted as in tw_clip_keys: out [time_count][tw_clip_width]. The only way to
+ * weights. Any thread, allocates nothing. */
+void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out);
+uint32_t tw_clip_width(const tw_clip *clip, uint32_t track); /* numbers in a sample; 4 for rotations */
+/* The track of a node's path; TW_NO_INDEX where there is none. O(tracks). */
+uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path);
 
 /* Whether a track of the clip moves this node (its matrix then no longer counts, its TRS does). */
 bool tw_clip_moves(const tw_clip *clip, uint32_t node);

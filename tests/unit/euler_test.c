@@ -1,0 +1,134 @@
+/* Euler angles in the six orders. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rotation_reference.h"
+
+/* The axis of an order's nth letter. */
+static int axis_of(tw_euler_order order, int n) {
+  return tw_euler_order_names[order][n] - 'X';
+}
+
+static double error_against(const float q[4], ref_matrix expected) {
+  return ref_matrix_angle(ref_matrix_of(ref_of(q)), expected);
+}
+
+static void order_names_are_the_matrix_products(void **state) {
+  (void)state;
+  uint64_t seed = 1;
+  for (int n = 0; n < 6000; n++) {
+    tw_euler_order order = (tw_euler_order)(n % TW_EULER_ORDERS);
+    double angles[3];
+    float q[4];
+    for (int i = 0; i < 3; i++) angles[i] = ref_between(&seed, -10, 10);
+    tw_quat_from_euler(angles, order, q);
+    assert_true(error_against(q, ref_euler(angles, order)) < 5e-7);
+  }
+}
+
+static void angles_of_a_quaternion_give_it_back(void **state) {
+  (void)state;
+  uint64_t seed = 2;
+  for (int n = 0; n < 6000; n++) {
+    tw_euler_order order = (tw_euler_order)(n % TW_EULER_ORDERS);
+    float q[4], angles[3];
+    ref_narrow(ref_random_unit(&seed), q);
+    tw_quat_to_euler(q, order, angles);
+    double wide[3] = {(double)angles[0], (double)angles[1], (double)angles[2]};
+    assert_true(error_against(q, ref_euler(wide, order)) < 1e-6);
+    for (int i = 0; i < 3; i++) assert_true(fabs(wide[i]) <= REF_PI + 1e-7);
+    assert_true(fabs(wide[axis_of(order, 1)]) <= REF_PI / 2 + 1e-7);
+  }
+}
+
+static void gimbal_lock_puts_the_turn_into_the_first_axis(void **state) {
+  (void)state;
+  for (int order = 0; order < TW_EULER_ORDERS; order++)
+    for (int side = -1; side <= 1; side += 2) {
+      double angles[3];
+      float q[4], back[3];
+      angles[axis_of(order, 0)] = 0.3;
+      angles[axis_of(order, 1)] = side * REF_PI / 2;
+      angles[axis_of(order, 2)] = 0.4;
+      tw_quat_from_euler(angles, (tw_euler_order)order, q);
+      tw_quat_to_euler(q, (tw_euler_order)order, back);
+      assert_true(back[axis_of(order, 2)] == 0);
+      assert_true(fabs((double)back[axis_of(order, 1)] - side * REF_PI / 2) < 1e-6);
+      /* Only the sum or the difference of the outer angles is left. */
+      double first = (double)back[axis_of(order, 0)];
+      assert_true(fabs(first - 0.7) < 1e-6 || fabs(first + 0.1) < 1e-6);
+      double wide[3] = {(double)back[0], (double)back[1], (double)back[2]};
+      assert_true(error_against(q, ref_euler(wide, (tw_euler_order)order)) < 1e-6);
+    }
+}
+
+static void precision_holds_up_to_gimbal_lock(void **state) {
+  (void)state;
+  for (int order = 0; order < TW_EULER_ORDERS; order++)
+    for (int digits = 1; digits < 12; digits++) {
+      double angles[3];
+      float q[4], back[3];
+      angles[axis_of(order, 0)] = 0.3;
+      angles[axis_of(order, 1)] = REF_PI / 2 - pow(10, -digits);
+      angles[axis_of(order, 2)] = -1.4;
+      tw_quat_from_euler(angles, (tw_euler_order)order, q);
+      tw_quat_to_euler(q, (tw_euler_order)order, back);
+      double wide[3] = {(double)back[0], (double)back[1], (double)back[2]};
+      assert_true(error_against(q, ref_euler(wide, (tw_euler_order)order)) < 1e-6);
+    }
+}
+
+static void nearest_angles_follow_a_path_through_turns_and_lock(void **state) {
+  (void)state;
+  for (int order = 0; order < TW_EULER_ORDERS; order++) {
+    float previous[3] = {0, 0, 0};
+    for (int n = 0; n <= 4000; n++) {
+      double angles[3];
+      float q[4], near[3];
+      angles[axis_of(order, 0)] = 0.002 * n; /* over a whole turn */
+      angles[axis_of(order, 1)] = 0.003 * n; /* through lock, over the top and round */
+      angles[axis_of(order, 2)] = -0.004 * n;
+      tw_quat_from_euler(angles, (tw_euler_order)order, q);
+      tw_quat_to_euler_near(q, (tw_euler_order)order, previous, near);
+      for (int i = 0; i < 3; i++) {
+        /* Beside lock the outer angles are known to single precision over the cosine only. */
+        double room = 1e-5 + 1e-6 / fmax(1e-3, fabs(cos(angles[axis_of(order, 1)])));
+        if (fabs((double)near[i] - angles[i]) > room)
+          fail_msg("order %d step %d axis %d: %g, not %g", order, n, i, (double)near[i], angles[i]);
+      }
+      memcpy(previous, near, sizeof previous);
+    }
+  }
+}
+
+static void nearest_angles_at_lock_keep_the_inner_angle(void **state) {
+  (void)state;
+  for (int order = 0; order < TW_EULER_ORDERS; order++)
+    for (int side = -1; side <= 1; side += 2) {
+      double angles[3];
+      float q[4], previous[3], near[3];
+      for (int i = 0; i < 3; i++) {
+        angles[axis_of(order, i)] = (double[3]){2.5, side * REF_PI / 2, 9.75}[i];
+        previous[axis_of(order, i)] = (float)angles[axis_of(order, i)];
+      }
+      tw_quat_from_euler(angles, (tw_euler_order)order, q);
+      tw_quat_to_euler_near(q, (tw_euler_order)order, previous, near);
+      for (int i = 0; i < 3; i++) assert_true(fabs((double)near[i] - angles[i]) < 2e-6);
+    }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(order_names_are_the_matrix_products),
+      cmocka_unit_test(angles_of_a_quaternion_give_it_back),
+      cmocka_unit_test(gimbal_lock_puts_the_turn_into_the_first_axis),
+      cmocka_unit_test(precision_holds_up_to_gimbal_lock),
+      cmocka_unit_test(nearest_angles_follow_a_path_through_turns_and_lock),
+      cmocka_unit_test(nearest_angles_at_lock_keep_the_inner_angle),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
