@@ -1,0 +1,89 @@
+/* One track made ready for sampling. Built by track_build.c, sampled by track_sample.c. */
+#ifndef TWEEND_TRACK_H
+#define TWEEND_TRACK_H
+
+#include "quat.h"
+#include "timeline.h"
+
+/* How a track is evaluated, which decides the type of its segments. */
+typedef enum track_kind {
+  TRACK_ARC,           /* rotation, step and slerp: arc_segment */
+  TRACK_NLERP,         /* rotation: arc_segment and nlerp_shape */
+  TRACK_SQUAD,         /* rotation: squad_segment */
+  TRACK_HERMITE,       /* rotation, cubic spline: cubic [4] */
+  TRACK_EULER,         /* rotation: euler_segment */
+  TRACK_AXIS_ANGLE,    /* rotation: turn_segment */
+  TRACK_VALUES_STEP,   /* float [width] a key */
+  TRACK_VALUES_LINEAR, /* float [width] a key */
+  TRACK_VALUES_HERMITE /* cubic [width] */
+} track_kind;
+
+/* from cos v + toward sin v with v = (time - start) rate. Everything that slerp needs in one place in
+ * memory. At v = 0 this is `from`, bit for bit: the key. toward is as long as from. */
+typedef struct arc_segment {
+  float from[4], toward[4];
+  float start, rate;
+} arc_segment;
+
+/* The same great arc at the pace of the straight line between its ends: at u the direction is
+ * (1 - u versine, u sine). */
+typedef struct nlerp_shape {
+  float versine, sine; /* of the arc's angle */
+} nlerp_shape;
+
+typedef struct squad_segment {
+  tw_arc keys, controls;
+} squad_segment;
+
+/* c[0] + u (c[1] + u (c[2] + u c[3])) */
+typedef struct cubic {
+  double c[4];
+} cubic;
+
+typedef struct euler_segment {
+  double start[3], change[3];
+} euler_segment;
+
+/* The axis goes along the great arc from `axis` toward `toward`, the angle linearly. */
+typedef struct turn_segment {
+  double axis[3], toward[3], axis_angle;
+  double start, change;
+} turn_segment;
+
+/* Segment i goes from key i to key i + 1; the last one stands still, for times at or after the last
+ * key. Immutable. */
+typedef struct tw_track {
+  track_kind kind;
+  uint32_t node;
+  tw_path path;
+  uint32_t width;       /* floats in a sample */
+  tw_euler_order order; /* TRACK_EULER */
+  const tw_timeline *timeline;
+  uint32_t timeline_index;
+  const float *keys; /* [key_count][width]: TRACK_VALUES_STEP, _LINEAR, TRACK_SQUAD, TRACK_HERMITE */
+  union {
+    const arc_segment *arcs;     /* [key_count] */
+    const squad_segment *squads; /* [key_count] */
+    const cubic *cubics;         /* [key_count][width] */
+    const euler_segment *eulers; /* [key_count] */
+    const turn_segment *turns;   /* [key_count] */
+  } segments;
+  const nlerp_shape *shapes; /* [key_count], TRACK_NLERP */
+} tw_track;
+
+/* Compiles keys that tw_clip_create has checked. `interpolation` may differ from the keys' own when
+ * `forced`. Memory comes from the arena. TW_INVALID (pointer from the track: "/quaternions/3") on a key
+ * that is no rotation, TW_NO_MEMORY. */
+tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
+                         tw_interpolation interpolation, bool forced, const tw_timeline *timeline,
+                         tw_error *error);
+
+/* Values at clamped times, keys[i] being the key at or before times[i]. out: [count][width]. */
+void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
+                     float *out);
+
+/* Rotations of `count` arcs at once: out[i] at v = angles[i] of *arcs[i]. At most TW_ARC_BLOCK. */
+enum { TW_ARC_BLOCK = 64 };
+void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]);
+
+#endif

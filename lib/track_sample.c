@@ -1,0 +1,149 @@
+/* Sampling: the formulas of every interpolation. */
+#include "track.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
+ * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
+static inline float sine(float v) {
+  float x = v * v;
+  return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
+}
+
+static inline float cosine(float v) {
+  float x = v * v;
+  return 1 +
+         x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
+}
+
+void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
+  float c[TW_ARC_BLOCK], s[TW_ARC_BLOCK];
+  for (size_t i = 0; i < count; i++) {
+    c[i] = cosine(angles[i]);
+    s[i] = sine(angles[i]);
+  }
+  for (size_t i = 0; i < count; i++) {
+    const arc_segment *arc = arcs[i];
+    for (int j = 0; j < 4; j++) out[i][j] = arc->from[j] * c[i] + arc->toward[j] * s[i];
+  }
+}
+
+static void sample_arcs(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
+                        float *out) {
+  const arc_segment *arcs[TW_ARC_BLOCK];
+  float angles[TW_ARC_BLOCK];
+  for (size_t done = 0; done < count; done += TW_ARC_BLOCK) {
+    size_t block = count - done < TW_ARC_BLOCK ? count - done : TW_ARC_BLOCK;
+    for (size_t i = 0; i < block; i++) {
+      const arc_segment *arc = track->segments.arcs + keys[done + i];
+      arcs[i] = arc;
+      angles[i] = (times[done + i] - arc->start) * arc->rate;
+    }
+    tw_arcs_sample(arcs, angles, block, (float(*)[4])(out + 4 * done));
+  }
+}
+
+/* How far into its segment a time is, in [0, 1); 0 at a key. */
+static double segment_part(const tw_timeline *timeline, float time, uint32_t key) {
+  if (key + 1 == timeline->key_count) return 0;
+  double start = (double)timeline->times[key], end = (double)timeline->times[key + 1];
+  return ((double)time - start) / (end - start);
+}
+
+static void nlerp_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const arc_segment *arc = track->segments.arcs + key;
+  const nlerp_shape *shape = track->shapes + key;
+  double c = 1 - part * (double)shape->versine, s = part * (double)shape->sine;
+  double length = sqrt(c * c + s * s);
+  for (int i = 0; i < 4; i++)
+    out[i] = (float)((double)arc->from[i] * (c / length) + (double)arc->toward[i] * (s / length));
+}
+
+/* Shoemake's spherical quadrangle: slerp between the arc of the keys and that of the controls. */
+static void squad_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const squad_segment *segment = track->segments.squads + key;
+  double between_keys[4], between_controls[4], q[4];
+  if (part == 0) {
+    memcpy(out, track->keys + 4 * (size_t)key, 4 * sizeof *out);
+    return;
+  }
+  tw_arc_at(&segment->keys, part, between_keys);
+  tw_arc_at(&segment->controls, part, between_controls);
+  tw_arc arc = tw_arc_between(between_keys, between_controls);
+  tw_arc_at(&arc, 2 * part * (1 - part), q);
+  quat_narrow(q, out);
+}
+
+static double cubic_at(const cubic *cubic, double u) {
+  const double *c = cubic->c;
+  return c[0] + u * (c[1] + u * (c[2] + u * c[3]));
+}
+
+static void hermite_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const cubic *cubics = track->segments.cubics + 4 * (size_t)key;
+  double q[4];
+  for (int i = 0; i < 4; i++) q[i] = cubic_at(&cubics[i], part);
+  /* A spline through zero has no direction there: the key before it stands in. */
+  if (part == 0 || tw_normalize(q, 4) < 1e-30)
+    memcpy(out, track->keys + 4 * (size_t)key, 4 * sizeof *out);
+  else
+    quat_narrow(q, out);
+}
+
+static void euler_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const euler_segment *segment = track->segments.eulers + key;
+  double angles[3], q[4];
+  for (int i = 0; i < 3; i++) angles[i] = segment->start[i] + part * segment->change[i];
+  tw_quat_euler(angles, track->order, q);
+  quat_narrow(q, out);
+}
+
+static void turn_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const turn_segment *segment = track->segments.turns + key;
+  double axis[3], q[4];
+  double c = cos(part * segment->axis_angle), s = sin(part * segment->axis_angle);
+  for (int i = 0; i < 3; i++) axis[i] = segment->axis[i] * c + segment->toward[i] * s;
+  tw_quat_axis_angle(axis, segment->start + part * segment->change, q);
+  quat_narrow(q, out);
+}
+
+static void values_linear_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const float *start = track->keys + (size_t)key * track->width;
+  const float *end = part == 0 ? start : start + track->width;
+  for (uint32_t i = 0; i < track->width; i++)
+    out[i] = (float)((double)start[i] + part * ((double)end[i] - (double)start[i]));
+}
+
+static void values_step_at(const tw_track *track, uint32_t key, double part, float *out) {
+  (void)part;
+  memcpy(out, track->keys + (size_t)key * track->width, track->width * sizeof *out);
+}
+
+static void values_hermite_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const cubic *cubics = track->segments.cubics + (size_t)key * track->width;
+  for (uint32_t i = 0; i < track->width; i++) /* huge tangents may leave the range of float */
+    out[i] = (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, cubic_at(&cubics[i], part)));
+}
+
+void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
+                     float *out) {
+  static void (*const samplers[])(const tw_track *, uint32_t, double, float *) = {
+      [TRACK_NLERP] = nlerp_at,
+      [TRACK_SQUAD] = squad_at,
+      [TRACK_HERMITE] = hermite_at,
+      [TRACK_EULER] = euler_at,
+      [TRACK_AXIS_ANGLE] = turn_at,
+      [TRACK_VALUES_STEP] = values_step_at,
+      [TRACK_VALUES_LINEAR] = values_linear_at,
+      [TRACK_VALUES_HERMITE] = values_hermite_at,
+  };
+  if (track->kind == TRACK_ARC) {
+    sample_arcs(track, times, keys, count, out);
+    return;
+  }
+  for (size_t i = 0; i < count; i++)
+    samplers[track->kind](track, keys[i], segment_part(track->timeline, times[i], keys[i]),
+                          out + i * track->width);
+}

@@ -1,0 +1,293 @@
+/* Clips: what is refused, what happens to keys, times outside them. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rotation_reference.h"
+
+static const float two_times[] = {0, 1};
+static const float identity_pair[] = {0, 0, 0, 1, 0, 0, 0, 1};
+
+static tw_track_keys quaternion_track(const float *times, const float *values, uint32_t key_count) {
+  return (tw_track_keys){.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_QUATERNION,
+                         .width = 4,
+                         .key_count = key_count,
+                         .times = times,
+                         .values = values};
+}
+
+static tw_track_keys value_track(tw_path path, const float *times, const float *values, uint32_t key_count) {
+  return (tw_track_keys){.path = path,
+                         .interpolation = TW_LINEAR,
+                         .width = 3,
+                         .key_count = key_count,
+                         .times = times,
+                         .values = values};
+}
+
+static void assert_refused(const tw_track_keys *tracks, uint32_t count, int force, const char *pointer) {
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  tw_clip *clip = NULL;
+  tw_error error = {0};
+  assert_int_equal(tw_clip_create(&keys, 2, force, &clip, &error), TW_INVALID);
+  assert_null(clip);
+  assert_string_equal(error.pointer, pointer);
+  assert_true(error.detail[0] != '\0');
+  assert_int_equal(tw_clip_create(&keys, 2, force, &clip, NULL), TW_INVALID);
+}
+
+static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  tw_clip *clip = NULL;
+  tw_error error = {0};
+  if (tw_clip_create(&keys, 2, force, &clip, &error) != TW_OK)
+    fail_msg("%s: %s", error.pointer, error.detail);
+  return clip;
+}
+
+static void times_must_be_finite_not_negative_and_rising(void **state) {
+  (void)state;
+  const float bad[][3] = {{0, NAN, 2}, {0, INFINITY, 2}, {-1, 0, 2}, {0, 1, 1}, {0, 2, 1}};
+  const char *pointers[] = {"/tracks/0/times/1", "/tracks/0/times/1", "/tracks/0/times/0",
+                            "/tracks/0/times/2", "/tracks/0/times/2"};
+  const float values[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    tw_track_keys track = quaternion_track(bad[i], values, 3);
+    assert_refused(&track, 1, -1, pointers[i]);
+  }
+}
+
+static void values_must_be_finite_and_rotations_not_zero(void **state) {
+  (void)state;
+  const float not_finite[] = {0, 0, 0, 1, 0, NAN, 0, 1}, zero[] = {0, 0, 0, 1, 0, 0, 0, 0};
+  tw_track_keys track = quaternion_track(two_times, not_finite, 2);
+  assert_refused(&track, 1, -1, "/tracks/0/quaternions/1");
+  track = quaternion_track(two_times, zero, 2);
+  assert_refused(&track, 1, -1, "/tracks/0/quaternions/1");
+
+  const float moved[] = {0, 0, 0, 0, INFINITY, 0};
+  track = value_track(TW_TRANSLATION, two_times, moved, 2);
+  assert_refused(&track, 1, -1, "/tracks/0/values/1");
+
+  const double no_axis[] = {1, 0, 0, 1, 0, 0, 0, 1}, endless[] = {0, 0, 0, 0, 1e10, 0};
+  track = (tw_track_keys){.path = TW_ROTATION,
+                          .interpolation = TW_LINEAR,
+                          .form = TW_KEY_AXIS_ANGLE,
+                          .width = 4,
+                          .key_count = 2,
+                          .times = two_times,
+                          .angles = no_axis};
+  assert_refused(&track, 1, -1, "/tracks/0/axis_angles/1");
+  track.form = TW_KEY_EULER;
+  track.width = 3;
+  track.angles = endless;
+  assert_refused(&track, 1, -1, "/tracks/0/eulers/1");
+}
+
+static void tangents_must_be_finite(void **state) {
+  (void)state;
+  float values[24] = {0};
+  values[7] = values[19] = 1;
+  values[11] = NAN; /* out-tangent of the first key */
+  tw_track_keys track = quaternion_track(two_times, values, 2);
+  track.interpolation = TW_CUBICSPLINE;
+  assert_refused(&track, 1, -1, "/tracks/0/quaternions/0");
+}
+
+static void nodes_widths_and_paths_must_fit(void **state) {
+  (void)state;
+  tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
+  track.node = 2;
+  assert_refused(&track, 1, -1, "/tracks/0/node");
+  track.node = 0;
+  track.width = 3;
+  assert_refused(&track, 1, -1, "/tracks/0/quaternions");
+  track.width = 4;
+  track.key_count = 0;
+  assert_refused(&track, 1, -1, "/tracks/0/times");
+  track = value_track(TW_SCALE, two_times, identity_pair, 2);
+  track.width = 4;
+  assert_refused(&track, 1, -1, "/tracks/0/values");
+  track.path = TW_WEIGHTS;
+  track.width = 0;
+  assert_refused(&track, 1, -1, "/tracks/0/values");
+}
+
+static void two_tracks_on_one_path_are_refused(void **state) {
+  (void)state;
+  tw_track_keys tracks[] = {quaternion_track(two_times, identity_pair, 2),
+                            value_track(TW_SCALE, two_times, identity_pair, 2),
+                            quaternion_track(two_times, identity_pair, 2)};
+  assert_refused(tracks, 3, -1, "/tracks/2/path");
+  tracks[2].node = 1;
+  tw_clip_destroy(compile(tracks, 3, -1));
+}
+
+static void interpolations_go_with_paths_and_forms(void **state) {
+  (void)state;
+  const double eulers[] = {0, 0, 0, 1, 1, 1};
+  tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
+  track.interpolation = TW_EULER;
+  assert_refused(&track, 1, -1, "/tracks/0/interpolation");
+  track = value_track(TW_TRANSLATION, two_times, identity_pair, 2);
+  track.interpolation = TW_SQUAD;
+  assert_refused(&track, 1, -1, "/tracks/0/interpolation");
+  track = (tw_track_keys){.path = TW_ROTATION,
+                          .interpolation = TW_CUBICSPLINE,
+                          .form = TW_KEY_EULER,
+                          .width = 3,
+                          .key_count = 2,
+                          .times = two_times,
+                          .angles = eulers};
+  assert_refused(&track, 1, -1, "/tracks/0/interpolation");
+  track.interpolation = TW_EULER;
+  assert_refused(&track, 1, TW_CUBICSPLINE, "/tracks/0/interpolation");
+  for (int force = -1; force <= TW_EULER; force++)
+    if (force != TW_CUBICSPLINE) tw_clip_destroy(compile(&track, 1, force));
+}
+
+static void an_empty_clip_leaves_nodes_at_rest(void **state) {
+  (void)state;
+  tw_clip *clip = compile(NULL, 0, -1);
+  tw_node nodes[2] = {{.rest = TW_TRS_IDENTITY}, {.rest = TW_TRS_IDENTITY}};
+  nodes[1].rest.translation[1] = 5;
+  tw_trs locals[2];
+  tw_clip_pose(clip, nodes, 2, 3, locals);
+  assert_true(locals[1].translation[1] == 5);
+  assert_true(tw_clip_duration(clip) == 0);
+  assert_false(tw_clip_moves(clip, 0));
+  tw_clip_destroy(clip);
+  tw_clip_destroy(NULL);
+}
+
+static void keys_come_back_bit_for_bit_and_times_outside_clamp(void **state) {
+  (void)state;
+  uint64_t seed = 5;
+  float times[9], values[9][4], moves[9][3];
+  ref_quat previous = {0, 0, 0, 1};
+  for (int i = 0; i < 9; i++) {
+    times[i] = 0.5f + (float)(i * i) * 0.37f;
+    previous = ref_toward(ref_random_unit(&seed), previous);
+    ref_narrow(previous, values[i]);
+    for (int j = 0; j < 3; j++) moves[i][j] = (float)ref_between(&seed, -5, 5);
+  }
+  tw_node nodes[2] = {{.rest = TW_TRS_IDENTITY}, {.rest = TW_TRS_IDENTITY}};
+  for (int force = -1; force <= TW_EULER; force++) {
+    if (force == TW_CUBICSPLINE || force == TW_EULER) continue;
+    tw_track_keys tracks[] = {quaternion_track(times, values[0], 9),
+                              value_track(TW_SCALE, times, moves[0], 9)};
+    tw_clip *clip = compile(tracks, 2, force);
+    tw_trs pose[2];
+    for (int i = -1; i <= 9; i++) {
+      int key = i < 0 ? 0 : i > 8 ? 8 : i;
+      tw_clip_pose(clip, nodes, 2, i < 0 ? 0.25f : i > 8 ? 1e30f : times[i], pose);
+      assert_memory_equal(pose[0].rotation, values[key], sizeof values[key]);
+      assert_memory_equal(pose[0].scale, moves[key], sizeof moves[key]);
+    }
+    tw_clip_destroy(clip);
+  }
+}
+
+static void a_single_key_holds_for_ever(void **state) {
+  (void)state;
+  const float time[] = {2}, value[] = {0.6f, 0, 0, 0.8f};
+  for (int force = -1; force <= TW_EULER; force++) {
+    if (force == TW_CUBICSPLINE) continue;
+    tw_track_keys track = quaternion_track(time, value, 1);
+    tw_clip *clip = compile(&track, 1, force);
+    for (int i = 0; i < 5; i++) {
+      float at = (float)i, q[4];
+      tw_clip_sample(clip, 0, &at, 1, q);
+      assert_true(ref_angle(ref_of(q), ref_of(value)) < 1e-6);
+    }
+    tw_clip_destroy(clip);
+  }
+}
+
+static void keys_are_normalised_and_their_signs_made_continuous(void **state) {
+  (void)state;
+  const float times[] = {0, 1, 2}, values[] = {0, 0, 0, 2, 0, -0.6f, 0, -0.8f, 0, 1, 0, 0};
+  tw_track_keys track = quaternion_track(times, values, 3);
+  tw_clip *clip = compile(&track, 1, -1);
+  float out[3][4];
+  tw_clip_sample(clip, 0, times, 3, out[0]);
+  assert_true(out[0][3] == 1);
+  assert_true(out[1][1] == 0.6f && out[1][3] == 0.8f);
+  assert_true(out[2][1] == 1);
+  tw_clip_destroy(clip);
+}
+
+static void weights_are_sampled_by_track(void **state) {
+  (void)state;
+  const float values[] = {0, 1, 2, 3, 4, 4, 4, 4, 4, 4};
+  tw_track_keys track = value_track(TW_WEIGHTS, two_times, values, 2);
+  track.width = 5;
+  tw_clip *clip = compile(&track, 1, TW_SQUAD);
+  float at = 0.5f, out[5];
+  tw_clip_sample(clip, 0, &at, 1, out);
+  for (int i = 0; i < 5; i++) assert_true(out[i] == (float)(i + 4) / 2);
+  assert_int_equal(tw_clip_width(clip, 0), 5);
+  assert_int_equal(tw_clip_find(clip, 0, TW_WEIGHTS), 0);
+  assert_int_equal(tw_clip_find(clip, 0, TW_ROTATION), TW_NO_INDEX);
+  assert_false(tw_clip_moves(clip, 0));
+  tw_clip_destroy(clip);
+}
+
+static void crowded_and_denormal_key_times_are_found(void **state) {
+  (void)state;
+  enum { KEYS = 2000 };
+  static float times[KEYS], values[KEYS][3];
+  for (int i = 0; i < KEYS; i++) {
+    times[i] = i < KEYS - 1 ? (float)i * 1.4e-45f : 3e38f; /* all but the last in one bucket */
+    values[i][0] = (float)i;
+  }
+  tw_track_keys track = value_track(TW_TRANSLATION, times, values[0], KEYS);
+  track.interpolation = TW_STEP;
+  tw_clip *clip = compile(&track, 1, -1);
+  float out[KEYS][3];
+  tw_clip_sample(clip, 0, times, KEYS, out[0]);
+  assert_memory_equal(out, values, sizeof out);
+  for (int i = KEYS; i-- > 0;) { /* one by one and backwards: found without a hint */
+    tw_clip_sample(clip, 0, &times[i], 1, out[0]);
+    assert_true(out[0][0] == (float)i);
+  }
+  tw_clip_destroy(clip);
+}
+
+static void loops_fold_time_into_the_clip(void **state) {
+  (void)state;
+  assert_true(tw_loop_time(5, 2, TW_CLAMP) == 5);
+  assert_true(tw_loop_time(5, 2, TW_REPEAT) == 1);
+  assert_true(tw_loop_time(2, 2, TW_REPEAT) == 0);
+  assert_true(tw_loop_time(-0.5f, 2, TW_REPEAT) == 1.5f);
+  assert_true(tw_loop_time(-1e-30f, 2, TW_REPEAT) == 0);
+  assert_true(tw_loop_time(2, 2, TW_PINGPONG) == 2);
+  assert_true(tw_loop_time(2.5f, 2, TW_PINGPONG) == 1.5f);
+  assert_true(tw_loop_time(5, 2, TW_PINGPONG) == 1);
+  assert_true(tw_loop_time(-0.5f, 2, TW_PINGPONG) == 0.5f);
+  assert_true(tw_loop_time(3, 0, TW_REPEAT) == 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(times_must_be_finite_not_negative_and_rising),
+      cmocka_unit_test(values_must_be_finite_and_rotations_not_zero),
+      cmocka_unit_test(tangents_must_be_finite),
+      cmocka_unit_test(nodes_widths_and_paths_must_fit),
+      cmocka_unit_test(two_tracks_on_one_path_are_refused),
+      cmocka_unit_test(interpolations_go_with_paths_and_forms),
+      cmocka_unit_test(an_empty_clip_leaves_nodes_at_rest),
+      cmocka_unit_test(keys_come_back_bit_for_bit_and_times_outside_clamp),
+      cmocka_unit_test(a_single_key_holds_for_ever),
+      cmocka_unit_test(keys_are_normalised_and_their_signs_made_continuous),
+      cmocka_unit_test(weights_are_sampled_by_track),
+      cmocka_unit_test(crowded_and_denormal_key_times_are_found),
+      cmocka_unit_test(loops_fold_time_into_the_clip),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
