@@ -1,0 +1,423 @@
+/* Reading Wavefront OBJ: bad files first, then what good ones say. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tweend/format.h"
+#include "tweend/subdiv.h"
+
+/* Reads a copy without a terminator, so that the sanitizer sees a read past the end. */
+static tw_status read_bytes(const char *text, size_t size, tw_model **model, tw_error *error) {
+  uint8_t *bytes = malloc(size ? size : 1);
+  assert_non_null(bytes);
+  memcpy(bytes, text, size);
+  tw_status status = tw_obj_read(bytes, size, model, error);
+  free(bytes);
+  return status;
+}
+
+static tw_model *read_good(const char *text) {
+  tw_model *model = NULL;
+  tw_error error = {0};
+  tw_status status = read_bytes(text, strlen(text), &model, &error);
+  if (status != TW_OK) print_error("line %llu: %s\n", (unsigned long long)error.line, error.detail);
+  assert_int_equal(status, TW_OK);
+  return model;
+}
+
+static void assert_refused(const char *text, tw_status expected, uint64_t line) {
+  tw_model *untouched = NULL;
+  tw_error error = {0};
+  tw_status status = read_bytes(text, strlen(text), &untouched, &error);
+  if (status != expected || error.line != line)
+    print_error("%s\n-> status %d line %llu: %s\n", text, (int)status, (unsigned long long)error.line,
+                error.detail);
+  assert_int_equal(status, expected);
+  assert_int_equal(error.line, line);
+  assert_true(error.detail[0] != '\0');
+  assert_null(untouched);
+}
+
+#define TRIANGLE "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+#define SQUARE   "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
+
+/* ---- bad files ------------------------------------------------------------------------------ */
+
+static void bad_files_are_refused_at_their_line(void **state) {
+  (void)state;
+  static const struct {
+    const char *text;
+    tw_status status;
+    uint64_t line;
+  } cases[] = {
+      {"", TW_SYNTAX, 1},
+      {"# nothing\n\n", TW_SYNTAX, 3},
+      {TRIANGLE, TW_INVALID, 4},
+      {"v 0 0\n", TW_SYNTAX, 1},
+      {"v\n", TW_SYNTAX, 1},
+      {"v 0 0 0 1 1\n", TW_SYNTAX, 1},
+      {"v 0 0 zero\n", TW_SYNTAX, 1},
+      {"v 0 0 1.0.0\n", TW_SYNTAX, 1},
+      {"v 0 0 1e\n", TW_SYNTAX, 1},
+      {"v 0 0 0x10\n", TW_SYNTAX, 1},
+      {"v 0 0 -\n", TW_SYNTAX, 1},
+      {"\nv nan 0 0\n", TW_SYNTAX, 2},
+      {"v inf 0 0\n", TW_SYNTAX, 1},
+      {"v 1e999 0 0\n", TW_INVALID, 1},
+      {"v 0 -1e39 0\n", TW_INVALID, 1},
+      {"v 0 0 0 1 nan 0\n", TW_SYNTAX, 1},
+      {TRIANGLE "vt\nf 1 2 3\n", TW_SYNTAX, 4},
+      {TRIANGLE "vt x\nf 1 2 3\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1 2\n", TW_INVALID, 4},
+      {TRIANGLE "f\n", TW_INVALID, 4},
+      {TRIANGLE "f 0 1 2\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 4\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 3\nf 1 2 4\nf 1 3 2\n", TW_INVALID, 5},
+      {TRIANGLE "f -1 -2 -4\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 99999999999\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 9999999999999999999999\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1 2 2\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 -2\n", TW_INVALID, 4},
+      {TRIANGLE "f 1 2 3.5\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1 2 x\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1 2 3/x\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1 2 3/1/1/1\n", TW_SYNTAX, 4},
+      {TRIANGLE "f 1/1 2/1 3/1\n", TW_INVALID, 4},
+      {TRIANGLE "f 1//1 2//1 3//1\n", TW_INVALID, 4},
+      {TRIANGLE "vt 0 0\nf 1/0 2/1 3/1\n", TW_INVALID, 5},
+      {TRIANGLE "\\\n\\\nf 1 \\\n 2 9\n", TW_INVALID, 7},
+      {"\x89PNG\r\n", TW_SYNTAX, 1},
+      {"<html>\n", TW_SYNTAX, 1},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    assert_refused(cases[i].text, cases[i].status, cases[i].line);
+}
+
+static void bad_tags_are_refused_at_their_line(void **state) {
+  (void)state;
+  static const struct {
+    const char *tag;
+    tw_status status;
+  } cases[] = {
+      {"t crease\n", TW_SYNTAX},
+      {"t crease 2 0 1 1\n", TW_SYNTAX},
+      {"t crease 2/1/0 0 1\n", TW_SYNTAX},
+      {"t crease 2/1/0 0 1 nan\n", TW_SYNTAX},
+      {"t crease 2/1/0 0 1 1e99\n", TW_SYNTAX},
+      {"t crease 3/1/0 0 1 2 1\n", TW_SYNTAX},
+      {"t crease 2/0/0 0 1\n", TW_SYNTAX},
+      {"t crease 2/1/0 1 1 2\n", TW_SYNTAX},
+      {"t crease 2/1/0 0 -1 2\n", TW_SYNTAX},
+      {"t crease 2/1/0 0 4 2\n", TW_INVALID},
+      {"t crease 99999999999/1/0 0 1 2\n", TW_SYNTAX},
+      {"t corner 1/1/0 4 2\n", TW_INVALID},
+      {"t corner 2/3/0 0 1 1 2 3\n", TW_SYNTAX},
+      {"t hole 1/0/0 1\n", TW_INVALID},
+      {"t interpolateboundary 1/0/0 3\n", TW_SYNTAX},
+      {"t interpolateboundary 0/0/0\n", TW_SYNTAX},
+      {"t facevaryinginterpolateboundary 1/0/0 6\n", TW_SYNTAX},
+      {"t creasemethod 0/0/1 sharp\n", TW_SYNTAX},
+      {"t creasemethod 0/0/1\n", TW_SYNTAX},
+      {"t smoothtriangles 0/0/1 round\n", TW_SYNTAX},
+  };
+  char text[256];
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    strcpy(text, SQUARE "f 1 2 3 4\n");
+    strcat(text, cases[i].tag);
+    assert_refused(text, cases[i].status, 6);
+  }
+}
+
+static void a_file_cut_anywhere_is_read_or_refused(void **state) {
+  (void)state;
+  static const char whole[] = "mtllib a.mtl\no a\n" SQUARE "vt 0 0\nvn 0 0 1\nusemtl red\n"
+                              "f 1/1/1 2/1/1 \\\n 3/1/1 4/1/1\nt crease 2/1/0 0 1 2.5\n# end\r\n";
+  for (size_t size = 0; size < sizeof whole; size++) {
+    tw_model *model = NULL;
+    tw_error error;
+    if (read_bytes(whole, size, &model, &error) == TW_OK) tw_model_destroy(model);
+  }
+}
+
+/* ---- numbers and lines ---------------------------------------------------------------------- */
+
+static void numbers_of_every_form_are_read(void **state) {
+  (void)state;
+  tw_model *model = read_good("v 1.5 -.25 +3\nv 1e2 1.25E-2 -7.\nv 0.1 123456789012345678 1e-60\nf 1 2 3\n");
+  static const float expected[9] = {1.5f, -0.25f, 3, 100, 0.0125f, -7, 0.1f, 123456789012345678.0f, 0};
+  assert_memory_equal(model->meshes[0].positions, expected, sizeof expected);
+  tw_model_destroy(model);
+}
+
+/* The nearest float, as the C library finds it, for numbers of every length. */
+static void numbers_round_to_the_nearest_float(void **state) {
+  (void)state;
+  uint64_t seed = 1;
+  for (int i = 0; i < 2000; i++) {
+    char number[64], text[256];
+    seed = seed * 6364136223846793005u + 1442695040888963407u;
+    double value = ((double)(int64_t)seed) / 9.2e18 * pow(10, (int)(seed >> 33) % 12 - 6);
+    snprintf(number, sizeof number, "%.*f", (int)(seed >> 40) % 18, value);
+    snprintf(text, sizeof text, "v %s 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", number);
+    tw_model *model = read_good(text);
+    assert_true(model->meshes[0].positions[0] == (float)strtod(number, NULL));
+    tw_model_destroy(model);
+  }
+}
+
+static void line_ends_comments_and_continuations_make_no_difference(void **state) {
+  (void)state;
+  static const char *const variants[] = {
+      TRIANGLE "f 1 2 3\n",
+      "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n",
+      "v 0 0 0\rv 1 0 0\rv 0 1 0\rf 1 2 3\r",
+      "\xEF\xBB\xBFv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3",
+      "# c:\\files\\\nv 0 0 0 # first\n\n \t\nv\t1 0 0 \n  v 0 1 0\nf 1 2 3#end\n",
+      "v \\\n0 0\\\r\n 0\nv 1 0 0\nv 0 1 0\nf 1 2 \\\r 3\n",
+      "unknown 1 2 3 \\\n f 9 9 9\nv 0 0 0\nv 1 0 0\nv 0 1 0\ns off\nvn 0 0 1\nf 1//1 2//1 3//1\n",
+  };
+  static const float expected[9] = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  for (size_t i = 0; i < sizeof variants / sizeof *variants; i++) {
+    tw_model *model = read_good(variants[i]);
+    assert_int_equal(model->mesh_count, 1);
+    assert_int_equal(model->meshes[0].point_count, 3);
+    assert_memory_equal(model->meshes[0].positions, expected, sizeof expected);
+    assert_int_equal(model->meshes[0].face_count, 1);
+    tw_model_destroy(model);
+  }
+}
+
+/* ---- faces ---------------------------------------------------------------------------------- */
+
+static void faces_of_every_size_and_form_are_kept(void **state) {
+  (void)state;
+  tw_model *model =
+      read_good("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\n"
+                "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+                "f 1/1 2/2 3/3\nf -5//1 -3//-1 -2//1 -1//1\nf 1/1/1 2/-2/1 3/3/1 4/1/1 5/1/1\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  static const uint32_t offsets[] = {0, 3, 7, 12}, corners[] = {0, 1, 2, 0, 2, 3, 4, 0, 1, 2, 3, 4};
+  static const uint32_t uvs[] = {0, 1, 2, 3, 3, 3, 3, 0, 1, 2, 0, 0};
+  assert_int_equal(mesh->face_count, 3);
+  assert_int_equal(mesh->corner_count, 12);
+  assert_memory_equal(mesh->face_offsets, offsets, sizeof offsets);
+  assert_memory_equal(mesh->corners, corners, sizeof corners);
+  assert_int_equal(mesh->uv_set_count, 1);
+  assert_int_equal(mesh->uv_sets[0].value_count, 4);
+  assert_memory_equal(mesh->uv_sets[0].corners, uvs, sizeof uvs);
+  assert_true(mesh->uv_sets[0].values[5] == 1);
+  assert_true(mesh->uv_sets[0].values[6] == 0);
+  assert_int_equal(model->warning_count, 1); /* corners without vt */
+  tw_model_destroy(model);
+}
+
+static void faces_may_name_points_that_follow_them(void **state) {
+  (void)state;
+  tw_model *model = read_good("f 1 2 3\n" TRIANGLE);
+  assert_int_equal(model->meshes[0].face_count, 1);
+  tw_model_destroy(model);
+}
+
+static void a_face_of_a_thousand_corners_is_one_face(void **state) {
+  (void)state;
+  char *text = malloc(64 * 1000);
+  assert_non_null(text);
+  size_t length = 0;
+  for (int i = 0; i < 1000; i++) length += (size_t)sprintf(text + length, "v %d %d 0\n", i, i * i);
+  text[length++] = 'f';
+  for (int i = 0; i < 1000; i++) length += (size_t)sprintf(text + length, " %d", i + 1);
+  tw_model *model = read_good(text);
+  assert_int_equal(model->meshes[0].corner_count, 1000);
+  tw_model_destroy(model);
+  strcpy(text + length, " 500\n");
+  assert_refused(text, TW_INVALID, 1001);
+  free(text);
+}
+
+static void files_without_vt_have_no_uvs(void **state) {
+  (void)state;
+  tw_model *model = read_good(TRIANGLE "vt 0 0\nf 1 2 3\n");
+  assert_int_equal(model->meshes[0].uv_set_count, 0);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
+static void lines_and_points_are_left_out_with_a_warning(void **state) {
+  (void)state;
+  tw_model *model = read_good(TRIANGLE "l 1 2\np 3\nf 1 2 3\n");
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->warning_count, 1);
+  tw_model_destroy(model);
+}
+
+static void colours_become_linear_and_points_without_one_white(void **state) {
+  (void)state;
+  tw_model *model = read_good("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 1\nf 1 2 3\n");
+  const float *colors = model->meshes[0].colors;
+  assert_non_null(colors);
+  for (int i = 0; i < 4; i++) assert_true(colors[i] == 1 && colors[8 + i] == 1);
+  assert_true(colors[4] == 1 && colors[6] == 0 && colors[7] == 1);
+  assert_true(fabsf(colors[5] - 0.21404f) < 1e-4f);
+  tw_model_destroy(model);
+}
+
+/* ---- names, materials, objects --------------------------------------------------------------- */
+
+static void the_first_name_names_mesh_and_node(void **state) {
+  (void)state;
+  tw_model *model = read_good("g  left side \n" TRIANGLE "f 1 2 3\ng right\nf 1 3 2\n");
+  assert_int_equal(model->mesh_count, 1);
+  assert_string_equal(model->meshes[0].name, "left side");
+  assert_int_equal(model->node_count, 1);
+  assert_string_equal(model->nodes[0].name, "left side");
+  assert_int_equal(model->nodes[0].mesh, 0);
+  tw_model_destroy(model);
+}
+
+static void latin1_names_become_utf8(void **state) {
+  (void)state;
+  tw_model *model = read_good("o T\xFCr\x01\n" TRIANGLE "f 1 2 3\n");
+  assert_string_equal(model->meshes[0].name, "T\xC3\xBCr ");
+  tw_model_destroy(model);
+}
+
+static void materials_are_numbered_by_first_use(void **state) {
+  (void)state;
+  tw_model *model =
+      read_good(TRIANGLE "f 1 2 3\nusemtl red\nf 1 3 2\nusemtl blue\nf 2 3 1\nusemtl red\nf 3 1 2\n");
+  static const int32_t expected[] = {-1, 0, 1, 0};
+  assert_memory_equal(model->meshes[0].face_materials, expected, sizeof expected);
+  assert_int_equal(model->material_count, 2);
+  assert_string_equal(model->material_names[0], "red");
+  assert_string_equal(model->material_names[1], "blue");
+  tw_model_destroy(model);
+}
+
+static void a_thousand_materials_keep_their_names(void **state) {
+  (void)state;
+  char *text = malloc(64 * 2000);
+  assert_non_null(text);
+  size_t length = (size_t)sprintf(text, TRIANGLE);
+  for (int i = 0; i < 2000; i++)
+    length += (size_t)sprintf(text + length, "usemtl m%d\nf 1 2 3\n", (i * 7) % 1000);
+  tw_model *model = read_good(text);
+  assert_int_equal(model->material_count, 1000);
+  for (int i = 0; i < 2000; i++) {
+    char name[16];
+    sprintf(name, "m%d", (i * 7) % 1000);
+    assert_string_equal(model->material_names[model->meshes[0].face_materials[i]], name);
+  }
+  tw_model_destroy(model);
+  free(text);
+}
+
+#define SECOND "v 5 0 0\nv 6 0 0\nv 5 1 0\n"
+
+static void objects_that_share_no_point_become_meshes(void **state) {
+  (void)state;
+  tw_model *model = read_good("o a\n" TRIANGLE "v 9 9 9\nvt 0 0\nvt 1 0\nf 1/2 2/2 3/1\no empty\no b\n" SECOND
+                              "f 5/2 6/2 7/2\no last\n");
+  assert_int_equal(model->mesh_count, 2);
+  assert_int_equal(model->node_count, 2);
+  assert_string_equal(model->meshes[0].name, "a");
+  assert_string_equal(model->meshes[1].name, "b");
+  const tw_mesh *mesh = &model->meshes[1];
+  static const float positions[] = {5, 0, 0, 6, 0, 0, 5, 1, 0};
+  static const uint32_t corners[] = {0, 1, 2}, uvs[] = {0, 0, 0};
+  assert_int_equal(mesh->point_count, 3);
+  assert_memory_equal(mesh->positions, positions, sizeof positions);
+  assert_memory_equal(mesh->corners, corners, sizeof corners);
+  assert_int_equal(mesh->uv_sets[0].value_count, 1);
+  assert_memory_equal(mesh->uv_sets[0].corners, uvs, sizeof uvs);
+  assert_true(mesh->uv_sets[0].values[0] == 1);
+  tw_model_destroy(model);
+}
+
+static void objects_that_share_a_point_stay_one_mesh(void **state) {
+  (void)state;
+  tw_model *model = read_good("o a\n" TRIANGLE "f 1 2 3\no b\n" SECOND "f 3 4 5\n");
+  assert_int_equal(model->mesh_count, 1);
+  assert_string_equal(model->meshes[0].name, "a");
+  assert_int_equal(model->meshes[0].point_count, 6);
+  tw_model_destroy(model);
+}
+
+static void tagged_files_stay_one_mesh(void **state) {
+  (void)state;
+  tw_model *model = read_good("o a\n" TRIANGLE "f 1 2 3\no b\n" SECOND "f 4 5 6\nt corner 1/1/0 4 2\n");
+  assert_int_equal(model->mesh_count, 1);
+  assert_int_equal(model->meshes[0].sharp_points[0], 4);
+  tw_model_destroy(model);
+}
+
+/* ---- tags ----------------------------------------------------------------------------------- */
+
+static void tags_reach_the_mesh(void **state) {
+  (void)state;
+  tw_model *model =
+      read_good(SQUARE "f 1 2 3 4\nt crease 2/1/0 0 1 2.5\nt crease 4/2/0 1 2 2 3 1 20\n"
+                       "t corner 2/1/0 0 1 -3\nt hole 1/0/0 0\nt interpolateboundary 1/0/0 2\n"
+                       "t facevaryinginterpolateboundary 1/0/0 5\nt creasemethod 0/0/1 chaikin\n"
+                       "t smoothtriangles 0/0/1 smooth\nt vertexedit 1/1/1 0 1 a\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  static const uint32_t edges[] = {0, 1, 1, 2, 2, 3};
+  static const float sharpness[] = {2.5f, 1, 10};
+  assert_int_equal(mesh->crease_count, 3);
+  assert_memory_equal(mesh->crease_edges, edges, sizeof edges);
+  assert_memory_equal(mesh->crease_sharpness, sharpness, sizeof sharpness);
+  assert_int_equal(mesh->sharp_point_count, 2);
+  assert_int_equal(mesh->sharp_points[1], 1);
+  assert_true(mesh->point_sharpness[1] == 0);
+  assert_int_equal(mesh->hole_count, 1);
+  assert_int_equal(mesh->holes[0], 0);
+  assert_int_equal(mesh->tag_boundary, TW_BOUNDARY_EDGE_ONLY);
+  assert_int_equal(mesh->tag_uv, TW_UV_ALL);
+  assert_int_equal(mesh->tag_creasing, TW_CREASE_CHAIKIN);
+  assert_int_equal(mesh->tag_triangles, TW_TRIANGLES_SMOOTH);
+  assert_int_equal(model->warning_count, 1); /* vertexedit */
+  tw_model_destroy(model);
+}
+
+static void files_without_tags_leave_them_unset(void **state) {
+  (void)state;
+  tw_model *model = read_good(TRIANGLE "f 1 2 3\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->tag_boundary, TW_TAG_UNSET);
+  assert_int_equal(mesh->tag_uv, TW_TAG_UNSET);
+  assert_int_equal(mesh->tag_creasing, TW_TAG_UNSET);
+  assert_int_equal(mesh->tag_triangles, TW_TAG_UNSET);
+  tw_model_destroy(model);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(bad_files_are_refused_at_their_line),
+      cmocka_unit_test(bad_tags_are_refused_at_their_line),
+      cmocka_unit_test(a_file_cut_anywhere_is_read_or_refused),
+      cmocka_unit_test(numbers_of_every_form_are_read),
+      cmocka_unit_test(numbers_round_to_the_nearest_float),
+      cmocka_unit_test(line_ends_comments_and_continuations_make_no_difference),
+      cmocka_unit_test(faces_of_every_size_and_form_are_kept),
+      cmocka_unit_test(faces_may_name_points_that_follow_them),
+      cmocka_unit_test(a_face_of_a_thousand_corners_is_one_face),
+      cmocka_unit_test(files_without_vt_have_no_uvs),
+      cmocka_unit_test(lines_and_points_are_left_out_with_a_warning),
+      cmocka_unit_test(colours_become_linear_and_points_without_one_white),
+      cmocka_unit_test(the_first_name_names_mesh_and_node),
+      cmocka_unit_test(latin1_names_become_utf8),
+      cmocka_unit_test(materials_are_numbered_by_first_use),
+      cmocka_unit_test(a_thousand_materials_keep_their_names),
+      cmocka_unit_test(objects_that_share_no_point_become_meshes),
+      cmocka_unit_test(objects_that_share_a_point_stay_one_mesh),
+      cmocka_unit_test(tagged_files_stay_one_mesh),
+      cmocka_unit_test(tags_reach_the_mesh),
+      cmocka_unit_test(files_without_tags_leave_them_unset),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
