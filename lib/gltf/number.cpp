@@ -20,9 +20,13 @@ template <typename Number> size_t print(char *out, Number value) {
 
 } // namespace
 
-size_t tw_print_float(char *out, float value) { return print(out, value); }
+size_t tw_print_float(char *out, float value) {
+  return print(out, value);
+}
 
-size_t tw_print_double(char *out, double value) { return print(out, value); }
+size_t tw_print_double(char *out, double value) {
+  return print(out, value);
+}
 
 size_t tw_read_double(const char *text, size_t length, double *out) {
   const char *end = text + length;
