@@ -1,0 +1,69 @@
+# The end: SIGTERM lets what is under way finish, and takes nothing new.
+
+load helper
+setup() {
+  needs_process
+  cd "$BATS_TEST_TMPDIR" || return
+  start_daemon
+}
+teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
+
+@test "SIGTERM: an answer under way comes to its end, the daemon ends with 0" {
+  upload "$samples/cube.obj"
+  get "/v1/models/$id/surface.json?level=7"
+  bytes=$(value .bytes)
+  curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  client=$!
+  sleep 0.7
+  kill -0 "$client"
+  kill -TERM "$daemon"
+  wait "$client"
+  [ "$(stat -c %s slow.glb)" = "$bytes" ]
+  wait "$daemon"
+  daemon=""
+}
+
+@test "while draining, new requests are refused: 503 or no connection" {
+  upload "$samples/cube.obj"
+  curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  client=$!
+  sleep 0.7
+  kill -TERM "$daemon"
+  sleep 0.3
+  for path in /readyz /v1/models; do
+    get "$path" --max-time 3
+    [[ $status == 503 || $status == 000 ]]
+    [[ $status == 000 || -n $(header retry-after) ]]
+  done
+  kill "$client"
+  wait "$client" || true
+  wait "$daemon"
+  daemon=""
+}
+
+@test "SIGINT ends it too" {
+  kill -INT "$daemon"
+  wait "$daemon"
+  daemon=""
+}
+
+@test "without a request it ends at once" {
+  started=$EPOCHSECONDS
+  stop_daemon
+  ((EPOCHSECONDS - started <= 5))
+}
+
+@test "the drain has an end: a client that never reads is cut off" {
+  stop_daemon
+  start_daemon --drain-timeout 1s
+  upload "$samples/cube.obj"
+  curl --silent --output slow.glb --limit-rate 10k "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  client=$!
+  sleep 0.5
+  started=$EPOCHSECONDS
+  kill -TERM "$daemon"
+  wait "$daemon" || true
+  daemon=""
+  ((EPOCHSECONDS - started <= 5))
+  wait "$client" || true
+}

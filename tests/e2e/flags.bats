@@ -1,0 +1,128 @@
+# The program: flags and environment, the ready line, the health check, logs.
+
+load helper
+setup() {
+  needs_process
+  cd "$BATS_TEST_TMPDIR" || return
+  tweend=${TWEEND_BINARY:-$root/build/tweend}
+}
+teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
+
+@test "the ready line names the port that was taken" {
+  start_daemon
+  [[ $(cat "$ready") =~ ^tweend\ [0-9.]+\ listening\ on\ http://127\.0\.0\.1:[1-9][0-9]*$ ]]
+  get /readyz
+  expect 200
+}
+
+@test "--help lists every flag with its variable and default" {
+  run "$tweend" --help
+  [ "$status" -eq 0 ]
+  for flag in listen data threads queue max-upload max-level max-faces max-output max-times plan-cache \
+    drain-timeout cors-origins sample healthcheck; do
+    [[ $output == *"--$flag"* ]]
+  done
+  [[ $output == *TWEEND_MAX_UPLOAD* && $output == *127.0.0.1:8080* && $output == *256* ]]
+}
+
+@test "--version" {
+  run "$tweend" --version
+  [ "$status" -eq 0 ]
+  [[ $output =~ [0-9]+\.[0-9]+\.[0-9]+ ]]
+}
+
+@test "bad flags and values are refused with one clear line that names them" {
+  for arguments in --no-such-flag "--max-level 99" "--max-upload lots" "--listen nowhere" "--threads 0" \
+    "--drain-timeout 1fortnight" "--max-level" "cube.obj"; do
+    # shellcheck disable=SC2086 # one word or two
+    run timeout 10 "$tweend" --data "$PWD/data" $arguments
+    [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+    [ "${#lines[@]}" -eq 1 ] || { echo "$output"; return 1; }
+    [[ $output == *"${arguments%% *}"* ]] || { echo "$output"; return 1; }
+  done
+}
+
+@test "a variable sets what its flag sets, and the flag wins" {
+  export TWEEND_MAX_LEVEL=2
+  start_daemon
+  upload "$samples/cube.obj"
+  get "/v1/models/$id/surface.json?level=2"
+  expect 200
+  get "/v1/models/$id/surface.json?level=3"
+  [[ $status == 4* ]]
+  stop_daemon
+  start_daemon --max-level 3
+  get "/v1/models/$id/surface.json?level=3"
+  expect 200
+}
+
+@test "a bad variable is refused by its name" {
+  TWEEND_MAX_LEVEL=ninety run timeout 10 "$tweend" --data "$PWD/data"
+  [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+  [[ $output == *TWEEND_MAX_LEVEL* ]]
+}
+
+@test "a port that is taken is one clear line" {
+  start_daemon
+  run timeout 10 "$tweend" --listen "${url#http://}" --data "$PWD/other"
+  [ "$status" -ne 0 ] && [ "$status" -ne 124 ]
+  [ "${#lines[@]}" -eq 1 ]
+  [[ $output == *"${url#http://}"* ]]
+}
+
+@test "the health check asks the running daemon" {
+  start_daemon
+  address=${url#http://}
+  run "$tweend" --healthcheck --listen "$address"
+  [ "$status" -eq 0 ]
+  stop_daemon
+  run timeout 20 "$tweend" --healthcheck --listen "$address"
+  [ "$status" -eq 1 ]
+}
+
+@test "it listens on a unix socket" {
+  launch_line=$BATS_TEST_TMPDIR/unix.ready
+  "$tweend" --listen "unix:$PWD/socket" --data "$PWD/data" >"$launch_line" 2>unix.log 3>&- &
+  unix=$!
+  for _ in $(seq 100); do [[ -s $launch_line ]] && break; sleep 0.1; done
+  curl --silent --fail --unix-socket "$PWD/socket" http://localhost/readyz
+  "$tweend" --healthcheck --listen "unix:$PWD/socket"
+  kill -TERM "$unix"
+  wait "$unix"
+}
+
+@test "one line a request is logged, with its id" {
+  start_daemon --log-format json
+  get /version --header 'X-Request-Id: seen-in-the-log'
+  stop_daemon
+  [ "$(grep -c seen-in-the-log "$log")" = 1 ]
+  grep seen-in-the-log "$log" | jq -e '.status == 200 and (.method == "GET")'
+}
+
+@test "a log line cannot be forged by a request" {
+  start_daemon
+  get '/nothing%0aforged' --header 'X-Request-Id: a"b'
+  stop_daemon
+  if grep -q '^forged' "$log"; then false; fi
+}
+
+@test "API keys, once configured, are asked for" {
+  start_daemon --api-keys secret-one,secret-two
+  get /v1/models
+  problem 401
+  [ -n "$(header www-authenticate)" ]
+  get /v1/models --header 'Authorization: Bearer wrong'
+  [[ $status == 401 || $status == 403 ]]
+  get /v1/models --header 'Authorization: Bearer secret-two'
+  expect 200
+  get /healthz
+  expect 200
+}
+
+@test "configured origins alone may read from a browser" {
+  start_daemon --cors-origins https://good.example
+  get /version --header 'Origin: https://good.example'
+  [ "$(header access-control-allow-origin)" = https://good.example ]
+  get /version --header 'Origin: https://bad.example'
+  [ -z "$(header access-control-allow-origin)" ]
+}

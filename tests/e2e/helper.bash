@@ -1,0 +1,173 @@
+# What the end to end tests share: a daemon of their own for each file, requests by curl, answers by jq.
+#
+# TWEEND_BINARY     the daemon (build/tweend)
+# TWEEND_URL        a daemon that already runs: cases that need the process are skipped then
+# TWEEND_GLB_DIR    keeps every GLB that the daemon answers, for the validator
+# TWEEND_SANITIZED  "address" or "thread": cases about memory and speed are skipped then
+
+bats_require_minimum_version 1.5.0
+
+root=$(cd "${BASH_SOURCE[0]%/*}/../.." && pwd)
+samples=$root/server/samples
+
+# ---- the daemon ----------------------------------------------------------------------------------
+
+# start_daemon [FLAG...]: on a free port and a new data folder; sets $url, $daemon (process id), $data.
+start_daemon() {
+  if [[ -n ${TWEEND_URL-} ]]; then
+    export url=${TWEEND_URL%/} daemon=""
+    return
+  fi
+  local here=${BATS_TEST_TMPDIR-}
+  [[ -n $here ]] || here=$BATS_FILE_TMPDIR
+  data=$here/data
+  # shellcheck disable=SC2086 # the runner may have arguments
+  launch ${TWEEND_RUNNER-} "${TWEEND_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" "$@"
+}
+
+# launch COMMAND...: waits for the ready line.
+launch() {
+  local here=${BATS_TEST_TMPDIR-}
+  [[ -n $here ]] || here=$BATS_FILE_TMPDIR
+  ready=$here/ready log=$here/log
+  "$@" >"$ready" 2>>"$log" 3>&- &
+  daemon=$!
+  local tries
+  for ((tries = 0; tries < 300; tries++)); do
+    url=$(sed -n 's/^tweend [^ ]* listening on \(http.*\)$/\1/p' "$ready")
+    [[ -z $url ]] || break
+    kill -0 "$daemon" 2>/dev/null || break
+    sleep 0.1
+  done
+  export url daemon data log
+  [[ -n $url ]] || { echo "the daemon printed no ready line"; cat "$log"; return 1; }
+}
+
+# stop_daemon: by SIGTERM; it must end with status 0, and the sanitizers must have had nothing to say.
+stop_daemon() {
+  [[ -z ${TWEEND_URL-} && -n ${daemon-} ]] || return 0
+  kill -TERM "$daemon" 2>/dev/null
+  local status=0
+  wait "$daemon" || status=$?
+  daemon=""
+  if ((status != 0)) || grep -qE 'ERROR: AddressSanitizer|LeakSanitizer|runtime error:|ThreadSanitizer' "$log"; then
+    echo "the daemon ended with status $status:"
+    tail -n 60 "$log"
+    return 1
+  fi
+}
+
+# A test that looks at the process, its flags or its folder.
+needs_process() { [[ -z ${TWEEND_URL-} ]] || skip "needs the daemon's process"; }
+needs_plain_build() { [[ -z ${TWEEND_SANITIZED-} ]] || skip "says nothing under a sanitizer"; }
+
+# ---- requests ------------------------------------------------------------------------------------
+
+# http METHOD PATH [CURL ARGUMENT...]: leaves $status, the headers in the file headers, the body in the
+# file answer. A network error is status 000.
+http() {
+  local method=$1 path=$2 how
+  shift 2
+  how=(--request "$method")
+  [[ $method != HEAD ]] || how=(--head)
+  rm -f headers answer
+  status=$(curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" \
+    --dump-header headers --output answer --write-out '%{http_code}' "$@" "$url$path") || true
+  touch headers answer
+  keep_glb "$path"
+}
+
+keep_glb() {
+  [[ -n ${TWEEND_GLB_DIR-} && $status == 200 && $1 != */source* ]] || return 0
+  [[ $(head -c 4 answer | tr -d '\0') == glTF && $(stat -c %s answer) -lt 8000000 ]] || return 0
+  mkdir -p "$TWEEND_GLB_DIR"
+  cp answer "$TWEEND_GLB_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
+}
+
+get() { http GET "$@"; }
+
+# post PATH FILE [CURL ARGUMENT...]: the media type is left to curl's default, so the bytes decide.
+post() { http POST "$1" --data-binary "@$2" "${@:3}"; }
+
+# upload FILE: stores a model and sets $id.
+upload() {
+  post /v1/models "$1"
+  [[ $status == 201 || $status == 200 ]] || { show; return 1; }
+  id=$(jq -r .id answer)
+}
+
+show() {
+  echo "status $status"
+  cat headers
+  head -c 2000 answer | tr -d '\0'
+}
+
+# expect STATUS
+expect() { [[ $status == "$1" ]] || { echo "expected $1"; show; return 1; }; }
+
+# header NAME: its value.
+header() { sed -n "s/^$1: *\(.*\)\r$/\1/Ip" headers | tail -n 1; }
+
+# holds JQ-EXPRESSION [FILE]: is it true of the JSON answer?
+holds() {
+  jq --exit-status "$1" "${2:-answer}" >/dev/null || { echo "does not hold: $1"; jq -c . "${2:-answer}" | head -c 3000; return 1; }
+}
+
+# value JQ-EXPRESSION
+value() { jq --raw-output "$1" answer; }
+
+# problem STATUS [PATTERN]: a problem document of the contract's form, its detail matching.
+problem() {
+  expect "$1"
+  [[ $(header content-type) == application/problem+json* ]] || { show; return 1; }
+  holds "(.type|type) == \"string\" and (.title|type) == \"string\" and (.detail|type) == \"string\" and .status == $1"
+  [[ $(value .instance) == *"$(header x-request-id)" && -n $(header x-request-id) ]] || { show; return 1; }
+  [[ -z ${2-} ]] || [[ $(value .detail) =~ $2 ]] || { echo "detail does not match $2"; show; return 1; }
+}
+
+# ---- bytes ---------------------------------------------------------------------------------------
+
+# u32 NUMBER: four bytes, little-endian.
+u32() {
+  local n=$1 i
+  for i in 0 8 16 24; do
+    # shellcheck disable=SC2059 # the format is the byte
+    printf "\\$(printf %03o $(((n >> i) & 255)))"
+  done
+}
+
+# glb JSON [BIN-FILE]: a GLB on standard output. GLB_LENGTH, JSON_LENGTH and BIN_LENGTH lie on request.
+glb() {
+  local json=$1 bin=${2-} bin_size=0 size
+  while ((${#json} % 4)); do json+=" "; done
+  size=$((20 + ${#json}))
+  if [[ -n $bin ]]; then
+    bin_size=$(stat -c %s "$bin")
+    size=$((size + 8 + bin_size))
+  fi
+  printf glTF
+  u32 2
+  u32 "${GLB_LENGTH:-$size}"
+  u32 "${JSON_LENGTH:-${#json}}"
+  printf 'JSON%s' "$json"
+  if [[ -n $bin ]]; then
+    u32 "${BIN_LENGTH:-$bin_size}"
+    printf 'BIN\0'
+    cat "$bin"
+  fi
+}
+
+# glb_json FILE: the JSON chunk.
+glb_json() {
+  local size
+  size=$(od -An -tu4 -j12 -N4 "$1" | tr -d ' ')
+  tail -c +21 "$1" | head -c "$size"
+}
+
+# A grid of N x N points in the plane as OBJ.
+grid() {
+  awk -v n="$1" 'BEGIN {
+    for (y = 0; y < n; y++) for (x = 0; x < n; x++) print "v", x, y, 0
+    for (y = 0; y < n - 1; y++) for (x = 1; x < n; x++) print "f", y*n+x, y*n+x+1, y*n+n+x+1, y*n+n+x
+  }'
+}

@@ -1,0 +1,232 @@
+# Uploading, describing, listing, reading back and deleting models.
+
+load helper
+setup_file() { start_daemon; }
+teardown_file() { stop_daemon; }
+setup() { cd "$BATS_TEST_TMPDIR" || return; }
+
+# Any of these tests may run first: models differ by a comment, so that each test has its own.
+own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
+
+@test "an upload answers 201 with the model's address and description" {
+  own "$samples/cube.obj"
+  http POST /v1/models --data-binary @own.obj --header 'Content-Type: model/obj'
+  expect 201
+  [ "$(value .id)" = "$(sha256sum own.obj | head -c 32)" ]
+  [ "$(header location)" = "/v1/models/$(value .id)" ]
+  [[ $(header etag) == \"*\" ]]
+  holds '.format == "obj" and .name == "cube" and (.warnings | type) == "array"'
+  holds ".bytes == $(stat -c %s own.obj)"
+}
+
+@test "the same bytes again are the same model: 201, then 200" {
+  own "$samples/cube.obj"
+  post /v1/models own.obj
+  expect 201
+  first=$(value .id)
+  post /v1/models own.obj
+  expect 200
+  [ "$(value .id)" = "$first" ]
+  get '/v1/models?limit=1000'
+  holds "[.models[] | select(.id == \"$first\")] | length == 1"
+}
+
+@test "a cube is described by its topology" {
+  upload "$samples/cube.obj"
+  get "/v1/models/$id"
+  expect 200
+  holds '.meshes | length == 1'
+  holds '.meshes[0] | .vertices == 8 and .edges == 12 and .faces == 6'
+  holds '.meshes[0] | .boundary_edges == 0 and .nonmanifold_edges == 0'
+  holds '.meshes[0] | .extraordinary_vertices == 8 and .components == 1 and .euler_characteristic == 2'
+  holds '.meshes[0].bounds == {"min": [-1, -1, -1], "max": [1, 1, 1]}'
+}
+
+@test "an octopus is a disc with a border of 16 edges and poles of 3 and 5" {
+  upload "$samples/octopus.obj"
+  get "/v1/models/$id"
+  holds '.meshes[0] | .vertices == 297 and .edges == 584 and .faces == 288 and .euler_characteristic == 1'
+  holds '.meshes[0] | .boundary_edges == 16 and .nonmanifold_edges == 0 and .components == 1'
+  # 44 of valence 3, 24 of valence 5, and 16 on the border with 4 edges where 3 are regular.
+  holds '.meshes[0].extraordinary_vertices == 44 + 24 + 16'
+}
+
+@test "a tank is described by its hierarchy and its clips" {
+  upload "$samples/tank.json"
+  get "/v1/models/$id"
+  holds '.format == "tweend"'
+  holds '[.meshes[].name] == ["hull", "wheel", "turret", "barrel", "antenna"]'
+  holds '[.meshes[].euler_characteristic] | all(. == 2)'
+  holds '[.meshes[] | .boundary_edges + .nonmanifold_edges] | add == 0'
+  holds '[.nodes[].name] == ["hull", "wheel_front_left", "wheel_front_right", "wheel_rear_left",
+         "wheel_rear_right", "turret", "barrel", "antenna_euler", "antenna_quaternion"]'
+  holds '.nodes[] | select(.name == "barrel") | .parent == "turret"'
+  holds '[.clips[] | {name, duration}] ==
+         [{"name": "drive", "duration": 4}, {"name": "aim", "duration": 4}]'
+}
+
+@test "polygons of every size are kept" {
+  printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -1 0.5 0\nv 2 0.5 1\nf 1 2 3 4 5\nf 2 6 3\n' >mixed.obj
+  upload mixed.obj
+  get "/v1/models/$id"
+  holds '.meshes[0] | .faces == 2 and .edges == 7'
+}
+
+@test "OBJ: negative indices, all corner forms, CRLF, comments, continued lines" {
+  printf '# a square\r\no square\r\nv 0 0 0\r\nv 1 0 0\r\nv 1 1 0 # last but one\r\nv 0 \\\r\n1 0\r\nvt 0 0\r\nvn 0 0 1\r\nf -4//1 \\\r\n -3//1 -2/1/1 4/-1\r\n' >square.obj
+  upload square.obj
+  get "/v1/models/$id"
+  holds '.meshes[0] | .vertices == 4 and .faces == 1 and .bounds.max == [1, 1, 0]'
+}
+
+@test "the bytes decide where curl's default type says nothing" {
+  for file in cube.obj tank.json; do
+    post /v1/models "$samples/$file"
+    [[ $status == 20[01] ]]
+  done
+  [ "$(value .format)" = tweend ]
+  http POST /v1/models --data-binary "@$samples/cube.obj" --header 'Content-Type: application/octet-stream'
+  [ "$(value .format)" = obj ]
+}
+
+@test "OBJ as text/plain, with a charset" {
+  http POST /v1/models --data-binary "@$samples/cube.obj" --header 'Content-Type: text/plain; charset=utf-8'
+  [[ $status == 20[01] ]]
+  [ "$(value .format)" = obj ]
+}
+
+@test "a form with one file, as browsers send it" {
+  own "$samples/cube.obj"
+  http POST /v1/models --form 'file=@own.obj'
+  expect 201
+  [ "$(value .id)" = "$(sha256sum own.obj | head -c 32)" ]
+}
+
+@test "an upload may be packed with gzip; its address is that of the bytes inside" {
+  own "$samples/cube.obj"
+  gzip --keep own.obj
+  post /v1/models own.obj.gz --header 'Content-Encoding: gzip'
+  expect 201
+  [ "$(value .id)" = "$(sha256sum own.obj | head -c 32)" ]
+}
+
+@test "a GLB that tweend made can be uploaded again" {
+  post '/v1/surface.glb?level=1' "$samples/cube.obj"
+  cp answer cube.glb
+  http POST /v1/models --data-binary @cube.glb --header 'Content-Type: model/gltf-binary'
+  [[ $status == 20[01] ]]
+  holds '.format == "glb" and (.meshes | length) == 1'
+  holds '.meshes[0] | .vertices == 26 and .boundary_edges == 0 and .euler_characteristic == 2'
+}
+
+@test "a glTF with its buffer inside, with hierarchy and clip, is read" {
+  post '/v1/surface.gltf?level=1&clip=drive' "$samples/tank.json"
+  expect 200
+  cp answer tank.gltf
+  http POST /v1/models --data-binary @tank.gltf --header 'Content-Type: model/gltf+json'
+  [[ $status == 20[01] ]]
+  holds '.format == "gltf" and (.meshes | length) == 5 and [.clips[].name] == ["drive"]'
+  holds '.nodes[] | select(.name == "barrel") | .parent == "turret"'
+}
+
+@test "the list names the models, page by page" {
+  for i in 1 2 3; do
+    printf 'v 0 0 0\nv 1 0 0\nv 0 1 %s\nf 1 2 3\n' "$i" >triangle.obj
+    upload triangle.obj
+  done
+  get '/v1/models?limit=1000'
+  expect 200
+  holds '.models | all(has("id") and has("name") and has("format") and has("bytes"))'
+  holds '.next == null'
+  value '.models[].id' | sort >all
+  : >paged
+  next='/v1/models?limit=2'
+  while [[ $next != null ]]; do
+    get "${next#"$url"}"
+    expect 200
+    holds '.models | length <= 2'
+    value '.models[].id' >>paged
+    next=$(value .next)
+  done
+  [ "$(wc -l <all)" -ge 3 ]
+  diff all <(sort paged)
+}
+
+@test "the source comes back byte for byte, in parts too" {
+  upload "$samples/octopus.obj"
+  get "/v1/models/$id/source"
+  expect 200
+  cmp answer "$samples/octopus.obj"
+  [ "$(header accept-ranges)" = bytes ]
+  etag=$(header etag)
+
+  get "/v1/models/$id/source" --range 100-199
+  expect 206
+  cmp answer <(tail -c +101 "$samples/octopus.obj" | head -c 100)
+  [ "$(header content-range)" = "bytes 100-199/$(stat -c %s "$samples/octopus.obj")" ]
+
+  get "/v1/models/$id/source" --range -7
+  expect 206
+  cmp answer <(tail -c 7 "$samples/octopus.obj")
+
+  get "/v1/models/$id/source" --range 0-9 --header "If-Range: $etag"
+  expect 206
+  get "/v1/models/$id/source" --range 0-9 --header 'If-Range: "another"'
+  expect 200
+
+  get "/v1/models/$id/source" --range 99999999-
+  expect 416
+  [ "$(header content-range)" = "bytes */$(stat -c %s "$samples/octopus.obj")" ]
+}
+
+@test "what has not changed is not sent again" {
+  upload "$samples/cube.obj"
+  for path in "/v1/models/$id" "/v1/models/$id/source" "/v1/models/$id/surface.glb?level=1"; do
+    get "$path"
+    expect 200
+    [[ $(header cache-control) == *immutable* ]]
+    etag=$(header etag)
+    [[ $etag == \"*\" ]]
+    get "$path" --header "If-None-Match: \"other\", $etag"
+    expect 304
+    [ "$(header etag)" = "$etag" ]
+    [ ! -s answer ]
+  done
+}
+
+@test "a deleted model is gone" {
+  own "$samples/cube.obj"
+  upload own.obj
+  http DELETE "/v1/models/$id"
+  expect 204
+  [ ! -s answer ]
+  for path in "/v1/models/$id" "/v1/models/$id/source" "/v1/models/$id/surface.glb" "/v1/models/$id/pose"; do
+    get "$path"
+    problem 404
+  done
+  http DELETE "/v1/models/$id"
+  problem 404
+  post /v1/models own.obj
+  expect 201
+}
+
+@test "an id that nothing has, and one that cannot be" {
+  get /v1/models/00000000000000000000000000000000
+  problem 404
+  for id in cube 0123 ../etc/passwd ..%2f..%2fetc%2fpasswd 0000000000000000000000000000000g; do
+    get "/v1/models/$id"
+    [[ $status == 40[04] ]]
+    problem "$status"
+  done
+}
+
+@test "the samples are there when the daemon is started with --sample" {
+  needs_process
+  (
+    start_daemon --sample
+    trap stop_daemon EXIT
+    get /v1/models
+    holds '[.models[].name] | sort | contains(["cube"]) and contains(["octopus"])'
+    holds '[.models[].format] | sort == ["obj", "obj", "tweend"]'
+  )
+}
