@@ -115,20 +115,22 @@ static tw_status build_nlerp(tw_track *track, tw_arena *arena, const rotation_ke
   return TW_OK;
 }
 
-/* Half the angular velocity at a key, in the key's own frame: that of the parabola through it and its
- * neighbours, which for equal spacing is the mean of both sides; at the ends, of the only side. */
+/* Half the angular velocity at a key, in the key's own frame: the mean over the segments on both sides,
+ * at the ends of the only one. However unequal they are, it carries the control points no farther than
+ * the keys themselves are apart. */
 static void key_velocity(const rotation_keys *keys, const tw_timeline *timeline, uint32_t key,
                          double out[3]) {
   uint32_t last = timeline->key_count - 1;
-  double sum[3] = {0, 0, 0}, weights = 0;
-  for (uint32_t side = key > 0 ? key - 1 : 0; side <= key && side < last; side++) {
-    double step[3], seconds = seconds_to_next(timeline, side);
+  uint32_t first_side = key > 0 ? key - 1 : 0, end_side = key < last ? key + 1 : last;
+  double seconds = 0;
+  for (int i = 0; i < 3; i++) out[i] = 0;
+  for (uint32_t side = first_side; side < end_side; side++) {
+    double step[3];
     step_between(keys->unit[side], keys->unit[side + 1], step);
-    double weight = 1 / seconds; /* the shorter side counts more */
-    for (int i = 0; i < 3; i++) sum[i] += weight * step[i] / seconds;
-    weights += weight;
+    for (int i = 0; i < 3; i++) out[i] += step[i];
+    seconds += seconds_to_next(timeline, side);
   }
-  for (int i = 0; i < 3; i++) out[i] = weights > 0 ? sum[i] / weights : 0;
+  for (int i = 0; i < 3 && seconds > 0; i++) out[i] /= seconds;
 }
 
 /* The control point of a segment at one of its keys, so that the curve passes the key with the given

@@ -128,8 +128,11 @@ static inline double ref_between(uint64_t *state, double low, double high) {
 
 static inline ref_quat ref_random_unit(uint64_t *state) {
   for (;;) {
-    ref_quat q = {ref_between(state, -1, 1), ref_between(state, -1, 1), ref_between(state, -1, 1),
-                  ref_between(state, -1, 1)};
+    ref_quat q = {0};
+    q.x = ref_between(state, -1, 1);
+    q.y = ref_between(state, -1, 1);
+    q.z = ref_between(state, -1, 1);
+    q.w = ref_between(state, -1, 1);
     double square = ref_dot(q, q);
     if (square > 0.01 && square < 1) return ref_unit(q);
   }

@@ -126,8 +126,8 @@ typedef struct tw_clip tw_clip;
  * TW_LINEAR between axis-angle keys turns the whole angle they say: about one axis it goes linearly
  * through all turns; between two axes the axis goes along the great arc to the other or its opposite,
  * whichever is nearer, while the angle goes linearly; a key of angle 0 takes its neighbour's axis.
- * TW_SQUAD has the angular velocity at each key of the parabola through it and its neighbours, which for
- * equally spaced keys are Shoemake's control points.
+ * TW_SQUAD passes each key at the mean angular velocity of the segments on both sides, which for equally
+ * spaced keys gives Shoemake's control points.
  *
  * force: -1 keeps each track's interpolation, else a tw_interpolation for every rotation track
  * (TW_CUBICSPLINE is forced only on tracks that have tangents; others TW_INVALID). Forcing converts

@@ -1,0 +1,237 @@
+/* Node order, whole poses, world and skinning matrices. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rotation_reference.h"
+
+static tw_node rest_node(uint32_t parent) {
+  return (tw_node){.parent = parent, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+}
+
+static void a_parent_out_of_range_is_refused_by_its_place(void **state) {
+  (void)state;
+  tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(2)};
+  uint32_t order[2];
+  tw_error error;
+  assert_int_equal(tw_nodes_order(nodes, 2, order, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/nodes/1/parent");
+}
+
+static void a_cycle_is_refused_at_a_node_on_it(void **state) {
+  (void)state;
+  /* 5 and 0 hang from the cycle 2, 3, 4; they are not on it. */
+  tw_node nodes[] = {rest_node(5), rest_node(TW_NO_INDEX), rest_node(4),
+                     rest_node(2), rest_node(3),           rest_node(2)};
+  uint32_t order[6] = {7, 7, 7, 7, 7, 7};
+  tw_error error;
+  assert_int_equal(tw_nodes_order(nodes, 6, order, &error), TW_INVALID);
+  assert_true(strcmp(error.pointer, "/nodes/2/parent") == 0 ||
+              strcmp(error.pointer, "/nodes/3/parent") == 0 || strcmp(error.pointer, "/nodes/4/parent") == 0);
+  assert_int_equal(order[0], 7);
+  tw_node self = rest_node(0);
+  assert_int_equal(tw_nodes_order(&self, 1, order, NULL), TW_INVALID);
+}
+
+static void parents_come_before_children_however_deep(void **state) {
+  (void)state;
+  enum { NODES = 200000 };
+  tw_node *nodes = tw_alloc(NODES, sizeof *nodes);
+  uint32_t *order = tw_alloc(NODES, sizeof *order);
+  bool *seen = tw_alloc_zero(NODES, sizeof *seen);
+  for (uint32_t i = 0; i < NODES; i++) nodes[i] = rest_node(i + 1 < NODES ? i + 1 : TW_NO_INDEX);
+  assert_int_equal(tw_nodes_order(nodes, NODES, order, NULL), TW_OK);
+  for (uint32_t i = 0; i < NODES; i++) {
+    uint32_t parent = nodes[order[i]].parent;
+    assert_true(parent == TW_NO_INDEX || seen[parent]);
+    assert_false(seen[order[i]]);
+    seen[order[i]] = true;
+  }
+  free(nodes);
+  free(order);
+  free(seen);
+  assert_int_equal(tw_nodes_order(NULL, 0, NULL, NULL), TW_OK);
+}
+
+static void children_follow_a_turned_and_moved_parent(void **state) {
+  (void)state;
+  tw_node nodes[] = {rest_node(1), rest_node(TW_NO_INDEX)};
+  uint32_t order[2];
+  nodes[0].rest.translation[0] = 2;
+  nodes[1].rest.translation[1] = 5;
+  nodes[1].rest.scale[0] = 3;
+  tw_quat_from_axis_angle((double[3]){0, 0, 1}, REF_PI / 2, nodes[1].rest.rotation);
+  assert_int_equal(tw_nodes_order(nodes, 2, order, NULL), TW_OK);
+  tw_trs locals[] = {nodes[0].rest, nodes[1].rest};
+  float local[32], world[32];
+  tw_pose_locals(NULL, nodes, 2, locals, local);
+  tw_pose_world(nodes, order, 2, local, world);
+  /* 2 along the parent's x, scaled by 3 and turned to y, on top of its 5. */
+  assert_true(fabsf(world[12]) < 1e-6f && fabsf(world[13] - 11) < 1e-5f);
+  tw_pose_world(nodes, order, 2, local, local);
+  assert_memory_equal(local, world, sizeof world);
+}
+
+static void shear_of_a_scaled_parent_is_kept(void **state) {
+  (void)state;
+  tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
+  uint32_t order[] = {0, 1};
+  nodes[0].rest.scale[1] = 2;
+  tw_quat_from_axis_angle((double[3]){0, 0, 1}, REF_PI / 4, nodes[1].rest.rotation);
+  tw_trs locals[] = {nodes[0].rest, nodes[1].rest}, back;
+  float matrices[32];
+  tw_pose_locals(NULL, nodes, 2, locals, matrices);
+  tw_pose_world(nodes, order, 2, matrices, matrices);
+  assert_true(fabsf(matrices[16] - sqrtf(0.5f)) < 1e-6f && fabsf(matrices[17] - 2 * sqrtf(0.5f)) < 1e-6f);
+  assert_false(tw_trs_from_matrix(matrices + 16, &back));
+}
+
+/* A clip that turns node 0 by 90 degrees a second about z. */
+static tw_clip *turning_clip(void) {
+  static const float times[] = {0, 1}, values[] = {0, 0, 0, 1, 0, 0, 0.70710678f, 0.70710678f};
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_QUATERNION,
+                         .width = 4,
+                         .key_count = 2,
+                         .times = times,
+                         .values = values};
+  tw_clip_keys keys = {.track_count = 1, .tracks = &track};
+  tw_clip *clip = NULL;
+  assert_int_equal(tw_clip_create(&keys, 2, -1, &clip, NULL), TW_OK);
+  return clip;
+}
+
+static void a_matrix_counts_until_a_track_moves_the_node(void **state) {
+  (void)state;
+  tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
+  for (int i = 0; i < 2; i++) {
+    nodes[i].has_matrix = true;
+    for (int j = 0; j < 16; j++) nodes[i].matrix[j] = (float)(10 * i + j);
+  }
+  tw_clip *clip = turning_clip();
+  tw_trs locals[2];
+  float matrices[32];
+  tw_clip_pose(clip, nodes, 2, 1, locals);
+  tw_pose_locals(clip, nodes, 2, locals, matrices);
+  assert_true(fabsf(matrices[1] - 1) < 1e-6f && matrices[15] == 1);
+  assert_memory_equal(matrices + 16, nodes[1].matrix, sizeof nodes[1].matrix);
+  tw_pose_locals(NULL, nodes, 2, locals, matrices);
+  assert_memory_equal(matrices, nodes[0].matrix, sizeof nodes[0].matrix);
+  tw_clip_destroy(clip);
+}
+
+static void skin_matrices_are_the_identity_in_bind_pose(void **state) {
+  (void)state;
+  tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
+  uint32_t order[] = {0, 1}, joints[] = {1};
+  nodes[0].rest.translation[0] = 3;
+  nodes[1].rest.translation[1] = 4;
+  float inverse_bind[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -3, -4, 0, 1};
+  tw_skin skin = {.joint_count = 1, .joints = joints, .inverse_bind = inverse_bind, .skeleton = TW_NO_INDEX};
+  tw_clip *clip = turning_clip();
+  tw_trs locals[2];
+  float matrices[32], joint[16];
+  tw_clip_pose(clip, nodes, 2, 0, locals);
+  tw_pose_locals(clip, nodes, 2, locals, matrices);
+  tw_pose_world(nodes, order, 2, matrices, matrices);
+  tw_skin_matrices(&skin, matrices, joint);
+  for (int i = 0; i < 16; i++) assert_true(joint[i] == (i % 5 == 0 ? 1 : 0));
+  tw_clip_pose(clip, nodes, 2, 1,
+               locals); /* turned about node 0: the joint's bind place (3, 4) goes to (-1, 0) */
+  tw_pose_locals(clip, nodes, 2, locals, matrices);
+  tw_pose_world(nodes, order, 2, matrices, matrices);
+  tw_skin_matrices(&skin, matrices, joint);
+  float x = joint[0] * 3 + joint[4] * 4 + joint[12], y = joint[1] * 3 + joint[5] * 4 + joint[13];
+  assert_true(fabsf(x - -1) < 1e-5f && fabsf(y) < 1e-5f);
+  tw_clip_destroy(clip);
+}
+
+enum { NODES = 70, TIMES = 150, KEYS = 12 };
+
+/* Tracks of every path and kind on 70 nodes; about half share their key times. */
+static tw_clip *mixed_clip(tw_node *nodes) {
+  static float times[NODES][KEYS], values[NODES][2][KEYS][12];
+  static double angles[NODES][KEYS][4];
+  tw_track_keys tracks[2 * NODES];
+  uint64_t seed = 7;
+  for (uint32_t n = 0; n < NODES; n++) {
+    nodes[n] = rest_node(n ? n / 2 : TW_NO_INDEX);
+    nodes[n].rest.translation[0] = (float)n;
+    for (int i = 0; i < KEYS; i++) {
+      times[n][i] = n % 2 && n > 1 ? times[1][i] : (float)(i + 0.9 * ref_random(&seed));
+      for (int j = 0; j < 12; j++) {
+        values[n][0][i][j] = (float)ref_between(&seed, -1, 1);
+        values[n][1][i][j] = (float)ref_between(&seed, -1, 1);
+      }
+      for (int j = 0; j < 4; j++) angles[n][i][j] = ref_between(&seed, -9, 9);
+    }
+    bool angular = n % 7 >= 5;
+    tw_key_form forms[] = {TW_KEY_QUATERNION, TW_KEY_QUATERNION, TW_KEY_QUATERNION, TW_KEY_QUATERNION,
+                           TW_KEY_QUATERNION, TW_KEY_EULER,      TW_KEY_AXIS_ANGLE};
+    tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_CUBICSPLINE, TW_NLERP, TW_SQUAD, TW_EULER, TW_LINEAR};
+    tracks[2 * n] = (tw_track_keys){.node = n,
+                                    .path = TW_ROTATION,
+                                    .interpolation = kinds[n % 7],
+                                    .form = forms[n % 7],
+                                    .width = forms[n % 7] == TW_KEY_EULER ? 3 : 4,
+                                    .key_count = KEYS,
+                                    .times = times[n],
+                                    .values = angular ? NULL : values[n][0][0],
+                                    .angles = angular ? angles[n][0] : NULL};
+    tracks[2 * n + 1] = (tw_track_keys){.node = n,
+                                        .path = n % 4 == 3 ? TW_WEIGHTS
+                                                : n % 2    ? TW_SCALE
+                                                           : TW_TRANSLATION,
+                                        .interpolation = (tw_interpolation)(n % 3),
+                                        .width = 3,
+                                        .key_count = KEYS,
+                                        .times = times[n],
+                                        .values = values[n][1][0]};
+  }
+  tw_clip_keys keys = {.track_count = 2 * NODES, .tracks = tracks};
+  tw_clip *clip = NULL;
+  assert_int_equal(tw_clip_create(&keys, NODES, -1, &clip, NULL), TW_OK);
+  return clip;
+}
+
+static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
+  (void)state;
+  tw_node nodes[NODES];
+  tw_clip *clip = mixed_clip(nodes);
+  uint64_t seed = 8;
+  float times[TIMES];
+  static tw_trs bulk[TIMES][NODES], one[NODES];
+  for (int i = 0; i < TIMES; i++)
+    times[i] = i < TIMES / 2 ? (float)i * 0.2f : (float)ref_between(&seed, -1, 15);
+  tw_clip_poses(clip, nodes, NODES, times, TIMES, bulk[0]);
+  for (int i = 0; i < TIMES; i++) {
+    tw_clip_pose(clip, nodes, NODES, times[i], one);
+    assert_memory_equal(one, bulk[i], sizeof one);
+    for (uint32_t n = 0; n < NODES; n++) {
+      float q[4];
+      tw_clip_sample(clip, tw_clip_find(clip, n, TW_ROTATION), &times[i], 1, q);
+      assert_memory_equal(one[n].rotation, q, sizeof q);
+    }
+  }
+  assert_true(bulk[0][1].translation[0] == 1); /* at rest where no track moves it */
+  tw_clip_destroy(clip);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_parent_out_of_range_is_refused_by_its_place),
+      cmocka_unit_test(a_cycle_is_refused_at_a_node_on_it),
+      cmocka_unit_test(parents_come_before_children_however_deep),
+      cmocka_unit_test(children_follow_a_turned_and_moved_parent),
+      cmocka_unit_test(shear_of_a_scaled_parent_is_kept),
+      cmocka_unit_test(a_matrix_counts_until_a_track_moves_the_node),
+      cmocka_unit_test(skin_matrices_are_the_identity_in_bind_pose),
+      cmocka_unit_test(bulk_poses_are_the_single_ones_byte_for_byte),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
