@@ -1,1 +1,195 @@
-int main(void) { return 0; }
+/* Puts the parts together, and takes them apart again on a signal. */
+#include "config.h"
+#include "exchange.h"
+#include "healthcheck.h"
+#include "http.h"
+#include "listen.h"
+#include "log.h"
+#include "store_fs.h"
+
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512, PEM_MAX = 1 << 20 };
+
+typedef struct process {
+  srv_config config;
+  srv_address address;
+  char *certificate, *key; /* PEM text, NULL without TLS */
+  srv_store_fs *store;
+  srv_server server;
+  srv_http *http;
+  int listener; /* -1 once http owns it */
+} process;
+
+/* ---- preparation ----------------------------------------------------------------------------- */
+
+/* Signals are taken by the main thread alone, when it waits for them. */
+static void block_signals(sigset_t *ending) {
+  sigemptyset(ending);
+  sigaddset(ending, SIGTERM);
+  sigaddset(ending, SIGINT);
+  pthread_sigmask(SIG_BLOCK, ending, NULL);
+  signal(SIGPIPE, SIG_IGN);
+}
+
+static void raise_descriptor_limit(uint64_t connections) {
+  /* A connection may hold its socket and a long body; the rest is for the store and the loops. */
+  rlim_t wanted = (rlim_t)connections * 2 + 256;
+  struct rlimit limit;
+  if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
+  limit.rlim_cur = limit.rlim_max < wanted ? limit.rlim_max : wanted;
+  if (setrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur < wanted) {
+    srv_log(SRV_LOG_WARN, "only %llu open files are allowed, %llu are wanted for --max-connections",
+            (unsigned long long)limit.rlim_cur, (unsigned long long)wanted);
+  }
+}
+
+/* A whole small text file; NULL with one line in error. */
+static char *read_pem(const char *path, char *error) {
+  FILE *file = fopen(path, "re");
+  if (file == NULL) {
+    snprintf(error, ERROR_SIZE, "cannot read '%s': %s", path, strerror(errno));
+    return NULL;
+  }
+  char *text = malloc(PEM_MAX);
+  size_t size = text != NULL ? fread(text, 1, PEM_MAX - 1, file) : 0;
+  bool whole = text != NULL && ferror(file) == 0 && fgetc(file) == EOF;
+  fclose(file);
+  if (whole) {
+    text[size] = '\0';
+    return text;
+  }
+  snprintf(error, ERROR_SIZE, "cannot read '%s'", path);
+  free(text);
+  return NULL;
+}
+
+static bool read_tls(process *p, char *error) {
+  if (p->config.tls_cert[0] == '\0') return true;
+  p->certificate = read_pem(p->config.tls_cert, error);
+  p->key = p->certificate != NULL ? read_pem(p->config.tls_key, error) : NULL;
+  return p->key != NULL;
+}
+
+static api_settings settings(const process *p) {
+  const srv_config *config = &p->config;
+  return (api_settings){.limits = {.max_upload = config->max_upload,
+                                   .max_level = (uint32_t)config->max_level,
+                                   .max_faces = config->max_faces,
+                                   .max_output = config->max_output,
+                                   .max_times = config->max_times,
+                                   .plan_cache = config->plan_cache},
+                        .store = srv_store_fs_api(p->store),
+                        .api_keys = (const char *const *)config->api_keys,
+                        .cors_origins = config->cors_origins};
+}
+
+/* False with one line in error; what was made is left to stop. */
+static bool prepare(process *p, char *error) {
+  snprintf(error, ERROR_SIZE, "out of memory");
+  if (!read_tls(p, error)) return false;
+  p->store = srv_store_fs_open(p->config.data, error, ERROR_SIZE);
+  if (p->store == NULL) return false;
+  p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
+  if (p->listener < 0) return false;
+  raise_descriptor_limit(p->config.max_connections);
+  api_settings service_settings = settings(p);
+  p->server.config = &p->config;
+  p->server.temporary = srv_store_fs_temporary(p->store);
+  p->server.metrics = srv_metrics_create();
+  p->server.service = api_service_create(&service_settings);
+  p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
+  return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL;
+}
+
+static bool serve(process *p, char *error) {
+  int listener = p->listener;
+  p->listener = -1;
+  p->http = srv_http_start(&p->server, listener, p->certificate, p->key, error, ERROR_SIZE);
+  if (p->http == NULL) return false;
+  char place[ERROR_SIZE];
+  srv_address_print(&p->address, listener, p->certificate != NULL, place, sizeof place);
+  printf("tweend %s listening on %s\n", TWEEND_VERSION, place);
+  fflush(stdout);
+  srv_log(SRV_LOG_INFO, "listening on %s", place);
+  return true;
+}
+
+/* ---- the end --------------------------------------------------------------------------------- */
+
+/* Waits until no request is in flight, the time is over, or a second signal says that it is. */
+static void drain(process *p, const sigset_t *ending) {
+  static const struct timespec STEP = {.tv_nsec = 10000000};
+  atomic_store(&p->server.draining, true);
+  api_service_drain(p->server.service);
+  srv_http_drain(p->http);
+  for (uint64_t waited_ms = 0; waited_ms < p->config.drain_timeout; waited_ms += 10) {
+    if (atomic_load(&p->server.in_flight) == 0) return;
+    if (sigtimedwait(ending, NULL, &STEP) > 0) return;
+  }
+}
+
+/* False when compute threads are still at work: then nothing may be freed. */
+static bool stop(process *p) {
+  atomic_store(&p->server.stopping, true);
+  if (p->http != NULL && !srv_http_stop(p->http)) return false;
+  srv_work_destroy(p->server.work);
+  api_service_destroy(p->server.service);
+  srv_metrics_destroy(p->server.metrics);
+  srv_store_fs_close(p->store);
+  if (p->listener >= 0) close(p->listener);
+  free(p->certificate);
+  free(p->key);
+  return true;
+}
+
+static int run(process *p) {
+  char error[ERROR_SIZE];
+  sigset_t ending;
+  int signal_number;
+  block_signals(&ending);
+  srv_log_configure((srv_log_level)p->config.log_level, (srv_log_format)p->config.log_format);
+  bool serving = prepare(p, error) && serve(p, error);
+  if (!serving) {
+    fprintf(stderr, "tweend: %s\n", error);
+    stop(p);
+    return STATUS_FAILED;
+  }
+  sigwait(&ending, &signal_number);
+  srv_log(SRV_LOG_INFO, "signal %d: draining", signal_number);
+  drain(p, &ending);
+  srv_address_unlink(&p->address);
+  size_t left = atomic_load(&p->server.in_flight);
+  if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
+  bool freed = stop(p);
+  srv_log(SRV_LOG_INFO, "stopped");
+  /* The store needs no farewell: it is whole at any moment. */
+  if (!freed) _exit(EXIT_SUCCESS);
+  return EXIT_SUCCESS;
+}
+
+int main(int argc, char **argv) {
+  static process p = {.listener = -1}; /* static: compute threads may outlive main's frame, see stop */
+  char error[ERROR_SIZE];
+  int status = STATUS_USAGE;
+  srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, error, sizeof error);
+  bool usable = read == SRV_CONFIG_RUN && srv_address_parse(p.config.listen, &p.address, error, sizeof error);
+  if (read == SRV_CONFIG_DONE) {
+    status = EXIT_SUCCESS;
+  } else if (!usable) {
+    fprintf(stderr, "tweend: %s\n", error);
+  } else if (p.config.healthcheck) {
+    status = srv_healthcheck(&p.address, p.config.tls_cert[0] != '\0') ? EXIT_SUCCESS : STATUS_FAILED;
+  } else {
+    status = run(&p);
+  }
+  srv_config_deinit(&p.config);
+  return status;
+}

@@ -1,0 +1,95 @@
+/* Memory grows geometrically up to SPOOL_FROM, so what a connection can make the daemon hold is bounded
+ * by bytes that really arrived; behind that the page cache does the holding. */
+#include "body.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20 };
+
+void srv_body_init(srv_body *body, uint64_t limit, int folder) {
+  *body = (srv_body){.limit = limit, .folder = folder};
+}
+
+void srv_body_deinit(srv_body *body) {
+  free(body->memory);
+  if (body->mapping != NULL) munmap(body->mapping, (size_t)body->size);
+  if (body->spooled) close(body->file);
+  *body = (srv_body){0};
+}
+
+static bool write_all(int file, const uint8_t *data, size_t size) {
+  while (size > 0) {
+    ssize_t written = write(file, data, size);
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return false;
+    data += written;
+    size -= (size_t)written;
+  }
+  return true;
+}
+
+/* A file that vanishes with its descriptor, however the process ends. */
+static int open_nameless(int folder) {
+  int file = openat(folder, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+  if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return file;
+  char name[64];
+  static _Atomic unsigned serial;
+  snprintf(name, sizeof name, "body-%ld-%u", (long)getpid(), serial++);
+  file = openat(folder, name, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600);
+  if (file >= 0) unlinkat(folder, name, 0);
+  return file;
+}
+
+static bool spool(srv_body *body) {
+  int file = open_nameless(body->folder);
+  if (file < 0) return false;
+  body->file = file;
+  body->spooled = true;
+  if (!write_all(file, body->memory, (size_t)body->size)) return false;
+  free(body->memory);
+  body->memory = NULL;
+  body->capacity = 0;
+  return true;
+}
+
+/* size is at most SPOOL_FROM. */
+static bool reserve(srv_body *body, size_t size) {
+  if (size <= body->capacity) return true;
+  size_t capacity = body->capacity > 0 ? body->capacity : FIRST_CAPACITY;
+  while (capacity < size) capacity *= 2;
+  uint8_t *memory = realloc(body->memory, capacity);
+  if (memory == NULL) return false;
+  body->memory = memory;
+  body->capacity = capacity;
+  return true;
+}
+
+srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
+  if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
+  if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
+  if (body->spooled) {
+    if (!write_all(body->file, data, size)) return SRV_BODY_FAILED;
+  } else if (size > 0) {
+    if (!reserve(body, (size_t)body->size + size)) return SRV_BODY_FAILED;
+    memcpy(body->memory + body->size, data, size);
+  }
+  body->size += size;
+  return SRV_BODY_OK;
+}
+
+srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
+  if (body->spooled && body->mapping == NULL) {
+    if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
+    void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
+    if (mapping == MAP_FAILED) return SRV_BODY_FAILED;
+    body->mapping = mapping;
+  }
+  *out = (api_bytes){body->spooled ? body->mapping : body->memory, (size_t)body->size};
+  return SRV_BODY_OK;
+}

@@ -1,0 +1,349 @@
+/* One table holds every setting: its flag, default, range and help. The environment variable's name
+ * follows from the flag's. */
+#include "config.h"
+
+#include "quantity.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <inttypes.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+typedef enum kind {
+  KIND_TEXT, /* char * */
+  KIND_SIZE, /* uint64_t, and so are the next three */
+  KIND_COUNT,
+  KIND_DURATION, /* milliseconds */
+  KIND_CHOICE,   /* the index in choices */
+  KIND_SWITCH    /* bool */
+} kind;
+
+typedef struct setting {
+  const char *flag;
+  kind kind;
+  size_t offset;        /* in srv_config */
+  const char *fallback; /* NULL: depends on the machine */
+  uint64_t low, high;
+  const char *choices; /* "a|b|c" */
+  const char *argument, *help;
+} setting;
+
+enum { FLAG_SIZE = 64, KEYS_FILE_MAX = 1 << 20 };
+
+#define DAY_MS UINT64_C(86400000)
+#define ANY    UINT64_MAX
+
+static const setting SETTINGS[] = {
+    {"listen", KIND_TEXT, offsetof(srv_config, listen), "127.0.0.1:8080", 0, 0, NULL, "ADDRESS",
+     "address:port, [::]:port or unix:PATH; port 0 takes a free one"},
+    {"data", KIND_TEXT, offsetof(srv_config, data), "./tweend-data", 0, 0, NULL, "FOLDER",
+     "where models are stored"},
+    {"threads", KIND_COUNT, offsetof(srv_config, threads), NULL, 1, 1024, NULL, "COUNT",
+     "compute threads (default: one a core)"},
+    {"io-threads", KIND_COUNT, offsetof(srv_config, io_threads), NULL, 1, 1024, NULL, "COUNT",
+     "socket threads (default: one a core)"},
+    {"queue", KIND_COUNT, offsetof(srv_config, queue), NULL, 0, 1000000, NULL, "COUNT",
+     "heavy requests that may wait before 503 (default: 4 a compute thread)"},
+    {"max-connections", KIND_COUNT, offsetof(srv_config, max_connections), "1024", 1, 1000000, NULL, "COUNT",
+     "open connections; more are answered 503"},
+    {"max-upload", KIND_SIZE, offsetof(srv_config, max_upload), "256MiB", 1, UINT64_C(1) << 40, NULL, "SIZE",
+     "longest request body, before and after decoding"},
+    {"max-level", KIND_COUNT, offsetof(srv_config, max_level), "10", 0, 16, NULL, "COUNT",
+     "deepest subdivision level"},
+    {"max-faces", KIND_COUNT, offsetof(srv_config, max_faces), "80M", 1, UINT64_C(1) << 40, NULL, "COUNT",
+     "faces of one surface"},
+    {"max-output", KIND_SIZE, offsetof(srv_config, max_output), "4GiB", 1, UINT64_C(1) << 50, NULL, "SIZE",
+     "longest answer"},
+    {"max-times", KIND_COUNT, offsetof(srv_config, max_times), "1M", 1, UINT64_C(1) << 40, NULL, "COUNT",
+     "times of one pose request"},
+    {"plan-cache", KIND_SIZE, offsetof(srv_config, plan_cache), "256MiB", 0, UINT64_C(1) << 50, NULL, "SIZE",
+     "memory for models and plans kept between requests"},
+    {"header-timeout", KIND_DURATION, offsetof(srv_config, header_timeout), "10s", 1, DAY_MS, NULL,
+     "DURATION", "until a request's headers are there"},
+    {"idle-timeout", KIND_DURATION, offsetof(srv_config, idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
+     "between two requests on a connection"},
+    {"request-timeout", KIND_DURATION, offsetof(srv_config, request_timeout), "120s", 1, DAY_MS, NULL,
+     "DURATION", "from a request's headers until its body is there, and in the queue"},
+    {"drain-timeout", KIND_DURATION, offsetof(srv_config, drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
+     "for requests in flight after SIGTERM"},
+    {"min-rate", KIND_SIZE, offsetof(srv_config, min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
+     "bytes a second below which a sending or reading client is cut off"},
+    {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys_text), "", 0, 0, NULL, "KEYS",
+     "comma-separated, or @FILE with one a line; empty: none asked for"},
+    {"cors-origins", KIND_TEXT, offsetof(srv_config, cors_origins), "*", 0, 0, NULL, "ORIGINS",
+     "comma-separated, * for all, empty for none"},
+    {"tls-cert", KIND_TEXT, offsetof(srv_config, tls_cert), "", 0, 0, NULL, "FILE",
+     "certificate chain (PEM); with --tls-key serves https"},
+    {"tls-key", KIND_TEXT, offsetof(srv_config, tls_key), "", 0, 0, NULL, "FILE", "private key (PEM)"},
+    {"log-level", KIND_CHOICE, offsetof(srv_config, log_level), "info", 0, 0, "error|warn|info|debug",
+     "LEVEL", "error, warn, info (a line a request) or debug"},
+    {"log-format", KIND_CHOICE, offsetof(srv_config, log_format), "auto", 0, 0, "auto|text|json", "FORMAT",
+     "text, json, or auto: text on a terminal"},
+    {"sample", KIND_SWITCH, offsetof(srv_config, sample), "false", 0, 0, NULL, NULL,
+     "store the sample models at start"},
+    {"healthcheck", KIND_SWITCH, offsetof(srv_config, healthcheck), "false", 0, 0, NULL, NULL,
+     "ask the daemon at --listen for /readyz, exit with 0 or 1"},
+};
+static const size_t SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS;
+
+static void variable_name(const char *flag, char name[FLAG_SIZE]) {
+  int size = snprintf(name, FLAG_SIZE, "TWEEND_%s", flag);
+  for (int i = 0; i < size && i < FLAG_SIZE - 1; i++) {
+    name[i] = name[i] == '-' ? '_' : (char)toupper((unsigned char)name[i]);
+  }
+}
+
+static void print_help(FILE *out) {
+  fputs("Usage: tweend [flags]\n\n"
+        "Subdivision surfaces and rotation tracks over HTTP. Every flag but --help and --version is also\n"
+        "an environment variable, named beside it; flags win.\n\n",
+        out);
+  for (size_t i = 0; i < SETTING_COUNT; i++) {
+    const setting *s = &SETTINGS[i];
+    char variable[FLAG_SIZE];
+    variable_name(s->flag, variable);
+    fprintf(out, "  --%s%s%s  (%s)\n      %s", s->flag, s->argument != NULL ? " " : "",
+            s->argument != NULL ? s->argument : "", variable, s->help);
+    if (s->fallback != NULL && s->fallback[0] != '\0' && s->kind != KIND_SWITCH) {
+      fprintf(out, " (default: %s)", s->fallback);
+    }
+    fputc('\n', out);
+  }
+  fputs("  --help\n      this text\n  --version\n      the version\n", out);
+}
+
+static bool parse_choice(const char *choices, const char *text, uint64_t *out) {
+  size_t size = strlen(text);
+  uint64_t index = 0;
+  for (const char *at = choices; size > 0; index++) {
+    size_t choice_size = strcspn(at, "|");
+    if (choice_size == size && memcmp(at, text, size) == 0) {
+      *out = index;
+      return true;
+    }
+    if (at[choice_size] == '\0') return false;
+    at += choice_size + 1;
+  }
+  return false;
+}
+
+static bool parse_switch(const char *text, bool *out) {
+  static const char *const YES[] = {"true", "1", "yes", "on"};
+  static const char *const NO[] = {"false", "0", "no", "off", ""};
+  for (size_t i = 0; i < sizeof YES / sizeof *YES; i++) {
+    if (strcmp(text, YES[i]) == 0) return *out = true, true;
+  }
+  for (size_t i = 0; i < sizeof NO / sizeof *NO; i++) {
+    if (strcmp(text, NO[i]) == 0) return *out = false, true;
+  }
+  return false;
+}
+
+static bool parse_number(const setting *s, const char *text, uint64_t *out) {
+  uint64_t number = 0;
+  bool parsed = false;
+  switch (s->kind) {
+  case KIND_SIZE: parsed = srv_parse_size(text, &number); break;
+  case KIND_COUNT: parsed = srv_parse_count(text, &number); break;
+  case KIND_DURATION: parsed = srv_parse_duration(text, &number); break;
+  case KIND_CHOICE: return parse_choice(s->choices, text, out);
+  case KIND_TEXT:
+  case KIND_SWITCH: return false;
+  }
+  if (!parsed || number < s->low || number > s->high) return false;
+  *out = number;
+  return true;
+}
+
+static const char *expected(const setting *s) {
+  switch (s->kind) {
+  case KIND_SIZE: return "a size such as 256MiB";
+  case KIND_COUNT: return "a count such as 8 or 80M";
+  case KIND_DURATION: return "a duration such as 500ms or 10s";
+  case KIND_CHOICE: return s->choices;
+  case KIND_SWITCH: return "true or false";
+  case KIND_TEXT: return "a text";
+  }
+  return "";
+}
+
+static bool assign(srv_config *config, const setting *s, const char *text) {
+  char *base = (char *)config + s->offset;
+  if (s->kind == KIND_TEXT) {
+    char *copy = strdup(text);
+    if (copy == NULL) return false;
+    free(*(char **)(void *)base);
+    *(char **)(void *)base = copy;
+    return true;
+  }
+  if (s->kind == KIND_SWITCH) return parse_switch(text, (bool *)base);
+  return parse_number(s, text, (uint64_t *)(void *)base);
+}
+
+static void complain_value(const setting *s, const char *source, const char *text, char *error,
+                           size_t error_size) {
+  int size = snprintf(error, error_size, "%s: '%s' is not %s", source, text, expected(s));
+  bool ranged = s->kind == KIND_SIZE || s->kind == KIND_COUNT || s->kind == KIND_DURATION;
+  if (!ranged || size < 0 || (size_t)size >= error_size) return;
+  snprintf(error + size, error_size - (size_t)size, " from %" PRIu64 " to %" PRIu64 "%s", s->low, s->high,
+           s->kind == KIND_DURATION ? " ms" : "");
+}
+
+static bool read_environment(srv_config *config, char *(*environment)(const char *name), char *error,
+                             size_t error_size) {
+  for (size_t i = 0; i < SETTING_COUNT; i++) {
+    char variable[FLAG_SIZE];
+    variable_name(SETTINGS[i].flag, variable);
+    const char *text = environment(variable);
+    if (text == NULL || assign(config, &SETTINGS[i], text)) continue;
+    complain_value(&SETTINGS[i], variable, text, error, error_size);
+    return false;
+  }
+  return true;
+}
+
+static const setting *find_setting(const char *name, size_t size) {
+  for (size_t i = 0; i < SETTING_COUNT; i++) {
+    if (strlen(SETTINGS[i].flag) == size && memcmp(SETTINGS[i].flag, name, size) == 0) return &SETTINGS[i];
+  }
+  return NULL;
+}
+
+/* Reads argv[*at], and the next one when it is the flag's value. */
+static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, char *error,
+                      size_t error_size) {
+  const char *argument = argv[*at];
+  size_t name_size = strncmp(argument, "--", 2) == 0 ? strcspn(argument + 2, "=") : 0;
+  const setting *s = name_size > 0 ? find_setting(argument + 2, name_size) : NULL;
+  if (s == NULL) {
+    snprintf(error, error_size, "unknown argument '%s'; see --help", argument);
+    return false;
+  }
+  const char *value = argument + 2 + name_size;
+  if (*value == '=') {
+    value++;
+  } else if (s->kind == KIND_SWITCH) {
+    value = "true";
+  } else if (*at + 1 < argc) {
+    value = argv[++*at];
+  } else {
+    snprintf(error, error_size, "--%s needs a value", s->flag);
+    return false;
+  }
+  if (assign(config, s, value)) return true;
+  char source[FLAG_SIZE];
+  snprintf(source, sizeof source, "--%s", s->flag);
+  complain_value(s, source, value, error, error_size);
+  return false;
+}
+
+static bool set_defaults(srv_config *config) {
+  for (size_t i = 0; i < SETTING_COUNT; i++) {
+    if (SETTINGS[i].fallback != NULL && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
+  }
+  /* The ones that depend on the machine; the queue follows once the threads are known. */
+  long cores = sysconf(_SC_NPROCESSORS_ONLN);
+  config->threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (uint64_t)cores;
+  config->io_threads = config->threads;
+  config->queue = ANY;
+  return true;
+}
+
+/* The text of an @FILE, "" for an empty one; NULL when it can't be read. */
+static char *read_keys_file(const char *path) {
+  FILE *file = fopen(path, "re");
+  if (file == NULL) return NULL;
+  char *text = malloc(KEYS_FILE_MAX);
+  size_t size = text != NULL ? fread(text, 1, KEYS_FILE_MAX - 1, file) : 0;
+  bool whole = text != NULL && ferror(file) == 0 && fgetc(file) == EOF;
+  fclose(file);
+  if (!whole) {
+    free(text);
+    return NULL;
+  }
+  text[size] = '\0';
+  return text;
+}
+
+/* Cuts config->api_keys_text into api_keys. */
+static bool split_keys(srv_config *config, char *error, size_t error_size) {
+  if (config->api_keys_text[0] == '\0') return true;
+  if (config->api_keys_text[0] == '@') {
+    char *text = read_keys_file(config->api_keys_text + 1);
+    if (text == NULL) {
+      snprintf(error, error_size, "--api-keys: cannot read '%s'", config->api_keys_text + 1);
+      return false;
+    }
+    free(config->api_keys_text);
+    config->api_keys_text = text;
+  }
+  size_t separators = 1;
+  for (const char *at = config->api_keys_text; *at != '\0'; at++)
+    separators += strchr(", \r\n\t", *at) != NULL;
+  config->api_keys = calloc(separators + 1, sizeof *config->api_keys);
+  if (config->api_keys == NULL) return false;
+  size_t count = 0;
+  char *rest = NULL;
+  for (char *key = strtok_r(config->api_keys_text, ", \r\n\t", &rest); key != NULL;
+       key = strtok_r(NULL, ", \r\n\t", &rest)) {
+    config->api_keys[count++] = key;
+  }
+  /* An empty list must not open the door that somebody meant to lock. */
+  if (count == 0) snprintf(error, error_size, "--api-keys: there is no key in it");
+  return count > 0;
+}
+
+static bool check_together(srv_config *config, char *error, size_t error_size) {
+  if (config->queue == ANY) config->queue = 4 * config->threads;
+  if ((config->tls_cert[0] == '\0') != (config->tls_key[0] == '\0')) {
+    snprintf(error, error_size, "--tls-cert and --tls-key go together");
+    return false;
+  }
+  if (strncmp(config->data, "s3://", 5) == 0) {
+    snprintf(error, error_size, "--data: '%s': object stores are not supported, name a folder", config->data);
+    return false;
+  }
+  if (config->data[0] == '\0') {
+    snprintf(error, error_size, "--data: the folder has no name");
+    return false;
+  }
+  return split_keys(config, error, error_size);
+}
+
+srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
+                                  char *(*environment)(const char *name), FILE *out, char *error,
+                                  size_t error_size) {
+  *config = (srv_config){0};
+  snprintf(error, error_size, "out of memory");
+  for (int i = 1; i < argc; i++) {
+    if (strcmp(argv[i], "--help") == 0) {
+      print_help(out);
+      return SRV_CONFIG_DONE;
+    }
+    if (strcmp(argv[i], "--version") == 0) {
+      fputs("tweend " TWEEND_VERSION "\n", out);
+      return SRV_CONFIG_DONE;
+    }
+  }
+  if (!set_defaults(config) || !read_environment(config, environment, error, error_size)) {
+    return SRV_CONFIG_BAD;
+  }
+  for (int i = 1; i < argc; i++) {
+    if (!read_flag(config, argc, argv, &i, error, error_size)) return SRV_CONFIG_BAD;
+  }
+  return check_together(config, error, error_size) ? SRV_CONFIG_RUN : SRV_CONFIG_BAD;
+}
+
+void srv_config_deinit(srv_config *config) {
+  free(config->listen);
+  free(config->data);
+  free(config->api_keys_text);
+  free(config->api_keys);
+  free(config->cors_origins);
+  free(config->tls_cert);
+  free(config->tls_key);
+  *config = (srv_config){0};
+}

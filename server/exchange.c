@@ -1,0 +1,267 @@
+#include "exchange.h"
+
+#include "log.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/random.h>
+#include <time.h>
+
+/* A refused body up to this size is read and dropped, which keeps the connection usable. */
+static const uint64_t DROP_MAX = 64 << 10;
+static const unsigned RETRY_S = 1, DRAIN_RETRY_S = 5;
+
+static uint64_t now_ns(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
+}
+
+static double milliseconds(uint64_t from_ns, uint64_t to_ns) {
+  return to_ns > from_ns ? (double)(to_ns - from_ns) / 1e6 : 0;
+}
+
+/* ---- identity -------------------------------------------------------------------------------- */
+
+static bool sane_id(const char *id) {
+  size_t size = strspn(id, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-");
+  return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
+}
+
+/* Unique within this process by the number, among processes by the random part. */
+static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
+  static atomic_uint_fast64_t serial;
+  static atomic_uint process;
+  unsigned prefix = atomic_load_explicit(&process, memory_order_relaxed);
+  if (prefix == 0) {
+    unsigned fresh = 0;
+    if (getrandom(&fresh, sizeof fresh, GRND_NONBLOCK) != (ssize_t)sizeof fresh) fresh = (unsigned)now_ns();
+    fresh |= 1;
+    prefix = atomic_compare_exchange_strong(&process, &prefix, fresh) ? fresh : prefix;
+  }
+  snprintf(out, SRV_REQUEST_ID_SIZE, "%08x-%llx", prefix, (unsigned long long)atomic_fetch_add(&serial, 1));
+}
+
+/* ---- stages ---------------------------------------------------------------------------------- */
+
+/* Cuts the target in place. The absolute form names a host that the Host header repeats. */
+static void split_target(srv_exchange *exchange) {
+  char *path = exchange->target;
+  if (strncasecmp(path, "http://", 7) == 0 || strncasecmp(path, "https://", 8) == 0) {
+    path = strstr(path, "//") + 2;
+    path += strcspn(path, "/?");
+  }
+  char *query = strchr(path, '?');
+  if (query != NULL) *query++ = '\0';
+  exchange->request.path = *path != '\0' ? path : "/";
+  exchange->request.query = query != NULL ? query : "";
+}
+
+bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target) {
+  *exchange =
+      (srv_exchange){.server = server, .started_ns = now_ns(), .target = strdup(target), .status = 400};
+  if (exchange->target == NULL) return false;
+  split_target(exchange);
+  make_id(exchange->id);
+  exchange->request.id = exchange->id;
+  exchange->request.method = exchange->method;
+  return true;
+}
+
+static void answered(srv_exchange *exchange) {
+  exchange->answered = true;
+  exchange->status = exchange->answer.status;
+  exchange->answered_ns = now_ns();
+  if (exchange->worked_ns == 0) exchange->received_ns = exchange->worked_ns = exchange->answered_ns;
+}
+
+void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after) {
+  if (exchange->answered) api_answer_deinit(&exchange->answer);
+  exchange->answer = (api_answer){0};
+  api_problem(status, detail, exchange->id, retry_after, &exchange->answer);
+  answered(exchange);
+}
+
+static bool is_metrics(const srv_exchange *exchange) {
+  return strcmp(exchange->request.path, "/metrics") == 0;
+}
+
+/* What must answer while everything else is refused. */
+static bool is_probe(const srv_exchange *exchange) {
+  static const char *const PROBES[] = {"/healthz", "/readyz", "/version"};
+  for (size_t i = 0; i < sizeof PROBES / sizeof *PROBES; i++) {
+    if (strcmp(exchange->request.path, PROBES[i]) == 0) return true;
+  }
+  return is_metrics(exchange);
+}
+
+static bool reads_only(const srv_exchange *exchange) {
+  return strcmp(exchange->method, "GET") == 0 || strcmp(exchange->method, "HEAD") == 0;
+}
+
+/* Whether the request is refused on its headers; then the answer is there. */
+static bool refused(srv_exchange *exchange, const srv_framing *framing) {
+  const srv_config *config = exchange->server->config;
+  if (framing->status != 0) {
+    srv_exchange_refuse(exchange, framing->status, framing->detail, 0);
+    exchange->close = true;
+  } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
+    srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
+  } else if (framing->has_length && framing->length > config->max_upload) {
+    srv_exchange_refuse(exchange, 413, "the body is longer than the configured limit", 0);
+  } else if (is_metrics(exchange) && !reads_only(exchange)) {
+    srv_exchange_refuse(exchange, 405, "/metrics can only be read", 0);
+    api_answer *answer = &exchange->answer;
+    if (answer->header_count < API_HEADERS_MAX)
+      answer->headers[answer->header_count++] = (api_header){"Allow", "GET, HEAD"};
+  } else if (!is_metrics(exchange) &&
+             api_open(exchange->server->service, &exchange->request, &exchange->answer) == API_REFUSED) {
+    answered(exchange);
+  }
+  return exchange->answered;
+}
+
+srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, const srv_framing *framing,
+                                    const char *(*header)(void *context, const char *name), void *context) {
+  exchange->opened = true;
+  atomic_fetch_add(&exchange->server->in_flight, 1);
+  snprintf(exchange->method, sizeof exchange->method, "%s", method);
+  exchange->request.header = header;
+  exchange->request.context = context;
+  const char *id = header(context, "X-Request-Id");
+  if (id != NULL && sane_id(id)) snprintf(exchange->id, sizeof exchange->id, "%s", id);
+  srv_body_init(&exchange->body, exchange->server->config->max_upload, exchange->server->temporary);
+  if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
+  bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;
+  if (exchange->close || !droppable) {
+    exchange->close = true;
+    return SRV_EXCHANGE_NOW;
+  }
+  return SRV_EXCHANGE_MORE;
+}
+
+srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size) {
+  if (exchange->answered) return SRV_EXCHANGE_MORE;
+  switch (srv_body_append(&exchange->body, data, size)) {
+  case SRV_BODY_OK: return SRV_EXCHANGE_MORE;
+  case SRV_BODY_TOO_LONG:
+    srv_exchange_refuse(exchange, 413, "the body is longer than the configured limit", 0);
+    break;
+  case SRV_BODY_FAILED:
+    srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
+    srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
+    break;
+  }
+  exchange->close = true;
+  return SRV_EXCHANGE_NOW;
+}
+
+static void answer_metrics(srv_exchange *exchange) {
+  srv_server *server = exchange->server;
+  srv_gauges gauges = {.connections = atomic_load(&server->connections),
+                       .requests_in_flight = atomic_load(&server->in_flight)};
+  srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
+  size_t size = 0;
+  char *text = srv_metrics_print(server->metrics, &gauges, &size);
+  if (text == NULL) {
+    srv_exchange_refuse(exchange, 503, "out of memory", RETRY_S);
+    return;
+  }
+  exchange->answer = (api_answer){.status = 200,
+                                  .header_count = 2,
+                                  .headers = {{"Content-Type", "text/plain; version=0.0.4; charset=utf-8"},
+                                              {"Cache-Control", "no-store"}},
+                                  .bytes = {(uint8_t *)text, size}};
+  answered(exchange);
+}
+
+/* On a compute thread. */
+static void run(srv_job *job) {
+  srv_exchange *exchange = (srv_exchange *)(void *)job;
+  exchange->worked_ns = now_ns();
+  if (!exchange->wanted(exchange)) {
+    srv_exchange_refuse(exchange, 503, "the client is gone", 0);
+  } else if (milliseconds(exchange->started_ns, exchange->worked_ns) >
+             (double)exchange->server->config->request_timeout) {
+    srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
+  } else if (api_handle(exchange->server->service, &exchange->request, API_HEAVY, &exchange->answer)) {
+    answered(exchange);
+  } else {
+    srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
+  }
+  exchange->ready(exchange);
+}
+
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
+  if (exchange->answered) return SRV_EXCHANGE_NOW;
+  srv_server *server = exchange->server;
+  exchange->received_ns = exchange->worked_ns = now_ns();
+  if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
+    srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
+  } else if (is_metrics(exchange)) {
+    answer_metrics(exchange);
+  } else if (api_handle(server->service, &exchange->request, API_LIGHT, &exchange->answer)) {
+    answered(exchange);
+  } else {
+    exchange->job.run = run;
+    if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) {
+      return SRV_EXCHANGE_LATER;
+    }
+    srv_exchange_refuse(exchange, 503, "too many requests are waiting", RETRY_S);
+  }
+  return SRV_EXCHANGE_NOW;
+}
+
+/* ---- the end --------------------------------------------------------------------------------- */
+
+char *srv_exchange_print(const srv_exchange *exchange, size_t *size) {
+  const api_answer *answer = &exchange->answer;
+  char *text = NULL;
+  FILE *out = open_memstream(&text, size);
+  if (out == NULL) return NULL;
+  fprintf(out, "HTTP/1.1 %d Refused\r\nConnection: close\r\nX-Request-Id: %s\r\n", answer->status,
+          exchange->id);
+  for (size_t i = 0; i < answer->header_count; i++) {
+    fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);
+  }
+  fprintf(out, "Content-Length: %zu\r\n\r\n", answer->bytes.size);
+  fwrite(answer->bytes.data, 1, answer->bytes.size, out);
+  if (fclose(out) == 0) return text;
+  free(text);
+  return NULL;
+}
+
+void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]) {
+  snprintf(out, SRV_TIMING_SIZE, "receive;dur=%.3f, queue;dur=%.3f, work;dur=%.3f",
+           milliseconds(exchange->started_ns, exchange->received_ns),
+           milliseconds(exchange->received_ns, exchange->worked_ns),
+           milliseconds(exchange->worked_ns, exchange->answered_ns));
+}
+
+void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
+  if (exchange->target == NULL) return;
+  uint64_t ended_ns = now_ns();
+  double total_ms = milliseconds(exchange->started_ns, ended_ns);
+  srv_log_access(&(srv_log_request){.id = exchange->id,
+                                    .peer = peer,
+                                    .method = exchange->method,
+                                    .path = exchange->request.path,
+                                    .query = exchange->request.query,
+                                    .status = exchange->status,
+                                    .aborted = aborted,
+                                    .bytes_in = exchange->body.size,
+                                    .bytes_out = exchange->bytes_out,
+                                    .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
+                                    .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
+                                    .total_ms = total_ms});
+  const char *route = is_metrics(exchange) ? "/metrics" : api_route_name(exchange->request.path);
+  srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->body.size,
+                      exchange->bytes_out);
+  if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
+  if (exchange->answered) api_answer_deinit(&exchange->answer);
+  srv_body_deinit(&exchange->body);
+  free(exchange->target);
+  *exchange = (srv_exchange){0};
+}

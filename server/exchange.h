@@ -1,0 +1,86 @@
+/* One request and its answer, from the request line to the log line. Knows no socket: http.c feeds it and
+ * delivers what it answers. An exchange moves between an I/O thread and a compute thread, never at the
+ * same time: from srv_exchange_finish returning SRV_EXCHANGE_LATER until `ready` is called it belongs to
+ * the compute thread. */
+#ifndef SRV_EXCHANGE_H
+#define SRV_EXCHANGE_H
+
+#include "api.h"
+#include "body.h"
+#include "config.h"
+#include "framing.h"
+#include "metrics.h"
+#include "work.h"
+
+#include <stdatomic.h>
+
+/* What all exchanges share. */
+typedef struct srv_server {
+  const srv_config *config;
+  api_service *service;
+  srv_work *work;
+  srv_metrics *metrics;
+  int temporary;             /* folder for long bodies */
+  atomic_bool draining;      /* new requests get 503 */
+  atomic_bool stopping;      /* nothing may be queued any more */
+  atomic_size_t connections; /* open ones */
+  atomic_size_t in_flight;   /* opened exchanges that have not ended */
+} srv_server;
+
+enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96 };
+
+typedef struct srv_exchange {
+  srv_job job; /* first: the pool hands it back */
+  srv_server *server;
+  char *target; /* copy of the request target, cut into path and query; NULL: no exchange */
+  char method[SRV_METHOD_SIZE];
+  char id[SRV_REQUEST_ID_SIZE];
+  api_request request;
+  srv_body body;
+  bool opened;   /* headers were judged */
+  bool answered; /* answer is there, not yet taken */
+  bool close;    /* the connection cannot go on after the answer */
+  api_answer answer;
+  int status; /* of the answer, also after it was taken; 400 when no whole request came */
+  uint64_t bytes_out;
+  uint64_t started_ns, received_ns, worked_ns, answered_ns;
+  /* Set by http.c before finish. */
+  bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
+  void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
+} srv_exchange;
+
+/* Begins with the target as it came. False without memory: drop the connection. */
+bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target);
+
+typedef enum srv_exchange_step {
+  SRV_EXCHANGE_MORE,  /* go on: take the body, then finish */
+  SRV_EXCHANGE_NOW,   /* deliver the answer */
+  SRV_EXCHANGE_LATER, /* `ready` will be called */
+} srv_exchange_step;
+
+/* Judges the headers. header, context: as in api_request, valid until the end. MORE, or NOW: refused with
+ * the body unread. */
+srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, const srv_framing *framing,
+                                    const char *(*header)(void *context, const char *name), void *context);
+
+/* Takes a piece of the body. MORE, or NOW: refused in the middle of the body; further pieces may still be
+ * passed and are thrown away. */
+srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
+
+/* The body is complete. NOW or LATER. */
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
+
+/* Replaces what answer there may be by a problem document. */
+void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);
+
+/* The answer as bytes on the wire with "Connection: close", for refusals that overtake the HTTP library.
+ * malloc'ed, NULL without memory. */
+char *srv_exchange_print(const srv_exchange *exchange, size_t *size);
+
+/* Value of the Server-Timing header. */
+void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]);
+
+/* Logs, counts and frees. A zeroed exchange is fine. */
+void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted);
+
+#endif

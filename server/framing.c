@@ -1,0 +1,125 @@
+#include "framing.h"
+
+#include <ctype.h>
+#include <string.h>
+#include <strings.h>
+
+static void refuse(srv_framing *framing, int status, const char *detail) {
+  if (framing->status != 0) return;
+  framing->status = status;
+  framing->detail = detail;
+}
+
+/* Every % begins a byte in hexadecimal, and that byte is not NUL. */
+static bool escapes_sound(const char *target) {
+  for (const char *at = strchr(target, '%'); at != NULL; at = strchr(at + 1, '%')) {
+    if (!isxdigit((unsigned char)at[1]) || !isxdigit((unsigned char)at[2])) return false;
+    if (at[1] == '0' && at[2] == '0') return false;
+  }
+  return true;
+}
+
+static bool is_target_char(unsigned char c) {
+  return c > 0x20 && c < 0x7f && c != '#';
+}
+
+static bool has_form(const char *target) {
+  return target[0] == '/' || strcmp(target, "*") == 0 || strncasecmp(target, "http://", 7) == 0 ||
+         strncasecmp(target, "https://", 8) == 0;
+}
+
+void srv_framing_target(srv_framing *framing, const char *target) {
+  size_t size = 0, arguments = 1;
+  bool clean = true;
+  for (; target[size] != '\0'; size++) {
+    clean = clean && is_target_char((unsigned char)target[size]);
+    arguments += target[size] == '&';
+  }
+  framing->many_arguments = arguments > SRV_QUERY_ARGUMENTS_MAX;
+  if (size > SRV_TARGET_MAX) refuse(framing, 414, "the request target is longer than 8192 bytes");
+  if (framing->many_arguments) refuse(framing, 400, "the query has more than 200 arguments");
+  if (!clean) refuse(framing, 400, "the request target holds a character that must be percent-encoded");
+  if (!escapes_sound(target))
+    refuse(framing, 400, "the request target holds a broken percent-encoding or %00");
+  if (!has_form(target)) refuse(framing, 400, "the request target is not a path");
+}
+
+void srv_framing_version(srv_framing *framing, const char *version) {
+  framing->http_10 = strcmp(version, "HTTP/1.0") == 0;
+  if (!framing->http_10 && strcmp(version, "HTTP/1.1") != 0) {
+    refuse(framing, 505, "only HTTP/1.1 and HTTP/1.0 are spoken here");
+  }
+}
+
+static bool is_token(const char *text, size_t size) {
+  for (size_t i = 0; i < size; i++) {
+    if (!isalnum((unsigned char)text[i]) && (text[i] == '\0' || strchr("!#$%&'*+-.^_`|~", text[i]) == NULL)) {
+      return false;
+    }
+  }
+  return size > 0;
+}
+
+static bool is_field_text(const char *text, size_t size) {
+  for (size_t i = 0; i < size; i++) {
+    unsigned char c = (unsigned char)text[i];
+    if ((c < 0x20 && c != '\t') || c == 0x7f) return false;
+  }
+  return true;
+}
+
+static bool same(const char *text, size_t size, const char *word) {
+  return strlen(word) == size && strncasecmp(text, word, size) == 0;
+}
+
+static void take_length(srv_framing *framing, const char *value, size_t size) {
+  if (framing->has_length) refuse(framing, 400, "Content-Length is there twice");
+  framing->has_length = true;
+  framing->length = 0;
+  /* 18 digits cannot overflow, and no body is that long. */
+  bool sound = size > 0 && size <= 18;
+  for (size_t i = 0; sound && i < size; i++) {
+    sound = value[i] >= '0' && value[i] <= '9';
+    framing->length = framing->length * 10 + (uint64_t)(unsigned char)(value[i] - '0');
+  }
+  if (!sound) refuse(framing, 400, "Content-Length is not a plain number");
+}
+
+static void take_coding(srv_framing *framing, const char *value, size_t size) {
+  if (framing->chunked) refuse(framing, 400, "Transfer-Encoding is there twice");
+  framing->chunked = true;
+  if (!same(value, size, "chunked")) refuse(framing, 501, "the only transfer coding known here is chunked");
+}
+
+void srv_framing_header(srv_framing *framing, const char *name, size_t name_size, const char *value,
+                        size_t value_size) {
+  framing->headers++;
+  framing->header_bytes += name_size + value_size + 4;
+  if (framing->headers > SRV_HEADERS_MAX || framing->header_bytes > SRV_HEADER_BYTES_MAX) {
+    refuse(framing, 431, "more than 100 headers, or more than 16384 bytes of them");
+    return;
+  }
+  if (!is_token(name, name_size)) {
+    refuse(framing, 400, "a header's name holds a character that is not allowed");
+    return;
+  }
+  if (!is_field_text(value, value_size)) refuse(framing, 400, "a header's value holds a control character");
+  if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
+  if (same(name, name_size, "Transfer-Encoding")) take_coding(framing, value, value_size);
+  if (same(name, name_size, "Host")) framing->hosts++;
+  if (same(name, name_size, "Expect")) {
+    framing->continues = true;
+    if (!same(value, value_size, "100-continue"))
+      refuse(framing, 417, "the only expectation met here is 100-continue");
+  }
+}
+
+void srv_framing_end(srv_framing *framing) {
+  if (framing->has_length && framing->chunked) {
+    refuse(framing, 400, "Content-Length and Transfer-Encoding exclude each other");
+  }
+  if (framing->chunked && framing->http_10) refuse(framing, 400, "HTTP/1.0 knows no Transfer-Encoding");
+  if (framing->hosts > 1 || (framing->hosts == 0 && !framing->http_10)) {
+    refuse(framing, 400, "a request has one Host header");
+  }
+}

@@ -1,0 +1,563 @@
+/* The only file that knows libmicrohttpd.
+ *
+ * Each I/O thread owns a daemon of the library and an epoll set of three: the library's own descriptor, an
+ * eventfd by which compute threads and the main thread wake it, and the listening socket that all share.
+ * The thread that is idle accepts; so a thread that computes a block of an answer gets no new connections.
+ * A connection, its timers and its request are only touched by their thread. While a compute thread works
+ * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
+ * it; the finished request comes back through `done` and the eventfd. */
+#include "http.h"
+
+#include "listen.h"
+#include "log.h"
+#include "watch.h"
+
+#include <errno.h>
+#include <microhttpd.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+  CONNECTION_MEMORY = 32 << 10, /* the library's pool: headers in and out, and the window of a body */
+  BLOCK_SIZE = 256 << 10,       /* of an answer that is pulled */
+  ACCEPT_MAX = 8,               /* connections a thread takes before it serves those it has */
+  SWEEP_MS = 250,
+  PEER_SIZE = 64
+};
+
+typedef struct loop loop;
+
+typedef struct connection {
+  srv_exchange exchange; /* first: compute threads hand it back */
+  struct MHD_Connection *mhd;
+  loop *owner;
+  int fd;
+  srv_framing framing;
+  srv_watch watch;
+  struct connection *previous, *next; /* among the owner's */
+  struct connection *next_done;
+  char peer[PEER_SIZE];
+} connection;
+
+struct loop {
+  srv_http *http;
+  struct MHD_Daemon *daemon;
+  pthread_t thread;
+  bool started;
+  int epoll, event;
+  bool accepting;
+  connection *connections;
+  uint64_t swept_ms;
+  pthread_mutex_t lock;
+  connection *done; /* answered by compute threads; guarded by lock */
+};
+
+struct srv_http {
+  srv_server *server;
+  srv_patience patience;
+  int listener;
+  bool tls;
+  atomic_bool stop;
+  atomic_bool unfinished; /* a loop ended with requests at compute threads */
+  size_t loop_count;
+  loop loops[];
+};
+
+static uint64_t now_ms(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+}
+
+static void wake(loop *l) {
+  uint64_t one = 1;
+  /* Fails only when the counter is full, and then the loop wakes anyway. */
+  ssize_t written = write(l->event, &one, sizeof one);
+  (void)written;
+}
+
+/* ---- watching -------------------------------------------------------------------------------- */
+
+static uint64_t moved(const connection *c) {
+  return srv_watch_moved(c->fd, c->exchange.body.size + c->exchange.bytes_out);
+}
+
+static void enter(connection *c, srv_phase phase) {
+  uint64_t count = phase == SRV_PHASE_BODY || phase == SRV_PHASE_SEND ? moved(c) : 0;
+  srv_watch_enter(&c->watch, phase, now_ms(), count);
+}
+
+/* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client
+ * read it: the sending side is closed, what still arrives is thrown away for a moment. */
+static void refuse_midway(connection *c) {
+  size_t size = 0;
+  char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, &size);
+  bool sent = text != NULL && send(c->fd, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size;
+  free(text);
+  shutdown(c->fd, sent ? SHUT_WR : SHUT_RDWR);
+  enter(c, SRV_PHASE_LINGER);
+}
+
+static void expire(connection *c) {
+  bool late_request =
+      c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
+  if (!late_request) {
+    shutdown(c->fd, SHUT_RDWR);
+    return;
+  }
+  srv_exchange_refuse(&c->exchange, 408, "the request did not arrive in time", 0);
+  refuse_midway(c);
+}
+
+static void sweep(loop *l) {
+  uint64_t now = now_ms();
+  if (now - l->swept_ms < SWEEP_MS) return;
+  l->swept_ms = now;
+  bool draining = atomic_load(&l->http->server->draining);
+  for (connection *c = l->connections; c != NULL; c = c->next) {
+    if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) expire(c);
+  }
+}
+
+/* ---- answering ------------------------------------------------------------------------------- */
+
+/* What a response of the library refers to until it is freed. */
+typedef struct delivery {
+  api_answer answer;
+  uint64_t *bytes_out;
+} delivery;
+
+static void free_delivery(void *context) {
+  delivery *d = context;
+  api_answer_deinit(&d->answer);
+  free(d);
+}
+
+static ssize_t read_block(void *context, uint64_t position, char *out, size_t capacity) {
+  (void)position; /* blocks are asked for in order, each once */
+  delivery *d = context;
+  int64_t size = d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
+  if (size < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
+  if (size == 0) {
+    return d->answer.body.size == API_SIZE_UNKNOWN ? MHD_CONTENT_READER_END_OF_STREAM
+                                                   : MHD_CONTENT_READER_END_WITH_ERROR;
+  }
+  *d->bytes_out += (uint64_t)size;
+  return (ssize_t)size;
+}
+
+static size_t block_size(uint64_t body_size) {
+  return body_size < BLOCK_SIZE ? (size_t)(body_size > 0 ? body_size : 1) : BLOCK_SIZE;
+}
+
+static struct MHD_Response *create_response(delivery *d) {
+  const api_answer *answer = &d->answer;
+  if (answer->body.read != NULL) {
+    uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
+    return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
+  }
+  /* The library takes the bytes as writable but does not write. */
+  return MHD_create_response_from_buffer_with_free_callback_cls(
+      answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);
+}
+
+static void add_headers(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
+                        bool close) {
+  const api_answer *answer = &d->answer;
+  for (size_t i = 0; i < answer->header_count; i++) {
+    const api_header *header = &answer->headers[i];
+    if (MHD_add_response_header(response, header->name, header->value) != MHD_YES) {
+      srv_log(SRV_LOG_WARN, "header %s of request %s cannot be sent", header->name, exchange->id);
+    }
+  }
+  char timing[SRV_TIMING_SIZE];
+  srv_exchange_timing(exchange, timing);
+  MHD_add_response_header(response, "X-Request-Id", exchange->id);
+  MHD_add_response_header(response, "Server-Timing", timing);
+  if (close) MHD_add_response_header(response, "Connection", "close");
+}
+
+/* Hands the exchange's answer over to the library. */
+static enum MHD_Result deliver(connection *c) {
+  srv_exchange *exchange = &c->exchange;
+  delivery *d = malloc(sizeof *d);
+  if (d == NULL) return MHD_NO;
+  *d = (delivery){.answer = exchange->answer, .bytes_out = &exchange->bytes_out};
+  exchange->answer = (api_answer){0};
+  exchange->answered = false;
+  struct MHD_Response *response = create_response(d);
+  if (response == NULL) {
+    free_delivery(d);
+    return MHD_NO;
+  }
+  if (d->answer.body.read == NULL && strcmp(exchange->method, "HEAD") != 0)
+    exchange->bytes_out = d->answer.bytes.size;
+  add_headers(response, d, exchange, exchange->close || atomic_load(&exchange->server->draining));
+  enum MHD_Result queued = MHD_queue_response(c->mhd, (unsigned)exchange->status, response);
+  MHD_destroy_response(response);
+  enter(c, SRV_PHASE_SEND);
+  return queued;
+}
+
+/* ---- receiving ------------------------------------------------------------------------------- */
+
+/* The library calls this with the untouched target, before it looks for arguments in it. */
+static void *begin_request(void *context, const char *target, struct MHD_Connection *mhd) {
+  (void)context;
+  const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+  connection *c = info != NULL ? info->socket_context : NULL;
+  if (c == NULL || !srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
+  enter(c, SRV_PHASE_HEAD);
+  c->framing = (srv_framing){0};
+  srv_framing_target(&c->framing, target);
+  if (c->framing.many_arguments) {
+    srv_exchange_refuse(&c->exchange, c->framing.status, c->framing.detail, 0);
+    refuse_midway(c);
+  }
+  return c;
+}
+
+static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name, size_t name_size,
+                                   const char *value, size_t value_size) {
+  (void)kind;
+  srv_framing_header(context, name, name_size, value != NULL ? value : "", value != NULL ? value_size : 0);
+  return MHD_YES;
+}
+
+static const char *find_header(void *context, const char *name) {
+  return MHD_lookup_connection_value(context, MHD_HEADER_KIND, name);
+}
+
+static bool client_waits(srv_exchange *exchange) {
+  connection *c = (connection *)(void *)exchange;
+  struct pollfd state = {.fd = c->fd, .events = POLLRDHUP};
+  return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
+}
+
+/* On a compute thread. The connection may be resumed, and freed, as soon as the lock is released. */
+static void come_back(srv_exchange *exchange) {
+  connection *c = (connection *)(void *)exchange;
+  loop *l = c->owner;
+  pthread_mutex_lock(&l->lock);
+  c->next_done = l->done;
+  l->done = c;
+  pthread_mutex_unlock(&l->lock);
+  wake(l);
+}
+
+static enum MHD_Result open_request(connection *c, const char *method, const char *version) {
+  srv_framing *framing = &c->framing;
+  srv_framing_version(framing, version);
+  MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_header, framing);
+  srv_framing_end(framing);
+  c->exchange.wanted = client_waits;
+  c->exchange.ready = come_back;
+  if (srv_exchange_open(&c->exchange, method, framing, find_header, c->mhd) == SRV_EXCHANGE_NOW)
+    return deliver(c);
+  enter(c, SRV_PHASE_BODY);
+  return MHD_YES;
+}
+
+static enum MHD_Result take_body(connection *c, const char *data, size_t *size) {
+  size_t piece = *size;
+  *size = 0;
+  if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE) return MHD_YES;
+  /* Over TLS the rest is read, and the answer follows it. */
+  if (!c->owner->http->tls) refuse_midway(c);
+  return MHD_YES;
+}
+
+static enum MHD_Result finish_request(connection *c) {
+  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return deliver(c);
+  enter(c, SRV_PHASE_WORK);
+  MHD_suspend_connection(c->mhd);
+  return MHD_YES;
+}
+
+static enum MHD_Result handle(void *context, struct MHD_Connection *mhd, const char *url, const char *method,
+                              const char *version, const char *data, size_t *size, void **request) {
+  (void)context;
+  (void)url; /* decoded and cut at %00; the exchange has it as it came */
+  connection *c = *request;
+  if (c == NULL) return MHD_NO;
+  c->mhd = mhd;
+  if (!c->exchange.opened) {
+    return c->watch.phase == SRV_PHASE_LINGER ? MHD_NO : open_request(c, method, version);
+  }
+  if (*size > 0) return take_body(c, data, size);
+  return c->watch.phase == SRV_PHASE_LINGER ? MHD_NO : finish_request(c);
+}
+
+static void end_request(void *context, struct MHD_Connection *mhd, void **request,
+                        enum MHD_RequestTerminationCode how) {
+  (void)context;
+  (void)mhd;
+  connection *c = *request;
+  if (c == NULL) return;
+  bool refused_midway = c->watch.phase == SRV_PHASE_LINGER;
+  srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused_midway);
+  *request = NULL;
+  if (!refused_midway) enter(c, SRV_PHASE_IDLE);
+}
+
+/* ---- connections ----------------------------------------------------------------------------- */
+
+static void add_connection(loop *l, struct MHD_Connection *mhd, void **socket_context) {
+  connection *c = calloc(1, sizeof *c);
+  atomic_fetch_add(&l->http->server->connections, 1);
+  *socket_context = c;
+  if (c == NULL) return;
+  c->mhd = mhd;
+  c->owner = l;
+  c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  srv_address peer = {.size = sizeof peer};
+  if (getpeername(c->fd, &peer.any, &peer.size) == 0) srv_address_peer(&peer, c->peer, sizeof c->peer);
+  c->next = l->connections;
+  if (c->next != NULL) c->next->previous = c;
+  l->connections = c;
+  enter(c, SRV_PHASE_HEAD);
+}
+
+static void drop_connection(loop *l, void **socket_context) {
+  connection *c = *socket_context;
+  atomic_fetch_sub(&l->http->server->connections, 1);
+  *socket_context = NULL;
+  if (c == NULL) return;
+  if (c->previous != NULL) {
+    c->previous->next = c->next;
+  } else {
+    l->connections = c->next;
+  }
+  if (c->next != NULL) c->next->previous = c->previous;
+  free(c);
+}
+
+static void notify_connection(void *context, struct MHD_Connection *mhd, void **socket_context,
+                              enum MHD_ConnectionNotificationCode what) {
+  loop *l = context;
+  if (what == MHD_CONNECTION_NOTIFY_STARTED) {
+    add_connection(l, mhd, socket_context);
+  } else {
+    drop_connection(l, socket_context);
+  }
+}
+
+/* Says why before it closes; without TLS, where that takes a handshake. */
+static void turn_away(const loop *l, int fd) {
+  static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
+                             "Content-Length: 0\r\n\r\n";
+  if (!l->http->tls) {
+    ssize_t sent = send(fd, BUSY, sizeof BUSY - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
+    (void)sent; /* a fresh socket has room, and a client that is gone needs no word */
+    shutdown(fd, SHUT_WR);
+  }
+  close(fd);
+}
+
+static void watch_listener(loop *l) {
+  /* One thread, not all, is woken for a connection. */
+  struct epoll_event interest = {.events = EPOLLIN | EPOLLEXCLUSIVE, .data.fd = l->http->listener};
+  l->accepting = epoll_ctl(l->epoll, EPOLL_CTL_ADD, l->http->listener, &interest) == 0;
+}
+
+static void accept_some(loop *l) {
+  const srv_server *server = l->http->server;
+  for (int i = 0; i < ACCEPT_MAX; i++) {
+    struct sockaddr_storage peer = {0};
+    socklen_t peer_size = sizeof peer;
+    int fd = accept4(l->http->listener, (struct sockaddr *)&peer, &peer_size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    if (fd < 0) {
+      if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
+      /* Out of descriptors or memory: without a pause this would spin. The next sweep tries again. */
+      srv_log(SRV_LOG_ERROR, "cannot accept: %s", strerror(errno));
+      epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listener, NULL);
+      l->accepting = false;
+      return;
+    }
+    if (atomic_load(&server->connections) >= server->config->max_connections) {
+      turn_away(l, fd);
+    } else if (MHD_add_connection(l->daemon, fd, (struct sockaddr *)&peer, peer_size) != MHD_YES) {
+      srv_log(SRV_LOG_ERROR, "cannot serve a connection: %s", strerror(errno));
+    }
+  }
+}
+
+/* ---- loop ------------------------------------------------------------------------------------ */
+
+static void resume_done(loop *l) {
+  uint64_t count;
+  ssize_t got = read(l->event, &count, sizeof count);
+  (void)got; /* only clears it */
+  pthread_mutex_lock(&l->lock);
+  connection *c = l->done;
+  l->done = NULL;
+  pthread_mutex_unlock(&l->lock);
+  while (c != NULL) {
+    connection *next = c->next_done;
+    MHD_resume_connection(c->mhd);
+    c = next;
+  }
+}
+
+static int wait_ms(const loop *l) {
+  unsigned long long wanted;
+  int most = l->connections != NULL || !l->accepting ? SWEEP_MS : -1;
+  if (MHD_get_timeout(l->daemon, &wanted) != MHD_YES) return most;
+  return most < 0 || wanted < (unsigned long long)most ? (int)(wanted < SWEEP_MS ? wanted : SWEEP_MS) : most;
+}
+
+static void turn(loop *l) {
+  struct epoll_event events[3];
+  int count = epoll_wait(l->epoll, events, 3, wait_ms(l));
+  for (int i = 0; i < count; i++) {
+    if (events[i].data.fd == l->http->listener) accept_some(l);
+    if (events[i].data.fd == l->event) resume_done(l);
+  }
+  MHD_run(l->daemon);
+  sweep(l);
+  if (!l->accepting) watch_listener(l);
+}
+
+/* The library panics when it is stopped with a suspended connection. */
+static bool all_back(loop *l) {
+  resume_done(l);
+  MHD_run(l->daemon);
+  for (const connection *c = l->connections; c != NULL; c = c->next) {
+    if (c->watch.phase == SRV_PHASE_WORK) return false;
+  }
+  return true;
+}
+
+static void *run_loop(void *context) {
+  loop *l = context;
+  while (!atomic_load(&l->http->stop)) turn(l);
+  if (all_back(l)) {
+    MHD_stop_daemon(l->daemon);
+    l->daemon = NULL;
+  } else {
+    atomic_store(&l->http->unfinished, true);
+  }
+  return NULL;
+}
+
+/* ---- start and stop -------------------------------------------------------------------------- */
+
+static void log_library(void *context, const char *format, va_list arguments)
+    __attribute__((format(printf, 2, 0)));
+static void log_library(void *context, const char *format, va_list arguments) {
+  (void)context;
+  char text[512];
+  vsnprintf(text, sizeof text, format, arguments);
+  text[strcspn(text, "\n")] = '\0';
+  srv_log(SRV_LOG_DEBUG, "libmicrohttpd: %s", text);
+}
+
+/* Targets are taken as they came, so the library need not decode its copy. */
+static size_t keep_escaped(void *context, struct MHD_Connection *mhd, char *text) {
+  (void)context;
+  (void)mhd;
+  return strlen(text);
+}
+
+static struct MHD_Daemon *start_daemon(loop *l, const char *certificate, const char *key) {
+  unsigned flags = MHD_USE_EPOLL | MHD_USE_NO_LISTEN_SOCKET | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
+  if (l->http->tls) flags |= MHD_USE_TLS;
+  struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, (void *)(uintptr_t)certificate},
+                                 {MHD_OPTION_HTTPS_MEM_KEY, 0, (void *)(uintptr_t)key},
+                                 {MHD_OPTION_END, 0, NULL}};
+  if (!l->http->tls) tls[0] = tls[2];
+  unsigned limit = (unsigned)l->http->server->config->max_connections + ACCEPT_MAX;
+  return MHD_start_daemon(flags, 0, NULL, NULL, handle, l, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
+                          MHD_OPTION_URI_LOG_CALLBACK, begin_request, NULL, MHD_OPTION_UNESCAPE_CALLBACK,
+                          keep_escaped, NULL, MHD_OPTION_NOTIFY_COMPLETED, end_request, NULL,
+                          MHD_OPTION_NOTIFY_CONNECTION, notify_connection, l, MHD_OPTION_CONNECTION_LIMIT,
+                          limit, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY,
+                          MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_STRICT_FOR_CLIENT, 1,
+                          MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+}
+
+static bool watch_descriptor(loop *l, int fd) {
+  struct epoll_event interest = {.events = EPOLLIN, .data.fd = fd};
+  return epoll_ctl(l->epoll, EPOLL_CTL_ADD, fd, &interest) == 0;
+}
+
+static bool start_loop(srv_http *http, loop *l, const char *certificate, const char *key) {
+  l->http = http;
+  pthread_mutex_init(&l->lock, NULL);
+  l->epoll = epoll_create1(EPOLL_CLOEXEC);
+  l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  http->loop_count++;
+  if (l->epoll < 0 || l->event < 0) return false;
+  l->daemon = start_daemon(l, certificate, key);
+  if (l->daemon == NULL) return false;
+  const union MHD_DaemonInfo *info = MHD_get_daemon_info(l->daemon, MHD_DAEMON_INFO_EPOLL_FD);
+  if (info == NULL || !watch_descriptor(l, info->epoll_fd) || !watch_descriptor(l, l->event)) return false;
+  watch_listener(l);
+  l->started = l->accepting && pthread_create(&l->thread, NULL, run_loop, l) == 0;
+  return l->started;
+}
+
+static void panic(void *context, const char *file, unsigned line, const char *reason) {
+  (void)context;
+  srv_log(SRV_LOG_ERROR, "libmicrohttpd gave up at %s:%u: %s", file, line, reason != NULL ? reason : "");
+  abort();
+}
+
+srv_http *srv_http_start(srv_server *server, int listener, const char *certificate, const char *key,
+                         char *error, size_t error_size) {
+  const srv_config *config = server->config;
+  size_t loops = (size_t)config->io_threads;
+  srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
+  if (http == NULL) {
+    snprintf(error, error_size, "out of memory");
+    close(listener);
+    return NULL;
+  }
+  http->server = server;
+  http->listener = listener;
+  http->tls = certificate != NULL;
+  http->patience = (srv_patience){.header_ms = config->header_timeout,
+                                  .idle_ms = config->idle_timeout,
+                                  .request_ms = config->request_timeout,
+                                  .min_rate = config->min_rate};
+  MHD_set_panic_func(panic, NULL);
+  for (size_t i = 0; i < loops; i++) {
+    if (start_loop(http, &http->loops[i], certificate, key)) continue;
+    snprintf(error, error_size, "cannot start an I/O thread%s",
+             http->tls ? "; is the certificate the key's?" : "");
+    srv_http_stop(http);
+    return NULL;
+  }
+  return http;
+}
+
+void srv_http_drain(srv_http *http) {
+  for (size_t i = 0; i < http->loop_count; i++) wake(&http->loops[i]);
+}
+
+bool srv_http_stop(srv_http *http) {
+  atomic_store(&http->stop, true);
+  for (size_t i = 0; i < http->loop_count; i++) {
+    loop *l = &http->loops[i];
+    wake(l);
+    if (l->started) pthread_join(l->thread, NULL);
+  }
+  if (atomic_load(&http->unfinished)) return false;
+  for (size_t i = 0; i < http->loop_count; i++) {
+    loop *l = &http->loops[i];
+    if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
+    if (l->epoll >= 0) close(l->epoll);
+    if (l->event >= 0) close(l->event);
+    pthread_mutex_destroy(&l->lock);
+  }
+  close(http->listener);
+  free(http);
+  return true;
+}

@@ -1,0 +1,157 @@
+/* One socket is shared by all I/O threads: the one that is idle takes the next connection. */
+#include "listen.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+enum { LISTEN_BACKLOG = 1024, HOST_SIZE = 64 };
+
+static bool parse_unix(const char *path, srv_address *out, char *error, size_t error_size) {
+  size_t size = strlen(path);
+  if (size == 0 || size >= sizeof out->local.sun_path) {
+    snprintf(error, error_size, "--listen: the path of a unix socket has 1 to %zu characters",
+             sizeof out->local.sun_path - 1);
+    return false;
+  }
+  out->local.sun_family = AF_UNIX;
+  memcpy(out->local.sun_path, path, size + 1);
+  out->size = sizeof out->local;
+  return true;
+}
+
+static bool parse_port(const char *text, in_port_t *out) {
+  size_t digits = strspn(text, "0123456789");
+  if (digits == 0 || digits > 5 || text[digits] != '\0') return false;
+  unsigned long port = strtoul(text, NULL, 10);
+  if (port > 65535) return false;
+  *out = htons((uint16_t)port);
+  return true;
+}
+
+static bool parse_inet(const char *host, in_port_t port, srv_address *out) {
+  out->v4.sin_family = AF_INET;
+  out->v4.sin_port = port;
+  out->size = sizeof out->v4;
+  return inet_pton(AF_INET, host, &out->v4.sin_addr) == 1;
+}
+
+static bool parse_inet6(const char *host, in_port_t port, srv_address *out) {
+  out->v6.sin6_family = AF_INET6;
+  out->v6.sin6_port = port;
+  out->size = sizeof out->v6;
+  return inet_pton(AF_INET6, host, &out->v6.sin6_addr) == 1;
+}
+
+bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size) {
+  srv_address address;
+  memset(&address, 0, sizeof address);
+  if (strncmp(text, "unix:", 5) == 0) {
+    if (!parse_unix(text + 5, &address, error, error_size)) return false;
+    *out = address;
+    return true;
+  }
+  char host[HOST_SIZE];
+  bool bracketed = text[0] == '[';
+  const char *start = bracketed ? text + 1 : text;
+  const char *colon = strrchr(text, ':');
+  size_t size = colon != NULL ? (size_t)(colon - start) : 0;
+  bool closed = !bracketed || (size > 0 && start[size - 1] == ']');
+  if (bracketed && size > 0) size--;
+  in_port_t port;
+  bool parsed =
+      colon != NULL && colon > start && closed && size < sizeof host && parse_port(colon + 1, &port);
+  if (parsed) {
+    memcpy(host, start, size);
+    host[size] = '\0';
+    parsed = bracketed ? parse_inet6(host, port, &address) : parse_inet(host, port, &address);
+  }
+  if (!parsed) {
+    snprintf(error, error_size, "--listen: '%s' is not address:port, [address]:port or unix:PATH", text);
+    return false;
+  }
+  *out = address;
+  return true;
+}
+
+void srv_address_unlink(const srv_address *address) {
+  if (address->family == AF_UNIX) unlink(address->local.sun_path);
+}
+
+/* A socket file that refuses connections belongs to nobody. */
+static void remove_stale(const srv_address *address) {
+  struct stat facts;
+  if (stat(address->local.sun_path, &facts) != 0 || !S_ISSOCK(facts.st_mode)) return;
+  int fd = srv_address_connect(address, 1000);
+  if (fd < 0 && errno == ECONNREFUSED) unlink(address->local.sun_path);
+  if (fd >= 0) close(fd);
+}
+
+int srv_address_listen(const srv_address *address, char *error, size_t error_size) {
+  if (address->family == AF_UNIX) remove_stale(address);
+  int fd = socket(address->family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  int on = 1;
+  bool listening = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+                   bind(fd, &address->any, address->size) == 0 && listen(fd, LISTEN_BACKLOG) == 0;
+  if (listening) return fd;
+  snprintf(error, error_size, "--listen: cannot listen there: %s", strerror(errno));
+  if (fd >= 0) close(fd);
+  return -1;
+}
+
+static srv_address reachable(const srv_address *address) {
+  srv_address target = *address;
+  if (target.family == AF_INET && target.v4.sin_addr.s_addr == htonl(INADDR_ANY)) {
+    target.v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  }
+  if (target.family == AF_INET6 && IN6_IS_ADDR_UNSPECIFIED(&target.v6.sin6_addr)) {
+    target.v6.sin6_addr = in6addr_loopback;
+  }
+  return target;
+}
+
+int srv_address_connect(const srv_address *address, int timeout_ms) {
+  srv_address target = reachable(address);
+  int fd = socket(target.family, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return -1;
+  struct timeval patience = {.tv_sec = timeout_ms / 1000, .tv_usec = timeout_ms % 1000 * 1000};
+  bool connected = setsockopt(fd, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) == 0 &&
+                   setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0 &&
+                   connect(fd, &target.any, target.size) == 0;
+  if (connected) return fd;
+  int reason = errno;
+  close(fd);
+  errno = reason;
+  return -1;
+}
+
+void srv_address_peer(const srv_address *peer, char *out, size_t out_size) {
+  char host[INET6_ADDRSTRLEN] = "";
+  if (peer->family == AF_INET) {
+    inet_ntop(AF_INET, &peer->v4.sin_addr, host, sizeof host);
+    snprintf(out, out_size, "%s:%u", host, (unsigned)ntohs(peer->v4.sin_port));
+  } else if (peer->family == AF_INET6) {
+    inet_ntop(AF_INET6, &peer->v6.sin6_addr, host, sizeof host);
+    snprintf(out, out_size, "[%s]:%u", host, (unsigned)ntohs(peer->v6.sin6_port));
+  } else {
+    snprintf(out, out_size, "unix");
+  }
+}
+
+void srv_address_print(const srv_address *address, int fd, bool tls, char *out, size_t out_size) {
+  if (address->family == AF_UNIX) {
+    snprintf(out, out_size, "unix:%s", address->local.sun_path);
+    return;
+  }
+  srv_address bound = *address;
+  socklen_t size = sizeof bound.v6;
+  getsockname(fd, &bound.any, &size);
+  char place[INET6_ADDRSTRLEN + 16];
+  srv_address_peer(&bound, place, sizeof place);
+  snprintf(out, out_size, "%s://%s", tls ? "https" : "http", place);
+}

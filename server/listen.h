@@ -1,0 +1,42 @@
+/* The address that the daemon serves on and its health check asks. */
+#ifndef SRV_LISTEN_H
+#define SRV_LISTEN_H
+
+#include <netinet/in.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+
+typedef struct srv_address {
+  union {
+    sa_family_t family;
+    struct sockaddr any;
+    struct sockaddr_in v4;
+    struct sockaddr_in6 v6;
+    struct sockaddr_un local;
+  };
+  socklen_t size;
+} srv_address;
+
+/* "127.0.0.1:8080", "[::1]:8080", "unix:PATH". False with one line in error. Resolves no names. */
+bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size);
+
+/* A non-blocking listening socket, -1 with one line in error. Refuses a place where another process
+ * listens; a unix socket that a dead process left is replaced. */
+int srv_address_listen(const srv_address *address, char *error, size_t error_size);
+
+/* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
+int srv_address_connect(const srv_address *address, int timeout_ms);
+
+/* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH". Takes the port of the listening
+ * socket fd, which a port 0 has been replaced by. */
+void srv_address_print(const srv_address *address, int fd, bool tls, char *out, size_t out_size);
+
+/* The host and port of a client, "unix" for a local one. */
+void srv_address_peer(const srv_address *peer, char *out, size_t out_size);
+
+/* Removes the file of a unix socket. */
+void srv_address_unlink(const srv_address *address);
+
+#endif

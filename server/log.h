@@ -1,0 +1,28 @@
+/* Lines on standard error: for people on a terminal, as JSON elsewhere. */
+#ifndef SRV_LOG_H
+#define SRV_LOG_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef enum srv_log_level { SRV_LOG_ERROR, SRV_LOG_WARN, SRV_LOG_INFO, SRV_LOG_DEBUG } srv_log_level;
+typedef enum srv_log_format { SRV_LOG_AUTO, SRV_LOG_TEXT, SRV_LOG_JSON } srv_log_format;
+
+/* Call once, before other threads start. Until then: warnings and worse, as text. */
+void srv_log_configure(srv_log_level level, srv_log_format format);
+
+/* One event. Any thread; lines never mix. */
+void srv_log(srv_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* One finished request; logged as information. Text may hold anything, it is escaped. */
+typedef struct srv_log_request {
+  const char *id, *peer, *method, *path, *query;
+  int status;
+  bool aborted; /* the answer was not delivered completely */
+  uint64_t bytes_in, bytes_out;
+  double queue_ms, work_ms, total_ms;
+} srv_log_request;
+
+void srv_log_access(const srv_log_request *request);
+
+#endif

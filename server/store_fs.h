@@ -1,0 +1,19 @@
+/* The embedded store: a folder of content-addressed files. */
+#ifndef SRV_STORE_FS_H
+#define SRV_STORE_FS_H
+
+#include "api.h"
+
+typedef struct srv_store_fs srv_store_fs;
+
+/* Opens or makes the folder and removes what killed uploads left. NULL with one line in error. */
+srv_store_fs *srv_store_fs_open(const char *path, char *error, size_t error_size);
+void srv_store_fs_close(srv_store_fs *store); /* blobs got from it stay valid */
+
+/* The store as api/ sees it; valid until close. */
+api_store srv_store_fs_api(srv_store_fs *store);
+
+/* Descriptor of a folder on the same disk for temporary files, owned by the store. */
+int srv_store_fs_temporary(const srv_store_fs *store);
+
+#endif

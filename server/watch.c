@@ -1,0 +1,46 @@
+#include "watch.h"
+
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <stddef.h>
+#include <sys/socket.h>
+
+/* Long enough for a stalled mobile link and for one block of a slow reader. */
+static const uint64_t RATE_WINDOW_MS = 15000;
+static const uint64_t LINGER_MS = 2000;
+
+void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms, uint64_t moved) {
+  *watch = (srv_watch){.phase = phase, .since_ms = now_ms, .mark_ms = now_ms, .mark_bytes = moved};
+}
+
+uint64_t srv_watch_moved(int fd, uint64_t counted) {
+  struct tcp_info info;
+  socklen_t size = sizeof info;
+  bool known = getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 &&
+               size >= offsetof(struct tcp_info, tcpi_bytes_received) + sizeof info.tcpi_bytes_received;
+  return known ? info.tcpi_bytes_acked + info.tcpi_bytes_received : counted;
+}
+
+static bool too_slow(srv_watch *watch, uint64_t min_rate, uint64_t now_ms, uint64_t moved) {
+  uint64_t elapsed_ms = now_ms - watch->mark_ms;
+  if (elapsed_ms < RATE_WINDOW_MS) return false;
+  bool slow = (moved - watch->mark_bytes) / (elapsed_ms / 1000) < min_rate;
+  watch->mark_ms = now_ms;
+  watch->mark_bytes = moved;
+  return slow;
+}
+
+bool srv_watch_expired(srv_watch *watch, const srv_patience *patience, bool draining, uint64_t now_ms,
+                       uint64_t moved) {
+  uint64_t age_ms = now_ms - watch->since_ms;
+  switch (watch->phase) {
+  case SRV_PHASE_HEAD: return age_ms >= patience->header_ms;
+  case SRV_PHASE_IDLE: return draining || age_ms >= patience->idle_ms;
+  case SRV_PHASE_BODY:
+    return age_ms >= patience->request_ms || too_slow(watch, patience->min_rate, now_ms, moved);
+  case SRV_PHASE_WORK: return false;
+  case SRV_PHASE_SEND: return too_slow(watch, patience->min_rate, now_ms, moved);
+  case SRV_PHASE_LINGER: return age_ms >= LINGER_MS;
+  }
+  return false;
+}

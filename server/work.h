@@ -1,0 +1,28 @@
+/* The bounded pool of compute threads. */
+#ifndef SRV_WORK_H
+#define SRV_WORK_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Lives in the struct of whoever submits it, until run has been called. */
+typedef struct srv_job {
+  void (*run)(struct srv_job *job); /* on a compute thread; the pool does not touch the job afterwards */
+  struct srv_job *next;
+} srv_job;
+
+typedef struct srv_work srv_work;
+
+/* queue_max: jobs that may wait for a thread. NULL without memory or threads. */
+srv_work *srv_work_create(size_t threads, size_t queue_max);
+
+/* Runs what is queued, then ends the threads. NULL is fine. */
+void srv_work_destroy(srv_work *work);
+
+/* False at once when the queue is full. Any thread. */
+bool srv_work_submit(srv_work *work, srv_job *job);
+
+/* For /metrics. */
+void srv_work_load(srv_work *work, size_t *waiting, size_t *running);
+
+#endif
