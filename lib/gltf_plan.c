@@ -1,0 +1,296 @@
+/* What lies where in a glTF answer: images, then for each mesh its vertices and its triangles by
+ * material, then bind matrices, then animation. Sizes come from counts alone; no point is computed. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "gltf/gltf.h"
+#include "gltf_keys.h"
+
+enum { ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float) };
+
+/* JSON's indices are ints in tinygltf. */
+static const uint64_t VIEWS_MAX = INT32_MAX;
+
+static tw_status no_memory(tw_error *error) {
+  return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
+}
+
+/* ---- adding ----------------------------------------------------------------------------------- */
+
+static uint32_t add_view(tw_gltf_plan *plan, tw_gltf_view view) {
+  view.offset = plan->data_size;
+  plan->data_size = (view.offset + view.size + 3) / 4 * 4;
+  plan->views[plan->view_count] = view;
+  return plan->view_count++;
+}
+
+static uint32_t add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor) {
+  plan->accessors[plan->accessor_count] = accessor;
+  return plan->accessor_count++;
+}
+
+static uint32_t add_memory(tw_gltf_plan *plan, const void *memory, uint64_t size) {
+  return add_view(
+      plan, (tw_gltf_view){.size = size, .element_size = 1, .source = TW_GLTF_MEMORY, .memory = memory});
+}
+
+/* Floats in memory as an accessor of their own. */
+static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t count, int width) {
+  uint32_t view = add_memory(plan, values, count * (uint64_t)width * sizeof(float));
+  return add_accessor(
+      plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_FLOAT, .width = width, .count = count});
+}
+
+/* ---- vertices --------------------------------------------------------------------------------- */
+
+static bool holds_joints(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
+  return layout->joints != UINT32_MAX && layout->joints >= first && layout->joints < first + count;
+}
+
+/* Joints travel as unsigned shorts: four floats less two floats' room. */
+static uint32_t bytes_of_columns(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
+  return 4 * count - (holds_joints(layout, first, count) ? 8 : 0);
+}
+
+static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, uint32_t first,
+                         uint32_t count) {
+  uint32_t stride = bytes_of_columns(tw_surface_get_layout(surface), first, count);
+  return add_view(plan, (tw_gltf_view){.size = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) * stride,
+                                       .element_size = stride,
+                                       .target = TW_GLTF_VERTICES,
+                                       .source = TW_GLTF_ROWS,
+                                       .mesh = mesh,
+                                       .first_column = first,
+                                       .column_count = count});
+}
+
+/* An attribute at a column of the view of vertices; none when the layout has none. */
+static void add_attribute(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface, uint32_t view,
+                          const char *semantic, uint32_t column, int width) {
+  if (column == UINT32_MAX) return;
+  const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  bool joints = column == layout->joints, positions = column == layout->position;
+  tw_gltf_accessor accessor = {.view = view,
+                               .offset = bytes_of_columns(layout, 0, column),
+                               .component = joints ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_FLOAT,
+                               .width = width,
+                               .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
+                               .bounds = positions ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED,
+                               .mesh = mesh->source,
+                               .morph = -1};
+  mesh->attributes[mesh->attribute_count++] =
+      (tw_gltf_attribute){.semantic = semantic, .accessor = add_accessor(plan, accessor)};
+}
+
+static void add_attributes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface, uint32_t view) {
+  static const char *const uv_semantics[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2",
+                                                           "TEXCOORD_3"};
+  const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  add_attribute(plan, mesh, surface, view, "POSITION", layout->position, 3);
+  add_attribute(plan, mesh, surface, view, "NORMAL", layout->normal, 3);
+  add_attribute(plan, mesh, surface, view, "TANGENT", layout->tangent, 4);
+  for (uint32_t set = 0; set < layout->uv_count; set++)
+    add_attribute(plan, mesh, surface, view, uv_semantics[set], layout->uvs[set], 2);
+  add_attribute(plan, mesh, surface, view, "COLOR_0", layout->color, 4);
+  add_attribute(plan, mesh, surface, view, "JOINTS_0", layout->joints, 4);
+  add_attribute(plan, mesh, surface, view, "WEIGHTS_0", layout->weights, 4);
+}
+
+static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, uint32_t view,
+                        uint32_t offset, uint32_t first, uint32_t count) {
+  for (uint32_t target = first; target < first + count; target++)
+    add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                          .offset = offset + 12 * (target - first),
+                                          .component = TW_GLTF_FLOAT,
+                                          .width = 3,
+                                          .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
+                                          .bounds = TW_GLTF_BOUNDED_LATER,
+                                          .mesh = mesh,
+                                          .morph = (int)target});
+}
+
+/* One view while glTF's greatest stride allows it; else displacements, which end the row, go to views
+ * of their own. */
+static void add_vertices(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
+  const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  bool together = bytes_of_columns(layout, 0, layout->stride) <= TW_GLTF_STRIDE_MAX;
+  uint32_t base = layout->stride - 3 * layout->morph_count;
+  uint32_t view = add_rows(plan, mesh->source, surface, 0, together ? layout->stride : base);
+  add_attributes(plan, mesh, surface, view);
+  mesh->target_count = layout->morph_count;
+  mesh->first_target = plan->accessor_count;
+  if (together) {
+    add_targets(plan, mesh->source, surface, view, bytes_of_columns(layout, 0, base), 0, layout->morph_count);
+    return;
+  }
+  for (uint32_t target = 0; target < layout->morph_count; target += ROW_COLUMNS_MAX / 3) {
+    uint32_t rest = layout->morph_count - target;
+    uint32_t count = rest < ROW_COLUMNS_MAX / 3 ? rest : ROW_COLUMNS_MAX / 3;
+    view = add_rows(plan, mesh->source, surface, base + 3 * target, 3 * count);
+    add_targets(plan, mesh->source, surface, view, 0, target, count);
+  }
+}
+
+static void add_triangles(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
+  bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
+  uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
+  mesh->first_indices = plan->accessor_count;
+  for (uint32_t i = 0; i < tw_surface_group_count(surface); i++) {
+    const tw_surface_group *group = tw_surface_get_group(surface, i);
+    if (group->face_count == 0) continue;
+    uint64_t triangles = group->corner_count - 2 * group->face_count;
+    uint32_t view = add_view(plan, (tw_gltf_view){.size = triangles * 3 * index_size,
+                                                  .element_size = 3 * index_size,
+                                                  .target = TW_GLTF_INDICES,
+                                                  .source = TW_GLTF_TRIANGLES,
+                                                  .mesh = mesh->source,
+                                                  .group = i});
+    add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                          .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
+                                          .width = 1,
+                                          .count = triangles * 3});
+  }
+}
+
+static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
+  for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
+    const tw_surface *surface = scene->surfaces[i];
+    plan->mesh_numbers[i] = TW_NO_INDEX;
+    if (tw_surface_get_counts(surface)->faces == 0) continue;
+    plan->mesh_numbers[i] = plan->mesh_count;
+    tw_gltf_mesh *mesh = &plan->meshes[plan->mesh_count++];
+    mesh->source = i;
+    add_vertices(plan, mesh, surface);
+    add_triangles(plan, mesh, surface);
+  }
+}
+
+/* ---- images, skins, animation ----------------------------------------------------------------- */
+
+static void add_images(tw_gltf_plan *plan, const tw_model *model) {
+  for (uint32_t i = 0; i < plan->image_count; i++) {
+    size_t size;
+    const uint8_t *bytes = tw_gltf_image_bytes(model->assets, i, &size);
+    plan->image_views[i] = size ? add_memory(plan, bytes, size) : TW_NO_INDEX;
+  }
+}
+
+bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
+  if (node->skin == TW_NO_INDEX || node->mesh == TW_NO_INDEX) return false;
+  const tw_surface *surface = scene->surfaces[node->mesh];
+  return tw_surface_get_counts(surface)->faces && tw_surface_get_layout(surface)->joints != UINT32_MAX;
+}
+
+static void add_skins(tw_gltf_plan *plan, const tw_scene *scene) {
+  const tw_model *model = scene->model;
+  for (uint32_t i = 0; i < model->skin_count; i++) plan->skin_numbers[i] = TW_NO_INDEX;
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (tw_gltf_node_is_skinned(scene, &model->nodes[i])) plan->skin_numbers[model->nodes[i].skin] = 0;
+  uint32_t used = 0;
+  for (uint32_t i = 0; i < model->skin_count; i++) {
+    if (plan->skin_numbers[i] == TW_NO_INDEX) continue;
+    plan->skin_numbers[i] = used++;
+    plan->skin_matrices[i] = add_floats(plan, model->skins[i].inverse_bind, model->skins[i].joint_count, 16);
+  }
+}
+
+/* glTF has weights only where a mesh with as many targets is shown. */
+static bool fits_node(const tw_scene *scene, const tw_track_keys *track) {
+  if (track->key_count == 0) return false;
+  if (track->path != TW_WEIGHTS) return true;
+  uint32_t mesh = scene->model->nodes[track->node].mesh;
+  return mesh != TW_NO_INDEX && tw_surface_get_counts(scene->surfaces[mesh])->faces &&
+         tw_surface_get_layout(scene->surfaces[mesh])->morph_count == track->width;
+}
+
+static uint32_t add_times(tw_gltf_plan *plan, const tw_gltf_keys *keys) {
+  uint32_t input = add_floats(plan, keys->times, keys->key_count, 1);
+  plan->accessors[input].bounds = TW_GLTF_BOUNDED;
+  plan->accessors[input].min = keys->times[0];
+  plan->accessors[input].max = keys->times[keys->key_count - 1];
+  return input;
+}
+
+static uint32_t add_values(tw_gltf_plan *plan, const tw_gltf_keys *keys, tw_path path) {
+  uint64_t count = (uint64_t)keys->key_count * (keys->interpolation == TW_CUBICSPLINE ? 3 : 1);
+  return path == TW_WEIGHTS ? add_floats(plan, keys->values, count * keys->width, 1)
+                            : add_floats(plan, keys->values, count, (int)keys->width);
+}
+
+static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  const float *shared_times = NULL; /* tracks of one node often share their times */
+  uint32_t shared_count = 0, input = 0;
+  for (uint32_t i = 0; scene->clip && i < scene->clip->track_count; i++) {
+    const tw_track_keys *track = &scene->clip->tracks[i];
+    if (!fits_node(scene, track)) continue;
+    tw_gltf_keys keys;
+    tw_status status = tw_gltf_keys_of(track, plan->arena, &keys, error);
+    if (status != TW_OK) return status;
+    if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
+    shared_times = keys.times;
+    shared_count = keys.key_count;
+    plan->channels[plan->channel_count++] = (tw_gltf_channel){.node = track->node,
+                                                              .path = track->path,
+                                                              .interpolation = keys.interpolation,
+                                                              .input = input,
+                                                              .output = add_values(plan, &keys, track->path)};
+  }
+  return TW_OK;
+}
+
+/* ---- the whole -------------------------------------------------------------------------------- */
+
+/* No more views, and no more accessors, than the scene can ask for. */
+static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
+  const tw_model *model = scene->model;
+  uint64_t tracks = scene->clip ? scene->clip->track_count : 0;
+  *views = tw_gltf_image_count(model->assets) + model->skin_count + 2 * tracks;
+  *accessors = model->skin_count + 2 * tracks;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    uint64_t groups = tw_surface_group_count(scene->surfaces[i]);
+    uint64_t targets = tw_surface_get_layout(scene->surfaces[i])->morph_count;
+    *views += 1 + targets + groups;
+    *accessors += TW_GLTF_ATTRIBUTES_MAX + targets + groups;
+  }
+}
+
+static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  const tw_model *model = scene->model;
+  uint64_t views, accessors;
+  count_most(scene, &views, &accessors);
+  if (views > VIEWS_MAX || accessors > VIEWS_MAX)
+    return tw_fail(error, TW_LIMIT, "The model has more parts than a glTF file can number.");
+  plan->arena = tw_arena_create();
+  if (!plan->arena) return no_memory(error);
+  plan->image_count = tw_gltf_image_count(model->assets);
+  plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
+  plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
+  plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
+  plan->channels =
+      tw_arena_alloc(plan->arena, scene->clip ? scene->clip->track_count : 0, sizeof *plan->channels);
+  plan->image_views = tw_arena_alloc(plan->arena, plan->image_count, sizeof *plan->image_views);
+  plan->mesh_numbers = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->mesh_numbers);
+  plan->skin_numbers = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_numbers);
+  plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
+  bool all = plan->views && plan->accessors && plan->meshes && plan->channels && plan->image_views &&
+             plan->mesh_numbers && plan->skin_numbers && plan->skin_matrices;
+  return all ? TW_OK : no_memory(error);
+}
+
+tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  *plan = (tw_gltf_plan){0};
+  tw_status status = allocate(plan, scene, error);
+  if (status == TW_OK) {
+    add_images(plan, scene->model);
+    add_meshes(plan, scene);
+    add_skins(plan, scene);
+    status = add_animation(plan, scene, error);
+  }
+  if (status != TW_OK) tw_gltf_plan_deinit(plan);
+  return status;
+}
+
+void tw_gltf_plan_deinit(tw_gltf_plan *plan) {
+  tw_arena_destroy(plan->arena);
+  *plan = (tw_gltf_plan){0};
+}

@@ -1,0 +1,303 @@
+/* glTF answers, pulled: some text, the BIN chunk (as it is, or in base64), some text. Each block of the
+ * BIN chunk is computed when it is read, most of it straight into the caller's memory.
+ *
+ * Memory that is too small or not aligned for that is filled from a window on the chunk: neighbouring
+ * reads find there what an earlier one computed. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "gltf/gltf.h"
+#include "gltf_fill.h"
+
+enum {
+  WINDOW_SIZE = 16 * 1024, /* no element is larger */
+  DIRECT_SIZE = 4 * 1024,  /* from here on past the window */
+  GROUPS_A_PASS = 4096     /* of base64: 3 bytes, 4 characters each */
+};
+
+typedef struct text {
+  char *bytes;
+  size_t size;
+} text;
+
+struct tw_gltf_stream {
+  tw_scene scene; /* the caller's struct need not live on */
+  tw_gltf_plan plan;
+  tw_gltf_json json;
+  text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
+  char *bounded;   /* the JSON in there */
+  bool bounds_known, base64;
+  uint64_t data_text_size; /* of the BIN chunk as it is sent */
+  uint64_t size, position;
+  tw_gltf_filler *filler;
+  uint64_t window_offset;
+  size_t window_size;
+  _Alignas(16) uint8_t window[WINDOW_SIZE];
+  uint8_t group_bytes[GROUPS_A_PASS * 3];
+};
+
+/* ---- text round the data ---------------------------------------------------------------------- */
+
+static char *append(char *out, const char *bytes, size_t size) {
+  memcpy(out, bytes, size);
+  return out + size;
+}
+
+static char *append_u32(char *out, uint64_t value) {
+  for (int shift = 0; shift < 32; shift += 8) *out++ = (char)(value >> shift & 0xFF);
+  return out;
+}
+
+static bool allocate_text(text *text, size_t size) {
+  text->bytes = tw_alloc(size, 1);
+  text->size = size;
+  return text->bytes;
+}
+
+/* Header, JSON chunk, header of the BIN chunk. The JSON goes on after its brace with the buffer. */
+static bool build_glb(tw_gltf_stream *stream) {
+  static const char opening[] = "{\"buffers\":[{\"byteLength\":%" PRIu64 "}],";
+  const tw_gltf_json *json = &stream->json;
+  uint64_t data_size = stream->plan.data_size;
+  char buffers[sizeof opening + 20] = "{";
+  if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
+  size_t buffers_size = strlen(buffers), rest_size = json->size - 1;
+  size_t chunk_size = (buffers_size + rest_size + 3) / 4 * 4;
+  stream->data_text_size = data_size;
+  if (!allocate_text(&stream->head, 12 + 8 + chunk_size + (data_size ? 8 : 0))) return false;
+  char *out = append(stream->head.bytes, "glTF", 4);
+  out = append_u32(out, 2);
+  out = append_u32(out, stream->head.size + data_size);
+  out = append_u32(out, chunk_size);
+  out = append(out, "JSON", 4);
+  out = append(out, buffers, buffers_size);
+  stream->bounded = out - 1;
+  out = append(out, json->text + 1, rest_size);
+  for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
+  if (data_size) {
+    out = append_u32(out, data_size);
+    append(out, "BIN", 4);
+  }
+  return true;
+}
+
+/* The buffer's data URI stands at the beginning, so that the rest is one text after it. */
+static bool build_gltf(tw_gltf_stream *stream) {
+  static const char opening[] =
+      "{\"buffers\":[{\"byteLength\":%" PRIu64 ",\"uri\":\"data:application/octet-stream;base64,";
+  const tw_gltf_json *json = &stream->json;
+  uint64_t data_size = stream->plan.data_size;
+  char buffers[sizeof opening + 20] = "{";
+  if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
+  const char *closing = data_size ? "\"}]," : "";
+  stream->base64 = true;
+  stream->data_text_size = (data_size + 2) / 3 * 4;
+  if (!allocate_text(&stream->head, strlen(buffers)) ||
+      !allocate_text(&stream->tail, strlen(closing) + json->size - 1))
+    return false;
+  append(stream->head.bytes, buffers, stream->head.size);
+  char *out = append(stream->tail.bytes, closing, strlen(closing));
+  stream->bounded = out - 1;
+  append(out, json->text + 1, json->size - 1);
+  return true;
+}
+
+static void write_bound(char *out, float bound) {
+  char number[TW_NUMBER_TEXT];
+  memcpy(out, number, tw_print_double(number, (double)bound));
+}
+
+/* Fills in the bounds that the JSON left room for. A double that is a float takes 23 characters. */
+static void write_bounds(tw_gltf_stream *stream) {
+  size_t(*places)[6] = stream->json.bounds;
+  for (uint32_t i = 0; i < stream->plan.accessor_count; i++) {
+    const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
+    if (accessor->bounds != TW_GLTF_BOUNDED_LATER) continue;
+    float min[3], max[3];
+    tw_surface_bounds(stream->scene.surfaces[accessor->mesh], accessor->morph, min, max);
+    for (int axis = 0; axis < 3; axis++) {
+      write_bound(stream->bounded + (*places)[axis], max[axis]);
+      write_bound(stream->bounded + (*places)[3 + axis], min[axis]);
+    }
+    places++;
+  }
+  stream->bounds_known = true;
+}
+
+/* Bounds cost a pass over the surface: not before someone reads them. */
+static size_t read_text(tw_gltf_stream *stream, const text *text, uint64_t offset, uint8_t *out,
+                        size_t capacity) {
+  if (!stream->bounds_known) write_bounds(stream);
+  size_t left = text->size - (size_t)offset, size = left < capacity ? left : capacity;
+  memcpy(out, text->bytes + offset, size);
+  return size;
+}
+
+/* ---- data ------------------------------------------------------------------------------------- */
+
+/* The last view that begins at or before an offset. */
+static const tw_gltf_view *find_view(const tw_gltf_plan *plan, uint64_t offset) {
+  uint32_t low = 0, high = plan->view_count;
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if (plan->views[middle].offset <= offset)
+      low = middle;
+    else
+      high = middle;
+  }
+  return &plan->views[low];
+}
+
+static uint64_t least(uint64_t a, uint64_t b) {
+  return a < b ? a : b;
+}
+
+static size_t read_window(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
+  size_t from = (size_t)(offset - stream->window_offset);
+  size_t size = (size_t)least(stream->window_size - from, capacity);
+  memcpy(out, stream->window + from, size);
+  return size;
+}
+
+/* At least one byte of the BIN chunk; offset lies in it. */
+static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
+  if (offset >= stream->window_offset && offset - stream->window_offset < stream->window_size)
+    return read_window(stream, offset, out, capacity);
+  const tw_gltf_view *view = find_view(&stream->plan, offset);
+  uint64_t within = offset - view->offset;
+  if (within >= view->size) { /* up to the next view at a multiple of 4 */
+    size_t size = (size_t)least(4 - offset % 4, capacity);
+    memset(out, 0, size);
+    return size;
+  }
+  uint64_t first = within / view->element_size, count = view->size / view->element_size - first;
+  bool aligned = view->source == TW_GLTF_MEMORY || (uintptr_t)out % sizeof(float) == 0;
+  if (capacity >= DIRECT_SIZE && aligned && within % view->element_size == 0) {
+    count = least(count, capacity / view->element_size);
+    tw_gltf_fill(stream->filler, view, first, (size_t)count, out);
+    return (size_t)count * view->element_size;
+  }
+  count = least(count, WINDOW_SIZE / view->element_size);
+  tw_gltf_fill(stream->filler, view, first, (size_t)count, stream->window);
+  stream->window_offset = view->offset + first * view->element_size;
+  stream->window_size = (size_t)count * view->element_size;
+  return read_window(stream, offset, out, capacity);
+}
+
+static void read_data_fully(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t size) {
+  for (size_t done = 0; done < size;) done += read_data(stream, offset + done, out + done, size - done);
+}
+
+/* size: 1 to 3 bytes. */
+static void write_group(const uint8_t *bytes, size_t size, uint8_t out[4]) {
+  static const char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  uint32_t bits = (uint32_t)bytes[0] << 16;
+  if (size > 1) bits |= (uint32_t)bytes[1] << 8;
+  if (size > 2) bits |= bytes[2];
+  for (int i = 0; i < 4; i++) out[i] = (uint8_t)letters[bits >> (18 - 6 * i) & 63];
+  for (size_t i = size; i < 3; i++) out[i + 1] = '=';
+}
+
+/* Whole groups as far as capacity goes, else a part of one. */
+static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
+  uint64_t first = offset / 4, groups = stream->data_text_size / 4 - first;
+  bool whole = offset % 4 == 0 && capacity >= 4;
+  groups = whole ? least(least(groups, capacity / 4), GROUPS_A_PASS) : 1;
+  size_t size = (size_t)least(3 * groups, stream->plan.data_size - 3 * first);
+  read_data_fully(stream, 3 * first, stream->group_bytes, size);
+  uint8_t part[4];
+  for (size_t i = 0; i < groups; i++)
+    write_group(stream->group_bytes + 3 * i, (size_t)least(3, size - 3 * i), whole ? out + 4 * i : part);
+  if (whole) return (size_t)groups * 4;
+  size_t skip = (size_t)(offset % 4), taken = (size_t)least(4 - skip, capacity);
+  memcpy(out, part + skip, taken);
+  return taken;
+}
+
+/* ---- the stream ------------------------------------------------------------------------------- */
+
+/* Everything that can fail, save for the memory to compute with. */
+static tw_status open_stream(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
+                             tw_error *error) {
+  tw_gltf_stream *stream = tw_alloc_zero(1, sizeof *stream);
+  if (!stream) return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
+  stream->scene = *scene;
+  tw_status status = tw_gltf_plan_init(&stream->plan, scene, error);
+  if (status == TW_OK) status = tw_gltf_json_init(&stream->json, &stream->plan, scene, error);
+  if (status == TW_OK && !(container == TW_FORMAT_GLB ? build_glb(stream) : build_gltf(stream)))
+    status = tw_fail(error, TW_NO_MEMORY, "no memory for the JSON of a glTF file");
+  stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
+  if (status == TW_OK && container == TW_FORMAT_GLB && stream->size > UINT32_MAX)
+    status = tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,
+                     stream->size);
+  if (status == TW_OK)
+    *out = stream;
+  else
+    tw_gltf_stream_destroy(stream);
+  return status;
+}
+
+tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
+                                tw_error *error) {
+  tw_gltf_stream *stream = NULL;
+  tw_status status = open_stream(scene, container, &stream, error);
+  if (status != TW_OK) return status;
+  stream->filler = tw_gltf_filler_create(&stream->plan, &stream->scene);
+  if (!stream->filler) {
+    tw_gltf_stream_destroy(stream);
+    return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
+  }
+  *out = stream;
+  return TW_OK;
+}
+
+tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size,
+                                 tw_error *error) {
+  tw_gltf_stream *stream = NULL;
+  tw_status status = open_stream(scene, container, &stream, error);
+  if (status != TW_OK) return status;
+  *size = stream->size;
+  tw_gltf_stream_destroy(stream);
+  return TW_OK;
+}
+
+void tw_gltf_stream_destroy(tw_gltf_stream *stream) {
+  if (!stream) return;
+  tw_gltf_filler_destroy(stream->filler);
+  tw_gltf_json_deinit(&stream->json);
+  tw_gltf_plan_deinit(&stream->plan);
+  free(stream->head.bytes);
+  free(stream->tail.bytes);
+  free(stream);
+}
+
+uint64_t tw_gltf_stream_size(const tw_gltf_stream *stream) {
+  return stream->size;
+}
+
+void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset) {
+  stream->position = offset;
+}
+
+/* At least one byte; position lies in the stream. */
+static size_t read_part(tw_gltf_stream *stream, uint8_t *out, size_t capacity) {
+  uint64_t offset = stream->position;
+  if (offset < stream->head.size) return read_text(stream, &stream->head, offset, out, capacity);
+  offset -= stream->head.size;
+  if (offset >= stream->data_text_size)
+    return read_text(stream, &stream->tail, offset - stream->data_text_size, out, capacity);
+  return stream->base64 ? read_base64(stream, offset, out, capacity)
+                        : read_data(stream, offset, out, capacity);
+}
+
+size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity) {
+  size_t done = 0;
+  while (done < capacity && stream->position < stream->size) {
+    size_t size = read_part(stream, out + done, capacity - done);
+    done += size;
+    stream->position += size;
+  }
+  return done;
+}

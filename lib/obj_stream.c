@@ -1,0 +1,400 @@
+/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material.
+ * Text is made in pieces; a piece that the caller has no room for waits for the next call. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "largest_face.h"
+#include "tweend/format.h"
+
+enum {
+  FLOATS_SCRATCH = 16 * 1024,
+  ROWS_A_PIECE = 512,
+  FACES_A_PIECE = 256,
+  ROW_TEXT = 4 + 3 * (TW_NUMBER_TEXT + 1),
+  CORNER_TEXT = 33, /* a space, three numbers of ten digits, two slashes */
+  DOMAINS = 3
+};
+
+/* The columns of a face's corners, in their order. */
+static const tw_domain domains[DOMAINS] = {TW_DOMAIN_POINTS, TW_DOMAIN_UVS, TW_DOMAIN_VERTICES};
+
+typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, PART_END } part;
+
+struct tw_obj_stream {
+  tw_scene scene;
+  tw_surface_reader **readers; /* [mesh_count], NULL where no node shows the mesh */
+  float *world;                /* [node_count][16] */
+
+  /* What comes next: of `node`, `part` from row or face `next` on. */
+  uint32_t node;
+  part part;
+  uint64_t next;
+  uint32_t group;
+  int32_t material;       /* the last one written, -1 before the first */
+  uint64_t base[DOMAINS]; /* rows of earlier nodes */
+
+  float floats[FLOATS_SCRATCH];
+  size_t corner_capacity;
+  uint32_t *corners[DOMAINS]; /* [corner_capacity] */
+  uint32_t sizes[FACES_A_PIECE];
+
+  char *text; /* [text_capacity], of which [text_taken, text_size) waits */
+  size_t text_capacity, text_size, text_taken;
+};
+
+/* ---- text ------------------------------------------------------------------------------------- */
+
+static char *end_of(tw_obj_stream *stream) {
+  return stream->text + stream->text_size;
+}
+
+static void put_text(tw_obj_stream *stream, const char *text) {
+  size_t length = strlen(text);
+  memcpy(end_of(stream), text, length);
+  stream->text_size += length;
+}
+
+/* A name to the end of the line: no control characters, and no backslash that would continue it. */
+static void put_name(tw_obj_stream *stream, const char *keyword, const char *name) {
+  put_text(stream, keyword);
+  char *written = end_of(stream);
+  put_text(stream, name);
+  char *end = end_of(stream);
+  for (char *c = written; c < end; c++)
+    if ((unsigned char)*c < ' ' || *c == 0x7F || (*c == '\\' && c + 1 == end)) *c = '_';
+  put_text(stream, "\n");
+}
+
+static void put_row(tw_obj_stream *stream, const char *keyword, const float *values, int count) {
+  put_text(stream, keyword);
+  for (int i = 0; i < count; i++) {
+    *end_of(stream) = ' ';
+    stream->text_size += 1 + tw_print_float(end_of(stream) + 1, values[i]);
+  }
+  put_text(stream, "\n");
+}
+
+static char *write_index(char *out, uint64_t index) {
+  char digits[20], *first = digits + sizeof digits;
+  do {
+    *--first = (char)('0' + index % 10);
+    index /= 10;
+  } while (index);
+  size_t length = (size_t)(digits + sizeof digits - first);
+  memcpy(out, first, length);
+  return out + length;
+}
+
+/* ---- nodes ------------------------------------------------------------------------------------ */
+
+static const tw_node *shown_node(const tw_obj_stream *stream) {
+  return &stream->scene.model->nodes[stream->node];
+}
+
+static const tw_surface *shown_surface(const tw_obj_stream *stream) {
+  return stream->scene.surfaces[shown_node(stream)->mesh];
+}
+
+static tw_surface_reader *shown_reader(const tw_obj_stream *stream) {
+  return stream->readers[shown_node(stream)->mesh];
+}
+
+static bool has_normals(const tw_surface *surface) {
+  return tw_surface_get_layout(surface)->normal != UINT32_MAX;
+}
+
+/* Rows of a domain that the file lists. */
+static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
+  if (domain == TW_DOMAIN_VERTICES && !has_normals(surface)) return 0;
+  return tw_surface_row_count(surface, domain);
+}
+
+/* ---- transforms ------------------------------------------------------------------------------- */
+
+static void transform_point(const float m[16], const float point[3], float out[3]) {
+  for (int row = 0; row < 3; row++) {
+    double sum = (double)m[12 + row];
+    for (int column = 0; column < 3; column++) sum += (double)m[4 * column + row] * (double)point[column];
+    out[row] = (float)sum;
+  }
+}
+
+/* Inverse transpose of the linear part times its determinant, column-major; returns the determinant. */
+static double cofactors(const float m[16], double out[9]) {
+  for (int column = 0; column < 3; column++)
+    for (int row = 0; row < 3; row++) {
+      int c1 = 4 * ((column + 1) % 3), c2 = 4 * ((column + 2) % 3), r1 = (row + 1) % 3, r2 = (row + 2) % 3;
+      out[3 * column + row] =
+          (double)m[c1 + r1] * (double)m[c2 + r2] - (double)m[c1 + r2] * (double)m[c2 + r1];
+    }
+  return (double)m[0] * out[0] + (double)m[1] * out[1] + (double)m[2] * out[2];
+}
+
+/* A normal stays as it is where the transform is flat and leaves none. */
+static void transform_normal(const double cofactor[9], double sign, const float normal[3], float out[3]) {
+  double turned[3], square = 0;
+  for (int row = 0; row < 3; row++) {
+    turned[row] = 0;
+    for (int column = 0; column < 3; column++)
+      turned[row] += sign * cofactor[3 * column + row] * (double)normal[column];
+    square += turned[row] * turned[row];
+  }
+  double length = sqrt(square);
+  for (int row = 0; row < 3; row++) out[row] = length > 0 ? (float)(turned[row] / length) : normal[row];
+}
+
+/* ---- pieces ----------------------------------------------------------------------------------- */
+
+static void put_object_name(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  const char *name = model->meshes[shown_node(stream)->mesh].name;
+  char buffer[24];
+  put_name(stream, "o ", name ? name : tw_model_node_name(model, stream->node, buffer));
+}
+
+static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) {
+  uint64_t left = listed_rows(shown_surface(stream), domain) - stream->next;
+  size_t most = FLOATS_SCRATCH / width < ROWS_A_PIECE ? FLOATS_SCRATCH / width : ROWS_A_PIECE;
+  size_t count = left < most ? (size_t)left : most;
+  tw_surface_read_rows(shown_reader(stream), domain, stream->next, count, stream->floats);
+  stream->next += count;
+  return count;
+}
+
+static void put_points(tw_obj_stream *stream) {
+  const float *world = stream->world + (size_t)stream->node * 16;
+  size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
+  for (size_t i = 0; i < count; i++) {
+    float point[3];
+    transform_point(world, stream->floats + 3 * i, point);
+    put_row(stream, "v", point, 3);
+  }
+}
+
+static void put_uvs(tw_obj_stream *stream) {
+  size_t count = read_piece(stream, TW_DOMAIN_UVS, 2);
+  for (size_t i = 0; i < count; i++) put_row(stream, "vt", stream->floats + 2 * i, 2);
+}
+
+static void put_normals(tw_obj_stream *stream) {
+  const tw_surface_layout *layout = tw_surface_get_layout(shown_surface(stream));
+  double cofactor[9];
+  double sign = cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
+  size_t count = read_piece(stream, TW_DOMAIN_VERTICES, layout->stride);
+  for (size_t i = 0; i < count; i++) {
+    float normal[3];
+    transform_normal(cofactor, sign, stream->floats + i * layout->stride + layout->normal, normal);
+    put_row(stream, "vn", normal, 3);
+  }
+}
+
+static void put_material(tw_obj_stream *stream, int32_t material) {
+  if (material == stream->material) return;
+  stream->material = material;
+  const char *name = material < 0 ? "none" : stream->scene.model->material_names[material];
+  char buffer[24];
+  snprintf(buffer, sizeof buffer, "material_%d", (int)material);
+  put_name(stream, "usemtl ", name ? name : buffer);
+}
+
+/* "v/vt/vn", "v/vt", "v//vn" or "v". */
+static char *write_corner(const tw_obj_stream *stream, const tw_surface *surface, size_t corner, char *out) {
+  bool uvs = listed_rows(surface, TW_DOMAIN_UVS) > 0, normals = has_normals(surface);
+  *out++ = ' ';
+  out = write_index(out, stream->base[0] + stream->corners[0][corner] + 1);
+  if (uvs || normals) *out++ = '/';
+  if (uvs) out = write_index(out, stream->base[1] + stream->corners[1][corner] + 1);
+  if (normals) *out++ = '/';
+  if (normals) out = write_index(out, stream->base[2] + stream->corners[2][corner] + 1);
+  return out;
+}
+
+/* Faces of a group from `next` on, as many as fit; returns how many. */
+static size_t read_face_piece(tw_obj_stream *stream, const tw_surface_group *group) {
+  const tw_surface *surface = shown_surface(stream);
+  uint64_t left = group->first_face + group->face_count - stream->next;
+  size_t count = left < FACES_A_PIECE ? (size_t)left : FACES_A_PIECE;
+  uint64_t before = tw_surface_corners_before(surface, stream->next);
+  while (tw_surface_corners_before(surface, stream->next + count) - before > stream->corner_capacity)
+    count = (count + 1) / 2; /* one always fits */
+  for (int i = 0; i < DOMAINS; i++)
+    if (listed_rows(surface, domains[i]))
+      tw_surface_read_faces(shown_reader(stream), domains[i], stream->next, count, stream->sizes,
+                            stream->corners[i]);
+  return count;
+}
+
+static void put_faces(tw_obj_stream *stream) {
+  const tw_surface *surface = shown_surface(stream);
+  const tw_surface_group *group = tw_surface_get_group(surface, stream->group);
+  while (stream->next == group->first_face + group->face_count)
+    group = tw_surface_get_group(surface, ++stream->group);
+  put_material(stream, group->material);
+  double ignored[9];
+  bool mirrored = cofactors(stream->world + (size_t)stream->node * 16, ignored) < 0;
+  size_t count = read_face_piece(stream, group), first = 0;
+  for (size_t face = 0; face < count; face++) {
+    put_text(stream, "f");
+    char *out = end_of(stream);
+    uint32_t size = stream->sizes[face];
+    for (uint32_t i = 0; i < size; i++)
+      out = write_corner(stream, surface, first + (mirrored && i > 0 ? size - i : i), out);
+    *out++ = '\n';
+    stream->text_size = (size_t)(out - stream->text);
+    first += size;
+  }
+  stream->next += count;
+}
+
+/* ---- order ------------------------------------------------------------------------------------ */
+
+static uint64_t part_count(const tw_obj_stream *stream) {
+  const tw_surface *surface = shown_surface(stream);
+  switch (stream->part) {
+  case PART_POINTS: return listed_rows(surface, TW_DOMAIN_POINTS);
+  case PART_UVS: return listed_rows(surface, TW_DOMAIN_UVS);
+  case PART_NORMALS: return listed_rows(surface, TW_DOMAIN_VERTICES);
+  case PART_FACES: return tw_surface_get_counts(surface)->faces;
+  case PART_NAME:
+  case PART_END: break;
+  }
+  return 0;
+}
+
+static void put_part(tw_obj_stream *stream) {
+  switch (stream->part) {
+  case PART_NAME: put_object_name(stream); return;
+  case PART_POINTS: put_points(stream); return;
+  case PART_UVS: put_uvs(stream); return;
+  case PART_NORMALS: put_normals(stream); return;
+  case PART_FACES: put_faces(stream); return;
+  case PART_END: return;
+  }
+}
+
+static void leave_node(tw_obj_stream *stream) {
+  for (int i = 0; i < DOMAINS; i++) stream->base[i] += listed_rows(shown_surface(stream), domains[i]);
+  stream->node++;
+  stream->part = PART_NAME;
+  stream->group = 0;
+}
+
+/* The next piece of text; false at the end. A part or node with nothing in it gives an empty piece. */
+static bool put_piece(tw_obj_stream *stream) {
+  stream->text_size = stream->text_taken = 0;
+  if (stream->node == stream->scene.model->node_count) return false;
+  uint32_t mesh = shown_node(stream)->mesh;
+  if (mesh == TW_NO_INDEX || tw_surface_get_counts(stream->scene.surfaces[mesh])->faces == 0) {
+    stream->node++;
+    return true;
+  }
+  if (stream->next < part_count(stream) || stream->part == PART_NAME) put_part(stream);
+  if (stream->next < part_count(stream)) return true;
+  stream->next = 0;
+  stream->part++;
+  if (stream->part == PART_END) leave_node(stream);
+  return true;
+}
+
+size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity) {
+  size_t done = 0;
+  while (done < capacity) {
+    if (stream->text_taken == stream->text_size && !put_piece(stream)) break;
+    size_t waiting = stream->text_size - stream->text_taken;
+    size_t size = waiting < capacity - done ? waiting : capacity - done;
+    memcpy(out + done, stream->text + stream->text_taken, size);
+    stream->text_taken += size;
+    done += size;
+  }
+  return done;
+}
+
+/* ---- life ------------------------------------------------------------------------------------- */
+
+static size_t longer(size_t length, const char *name) {
+  size_t other = name ? strlen(name) : 0;
+  return other > length ? other : length;
+}
+
+/* Room for the largest piece of each part; needs corner_capacity. */
+static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
+  size_t name = 24;
+  for (uint32_t i = 0; i < model->node_count; i++) name = longer(name, model->nodes[i].name);
+  for (uint32_t i = 0; i < model->mesh_count; i++) name = longer(name, model->meshes[i].name);
+  for (uint32_t i = 0; i < model->material_count; i++) name = longer(name, model->material_names[i]);
+  size_t rows = (size_t)ROWS_A_PIECE * ROW_TEXT;
+  size_t faces = name + 16 + corner_capacity * CORNER_TEXT + (size_t)FACES_A_PIECE * 2;
+  return rows > faces ? rows : faces;
+}
+
+static bool place_nodes(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  stream->world = tw_alloc(model->node_count, 16 * sizeof *stream->world);
+  tw_trs *locals = tw_alloc(model->node_count, sizeof *locals);
+  bool placed = stream->world && locals;
+  for (uint32_t i = 0; placed && i < model->node_count; i++)
+    locals[i] = stream->scene.pose ? stream->scene.pose[i] : model->nodes[i].rest;
+  if (placed) {
+    tw_pose_locals(stream->scene.posed_by, model->nodes, model->node_count, locals, stream->world);
+    tw_pose_world(model->nodes, model->node_order, model->node_count, stream->world, stream->world);
+  }
+  free(locals);
+  return placed;
+}
+
+static bool create_readers(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  stream->readers = tw_alloc_zero(model->mesh_count, sizeof(tw_surface_reader *));
+  if (!stream->readers) return false;
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    uint32_t mesh = model->nodes[i].mesh;
+    if (mesh == TW_NO_INDEX || stream->readers[mesh]) continue;
+    stream->readers[mesh] = tw_surface_reader_create(stream->scene.surfaces[mesh]);
+    if (!stream->readers[mesh]) return false;
+  }
+  return true;
+}
+
+static bool allocate(tw_obj_stream *stream) {
+  const tw_model *model = stream->scene.model;
+  stream->corner_capacity = 4 * FACES_A_PIECE;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    size_t largest = tw_largest_face(stream->scene.surfaces[i], &model->meshes[i]);
+    if (largest > stream->corner_capacity) stream->corner_capacity = largest;
+  }
+  for (int i = 0; i < DOMAINS; i++) {
+    stream->corners[i] = tw_alloc(stream->corner_capacity, sizeof(uint32_t));
+    if (!stream->corners[i]) return false;
+  }
+  stream->text_capacity = largest_piece(model, stream->corner_capacity);
+  stream->text = tw_alloc(stream->text_capacity, 1);
+  return stream->text && create_readers(stream) && place_nodes(stream);
+}
+
+tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
+  tw_obj_stream *stream = tw_alloc_zero(1, sizeof *stream);
+  if (stream) {
+    stream->scene = *scene;
+    stream->material = -1;
+    if (allocate(stream)) {
+      put_name(stream, "# tweend ", tw_version());
+      *out = stream;
+      return TW_OK;
+    }
+  }
+  tw_obj_stream_destroy(stream);
+  return tw_fail(error, TW_NO_MEMORY, "no memory for an OBJ stream");
+}
+
+void tw_obj_stream_destroy(tw_obj_stream *stream) {
+  if (!stream) return;
+  for (uint32_t i = 0; stream->readers && i < stream->scene.model->mesh_count; i++)
+    tw_surface_reader_destroy(stream->readers[i]);
+  for (int i = 0; i < DOMAINS; i++) free(stream->corners[i]);
+  free(stream->readers);
+  free(stream->world);
+  free(stream->text);
+  free(stream);
+}
