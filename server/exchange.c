@@ -216,28 +216,32 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
-char *srv_exchange_print(const srv_exchange *exchange, size_t *size) {
-  const api_answer *answer = &exchange->answer;
-  char *text = NULL;
-  FILE *out = open_memstream(&text, size);
-  if (out == NULL) return NULL;
-  fprintf(out, "HTTP/1.1 %d Refused\r\nConnection: close\r\nX-Request-Id: %s\r\n", answer->status,
-          exchange->id);
-  for (size_t i = 0; i < answer->header_count; i++) {
-    fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);
-  }
-  fprintf(out, "Content-Length: %zu\r\n\r\n", answer->bytes.size);
-  fwrite(answer->bytes.data, 1, answer->bytes.size, out);
-  if (fclose(out) == 0) return text;
-  free(text);
-  return NULL;
-}
-
 void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]) {
   snprintf(out, SRV_TIMING_SIZE, "receive;dur=%.3f, queue;dur=%.3f, work;dur=%.3f",
            milliseconds(exchange->started_ns, exchange->received_ns),
            milliseconds(exchange->received_ns, exchange->worked_ns),
            milliseconds(exchange->worked_ns, exchange->answered_ns));
+}
+
+char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {
+  const api_answer *answer = &exchange->answer;
+  char timing[SRV_TIMING_SIZE], date[64], *text = NULL;
+  struct tm utc;
+  time_t now = time(NULL);
+  strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &utc));
+  srv_exchange_timing(exchange, timing);
+  FILE *out = open_memstream(&text, size);
+  if (out == NULL) return NULL;
+  fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, date);
+  fprintf(out, "X-Request-Id: %s\r\nServer-Timing: %s\r\n", exchange->id, timing);
+  for (size_t i = 0; i < answer->header_count; i++) {
+    fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);
+  }
+  fprintf(out, "Content-Length: %zu\r\n\r\n", answer->bytes.size);
+  if (strcmp(exchange->method, "HEAD") != 0) fwrite(answer->bytes.data, 1, answer->bytes.size, out);
+  if (fclose(out) == 0) return text;
+  free(text);
+  return NULL;
 }
 
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {

@@ -74,8 +74,8 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
 void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);
 
 /* The answer as bytes on the wire with "Connection: close", for refusals that overtake the HTTP library.
- * malloc'ed, NULL without memory. */
-char *srv_exchange_print(const srv_exchange *exchange, size_t *size);
+ * reason: of the status line. malloc'ed, NULL without memory. */
+char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size);
 
 /* Value of the Server-Timing header. */
 void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]);

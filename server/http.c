@@ -95,17 +95,49 @@ static void enter(connection *c, srv_phase phase) {
 }
 
 /* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client
- * read it: the sending side is closed, what still arrives is thrown away for a moment. */
-static void refuse_midway(connection *c) {
+ * read it: the sending side is closed and what still arrives is thrown away for a while, because closing
+ * with bytes unread would reset the connection under the answer. */
+static enum MHD_Result refuse_midway(connection *c) {
+  const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
   size_t size = 0;
-  char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, &size);
+  char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
   bool sent = text != NULL && send(c->fd, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size;
   free(text);
   shutdown(c->fd, sent ? SHUT_WR : SHUT_RDWR);
   enter(c, SRV_PHASE_LINGER);
+  return MHD_YES;
+}
+
+/* The request is over and was refused: the library stops reading, sweeps throw away what comes. */
+static enum MHD_Result discard_rest(connection *c) {
+  if (c->watch.phase != SRV_PHASE_LINGER) return MHD_NO;
+  c->watch.phase = SRV_PHASE_DISCARD;
+  MHD_suspend_connection(c->mhd);
+  return MHD_YES;
+}
+
+/* False when the client has closed. */
+static bool discard(const connection *c) {
+  char rest[16 << 10];
+  ssize_t got = 0;
+  for (int i = 0; i < 64; i++) {
+    got = recv(c->fd, rest, sizeof rest, MSG_DONTWAIT);
+    if (got <= 0) break;
+  }
+  return got > 0 || (got < 0 && errno == EAGAIN);
+}
+
+static void end_discarding(connection *c) {
+  c->watch.phase = SRV_PHASE_OVER;
+  shutdown(c->fd, SHUT_RDWR);
+  MHD_resume_connection(c->mhd);
 }
 
 static void expire(connection *c) {
+  if (c->watch.phase == SRV_PHASE_DISCARD) {
+    end_discarding(c);
+    return;
+  }
   bool late_request =
       c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
   if (!late_request) {
@@ -122,7 +154,11 @@ static void sweep(loop *l) {
   l->swept_ms = now;
   bool draining = atomic_load(&l->http->server->draining);
   for (connection *c = l->connections; c != NULL; c = c->next) {
-    if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) expire(c);
+    if (c->watch.phase == SRV_PHASE_DISCARD && !discard(c)) {
+      end_discarding(c);
+    } else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) {
+      expire(c);
+    }
   }
 }
 
@@ -270,8 +306,7 @@ static enum MHD_Result take_body(connection *c, const char *data, size_t *size) 
   *size = 0;
   if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE) return MHD_YES;
   /* Over TLS the rest is read, and the answer follows it. */
-  if (!c->owner->http->tls) refuse_midway(c);
-  return MHD_YES;
+  return c->owner->http->tls ? MHD_YES : refuse_midway(c);
 }
 
 static enum MHD_Result finish_request(connection *c) {
@@ -288,11 +323,14 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *mhd, const c
   connection *c = *request;
   if (c == NULL) return MHD_NO;
   c->mhd = mhd;
-  if (!c->exchange.opened) {
-    return c->watch.phase == SRV_PHASE_LINGER ? MHD_NO : open_request(c, method, version);
+  bool refused = c->watch.phase >= SRV_PHASE_LINGER;
+  if (*size > 0 && refused) {
+    *size = 0;
+    return MHD_YES;
   }
-  if (*size > 0) return take_body(c, data, size);
-  return c->watch.phase == SRV_PHASE_LINGER ? MHD_NO : finish_request(c);
+  if (refused) return discard_rest(c);
+  if (!c->exchange.opened) return open_request(c, method, version);
+  return *size > 0 ? take_body(c, data, size) : finish_request(c);
 }
 
 static void end_request(void *context, struct MHD_Connection *mhd, void **request,
@@ -301,10 +339,10 @@ static void end_request(void *context, struct MHD_Connection *mhd, void **reques
   (void)mhd;
   connection *c = *request;
   if (c == NULL) return;
-  bool refused_midway = c->watch.phase == SRV_PHASE_LINGER;
-  srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused_midway);
+  bool refused = c->watch.phase >= SRV_PHASE_LINGER;
+  srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused);
   *request = NULL;
-  if (!refused_midway) enter(c, SRV_PHASE_IDLE);
+  if (!refused) enter(c, SRV_PHASE_IDLE);
 }
 
 /* ---- connections ----------------------------------------------------------------------------- */
@@ -428,6 +466,9 @@ static void turn(loop *l) {
 /* The library panics when it is stopped with a suspended connection. */
 static bool all_back(loop *l) {
   resume_done(l);
+  for (connection *c = l->connections; c != NULL; c = c->next) {
+    if (c->watch.phase == SRV_PHASE_DISCARD) end_discarding(c);
+  }
   MHD_run(l->daemon);
   for (const connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_WORK) return false;

@@ -99,7 +99,9 @@ int srv_address_listen(const srv_address *address, char *error, size_t error_siz
   bool listening = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
                    bind(fd, &address->any, address->size) == 0 && listen(fd, LISTEN_BACKLOG) == 0;
   if (listening) return fd;
-  snprintf(error, error_size, "--listen: cannot listen there: %s", strerror(errno));
+  char place[sizeof address->local.sun_path + 8];
+  srv_address_print(address, -1, false, place, sizeof place);
+  snprintf(error, error_size, "--listen: cannot listen on %s: %s", place, strerror(errno));
   if (fd >= 0) close(fd);
   return -1;
 }
@@ -150,7 +152,7 @@ void srv_address_print(const srv_address *address, int fd, bool tls, char *out, 
   }
   srv_address bound = *address;
   socklen_t size = sizeof bound.v6;
-  getsockname(fd, &bound.any, &size);
+  if (fd >= 0) getsockname(fd, &bound.any, &size);
   char place[INET6_ADDRSTRLEN + 16];
   srv_address_peer(&bound, place, sizeof place);
   snprintf(out, out_size, "%s://%s", tls ? "https" : "http", place);

@@ -7,7 +7,7 @@
 
 /* Long enough for a stalled mobile link and for one block of a slow reader. */
 static const uint64_t RATE_WINDOW_MS = 15000;
-static const uint64_t LINGER_MS = 2000;
+static const uint64_t LINGER_MS = 5000;
 
 void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms, uint64_t moved) {
   *watch = (srv_watch){.phase = phase, .since_ms = now_ms, .mark_ms = now_ms, .mark_bytes = moved};
@@ -40,7 +40,9 @@ bool srv_watch_expired(srv_watch *watch, const srv_patience *patience, bool drai
     return age_ms >= patience->request_ms || too_slow(watch, patience->min_rate, now_ms, moved);
   case SRV_PHASE_WORK: return false;
   case SRV_PHASE_SEND: return too_slow(watch, patience->min_rate, now_ms, moved);
-  case SRV_PHASE_LINGER: return age_ms >= LINGER_MS;
+  case SRV_PHASE_LINGER:
+  case SRV_PHASE_DISCARD: return draining || age_ms >= LINGER_MS;
+  case SRV_PHASE_OVER: return false;
   }
   return false;
 }
