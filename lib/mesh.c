@@ -17,8 +17,9 @@ void tw_mesh_init(tw_mesh *mesh) {
 static tw_status check_finite(const float *values, uint64_t rows, uint32_t width, const char *what,
                               tw_error *error) {
   for (uint64_t i = 0; i < rows * width; i++)
-    if (!isfinite(values[i])) {
-      tw_fail(error, TW_INVALID, "a coordinate is not a finite number");
+    if (!(fabsf(values[i]) <= TW_COORDINATE_MAX)) {
+      tw_fail(error, TW_INVALID,
+              isfinite(values[i]) ? "a coordinate is beyond 1e18" : "a coordinate is not a finite number");
       return tw_error_at(error, "/%s/%llu/%llu", what, (unsigned long long)(i / width),
                          (unsigned long long)(i % width));
     }

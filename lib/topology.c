@@ -99,6 +99,16 @@ static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint3
   }
 }
 
+/* Fills corner_face where faces are not all quads; false without memory. */
+static bool map_corners(tw_topology *t, tw_arena *arena) {
+  if (!t->face_offsets) return true;
+  t->corner_face = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
+  if (!t->corner_face) return false;
+  for (uint32_t face = 0; face < t->face_count; face++)
+    for (uint32_t c = t->face_offsets[face]; c < t->face_offsets[face + 1]; c++) t->corner_face[c] = face;
+  return true;
+}
+
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners) {
@@ -118,8 +128,8 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   uint32_t *buckets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *buckets);
   half_edge *halves = tw_alloc(corner_count, sizeof *halves);
   tw_status status = TW_NO_MEMORY;
-  if (t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner && t->edge_flags && buckets &&
-      halves) {
+  if (map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner &&
+      t->edge_flags && buckets && halves) {
     file_half_edges(t, buckets, halves);
     for (uint32_t v = 0; v < vertex_count; v++)
       join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
@@ -130,21 +140,8 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   return status;
 }
 
-/* Face of each corner when faces are not all quads; NULL stands for corner / 4. */
-static uint32_t *corner_faces(const tw_topology *t) {
-  uint32_t *faces = tw_alloc(t->corner_count, sizeof *faces);
-  if (!faces) return NULL;
-  for (uint32_t face = 0; face < t->face_count; face++)
-    for (uint32_t c = t->face_offsets[face]; c < t->face_offsets[face + 1]; c++) faces[c] = face;
-  return faces;
-}
-
-static uint32_t previous_corner(const tw_topology *t, const uint32_t *faces, uint32_t corner) {
-  return faces ? tw_corner_previous(t, faces[corner], corner) : tw_quad_previous(corner);
-}
-
 /* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan. */
-static bool order_fan(tw_topology *t, const uint32_t *faces, uint32_t vertex) {
+static bool order_fan(tw_topology *t, uint32_t vertex) {
   uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
   uint32_t *edges = t->ring_edges + t->ring_offsets[vertex];
   uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
@@ -165,7 +162,7 @@ static bool order_fan(tw_topology *t, const uint32_t *faces, uint32_t vertex) {
   /* First a dry walk, so that a vertex that fails keeps its lists whole. */
   uint32_t corner = start;
   for (uint32_t steps = 1;; steps++) {
-    uint32_t back = previous_corner(t, faces, corner);
+    uint32_t back = tw_corner_previous(t, corner);
     uint32_t next = t->sibling[back];
     if (next == back || next == start) {
       if (steps != corner_count) return false;
@@ -176,7 +173,7 @@ static bool order_fan(tw_topology *t, const uint32_t *faces, uint32_t vertex) {
   }
   corner = start;
   for (uint32_t i = 0; i < corner_count; i++) {
-    uint32_t back = previous_corner(t, faces, corner);
+    uint32_t back = tw_corner_previous(t, corner);
     corners[i] = corner;
     edges[i] = t->corner_edge[corner];
     if (border && i + 1 == corner_count) edges[i + 1] = t->corner_edge[back];
@@ -192,9 +189,7 @@ tw_status tw_topology_link(tw_topology *topology, tw_arena *arena) {
   t->fan_corners = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
   t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
   t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
-  uint32_t *faces = NULL;
-  if (!t->fan_offsets || !t->ring_offsets || !t->fan_corners || !t->ring_edges || !t->vertex_flags ||
-      (t->face_offsets && !(faces = corner_faces(t))))
+  if (!t->fan_offsets || !t->ring_offsets || !t->fan_corners || !t->ring_edges || !t->vertex_flags)
     return TW_NO_MEMORY;
 
   /* Counting sort twice: offsets are shifted by one place while they serve as cursors. */
@@ -216,11 +211,10 @@ tw_status tw_topology_link(tw_topology *topology, tw_arena *arena) {
   t->ring_offsets[0] = 0;
 
   for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (!order_fan(t, faces, v)) t->vertex_flags[v] |= TW_VERTEX_NONMANIFOLD;
+    if (!order_fan(t, v)) t->vertex_flags[v] |= TW_VERTEX_NONMANIFOLD;
     for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
       if (t->edge_flags[t->ring_edges[i]] & TW_EDGE_BORDER) t->vertex_flags[v] |= TW_VERTEX_BORDER;
   }
-  free(faces);
   return TW_OK;
 }
 

@@ -24,6 +24,7 @@ typedef struct tw_topology {
   uint32_t vertex_count, edge_count, face_count, corner_count;
   const uint32_t *face_offsets; /* [face_count + 1]; NULL when every face has four corners */
 
+  uint32_t *corner_face;   /* [corner_count]; NULL when every face has four corners */
   uint32_t *corner_vertex; /* [corner_count] */
   uint32_t *corner_edge;   /* [corner_count] edge from this corner to the next */
   uint32_t *sibling;       /* [corner_count] */
@@ -91,12 +92,18 @@ static inline uint32_t tw_quad_previous(uint32_t corner) {
   return (corner & ~3u) | ((corner + 3) & 3u);
 }
 
-/* Next and previous corner of the same face; `face` must be the corner's. */
-static inline uint32_t tw_corner_next(const tw_topology *t, uint32_t face, uint32_t corner) {
-  return corner + 1 == tw_face_begin(t, face) + tw_face_size(t, face) ? tw_face_begin(t, face) : corner + 1;
+static inline uint32_t tw_corner_face(const tw_topology *t, uint32_t corner) {
+  return t->corner_face ? t->corner_face[corner] : corner / 4;
 }
-static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t face, uint32_t corner) {
-  return corner == tw_face_begin(t, face) ? corner + tw_face_size(t, face) - 1 : corner - 1;
+static inline uint32_t tw_corner_next(const tw_topology *t, uint32_t corner) {
+  if (!t->face_offsets) return tw_quad_next(corner);
+  uint32_t face = t->corner_face[corner];
+  return corner + 1 == t->face_offsets[face + 1] ? t->face_offsets[face] : corner + 1;
+}
+static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t corner) {
+  if (!t->face_offsets) return tw_quad_previous(corner);
+  uint32_t face = t->corner_face[corner];
+  return (corner == t->face_offsets[face] ? t->face_offsets[face + 1] : corner) - 1;
 }
 
 #endif

@@ -13,6 +13,9 @@ enum { TW_UV_SETS_MAX = 4, TW_MORPH_TARGETS_MAX = 64 };
 /* Sharpness from which a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
 #define TW_SHARPNESS_INFINITE 10.0f
 
+/* Greatest coordinate: from here on float could overflow on the way to points and normals. */
+#define TW_COORDINATE_MAX 1e18f
+
 /* The subdivision tags that a file itself may carry; a request's parameters win over them. */
 typedef enum tw_tag { TW_TAG_UNSET = -1 } tw_tag;
 

@@ -102,8 +102,9 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
 
 /* Exact minimum and maximum of all positions of TW_DOMAIN_VERTICES as its rows hold them (the
  * quantity glTF wants for POSITION); morph m >= 0: of that target's displacements; position: -1.
- * Computed by one pass at the first call, then remembered; any thread. All 0 without points. */
-void tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
+ * Computed by one pass at the first call, then remembered; any thread. All 0 without points.
+ * TW_NO_MEMORY. */
+tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
 
 /* Scratch memory of one reader; not shared between threads. */
 typedef struct tw_surface_reader tw_surface_reader;

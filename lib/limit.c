@@ -1,0 +1,168 @@
+/* Limit masks for position and tangents at every kind of vertex. */
+#include "limit.h"
+
+#include <math.h>
+
+#include "refine.h"
+
+/* The vertex of a mask with its neighbours: entry 0 is itself, then its ring, then the far corners
+ * of its fan. */
+typedef struct mask {
+  const tw_topology *t;
+  uint32_t vertex, ring_count, fan_count;
+  tw_limit_entry *entries;
+} mask;
+
+static const double pi = 3.14159265358979323846;
+
+static tw_limit_entry *ring_entry(const mask *m, uint32_t i) {
+  return &m->entries[1 + i % m->ring_count];
+}
+static tw_limit_entry *fan_entry(const mask *m, uint32_t i) {
+  return &m->entries[1 + m->ring_count + i % m->fan_count];
+}
+
+static float ring_sharpness(const mask *m, uint32_t i) {
+  return m->t->edge_sharpness[m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count]];
+}
+
+static mask start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
+  uint32_t ring = t->ring_offsets[vertex], fan = t->fan_offsets[vertex];
+  mask m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan, entries};
+  entries[0] = (tw_limit_entry){vertex, 0, 0, 0};
+  for (uint32_t i = 0; i < m.ring_count; i++) {
+    const uint32_t *ends = t->edge_vertices[t->ring_edges[ring + i]];
+    *ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
+  }
+  for (uint32_t i = 0; i < m.fan_count; i++) {
+    uint32_t opposite = tw_quad_next(tw_quad_next(t->fan_corners[fan + i]));
+    *fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
+  }
+  return m;
+}
+
+static void position_smooth(const mask *m) {
+  float n = (float)m->fan_count;
+  float face = 1 / (n * (n + 5)), edge = 4 * face;
+  for (uint32_t i = 0; i < m->fan_count; i++) fan_entry(m, i)->position = face;
+  for (uint32_t i = 0; i < m->ring_count; i++) ring_entry(m, i)->position = edge;
+  m->entries[0].position = 1 - n * (edge + face);
+}
+
+static void position_crease(const mask *m, const uint32_t ends[2]) {
+  m->entries[0].position = 2.0f / 3;
+  ring_entry(m, ends[0])->position = 1.0f / 6;
+  ring_entry(m, ends[1])->position = 1.0f / 6;
+}
+
+/* From the vertex along two edges of its ring. */
+static void tangents_along(const mask *m, uint32_t first, uint32_t second) {
+  m->entries[0].tangent1 = m->entries[0].tangent2 = -1;
+  ring_entry(m, first)->tangent1 = 1;
+  ring_entry(m, second)->tangent2 = 1;
+}
+
+/* The subdominant eigenvectors of the subdivision matrix. */
+static void tangents_smooth(const mask *m) {
+  uint32_t n = m->fan_count;
+  double step = 2 * pi / n, cosine = cos(step);
+  double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16;
+  double face = 1 / (4 * lambda - 1);
+  for (uint32_t i = 0; i < n; i++) {
+    ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
+    fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+    ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
+    fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+  }
+}
+
+/* Along and across a crease that bounds `faces` faces, beginning at ring edge `first`. */
+static void tangents_crease(const mask *m, uint32_t first, uint32_t faces) {
+  ring_entry(m, first)->tangent1 += 0.5f;
+  ring_entry(m, first + faces)->tangent1 -= 0.5f;
+  if (faces == 1) { /* the mean of the two edges */
+    m->entries[0].tangent2 = -6;
+    ring_entry(m, first)->tangent2 += 3;
+    ring_entry(m, first + 1)->tangent2 += 3;
+    return;
+  }
+  double step = pi / faces, cosine = cos(step), sine = sin(step);
+  double scale = 1 / (faces * (3 + cosine)), r = (cosine + 1) / sine;
+  m->entries[0].tangent2 = (float)(scale * 4 * r * (cosine - 1));
+  ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  for (uint32_t i = 0; i < faces; i++) {
+    if (i > 0) ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
+    fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
+  }
+}
+
+/* The run of faces between infinitely sharp edges round fan place `place`. */
+typedef struct sector {
+  uint32_t first, faces; /* first ring edge and number of faces */
+  bool bounded;          /* by two different edges */
+} sector;
+
+static sector find_sector(const mask *m, uint32_t place) {
+  uint32_t n = m->fan_count;
+  bool border = m->ring_count > n;
+  uint32_t back = 0, ahead = 1;
+  while (back < n - 1 && !tw_is_infinite(ring_sharpness(m, place + m->ring_count - back)) &&
+         !(border && back == place))
+    back++;
+  bool begins = tw_is_infinite(ring_sharpness(m, place + m->ring_count - back));
+  while (ahead < n && !tw_is_infinite(ring_sharpness(m, place + ahead))) ahead++;
+  bool ends = tw_is_infinite(ring_sharpness(m, place + ahead));
+  uint32_t faces = back + ahead;
+  if (!begins || !ends || (!border && faces >= n)) return (sector){0, n, false};
+  return (sector){(place + m->ring_count - back) % m->ring_count, faces, true};
+}
+
+static uint32_t fan_place(const mask *m, uint32_t corner) {
+  const uint32_t *fan = m->t->fan_corners + m->t->fan_offsets[m->vertex];
+  uint32_t place = 0;
+  while (place + 1 < m->fan_count && fan[place] != corner) place++;
+  return place;
+}
+
+static uint32_t ring_place(const mask *m, uint32_t edge) {
+  const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
+  uint32_t place = 0;
+  while (place + 1 < m->ring_count && ring[place] != edge) place++;
+  return place;
+}
+
+static void tangents_of_face(const mask *m, uint32_t corner) {
+  tangents_along(m, ring_place(m, m->t->corner_edge[corner]),
+                 ring_place(m, m->t->corner_edge[tw_quad_previous(corner)]));
+}
+
+uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
+  mask m = start_mask(topology, topology->corner_vertex[corner], entries);
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = linear ? TW_RULE_CORNER : tw_vertex_rule_at(topology, m.vertex, ends);
+  bool smooth = rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
+  if (smooth && m.fan_count == 2) rule = TW_RULE_CORNER; /* the smooth masks begin at valence 3 */
+  if (rule == TW_RULE_CORNER)
+    m.entries[0].position = 1;
+  else if (rule == TW_RULE_CREASE)
+    position_crease(&m, ends);
+  else
+    position_smooth(&m);
+
+  if (linear || (topology->vertex_flags[m.vertex] & TW_VERTEX_NONMANIFOLD)) {
+    tangents_of_face(&m, corner);
+  } else if (rule == TW_RULE_CORNER) {
+    sector s = find_sector(&m, fan_place(&m, corner));
+    tangents_along(&m, s.first, s.first + 1);
+  } else if (rule == TW_RULE_CREASE) {
+    sector s = find_sector(&m, fan_place(&m, corner));
+    if (s.bounded)
+      tangents_crease(&m, s.first, s.faces);
+    else
+      tangents_crease(&m, ends[0], ends[1] - ends[0]);
+  } else {
+    tangents_smooth(&m);
+  }
+  return 1 + m.ring_count + m.fan_count;
+}

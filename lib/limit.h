@@ -1,0 +1,26 @@
+/* Where a vertex of a Catmull-Clark mesh of quads goes at infinite subdivision, and the tangents there.
+ *
+ * Masks: Halstead, Kass and DeRose 1993 (interior), Biermann, Levin and Zorin 2000 (borders and
+ * creases), in the form OpenSubdiv uses. Sharpness that has not yet decayed counts as if it stayed. */
+#ifndef TWEEND_LIMIT_H
+#define TWEEND_LIMIT_H
+
+#include "topology.h"
+
+typedef struct tw_limit_entry {
+  uint32_t vertex;
+  float position, tangent1, tangent2;
+} tw_limit_entry;
+
+/* Room that tw_limit_mask needs for a vertex. */
+static inline uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) {
+  return 1 + t->ring_offsets[vertex + 1] - t->ring_offsets[vertex] + t->fan_offsets[vertex + 1] -
+         t->fan_offsets[vertex];
+}
+
+/* Masks for the vertex at `corner`; the tangents are those of the sector between infinitely sharp
+ * edges in which the corner lies, tangent1 x tangent2 pointing outward. Of linear meshes: those of the
+ * corner's own face. Returns the number of entries. */
+uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries);
+
+#endif

@@ -1,0 +1,198 @@
+/* Gives rows to corners, edges and quads, so that every point of the answer has one place that
+ * arithmetic finds. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "surface.h"
+
+static tw_status allocate(const tw_topology *base, tw_arena *arena, uint32_t corners_max, uint32_t edges_max,
+                          tw_numbering *n) {
+  memset(n, 0, sizeof *n);
+  n->corner_row = tw_arena_alloc(arena, base->corner_count, sizeof(uint32_t));
+  n->edge_row = tw_arena_alloc(arena, base->corner_count, sizeof(uint32_t));
+  n->corner_base = tw_arena_alloc(arena, corners_max, sizeof(uint32_t));
+  n->edge_base = tw_arena_alloc(arena, edges_max, sizeof(uint32_t));
+  if (!n->corner_row || !n->edge_row || !n->corner_base || !n->edge_base) return TW_NO_MEMORY;
+  memset(n->corner_row, 0xFF, base->corner_count * sizeof(uint32_t));
+  memset(n->edge_row, 0xFF, base->corner_count * sizeof(uint32_t));
+  return TW_OK;
+}
+
+static bool runs_against(const tw_topology *base, uint32_t corner, uint32_t representative) {
+  return base->corner_vertex[corner] != base->corner_vertex[representative];
+}
+
+tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,
+                          tw_numbering *out) {
+  tw_status status = allocate(base, arena, base->vertex_count, base->edge_count, out);
+  if (status != TW_OK) return status;
+  for (uint32_t v = 0; v < base->vertex_count; v++) {
+    bool used = false;
+    for (uint32_t i = base->fan_offsets[v]; i < base->fan_offsets[v + 1]; i++) {
+      uint32_t corner = base->fan_corners[i];
+      if (!visible[corner / 4]) continue;
+      if (!used) out->corner_base[out->corner_count] = corner;
+      used = true;
+      out->corner_row[corner] = out->corner_count;
+    }
+    out->corner_count += used;
+  }
+  for (uint32_t e = 0; e < base->edge_count; e++) {
+    bool used = false;
+    uint32_t first = base->edge_corner[e], corner = first;
+    do {
+      if (visible[corner / 4]) {
+        if (!used) out->edge_base[out->edge_count] = corner;
+        used = true;
+        out->edge_row[corner] =
+            2 * out->edge_count + runs_against(base, corner, out->edge_base[out->edge_count]);
+      }
+      corner = base->sibling[corner];
+    } while (corner != first);
+    out->edge_count += used;
+  }
+  return TW_OK;
+}
+
+/* ---- vertices ------------------------------------------------------------------------------- */
+
+typedef struct vertex_numberer {
+  const tw_topology *base;
+  const tw_topology *const *uv_bases;
+  uint32_t uv_count, sharp_below;
+  const uint8_t *visible;
+  bool split_normals;
+  tw_numbering *out;
+  uint32_t *place;           /* [base corners] place of each corner in the fan of its vertex */
+  uint32_t *sector;          /* [greatest fan] union-find over the places of one fan */
+  struct fan_entry *entries; /* [greatest fan] */
+} vertex_numberer;
+
+typedef struct fan_entry {
+  uint32_t uvs[TW_UV_SETS_MAX], sector, corner;
+} fan_entry;
+
+static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
+  return n->split_normals && (edge < n->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
+}
+
+static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
+  for (uint32_t s = 0; s < n->uv_count; s++)
+    if (n->uv_bases[s]->corner_edge[a] != n->uv_bases[s]->corner_edge[b]) return false;
+  return true;
+}
+
+/* Corners of one edge share a row unless something splits them. With UVs, the many corners that may
+ * meet at a non-manifold edge are not compared with each other: each has its own row. */
+static void number_edge(vertex_numberer *n, uint32_t edge) {
+  tw_numbering *out = n->out;
+  uint32_t first = n->base->edge_corner[edge], corner = first, begun = out->edge_count;
+  bool crowded = n->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
+  bool split = crowded || edge_splits(n, edge);
+  do {
+    if (n->visible[corner / 4]) {
+      uint32_t row = begun;
+      if (split) row = out->edge_count;
+      while (row < out->edge_count && !same_uv_edge(n, corner, out->edge_base[row])) row++;
+      if (row == out->edge_count) out->edge_base[out->edge_count++] = corner;
+      out->edge_row[corner] = 2 * row + runs_against(n->base, corner, out->edge_base[row]);
+    }
+    corner = n->base->sibling[corner];
+  } while (corner != first);
+}
+
+static uint32_t sector_root(uint32_t *sector, uint32_t place) {
+  while (sector[place] != place) {
+    sector[place] = sector[sector[place]];
+    place = sector[place];
+  }
+  return place;
+}
+
+/* Joins the places of a fan across edges that do not split. Returns the number of sectors. */
+static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
+  const tw_topology *base = n->base;
+  const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
+  uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], sectors = count;
+  for (uint32_t i = 0; i < count; i++) n->sector[i] = i;
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t back = tw_quad_previous(fan[i]);
+    if (edge_splits(n, base->corner_edge[back])) continue;
+    uint32_t other = base->sibling[back];
+    if (base->corner_vertex[other] != vertex) other = tw_quad_next(other);
+    uint32_t a = sector_root(n->sector, i), b = sector_root(n->sector, n->place[other]);
+    if (a == b) continue;
+    n->sector[a > b ? a : b] = a > b ? b : a;
+    sectors--;
+  }
+  return sectors;
+}
+
+static int compare_keys(const fan_entry *a, const fan_entry *b) {
+  int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
+  if (uvs != 0) return uvs;
+  return a->sector < b->sector ? -1 : a->sector > b->sector;
+}
+
+static int compare_entries(const void *left, const void *right) {
+  const fan_entry *a = left, *b = right;
+  int keys = compare_keys(a, b);
+  if (keys != 0) return keys;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
+}
+
+static void number_vertex(vertex_numberer *n, uint32_t vertex) {
+  const tw_topology *base = n->base;
+  tw_numbering *out = n->out;
+  const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
+  uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
+  bool one_sector = !n->split_normals || find_sectors(n, vertex) == 1;
+  for (uint32_t i = 0; i < count; i++) {
+    if (!n->visible[fan[i] / 4]) continue;
+    fan_entry *entry = &n->entries[used++];
+    memset(entry, 0, sizeof *entry);
+    entry->corner = fan[i];
+    if (!one_sector) entry->sector = sector_root(n->sector, i);
+    for (uint32_t s = 0; s < n->uv_count; s++) entry->uvs[s] = n->uv_bases[s]->corner_vertex[fan[i]];
+  }
+  if (!one_sector || n->uv_count > 0) qsort(n->entries, used, sizeof *n->entries, compare_entries);
+  for (uint32_t i = 0; i < used; i++) {
+    if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)
+      out->corner_base[out->corner_count++] = n->entries[i].corner;
+    out->corner_row[n->entries[i].corner] = out->corner_count - 1;
+  }
+}
+
+static uint32_t greatest_fan(const tw_topology *base) {
+  uint32_t greatest = 0;
+  for (uint32_t v = 0; v < base->vertex_count; v++) {
+    uint32_t count = base->fan_offsets[v + 1] - base->fan_offsets[v];
+    if (count > greatest) greatest = count;
+  }
+  return greatest;
+}
+
+tw_status tw_number_vertices(const tw_topology *base, const tw_topology *const *uv_bases, uint32_t uv_count,
+                             const uint8_t *visible, bool split_normals, uint32_t sharp_below,
+                             tw_arena *arena, tw_numbering *out) {
+  tw_status status = allocate(base, arena, base->corner_count, base->corner_count, out);
+  if (status != TW_OK) return status;
+  uint32_t greatest = greatest_fan(base);
+  vertex_numberer n = {base, uv_bases, uv_count, sharp_below, visible, split_normals, out, NULL, NULL, NULL};
+  n.place = tw_alloc(base->corner_count, sizeof *n.place);
+  n.sector = tw_alloc(greatest, sizeof *n.sector);
+  n.entries = tw_alloc(greatest, sizeof *n.entries);
+  if (n.place && n.sector && n.entries) {
+    for (uint32_t v = 0; v < base->vertex_count; v++)
+      for (uint32_t i = base->fan_offsets[v]; i < base->fan_offsets[v + 1]; i++)
+        n.place[base->fan_corners[i]] = i - base->fan_offsets[v];
+    for (uint32_t e = 0; e < base->edge_count; e++) number_edge(&n, e);
+    for (uint32_t v = 0; v < base->vertex_count; v++) number_vertex(&n, v);
+  } else {
+    status = TW_NO_MEMORY;
+  }
+  free(n.place);
+  free(n.sector);
+  free(n.entries);
+  return status;
+}

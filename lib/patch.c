@@ -1,0 +1,364 @@
+/* Plans the patches of a mesh of quads and evaluates them. */
+#include "patch.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "shape.h"
+#include "spline.h"
+
+enum { WIDTH_MAX = 4 };
+
+/* ---- planning ------------------------------------------------------------------------------- */
+
+/* Control points grow as patches are met: most take 16. */
+typedef struct control_list {
+  uint32_t *points;
+  uint32_t count, capacity;
+} control_list;
+
+static bool append_controls(control_list *list, const uint32_t *points, uint32_t count) {
+  uint64_t need = (uint64_t)list->count + count;
+  if (need > list->capacity) {
+    uint64_t capacity = need + need / 2;
+    if (need > UINT32_MAX) return false;
+    if (capacity > UINT32_MAX) capacity = UINT32_MAX;
+    uint32_t *grown = realloc(list->points, (size_t)capacity * sizeof *grown);
+    if (!grown) return false;
+    list->points = grown;
+    list->capacity = (uint32_t)capacity;
+  }
+  memcpy(list->points + list->count, points, count * sizeof *points);
+  list->count += count;
+  return true;
+}
+
+static tw_status plan_patch(tw_patches *p, tw_marks *marks, control_list *list, uint32_t quad) {
+  tw_patch *patch = &p->patches[quad];
+  patch->first_control = list->count;
+  uint32_t regular[16], count = 16;
+  const uint32_t *points = regular;
+  if (p->linear) {
+    points = p->base->corner_vertex + 4 * (size_t)quad;
+    count = 4;
+  } else if (!tw_patch_regular(p->base, 4 * quad, regular, &patch->reflected)) {
+    tw_status status =
+        tw_patch_classify(p->shapes, p->base, marks, 4 * quad, p->depth, &patch->shape, &points);
+    if (status != TW_OK) return status;
+    count = patch->shape->point_count;
+  }
+  return append_controls(list, points, count) ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status plan_all(tw_patches *p, const tw_rules *rules) {
+  for (uint32_t depth = 0; depth <= p->depth; depth++)
+    if (!tw_spline_table(depth)) return TW_NO_MEMORY;
+  p->shapes = tw_patch_shapes_create(rules);
+  p->patches = tw_alloc_zero(p->base->face_count, sizeof *p->patches);
+  tw_marks marks = {tw_alloc_zero(p->base->vertex_count, sizeof(uint32_t)),
+                    tw_alloc_zero(p->base->face_count, 1)};
+  control_list list = {tw_alloc((size_t)p->base->face_count * 16 + 16, sizeof(uint32_t)), 0, 0};
+  uint64_t capacity = (uint64_t)p->base->face_count * 16 + 16;
+  list.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
+  tw_status status =
+      p->shapes && p->patches && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t quad = 0; quad < p->base->face_count && status == TW_OK; quad++)
+    status = plan_patch(p, &marks, &list, quad);
+  p->controls = list.points;
+  free(marks.vertices);
+  free(marks.faces);
+  if (status != TW_OK) return status;
+  p->scratch_points = tw_patch_shapes_scratch(p->shapes);
+  p->size = tw_patch_shapes_size(p->shapes) + p->base->face_count * sizeof *p->patches +
+            list.capacity * sizeof *p->controls;
+  return TW_OK;
+}
+
+tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
+                            uint32_t depth) {
+  memset(patches, 0, sizeof *patches);
+  patches->base = base;
+  patches->depth = depth;
+  patches->linear = rules->linear;
+  tw_status status = plan_all(patches, rules);
+  if (status != TW_OK) tw_patches_deinit(patches);
+  return status;
+}
+
+void tw_patches_deinit(tw_patches *patches) {
+  tw_patch_shapes_destroy(patches->shapes);
+  free(patches->patches);
+  free(patches->controls);
+  memset(patches, 0, sizeof *patches);
+}
+
+/* ---- normals -------------------------------------------------------------------------------- */
+
+static void cross(const float a[3], const float b[3], float out[3]) {
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+/* As cross and normalise, in double and scaled, for lengths that float cannot square. */
+static bool careful_normal(const float a[3], const float b[3], float out[3]) {
+  double scale_a = 0, scale_b = 0;
+  for (int i = 0; i < 3; i++) {
+    scale_a = fmax(scale_a, fabs((double)a[i]));
+    scale_b = fmax(scale_b, fabs((double)b[i]));
+  }
+  if (!(scale_a > 0) || !(scale_b > 0) || !isfinite(scale_a) || !isfinite(scale_b)) return false;
+  double u[3], v[3], n[3], square = 0;
+  for (int i = 0; i < 3; i++) {
+    u[i] = a[i] / scale_a;
+    v[i] = b[i] / scale_b;
+  }
+  for (int i = 0; i < 3; i++) {
+    n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
+    square += n[i] * n[i];
+  }
+  if (!(square > 1e-12)) return false; /* parallel as far as float can tell */
+  for (int i = 0; i < 3; i++) out[i] = (float)(n[i] / sqrt(square));
+  return true;
+}
+
+static bool quick_normal(const float a[3], const float b[3], float out[3]) {
+  float n[3];
+  cross(a, b, n);
+  float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
+  if (!(square > 1e-24f && square < 1e24f)) return false;
+  float lengths = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
+  if (!(square > 1e-6f * lengths)) return false;
+  float scale = 1 / sqrtf(square);
+  for (int i = 0; i < 3; i++) out[i] = n[i] * scale;
+  return true;
+}
+
+void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
+                             float normal[3]) {
+  if (quick_normal(tangent1, tangent2, normal) || careful_normal(tangent1, tangent2, normal)) return;
+  float diagonal1[3], diagonal2[3];
+  for (int i = 0; i < 3; i++) {
+    diagonal1[i] = quad[2][i] - quad[0][i];
+    diagonal2[i] = quad[3][i] - quad[1][i];
+  }
+  if (careful_normal(diagonal1, diagonal2, normal)) return;
+  normal[0] = normal[2] = 0;
+  normal[1] = 1;
+}
+
+/* ---- evaluation ----------------------------------------------------------------------------- */
+
+/* Part of a grid on its way to the job's arrays: the local grid's point (i, j) is the job's point
+ * (i + column, j + row). */
+typedef struct target {
+  const tw_patch_job *job;
+  tw_patch_rect whole;
+  uint32_t column, row;
+} target;
+
+static size_t place_of(const target *to, uint32_t i, uint32_t j) {
+  size_t width = to->whole.i1 - to->whole.i0 + 1;
+  return ((j + to->row - to->whole.j0) * width + (i + to->column - to->whole.i0)) * to->job->stride;
+}
+
+/* out[4][width] = the four columns of control points weighted down each. Summed from both ends, so
+ * that a mirrored patch gives mirrored points to the last bit. */
+static void weigh_columns(const float points[16][WIDTH_MAX], const float weights[4],
+                          float out[4][WIDTH_MAX]) {
+  for (int k = 0; k < 4; k++)
+    for (int c = 0; c < WIDTH_MAX; c++)
+      out[k][c] = (weights[0] * points[k][c] + weights[3] * points[12 + k][c]) +
+                  (weights[1] * points[4 + k][c] + weights[2] * points[8 + k][c]);
+}
+
+static void weigh_row(const float columns[4][WIDTH_MAX], const float weights[4], float out[WIDTH_MAX]) {
+  for (int c = 0; c < WIDTH_MAX; c++)
+    out[c] = (weights[0] * columns[0][c] + weights[3] * columns[3][c]) +
+             (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
+}
+
+static void spline_values(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
+                          tw_patch_rect rect) {
+  const float(*weights)[4] = to->job->limit ? spline->limit : spline->point;
+  uint32_t width = to->job->width;
+  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
+    float columns[4][WIDTH_MAX], value[WIDTH_MAX];
+    weigh_columns(points, weights[j], columns);
+    float *out = to->job->values + place_of(to, rect.i0, j);
+    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
+      weigh_row((const float(*)[WIDTH_MAX])columns, weights[i], value);
+      for (uint32_t c = 0; c < width; c++) out[c] = value[c];
+    }
+  }
+}
+
+static void spline_normals(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
+                           tw_patch_rect rect) {
+  const float *quad[4] = {points[5], points[6], points[10], points[9]};
+  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
+    float along[4][WIDTH_MAX], across[4][WIDTH_MAX], tangent1[WIDTH_MAX], tangent2[WIDTH_MAX];
+    weigh_columns(points, spline->limit[j], along);
+    weigh_columns(points, spline->derivative[j], across);
+    float *out = to->job->normals + place_of(to, rect.i0, j);
+    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
+      weigh_row((const float(*)[WIDTH_MAX])along, spline->derivative[i], tangent1);
+      weigh_row((const float(*)[WIDTH_MAX])across, spline->limit[i], tangent2);
+      tw_normal_from_tangents(tangent1, tangent2, quad, out);
+    }
+  }
+}
+
+static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX], uint32_t depth,
+                            tw_patch_rect rect) {
+  const tw_spline *spline = tw_spline_table(depth);
+  if (to->job->values) spline_values(to, spline, points, rect);
+  if (to->job->normals) spline_normals(to, spline, points, rect);
+}
+
+/* Row (or column) beyond a sharp side: 2 edge - inner. */
+static void reflect(float points[16][WIDTH_MAX], int outer, int edge, int inner, int step) {
+  for (int k = 0; k < 4; k++)
+    for (int c = 0; c < WIDTH_MAX; c++)
+      points[outer + k * step][c] = 2 * points[edge + k * step][c] - points[inner + k * step][c];
+}
+
+static void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
+  for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
+}
+
+/* Gathers 16 control points from rows of `stride` floats and fills in the reflected ones: columns first,
+ * then whole rows, so that a corner is reflected both ways. */
+static void gather(float points[16][WIDTH_MAX], const float *in, uint32_t stride, uint32_t width,
+                   const uint32_t *indices, uint8_t reflected) {
+  for (int i = 0; i < 16; i++) load(points[i], in + (size_t)indices[i] * stride, width);
+  if (reflected & 8) reflect(points, 0, 1, 2, 4);
+  if (reflected & 2) reflect(points, 3, 2, 1, 4);
+  if (reflected & 1) reflect(points, 0, 4, 8, 1);
+  if (reflected & 4) reflect(points, 12, 8, 4, 1);
+}
+
+/* The corners of an irregular quad that needs no further split. */
+static void evaluate_corners(const target *to, const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
+                             tw_patch_rect rect) {
+  static const uint32_t columns[4] = {0, 1, 1, 0}, rows[4] = {0, 0, 1, 1};
+  const float *quad[4] = {points[0], points[1], points[2], points[3]};
+  for (uint32_t k = 0; k < 4; k++) {
+    uint32_t i = columns[k], j = rows[k];
+    if (i < rect.i0 || i > rect.i1 || j < rect.j0 || j > rect.j1) continue;
+    float limit[WIDTH_MAX] = {0}, tangent1[WIDTH_MAX] = {0}, tangent2[WIDTH_MAX] = {0};
+    for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
+      const tw_limit_entry *entry = &shape->masks[k][e];
+      for (int c = 0; c < WIDTH_MAX; c++) {
+        limit[c] += entry->position * points[entry->vertex][c];
+        tangent1[c] += entry->tangent1 * points[entry->vertex][c];
+        tangent2[c] += entry->tangent2 * points[entry->vertex][c];
+      }
+    }
+    if (to->job->values)
+      memcpy(to->job->values + place_of(to, i, j), to->job->limit ? limit : points[k],
+             to->job->width * sizeof(float));
+    if (to->job->normals)
+      tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place_of(to, i, j));
+  }
+}
+
+static void refine_shape(const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
+                         float (*out)[WIDTH_MAX]) {
+  for (uint32_t r = 0; r < shape->refined_count; r++) {
+    float sum[WIDTH_MAX] = {0};
+    for (uint32_t e = shape->row_offsets[r]; e < shape->row_offsets[r + 1]; e++)
+      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += shape->weights[e] * points[shape->columns[e]][c];
+    memcpy(out[r], sum, sizeof sum);
+  }
+}
+
+/* The part of a rectangle in one quarter, in the quarter's own coordinates. The lower half of each
+ * direction owns the line between the two. False when nothing is left. */
+static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, tw_patch_rect *out) {
+  uint32_t i_low = right ? half + 1 : 0, i_high = right ? 2 * half : half;
+  uint32_t j_low = upper ? half + 1 : 0, j_high = upper ? 2 * half : half;
+  if (rect.i0 > i_high || rect.i1 < i_low || rect.j0 > j_high || rect.j1 < j_low) return false;
+  uint32_t di = right ? half : 0, dj = upper ? half : 0;
+  out->i0 = (rect.i0 > i_low ? rect.i0 : i_low) - di;
+  out->i1 = (rect.i1 < i_high ? rect.i1 : i_high) - di;
+  out->j0 = (rect.j0 > j_low ? rect.j0 : j_low) - dj;
+  out->j1 = (rect.j1 < j_high ? rect.j1 : j_high) - dj;
+  return true;
+}
+
+/* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. */
+static void evaluate_shape(target to, const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
+                           uint32_t depth, tw_patch_rect rect, float (*scratch)[WIDTH_MAX]) {
+  if (depth == 0) {
+    evaluate_corners(&to, shape, points, rect);
+    return;
+  }
+  refine_shape(shape, points, scratch);
+  uint32_t half = 1u << (depth - 1);
+  for (uint32_t k = 0; k < 4; k++) {
+    bool right = k == 1 || k == 2, upper = k >= 2;
+    tw_patch_rect part_rect;
+    if (!quarter(rect, half, right, upper, &part_rect)) continue;
+    const tw_patch_part *part = &shape->parts[k];
+    target part_to = to;
+    part_to.column += right ? half : 0;
+    part_to.row += upper ? half : 0;
+    if (!part->shape) {
+      float spline_points[16][WIDTH_MAX];
+      gather(spline_points, scratch[0], WIDTH_MAX, WIDTH_MAX, part->points, part->reflected);
+      evaluate_spline(&part_to, (const float(*)[WIDTH_MAX])spline_points, depth - 1, part_rect);
+      continue;
+    }
+    /* The part's points go behind this depth's rows, its own rows behind those. */
+    float(*own)[WIDTH_MAX] = scratch + shape->refined_count;
+    for (uint32_t i = 0; i < part->shape->point_count; i++)
+      memcpy(own[i], scratch[part->points[i]], sizeof *own);
+    evaluate_shape(part_to, part->shape, (const float(*)[WIDTH_MAX])own, depth - 1, part_rect,
+                   own + part->shape->point_count);
+  }
+}
+
+/* Bilinear interpolation between the corners. */
+static void evaluate_linear(const target *to, const float *const quad[4], uint32_t depth,
+                            tw_patch_rect rect) {
+  float step = 1.0f / (float)(1u << depth);
+  uint32_t width = to->job->width;
+  for (uint32_t j = rect.j0; j <= rect.j1; j++)
+    for (uint32_t i = rect.i0; i <= rect.i1; i++) {
+      float u = (float)i * step, v = (float)j * step;
+      size_t place = place_of(to, i, j);
+      float tangent1[3], tangent2[3];
+      for (uint32_t c = 0; c < width; c++) {
+        float low = (1 - u) * quad[0][c] + u * quad[1][c], high = (1 - u) * quad[3][c] + u * quad[2][c];
+        if (to->job->values) to->job->values[place + c] = (1 - v) * low + v * high;
+        if (!to->job->normals) continue;
+        tangent1[c] = (1 - v) * (quad[1][c] - quad[0][c]) + v * (quad[2][c] - quad[3][c]);
+        tangent2[c] = high - low;
+      }
+      if (to->job->normals) tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+    }
+}
+
+void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
+                       tw_patch_rect rect) {
+  const tw_patch *patch = &patches->patches[quad];
+  const uint32_t *controls = patches->controls + patch->first_control;
+  target to = {job, rect, 0, 0};
+  if (patches->linear) {
+    const float *corners[4];
+    for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
+    evaluate_linear(&to, corners, patches->depth, rect);
+  } else if (!patch->shape) {
+    float points[16][WIDTH_MAX];
+    gather(points, job->in, job->width, job->width, controls, patch->reflected);
+    evaluate_spline(&to, (const float(*)[WIDTH_MAX])points, patches->depth, rect);
+  } else {
+    float(*points)[WIDTH_MAX] = (float(*)[WIDTH_MAX])job->scratch;
+    uint32_t count = patch->shape->point_count;
+    for (uint32_t i = 0; i < count; i++)
+      load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
+    evaluate_shape(to, patch->shape, (const float(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+  }
+}

@@ -1,0 +1,68 @@
+/* Quads of a Catmull-Clark mesh as patches: any point of any level, straight from the control points.
+ *
+ * A patch refined `depth` times is a grid of (2^depth + 1)^2 points; column i runs along the quad's
+ * first side, row j along its last, backwards, so that (0, 0) is its first corner. Where the quad
+ * and its surroundings are regular the grid is a separable uniform cubic B-spline over 16 control
+ * points. A border or an infinitely sharp crease along a side is regular too: the row beyond it
+ * is the reflection of the row within. Everything else is split into four: in a class, which all
+ * patches of the same local shape share, one step is a sparse matrix, and the quarters are
+ * regular or of a class again. */
+#ifndef TWEEND_PATCH_H
+#define TWEEND_PATCH_H
+
+#include "refine.h"
+#include "topology.h"
+
+/* One irregular shape of neighbourhood. */
+typedef struct tw_patch_class tw_patch_class;
+
+typedef struct tw_patch {
+  const tw_patch_class *shape; /* NULL: regular */
+  uint32_t first_control;      /* 16 control points, 4 of a linear patch, or the points of the shape */
+  uint8_t reflected;           /* regular: bit s set when the row beyond side s is a reflection */
+} tw_patch;
+
+typedef struct tw_patches {
+  const tw_topology *base; /* all quads; outlives the patches */
+  uint32_t depth;
+  bool linear;
+  tw_patch *patches;  /* [base->face_count] */
+  uint32_t *controls; /* vertices of base */
+  struct tw_patch_shapes *shapes;
+  uint32_t scratch_points; /* points of scratch an evaluation needs */
+  size_t size;             /* bytes held */
+} tw_patches;
+
+/* Makes patches of all quads of `base`. TW_LIMIT: the mesh has more distinct irregular shapes, or a
+ * larger one, than is worth the memory; refine further in the generic way instead. */
+tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
+                            uint32_t depth);
+void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
+
+/* A rectangle of the grid, bounds included. */
+typedef struct tw_patch_rect {
+  uint32_t i0, i1, j0, j1;
+} tw_patch_rect;
+
+/* Evaluates part of one patch.
+ * in: [base vertices][width], width 1 to 4. values (NULL: not wanted): point (i, j) goes to
+ * values + ((j - j0) * (i1 - i0 + 1) + (i - i0)) * stride. normals likewise, of width 3 only: unit
+ * length; where the surface has no tangent plane, the normal of the control quad, and +Y where that
+ * has none either. limit: points on the limit surface.
+ * scratch: [scratch_points][4] floats. */
+typedef struct tw_patch_job {
+  const float *in;
+  uint32_t width;
+  bool limit;
+  float *values, *normals;
+  uint32_t stride;
+  float *scratch;
+} tw_patch_job;
+
+void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);
+
+/* Unit normal of two tangents; `quad` (four points) serves where they are parallel. */
+void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
+                             float normal[3]);
+
+#endif

@@ -1,0 +1,296 @@
+/* The generic subdivision step. */
+#include "refine.h"
+
+#include <string.h>
+
+/* ---- sharpness ------------------------------------------------------------------------------ */
+
+static float decayed(float sharpness) {
+  if (tw_is_infinite(sharpness)) return TW_SHARPNESS_INFINITE;
+  return sharpness > 1 ? sharpness - 1 : 0;
+}
+
+/* Sharpness of the half of `edge` at `vertex` after one step. */
+static float child_sharpness(const tw_topology *t, const tw_rules *rules, uint32_t edge, uint32_t vertex) {
+  float sharpness = t->edge_sharpness[edge];
+  if (!rules->chaikin || !tw_is_semi_sharp(sharpness) || t->semi_count[vertex] < 2) return decayed(sharpness);
+  float others = (t->semi_sum[vertex] - sharpness) / (float)(t->semi_count[vertex] - 1);
+  float child = 0.75f * sharpness + 0.25f * others - 1;
+  return child > 0 ? child : 0;
+}
+
+tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]) {
+  uint32_t sharp = 0, first = topology->ring_offsets[vertex];
+  for (uint32_t i = first; i < topology->ring_offsets[vertex + 1]; i++) {
+    if (!(topology->edge_sharpness[topology->ring_edges[i]] > 0)) continue;
+    if (ends) ends[sharp == 0 ? 0 : 1] = i - first;
+    sharp++;
+  }
+  return tw_rule_of(topology->vertex_sharpness[vertex], sharp);
+}
+
+/* ---- topology ------------------------------------------------------------------------------- */
+
+/* Corner of the child mesh that runs along the half of corner `c`'s edge at `vertex`, on c's side. */
+static uint32_t half_at(const tw_topology *t, uint32_t c, uint32_t vertex) {
+  return t->corner_vertex[c] == vertex ? 4 * c : 4 * tw_corner_next(t, c) + 3;
+}
+
+static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topology *child) {
+  memset(child, 0, sizeof *child);
+  uint64_t vertices = (uint64_t)p->vertex_count + p->edge_count + p->face_count;
+  uint64_t edges = 2 * (uint64_t)p->edge_count + p->corner_count;
+  uint64_t corners = 4 * (uint64_t)p->corner_count;
+  if (vertices >= UINT32_MAX || edges >= UINT32_MAX || corners >= UINT32_MAX) return TW_LIMIT;
+  child->vertex_count = (uint32_t)vertices;
+  child->edge_count = (uint32_t)edges;
+  child->face_count = p->corner_count;
+  child->corner_count = (uint32_t)corners;
+  child->corner_vertex = tw_arena_alloc(arena, corners, sizeof(uint32_t));
+  child->corner_edge = tw_arena_alloc(arena, corners, sizeof(uint32_t));
+  child->sibling = tw_arena_alloc(arena, corners, sizeof(uint32_t));
+  child->edge_vertices = tw_arena_alloc(arena, edges, sizeof(uint32_t[2]));
+  child->edge_corner = tw_arena_alloc(arena, edges, sizeof(uint32_t));
+  child->edge_flags = tw_arena_alloc(arena, edges, 1);
+  bool complete = child->corner_vertex && child->corner_edge && child->sibling && child->edge_vertices &&
+                  child->edge_corner && child->edge_flags;
+  return complete ? tw_topology_soften(child, arena) : TW_NO_MEMORY;
+}
+
+/* The four corners of each child quad of one face. */
+static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
+  uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face);
+  uint32_t V = p->vertex_count, E = p->edge_count;
+  for (uint32_t i = 0; i < size; i++) {
+    uint32_t c = begin + i, previous = i ? c - 1 : begin + size - 1, next = i + 1 < size ? c + 1 : begin;
+    uint32_t edge = p->corner_edge[c], before = p->corner_edge[previous], vertex = p->corner_vertex[c];
+    uint32_t *corners = child->corner_vertex + 4 * (size_t)c;
+    corners[0] = vertex;
+    corners[1] = V + edge;
+    corners[2] = V + E + face;
+    corners[3] = V + before;
+    uint32_t *edges = child->corner_edge + 4 * (size_t)c;
+    edges[0] = 2 * edge + (p->edge_vertices[edge][0] != vertex);
+    edges[1] = 2 * E + c;
+    edges[2] = 2 * E + previous;
+    edges[3] = 2 * before + (p->edge_vertices[before][0] != vertex);
+    child->sibling[4 * (size_t)c + 1] = 4 * next + 2;
+    child->sibling[4 * (size_t)next + 2] = 4 * c + 1;
+    child->edge_vertices[2 * E + c][0] = V + edge;
+    child->edge_vertices[2 * E + c][1] = V + E + face;
+    child->edge_corner[2 * E + c] = 4 * c + 1;
+  }
+}
+
+/* Joins the child corners along both halves of one edge into rings. */
+static void split_edge(const tw_topology *p, uint32_t edge, tw_topology *child) {
+  uint32_t first = p->edge_corner[edge];
+  for (uint32_t end = 0; end < 2; end++) {
+    uint32_t vertex = p->edge_vertices[edge][end], half = 2 * edge + end;
+    uint32_t c = first;
+    do {
+      uint32_t other = p->sibling[c];
+      child->sibling[half_at(p, c, vertex)] = half_at(p, other, vertex);
+      c = other;
+    } while (c != first);
+    child->edge_corner[half] = half_at(p, first, vertex);
+    child->edge_vertices[half][end] = vertex;
+    child->edge_vertices[half][1 - end] = p->vertex_count + edge;
+    child->edge_flags[half] = p->edge_flags[edge];
+  }
+}
+
+static void decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
+  for (uint32_t e = 0; e < p->edge_count; e++)
+    for (uint32_t end = 0; end < 2; end++)
+      child->edge_sharpness[2 * e + end] = child_sharpness(p, rules, e, p->edge_vertices[e][end]);
+  for (uint32_t v = 0; v < p->vertex_count; v++) child->vertex_sharpness[v] = decayed(p->vertex_sharpness[v]);
+}
+
+tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                             tw_topology *child) {
+  tw_status status = allocate_child(parent, arena, child);
+  if (status != TW_OK) return status;
+  for (uint32_t f = 0; f < parent->face_count; f++) split_face(parent, f, child);
+  for (uint32_t e = 0; e < parent->edge_count; e++) split_edge(parent, e, child);
+  decay(parent, rules, child);
+  status = tw_topology_link(child, arena);
+  if (status == TW_OK && rules->chaikin) status = tw_topology_sum_semi(child, arena);
+  return status;
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+static void add_scaled(float *out, const float *in, float weight, uint32_t width) {
+  for (uint32_t i = 0; i < width; i++) out[i] += weight * in[i];
+}
+
+static void refine_faces(const tw_topology *p, uint32_t width, const float *in, float *face_points) {
+  for (uint32_t f = 0; f < p->face_count; f++) {
+    uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
+    float *point = face_points + (size_t)f * width;
+    memset(point, 0, width * sizeof *point);
+    for (uint32_t i = 0; i < size; i++)
+      add_scaled(point, in + (size_t)p->corner_vertex[begin + i] * width, 1, width);
+    for (uint32_t i = 0; i < width; i++) point[i] /= (float)size;
+  }
+}
+
+/* How much of the crease's midpoint an edge takes: 1 on a crease, 0 where it is smooth. */
+static float crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge) {
+  float sharpness = p->edge_sharpness[edge];
+  if (rules->linear || sharpness >= 1) return 1;
+  if (!(sharpness > 0)) return 0;
+  bool stays = rules->chaikin && child_sharpness(p, rules, edge, p->edge_vertices[edge][0]) > 0 &&
+               child_sharpness(p, rules, edge, p->edge_vertices[edge][1]) > 0;
+  return stays ? 1 : sharpness;
+}
+
+/* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles
+ * (OpenSubdiv's 0.47 for those when asked for). */
+static float smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
+  if (faces != 2) return 0.5f / (float)faces;
+  if (!rules->smooth_triangles || triangles == 0) return 0.25f;
+  return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
+}
+
+static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
+                         const float *face_points, float *edge_points) {
+  for (uint32_t e = 0; e < p->edge_count; e++) {
+    float crease = crease_share(p, rules, e);
+    float *point = edge_points + (size_t)e * width;
+    const float *a = in + (size_t)p->edge_vertices[e][0] * width,
+                *b = in + (size_t)p->edge_vertices[e][1] * width;
+    if (crease == 1) {
+      for (uint32_t i = 0; i < width; i++) point[i] = 0.5f * (a[i] + b[i]);
+      continue;
+    }
+    uint32_t faces = 0, triangles = 0, first = p->edge_corner[e], c = first;
+    memset(point, 0, width * sizeof *point);
+    do {
+      uint32_t face = tw_corner_face(p, c);
+      add_scaled(point, face_points + (size_t)face * width, 1, width);
+      triangles += tw_face_size(p, face) == 3;
+      faces++;
+      c = p->sibling[c];
+    } while (c != first);
+    float face_weight = smooth_face_weight(rules, faces, triangles);
+    float end_weight = (1 - crease) * 0.5f * (1 - face_weight * (float)faces) + crease * 0.5f;
+    for (uint32_t i = 0; i < width; i++)
+      point[i] = end_weight * (a[i] + b[i]) + (1 - crease) * face_weight * point[i];
+  }
+}
+
+/* Shares of the three masks that meet at a vertex while sharpness decays; they sum to 1. */
+typedef struct vertex_blend {
+  float smooth, crease, corner;
+  uint32_t ends[2]; /* sharp edges of the crease mask, as indices into the ring */
+} vertex_blend;
+
+static void add_rule(vertex_blend *blend, tw_vertex_rule rule, const uint32_t ends[2], float share) {
+  if (rule == TW_RULE_CORNER) {
+    blend->corner += share;
+  } else if (rule == TW_RULE_CREASE) {
+    blend->crease += share;
+    memcpy(blend->ends, ends, sizeof blend->ends);
+  } else {
+    blend->smooth += share;
+  }
+}
+
+/* Share that the parent's rule keeps when the child has another one: the mean of the sharpness that
+ * is about to vanish, at most 1 (OpenSubdiv's fractional weight). */
+static float parent_share(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
+  float sum = 0;
+  uint32_t count = 0;
+  float own = p->vertex_sharpness[vertex];
+  if (own > 0 && decayed(own) == 0) {
+    sum = own;
+    count = 1;
+  }
+  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
+    uint32_t edge = p->ring_edges[i];
+    float sharpness = p->edge_sharpness[edge];
+    if (!(sharpness > 0) || child_sharpness(p, rules, edge, vertex) > 0) continue;
+    sum += sharpness;
+    count++;
+  }
+  if (count == 0) return 0;
+  float share = sum / (float)count;
+  return share > 1 ? 1 : share;
+}
+
+static vertex_blend blend_at(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
+  vertex_blend blend = {0, 0, 0, {0, 0}};
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = tw_vertex_rule_at(p, vertex, ends);
+  if (rules->linear) rule = TW_RULE_CORNER;
+  if (rule <= TW_RULE_DART || rules->linear) {
+    add_rule(&blend, rule, ends, 1);
+    return blend;
+  }
+  uint32_t child_ends[2] = {0, 0}, child_sharp = 0;
+  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
+    if (!(child_sharpness(p, rules, p->ring_edges[i], vertex) > 0)) continue;
+    child_ends[child_sharp == 0 ? 0 : 1] = i - p->ring_offsets[vertex];
+    child_sharp++;
+  }
+  tw_vertex_rule child_rule = tw_rule_of(decayed(p->vertex_sharpness[vertex]), child_sharp);
+  bool same = child_rule == rule;
+  float share = same ? 1 : parent_share(p, rules, vertex);
+  add_rule(&blend, rule, ends, share);
+  if (!same) add_rule(&blend, child_rule, child_ends, 1 - share);
+  return blend;
+}
+
+static uint32_t far_end(const tw_topology *p, uint32_t edge, uint32_t vertex) {
+  return p->edge_vertices[edge][p->edge_vertices[edge][0] == vertex];
+}
+
+/* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n
+ * with the edge midpoints written out. */
+static void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width, const float *in,
+                       const float *face_points, float *point) {
+  uint32_t first = p->fan_offsets[vertex], end = p->fan_offsets[vertex + 1];
+  float n = (float)(end - first);
+  float weight = share / (n * n);
+  for (uint32_t i = first; i < end; i++) {
+    uint32_t face = tw_corner_face(p, p->fan_corners[i]);
+    add_scaled(point, face_points + (size_t)face * width, weight, width);
+  }
+  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++)
+    add_scaled(point, in + (size_t)far_end(p, p->ring_edges[i], vertex) * width, weight, width);
+  add_scaled(point, in + (size_t)vertex * width, share * (n - 2) / n, width);
+}
+
+static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
+                            const float *face_points, float *out) {
+  for (uint32_t v = 0; v < p->vertex_count; v++) {
+    float *point = out + (size_t)v * width;
+    const float *own = in + (size_t)v * width;
+    vertex_blend blend = blend_at(p, rules, v);
+    if (blend.corner == 1 || p->fan_offsets[v] == p->fan_offsets[v + 1]) {
+      memcpy(point, own, width * sizeof *point);
+      continue;
+    }
+    memset(point, 0, width * sizeof *point);
+    if (blend.smooth > 0) add_smooth(p, v, blend.smooth, width, in, face_points, point);
+    if (blend.crease > 0) {
+      const uint32_t *ring = p->ring_edges + p->ring_offsets[v];
+      for (int i = 0; i < 2; i++)
+        add_scaled(point, in + (size_t)far_end(p, ring[blend.ends[i]], v) * width, 0.125f * blend.crease,
+                   width);
+      add_scaled(point, own, 0.75f * blend.crease, width);
+    }
+    if (blend.corner > 0) add_scaled(point, own, blend.corner, width);
+  }
+}
+
+void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
+                      float *out) {
+  float *edge_points = out + (size_t)parent->vertex_count * width;
+  float *face_points = edge_points + (size_t)parent->edge_count * width;
+  refine_faces(parent, width, in, face_points);
+  refine_edges(parent, rules, width, in, face_points, edge_points);
+  refine_vertices(parent, rules, width, in, face_points, out);
+}

@@ -1,0 +1,70 @@
+/* Neighbourhoods of quads: regular ones as 16 control points, irregular ones as shared classes. */
+#ifndef TWEEND_SHAPE_H
+#define TWEEND_SHAPE_H
+
+#include "limit.h"
+#include "patch.h"
+
+/* A quad with all faces that touch it, in canonical order: faces counter-clockwise round corner 0, then
+ * 1, 2, 3; each face begins at that corner; points are numbered as they are met. */
+typedef struct tw_neighbourhood {
+  uint32_t point_count, face_count;
+  size_t key_size;
+  uint32_t hash;
+  /* The key: what tells neighbourhoods apart. */
+  uint32_t (*quads)[4];    /* [face_count] */
+  float (*sharpness)[4];   /* [face_count], of the edges that touch the quad's corners, else 0 */
+  float *vertex_sharpness; /* [4] */
+  float *semi_sum;         /* [point_count] at the ends of those edges, else 0 (Chaikin only) */
+  uint32_t *semi_count;    /* [point_count] */
+} tw_neighbourhood;
+
+/* A quarter of an irregular patch, in its parent's orientation. */
+typedef struct tw_patch_part {
+  const tw_patch_class *shape; /* NULL: regular */
+  const uint32_t *points;      /* 16, or the points of the shape: refined points of the parent */
+  uint8_t reflected;
+} tw_patch_part;
+
+struct tw_patch_class {
+  uint32_t point_count; /* 0 to 3 are the quad's corners */
+  /* One refinement step: sparse rows over the points. NULL until a patch needs the depth. */
+  uint32_t refined_count;
+  const uint32_t *row_offsets; /* [refined_count + 1] */
+  const uint32_t *columns;
+  const float *weights;
+  tw_patch_part parts[4]; /* at corner 0, 1, 2, 3 */
+  /* Limit masks of the four corners. */
+  uint32_t mask_counts[4];
+  const tw_limit_entry *masks[4];
+
+  tw_neighbourhood local;
+  uint32_t depth;              /* steps that can be taken from here */
+  struct tw_patch_class *next; /* in its hash bucket */
+};
+
+typedef struct tw_patch_shapes tw_patch_shapes;
+
+/* rules are copied. NULL without memory. */
+tw_patch_shapes *tw_patch_shapes_create(const tw_rules *rules);
+void tw_patch_shapes_destroy(tw_patch_shapes *shapes);
+size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
+uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
+
+/* The 16 control points round the quad that begins at `corner`, rows of four from (-1, -1); places
+ * beyond reflected sides repeat the quad's first corner. False when the quad is not regular. */
+bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t points[16], uint8_t *reflected);
+
+/* Marks that one topology's neighbourhoods are collected with; all zero between calls. */
+typedef struct tw_marks {
+  uint32_t *vertices; /* [vertex_count] */
+  uint8_t *faces;     /* [face_count] */
+} tw_marks;
+
+/* The class of the quad that begins at `corner`, made if it is new and good for `depth` steps.
+ * *points: its points in the topology, valid until the next call. */
+tw_status tw_patch_classify(tw_patch_shapes *shapes, const tw_topology *topology, tw_marks *marks,
+                            uint32_t corner, uint32_t depth, const tw_patch_class **out,
+                            const uint32_t **points);
+
+#endif

@@ -1,0 +1,572 @@
+/* From a control mesh to a surface that can be read at any place: refine to the base level in the
+ * generic way, number what the answer will hold, plan patches for the rest. */
+#include "surface.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "limit.h"
+
+/* What is known of the cage before anything is refined. */
+typedef struct cage {
+  tw_arena *arena;
+  tw_topology topology;
+  float *own_sharpness; /* [vertices] before borders sharpened it */
+  uint32_t *point_of;   /* [vertices] point of the mesh; NULL when they are the same */
+  uint8_t *visible;     /* [faces] */
+} cage;
+
+/* ---- the cage ------------------------------------------------------------------------------- */
+
+/* Keeps points that no face uses out of the topology. */
+static tw_status compact(const tw_mesh *mesh, cage *c, const uint32_t **corners, uint32_t *vertex_count) {
+  uint32_t *vertex_of = tw_arena_alloc(c->arena, mesh->point_count, sizeof *vertex_of);
+  if (!vertex_of) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->corner_count; i++) vertex_of[mesh->corners[i]] = 1;
+  uint32_t used = 0;
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    if (vertex_of[p]) vertex_of[p] = ++used;
+  *vertex_count = used;
+  *corners = mesh->corners;
+  if (used == mesh->point_count) return TW_OK;
+  uint32_t *renamed = tw_arena_alloc(c->arena, mesh->corner_count, sizeof *renamed);
+  c->point_of = tw_arena_alloc(c->arena, used, sizeof *c->point_of);
+  if (!renamed || !c->point_of) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->corner_count; i++) renamed[i] = vertex_of[mesh->corners[i]] - 1;
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    if (vertex_of[p]) c->point_of[vertex_of[p] - 1] = p;
+  *corners = renamed;
+  return TW_OK;
+}
+
+/* The vertex of a point, or UINT32_MAX when no face uses it: point_of ascends. */
+static uint32_t vertex_of_point(const cage *c, uint32_t point) {
+  if (!c->point_of) return point;
+  uint32_t begin = 0, end = c->topology.vertex_count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (c->point_of[middle] < point)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return begin < c->topology.vertex_count && c->point_of[begin] == point ? begin : UINT32_MAX;
+}
+
+/* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */
+static void apply_tags(const tw_mesh *mesh, cage *c) {
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * i]),
+             b = vertex_of_point(c, mesh->crease_edges[2 * i + 1]);
+    uint32_t edge =
+        a == UINT32_MAX || b == UINT32_MAX ? UINT32_MAX : tw_topology_find_edge(&c->topology, a, b);
+    if (edge != UINT32_MAX) c->topology.edge_sharpness[edge] = mesh->crease_sharpness[i];
+  }
+  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) {
+    uint32_t v = vertex_of_point(c, mesh->sharp_points[i]);
+    if (v != UINT32_MAX) c->topology.vertex_sharpness[v] = mesh->point_sharpness[i];
+  }
+}
+
+static bool touches_border(const tw_topology *t, uint32_t face) {
+  for (uint32_t i = 0; i < tw_face_size(t, face); i++)
+    if (t->vertex_flags[t->corner_vertex[tw_face_begin(t, face) + i]] & TW_VERTEX_BORDER) return true;
+  return false;
+}
+
+static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *options, cage *c) {
+  c->visible = tw_arena_alloc(c->arena, mesh->face_count, 1);
+  if (!c->visible) return TW_NO_MEMORY;
+  bool inner_only =
+      options->boundary == TW_BOUNDARY_NONE && options->scheme != TW_BILINEAR && options->level > 0;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    c->visible[f] = !inner_only || !touches_border(&c->topology, f);
+  for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
+  return TW_OK;
+}
+
+static tw_status read_cage(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, cage *c) {
+  memset(c, 0, sizeof *c);
+  c->arena = arena;
+  const uint32_t *corners;
+  uint32_t vertex_count;
+  tw_status status = compact(mesh, c, &corners, &vertex_count);
+  if (status == TW_OK)
+    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, mesh->face_offsets,
+                               mesh->corner_count, corners);
+  if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
+  if (status != TW_OK) return status;
+  apply_tags(mesh, c);
+  c->own_sharpness = tw_arena_alloc(arena, vertex_count, sizeof(float));
+  if (!c->own_sharpness) return TW_NO_MEMORY;
+  memcpy(c->own_sharpness, c->topology.vertex_sharpness, vertex_count * sizeof(float));
+  tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
+  if (options->creasing == TW_CREASE_CHAIKIN) status = tw_topology_sum_semi(&c->topology, arena);
+  return status == TW_OK ? choose_visible(mesh, options, c) : status;
+}
+
+/* ---- counts --------------------------------------------------------------------------------- */
+
+/* Counts of the part of the cage that is answered. */
+static tw_status count_visible(const cage *c, tw_surface_counts *out) {
+  const tw_topology *t = &c->topology;
+  memset(out, 0, sizeof *out);
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    out->faces += c->visible[f];
+    out->corners += c->visible[f] ? tw_face_size(t, f) : 0;
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t i = t->fan_offsets[v], end = t->fan_offsets[v + 1];
+    while (i < end && !c->visible[tw_corner_face(t, t->fan_corners[i])]) i++;
+    out->vertices += i < end;
+  }
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t first = t->edge_corner[e], corner = first;
+    bool used = false;
+    do {
+      used |= c->visible[tw_corner_face(t, corner)] != 0;
+      corner = t->sibling[corner];
+    } while (corner != first);
+    out->edges += used;
+  }
+  return TW_OK;
+}
+
+/* One level further: every number follows from those of the level above. */
+static tw_surface_counts next_counts(tw_surface_counts c) {
+  tw_surface_counts next = {c.vertices + c.edges + c.faces, 2 * c.edges + c.corners, c.corners,
+                            4 * c.corners};
+  return next;
+}
+
+static tw_status check_counts(const tw_surface_counts *c, tw_error *error) {
+  uint64_t limit = UINT32_MAX - 1;
+  if (c->vertices <= limit && c->edges <= limit && c->faces <= limit) return TW_OK;
+  return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+}
+
+static tw_status count_levels(const cage *c, uint32_t level, tw_surface_counts *out, tw_error *error) {
+  tw_status status = count_visible(c, out);
+  for (uint32_t i = 0; i < level && status == TW_OK; i++) {
+    *out = next_counts(*out);
+    status = check_counts(out, error);
+  }
+  return status;
+}
+
+static tw_status check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error) {
+  if (options->level > TW_LEVEL_MAX) return tw_fail(error, TW_LIMIT, "level is over %d", TW_LEVEL_MAX);
+  if (options->scheme != TW_LOOP) return TW_OK;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    if (mesh->face_offsets[f + 1] - mesh->face_offsets[f] != 3) {
+      tw_fail(error, TW_INVALID, "scheme loop subdivides triangles only, this face has %u corners",
+              mesh->face_offsets[f + 1] - mesh->face_offsets[f]);
+      return tw_error_at(error, "/faces/%u", f);
+    }
+  return TW_OK;
+}
+
+static tw_status describe_failure(tw_status status, tw_error *error) {
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
+}
+
+tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
+                           tw_error *error) {
+  tw_status status = check_options(mesh, options, error);
+  if (status != TW_OK) return status;
+  tw_arena *arena = tw_arena_create();
+  cage c;
+  tw_surface_counts counts;
+  status = arena ? read_cage(mesh, options, arena, &c) : TW_NO_MEMORY;
+  if (status == TW_OK) status = count_levels(&c, options->level, &counts, error);
+  tw_arena_destroy(arena);
+  if (status == TW_OK) *out = counts;
+  return describe_failure(status, error);
+}
+
+/* ---- building ------------------------------------------------------------------------------- */
+
+/* A surface on its way from the cage to the base level. Arrays of the current level live in `arena`. */
+typedef struct build {
+  const tw_mesh *mesh;
+  tw_surface *surface;
+  tw_rules rules;
+  tw_arena *arena;
+  cage cage;
+  uint32_t levels; /* from the cage to the base */
+  tw_topology topologies[1 + TW_UV_SETS_MAX];
+  uint32_t *source; /* [faces] cage face of each face */
+} build;
+
+static float *gather_values(tw_arena *arena, const float *in, const uint32_t *indices, uint32_t count,
+                            uint32_t width) {
+  float *out = tw_arena_alloc(arena, count, width * sizeof(float));
+  for (uint32_t i = 0; out && i < count; i++)
+    memcpy(out + (size_t)i * width, in + (size_t)(indices ? indices[i] : i) * width, width * sizeof(float));
+  return out;
+}
+
+/* Fills in the cage's values of one set, base for now the same. */
+static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t width, const float *in,
+                         const uint32_t *indices) {
+  values->field = field;
+  values->width = width;
+  tw_arena *arena = b->surface->options.level == 0 ? b->surface->arena : b->arena;
+  values->cage = gather_values(arena, in, indices, b->topologies[field].vertex_count, width);
+  values->base = values->cage;
+  return values->cage != NULL;
+}
+
+static tw_status start_points(build *b) {
+  const tw_mesh *mesh = b->mesh;
+  tw_surface *s = b->surface;
+  const uint32_t *point_of = b->cage.point_of;
+  b->topologies[0] = b->cage.topology;
+  bool complete = start_values(b, &s->positions, 0, 3, mesh->positions, point_of);
+  if (mesh->colors) complete = complete && start_values(b, &s->colors, 0, 4, mesh->colors, point_of);
+  s->morph_count = mesh->morph_count;
+  s->morphs = tw_arena_alloc(s->arena, s->morph_count, sizeof *s->morphs);
+  complete = complete && s->morphs;
+  for (uint32_t m = 0; m < s->morph_count && complete; m++)
+    complete = start_values(b, &s->morphs[m], 0, 3, mesh->morphs[m], point_of);
+  return complete ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status start_uvs(build *b) {
+  tw_surface *s = b->surface;
+  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
+    const tw_uv_set *set = &b->mesh->uv_sets[i];
+    uint32_t *values_of;
+    tw_topology *t = &b->topologies[1 + i];
+    tw_status status =
+        tw_uv_topology(&b->cage.topology, b->cage.own_sharpness, set, s->options.uv, b->arena, t, &values_of);
+    if (status == TW_OK && b->rules.chaikin) status = tw_topology_sum_semi(t, b->arena);
+    if (status != TW_OK) return status;
+    s->fields[1 + i].linear = b->rules.linear || s->options.uv == TW_UV_ALL;
+    if (!start_values(b, &s->uvs[i], 1 + i, 2, set->values, values_of)) return TW_NO_MEMORY;
+  }
+  return TW_OK;
+}
+
+static tw_rules field_rules(const build *b, uint32_t field) {
+  tw_rules rules = b->rules;
+  rules.linear = b->surface->fields[field].linear;
+  return rules;
+}
+
+static tw_status refine_set(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
+  const tw_topology *child = &b->topologies[values->field];
+  float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
+  if (!out) return TW_NO_MEMORY;
+  tw_rules rules = field_rules(b, values->field);
+  tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
+  values->base = out;
+  return TW_OK;
+}
+
+/* One level of everything; what the next level needs goes to `arena`. */
+static tw_status refine_all(build *b, tw_arena *arena) {
+  tw_surface *s = b->surface;
+  tw_topology parents[1 + TW_UV_SETS_MAX];
+  memcpy(parents, b->topologies, sizeof parents);
+  tw_status status = TW_OK;
+  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++) {
+    tw_rules rules = field_rules(b, f);
+    status = tw_refine_topology(&parents[f], &rules, arena, &b->topologies[f]);
+  }
+  if (status == TW_OK) status = refine_set(b, parents, arena, &s->positions);
+  if (status == TW_OK && s->colors.base) status = refine_set(b, parents, arena, &s->colors);
+  for (uint32_t m = 0; m < s->morph_count && status == TW_OK; m++)
+    status = refine_set(b, parents, arena, &s->morphs[m]);
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
+    status = refine_set(b, parents, arena, &s->uvs[i]);
+  if (status != TW_OK) return status;
+  uint32_t *source = tw_arena_alloc(arena, b->topologies[0].face_count, sizeof *source);
+  if (!source) return TW_NO_MEMORY;
+  for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
+    source[q] = b->source[tw_corner_face(&parents[0], q)];
+  b->source = source;
+  return TW_OK;
+}
+
+/* ---- order of the answer -------------------------------------------------------------------- */
+
+static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
+  return mesh->face_materials ? mesh->face_materials[face] : -1;
+}
+
+/* Faces of one kind (cage faces at level 0, base quads above) in the order of the answer. */
+typedef struct ordered_face {
+  int32_t material;
+  uint32_t face;
+} ordered_face;
+
+static int compare_ordered(const void *left, const void *right) {
+  const ordered_face *a = left, *b = right;
+  if (a->material != b->material) return a->material < b->material ? -1 : 1;
+  return a->face < b->face ? -1 : a->face > b->face;
+}
+
+/* Sizes of what one ordered face becomes in the answer. */
+typedef struct face_yield {
+  uint64_t faces, corners;
+} face_yield;
+
+static face_yield yield_of(const build *b, uint32_t face) {
+  if (b->surface->options.level == 0)
+    return (face_yield){1, b->mesh->face_offsets[face + 1] - b->mesh->face_offsets[face]};
+  uint64_t cells = (uint64_t)b->surface->side * b->surface->side;
+  return (face_yield){cells, 4 * cells};
+}
+
+static tw_status make_groups(build *b, const ordered_face *order, uint32_t count) {
+  tw_surface *s = b->surface;
+  for (uint32_t i = 0; i < count; i++) s->group_count += i == 0 || order[i].material != order[i - 1].material;
+  s->groups = tw_arena_alloc(s->arena, s->group_count, sizeof *s->groups);
+  if (!s->groups) return TW_NO_MEMORY;
+  uint32_t group = 0;
+  uint64_t faces = 0, corners = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    if (i > 0 && order[i].material != order[i - 1].material) group++;
+    tw_surface_group *g = &s->groups[group];
+    if (g->face_count == 0) *g = (tw_surface_group){order[i].material, faces, 0, corners, 0};
+    face_yield yield = yield_of(b, order[i].face);
+    g->face_count += yield.faces;
+    g->corner_count += yield.corners;
+    faces += yield.faces;
+    corners += yield.corners;
+  }
+  return TW_OK;
+}
+
+/* Visible faces of the cage, materials together, for level 0. */
+static tw_status list_faces(build *b, const ordered_face *order, uint32_t count) {
+  tw_surface *s = b->surface;
+  s->face_count = count;
+  s->face_first = tw_arena_alloc(s->arena, count, sizeof *s->face_first);
+  s->corners_before = tw_arena_alloc(s->arena, (size_t)count + 1, sizeof *s->corners_before);
+  if (!s->face_first || !s->corners_before) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count; i++) {
+    s->face_first[i] = b->mesh->face_offsets[order[i].face];
+    s->corners_before[i + 1] = s->corners_before[i] + yield_of(b, order[i].face).corners;
+  }
+  return TW_OK;
+}
+
+static tw_status list_quads(build *b, const ordered_face *order, uint32_t count) {
+  tw_surface *s = b->surface;
+  s->quad_count = count;
+  s->quads = tw_arena_alloc(s->arena, count, sizeof *s->quads);
+  if (!s->quads) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count; i++) s->quads[i] = order[i].face;
+  return TW_OK;
+}
+
+static tw_status order_answer(build *b) {
+  bool cage_level = b->surface->options.level == 0;
+  uint32_t all = cage_level ? b->mesh->face_count : b->topologies[0].face_count, count = 0;
+  ordered_face *order = tw_alloc(all, sizeof *order);
+  if (!order) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < all; f++) {
+    uint32_t source = cage_level ? f : b->source[f];
+    if (b->cage.visible[source]) order[count++] = (ordered_face){material_of(b->mesh, source), f};
+  }
+  if (b->mesh->face_materials) qsort(order, count, sizeof *order, compare_ordered);
+  tw_status status = make_groups(b, order, count);
+  if (status == TW_OK) status = cage_level ? list_faces(b, order, count) : list_quads(b, order, count);
+  free(order);
+  return status;
+}
+
+/* ---- numbering ------------------------------------------------------------------------------ */
+
+/* Rows that stand for vertices of the cage: they come first in every numbering. */
+static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {
+  uint32_t count = 0;
+  while (count < n->corner_count && base->corner_vertex[n->corner_base[count]] < cage_vertices) count++;
+  return count;
+}
+
+static bool needs_splits(const build *b, bool split_normals) {
+  const tw_topology *t = &b->topologies[0];
+  if (b->mesh->uv_set_count > 0) return true;
+  if (!split_normals) return false;
+  if (b->rules.linear) return true;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (tw_is_infinite(t->edge_sharpness[e]) && t->edge_flags[e] != TW_EDGE_BORDER) return true;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    if (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
+  return false;
+}
+
+static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
+  tw_surface *s = b->surface;
+  const tw_topology *base = &b->topologies[0];
+  uint8_t *visible = tw_alloc(base->face_count, 1);
+  if (!visible) return TW_NO_MEMORY;
+  for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
+  tw_status status = tw_number_field(base, visible, s->arena, &s->points);
+  s->cage_points = rows_of_cage(&s->points, base, cage_vertices[0]);
+  if (status == TW_OK && b->mesh->uv_set_count > 0) {
+    status = tw_number_field(&b->topologies[1], visible, s->arena, &s->uv_points);
+    s->cage_uv_points = rows_of_cage(&s->uv_points, &b->topologies[1], cage_vertices[1]);
+  }
+  s->vertices = s->points;
+  if (status == TW_OK && needs_splits(b, s->options.normals)) {
+    const tw_topology *uv_bases[TW_UV_SETS_MAX];
+    for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) uv_bases[i] = &b->topologies[1 + i];
+    /* Of a bilinear surface every edge of the cage is sharp: at the first level those come first. */
+    uint32_t sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
+    status = tw_number_vertices(base, uv_bases, b->mesh->uv_set_count, visible, s->options.normals,
+                                sharp_below, s->arena, &s->vertices);
+  }
+  s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
+  free(visible);
+  return status;
+}
+
+static void lay_out_rows(build *b) {
+  tw_surface *s = b->surface;
+  tw_surface_layout *l = &s->layout;
+  uint32_t stride = 3;
+  l->normal = l->tangent = l->color = l->joints = l->weights = l->morphs = UINT32_MAX;
+  if (s->options.normals) {
+    l->normal = stride;
+    stride += 3;
+  }
+  l->uv_count = b->mesh->uv_set_count;
+  for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
+  if (s->colors.base) {
+    l->color = stride;
+    stride += 4;
+  }
+  l->morph_count = s->morph_count;
+  if (s->morph_count > 0) {
+    l->morphs = stride;
+    stride += 3 * s->morph_count;
+  }
+  l->stride = stride;
+}
+
+static tw_status plan_patches(build *b) {
+  tw_surface *s = b->surface;
+  for (uint32_t f = 0; f < s->field_count; f++) {
+    tw_field *field = &s->fields[f];
+    field->base = b->topologies[f];
+    for (uint32_t v = 0; v < field->base.vertex_count; v++) {
+      uint32_t capacity = tw_limit_capacity(&field->base, v);
+      if (capacity > s->mask_capacity) s->mask_capacity = capacity;
+    }
+    if (s->depth == 0) continue;
+    tw_rules rules = field_rules(b, f);
+    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth);
+    if (status != TW_OK) return status;
+    if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
+  }
+  return TW_OK;
+}
+
+static tw_status prepare_bounds(tw_surface *s) {
+  s->bounds_ready = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds_ready);
+  s->bounds = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds);
+  return s->bounds_ready && s->bounds ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status start_sources(build *b) {
+  b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
+  if (!b->source) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < b->mesh->face_count; f++) b->source[f] = f;
+  return TW_OK;
+}
+
+static tw_status build_surface(build *b, tw_error *error) {
+  tw_surface *s = b->surface;
+  tw_status status = read_cage(b->mesh, &s->options, b->arena, &b->cage);
+  if (status == TW_OK) status = count_levels(&b->cage, s->options.level, &s->counts, error);
+  if (status == TW_OK) status = start_points(b);
+  if (status == TW_OK) status = start_uvs(b);
+  if (status == TW_OK) status = start_sources(b);
+  uint32_t cage_vertices[1 + TW_UV_SETS_MAX];
+  for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
+  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
+    status = refine_all(b, level == b->levels ? s->arena : b->arena);
+  if (status == TW_OK) status = order_answer(b);
+  if (status == TW_OK) status = number_answer(b, cage_vertices);
+  if (status == TW_OK) status = plan_patches(b);
+  if (status == TW_OK) status = prepare_bounds(s);
+  if (status != TW_OK) return status;
+  lay_out_rows(b);
+  if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) < UINT32_MAX) return TW_OK;
+  return tw_fail(error, TW_LIMIT,
+                 "the surface would have over 4,294,967,294 vertices once its seams are split");
+}
+
+/* Levels refined in the generic way before patches take over. */
+enum { BASE_LEVEL = 1, GENERIC_FACES_MAX = 16 << 20 };
+
+static tw_status create_at(const tw_mesh *mesh, const tw_surface_options *options, uint32_t levels,
+                           tw_surface **out, tw_error *error) {
+  tw_surface *s = tw_alloc_zero(1, sizeof *s);
+  if (!s) return TW_NO_MEMORY;
+  s->options = *options;
+  s->arena = tw_arena_create();
+  s->field_count = 1 + mesh->uv_set_count;
+  s->depth = options->level > levels ? options->level - levels : 0;
+  s->side = 1u << s->depth;
+  bool linear = options->scheme == TW_BILINEAR;
+  s->fields[0].linear = linear;
+  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create(), .levels = levels};
+  b.rules =
+      (tw_rules){linear, options->creasing == TW_CREASE_CHAIKIN, options->triangles == TW_TRIANGLES_SMOOTH};
+  tw_status status = s->arena && b.arena ? build_surface(&b, error) : TW_NO_MEMORY;
+  tw_arena_destroy(b.arena);
+  if (status == TW_OK)
+    *out = s;
+  else
+    tw_surface_destroy(s);
+  return status;
+}
+
+tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                            tw_error *error) {
+  tw_surface_counts counts;
+  tw_status status = tw_surface_count(mesh, options, &counts, error);
+  if (status != TW_OK) return status;
+  status = create_at(mesh, options, BASE_LEVEL, out, error);
+  if (status == TW_LIMIT && options->level > BASE_LEVEL && counts.vertices < UINT32_MAX / 4) {
+    /* Too many distinct irregular shapes for patches. */
+    if (counts.faces > GENERIC_FACES_MAX)
+      return tw_fail(error, TW_LIMIT,
+                     "the mesh is too irregular for level %u: it has great poles, or thousands of different "
+                     "sharpness values",
+                     options->level);
+    status = create_at(mesh, options, options->level, out, error);
+  }
+  return describe_failure(status, error);
+}
+
+void tw_surface_destroy(tw_surface *surface) {
+  if (!surface) return;
+  for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
+  tw_arena_destroy(surface->arena);
+  free(surface);
+}
+
+size_t tw_surface_size(const tw_surface *surface) {
+  size_t size = sizeof *surface + tw_arena_size(surface->arena);
+  for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
+  return size;
+}
+
+const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {
+  return &surface->counts;
+}
+const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface) {
+  return &surface->layout;
+}
+uint32_t tw_surface_group_count(const tw_surface *surface) {
+  return surface->group_count;
+}
+const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group) {
+  return &surface->groups[group];
+}

@@ -1,0 +1,424 @@
+/* Reads any rows and faces of a surface: each request is cut into pieces that patches compute. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "limit.h"
+#include "surface.h"
+
+enum { PIECE_ROWS = 2048 };
+
+struct tw_surface_reader {
+  const tw_surface *surface;
+  float *scratch; /* of patches */
+  tw_limit_entry *mask;
+  float *line;             /* one edge, [side + 1][4] */
+  uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
+  /* The last piece that was asked for in part. */
+  float *piece; /* [piece_capacity][stride] */
+  tw_domain piece_domain;
+  uint64_t piece_first;
+  uint32_t piece_count, piece_capacity;
+};
+
+/* ---- what a domain consists of -------------------------------------------------------------- */
+
+static const tw_numbering *numbering_of(const tw_surface *s, tw_domain domain) {
+  if (domain == TW_DOMAIN_POINTS) return &s->points;
+  return domain == TW_DOMAIN_UVS ? &s->uv_points : &s->vertices;
+}
+
+static uint32_t row_width(const tw_surface *s, tw_domain domain) {
+  if (domain == TW_DOMAIN_POINTS) return 3;
+  return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
+}
+
+static uint64_t rows_inside_edge(const tw_surface *s) {
+  return s->side - 1;
+}
+static uint64_t rows_inside_quad(const tw_surface *s) {
+  return (uint64_t)(s->side - 1) * (s->side - 1);
+}
+
+uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
+  const tw_surface *s = surface;
+  if (domain == TW_DOMAIN_UVS && s->field_count == 1) return 0;
+  if (s->options.level == 0) {
+    if (domain == TW_DOMAIN_POINTS) return s->cage_points;
+    return domain == TW_DOMAIN_UVS ? s->cage_uv_points : s->cage_vertices;
+  }
+  const tw_numbering *n = numbering_of(s, domain);
+  return n->corner_count + n->edge_count * rows_inside_edge(s) + s->quad_count * rows_inside_quad(s);
+}
+
+/* ---- values at corners ---------------------------------------------------------------------- */
+
+/* Where patches are not split further, a vertex is its own value or its limit mask. */
+static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
+                           float *normal) {
+  const tw_surface *s = r->surface;
+  const tw_field *field = &s->fields[values->field];
+  const tw_topology *base = &field->base;
+  uint32_t vertex = base->corner_vertex[corner], width = values->width;
+  const float *at_level = s->options.level == 0 ? values->cage : values->base;
+  if (out) memcpy(out, at_level + (size_t)vertex * width, width * sizeof *out);
+  if (!normal && !s->options.limit) return;
+  uint32_t count = tw_limit_mask(base, field->linear, corner, r->mask);
+  float limit[4] = {0}, tangent1[4] = {0}, tangent2[4] = {0};
+  for (uint32_t e = 0; e < count; e++)
+    for (uint32_t c = 0; c < width; c++) {
+      float value = values->base[(size_t)r->mask[e].vertex * width + c];
+      limit[c] += r->mask[e].position * value;
+      tangent1[c] += r->mask[e].tangent1 * value;
+      tangent2[c] += r->mask[e].tangent2 * value;
+    }
+  if (out && s->options.limit) memcpy(out, limit, width * sizeof *out);
+  if (!normal) return;
+  const float *quad[4];
+  for (uint32_t k = 0; k < 4; k++)
+    quad[k] = values->base + (size_t)base->corner_vertex[(corner & ~3u) + k] * width;
+  tw_normal_from_tangents(tangent1, tangent2, quad, normal);
+}
+
+static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
+                            uint32_t stride) {
+  return (tw_patch_job){values->base, values->width, r->surface->options.limit, out, normals,
+                        stride,       r->scratch};
+}
+
+static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
+                            float *normal) {
+  const tw_surface *s = r->surface;
+  if (s->depth == 0) {
+    corner_by_mask(r, values, corner, out, normal);
+    return;
+  }
+  uint32_t k = corner % 4, i = k == 1 || k == 2 ? s->side : 0, j = k >= 2 ? s->side : 0;
+  tw_patch_job job = job_for(r, values, out, normal, 4);
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, (tw_patch_rect){i, i, j, j});
+}
+
+static void point_corner(tw_surface_reader *r, uint32_t row, float *out) {
+  evaluate_corner(r, &r->surface->positions, r->surface->points.corner_base[row], out, NULL);
+}
+
+/* GPUs have v run down. */
+static void flip_v(float *uv) {
+  uv[1] = 1 - uv[1];
+}
+
+static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t corner = s->vertices.corner_base[row];
+  /* Split vertices share their point to the last bit: it is computed from the corner that stands for
+   * the point. */
+  uint32_t shared = s->points.corner_base[s->points.corner_row[corner]];
+  float *normal = l->normal == UINT32_MAX ? NULL : out + l->normal;
+  evaluate_corner(r, &s->positions, shared, out, shared == corner ? normal : NULL);
+  if (normal && shared != corner) evaluate_corner(r, &s->positions, corner, NULL, normal);
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
+    flip_v(out + l->uvs[i]);
+  }
+  if (l->color != UINT32_MAX) evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * m, NULL);
+}
+
+static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t width = row_width(s, domain);
+  for (uint32_t i = 0; i < count; i++, out += width) {
+    if (domain == TW_DOMAIN_POINTS)
+      point_corner(r, first + i, out);
+    else if (domain == TW_DOMAIN_UVS)
+      evaluate_corner(r, &s->uvs[0], s->uv_points.corner_base[first + i], out, NULL);
+    else
+      vertex_corner(r, first + i, out);
+  }
+}
+
+/* ---- insides of edges ----------------------------------------------------------------------- */
+
+/* The inside of the edge at a base corner, in the corner's direction, or against it. */
+static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
+                          bool normals, float *out, uint32_t stride) {
+  const tw_surface *s = r->surface;
+  uint32_t n = s->side, side = corner % 4, width = normals ? 3 : values->width;
+  static const bool backwards[4] = {false, false, true, true};
+  tw_patch_rect rects[4] = {{1, n - 1, 0, 0}, {n, n, 1, n - 1}, {1, n - 1, n, n}, {0, 0, 1, n - 1}};
+  tw_patch_job job = job_for(r, values, normals ? NULL : r->line, normals ? r->line : NULL, width);
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, rects[side]);
+  bool reverse = backwards[side] != against;
+  for (uint32_t i = 0; i < n - 1; i++)
+    memcpy(out + (size_t)i * stride, r->line + (size_t)(reverse ? n - 2 - i : i) * width,
+           width * sizeof *out);
+}
+
+static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t corner = s->vertices.edge_base[edge];
+  /* As at corners: the point's own representative, from which this one may run the other way. */
+  uint32_t point_edge = s->points.edge_row[corner];
+  uint32_t shared = s->points.edge_base[point_edge / 2];
+  bool against = point_edge & 1;
+  evaluate_edge(r, &s->positions, shared, against, false, out, l->stride);
+  if (l->normal != UINT32_MAX)
+    evaluate_edge(r, &s->positions, corner, false, true, out + l->normal, l->stride);
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_edge(r, &s->uvs[i], corner, false, false, out + l->uvs[i], l->stride);
+    for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
+  }
+  if (l->color != UINT32_MAX) evaluate_edge(r, &s->colors, shared, against, false, out + l->color, l->stride);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_edge(r, &s->morphs[m], shared, against, false, out + l->morphs + 3 * m, l->stride);
+}
+
+static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t width = row_width(s, domain);
+  for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
+    if (domain == TW_DOMAIN_POINTS)
+      evaluate_edge(r, &s->positions, s->points.edge_base[first + i], false, false, out, width);
+    else if (domain == TW_DOMAIN_UVS)
+      evaluate_edge(r, &s->uvs[0], s->uv_points.edge_base[first + i], false, false, out, width);
+    else
+      vertex_edge(r, first + i, out);
+  }
+}
+
+/* ---- insides of quads ----------------------------------------------------------------------- */
+
+static void evaluate_inside(tw_surface_reader *r, const tw_values *values, uint32_t quad, tw_patch_rect rect,
+                            float *out, float *normals, uint32_t stride) {
+  tw_patch_job job = job_for(r, values, out, normals, stride);
+  tw_patch_evaluate(&r->surface->fields[values->field].patches, quad, &job, rect);
+}
+
+/* Lines j0 to j1 of the inside of one quad. */
+static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
+                       float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t quad = s->quads[visible], width = row_width(s, domain);
+  tw_patch_rect rect = {1, s->side - 1, j0, j1};
+  if (domain == TW_DOMAIN_UVS) {
+    evaluate_inside(r, &s->uvs[0], quad, rect, out, NULL, width);
+    return;
+  }
+  bool normals = domain == TW_DOMAIN_VERTICES && l->normal != UINT32_MAX;
+  evaluate_inside(r, &s->positions, quad, rect, out, normals ? out + l->normal : NULL, width);
+  if (domain == TW_DOMAIN_POINTS) return;
+  size_t rows = (size_t)(j1 - j0 + 1) * (s->side - 1);
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
+    for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
+  }
+  if (l->color != UINT32_MAX) evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * m, NULL, width);
+}
+
+/* ---- pieces --------------------------------------------------------------------------------- */
+
+/* A run of rows that is computed at once. */
+typedef struct piece {
+  enum { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } kind;
+  uint64_t first;       /* row */
+  uint32_t count;       /* rows */
+  uint32_t item, items; /* corners, edges or visible quads; of PIECE_LINES the quad and the first line */
+} piece;
+
+static uint32_t at_most(uint64_t a, uint64_t b) {
+  return (uint32_t)(a < b ? a : b);
+}
+
+/* The piece that holds a row. Pieces depend on the surface alone, so that the same row is always
+ * computed the same way. */
+static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row) {
+  const tw_numbering *n = numbering_of(s, domain);
+  uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
+  if (row < corners) {
+    uint32_t item = (uint32_t)(row / PIECE_ROWS * PIECE_ROWS), items = at_most(PIECE_ROWS, corners - item);
+    return (piece){PIECE_CORNERS, item, items, item, items};
+  }
+  uint64_t edge_rows = rows_inside_edge(s), in_edges = row - corners;
+  if (in_edges < n->edge_count * edge_rows) {
+    uint32_t together = edge_rows > PIECE_ROWS ? 1 : (uint32_t)(PIECE_ROWS / edge_rows);
+    uint32_t item = (uint32_t)(in_edges / edge_rows / together * together);
+    uint32_t items = at_most(together, n->edge_count - item);
+    return (piece){PIECE_EDGES, corners + item * edge_rows, items * (uint32_t)edge_rows, item, items};
+  }
+  uint64_t quads_begin = corners + n->edge_count * edge_rows, quad_rows = rows_inside_quad(s);
+  uint64_t in_quads = row - quads_begin;
+  if (quad_rows <= PIECE_ROWS) {
+    uint32_t together = (uint32_t)(PIECE_ROWS / quad_rows);
+    uint32_t item = (uint32_t)(in_quads / quad_rows / together * together);
+    uint32_t items = at_most(together, s->quad_count - item);
+    return (piece){PIECE_QUADS, quads_begin + item * quad_rows, items * (uint32_t)quad_rows, item, items};
+  }
+  uint32_t quad = (uint32_t)(in_quads / quad_rows), lines = PIECE_ROWS / (uint32_t)edge_rows;
+  if (lines == 0) lines = 1;
+  uint32_t line = (uint32_t)(in_quads % quad_rows / edge_rows) / lines * lines;
+  uint32_t taken = at_most(lines, edge_rows - line);
+  uint64_t first = quads_begin + quad * quad_rows + line * edge_rows;
+  return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, line};
+}
+
+static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t last_line = s->side - 1;
+  if (p->kind == PIECE_CORNERS) {
+    fill_corners(r, domain, p->item, p->items, out);
+  } else if (p->kind == PIECE_EDGES) {
+    fill_edges(r, domain, p->item, p->items, out);
+  } else if (p->kind == PIECE_QUADS) {
+    size_t step = rows_inside_quad(s) * row_width(s, domain);
+    for (uint32_t i = 0; i < p->items; i++) fill_lines(r, domain, p->item + i, 1, last_line, out + i * step);
+  } else {
+    uint32_t first_line = 1 + p->items, lines = p->count / last_line;
+    fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
+  }
+}
+
+/* A piece in the reader's memory, computed unless it is there already. */
+static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const piece *p) {
+  if (r->piece_count == 0 || r->piece_domain != domain || r->piece_first != p->first) {
+    compute_piece(r, domain, p, r->piece);
+    r->piece_domain = domain;
+    r->piece_first = p->first;
+    r->piece_count = p->count;
+  }
+  return r->piece;
+}
+
+void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
+                          float *out) {
+  const tw_surface *s = reader->surface;
+  uint32_t width = row_width(s, domain);
+  while (count > 0) {
+    piece p = piece_at(s, domain, first);
+    size_t skip = (size_t)(first - p.first), take = p.count - skip;
+    if (take > count) take = count;
+    if (take == p.count)
+      compute_piece(reader, domain, &p, out);
+    else
+      memcpy(out, keep_piece(reader, domain, &p) + skip * width, take * width * sizeof *out);
+    out += take * width;
+    first += take;
+    count -= take;
+  }
+}
+
+/* ---- faces ---------------------------------------------------------------------------------- */
+
+uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
+  return surface->options.level == 0 ? surface->corners_before[face] : 4 * face;
+}
+
+/* Rows of line j of a quad's grid: out[side + 1]. */
+static void index_line(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t j,
+                       uint32_t *out) {
+  uint32_t side = s->side, corner = 4 * s->quads[visible], inside = side - 1;
+  const uint32_t *corners = n->corner_row + corner, *edges = n->edge_row + corner;
+  /* Place t = 1 .. side - 1 of an edge counts from its first corner or, when it runs against, its last. */
+  uint32_t left = n->corner_count + (edges[3] >> 1) * inside,
+           right = n->corner_count + (edges[1] >> 1) * inside;
+  if (j == 0 || j == side) {
+    uint32_t edge = j == 0 ? edges[0] : edges[2], begin = n->corner_count + (edge >> 1) * inside;
+    bool rising = (j == 0) == ((edge & 1) == 0); /* side 2 runs from right to left */
+    out[0] = corners[j == 0 ? 0 : 3];
+    out[side] = corners[j == 0 ? 1 : 2];
+    for (uint32_t i = 1; i < side; i++) out[i] = rising ? begin + i - 1 : begin + inside - i;
+    return;
+  }
+  out[0] = (edges[3] & 1) ? left + j - 1 : left + inside - j; /* side 3 runs downwards */
+  out[side] = (edges[1] & 1) ? right + inside - j : right + j - 1;
+  uint32_t begin = n->corner_count + n->edge_count * inside + visible * inside * inside + (j - 1) * inside;
+  for (uint32_t i = 1; i < side; i++) out[i] = begin + i - 1;
+}
+
+/* Faces i0 to i1 - 1 of the line between two rows of indices. */
+static void emit_line(const uint32_t *low, const uint32_t *high, uint32_t i0, uint32_t i1, uint32_t *out) {
+  for (uint32_t i = i0; i < i1; i++, out += 4) {
+    out[0] = low[i];
+    out[1] = low[i + 1];
+    out[2] = high[i + 1];
+    out[3] = high[i];
+  }
+}
+
+static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t first, size_t count,
+                         uint32_t *out) {
+  const tw_surface *s = r->surface;
+  uint32_t side = s->side;
+  uint64_t face = first, end = first + count;
+  while (face < end) {
+    uint32_t visible = (uint32_t)(face / ((uint64_t)side * side)),
+             cell = (uint32_t)(face % ((uint64_t)side * side));
+    uint32_t j = cell / side, i0 = cell % side, i1 = at_most(side, i0 + (end - face));
+    if (i0 == 0 && j > 0 && face > first) {
+      uint32_t *swap = r->index_rows[0];
+      r->index_rows[0] = r->index_rows[1];
+      r->index_rows[1] = swap;
+    } else {
+      index_line(s, n, visible, j, r->index_rows[0]);
+    }
+    index_line(s, n, visible, j + 1, r->index_rows[1]);
+    emit_line(r->index_rows[0], r->index_rows[1], i0, i1, out);
+    out += 4 * (size_t)(i1 - i0);
+    face += i1 - i0;
+  }
+  return 4 * count;
+}
+
+/* At level 0 base corner 4c is corner c of the cage. */
+static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
+                              uint32_t *sizes, uint32_t *out) {
+  size_t written = 0;
+  for (uint64_t f = first; f < first + count; f++) {
+    uint32_t size = (uint32_t)(s->corners_before[f + 1] - s->corners_before[f]);
+    if (sizes) sizes[f - first] = size;
+    for (uint32_t i = 0; i < size; i++) out[written++] = n->corner_row[4 * (size_t)(s->face_first[f] + i)];
+  }
+  return written;
+}
+
+size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
+                             uint32_t *sizes, uint32_t *out) {
+  const tw_surface *s = reader->surface;
+  const tw_numbering *n = numbering_of(s, domain);
+  if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
+  for (size_t i = 0; sizes && i < count; i++) sizes[i] = 4;
+  return read_quads(reader, n, first, count, out);
+}
+
+/* ---- reader --------------------------------------------------------------------------------- */
+
+tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
+  tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
+  if (!r) return NULL;
+  r->surface = surface;
+  r->piece_capacity = surface->side > PIECE_ROWS ? surface->side : PIECE_ROWS;
+  uint32_t width = surface->layout.stride > 4 ? surface->layout.stride : 4;
+  r->scratch = tw_alloc((size_t)surface->scratch_points + 1, 4 * sizeof(float));
+  r->mask = tw_alloc((size_t)surface->mask_capacity + 1, sizeof *r->mask);
+  r->line = tw_alloc((size_t)surface->side + 1, 4 * sizeof(float));
+  r->piece = tw_alloc(r->piece_capacity, width * sizeof(float));
+  for (int i = 0; i < 2; i++) r->index_rows[i] = tw_alloc((size_t)surface->side + 1, sizeof(uint32_t));
+  if (r->scratch && r->mask && r->line && r->piece && r->index_rows[0] && r->index_rows[1]) return r;
+  tw_surface_reader_destroy(r);
+  return NULL;
+}
+
+void tw_surface_reader_destroy(tw_surface_reader *reader) {
+  if (!reader) return;
+  free(reader->scratch);
+  free(reader->mask);
+  free(reader->line);
+  free(reader->piece);
+  free(reader->index_rows[0]);
+  free(reader->index_rows[1]);
+  free(reader);
+}
