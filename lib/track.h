@@ -82,6 +82,13 @@ tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *
 void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
                      float *out);
 
+/* Seconds from a key to the next; 0 for the last one. */
+double tw_track_seconds(const tw_track *track, uint32_t key);
+
+/* The rotation of a rotation track at `part` of segment `key`, in [0, 1], before it is rounded to single
+ * precision; at 0 the key's sample. Of length 1 within 1e-6. */
+void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]);
+
 /* Rotations of `count` arcs at once: out[i] at v = angles[i] of *arcs[i]. At most TW_ARC_BLOCK. */
 enum { TW_ARC_BLOCK = 64 };
 void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]);

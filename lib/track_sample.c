@@ -45,35 +45,43 @@ static void sample_arcs(const tw_track *track, const float *times, const uint32_
   }
 }
 
-/* How far into its segment a time is, in [0, 1); 0 at a key. */
-static double segment_part(const tw_timeline *timeline, float time, uint32_t key) {
+double tw_track_seconds(const tw_track *track, uint32_t key) {
+  const tw_timeline *timeline = track->timeline;
   if (key + 1 == timeline->key_count) return 0;
-  double start = (double)timeline->times[key], end = (double)timeline->times[key + 1];
-  return ((double)time - start) / (end - start);
+  return (double)timeline->times[key + 1] - (double)timeline->times[key];
 }
 
-static void nlerp_at(const tw_track *track, uint32_t key, double part, float *out) {
+/* How far into its segment a time is, in [0, 1); 0 at a key. */
+static double segment_part(const tw_track *track, float time, uint32_t key) {
+  double seconds = tw_track_seconds(track, key);
+  return seconds > 0 ? ((double)time - (double)track->timeline->times[key]) / seconds : 0;
+}
+
+static void arc_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const arc_segment *arc = track->segments.arcs + key;
+  double angle = 0;
+  if (part > 0) angle = part * (double)arc->rate * tw_track_seconds(track, key);
+  double c = cos(angle), s = sin(angle);
+  for (int i = 0; i < 4; i++) out[i] = (double)arc->from[i] * c + (double)arc->toward[i] * s;
+}
+
+static void nlerp_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const arc_segment *arc = track->segments.arcs + key;
   const nlerp_shape *shape = track->shapes + key;
   double c = 1 - part * (double)shape->versine, s = part * (double)shape->sine;
   double length = sqrt(c * c + s * s);
   for (int i = 0; i < 4; i++)
-    out[i] = (float)((double)arc->from[i] * (c / length) + (double)arc->toward[i] * (s / length));
+    out[i] = (double)arc->from[i] * (c / length) + (double)arc->toward[i] * (s / length);
 }
 
 /* Shoemake's spherical quadrangle: slerp between the arc of the keys and that of the controls. */
-static void squad_at(const tw_track *track, uint32_t key, double part, float *out) {
+static void squad_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const squad_segment *segment = track->segments.squads + key;
-  double between_keys[4], between_controls[4], q[4];
-  if (part == 0) {
-    memcpy(out, track->keys + 4 * (size_t)key, 4 * sizeof *out);
-    return;
-  }
+  double between_keys[4], between_controls[4];
   tw_arc_at(&segment->keys, part, between_keys);
   tw_arc_at(&segment->controls, part, between_controls);
   tw_arc arc = tw_arc_between(between_keys, between_controls);
-  tw_arc_at(&arc, 2 * part * (1 - part), q);
-  quat_narrow(q, out);
+  tw_arc_at(&arc, 2 * part * (1 - part), out);
 }
 
 static double cubic_at(const cubic *cubic, double u) {
@@ -81,31 +89,42 @@ static double cubic_at(const cubic *cubic, double u) {
   return c[0] + u * (c[1] + u * (c[2] + u * c[3]));
 }
 
-static void hermite_at(const tw_track *track, uint32_t key, double part, float *out) {
+static void hermite_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const cubic *cubics = track->segments.cubics + 4 * (size_t)key;
-  double q[4];
-  for (int i = 0; i < 4; i++) q[i] = cubic_at(&cubics[i], part);
+  for (int i = 0; i < 4; i++) out[i] = cubic_at(&cubics[i], part);
   /* A spline through zero has no direction there: the key before it stands in. */
-  if (part == 0 || tw_normalize(q, 4) < 1e-30)
-    memcpy(out, track->keys + 4 * (size_t)key, 4 * sizeof *out);
-  else
-    quat_narrow(q, out);
+  if (tw_normalize(out, 4) < 1e-30) quat_widen(track->keys + 4 * (size_t)key, out);
 }
 
-static void euler_at(const tw_track *track, uint32_t key, double part, float *out) {
+static void euler_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const euler_segment *segment = track->segments.eulers + key;
-  double angles[3], q[4];
+  double angles[3];
   for (int i = 0; i < 3; i++) angles[i] = segment->start[i] + part * segment->change[i];
-  tw_quat_euler(angles, track->order, q);
-  quat_narrow(q, out);
+  tw_quat_euler(angles, track->order, out);
 }
 
-static void turn_at(const tw_track *track, uint32_t key, double part, float *out) {
+static void turn_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const turn_segment *segment = track->segments.turns + key;
-  double axis[3], q[4];
+  double axis[3];
   double c = cos(part * segment->axis_angle), s = sin(part * segment->axis_angle);
   for (int i = 0; i < 3; i++) axis[i] = segment->axis[i] * c + segment->toward[i] * s;
-  tw_quat_axis_angle(axis, segment->start + part * segment->change, q);
+  tw_quat_axis_angle(axis, segment->start + part * segment->change, out);
+}
+
+void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]) {
+  static void (*const formulas[])(const tw_track *, uint32_t, double, double *) = {
+      [TRACK_ARC] = arc_at,         [TRACK_NLERP] = nlerp_at, [TRACK_SQUAD] = squad_at,
+      [TRACK_HERMITE] = hermite_at, [TRACK_EULER] = euler_at, [TRACK_AXIS_ANGLE] = turn_at,
+  };
+  if (part == 0 && track->keys)
+    quat_widen(track->keys + 4 * (size_t)key, out);
+  else
+    formulas[track->kind](track, key, part, out);
+}
+
+static void rotation_at(const tw_track *track, uint32_t key, double part, float *out) {
+  double q[4];
+  tw_track_rotation(track, key, part, q);
   quat_narrow(q, out);
 }
 
@@ -127,23 +146,30 @@ static void values_hermite_at(const tw_track *track, uint32_t key, double part, 
     out[i] = (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, cubic_at(&cubics[i], part)));
 }
 
+typedef void (*sampler)(const tw_track *track, uint32_t key, double part, float *out);
+
+static sampler sampler_of(track_kind kind) {
+  switch (kind) {
+  case TRACK_VALUES_STEP: return values_step_at;
+  case TRACK_VALUES_LINEAR: return values_linear_at;
+  case TRACK_VALUES_HERMITE: return values_hermite_at;
+  case TRACK_ARC:
+  case TRACK_NLERP:
+  case TRACK_SQUAD:
+  case TRACK_HERMITE:
+  case TRACK_EULER:
+  case TRACK_AXIS_ANGLE: break;
+  }
+  return rotation_at;
+}
+
 void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
                      float *out) {
-  static void (*const samplers[])(const tw_track *, uint32_t, double, float *) = {
-      [TRACK_NLERP] = nlerp_at,
-      [TRACK_SQUAD] = squad_at,
-      [TRACK_HERMITE] = hermite_at,
-      [TRACK_EULER] = euler_at,
-      [TRACK_AXIS_ANGLE] = turn_at,
-      [TRACK_VALUES_STEP] = values_step_at,
-      [TRACK_VALUES_LINEAR] = values_linear_at,
-      [TRACK_VALUES_HERMITE] = values_hermite_at,
-  };
   if (track->kind == TRACK_ARC) {
     sample_arcs(track, times, keys, count, out);
     return;
   }
+  sampler sample = sampler_of(track->kind);
   for (size_t i = 0; i < count; i++)
-    samplers[track->kind](track, keys[i], segment_part(track->timeline, times[i], keys[i]),
-                          out + i * track->width);
+    sample(track, keys[i], segment_part(track, times[i], keys[i]), out + i * track->width);
 }

@@ -1,0 +1,245 @@
+/* What the inspection of rotation tracks finds. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rotation_reference.h"
+#include "tweend/trackinfo.h"
+
+static const float times_0_to_3[] = {0, 1, 2, 3};
+
+static tw_track_keys euler_track(const double *angles, uint32_t key_count, tw_euler_order order) {
+  return (tw_track_keys){.path = TW_ROTATION,
+                         .interpolation = TW_EULER,
+                         .form = TW_KEY_EULER,
+                         .order = order,
+                         .width = 3,
+                         .key_count = key_count,
+                         .times = times_0_to_3,
+                         .angles = angles};
+}
+
+static tw_track_keys quaternion_track(const float *values, uint32_t key_count) {
+  return (tw_track_keys){.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_QUATERNION,
+                         .width = 4,
+                         .key_count = key_count,
+                         .times = times_0_to_3,
+                         .values = values};
+}
+
+static tw_track_report inspect(tw_track_keys keys) {
+  tw_track_report report;
+  tw_error error;
+  if (tw_track_inspect(&keys, &report, &error) != TW_OK) fail_msg("%s: %s", error.pointer, error.detail);
+  return report;
+}
+
+static void assert_near(double value, double expected, double tolerance) {
+  if (!(fabs(value - expected) <= tolerance))
+    fail_msg("%.9g is not %.9g within %g", value, expected, tolerance);
+}
+
+static void only_sound_rotation_tracks_are_inspected(void **state) {
+  (void)state;
+  const float zero[8] = {0};
+  tw_track_keys keys = quaternion_track(zero, 2);
+  tw_track_report report;
+  tw_error error;
+  assert_int_equal(tw_track_inspect(&keys, &report, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/tracks/0/quaternions/0");
+  keys.path = TW_TRANSLATION;
+  assert_int_equal(tw_track_inspect(&keys, &report, &error), TW_INVALID);
+}
+
+static void minus_170_to_170_strays_half_a_turn_from_slerp(void **state) {
+  (void)state;
+  const double angles[] = {-170 * REF_DEGREES, 0, 0, 170 * REF_DEGREES, 0, 0};
+  tw_track_report report = inspect(euler_track(angles, 2, TW_XYZ));
+  assert_int_equal(report.euler_wraps, 1);
+  assert_int_equal(report.long_steps, 1);
+  assert_near(report.total_angle, 340 * REF_DEGREES, 1e-6);
+  assert_near(report.largest_step, 340 * REF_DEGREES, 1e-6);
+  assert_near(report.peak_velocity, 340 * REF_DEGREES, 1e-6);
+  assert_true(report.has_stray);
+  assert_near(report.stray_angle, REF_PI, 1e-6); /* 0 against 180 at the middle */
+  assert_near(report.stray_time, 0.5, 1e-6);
+  assert_near(report.gimbals[TW_XYZ].cos_middle, 1,
+              1e-9); /* x is the first axis of XYZ and its middle never moves */
+  assert_near(report.gimbals[TW_YXZ].cos_middle, 0, 1e-6); /* but the middle of YXZ */
+  assert_true(report.warning_count >= 2);
+}
+
+static void lock_between_keys_is_found_with_its_time_in_every_order(void **state) {
+  (void)state;
+  for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++) {
+    const char *letters = tw_euler_order_names[order];
+    double angles[6] = {0};
+    angles[letters[0] - 'X'] = 0.3;
+    angles[3 + letters[0] - 'X'] = 0.3;
+    angles[letters[1] - 'X'] = 60 * REF_DEGREES;
+    angles[3 + letters[1] - 'X'] = 160 * REF_DEGREES;
+    tw_track_report report = inspect(euler_track(angles, 2, order));
+    assert_near(report.gimbals[order].cos_middle, 0, 1e-6);
+    assert_near(report.gimbals[order].time, 0.3, 1e-6);
+    assert_true(report.gimbals[order].amplification > 1e6);
+    assert_int_equal(report.lost_axis, letters[2] - 'X');
+    assert_int_not_equal(report.best_order, order);
+  }
+}
+
+static void the_nearest_place_to_lock_may_lie_between_keys_without_lock(void **state) {
+  (void)state;
+  /* Two headings 80 degrees apart, the nose up at 70 in both: the straight way leads nearer to the pole. */
+  float values[2][4];
+  for (int i = 0; i < 2; i++) {
+    double angles[] = {70 * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES};
+    tw_quat_from_euler(angles, TW_YXZ, values[i]);
+  }
+  tw_track_report report = inspect(quaternion_track(values[0], 2));
+  double expected = 2;
+  for (int i = 0; i <= 100000; i++) {
+    ref_matrix m = ref_matrix_of(ref_slerp(ref_of(values[0]), ref_of(values[1]), i / 1e5));
+    double sine = m.at[1][2]; /* YXZ: R12 = -sin of the middle angle */
+    expected = fmin(expected, sqrt(1 - sine * sine));
+  }
+  assert_true(expected < cos(70 * REF_DEGREES) - 0.01);
+  assert_near(report.gimbals[TW_YXZ].cos_middle, expected, 1e-6);
+  assert_near(report.gimbals[TW_YXZ].time, 0.5, 1e-3);
+  assert_int_equal(report.order, TW_XYZ);
+}
+
+static void cosines_of_all_orders_agree_with_a_fine_sampling(void **state) {
+  (void)state;
+  uint64_t seed = 3;
+  for (int n = 0; n < 40; n++) {
+    float values[4][4];
+    for (int i = 0; i < 4; i++) ref_narrow(ref_random_unit(&seed), values[i]);
+    tw_track_keys keys = quaternion_track(values[0], 4);
+    if (n % 2) keys.interpolation = TW_SQUAD;
+    tw_track_report report = inspect(keys);
+    tw_clip_keys clip_keys = {.track_count = 1, .tracks = &keys};
+    tw_clip *clip = NULL;
+    assert_int_equal(tw_clip_create(&clip_keys, 1, -1, &clip, NULL), TW_OK);
+    double least[TW_EULER_ORDERS] = {2, 2, 2, 2, 2, 2}, best = 0;
+    for (int i = 0; i <= 30000; i++) {
+      float at = (float)i / 10000, q[4];
+      tw_clip_sample(clip, 0, &at, 1, q);
+      ref_matrix m = ref_matrix_of(ref_of(q));
+      for (int order = 0; order < TW_EULER_ORDERS; order++) {
+        const char *letters = tw_euler_order_names[order];
+        double sine = m.at[letters[0] - 'X'][letters[2] - 'X'];
+        least[order] = fmin(least[order], sqrt(fmax(0, 1 - sine * sine)));
+      }
+    }
+    for (int order = 0; order < TW_EULER_ORDERS; order++) {
+      assert_near(report.gimbals[order].cos_middle, least[order], 1e-3);
+      assert_true(report.gimbals[order].cos_middle <= least[order] + 1e-6);
+      best = fmax(best, least[order]);
+    }
+    assert_near(report.gimbals[report.best_order].cos_middle, best, 1e-3);
+    tw_clip_destroy(clip);
+  }
+}
+
+static void angle_and_speed_of_slerp_are_those_of_its_keys(void **state) {
+  (void)state;
+  float values[3][4];
+  const double degrees[] = {0, 30, 150};
+  for (int i = 0; i < 3; i++) ref_narrow(ref_axis_angle(1, 1, 0, degrees[i] * REF_DEGREES), values[i]);
+  tw_track_report report = inspect(quaternion_track(values[0], 3));
+  assert_near(report.total_angle, 150 * REF_DEGREES, 1e-6);
+  assert_near(report.largest_step, 120 * REF_DEGREES, 1e-6);
+  assert_int_equal(report.largest_key, 1);
+  assert_near(report.peak_velocity, 120 * REF_DEGREES, 1e-5);
+  assert_true(report.peak_time > 1);
+  assert_int_equal(report.key_count, 3);
+  assert_true(report.duration == 2);
+  assert_int_equal(report.warning_count, 0);
+}
+
+static void nlerp_is_fastest_in_the_middle(void **state) {
+  (void)state;
+  float values[2][4] = {{0, 0, 0, 1}, {1, 0, 0, 0}};
+  ref_narrow(ref_axis_angle(1, 0, 0, 120 * REF_DEGREES), values[1]);
+  tw_track_keys keys = quaternion_track(values[0], 2);
+  keys.interpolation = TW_NLERP;
+  tw_track_report report = inspect(keys);
+  /* Twice d/du atan(u sin a / (1 - u + u cos a)) at 1/2, a = 60 degrees: 4 tan 30. */
+  assert_near(report.peak_velocity, 4 * tan(30 * REF_DEGREES), 1e-2);
+  assert_near(report.peak_time, 0.5, 0.05);
+  assert_near(report.total_angle, 120 * REF_DEGREES, 1e-6);
+}
+
+static void keys_that_hide_something_are_counted(void **state) {
+  (void)state;
+  const float values[] = {0, 0, 0, 1, 0, -0.6f, 0, -0.8f, 0, 0.8f, 0, -0.6f, 0, 0, 0, -1.01f};
+  tw_track_report report = inspect(quaternion_track(values, 4));
+  assert_int_equal(report.sign_flips, 1);
+  assert_int_equal(report.half_turns, 1); /* from the second to the third */
+  assert_int_equal(report.non_unit_keys, 1);
+  assert_int_equal(report.long_steps, 0);
+  assert_int_equal(report.warning_count, 3);
+}
+
+static void many_turns_are_counted_whole(void **state) {
+  (void)state;
+  for (int turns = 1; turns <= 100000; turns *= 10) {
+    const double angles[] = {0, 0, 1, 0, 0, 0, 1, turns * 2 * REF_PI};
+    tw_track_keys keys = {.path = TW_ROTATION,
+                          .interpolation = TW_LINEAR,
+                          .form = TW_KEY_AXIS_ANGLE,
+                          .width = 4,
+                          .key_count = 2,
+                          .times = times_0_to_3,
+                          .angles = angles};
+    tw_track_report report = inspect(keys);
+    assert_near(report.total_angle / (2 * REF_PI), turns, 1e-6 * turns);
+    assert_near(report.peak_velocity / (2 * REF_PI), turns, 1e-6 * turns);
+    assert_int_equal(report.long_steps, 1);
+    assert_false(report.has_stray);
+  }
+}
+
+static void steps_jump_and_have_no_speed(void **state) {
+  (void)state;
+  float values[2][4] = {{0, 0, 0, 1}};
+  ref_narrow(ref_axis_angle(0, 1, 0, 89 * REF_DEGREES), values[1]);
+  tw_track_keys keys = quaternion_track(values[0], 2);
+  keys.interpolation = TW_STEP;
+  tw_track_report report = inspect(keys);
+  assert_near(report.total_angle, 89 * REF_DEGREES, 1e-6);
+  assert_true(report.peak_velocity == 0);
+  assert_near(report.gimbals[TW_XYZ].cos_middle, cos(89 * REF_DEGREES), 1e-6);
+  assert_near(report.gimbals[TW_XYZ].time, 1, 1e-9);
+}
+
+static void a_single_key_has_a_place_but_no_way(void **state) {
+  (void)state;
+  const float value[] = {0, 0, 0, 1};
+  tw_track_report report = inspect(quaternion_track(value, 1));
+  assert_true(report.total_angle == 0 && report.duration == 0 && report.peak_velocity == 0);
+  assert_near(report.gimbals[TW_ZYX].cos_middle, 1, 1e-9);
+  assert_int_equal(report.best_order, TW_XYZ);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(only_sound_rotation_tracks_are_inspected),
+      cmocka_unit_test(minus_170_to_170_strays_half_a_turn_from_slerp),
+      cmocka_unit_test(lock_between_keys_is_found_with_its_time_in_every_order),
+      cmocka_unit_test(the_nearest_place_to_lock_may_lie_between_keys_without_lock),
+      cmocka_unit_test(cosines_of_all_orders_agree_with_a_fine_sampling),
+      cmocka_unit_test(angle_and_speed_of_slerp_are_those_of_its_keys),
+      cmocka_unit_test(nlerp_is_fastest_in_the_middle),
+      cmocka_unit_test(keys_that_hide_something_are_counted),
+      cmocka_unit_test(many_turns_are_counted_whole),
+      cmocka_unit_test(steps_jump_and_have_no_speed),
+      cmocka_unit_test(a_single_key_has_a_place_but_no_way),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
