@@ -520,8 +520,7 @@ static struct MHD_Daemon *start_daemon(loop *l, const char *certificate, const c
                           keep_escaped, NULL, MHD_OPTION_NOTIFY_COMPLETED, end_request, NULL,
                           MHD_OPTION_NOTIFY_CONNECTION, notify_connection, l, MHD_OPTION_CONNECTION_LIMIT,
                           limit, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY,
-                          MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_STRICT_FOR_CLIENT, 1,
-                          MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+                          MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
 }
 
 static bool watch_descriptor(loop *l, int fd) {

@@ -1,0 +1,141 @@
+#include "fake_api.h"
+
+#include "api.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct api_service {
+  char unused;
+};
+
+static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
+static pthread_cond_t opened = PTHREAD_COND_INITIALIZER;
+static bool held = false;
+static atomic_size_t started, open_bodies;
+
+void fake_api_hold(void) {
+  pthread_mutex_lock(&gate);
+  held = true;
+  pthread_mutex_unlock(&gate);
+}
+
+void fake_api_release(void) {
+  pthread_mutex_lock(&gate);
+  held = false;
+  pthread_cond_broadcast(&opened);
+  pthread_mutex_unlock(&gate);
+}
+
+size_t fake_api_started(void) {
+  return atomic_load(&started);
+}
+size_t fake_api_open_bodies(void) {
+  return atomic_load(&open_bodies);
+}
+
+static void wait_at_gate(void) {
+  atomic_fetch_add(&started, 1);
+  pthread_mutex_lock(&gate);
+  while (held) pthread_cond_wait(&opened, &gate);
+  pthread_mutex_unlock(&gate);
+}
+
+static void answer_bytes(api_answer *answer, int status, const void *bytes, size_t size) {
+  uint8_t *copy = malloc(size + 1);
+  if (copy == NULL) abort();
+  memcpy(copy, bytes, size);
+  *answer = (api_answer){.status = status,
+                         .header_count = 1,
+                         .headers = {{"Content-Type", "text/plain"}},
+                         .bytes = {copy, size}};
+}
+
+typedef struct stream {
+  uint64_t position, end, breaks_at;
+} stream;
+
+static int64_t read_stream(void *context, uint8_t *out, size_t capacity) {
+  stream *s = context;
+  if (s->position >= s->breaks_at) return -1;
+  size_t size = 0;
+  for (; size < capacity && s->position < s->end && s->position < s->breaks_at; size++) {
+    out[size] = (uint8_t)(s->position++ % 251);
+  }
+  return (int64_t)size;
+}
+
+static void destroy_stream(void *context) {
+  atomic_fetch_sub(&open_bodies, 1);
+  free(context);
+}
+
+static void answer_stream(api_answer *answer, uint64_t size, uint64_t end, uint64_t breaks_at) {
+  stream *s = malloc(sizeof *s);
+  if (s == NULL) abort();
+  *s = (stream){0, end, breaks_at};
+  atomic_fetch_add(&open_bodies, 1);
+  *answer = (api_answer){
+      .status = 200, .body = {.size = size, .context = s, .read = read_stream, .destroy = destroy_stream}};
+}
+
+static bool is(const api_request *request, const char *path) {
+  return strcmp(request->path, path) == 0;
+}
+
+api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
+  (void)service;
+  static const char *const KNOWN[] = {"/light",  "/heavy",  "/echo",    "/pull",   "/endless",
+                                      "/chunks", "/broken", "/nothing", "/readyz", "/healthz"};
+  for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
+    if (is(request, KNOWN[i])) return API_READ_BODY;
+  }
+  api_problem(404, "nothing here", request->id, 0, answer);
+  return API_REFUSED;
+}
+
+bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer) {
+  (void)service;
+  bool heavy = is(request, "/heavy") || is(request, "/echo");
+  if (heavy && effort == API_LIGHT) return false;
+  uint64_t size = strtoull(request->query, NULL, 10);
+  if (heavy) wait_at_gate();
+  if (is(request, "/echo")) {
+    answer_bytes(answer, 200, request->body.size > 0 ? (const void *)request->body.data : "",
+                 request->body.size);
+  } else if (is(request, "/pull")) {
+    answer_stream(answer, size, size, UINT64_MAX);
+  } else if (is(request, "/endless")) {
+    answer_stream(answer, UINT64_C(1) << 40, UINT64_MAX, UINT64_MAX);
+  } else if (is(request, "/chunks")) {
+    answer_stream(answer, API_SIZE_UNKNOWN, size, UINT64_MAX);
+  } else if (is(request, "/broken")) {
+    answer_stream(answer, 1000000, UINT64_MAX, size);
+  } else if (is(request, "/nothing")) {
+    *answer = (api_answer){.status = 204};
+  } else {
+    answer_bytes(answer, 200, request->path + 1, strlen(request->path) - 1);
+  }
+  return true;
+}
+
+void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,
+                 api_answer *answer) {
+  char text[512];
+  int size = snprintf(text, sizeof text, "%d %s (%s)", status, detail, request_id);
+  answer_bytes(answer, status, text, (size_t)size);
+  if (retry_after > 0) answer->headers[answer->header_count++] = (api_header){"Retry-After", "1"};
+}
+
+void api_answer_deinit(api_answer *answer) {
+  if (answer->body.destroy != NULL) answer->body.destroy(answer->body.context);
+  free((void *)(uintptr_t)answer->bytes.data);
+  *answer = (api_answer){0};
+}
+
+const char *api_route_name(const char *path) {
+  return strcmp(path, "/light") == 0 ? "/light" : "other";
+}

@@ -1,0 +1,25 @@
+/* Stands in for api/ in tests of the sockets: answers of every shape, on request.
+ *
+ *   /light        "light" at once
+ *   /heavy        "heavy" on a compute thread; waits until fake_api_release when it is held
+ *   /echo         the body's bytes, on a compute thread
+ *   /pull?N       N bytes, pulled; byte i is i % 251
+ *   /endless      pulled until somebody stops reading
+ *   /chunks?N     N bytes of unknown size
+ *   /broken?N     claims 1,000,000 bytes, fails after N
+ *   /nothing      204
+ *   else          refused with 404 on the headers */
+#ifndef FAKE_API_H
+#define FAKE_API_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* Heavy requests wait from here on; release lets them go. */
+void fake_api_hold(void);
+void fake_api_release(void);
+
+size_t fake_api_started(void);     /* heavy requests that a compute thread has begun */
+size_t fake_api_open_bodies(void); /* pulled bodies that are not destroyed yet */
+
+#endif

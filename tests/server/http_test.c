@@ -1,0 +1,617 @@
+/* The sockets, with a stand-in for api/ behind them and a client that speaks bytes. */
+#include "exchange.h"
+#include "fake_api.h"
+#include "http.h"
+#include "listen.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+enum { ANSWER_MAX = 4 << 20, PATIENCE_MS = 10000 };
+
+typedef struct fixture {
+  srv_config config;
+  srv_server server;
+  srv_http *http;
+  srv_address address;
+  char *answer; /* of the last exchange, terminated */
+  size_t answer_size;
+} fixture;
+
+static const srv_config QUICK = {.threads = 2,
+                                 .io_threads = 2,
+                                 .queue = 2,
+                                 .max_connections = 64,
+                                 .max_upload = 3 << 20,
+                                 .header_timeout = 600,
+                                 .idle_timeout = 600,
+                                 .request_timeout = 1500,
+                                 .min_rate = 0};
+
+static void start(fixture *f) {
+  char error[256] = "";
+  assert_true(srv_address_parse("127.0.0.1:0", &f->address, error, sizeof error));
+  int listener = srv_address_listen(&f->address, error, sizeof error);
+  assert_true(listener >= 0);
+  socklen_t size = sizeof f->address.v4;
+  assert_int_equal(getsockname(listener, &f->address.any, &size), 0);
+  f->server = (srv_server){.config = &f->config, .temporary = open("/tmp", O_RDONLY | O_DIRECTORY)};
+  f->server.metrics = srv_metrics_create();
+  f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
+  f->http = srv_http_start(&f->server, listener, NULL, NULL, error, sizeof error);
+  assert_non_null(f->http);
+}
+
+static int set_up(void **state) {
+  signal(SIGPIPE, SIG_IGN);
+  fixture *f = calloc(1, sizeof *f);
+  f->config = QUICK;
+  f->answer = malloc(ANSWER_MAX + 1);
+  start(f);
+  *state = f;
+  return 0;
+}
+
+static bool stop(fixture *f) {
+  fake_api_release();
+  bool stopped = srv_http_stop(f->http);
+  srv_work_destroy(f->server.work);
+  srv_metrics_destroy(f->server.metrics);
+  close(f->server.temporary);
+  return stopped;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  bool stopped = stop(f);
+  bool clean = atomic_load(&f->server.in_flight) == 0 && atomic_load(&f->server.connections) == 0 &&
+               fake_api_open_bodies() == 0;
+  free(f->answer);
+  free(f);
+  return stopped && clean ? 0 : -1;
+}
+
+/* ---- the client ------------------------------------------------------------------------------ */
+
+static uint64_t clock_ms(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+}
+
+static void pause_ms(long ms) {
+  nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
+}
+
+static int connect_client(fixture *f) {
+  int fd = srv_address_connect(&f->address, PATIENCE_MS);
+  assert_true(fd >= 0);
+  return fd;
+}
+
+static void say(int fd, const char *text) {
+  (void)!send(fd, text, strlen(text), MSG_NOSIGNAL);
+}
+
+/* Reads until the other side closes; false when it resets or stays open. */
+static bool read_all(fixture *f, int fd) {
+  f->answer_size = 0;
+  for (;;) {
+    ssize_t got = recv(fd, f->answer + f->answer_size, ANSWER_MAX - f->answer_size, 0);
+    if (got <= 0) {
+      f->answer[f->answer_size] = '\0';
+      return got == 0;
+    }
+    f->answer_size += (size_t)got;
+  }
+}
+
+/* Reads until `text` has come. */
+static void read_until(fixture *f, int fd, const char *text) {
+  f->answer_size = 0;
+  f->answer[0] = '\0';
+  while (strstr(f->answer, text) == NULL) {
+    ssize_t got = recv(fd, f->answer + f->answer_size, ANSWER_MAX - f->answer_size, 0);
+    assert_true(got > 0);
+    f->answer_size += (size_t)got;
+    f->answer[f->answer_size] = '\0';
+  }
+}
+
+/* One request on a connection of its own, up to its close. */
+static bool ask(fixture *f, const char *request) {
+  int fd = connect_client(f);
+  say(fd, request);
+  bool closed = read_all(f, fd);
+  close(fd);
+  return closed;
+}
+
+static int status(const fixture *f) {
+  return f->answer_size > 12 && memcmp(f->answer, "HTTP/1.1 ", 9) == 0 ? atoi(f->answer + 9) : 0;
+}
+
+static size_t answers(const fixture *f) {
+  size_t count = 0;
+  for (const char *at = f->answer; (at = strstr(at, "HTTP/1.1 ")) != NULL; at++) count++;
+  return count;
+}
+
+static const char *body(const fixture *f) {
+  const char *end = strstr(f->answer, "\r\n\r\n");
+  return end != NULL ? end + 4 : "";
+}
+
+static size_t body_size(const fixture *f) {
+  return f->answer_size - (size_t)(body(f) - f->answer);
+}
+
+static bool has(const fixture *f, const char *text) {
+  return strstr(f->answer, text) != NULL;
+}
+
+static void assert_refused(fixture *f, int expected, const char *request) {
+  assert_true(ask(f, request));
+  assert_int_equal(status(f), expected);
+  assert_int_equal(answers(f), 1);
+  assert_true(has(f, "Connection: close"));
+}
+
+/* ---- framing --------------------------------------------------------------------------------- */
+
+static void ambiguous_lengths_are_refused_and_nothing_is_read_behind_them(void **state) {
+  fixture *f = *state;
+  assert_refused(f, 400,
+                 "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nContent-Length: 40\r\n\r\n"
+                 "abcGET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+  assert_refused(f, 400,
+                 "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nTransfer-Encoding: chunked\r\n\r\n"
+                 "0\r\n\r\nGET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+  assert_refused(f, 400,
+                 "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length : 35\r\n\r\n"
+                 "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+}
+
+static void bytes_sent_after_a_refusal_do_not_reset_the_answer(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length : 35\r\n\r\n");
+  pause_ms(50);
+  for (int i = 0; i < 20; i++) say(fd, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+  pause_ms(50);
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 400);
+  assert_int_equal(answers(f), 1);
+  close(fd);
+}
+
+static void unknown_transfer_coding_is_501(void **state) {
+  assert_refused(*state, 501, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: cow\r\n\r\n");
+}
+
+static void unknown_expectation_is_417(void **state) {
+  assert_refused(*state, 417,
+                 "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nExpect: rain\r\n\r\nabc");
+}
+
+static void missing_or_second_host_is_400(void **state) {
+  assert_refused(*state, 400, "GET /light HTTP/1.1\r\n\r\n");
+  assert_refused(*state, 400, "GET /light HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n");
+}
+
+static void escaped_nul_is_400(void **state) {
+  assert_refused(*state, 400, "GET /light%00/else HTTP/1.1\r\nHost: x\r\n\r\n");
+}
+
+static void five_thousand_arguments_are_refused(void **state) {
+  fixture *f = *state;
+  char request[11000] = "GET /light?";
+  for (int i = 0; i < 5000; i++) strcat(request + 10, "&");
+  strcat(request, " HTTP/1.1\r\nHost: x\r\n\r\n");
+  assert_refused(f, 400, request);
+}
+
+static void one_kilobyte_of_arguments_over_the_limit_is_refused(void **state) {
+  fixture *f = *state;
+  char request[2000] = "GET /light?";
+  for (int i = 0; i < 1000; i++) strcat(request + 10, "&");
+  strcat(request, " HTTP/1.1\r\nHost: x\r\n\r\n");
+  assert_refused(f, 400, request);
+}
+
+/* ---- answers --------------------------------------------------------------------------------- */
+
+static void light_and_heavy_answer_in_turn_on_one_connection(void **state) {
+  fixture *f = *state;
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n"
+                     "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n"
+                     "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(answers(f), 3);
+  assert_true(has(f, "\r\n\r\nlightHTTP") && has(f, "\r\n\r\nheavyHTTP"));
+}
+
+static void request_id_is_taken_over_when_sane(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nX-Request-Id: my-id_1.2\r\nConnection: close\r\n\r\n");
+  assert_true(has(f, "X-Request-Id: my-id_1.2\r\n"));
+  ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nX-Request-Id: <b>\r\nConnection: close\r\n\r\n");
+  assert_false(has(f, "<b>"));
+  assert_true(has(f, "X-Request-Id: ") && has(f, "Server-Timing: "));
+}
+
+static void pulled_answer_has_its_size_first_and_all_its_bytes(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /pull?1000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  assert_true(has(f, "Content-Length: 1000000\r\n"));
+  assert_int_equal(body_size(f), 1000000);
+  for (size_t i = 0; i < 1000000; i++) assert_int_equal((uint8_t)body(f)[i], i % 251);
+}
+
+static void head_tells_the_size_and_pulls_nothing(void **state) {
+  fixture *f = *state;
+  ask(f, "HEAD /pull?1000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  assert_true(has(f, "Content-Length: 1000000\r\n"));
+  assert_int_equal(body_size(f), 0);
+}
+
+static void unknown_size_is_sent_in_chunks(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /chunks?300000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  assert_true(has(f, "Transfer-Encoding: chunked\r\n"));
+  assert_string_equal(f->answer + f->answer_size - 5, "0\r\n\r\n");
+}
+
+static void body_that_breaks_cuts_the_connection(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /broken?100000 HTTP/1.1\r\nHost: x\r\n\r\n");
+  assert_int_equal(status(f), 200);
+  assert_true(body_size(f) < 1000000);
+}
+
+static void no_content_has_no_length(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /nothing HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  assert_int_equal(status(f), 204);
+  assert_false(has(f, "Content-Length"));
+}
+
+static void refusal_on_headers_keeps_the_connection_when_the_body_is_small(void **state) {
+  fixture *f = *state;
+  assert_true(ask(f, "POST /no HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc"
+                     "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(status(f), 404);
+  assert_int_equal(answers(f), 2);
+}
+
+static void metrics_count_what_was_answered(void **state) {
+  fixture *f = *state;
+  ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  ask(f, "GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  assert_true(has(f, "tweend_http_requests_total{route=\"/light\",status=\"200\"} 1\n"));
+  assert_true(has(f, "tweend_http_sent_bytes_total 5\n"));
+}
+
+/* ---- bodies ---------------------------------------------------------------------------------- */
+
+/* Echoes `size` bytes and looks at each. */
+static void echo(fixture *f, size_t size, bool chunked) {
+  int fd = connect_client(f);
+  char head[200];
+  snprintf(head, sizeof head, "POST /echo HTTP/1.1\r\nHost: x\r\nConnection: close\r\n%s: ",
+           chunked ? "Transfer-Encoding" : "Content-Length");
+  say(fd, head);
+  snprintf(head, sizeof head, chunked ? "chunked\r\n\r\n%zx\r\n" : "%zu\r\n\r\n", size);
+  say(fd, head);
+  char *bytes = malloc(size);
+  for (size_t i = 0; i < size; i++) bytes[i] = (char)(i % 253);
+  assert_int_equal(send(fd, bytes, size, MSG_NOSIGNAL), (ssize_t)size);
+  if (chunked) say(fd, "\r\n0\r\n\r\n");
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 200);
+  assert_int_equal(body_size(f), size);
+  assert_memory_equal(body(f), bytes, size);
+  free(bytes);
+  close(fd);
+}
+
+static void bodies_arrive_whole_in_memory_and_in_a_file(void **state) {
+  echo(*state, 100, false);
+  echo(*state, 100, true);
+  echo(*state, 1 << 20, false);
+  echo(*state, (1 << 20) + 1, false);
+  echo(*state, 3 << 20, false);
+  echo(*state, 3 << 20, true);
+}
+
+static void announced_body_over_the_limit_is_413_before_a_byte_is_sent(void **state) {
+  fixture *f = *state;
+  assert_refused(f, 413,
+                 "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 4000000\r\nExpect: 100-continue\r\n\r\n");
+  assert_false(has(f, "100 Continue"));
+}
+
+static void client_that_waits_for_100_is_told_to_go_on(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nExpect: 100-continue\r\nConnection: "
+          "close\r\n\r\n");
+  read_until(f, fd, "HTTP/1.1 100 ");
+  say(fd, "abc");
+  assert_true(read_all(f, fd));
+  assert_true(has(f, "200 OK") && has(f, "\r\n\r\nabc"));
+  close(fd);
+}
+
+static void chunks_over_the_limit_are_413_while_they_come(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
+  char *megabyte = calloc(1, 1 << 20);
+  for (int i = 0; i < 8; i++) {
+    say(fd, "100000\r\n");
+    (void)!send(fd, megabyte, 1 << 20, MSG_NOSIGNAL);
+    say(fd, "\r\n");
+  }
+  free(megabyte);
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 413);
+  close(fd);
+}
+
+static void broken_chunks_end_the_connection(void **state) {
+  fixture *f = *state;
+  ask(f, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\nabc\r\n0\r\n\r\n");
+  assert_true(status(f) == 400 || f->answer_size == 0);
+  ask(f, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: "
+         "chunked\r\n\r\nfffffffffffffffff\r\nabc\r\n0\r\n\r\n");
+  assert_true(status(f) >= 400 || f->answer_size == 0);
+}
+
+/* ---- time ------------------------------------------------------------------------------------ */
+
+static void dripping_headers_are_cut_off(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  uint64_t begun = clock_ms();
+  say(fd, "GET /light HTTP/1.1\r\n");
+  struct pollfd watch = {.fd = fd, .events = POLLIN};
+  while (clock_ms() - begun < PATIENCE_MS && poll(&watch, 1, 50) == 0) say(fd, "a");
+  assert_true(clock_ms() - begun < 3000);
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 408);
+  close(fd);
+}
+
+static void dripping_body_gets_408(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  uint64_t begun = clock_ms();
+  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 1000\r\n\r\n");
+  struct pollfd watch = {.fd = fd, .events = POLLIN};
+  while (clock_ms() - begun < PATIENCE_MS && poll(&watch, 1, 50) == 0) say(fd, "a");
+  assert_true(clock_ms() - begun >= 1400 && clock_ms() - begun < 5000);
+  assert_true(read_all(f, fd));
+  assert_int_equal(status(f), 408);
+  close(fd);
+}
+
+static void silent_and_idle_connections_are_closed(void **state) {
+  fixture *f = *state;
+  uint64_t begun = clock_ms();
+  assert_true(ask(f, ""));
+  assert_int_equal(f->answer_size, 0);
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n"));
+  assert_int_equal(status(f), 200);
+  assert_true(clock_ms() - begun < 5000);
+}
+
+static void request_that_waited_too_long_for_a_thread_gets_503(void **state) {
+  fixture *f = *state;
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int busy[2] = {connect_client(f), connect_client(f)};
+  for (int i = 0; i < 2; i++) say(busy[i], "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  while (fake_api_started() < before + 2) pause_ms(5);
+  int late = connect_client(f);
+  say(late, "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  pause_ms(1700);
+  fake_api_release();
+  assert_true(read_all(f, late));
+  assert_int_equal(status(f), 503);
+  for (int i = 0; i < 2; i++) {
+    assert_true(read_all(f, busy[i]));
+    assert_int_equal(status(f), 200);
+    close(busy[i]);
+  }
+  close(late);
+}
+
+/* ---- load ------------------------------------------------------------------------------------ */
+
+static void full_queue_answers_503_at_once(void **state) {
+  fixture *f = *state;
+  enum { BUSY = 4 }; /* two threads, two that wait */
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int busy[BUSY];
+  for (int i = 0; i < BUSY; i++) {
+    busy[i] = connect_client(f);
+    say(busy[i], "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    if (i == 1) {
+      while (fake_api_started() < before + 2) pause_ms(5);
+    }
+  }
+  pause_ms(100);
+  assert_true(ask(f, "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(status(f), 503);
+  assert_true(has(f, "Retry-After: "));
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(status(f), 200);
+  fake_api_release();
+  for (int i = 0; i < BUSY; i++) {
+    assert_true(read_all(f, busy[i]));
+    assert_int_equal(status(f), 200);
+    close(busy[i]);
+  }
+}
+
+static void queued_request_of_a_client_that_left_is_not_computed(void **state) {
+  fixture *f = *state;
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int busy[2] = {connect_client(f), connect_client(f)};
+  for (int i = 0; i < 2; i++) say(busy[i], "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  while (fake_api_started() < before + 2) pause_ms(5);
+  int gone = connect_client(f);
+  say(gone, "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n");
+  pause_ms(100);
+  close(gone);
+  pause_ms(50);
+  fake_api_release();
+  for (int i = 0; i < 2; i++) {
+    assert_true(read_all(f, busy[i]));
+    close(busy[i]);
+  }
+  assert_int_equal(fake_api_started(), before + 2);
+}
+
+static void connection_over_the_limit_is_told_to_come_again(void **state) {
+  fixture *f = *state;
+  int open_ones[64];
+  for (int i = 0; i < 64; i++) {
+    open_ones[i] = connect_client(f);
+    say(open_ones[i], "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, open_ones[i], "\r\n\r\nlight");
+  }
+  assert_true(ask(f, ""));
+  assert_int_equal(status(f), 503);
+  for (int i = 0; i < 64; i++) close(open_ones[i]);
+  pause_ms(300);
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(status(f), 200);
+}
+
+static void exactly_128_ready_connections_are_all_answered(void **state) {
+  fixture *f = *state;
+  stop(f);
+  f->config.max_connections = 300;
+  f->config.io_threads = 1;
+  f->config.idle_timeout = 10000;
+  start(f);
+  static int ready[128];
+  for (int i = 0; i < 128; i++) {
+    ready[i] = connect_client(f);
+    say(ready[i], "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, ready[i], "\r\n\r\nlight");
+  }
+  for (int round = 0; round < 5; round++) {
+    for (int i = 0; i < 128; i++) say(ready[i], "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    uint64_t begun = clock_ms();
+    for (int i = 0; i < 128; i++) read_until(f, ready[i], "\r\n\r\nlight");
+    assert_true(clock_ms() - begun < 2000);
+  }
+  for (int i = 0; i < 128; i++) close(ready[i]);
+}
+
+static void reader_that_leaves_frees_the_answer(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
+  read_until(f, fd, "\r\n\r\n");
+  assert_int_equal(fake_api_open_bodies(), 1);
+  close(fd);
+  for (int i = 0; i < 200 && fake_api_open_bodies() > 0; i++) pause_ms(10);
+  assert_int_equal(fake_api_open_bodies(), 0);
+}
+
+/* ---- the end --------------------------------------------------------------------------------- */
+
+static void drain_closes_idle_connections_and_finishes_what_is_under_way(void **state) {
+  fixture *f = *state;
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int idle = connect_client(f), working = connect_client(f);
+  say(idle, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+  read_until(f, idle, "\r\n\r\nlight");
+  say(working, "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n");
+  while (fake_api_started() == before) pause_ms(5);
+  atomic_store(&f->server.draining, true);
+  srv_http_drain(f->http);
+  assert_true(read_all(f, idle));
+  assert_int_equal(f->answer_size, 0);
+  assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n"));
+  assert_int_equal(status(f), 503);
+  assert_true(has(f, "Retry-After: ") && has(f, "Connection: close"));
+  assert_true(ask(f, "GET /healthz HTTP/1.1\r\nHost: x\r\n\r\n"));
+  assert_int_equal(status(f), 200);
+  assert_true(atomic_load(&f->server.in_flight) > 0);
+  fake_api_release();
+  assert_true(read_all(f, working));
+  assert_true(status(f) == 200 && has(f, "Connection: close"));
+  close(idle);
+  close(working);
+}
+
+static void stop_cuts_what_is_being_sent(void **state) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
+  read_until(f, fd, "\r\n\r\n");
+  assert_true(stop(f));
+  assert_int_equal(fake_api_open_bodies(), 0);
+  close(fd);
+  start(f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(ambiguous_lengths_are_refused_and_nothing_is_read_behind_them, set_up,
+                                      tear_down),
+      cmocka_unit_test_setup_teardown(bytes_sent_after_a_refusal_do_not_reset_the_answer, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(unknown_transfer_coding_is_501, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(unknown_expectation_is_417, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(missing_or_second_host_is_400, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(escaped_nul_is_400, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(five_thousand_arguments_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(one_kilobyte_of_arguments_over_the_limit_is_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(light_and_heavy_answer_in_turn_on_one_connection, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(request_id_is_taken_over_when_sane, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(pulled_answer_has_its_size_first_and_all_its_bytes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(head_tells_the_size_and_pulls_nothing, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(unknown_size_is_sent_in_chunks, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(body_that_breaks_cuts_the_connection, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(no_content_has_no_length, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(refusal_on_headers_keeps_the_connection_when_the_body_is_small, set_up,
+                                      tear_down),
+      cmocka_unit_test_setup_teardown(metrics_count_what_was_answered, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(bodies_arrive_whole_in_memory_and_in_a_file, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(announced_body_over_the_limit_is_413_before_a_byte_is_sent, set_up,
+                                      tear_down),
+      cmocka_unit_test_setup_teardown(client_that_waits_for_100_is_told_to_go_on, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(chunks_over_the_limit_are_413_while_they_come, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(broken_chunks_end_the_connection, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(dripping_headers_are_cut_off, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(dripping_body_gets_408, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(silent_and_idle_connections_are_closed, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(request_that_waited_too_long_for_a_thread_gets_503, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(full_queue_answers_503_at_once, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(queued_request_of_a_client_that_left_is_not_computed, set_up,
+                                      tear_down),
+      cmocka_unit_test_setup_teardown(connection_over_the_limit_is_told_to_come_again, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(exactly_128_ready_connections_are_all_answered, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(reader_that_leaves_frees_the_answer, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up,
+                                      tear_down),
+      cmocka_unit_test_setup_teardown(stop_cuts_what_is_being_sent, set_up, tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
