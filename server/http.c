@@ -374,6 +374,8 @@ static void drop_connection(loop *l, void **socket_context) {
     l->connections = c->next;
   }
   if (c->next != NULL) c->next->previous = c->previous;
+  /* Where the library fails before it has called `handle`, it does not call end_request either. */
+  srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
   free(c);
 }
 
