@@ -95,7 +95,7 @@ void tw_euler_near(const double q[4], tw_euler_order order, const double previou
   double outer = previous[axes[0]], inner = order_sign(order) * previous[axes[2]];
   if (!parts.difference_known) parts.half_difference = (outer - inner) / 2;
   if (!parts.sum_known) parts.half_sum = (outer + inner) / 2;
-  double twin[3];
+  double twin[3] = {0, 0, 0};
   join(&parts, order, out);
   twin[axes[0]] = out[axes[0]] + PI;
   twin[axes[1]] = PI - out[axes[1]];
@@ -105,20 +105,21 @@ void tw_euler_near(const double q[4], tw_euler_order order, const double previou
 }
 
 void tw_quat_from_euler(const double angles[3], tw_euler_order order, float out[4]) {
-  double q[4];
+  double q[4] = {0, 0, 0, 1};
   tw_quat_euler(angles, order, q);
   quat_narrow(q, out);
 }
 
 void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]) {
-  double p[4], angles[3];
+  double p[4], angles[3] = {0, 0, 0};
   quat_widen(q, p);
   tw_euler_of(p, order, angles);
   for (int i = 0; i < 3; i++) out[i] = (float)angles[i];
 }
 
 void tw_quat_to_euler_near(const float q[4], tw_euler_order order, const float previous[3], float out[3]) {
-  double p[4], angles[3], before[3] = {(double)previous[0], (double)previous[1], (double)previous[2]};
+  double p[4], angles[3] = {0, 0, 0},
+               before[3] = {(double)previous[0], (double)previous[1], (double)previous[2]};
   quat_widen(q, p);
   tw_euler_near(p, order, before, angles);
   for (int i = 0; i < 3; i++) out[i] = (float)angles[i];

@@ -45,14 +45,14 @@ static void find_keys(const tw_timeline *timeline, const float *times, size_t co
   }
 }
 
-void tw_clip_sample(const tw_clip *clip, uint32_t index, const float *times, size_t time_count, float *out) {
-  const tw_track *track = &clip->tracks[index];
+void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out) {
+  const tw_track *sampled = &clip->tracks[track];
   float clamped[TIME_BLOCK];
   uint32_t keys[TIME_BLOCK];
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
-    find_keys(track->timeline, times + done, count, clamped, keys);
-    tw_track_sample(track, clamped, keys, count, out + done * track->width);
+    find_keys(sampled->timeline, times + done, count, clamped, keys);
+    tw_track_sample(sampled, clamped, keys, count, out + done * sampled->width);
   }
 }
 

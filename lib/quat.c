@@ -39,6 +39,15 @@ void tw_arc_at(const tw_arc *arc, double u, double out[4]) {
   for (int i = 0; i < 4; i++) out[i] = arc->from[i] * c + arc->toward[i] * s;
 }
 
+double tw_angle_between(const double a[4], const double b[4]) {
+  double difference = 0, sum = 0;
+  for (int i = 0; i < 4; i++) {
+    difference += (a[i] - b[i]) * (a[i] - b[i]);
+    sum += (a[i] + b[i]) * (a[i] + b[i]);
+  }
+  return 4 * atan2(sqrt(fmin(difference, sum)), sqrt(fmax(difference, sum)));
+}
+
 void tw_quat_log(const double q[4], double out[3]) {
   double length = tw_length(q, 3);
   double scale = length > 0 ? atan2(length, q[3]) / length : 0;

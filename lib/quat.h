@@ -45,6 +45,9 @@ double tw_normalize(double *vector, int n);
 tw_arc tw_arc_between(const double a[4], const double b[4]);
 void tw_arc_at(const tw_arc *arc, double u, double out[4]);
 
+/* Of the rotation between two, in [0, pi]; lengths near 1 will do. */
+double tw_angle_between(const double a[4], const double b[4]);
+
 /* Half the rotation vector of a unit quaternion, and back. */
 void tw_quat_log(const double q[4], double out[3]);
 void tw_quat_exp(const double v[3], double out[4]);

@@ -89,6 +89,10 @@ double tw_track_seconds(const tw_track *track, uint32_t key);
  * precision; at 0 the key's sample. Of length 1 within 1e-6. */
 void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]);
 
+/* About how far a rotation track turns in segment `key`, rather too much than too little: what sampling its
+ * path densely enough needs. */
+double tw_track_travel(const tw_track *track, uint32_t key);
+
 /* Rotations of `count` arcs at once: out[i] at v = angles[i] of *arcs[i]. At most TW_ARC_BLOCK. */
 enum { TW_ARC_BLOCK = 64 };
 void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]);

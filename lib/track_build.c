@@ -51,7 +51,7 @@ static const double UNIT_TOLERANCE = 1e-6;
 
 static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out, tw_error *error) {
   for (uint32_t i = 0; i < keys->key_count; i++) {
-    double source[4], *unit = out->unit[i];
+    double source[4] = {0, 0, 0, 0}, *unit = out->unit[i];
     tw_status status = read_rotation(keys, i, source, error);
     if (status != TW_OK) return status;
     memcpy(unit, source, sizeof source);

@@ -122,6 +122,27 @@ void tw_track_rotation(const tw_track *track, uint32_t key, double part, double 
     formulas[track->kind](track, key, part, out);
 }
 
+double tw_track_travel(const tw_track *track, uint32_t key) {
+  enum { PLACES = 4 };
+  if (track->kind == TRACK_EULER) {
+    const double *change = track->segments.eulers[key].change;
+    return fabs(change[0]) + fabs(change[1]) + fabs(change[2]);
+  }
+  if (track->kind == TRACK_AXIS_ANGLE) {
+    const turn_segment *turn = &track->segments.turns[key];
+    return fabs(turn->change) + 2 * turn->axis_angle;
+  }
+  double travel = 0, before[4], at[4];
+  tw_track_rotation(track, key, 0, before);
+  for (int i = 1; i <= PLACES; i++) {
+    tw_track_rotation(track, key, (double)i / PLACES, at);
+    travel += tw_angle_between(before, at);
+    memcpy(before, at, sizeof before);
+  }
+  /* Splines may hurry between these places; arcs do not. */
+  return track->kind == TRACK_ARC || track->kind == TRACK_NLERP ? travel : 4 * travel;
+}
+
 static void rotation_at(const tw_track *track, uint32_t key, double part, float *out) {
   double q[4];
   tw_track_rotation(track, key, part, q);

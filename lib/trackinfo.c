@@ -2,7 +2,6 @@
 #include "tweend/trackinfo.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -15,16 +14,6 @@ static const double UNIT_TOLERANCE = 1e-5;
 static const double LOCKED = 1e-7; /* nearer to lock is not worth looking for */
 
 enum { STEPS_MIN = 4, STEPS_MAX = 512, REFINEMENTS = 40 };
-
-static double angle_between(const double a[4], const double b[4]) {
-  double difference = 0, sum = 0;
-  for (int i = 0; i < 4; i++) {
-    difference += (a[i] - b[i]) * (a[i] - b[i]);
-    sum += (a[i] + b[i]) * (a[i] + b[i]);
-  }
-  double angle = 4 * atan2(sqrt(difference), sqrt(sum));
-  return angle <= PI ? angle : 2 * PI - angle;
-}
 
 /* |cos| of the middle angle: the product of the pairs in euler.c, precise up to lock itself. */
 static double cos_middle(const double q[4], tw_euler_order order) {
@@ -52,7 +41,7 @@ static double stray(const segment *segment, double u) {
   double path[4], straight[4];
   tw_track_rotation(segment->track, segment->key, u, path);
   tw_arc_at(&segment->slerp, u, straight);
-  return angle_between(path, straight);
+  return tw_angle_between(path, straight);
 }
 
 static double measure_at(const measure *measure, double u) {
@@ -87,27 +76,6 @@ static double least(const measure *measure, double low, double high, double *u) 
 }
 
 /* ---- following the path ------------------------------------------------------------------------- */
-
-/* A first guess of how far a segment travels, from which its number of steps follows. */
-static double guess_travel(const tw_track *track, uint32_t key) {
-  if (track->kind == TRACK_EULER) {
-    const double *change = track->segments.eulers[key].change;
-    return fabs(change[0]) + fabs(change[1]) + fabs(change[2]);
-  }
-  if (track->kind == TRACK_AXIS_ANGLE) {
-    const turn_segment *turn = &track->segments.turns[key];
-    return fabs(turn->change) + 2 * turn->axis_angle;
-  }
-  double travel = 0, before[4], at[4];
-  tw_track_rotation(track, key, 0, before);
-  for (int i = 1; i <= STEPS_MIN; i++) {
-    tw_track_rotation(track, key, (double)i / STEPS_MIN, at);
-    travel += angle_between(before, at);
-    for (int j = 0; j < 4; j++) before[j] = at[j];
-  }
-  /* Splines may hurry between these places; arcs do not. */
-  return track->kind == TRACK_ARC || track->kind == TRACK_NLERP ? travel : 4 * travel;
-}
 
 static double segment_time(const segment *segment, double u) {
   return (double)segment->track->timeline->times[segment->key] +
@@ -158,7 +126,7 @@ static void cos_middles(const double q[4], double out[TW_EULER_ORDERS]) {
 /* Speed is taken over a window at the start of each step, as many turns may hide in a whole one. */
 static double follow_segment(const segment *segment, tw_track_report *report) {
   const tw_track *track = segment->track;
-  double guess = guess_travel(track, segment->key), seconds = tw_track_seconds(track, segment->key);
+  double guess = tw_track_travel(track, segment->key), seconds = tw_track_seconds(track, segment->key);
   int count = (int)fmax(STEPS_MIN, ceil(fmin(guess / STEP_ANGLE, STEPS_MAX)));
   double window = guess > STEP_ANGLE * count ? STEP_ANGLE / guess : 1.0 / count, travelled = 0;
   double start[4], beside[4], end[4], cosines[2][TW_EULER_ORDERS];
@@ -168,7 +136,7 @@ static double follow_segment(const segment *segment, tw_track_report *report) {
     double low = (double)(i - 1) / count, high = (double)i / count;
     tw_track_rotation(track, segment->key, low + window, beside);
     tw_track_rotation(track, segment->key, high, end);
-    double speed = angle_between(start, beside) / window;
+    double speed = tw_angle_between(start, beside) / window;
     if (speed > report->peak_velocity * seconds) {
       report->peak_velocity = speed / seconds;
       report->peak_time = segment_time(segment, low + window / 2);
@@ -201,7 +169,7 @@ static void follow_path(const tw_track *track, bool jumps, tw_track_report *repo
     if (key == last) break;
     tw_track_rotation(track, key + 1, 0, next);
     if (jumps) {
-      note_step(report, key, angle_between(here, next));
+      note_step(report, key, tw_angle_between(here, next));
       continue;
     }
     segment.slerp = short_arc(here, next);
@@ -250,14 +218,9 @@ static void choose_order(tw_track_report *report) {
 
 /* ---- sentences -------------------------------------------------------------------------------------- */
 
-static void warn(tw_track_report *report, const char *format, ...) TW_PRINTF(2, 3);
-
-static void warn(tw_track_report *report, const char *format, ...) {
-  va_list arguments;
-  va_start(arguments, format);
-  if (report->warning_count < TW_TRACK_WARNINGS)
-    vsnprintf(report->warnings[report->warning_count++], TW_TRACK_WARNING_SIZE, format, arguments);
-  va_end(arguments);
+/* Room for one more; there are fewer sentences than places. */
+static char *next_warning(tw_track_report *report) {
+  return report->warnings[report->warning_count++];
 }
 
 static double degrees(double radians) {
@@ -267,25 +230,31 @@ static double degrees(double radians) {
 static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order], *best = &report->gimbals[report->best_order];
   if (report->non_unit_keys)
-    warn(report, "%u keys are not of unit length and were normalised", report->non_unit_keys);
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u keys are not of unit length and were normalised", report->non_unit_keys);
   if (report->sign_flips)
-    warn(report, "%u keys have the opposite sign of the key before; the short way is taken all the same",
-         report->sign_flips);
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u keys have the opposite sign of the key before; the short way is taken all the same",
+             report->sign_flips);
   if (report->half_turns)
-    warn(report, "%u steps are of exactly 180 degrees: which way they turn is arbitrary", report->half_turns);
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u steps are of exactly 180 degrees: which way they turn is arbitrary", report->half_turns);
   if (report->long_steps)
-    warn(report,
-         "%u steps turn more than 180 degrees, the largest %.6g: as quaternions they would be cut short",
-         report->long_steps, degrees(report->largest_step));
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u steps turn more than 180 degrees, the largest %.6g: as quaternions they would be cut short",
+             report->long_steps, degrees(report->largest_step));
   if (report->euler_wraps)
-    warn(report, "%u steps change an Euler angle by more than 180 degrees", report->euler_wraps);
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u steps change an Euler angle by more than 180 degrees", report->euler_wraps);
   if (keys->form == TW_KEY_EULER && own->cos_middle < 0.1)
-    warn(report, "at %.6g s order %s is %.3g degrees from gimbal lock; order %s stays %.3g degrees away",
-         own->time, tw_euler_order_names[report->order], degrees(asin(own->cos_middle)),
-         tw_euler_order_names[report->best_order], degrees(asin(best->cos_middle)));
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "at %.6g s order %s is %.3g degrees from gimbal lock; order %s stays %.3g degrees away",
+             own->time, tw_euler_order_names[report->order], degrees(asin(own->cos_middle)),
+             tw_euler_order_names[report->best_order], degrees(asin(best->cos_middle)));
   if (report->has_stray && report->stray_angle > PI / 180)
-    warn(report, "at %.6g s interpolating each angle on its own is %.6g degrees away from slerp",
-         report->stray_time, degrees(report->stray_angle));
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "at %.6g s interpolating each angle on its own is %.6g degrees away from slerp",
+             report->stray_time, degrees(report->stray_angle));
 }
 
 static void inspect(const tw_track_keys *keys, const tw_clip *clip, tw_track_report *report) {

@@ -11,8 +11,9 @@ static const double SHEAR = 1e-5;
 void tw_trs_to_matrix(const tw_trs *trs, float out[16]) {
   float rotation[9];
   quat_matrix(trs->rotation, rotation);
-  for (int column = 0; column < 3; column++) {
-    for (int row = 0; row < 3; row++) out[4 * column + row] = rotation[3 * column + row] * trs->scale[column];
+  for (size_t column = 0; column < 3; column++) {
+    for (size_t row = 0; row < 3; row++)
+      out[4 * column + row] = rotation[3 * column + row] * trs->scale[column];
     out[4 * column + 3] = 0;
     out[12 + column] = trs->translation[column];
   }
@@ -91,7 +92,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
     for (int i = 0; i < 4; i++) out->rotation[i] = -out->rotation[i];
   float rotation[9];
   quat_matrix(out->rotation, rotation);
-  for (int i = 0; i < 3; i++) {
+  for (size_t i = 0; i < 3; i++) {
     const double axis[3] = {(double)rotation[3 * i], (double)rotation[3 * i + 1],
                             (double)rotation[3 * i + 2]};
     /* Along an axis that agrees, the length itself: free of the rotation's rounding. */
@@ -104,9 +105,9 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
 
 void tw_matrix_multiply(const float a[16], const float b[16], float out[16]) {
   float product[16];
-  for (int column = 0; column < 4; column++) {
+  for (size_t column = 0; column < 4; column++) {
     const float *factors = b + 4 * column;
-    for (int row = 0; row < 4; row++)
+    for (size_t row = 0; row < 4; row++)
       product[4 * column + row] =
           a[row] * factors[0] + a[4 + row] * factors[1] + a[8 + row] * factors[2] + a[12 + row] * factors[3];
   }
