@@ -204,14 +204,14 @@ static tw_status check_skinned_nodes(const tw_model *model, tw_error *error) {
   return status;
 }
 
-/* A weights track has one number a morph target of its node's mesh. */
+/* A weights track has one number a morph target of its node's mesh; without a mesh it moves nothing. */
 static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_error *error) {
   const tw_clip_keys *clip = &model->clips[index];
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     if (track->path != TW_WEIGHTS) continue;
     uint32_t mesh = model->nodes[track->node].mesh;
-    if (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width) continue;
+    if (mesh == TW_NO_INDEX || model->meshes[mesh].morph_count == track->width) continue;
     return fail_at(error, "clips", index, "/tracks",
                    "a track of weights does not fit the morph targets of its node's mesh");
   }

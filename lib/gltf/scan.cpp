@@ -25,6 +25,7 @@ constexpr uint64_t value_cost = 256; // a node of the JSON tree and its copy
 struct BufferOutline {
   uint64_t byte_length = 0;
   bool has_uri = false;
+  uint64_t uri_bytes = 0; // that the data URI decodes to
 };
 
 struct ViewOutline {
@@ -289,7 +290,7 @@ private:
       } else if (once.is(key, "uri")) {
         if (peek() != '"') refuse(TW_INVALID, place.pointer("uri"), "a uri must be a string");
         count_value();
-        check_uri(string(), place);
+        outline.uri_bytes = check_uri(string(), place);
         outline.has_uri = true;
       } else {
         skip();
@@ -299,15 +300,21 @@ private:
   }
 
   // Only what tinygltf takes for a data URI itself: with anything else it would look for a file.
-  static void check_uri(std::string_view uri, Place place) {
+  // Returns the number of bytes that it decodes to.
+  static uint64_t check_uri(std::string_view uri, Place place) {
     std::string start;
-    for (size_t i = 0; i < uri.size() && start.size() < 64; i++) {
+    uint64_t characters = 0; // of the base64 text; a slash may be written \/
+    for (size_t i = 0; i < uri.size(); i++) {
       if (uri[i] == '\\' && i + 1 < uri.size() && uri[i + 1] == '/') continue;
-      start += uri[i];
+      if (start.empty() || start.back() != ',')
+        start += uri[i];
+      else if (uri[i] != '=')
+        characters++;
     }
     if (!tinygltf::IsDataURI(start))
       refuse(TW_UNSUPPORTED, place.pointer("uri"),
              "a buffer must be inside the file: a base64 data URI or the BIN chunk");
+    return characters * 6 / 8;
   }
 
   void view(uint64_t i) {
@@ -385,7 +392,11 @@ private:
     Place place = {"buffers", i};
     if (buffer.byte_length == 0)
       refuse(TW_INVALID, place.pointer("byteLength"), "a buffer needs at least one byte");
-    if (buffer.has_uri) return;
+    if (buffer.has_uri) {
+      if (buffer.uri_bytes != buffer.byte_length)
+        refuse(TW_INVALID, place.pointer("byteLength"), "the data URI holds ", buffer.uri_bytes, " bytes");
+      return;
+    }
     if (!container_.binary) refuse(TW_INVALID, place.pointer(""), "a buffer of a JSON file needs a uri");
     if (i != 0) refuse(TW_INVALID, place.pointer(""), "only the first buffer may be the BIN chunk");
     if (buffer.byte_length > container_.bin_size)

@@ -1,0 +1,136 @@
+// glTF 2.0 and GLB to models: guards, tinygltf, then everything that tinygltf takes on trust.
+#include "gltf/assets.hpp"
+#include "gltf/container.hpp"
+#include "gltf/document.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <memory>
+
+#include "tweend/utf8.h"
+
+namespace gltf {
+
+namespace {
+
+// What a file of `size` bytes may grow to: an exporter's file has far less than one corner and one key
+// value a byte, and reuses its accessors some times.
+constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 8;
+constexpr uint64_t values_free = 4u << 20, values_per_byte = 4;
+
+// Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
+bool is_supported(const std::string &extension) {
+  static const char *const names[] = {"KHR_mesh_quantization", "FB_ngon_encoding",   "KHR_texture_transform",
+                                      "KHR_texture_basisu",    "EXT_texture_webp",   "EXT_texture_avif",
+                                      "MSFT_texture_dds",      "KHR_lights_punctual"};
+  if (extension.compare(0, 14, "KHR_materials_") == 0) return extension != "KHR_materials_variants";
+  return std::find(std::begin(names), std::end(names), extension) != std::end(names);
+}
+
+void check_required(const tinygltf::Model &source) {
+  for (size_t i = 0; i < source.extensionsRequired.size(); i++)
+    if (!is_supported(source.extensionsRequired[i]))
+      refuse(TW_UNSUPPORTED, text("/extensionsRequired/", i), "the document requires the extension ",
+             source.extensionsRequired[i], ", which is not supported");
+}
+
+void check_version(const tinygltf::Asset &asset) {
+  if (asset.version.compare(0, 2, "2.") != 0)
+    refuse(TW_UNSUPPORTED, "/asset/version", "glTF version ", asset.version, ": only version 2 can be read");
+  if (!asset.minVersion.empty() && asset.minVersion != "2.0")
+    refuse(TW_UNSUPPORTED, "/asset/minVersion", "the document needs glTF ", asset.minVersion);
+}
+
+// Keeps an image that came as a data URI as it is; images in views are taken later.
+bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
+                const unsigned char *bytes, int size, void *) {
+  if (image->bufferView == -1 && size > 0) image->image.assign(bytes, bytes + size);
+  return true;
+}
+
+// The first line of what the parser said, where it is fit to be shown.
+std::string parser_message(const std::string &message) {
+  std::string line = message.substr(0, std::min<size_t>(message.find('\n'), 200));
+  if (line.empty() || !tw_utf8_is_name(line.data(), line.size())) return "the document is not valid glTF";
+  return "the document is not valid glTF: " + line;
+}
+
+void parse(const Container &container, const uint8_t *bytes, size_t size, tinygltf::Model *out) {
+  tinygltf::TinyGLTF parser;
+  parser.SetFsCallbacks(tinygltf::FsCallbacks{}); // no file system
+  parser.SetImageLoader(keep_image, nullptr);     // no decoder
+  std::string errors, warnings;
+  bool parsed = container.binary
+                    ? parser.LoadBinaryFromMemory(out, &errors, &warnings, bytes, static_cast<unsigned>(size))
+                    : parser.LoadASCIIFromString(out, &errors, &warnings, container.json,
+                                                 static_cast<unsigned>(container.json_size), "");
+  if (!parsed) refuse(TW_INVALID, "", parser_message(errors));
+}
+
+void read(const uint8_t *bytes, size_t size, const tw_read_limits &limits, Document &document) {
+  Container container = open_container(bytes, size);
+  check_json(container, limits);
+  parse(container, bytes, size, &document.source);
+  check_version(document.source.asset);
+  check_required(document.source);
+  document.corners_left = std::min(corners_free + corners_per_byte * size, corners_max);
+  document.values_left = values_free + values_per_byte * size;
+  document.model->format = container.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
+  Accessors accessors(document.source);
+  read_assets(document);
+  read_meshes(document, accessors);
+  read_nodes(document);
+  read_skins(document, accessors);
+  read_clips(document, accessors);
+}
+
+tw_status report(const Refusal &refusal, tw_error *error) {
+  tw_fail(error, refusal.status, "%s", refusal.detail.c_str());
+  if (!refusal.pointer.empty()) tw_error_at(error, "%s", refusal.pointer.c_str());
+  return refusal.status;
+}
+
+// The one place where exceptions end.
+tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &limits, tw_quads quads,
+                     tw_model *model, tw_error *error) {
+  try {
+    auto document = std::make_unique<Document>(model, quads);
+    read(bytes, size, limits, *document);
+  } catch (const Refusal &refusal) {
+    return report(refusal, error);
+  } catch (const std::bad_alloc &) {
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  } catch (const std::exception &exception) {
+    return report({TW_INVALID, "", parser_message(exception.what())}, error);
+  } catch (...) {
+    return tw_fail(error, TW_INVALID, "the document is not valid glTF");
+  }
+  return tw_model_finish(model, error);
+}
+
+} // namespace
+
+const char *copy_name(const Document &document, const std::string &name) {
+  if (name.empty()) return nullptr;
+  char *copy = tw_arena_text(document.model->arena, name.data(), name.size());
+  if (!copy) throw std::bad_alloc();
+  for (size_t i = 0; i < name.size(); i++)
+    if (static_cast<unsigned char>(copy[i]) < 0x20 || copy[i] == 0x7F) copy[i] = ' ';
+  return copy;
+}
+
+} // namespace gltf
+
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
+                       tw_model **out, tw_error *error) {
+  tw_model *model = tw_model_create();
+  if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_read_limits none = {};
+  tw_status status = gltf::read_model(bytes, size, limits ? *limits : none, quads, model, error);
+  if (status != TW_OK) {
+    tw_model_destroy(model);
+    return status;
+  }
+  *out = model;
+  return TW_OK;
+}

@@ -1,0 +1,181 @@
+// The node hierarchy, the shown scene, and skins.
+#include "gltf/document.hpp"
+
+#include <algorithm>
+
+namespace gltf {
+
+namespace {
+
+uint32_t optional_index(int index, size_t count, const std::string &pointer) {
+  if (index == -1) return TW_NO_INDEX;
+  if (index < 0 || static_cast<size_t>(index) >= count)
+    refuse(TW_INVALID, pointer, "index ", index, " is out of range: there are ", count);
+  return static_cast<uint32_t>(index);
+}
+
+// Numbers of a member that has either none or `count` of them.
+void copy_numbers(const std::vector<double> &numbers, size_t count, float *out, const std::string &pointer) {
+  if (numbers.empty()) return;
+  if (numbers.size() != count)
+    refuse(TW_INVALID, pointer, "this needs ", count, " numbers and has ", numbers.size());
+  for (size_t i = 0; i < count; i++) out[i] = static_cast<float>(numbers[i]);
+}
+
+void read_node(Document &document, size_t index) {
+  const tinygltf::Node &source = document.source.nodes[index];
+  tw_node &node = document.model->nodes[index];
+  std::string pointer = text("/nodes/", index);
+  node.name = copy_name(document, source.name);
+  node.parent = TW_NO_INDEX;
+  node.mesh = optional_index(source.mesh, document.source.meshes.size(), pointer + "/mesh");
+  node.skin = optional_index(source.skin, document.source.skins.size(), pointer + "/skin");
+  node.rest = tw_trs{{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}};
+  copy_numbers(source.translation, 3, node.rest.translation, pointer + "/translation");
+  copy_numbers(source.rotation, 4, node.rest.rotation, pointer + "/rotation");
+  copy_numbers(source.scale, 3, node.rest.scale, pointer + "/scale");
+  copy_numbers(source.matrix, 16, node.matrix, pointer + "/matrix");
+  node.has_matrix = !source.matrix.empty();
+}
+
+void read_children(Document &document, size_t index) {
+  const std::vector<int> &children = document.source.nodes[index].children;
+  for (size_t i = 0; i < children.size(); i++) {
+    std::string pointer = text("/nodes/", index, "/children/", i);
+    uint32_t child = optional_index(children[i], document.source.nodes.size(), pointer);
+    if (child == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
+    uint32_t &parent = document.model->nodes[child].parent;
+    if (parent != TW_NO_INDEX) refuse(TW_INVALID, pointer, "node ", child, " has two parents");
+    parent = static_cast<uint32_t>(index);
+  }
+}
+
+// Marks a node and what hangs below it. Every node has one parent at most, so that no node comes twice
+// from different roots, and a cycle is never entered from a root.
+void mark_below(const tinygltf::Model &source, uint32_t root, std::vector<bool> &marked) {
+  std::vector<uint32_t> waiting = {root};
+  while (!waiting.empty()) {
+    uint32_t node = waiting.back();
+    waiting.pop_back();
+    if (marked[node]) continue;
+    marked[node] = true;
+    for (int child : source.nodes[node].children) waiting.push_back(static_cast<uint32_t>(child));
+  }
+}
+
+// A cycle is what no root leads to.
+void check_cycles(const Document &document) {
+  const tw_model &model = *document.model;
+  std::vector<bool> reached(model.node_count);
+  for (uint32_t i = 0; i < model.node_count; i++)
+    if (model.nodes[i].parent == TW_NO_INDEX) mark_below(document.source, i, reached);
+  for (uint32_t i = 0; i < model.node_count; i++)
+    if (!reached[i])
+      refuse(TW_INVALID, text("/nodes/", i, "/children"), "node ", i, " is in a cycle of nodes");
+}
+
+// Nodes outside the scene that is shown keep their place in the hierarchy, and lose their mesh.
+void apply_scene(Document &document) {
+  const tinygltf::Model &source = document.source;
+  tw_model &model = *document.model;
+  if (source.scenes.empty()) return;
+  if (source.defaultScene < -1 ||
+      (source.defaultScene >= 0 && static_cast<size_t>(source.defaultScene) >= source.scenes.size()))
+    refuse(TW_INVALID, "/scene", "there is no scene ", source.defaultScene);
+  size_t shown = source.defaultScene < 0 ? 0 : static_cast<size_t>(source.defaultScene);
+  const tinygltf::Scene &scene = source.scenes[shown];
+  std::vector<bool> inside(model.node_count);
+  for (size_t i = 0; i < scene.nodes.size(); i++) {
+    std::string pointer = text("/scenes/", shown, "/nodes/", i);
+    uint32_t node = optional_index(scene.nodes[i], model.node_count, pointer);
+    if (node == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
+    mark_below(source, node, inside);
+  }
+  model.name = copy_name(document, scene.name);
+  uint32_t outside = 0;
+  for (uint32_t i = 0; i < model.node_count; i++) {
+    if (inside[i] || model.nodes[i].mesh == TW_NO_INDEX) continue;
+    model.nodes[i].mesh = model.nodes[i].skin = TW_NO_INDEX;
+    outside++;
+  }
+  if (outside > 0) tw_model_warn(&model, "%u meshes outside the shown scene are left out", outside);
+}
+
+void warn_of_losses(const Document &document) {
+  size_t cameras = 0, lights = 0, weights = 0, instances = 0;
+  for (const tinygltf::Node &node : document.source.nodes) {
+    cameras += node.camera >= 0;
+    lights += node.extensions.count("KHR_lights_punctual");
+    instances += node.extensions.count("EXT_mesh_gpu_instancing");
+    weights += !node.weights.empty();
+  }
+  if (cameras > 0) tw_model_warn(document.model, "%zu cameras are left out", cameras);
+  if (lights > 0) tw_model_warn(document.model, "%zu lights are left out", lights);
+  if (instances > 0) tw_model_warn(document.model, "%zu nodes with instances show one of them", instances);
+  if (weights > 0)
+    tw_model_warn(document.model, "morph weights of %zu nodes are left out: those of the mesh count",
+                  weights);
+}
+
+const float *identity_matrices(const Document &document, size_t count) {
+  float *matrices = allocate<float>(document, count * 16);
+  for (size_t i = 0; i < count; i++)
+    for (size_t k = 0; k < 16; k += 5) matrices[16 * i + k] = 1;
+  return matrices;
+}
+
+const float *read_inverse_binds(Document &document, Accessors &accessors, int accessor, size_t count,
+                                const std::string &pointer) {
+  if (accessor == -1) return identity_matrices(document, count);
+  const Elements &elements = accessors.open(accessor, TINYGLTF_TYPE_MAT4, pointer);
+  if (elements.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
+    refuse(TW_INVALID, text("/accessors/", accessor, "/componentType"), "inverse bind matrices are floats");
+  if (elements.count() < count)
+    refuse(TW_INVALID, text("/accessors/", accessor, "/count"), "the skin has ", count, " joints and only ",
+           elements.count(), " inverse bind matrices");
+  float *matrices = allocate<float>(document, count * 16);
+  for (size_t i = 0; i < count; i++) elements.read(static_cast<uint32_t>(i), matrices + 16 * i);
+  return matrices;
+}
+
+} // namespace
+
+void read_nodes(Document &document) {
+  size_t count = document.source.nodes.size();
+  document.model->nodes = allocate<tw_node>(document, count);
+  document.model->node_count = static_cast<uint32_t>(count);
+  for (size_t i = 0; i < count; i++) read_node(document, i);
+  for (size_t i = 0; i < count; i++) read_children(document, i);
+  check_cycles(document);
+  apply_scene(document);
+  warn_of_losses(document);
+}
+
+void read_skins(Document &document, Accessors &accessors) {
+  const std::vector<tinygltf::Skin> &skins = document.source.skins;
+  document.model->skins = allocate<tw_skin>(document, skins.size());
+  document.model->skin_count = static_cast<uint32_t>(skins.size());
+  for (size_t i = 0; i < skins.size(); i++) {
+    const tinygltf::Skin &source = skins[i];
+    tw_skin &skin = document.model->skins[i];
+    std::string pointer = text("/skins/", i);
+    size_t count = source.joints.size(), nodes = document.source.nodes.size();
+    if (count == 0) refuse(TW_INVALID, pointer + "/joints", "a skin needs a joint");
+    if (count > UINT16_MAX + size_t{1})
+      refuse(TW_LIMIT, pointer + "/joints", "a skin has at most 65536 joints");
+    uint32_t *joints = allocate<uint32_t>(document, count);
+    for (size_t j = 0; j < count; j++) {
+      joints[j] = optional_index(source.joints[j], nodes, text(pointer, "/joints/", j));
+      if (joints[j] == TW_NO_INDEX)
+        refuse(TW_INVALID, text(pointer, "/joints/", j), "index -1 is out of range");
+    }
+    skin.name = copy_name(document, source.name);
+    skin.joint_count = static_cast<uint32_t>(count);
+    skin.joints = joints;
+    skin.inverse_bind = read_inverse_binds(document, accessors, source.inverseBindMatrices, count,
+                                           pointer + "/inverseBindMatrices");
+    skin.skeleton = optional_index(source.skeleton, nodes, pointer + "/skeleton");
+  }
+}
+
+} // namespace gltf

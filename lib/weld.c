@@ -1,0 +1,250 @@
+/* Welding by edges. Everything is grouped by sorting in buckets: hashes only choose the bucket, so that
+ * no input makes it slower than n log n, and the result does not depend on them. */
+#include "weld.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static tw_status no_memory(tw_error *error) {
+  return tw_fail(error, TW_NO_MEMORY, "out of memory");
+}
+
+/* ---- sorting in buckets ---------------------------------------------------------------------- */
+
+typedef bool less_fn(const void *context, uint32_t a, uint32_t b);
+
+static void sift_down(uint32_t *heap, size_t root, size_t count, less_fn *less, const void *context) {
+  for (;;) {
+    size_t child = 2 * root + 1;
+    if (child >= count) return;
+    if (child + 1 < count && less(context, heap[child], heap[child + 1])) child++;
+    if (!less(context, heap[root], heap[child])) return;
+    uint32_t moved = heap[root];
+    heap[root] = heap[child];
+    heap[child] = moved;
+    root = child;
+  }
+}
+
+static void sort_items(uint32_t *items, size_t count, less_fn *less, const void *context) {
+  enum { SMALL = 12 };
+  if (count <= SMALL) {
+    for (size_t i = 1; i < count; i++) {
+      uint32_t item = items[i];
+      size_t at = i;
+      for (; at > 0 && less(context, item, items[at - 1]); at--) items[at] = items[at - 1];
+      items[at] = item;
+    }
+    return;
+  }
+  for (size_t root = count / 2; root-- > 0;) sift_down(items, root, count, less, context);
+  for (size_t end = count - 1; end > 0; end--) {
+    uint32_t greatest = items[0];
+    items[0] = items[end];
+    items[end] = greatest;
+    sift_down(items, 0, end, less, context);
+  }
+}
+
+/* order: [count] receives 0 to count - 1 by bucket, in each bucket by `less`. */
+static tw_status sort_in_buckets(const uint32_t *bucket_of, uint32_t count, uint32_t bucket_count,
+                                 less_fn *less, const void *context, uint32_t *order, tw_error *error) {
+  uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
+  if (!starts) return no_memory(error);
+  for (uint32_t i = 0; i < count; i++) starts[bucket_of[i] + 1]++;
+  for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
+  for (uint32_t i = 0; i < count; i++) order[starts[bucket_of[i]]++] = i;
+  /* Each start has moved on to its bucket's end. */
+  for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++])
+    if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
+  free(starts);
+  return TW_OK;
+}
+
+/* ---- equal positions ------------------------------------------------------------------------- */
+
+static bool position_less(const void *context, uint32_t a, uint32_t b) {
+  const float *p = (const float *)context + 3 * (size_t)a, *q = (const float *)context + 3 * (size_t)b;
+  for (int i = 0; i < 3; i++)
+    if (p[i] != q[i]) return p[i] < q[i];
+  return a < b;
+}
+
+static bool same_position(const float *positions, uint32_t a, uint32_t b) {
+  const float *p = positions + 3 * (size_t)a, *q = positions + 3 * (size_t)b;
+  return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+}
+
+static uint32_t hash_position(const float *position) {
+  uint64_t hash = 0;
+  for (int i = 0; i < 3; i++) {
+    float value = position[i] + 0.0f; /* -0 and 0 are equal: -0 + 0 is 0 */
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
+    hash ^= hash >> 32;
+  }
+  return (uint32_t)hash;
+}
+
+/* place: [vertex_count] receives for each vertex the first one at the same position. *split: whether
+ * any position has two vertices. */
+static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, tw_error *error) {
+  uint32_t count = soup->vertex_count, buckets = 1;
+  while (buckets < count && buckets < 1u << 31) buckets *= 2;
+  uint32_t *order = tw_alloc(count, sizeof *order);
+  if (!order) return no_memory(error);
+  for (uint32_t i = 0; i < count; i++)
+    place[i] = hash_position(soup->positions + 3 * (size_t)i) & (buckets - 1);
+  tw_status status = sort_in_buckets(place, count, buckets, position_less, soup->positions, order, error);
+  *split = false;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) {
+    bool again = i > 0 && same_position(soup->positions, order[i], order[i - 1]);
+    place[order[i]] = again ? place[order[i - 1]] : order[i];
+    *split |= again;
+  }
+  free(order);
+  return status;
+}
+
+/* ---- edges along the same positions ---------------------------------------------------------- */
+
+/* One side of a face: from vertex `from` to vertex `to`. */
+typedef struct side {
+  uint32_t from, to;
+  uint32_t low, high; /* their places, the lower one first */
+} side;
+
+static bool side_less(const void *context, uint32_t a, uint32_t b) {
+  const side *p = (const side *)context + a, *q = (const side *)context + b;
+  return p->high != q->high ? p->high < q->high : a < b;
+}
+
+static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner) {
+  return corner + 1 < soup->face_offsets[face + 1] ? corner + 1 : soup->face_offsets[face];
+}
+
+/* The sides that touch a place with several vertices; no other has anything to join. */
+static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const bool *several, side *sides) {
+  uint32_t count = 0;
+  for (uint32_t face = 0; face < soup->face_count; face++)
+    for (uint32_t c = soup->face_offsets[face]; c < soup->face_offsets[face + 1]; c++) {
+      uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
+      uint32_t p = place[from], q = place[to];
+      if (p == q || (!several[p] && !several[q])) continue;
+      sides[count++] = (side){from, to, p < q ? p : q, p < q ? q : p};
+    }
+  return count;
+}
+
+static uint32_t find_root(uint32_t *joined, uint32_t vertex) {
+  while (joined[vertex] != vertex) {
+    joined[vertex] = joined[joined[vertex]];
+    vertex = joined[vertex];
+  }
+  return vertex;
+}
+
+/* The lower vertex becomes the root, so that a point is known by its first vertex. */
+static void join(uint32_t *joined, uint32_t a, uint32_t b) {
+  a = find_root(joined, a);
+  b = find_root(joined, b);
+  if (a < b)
+    joined[b] = a;
+  else
+    joined[a] = b;
+}
+
+/* sides sorted by (low, high) through `order`: joins the ends of each pair that is alone on its edge. */
+static void join_pairs(const side *sides, const uint32_t *order, uint32_t count, const uint32_t *place,
+                       uint32_t *joined) {
+  for (uint32_t i = 0, end; i < count; i = end) {
+    const side *a = &sides[order[i]];
+    for (end = i + 1; end < count; end++)
+      if (sides[order[end]].low != a->low || sides[order[end]].high != a->high) break;
+    if (end - i != 2) continue;
+    const side *b = &sides[order[i + 1]];
+    if (place[a->from] != place[b->to]) continue; /* they run the same way */
+    join(joined, a->from, b->to);
+    join(joined, a->to, b->from);
+  }
+}
+
+static tw_status join_sides(const tw_soup *soup, const uint32_t *place, side *sides, uint32_t *scratch,
+                            bool *several, uint32_t *joined, tw_error *error) {
+  for (uint32_t v = 0; v < soup->vertex_count; v++)
+    if (place[v] != v) several[place[v]] = true;
+  uint32_t count = collect_sides(soup, place, several, sides);
+  uint32_t *low = scratch, *order = scratch + count;
+  for (uint32_t i = 0; i < count; i++) low[i] = sides[i].low;
+  tw_status status = sort_in_buckets(low, count, soup->vertex_count, side_less, sides, order, error);
+  if (status == TW_OK) join_pairs(sides, order, count, place, joined);
+  return status;
+}
+
+/* joined: [vertex_count], every vertex its own root; receives the forest. */
+static tw_status join_split_points(const tw_soup *soup, const uint32_t *place, uint32_t *joined,
+                                   tw_error *error) {
+  side *sides = tw_alloc(soup->corner_count, sizeof *sides);
+  uint32_t *scratch = tw_alloc(soup->corner_count, 2 * sizeof *scratch);
+  bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
+  tw_status status = sides && scratch && several
+                         ? join_sides(soup, place, sides, scratch, several, joined, error)
+                         : no_memory(error);
+  free(sides);
+  free(scratch);
+  free(several);
+  return status;
+}
+
+/* Numbers the roots of a forest in their order. forest: [count], first vertices are roots. */
+static uint32_t number_roots(uint32_t *forest, uint32_t count, uint32_t *number) {
+  uint32_t numbers = 0;
+  for (uint32_t v = 0; v < count; v++) {
+    uint32_t root = find_root(forest, v);
+    number[v] = root == v ? numbers++ : number[root];
+  }
+  return numbers;
+}
+
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,
+                         tw_error *error) {
+  uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
+  if (!place) return no_memory(error);
+  uint32_t *joined = place + soup->vertex_count;
+  for (uint32_t v = 0; v < soup->vertex_count; v++) joined[v] = v;
+  bool split = false;
+  tw_status status = find_places(soup, place, &split, error);
+  if (status == TW_OK && split) status = join_split_points(soup, place, joined, error);
+  if (status == TW_OK) *point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
+  free(place);
+  return status;
+}
+
+/* ---- texture coordinates --------------------------------------------------------------------- */
+
+static bool uv_less(const void *context, uint32_t a, uint32_t b) {
+  const float *p = (const float *)context + 2 * (size_t)a, *q = (const float *)context + 2 * (size_t)b;
+  if (p[0] != q[0]) return p[0] < q[0];
+  if (p[1] != q[1]) return p[1] < q[1];
+  return a < b;
+}
+
+tw_status tw_weld_uvs(const float *uvs, const uint32_t *point_of_vertex, uint32_t vertex_count,
+                      uint32_t point_count, uint32_t *value_of_vertex, uint32_t *value_count,
+                      tw_error *error) {
+  uint32_t *order = tw_alloc(vertex_count, 2 * sizeof *order);
+  if (!order) return no_memory(error);
+  uint32_t *first = order + vertex_count;
+  tw_status status = sort_in_buckets(point_of_vertex, vertex_count, point_count, uv_less, uvs, order, error);
+  for (uint32_t i = 0; i < vertex_count && status == TW_OK; i++) {
+    uint32_t v = order[i], before = i > 0 ? order[i - 1] : v;
+    bool same = i > 0 && point_of_vertex[v] == point_of_vertex[before] &&
+                uvs[2 * (size_t)v] == uvs[2 * (size_t)before] &&
+                uvs[2 * (size_t)v + 1] == uvs[2 * (size_t)before + 1];
+    first[v] = same ? first[before] : v;
+  }
+  if (status == TW_OK) *value_count = number_roots(first, vertex_count, value_of_vertex);
+  free(order);
+  return status;
+}

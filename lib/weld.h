@@ -1,0 +1,44 @@
+/* Makes a surface of a vertex buffer. Renderers need a vertex for each different normal or texture
+ * coordinate, so files split points along seams; the surface must not be torn there. */
+#ifndef TWEEND_WELD_H
+#define TWEEND_WELD_H
+
+#include "tweend/mesh.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Faces over vertices; a view. */
+typedef struct tw_soup {
+  uint32_t vertex_count;
+  const float *positions; /* [vertex_count][3], finite */
+  uint32_t face_count, corner_count;
+  const uint32_t *face_offsets; /* [face_count + 1] */
+  const uint32_t *corners;      /* [corner_count] vertices, in range */
+} tw_soup;
+
+/* Which vertices are one point. Two edges that run along the same two positions in opposite
+ * directions are one edge, and their ends one point each, when no third edge runs there: so seams
+ * close, and surfaces that only touch stay apart.
+ * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex.
+ * O(n log n) at worst. Errors: TW_NO_MEMORY. */
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,
+                         tw_error *error);
+
+/* Which vertices have one texture coordinate: those of the same point with the same two numbers.
+ * uvs: [vertex_count][2], finite. value_of_vertex: [vertex_count], numbered as points are. */
+tw_status tw_weld_uvs(const float *uvs, const uint32_t *point_of_vertex, uint32_t vertex_count,
+                      uint32_t point_count, uint32_t *value_of_vertex, uint32_t *value_count,
+                      tw_error *error);
+
+/* Undoes the splitting of quads: joins triangles that follow one another in the file, share an edge,
+ * its texture coordinates and a material, and make a convex quad that is nearly flat. Where a triangle
+ * could go with either neighbour, the sum of the quads' quality decides. Replaces the mesh's faces by
+ * arrays in the arena; only meshes without tags. */
+tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

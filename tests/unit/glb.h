@@ -1,0 +1,80 @@
+/* Builds glTF files for the tests: JSON text and bytes for the BIN chunk. */
+#ifndef TEST_GLB_H
+#define TEST_GLB_H
+
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <setjmp.h>
+
+#include <cmocka.h>
+
+#include "tweend/format.h"
+
+typedef struct glb {
+  uint8_t *bytes;
+  size_t size;
+} glb;
+
+static inline void glb_put_u32(uint8_t *at, uint32_t value) {
+  for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (8 * i));
+}
+
+/* bin_size 0: no BIN chunk. Freed by the caller. */
+static inline glb glb_build(const char *json, const void *bin, size_t bin_size) {
+  size_t text = strlen(json), json_size = (text + 3) / 4 * 4, padded = (bin_size + 3) / 4 * 4;
+  glb file = {NULL, 20 + json_size + (bin_size ? 8 + padded : 0)};
+  file.bytes = calloc(file.size, 1);
+  assert_non_null(file.bytes);
+  memcpy(file.bytes, "glTF", 4);
+  glb_put_u32(file.bytes + 4, 2);
+  glb_put_u32(file.bytes + 8, (uint32_t)file.size);
+  glb_put_u32(file.bytes + 12, (uint32_t)json_size);
+  memcpy(file.bytes + 16, "JSON", 4);
+  memset(file.bytes + 20, ' ', json_size);
+  memcpy(file.bytes + 20, json, text);
+  if (bin_size) {
+    glb_put_u32(file.bytes + 20 + json_size, (uint32_t)padded);
+    memcpy(file.bytes + 24 + json_size, "BIN", 4);
+    memcpy(file.bytes + 28 + json_size, bin, bin_size);
+  }
+  return file;
+}
+
+/* Reads JSON and BIN; a refusal is printed and fails the test. */
+static inline tw_model *glb_read_with(const char *json, const void *bin, size_t bin_size, tw_quads quads) {
+  glb file = glb_build(json, bin, bin_size);
+  tw_model *model = NULL;
+  tw_error error = {0};
+  tw_status status = tw_gltf_read(file.bytes, file.size, quads, NULL, &model, &error);
+  free(file.bytes);
+  if (status != TW_OK) print_error("%s: %s\n", error.pointer, error.detail);
+  assert_int_equal(status, TW_OK);
+  return model;
+}
+
+static inline tw_model *glb_read(const char *json, const void *bin, size_t bin_size) {
+  return glb_read_with(json, bin, bin_size, TW_QUADS_NGON);
+}
+
+/* The document must be refused with this status at this place. */
+static inline void glb_refused(const char *json, const void *bin, size_t bin_size, tw_status expected,
+                               const char *pointer) {
+  glb file = glb_build(json, bin, bin_size);
+  tw_model *untouched = NULL;
+  tw_error error = {0};
+  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, NULL, &untouched, &error);
+  free(file.bytes);
+  if (status != expected || strcmp(error.pointer, pointer) != 0)
+    print_error("%s\n-> status %d, %s: %s\n", json, (int)status, error.pointer, error.detail);
+  assert_int_equal(status, expected);
+  assert_string_equal(error.pointer, pointer);
+  assert_true(error.detail[0] != '\0');
+  assert_null(untouched);
+}
+
+#endif

@@ -1,0 +1,338 @@
+/* What never reaches the glTF parser: lying containers, dear or deep JSON, data outside the file. */
+#include "glb.h"
+
+#define ASSET "\"asset\":{\"version\":\"2.0\"}"
+
+static tw_status read_bytes(const void *bytes, size_t size, tw_error *error) {
+  uint8_t *copy = malloc(size ? size : 1);
+  assert_non_null(copy);
+  memcpy(copy, bytes, size);
+  tw_model *model = NULL;
+  tw_status status = tw_gltf_read(copy, size, TW_QUADS_NGON, NULL, &model, error);
+  free(copy);
+  if (status == TW_OK) tw_model_destroy(model);
+  return status;
+}
+
+static tw_status read_text(const char *text, tw_error *error) {
+  return read_bytes(text, strlen(text), error);
+}
+
+/* ---- GLB ------------------------------------------------------------------------------------ */
+
+static void lying_glb_lengths_are_refused(void **state) {
+  (void)state;
+  static const uint8_t bin[4] = {1, 2, 3, 4};
+  static const struct {
+    size_t at;
+    uint32_t value;
+  } lies[] = {
+      {4, 1},           {4, 3},  {8, 0},           {8, 19}, {8, UINT32_MAX},  {12, 0}, {12, UINT32_MAX},
+      {12, 0xFFFFFFEC}, {12, 4}, {16, 0x004E4942}, {48, 8}, {48, UINT32_MAX}, {48, 3}, {52, 0x4E4F534A},
+  };
+  const char *json = "{" ASSET "}";
+  assert_int_equal(strlen(json), 27); /* so that the BIN chunk begins at 48 */
+  for (size_t i = 0; i < sizeof lies / sizeof *lies; i++) {
+    glb file = glb_build(json, bin, 4);
+    tw_error error;
+    assert_int_equal(read_bytes(file.bytes, file.size, &error), TW_OK);
+    glb_put_u32(file.bytes + lies[i].at, lies[i].value);
+    tw_status status = read_bytes(file.bytes, file.size, &error);
+    free(file.bytes);
+    if (status == TW_OK) print_error("%u at %zu was believed\n", lies[i].value, lies[i].at);
+    assert_true(status == TW_SYNTAX || status == TW_UNSUPPORTED);
+  }
+}
+
+static void a_glb_cut_anywhere_is_refused(void **state) {
+  (void)state;
+  static const uint8_t bin[8] = {0};
+  glb file = glb_build("{" ASSET ",\"buffers\":[{\"byteLength\":8}]}", bin, 8);
+  tw_error error;
+  assert_int_equal(read_bytes(file.bytes, file.size, &error), TW_OK);
+  for (size_t size = 0; size < file.size; size++) {
+    glb_put_u32(file.bytes + 8, (uint32_t)size); /* an honest header must not help */
+    if (size < 12)
+      assert_int_not_equal(read_bytes(file.bytes, size, &error), TW_OK);
+    else if (size != 20 + 52)
+      assert_int_not_equal(read_bytes(file.bytes, size, &error), TW_OK);
+  }
+  free(file.bytes);
+}
+
+static void more_chunks_may_follow_when_they_fit(void **state) {
+  (void)state;
+  static const uint8_t bin[16] = {0};
+  glb file = glb_build("{" ASSET "}", bin, 16);
+  /* Splits the BIN chunk of 16 bytes into one of 4 and an unknown one of 4. */
+  tw_error error;
+  glb_put_u32(file.bytes + 48, 4);
+  glb_put_u32(file.bytes + 60, 4);
+  memcpy(file.bytes + 64, "MORE", 4);
+  assert_int_equal(read_bytes(file.bytes, file.size, &error), TW_OK);
+  glb_put_u32(file.bytes + 60, 8);
+  assert_int_equal(read_bytes(file.bytes, file.size, &error), TW_SYNTAX);
+  free(file.bytes);
+}
+
+/* ---- JSON ----------------------------------------------------------------------------------- */
+
+static void malformed_json_is_a_syntax_error(void **state) {
+  (void)state;
+  static const char *const texts[] = {
+      "",
+      "  ",
+      "[]",
+      "{",
+      "{\"asset\"",
+      "{" ASSET,
+      "{" ASSET "}}",
+      "{" ASSET "} x",
+      "{" ASSET ",}",
+      "{" ASSET ",\"a\" 1}",
+      "{" ASSET ",\"a\":}",
+      "{" ASSET ",\"a\":[1,]}",
+      "{" ASSET ",\"a\":[1 2]}",
+      "{" ASSET ",\"a\":\"x}",
+      "{" ASSET ",\"a\":\"\\",
+      "{" ASSET ",\"a\":\"\n\"}",
+      "{" ASSET ",\"a\":tru}",
+      "{" ASSET ",\"a\":nul",
+      "{" ASSET ",\"buffers\":[],\"buffers\":[]}",
+      "{" ASSET ",a:1}",
+      "{" ASSET ",\"a\":'x'}",
+  };
+  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+    tw_error error = {0};
+    tw_status status = read_text(texts[i], &error);
+    if (status != TW_SYNTAX) print_error("%s\n-> %d\n", texts[i], (int)status);
+    assert_int_equal(status, TW_SYNTAX);
+    assert_true(error.detail[0] != '\0');
+  }
+}
+
+static void what_only_the_parser_notices_is_refused_too(void **state) {
+  (void)state;
+  static const char *const texts[] = {
+      "{\"a\":1}",
+      "{\"asset\":{}}",
+      "{\"asset\":{\"version\":2.0}}",
+      "{" ASSET ",\"a\":01}",
+      "{" ASSET ",\"a\":1e999}",
+      "{" ASSET ",\"a\":-}",
+      "{" ASSET ",\"a\":\"\\x\"}",
+      "{" ASSET ",\"a\":\"\xFF\"}",
+      "{" ASSET ",\"nodes\":[1]}",
+  };
+  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++) {
+    tw_error error = {0};
+    tw_status status = read_text(texts[i], &error);
+    if (status != TW_INVALID) print_error("%s\n-> %d\n", texts[i], (int)status);
+    assert_int_equal(status, TW_INVALID);
+    assert_true(error.detail[0] != '\0');
+  }
+}
+
+static void nesting_is_bounded(void **state) {
+  (void)state;
+  enum { DEPTH = 100000 };
+  char *text = malloc(2 * DEPTH + 100);
+  assert_non_null(text);
+  for (int depth = 1; depth <= DEPTH; depth = depth < 80 ? depth + 1 : DEPTH + (depth == DEPTH)) {
+    size_t length = (size_t)sprintf(text, "{" ASSET ",\"extras\":");
+    memset(text + length, '[', (size_t)depth);
+    memset(text + length + depth, ']', (size_t)depth);
+    strcpy(text + length + 2 * depth, "}");
+    tw_error error;
+    assert_int_equal(read_text(text, &error), depth < 64 ? TW_OK : TW_LIMIT);
+  }
+  free(text);
+}
+
+static void the_number_of_values_is_limited_where_asked(void **state) {
+  (void)state;
+  const char *text = "{" ASSET ",\"extras\":[1,2,3]}";
+  tw_read_limits limits = {.json_values = 7};
+  tw_model *model = NULL;
+  tw_error error;
+  assert_int_equal(tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, &limits, &model, &error),
+                   TW_OK);
+  tw_model_destroy(model);
+  limits.json_values = 6;
+  assert_int_equal(tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, &limits, &model, &error),
+                   TW_LIMIT);
+}
+
+static char *repeat(const char *head, const char *part, size_t count, const char *tail) {
+  size_t length = strlen(part);
+  char *text = malloc(strlen(head) + count * length + strlen(tail) + 1);
+  assert_non_null(text);
+  char *at = stpcpy(text, head);
+  for (size_t i = 0; i < count; i++, at += length) memcpy(at, part, length);
+  strcpy(at, tail);
+  return text;
+}
+
+static void json_that_is_dear_to_parse_is_refused(void **state) {
+  (void)state;
+  tw_error error;
+  char *text = repeat("{" ASSET ",\"materials\":[", "{},", 300000, "{}]}");
+  assert_int_equal(read_text(text, &error), TW_LIMIT);
+  free(text);
+  char *values = repeat("[", "1,", 10000, "1]");
+  char *head = malloc(strlen(values) + 100);
+  assert_non_null(head);
+  sprintf(head, "{" ASSET ",\"animations\":[{\"extensions\":{\"a\":%s},\"channels\":[],\"samplers\":[",
+          values);
+  text = repeat(head, "{\"input\":0,\"output\":0},", 10000, "{\"input\":0,\"output\":0}]}]}");
+  assert_int_equal(read_text(text, &error), TW_LIMIT);
+  free(text);
+  free(head);
+  free(values);
+}
+
+/* ---- data outside the file ------------------------------------------------------------------- */
+
+static void nothing_outside_the_file_is_opened(void **state) {
+  (void)state;
+  static const char *const uris[] = {"data.bin",
+                                     "/etc/hostname",
+                                     "file:///etc/hostname",
+                                     "../../etc/hostname",
+                                     "http://127.0.0.1/",
+                                     "",
+                                     "data:",
+                                     "data:application/octet-stream,AAAA",
+                                     "data:model/x;base64,AAAA",
+                                     "DATA:application/octet-stream;base64,AAAA",
+                                     "d\\u0061ta.bin"};
+  for (size_t i = 0; i < sizeof uris / sizeof *uris; i++) {
+    char text[512];
+    snprintf(text, sizeof text, "{" ASSET ",\"buffers\":[{\"byteLength\":3,\"uri\":\"%s\"}]}", uris[i]);
+    tw_error error = {0};
+    assert_int_equal(read_text(text, &error), TW_UNSUPPORTED);
+    assert_string_equal(error.pointer, "/buffers/0/uri");
+    glb_refused(text, "abc", 3, TW_UNSUPPORTED, "/buffers/0/uri");
+  }
+}
+
+static void references_to_outside_images_stay_as_they_are(void **state) {
+  (void)state;
+  const char *text = "{" ASSET ",\"images\":[{\"uri\":\"/etc/hostname\"},{\"uri\":\"a%20b.png\"}]}";
+  tw_error error;
+  assert_int_equal(read_text(text, &error), TW_OK);
+}
+
+static void buffers_and_views_must_lie_in_their_data(void **state) {
+  (void)state;
+  static const struct {
+    const char *json, *pointer;
+    tw_status status;
+  } cases[] = {
+      {"\"buffers\":[{\"byteLength\":9}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":0}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":-1}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":1.5}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":99999999999999999999}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":\"8\"}]", "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8,\"byteLength\":4}]", "/buffers/0/byteLength", TW_SYNTAX},
+      {"\"buffers\":[{\"byteLengt\\u0068\":8}]", "/buffers/0", TW_UNSUPPORTED},
+      {"\"buffers\":[{\"byteLength\":8},{\"byteLength\":8}]", "/buffers/1", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":4,\"uri\":\"data:application/octet-stream;base64,AAAA\"}]",
+       "/buffers/0/byteLength", TW_INVALID},
+      {"\"buffers\":[3]", "/buffers/0", TW_INVALID},
+      {"\"buffers\":{}", "/buffers", TW_INVALID},
+      {"\"bufferViews\":[{\"buffer\":0,\"byteLength\":8}]", "/bufferViews/0/buffer", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":1,\"byteLength\":8}]",
+       "/bufferViews/0/buffer", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":9}]",
+       "/bufferViews/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":0}]",
+       "/bufferViews/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":0,\"byteOffset\":5,\"byteLength\":4}]",
+       "/bufferViews/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":0,\"byteOffset\":9007199254740991,"
+       "\"byteLength\":9007199254740991}]",
+       "/bufferViews/0/byteLength", TW_INVALID},
+      {"\"buffers\":[{\"byteLength\":8}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":8}],"
+       "\"images\":[{\"bufferView\":1,\"mimeType\":\"image/png\"}]",
+       "/images/0/bufferView", TW_INVALID},
+      {"\"images\":[{\"bufferView\":99999999999}]", "/images/0/bufferView", TW_INVALID},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char text[1024];
+    snprintf(text, sizeof text, "{" ASSET ",%s}", cases[i].json);
+    glb_refused(text, "abcdefgh", 8, cases[i].status, cases[i].pointer);
+  }
+}
+
+static void a_json_file_has_no_bin_chunk(void **state) {
+  (void)state;
+  tw_error error = {0};
+  assert_int_equal(read_text("{" ASSET ",\"buffers\":[{\"byteLength\":8}]}", &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/buffers/0");
+}
+
+static void a_slash_in_a_data_uri_may_be_escaped(void **state) {
+  (void)state;
+  tw_error error = {0};
+  assert_int_equal(read_text("{" ASSET ",\"buffers\":[{\"byteLength\":3,\"uri\":\"data:application\\/"
+                             "octet-stream;base64,A\\/\\/A\"}]}",
+                             &error),
+                   TW_OK);
+}
+
+/* ---- extensions and versions ------------------------------------------------------------------ */
+
+static void required_extensions_are_refused_by_name(void **state) {
+  (void)state;
+  static const char *const names[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
+                                      "EXT_mesh_gpu_instancing", "X_unknown"};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    char text[512];
+    snprintf(text, sizeof text, "{" ASSET ",\"extensionsUsed\":[\"%s\"],\"extensionsRequired\":[\"%s\"]}",
+             names[i], names[i]);
+    tw_error error = {0};
+    assert_int_equal(read_text(text, &error), TW_UNSUPPORTED);
+    assert_string_equal(error.pointer, "/extensionsRequired/0");
+    assert_non_null(strstr(error.detail, names[i]));
+  }
+  tw_error error;
+  assert_int_equal(read_text("{" ASSET ",\"extensionsUsed\":[\"X_unknown\"]}", &error), TW_OK);
+  assert_int_equal(read_text("{" ASSET ",\"extensionsRequired\":[\"KHR_mesh_quantization\","
+                             "\"KHR_materials_unlit\"]}",
+                             &error),
+                   TW_OK);
+}
+
+static void only_version_2_is_read(void **state) {
+  (void)state;
+  tw_error error = {0};
+  assert_int_equal(read_text("{\"asset\":{\"version\":\"1.0\"}}", &error), TW_UNSUPPORTED);
+  assert_string_equal(error.pointer, "/asset/version");
+  assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.1\"}}", &error),
+                   TW_UNSUPPORTED);
+  assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.0\"}}", &error), TW_OK);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(lying_glb_lengths_are_refused),
+      cmocka_unit_test(a_glb_cut_anywhere_is_refused),
+      cmocka_unit_test(more_chunks_may_follow_when_they_fit),
+      cmocka_unit_test(malformed_json_is_a_syntax_error),
+      cmocka_unit_test(what_only_the_parser_notices_is_refused_too),
+      cmocka_unit_test(nesting_is_bounded),
+      cmocka_unit_test(the_number_of_values_is_limited_where_asked),
+      cmocka_unit_test(json_that_is_dear_to_parse_is_refused),
+      cmocka_unit_test(nothing_outside_the_file_is_opened),
+      cmocka_unit_test(references_to_outside_images_stay_as_they_are),
+      cmocka_unit_test(buffers_and_views_must_lie_in_their_data),
+      cmocka_unit_test(a_json_file_has_no_bin_chunk),
+      cmocka_unit_test(a_slash_in_a_data_uri_may_be_escaped),
+      cmocka_unit_test(required_extensions_are_refused_by_name),
+      cmocka_unit_test(only_version_2_is_read),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
