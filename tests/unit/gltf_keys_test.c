@@ -1,0 +1,313 @@
+/* Tracks as glTF can hold them: what a viewer shows must be what the track says. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "gltf_keys.h"
+
+static const double DEGREE = 3.141592653589793 / 180;
+
+/* Radians between two rotations. */
+static double angle_between(const float a[4], const float b[4]) {
+  double apart = 0, opposite = 0;
+  for (int i = 0; i < 4; i++) {
+    apart += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
+    opposite += ((double)a[i] + (double)b[i]) * ((double)a[i] + (double)b[i]);
+  }
+  return 4 * asin(fmin(1, sqrt(fmin(apart, opposite)) / 2));
+}
+
+/* glTF's LINEAR, by the formula of its appendix C. */
+static void viewer_slerp(const tw_gltf_keys *keys, float time, float out[4]) {
+  uint32_t key = 0;
+  while (key + 2 < keys->key_count && keys->times[key + 1] <= time) key++;
+  const float *a = keys->values + 4 * key, *b = a + 4;
+  double u =
+      ((double)time - (double)keys->times[key]) / ((double)keys->times[key + 1] - (double)keys->times[key]);
+  double dot = 0;
+  for (int i = 0; i < 4; i++) dot += (double)a[i] * (double)b[i];
+  double sign = dot < 0 ? -1 : 1, angle = acos(fmin(1, fabs(dot)));
+  double from = angle > 1e-9 ? sin(angle * (1 - u)) / sin(angle) : 1 - u;
+  double to = angle > 1e-9 ? sign * sin(angle * u) / sin(angle) : sign * u;
+  for (int i = 0; i < 4; i++) out[i] = (float)(from * (double)a[i] + to * (double)b[i]);
+}
+
+static tw_gltf_keys convert(tw_arena *arena, const tw_track_keys *track) {
+  tw_gltf_keys keys;
+  tw_error error;
+  if (tw_gltf_keys_of(track, arena, &keys, &error) != TW_OK) fail_msg("%s", error.detail);
+  return keys;
+}
+
+/* The largest angle between what a viewer shows and what the track says, in degrees. */
+static double largest_error(const tw_track_keys *track, const tw_gltf_keys *keys) {
+  tw_clip_keys alone = {.track_count = 1, .tracks = track};
+  tw_clip *clip = NULL;
+  tw_error error;
+  if (tw_clip_create(&alone, track->node + 1, -1, &clip, &error) != TW_OK) fail_msg("%s", error.detail);
+  double largest = 0;
+  float end = track->times[track->key_count - 1];
+  for (int i = 0; i <= 20000; i++) {
+    float time = end * (float)i / 20000, shown[4], wanted[4];
+    if (time < track->times[0]) continue;
+    viewer_slerp(keys, time, shown);
+    tw_clip_sample(clip, 0, &time, 1, wanted);
+    largest = fmax(largest, angle_between(shown, wanted) / DEGREE);
+  }
+  tw_clip_destroy(clip);
+  return largest;
+}
+
+static const float times[4] = {0.25f, 0.4f, 1.7f, 2};
+static const float quaternions[4][4] = {
+    {0, 0, 0, 1}, {0, 1.2f, 0, 1.6f}, {0, -0.6f, 0, -0.8f}, {0.5f, 0.5f, 0.5f, -0.5f}};
+
+static tw_track_keys rotation(tw_interpolation interpolation) {
+  return (tw_track_keys){.node = 3,
+                         .path = TW_ROTATION,
+                         .interpolation = interpolation,
+                         .form = TW_KEY_QUATERNION,
+                         .width = 4,
+                         .key_count = 4,
+                         .times = times,
+                         .values = quaternions[0]};
+}
+
+static void quaternions_come_out_unit_and_continuous(void **state) {
+  (void)state;
+  static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
+  for (int k = 0; k < 4; k++) {
+    tw_arena *arena = tw_arena_create();
+    tw_track_keys track = rotation(kinds[k]);
+    tw_gltf_keys keys = convert(arena, &track);
+    assert_int_equal(keys.interpolation, kinds[k] == TW_STEP ? TW_STEP : TW_LINEAR);
+    for (uint32_t i = 0; i < keys.key_count; i++) {
+      double square = 0, dot = 0;
+      for (uint32_t j = 0; j < 4; j++) {
+        square += (double)keys.values[4 * i + j] * (double)keys.values[4 * i + j];
+        if (i > 0) dot += (double)keys.values[4 * i + j] * (double)keys.values[4 * i + j - 4];
+      }
+      assert_true(fabs(square - 1) < 1e-6);
+      assert_true(dot >= 0);
+    }
+    tw_arena_destroy(arena);
+  }
+}
+
+static void slerp_and_step_keep_their_keys(void **state) {
+  (void)state;
+  static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR};
+  for (int k = 0; k < 2; k++) {
+    tw_arena *arena = tw_arena_create();
+    tw_track_keys track = rotation(kinds[k]);
+    tw_gltf_keys keys = convert(arena, &track);
+    assert_int_equal(keys.key_count, 4);
+    assert_ptr_equal(keys.times, times);
+    for (uint32_t i = 0; i < 4; i++) {
+      float unit[4];
+      double length = i == 1 ? 2 : 1;
+      for (int j = 0; j < 4; j++) unit[j] = (float)((double)quaternions[i][j] / length);
+      assert_true(angle_between(keys.values + 4 * i, unit) < 1e-3);
+    }
+    tw_arena_destroy(arena);
+  }
+}
+
+static void euler_track_strays_less_than_a_tenth_of_a_degree(void **state) {
+  (void)state;
+  const double eulers[4][3] = {{-170 * DEGREE, 10 * DEGREE, 0},
+                               {170 * DEGREE, 89 * DEGREE, 40 * DEGREE},
+                               {-300 * DEGREE, -95 * DEGREE, 700 * DEGREE},
+                               {0, 0, 0}};
+  for (int order = 0; order < TW_EULER_ORDERS; order++) {
+    tw_arena *arena = tw_arena_create();
+    tw_track_keys track = {.path = TW_ROTATION,
+                           .interpolation = TW_EULER,
+                           .form = TW_KEY_EULER,
+                           .order = (tw_euler_order)order,
+                           .width = 3,
+                           .key_count = 4,
+                           .times = times,
+                           .angles = eulers[0]};
+    tw_gltf_keys keys = convert(arena, &track);
+    assert_true(largest_error(&track, &keys) < 0.1);
+    assert_true(keys.key_count > 4 && keys.key_count < 2000);
+    tw_arena_destroy(arena);
+  }
+}
+
+static void euler_keys_with_slerp_need_no_more_keys(void **state) {
+  (void)state;
+  const double eulers[2][3] = {{-170 * DEGREE, 0, 0}, {170 * DEGREE, 0, 0}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_EULER,
+                         .width = 3,
+                         .key_count = 2,
+                         .times = times,
+                         .angles = eulers[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  assert_int_equal(keys.key_count, 2);
+  assert_true(largest_error(&track, &keys) < 0.001);
+  assert_true(fabs(angle_between(keys.values, keys.values + 4) / DEGREE - 20) < 0.001);
+  tw_arena_destroy(arena);
+}
+
+static void wheel_turns_as_often_as_it_says(void **state) {
+  (void)state;
+  const double turns[2][4] = {{1, 2, 0, 0}, {1, 2, 0, 720 * DEGREE}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_AXIS_ANGLE,
+                         .width = 4,
+                         .key_count = 2,
+                         .times = times,
+                         .angles = turns[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  double travelled = 0;
+  for (uint32_t i = 1; i < keys.key_count; i++)
+    travelled += angle_between(keys.values + 4 * i - 4, keys.values + 4 * i);
+  assert_true(fabs(travelled / DEGREE - 720) < 0.1);
+  assert_true(largest_error(&track, &keys) < 0.1);
+  assert_true(keys.key_count <= 33);
+  tw_arena_destroy(arena);
+}
+
+static void axis_that_turns_is_followed(void **state) {
+  (void)state;
+  const double turns[3][4] = {{1, 0, 0, 1}, {0, 1, 0, 9}, {0, 0, 1, -2}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_AXIS_ANGLE,
+                         .width = 4,
+                         .key_count = 3,
+                         .times = times,
+                         .angles = turns[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  assert_true(largest_error(&track, &keys) < 0.1);
+  tw_arena_destroy(arena);
+}
+
+static void nlerp_and_squad_stray_less_than_a_tenth_of_a_degree(void **state) {
+  (void)state;
+  static const tw_interpolation kinds[] = {TW_NLERP, TW_SQUAD};
+  for (int k = 0; k < 2; k++) {
+    tw_arena *arena = tw_arena_create();
+    tw_track_keys track = rotation(kinds[k]);
+    tw_gltf_keys keys = convert(arena, &track);
+    assert_true(largest_error(&track, &keys) < 0.1);
+    assert_true(keys.key_count > 4);
+    tw_arena_destroy(arena);
+  }
+}
+
+static void times_rise_however_near_the_keys(void **state) {
+  (void)state;
+  const float near[3] = {1, 1.0000001f, 1.0000004f};
+  const double eulers[3][3] = {{0, 0, 0}, {3, 1, 2}, {0, -1, 5}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_EULER,
+                         .form = TW_KEY_EULER,
+                         .width = 3,
+                         .key_count = 3,
+                         .times = near,
+                         .angles = eulers[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  assert_true(keys.key_count >= 3);
+  for (uint32_t i = 1; i < keys.key_count; i++) assert_true(keys.times[i] > keys.times[i - 1]);
+  assert_true(keys.times[keys.key_count - 1] == near[2]);
+  tw_arena_destroy(arena);
+}
+
+static void enormous_angles_end(void **state) {
+  (void)state;
+  const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e9}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_LINEAR,
+                         .form = TW_KEY_AXIS_ANGLE,
+                         .width = 4,
+                         .key_count = 2,
+                         .times = times,
+                         .angles = turns[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  assert_in_range(keys.key_count, 2, 2000);
+  tw_arena_destroy(arena);
+}
+
+static void single_key_is_a_key(void **state) {
+  (void)state;
+  static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
+  for (int k = 0; k < 4; k++) {
+    tw_arena *arena = tw_arena_create();
+    tw_track_keys track = rotation(kinds[k]);
+    track.key_count = 1;
+    tw_gltf_keys keys = convert(arena, &track);
+    assert_int_equal(keys.key_count, 1);
+    assert_memory_equal(keys.values, quaternions[0], 16);
+    tw_arena_destroy(arena);
+  }
+}
+
+static void spline_tangents_follow_their_value(void **state) {
+  (void)state;
+  const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 2}, {4, 0, 0, 0}},
+                                {{0, 3, 0, 0}, {0, 0, 0, -1}, {1, 0, 0, 0}}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_ROTATION,
+                         .interpolation = TW_CUBICSPLINE,
+                         .form = TW_KEY_QUATERNION,
+                         .width = 4,
+                         .key_count = 2,
+                         .times = times,
+                         .values = keyed[0][0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  const float wanted[24] = {0, 0,  0, 0, 0, 0, 0, 1, 2,  0, 0, 0, //
+                            0, -3, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0};
+  assert_int_equal(keys.interpolation, TW_CUBICSPLINE);
+  for (int i = 0; i < 24; i++) assert_true(keys.values[i] == wanted[i]);
+  tw_arena_destroy(arena);
+}
+
+static void spline_of_one_key_is_a_step(void **state) {
+  (void)state;
+  const float keyed[3][3] = {{1, 1, 1}, {2, 3, 4}, {5, 5, 5}};
+  tw_arena *arena = tw_arena_create();
+  tw_track_keys track = {.path = TW_SCALE,
+                         .interpolation = TW_CUBICSPLINE,
+                         .width = 3,
+                         .key_count = 1,
+                         .times = times,
+                         .values = keyed[0]};
+  tw_gltf_keys keys = convert(arena, &track);
+  assert_int_equal(keys.interpolation, TW_STEP);
+  assert_ptr_equal(keys.values, keyed[1]);
+  tw_arena_destroy(arena);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(quaternions_come_out_unit_and_continuous),
+      cmocka_unit_test(slerp_and_step_keep_their_keys),
+      cmocka_unit_test(euler_track_strays_less_than_a_tenth_of_a_degree),
+      cmocka_unit_test(euler_keys_with_slerp_need_no_more_keys),
+      cmocka_unit_test(wheel_turns_as_often_as_it_says),
+      cmocka_unit_test(axis_that_turns_is_followed),
+      cmocka_unit_test(nlerp_and_squad_stray_less_than_a_tenth_of_a_degree),
+      cmocka_unit_test(times_rise_however_near_the_keys),
+      cmocka_unit_test(enormous_angles_end),
+      cmocka_unit_test(single_key_is_a_key),
+      cmocka_unit_test(spline_tangents_follow_their_value),
+      cmocka_unit_test(spline_of_one_key_is_a_step),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

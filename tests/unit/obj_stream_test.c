@@ -1,0 +1,276 @@
+/* OBJ answers. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "scene_fixture.h"
+
+/* The whole text, terminated, read in blocks. Freed by the caller. */
+static char *write_obj(const tw_scene *scene, size_t block) {
+  tw_obj_stream *stream = NULL;
+  tw_error error;
+  if (tw_obj_stream_create(scene, &stream, &error) != TW_OK) fail_msg("%s", error.detail);
+  size_t size = 0, capacity = 1 << 16, got;
+  uint8_t *text = malloc(capacity);
+  assert_non_null(text);
+  do {
+    if (capacity - size <= block) {
+      capacity = 2 * capacity + block;
+      text = realloc(text, capacity);
+      assert_non_null(text);
+    }
+    got = tw_obj_stream_read(stream, text + size, block);
+    size += got;
+  } while (got > 0);
+  assert_int_equal(tw_obj_stream_read(stream, text + size, block), 0);
+  text[size] = '\0';
+  tw_obj_stream_destroy(stream);
+  return (char *)text;
+}
+
+/* The text after the first line, which names the program. */
+static const char *body(const char *text) {
+  assert_memory_equal(text, "# tweend ", 9);
+  return strchr(text, '\n') + 1;
+}
+
+static tw_model *read_back(const char *text) {
+  tw_model *model = NULL;
+  tw_error error;
+  if (tw_obj_read((const uint8_t *)text, strlen(text), &model, &error) != TW_OK)
+    fail_msg("line %u: %s", (unsigned)error.line, error.detail);
+  return model;
+}
+
+static const char triangle_text[] = "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nvt 0.25 0.5\nf 1 2 3\n";
+
+static void model_without_meshes_is_a_comment(void **state) {
+  (void)state;
+  fixture f = {.model = tw_model_create()};
+  assert_non_null(f.model);
+  fixture_refine(&f, 1, true);
+  char *text = write_obj(&f.scene, 10);
+  assert_string_equal(body(text), "");
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void triangle_is_written_as_it_came(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, triangle_text);
+  fixture_refine(&f, 0, false);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_string_equal(body(text), "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nf 1 2 3\n");
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void normals_and_uvs_have_their_places(void **state) {
+  (void)state;
+  static const char plain[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  static const char mapped[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n";
+  fixture f;
+  fixture_init(&f, plain);
+  fixture_refine(&f, 0, true);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "vn 0 0 1\nf 1//1 2//2 3//3\n"));
+  free(text);
+  fixture_deinit(&f);
+  fixture_init(&f, mapped);
+  fixture_refine(&f, 0, false);
+  text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "vt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n"));
+  free(text);
+  fixture_deinit(&f);
+  fixture_init(&f, mapped);
+  fixture_refine(&f, 0, true);
+  text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "f 1/1/1 2/2/2 3/3/3\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void same_text_in_blocks_of_any_size(void **state) {
+  (void)state;
+  static const size_t blocks[] = {1, 2, 7, 333, 4096, 65537};
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  fixture_refine(&f, 4, true);
+  char *whole = write_obj(&f.scene, 1 << 22);
+  for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+    char *parts = write_obj(&f.scene, blocks[i]);
+    assert_string_equal(parts, whole);
+    free(parts);
+  }
+  free(whole);
+  fixture_deinit(&f);
+}
+
+/* Reading gives the surface again: points and UVs bit for bit, faces with their sizes. */
+static void text_reads_back_as_the_surface(void **state) {
+  (void)state;
+  for (uint32_t level = 0; level < 3; level++) {
+    fixture f;
+    fixture_init(&f, patchwork_text);
+    fixture_refine(&f, level, true);
+    char *text = write_obj(&f.scene, 1000);
+    tw_model *model = read_back(text);
+    const tw_mesh *mesh = &model->meshes[0];
+    const tw_surface_counts *counts = tw_surface_get_counts(f.surfaces[0]);
+    assert_string_equal(mesh->name, "patchwork");
+    assert_int_equal(mesh->point_count, counts->vertices);
+    assert_int_equal(mesh->face_count, counts->faces);
+    assert_int_equal(mesh->corner_count, counts->corners);
+    tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
+    float *points = tw_alloc(mesh->point_count, 12), *uvs = tw_alloc(mesh->uv_sets[0].value_count, 8);
+    uint32_t *corners = tw_alloc(mesh->corner_count, 4), *sizes = tw_alloc(mesh->face_count, 4);
+    assert_true(points && uvs && corners && sizes);
+    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, mesh->point_count, points);
+    assert_memory_equal(points, mesh->positions, (size_t)mesh->point_count * 12);
+    tw_surface_read_faces(reader, TW_DOMAIN_POINTS, 0, mesh->face_count, sizes, corners);
+    assert_memory_equal(corners, mesh->corners, (size_t)mesh->corner_count * 4);
+    for (uint32_t i = 0; i < mesh->face_count; i++)
+      assert_int_equal(mesh->face_offsets[i + 1] - mesh->face_offsets[i], sizes[i]);
+    assert_int_equal(mesh->uv_sets[0].value_count, tw_surface_row_count(f.surfaces[0], TW_DOMAIN_UVS));
+    tw_surface_read_rows(reader, TW_DOMAIN_UVS, 0, mesh->uv_sets[0].value_count, uvs);
+    assert_memory_equal(uvs, mesh->uv_sets[0].values, (size_t)mesh->uv_sets[0].value_count * 8);
+    for (uint32_t g = 0; g < tw_surface_group_count(f.surfaces[0]); g++) {
+      const tw_surface_group *group = tw_surface_get_group(f.surfaces[0], g);
+      const char *wanted = f.model->material_names[group->material];
+      for (uint64_t face = group->first_face; face < group->first_face + group->face_count; face++)
+        assert_string_equal(model->material_names[mesh->face_materials[face]], wanted);
+    }
+    free(points);
+    free(uvs);
+    free(corners);
+    free(sizes);
+    tw_surface_reader_destroy(reader);
+    tw_model_destroy(model);
+    free(text);
+    fixture_deinit(&f);
+  }
+}
+
+static void each_node_shows_its_mesh_in_world_space(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, triangle_text);
+  f.model->meshes[0].name = NULL;
+  uint32_t arm = fixture_node(&f, "arm", 0, TW_NO_INDEX), hand = fixture_node(&f, "hand", arm, 0);
+  f.model->nodes[0].rest.translation[0] = 10;
+  f.model->nodes[arm].rest.scale[2] = 2;
+  f.model->nodes[hand].rest.translation[2] = 1;
+  fixture_refine(&f, 0, false);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_string_equal(body(text), "o flat\nv 10 0 0\nv 10.1 0 0\nv 10 0 -2.5\nf 1 2 3\n"
+                                  "o hand\nv 10 0 2\nv 10.1 0 2\nv 10 0 -3\nf 4 5 6\n");
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void pose_moves_nodes(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, triangle_text);
+  fixture_refine(&f, 0, false);
+  tw_trs pose = TW_TRS_IDENTITY;
+  pose.translation[1] = 3;
+  f.scene.pose = &pose;
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "v 0 3 0\nv 0.1 3 0\nv 0 3 -2.5\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void mirror_turns_faces_round(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  f.model->nodes[0].rest.scale[2] = -1;
+  fixture_refine(&f, 0, true);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "vn 0 0 -1\nf 1//1 4//4 3//3 2//2\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void normals_go_by_the_inverse_transpose(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, "v 0 0 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 0\nf 1 2 3 4\n"); /* normal (1, 0, 1) */
+  f.model->nodes[0].rest.scale[0] = 3;
+  fixture_refine(&f, 0, true);
+  char *text = write_obj(&f.scene, 1 << 18);
+  float normal[3];
+  assert_int_equal(sscanf(strstr(text, "vn "), "vn %f %f %f", &normal[0], &normal[1], &normal[2]), 3);
+  assert_true(fabsf(normal[0] - 1 / sqrtf(10)) < 1e-6f && fabsf(normal[2] - 3 / sqrtf(10)) < 1e-6f);
+  assert_true(normal[1] == 0);
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void flattened_node_still_has_normals(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
+  for (int i = 0; i < 3; i++) f.model->nodes[0].rest.scale[i] = 0;
+  fixture_refine(&f, 0, true);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "v 0 0 0\nvn 0 0 1\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void names_cannot_break_lines(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, "o flat\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n");
+  f.model->material_names[0] = "re\nd\t\\";
+  fixture_refine(&f, 0, false);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "\nusemtl re_d__\nf "));
+  free(text);
+  fixture_deinit(&f);
+}
+
+static void material_lasts_until_another(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 4\n");
+  fixture_node(&f, "again", TW_NO_INDEX, 0);
+  f.model->material_names[0] = NULL;
+  fixture_refine(&f, 0, false);
+  char *text = write_obj(&f.scene, 1 << 18), *second = strstr(text, "o again");
+  assert_non_null(second);
+  assert_non_null(strstr(second, "f 5 6 7\nusemtl material_0\nf 5 7 8\n"));
+  assert_non_null(strstr(second, "usemtl none\nf 5 6 7\n")); /* the red of the first node ends */
+  *second = '\0';
+  assert_null(strstr(text, "usemtl none"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(model_without_meshes_is_a_comment),
+      cmocka_unit_test(triangle_is_written_as_it_came),
+      cmocka_unit_test(normals_and_uvs_have_their_places),
+      cmocka_unit_test(same_text_in_blocks_of_any_size),
+      cmocka_unit_test(text_reads_back_as_the_surface),
+      cmocka_unit_test(each_node_shows_its_mesh_in_world_space),
+      cmocka_unit_test(pose_moves_nodes),
+      cmocka_unit_test(mirror_turns_faces_round),
+      cmocka_unit_test(normals_go_by_the_inverse_transpose),
+      cmocka_unit_test(flattened_node_still_has_normals),
+      cmocka_unit_test(names_cannot_break_lines),
+      cmocka_unit_test(material_lasts_until_another),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
