@@ -90,6 +90,7 @@ srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
     if (mapping == MAP_FAILED) return SRV_BODY_FAILED;
     body->mapping = mapping;
   }
-  *out = (api_bytes){body->spooled ? body->mapping : body->memory, (size_t)body->size};
+  const void *bytes = body->spooled ? body->mapping : body->memory;
+  *out = (api_bytes){body->size > 0 ? bytes : "", (size_t)body->size};
   return SRV_BODY_OK;
 }

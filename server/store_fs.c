@@ -206,7 +206,7 @@ static api_store_status map(int fd, api_blob *out) {
     mapping = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
     if (mapping == MAP_FAILED) return unavailable("cannot map a model");
   }
-  *out = (api_blob){.bytes = {mapping, size}, .owner = mapping, .release = unmap};
+  *out = (api_blob){.bytes = {size > 0 ? mapping : "", size}, .owner = mapping, .release = unmap};
   return API_STORE_OK;
 }
 

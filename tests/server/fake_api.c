@@ -104,8 +104,7 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
   uint64_t size = strtoull(request->query, NULL, 10);
   if (heavy) wait_at_gate();
   if (is(request, "/echo")) {
-    answer_bytes(answer, 200, request->body.size > 0 ? (const void *)request->body.data : "",
-                 request->body.size);
+    answer_bytes(answer, 200, request->body.data, request->body.size);
   } else if (is(request, "/pull")) {
     answer_stream(answer, size, size, UINT64_MAX);
   } else if (is(request, "/endless")) {

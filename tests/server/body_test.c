@@ -1,0 +1,87 @@
+#include "body.h"
+
+#include <fcntl.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+enum { MEBIBYTE = 1 << 20 };
+
+static int folder(void) {
+  return open("/tmp", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+}
+
+static void more_than_the_limit_is_refused(void **state) {
+  (void)state;
+  srv_body body;
+  srv_body_init(&body, 10, -1);
+  assert_int_equal(srv_body_append(&body, "0123456789", 10), SRV_BODY_OK);
+  assert_int_equal(srv_body_append(&body, "", 0), SRV_BODY_OK);
+  assert_int_equal(srv_body_append(&body, "x", 1), SRV_BODY_TOO_LONG);
+  srv_body_deinit(&body);
+}
+
+static void long_body_without_a_folder_fails(void **state) {
+  (void)state;
+  srv_body body;
+  srv_body_init(&body, UINT64_MAX, -1);
+  char *bytes = calloc(1, MEBIBYTE + 1);
+  assert_int_equal(srv_body_append(&body, bytes, MEBIBYTE + 1), SRV_BODY_FAILED);
+  srv_body_deinit(&body);
+  free(bytes);
+}
+
+static void empty_body_is_a_view_of_nothing(void **state) {
+  (void)state;
+  srv_body body;
+  api_bytes view;
+  srv_body_init(&body, 10, -1);
+  assert_int_equal(srv_body_view(&body, &view), SRV_BODY_OK);
+  assert_int_equal(view.size, 0);
+  assert_non_null(view.data);
+  srv_body_deinit(&body);
+}
+
+/* Appends `size` bytes in pieces of `piece` and compares the view. */
+static void assert_whole(size_t size, size_t piece) {
+  int at = folder();
+  srv_body body;
+  srv_body_init(&body, size, at);
+  uint8_t *bytes = malloc(size);
+  for (size_t i = 0; i < size; i++) bytes[i] = (uint8_t)(i * 7 % 255);
+  for (size_t i = 0; i < size; i += piece) {
+    assert_int_equal(srv_body_append(&body, bytes + i, size - i < piece ? size - i : piece), SRV_BODY_OK);
+  }
+  api_bytes view;
+  assert_int_equal(srv_body_view(&body, &view), SRV_BODY_OK);
+  assert_int_equal(view.size, size);
+  assert_memory_equal(view.data, bytes, size);
+  assert_int_equal(body.spooled, size > MEBIBYTE);
+  srv_body_deinit(&body);
+  free(bytes);
+  close(at);
+}
+
+static void pieces_join_in_memory_and_in_a_file(void **state) {
+  (void)state;
+  assert_whole(1, 1);
+  assert_whole(16385, 1000);
+  assert_whole(MEBIBYTE, 32768);
+  assert_whole(MEBIBYTE + 1, 32768);
+  assert_whole(3 * MEBIBYTE, 70001);
+  assert_whole(3 * MEBIBYTE, 3 * MEBIBYTE);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(more_than_the_limit_is_refused),
+      cmocka_unit_test(long_body_without_a_folder_fails),
+      cmocka_unit_test(empty_body_is_a_view_of_nothing),
+      cmocka_unit_test(pieces_join_in_memory_and_in_a_file),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,191 @@
+#include "config.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static const char *variable, *variable_value;
+
+static char *one_variable(const char *name) {
+  bool asked = variable != NULL && strcmp(name, variable) == 0;
+  return asked ? (char *)(uintptr_t)variable_value : NULL;
+}
+
+static void set_variable(const char *name, const char *value) {
+  variable = name;
+  variable_value = value;
+}
+
+typedef struct fixture {
+  srv_config config;
+  char error[256];
+  FILE *out;
+  char *printed;
+  size_t printed_size;
+} fixture;
+
+static int set_up(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  f->out = open_memstream(&f->printed, &f->printed_size);
+  set_variable(NULL, NULL);
+  *state = f;
+  return 0;
+}
+
+static int tear_down(void **state) {
+  fixture *f = *state;
+  srv_config_deinit(&f->config);
+  fclose(f->out);
+  free(f->printed);
+  free(f);
+  return 0;
+}
+
+/* Up to four arguments. */
+static srv_config_status read_flags(fixture *f, const char *const arguments[4]) {
+  char *argv[6] = {(char *)(uintptr_t) "tweend"};
+  int argc = 1;
+  for (int i = 0; i < 4 && arguments[i] != NULL; i++) argv[argc++] = (char *)(uintptr_t)arguments[i];
+  srv_config_deinit(&f->config);
+  srv_config_status status =
+      srv_config_read(&f->config, argc, argv, one_variable, f->out, f->error, sizeof f->error);
+  fflush(f->out);
+  return status;
+}
+
+static void assert_bad(fixture *f, const char *first, const char *second, const char *named) {
+  assert_int_equal(read_flags(f, (const char *const[4]){first, second}), SRV_CONFIG_BAD);
+  if (strstr(f->error, named) == NULL) fail_msg("'%s' does not name %s", f->error, named);
+  assert_null(strchr(f->error, '\n'));
+}
+
+static void bad_flags_are_named_in_one_line(void **state) {
+  fixture *f = *state;
+  assert_bad(f, "--no-such", NULL, "--no-such");
+  assert_bad(f, "cube.obj", NULL, "cube.obj");
+  assert_bad(f, "--", NULL, "'--'");
+  assert_bad(f, "--=1", NULL, "--=1");
+  assert_bad(f, "--max-level", NULL, "--max-level");
+  assert_bad(f, "--max-level", "99", "--max-level");
+  assert_bad(f, "--max-upload", "lots", "--max-upload");
+  assert_bad(f, "--max-upload=0", NULL, "--max-upload");
+  assert_bad(f, "--threads", "0", "--threads");
+  assert_bad(f, "--idle-timeout", "10", "--idle-timeout");
+  assert_bad(f, "--log-level", "loud", "error|warn|info|debug");
+  assert_bad(f, "--log-level", "", "--log-level");
+  assert_bad(f, "--sample=perhaps", NULL, "--sample");
+  assert_bad(f, "--data", "s3://bucket/prefix", "s3://bucket/prefix");
+  assert_bad(f, "--data", "", "--data");
+  assert_bad(f, "--tls-cert", "cert.pem", "--tls-key");
+  assert_bad(f, "--api-keys", "@/no/such/file", "/no/such/file");
+  assert_bad(f, "--api-keys", " , ", "--api-keys");
+}
+
+static void bad_variable_is_named(void **state) {
+  fixture *f = *state;
+  set_variable("TWEEND_MAX_LEVEL", "ninety");
+  assert_bad(f, NULL, NULL, "TWEEND_MAX_LEVEL");
+}
+
+static void defaults_are_those_of_the_documentation(void **state) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
+  assert_string_equal(f->config.listen, "127.0.0.1:8080");
+  assert_string_equal(f->config.data, "./tweend-data");
+  assert_int_equal(f->config.max_upload, 256u << 20);
+  assert_int_equal(f->config.max_level, 10);
+  assert_int_equal(f->config.max_faces, 80000000);
+  assert_true(f->config.max_output == UINT64_C(4) << 30);
+  assert_int_equal(f->config.max_times, 1000000);
+  assert_int_equal(f->config.header_timeout, 10000);
+  assert_int_equal(f->config.drain_timeout, 20000);
+  assert_int_equal(f->config.queue, 4 * f->config.threads);
+  assert_true(f->config.threads >= 1 && f->config.io_threads >= 1);
+  assert_string_equal(f->config.cors_origins, "*");
+  assert_null(f->config.api_keys);
+  assert_false(f->config.sample);
+}
+
+static void flags_win_over_variables_and_those_over_defaults(void **state) {
+  fixture *f = *state;
+  set_variable("TWEEND_MAX_LEVEL", "3");
+  assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
+  assert_int_equal(f->config.max_level, 3);
+  assert_int_equal(read_flags(f, (const char *const[4]){"--max-level", "5"}), SRV_CONFIG_RUN);
+  assert_int_equal(f->config.max_level, 5);
+  assert_int_equal(read_flags(f, (const char *const[4]){"--max-level=6"}), SRV_CONFIG_RUN);
+  assert_int_equal(f->config.max_level, 6);
+}
+
+static void switches_are_on_when_named_and_read_words(void **state) {
+  fixture *f = *state;
+  read_flags(f, (const char *const[4]){"--sample"});
+  assert_true(f->config.sample);
+  set_variable("TWEEND_SAMPLE", "yes");
+  read_flags(f, (const char *const[4]){NULL});
+  assert_true(f->config.sample);
+  read_flags(f, (const char *const[4]){"--sample=false"});
+  assert_false(f->config.sample);
+}
+
+static void queue_follows_the_threads_unless_given(void **state) {
+  fixture *f = *state;
+  read_flags(f, (const char *const[4]){"--threads", "3"});
+  assert_int_equal(f->config.queue, 12);
+  read_flags(f, (const char *const[4]){"--threads=3", "--queue=0"});
+  assert_int_equal(f->config.queue, 0);
+}
+
+static void keys_come_from_a_list_or_a_file(void **state) {
+  fixture *f = *state;
+  read_flags(f, (const char *const[4]){"--api-keys", "one,two"});
+  assert_string_equal(f->config.api_keys[0], "one");
+  assert_string_equal(f->config.api_keys[1], "two");
+  assert_null(f->config.api_keys[2]);
+
+  char path[] = "/tmp/tweend-keys-XXXXXX", argument[64];
+  int fd = mkstemp(path);
+  assert_int_equal(write(fd, "three\nfour\r\n\n", 13), 13);
+  close(fd);
+  snprintf(argument, sizeof argument, "@%s", path);
+  srv_config_status status = read_flags(f, (const char *const[4]){"--api-keys", argument});
+  unlink(path);
+  assert_int_equal(status, SRV_CONFIG_RUN);
+  assert_string_equal(f->config.api_keys[0], "three");
+  assert_string_equal(f->config.api_keys[1], "four");
+  assert_null(f->config.api_keys[2]);
+}
+
+static void help_names_flags_variables_and_defaults(void **state) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){"--max-level", "99", "--help"}), SRV_CONFIG_DONE);
+  assert_non_null(strstr(f->printed, "--max-upload SIZE  (TWEEND_MAX_UPLOAD)"));
+  assert_non_null(strstr(f->printed, "(default: 256MiB)"));
+  assert_non_null(strstr(f->printed, "127.0.0.1:8080"));
+}
+
+static void version_is_one_line(void **state) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){"--version"}), SRV_CONFIG_DONE);
+  assert_string_equal(f->printed, "tweend " TWEEND_VERSION "\n");
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(bad_flags_are_named_in_one_line, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(bad_variable_is_named, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(defaults_are_those_of_the_documentation, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(flags_win_over_variables_and_those_over_defaults, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(switches_are_on_when_named_and_read_words, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(queue_follows_the_threads_unless_given, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(keys_come_from_a_list_or_a_file, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(help_names_flags_variables_and_defaults, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(version_is_one_line, set_up, tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

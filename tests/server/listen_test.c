@@ -1,0 +1,134 @@
+#include "listen.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+static char error[256];
+
+static srv_address parsed(const char *text) {
+  srv_address address;
+  if (!srv_address_parse(text, &address, error, sizeof error)) fail_msg("%s", error);
+  return address;
+}
+
+static void malformed_addresses_are_refused(void **state) {
+  (void)state;
+  static const char *const BAD[] = {"",
+                                    "8080",
+                                    ":8080",
+                                    "127.0.0.1",
+                                    "127.0.0.1:",
+                                    "127.0.0.1:x",
+                                    "127.0.0.1:65536",
+                                    "127.0.0.1:-1",
+                                    "127.0.0.1:123456",
+                                    "localhost:80",
+                                    "[::1]",
+                                    "[::1]80",
+                                    "[::1:80",
+                                    "::1:80",
+                                    "[]:80",
+                                    "[127.0.0.1]:80",
+                                    "unix:",
+                                    "256.0.0.1:80"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
+    srv_address address;
+    if (srv_address_parse(BAD[i], &address, error, sizeof error)) fail_msg("'%s' was taken", BAD[i]);
+  }
+  char path[200] = "unix:/";
+  memset(path + 6, 'a', sizeof path - 7);
+  path[sizeof path - 1] = '\0';
+  srv_address address;
+  assert_false(srv_address_parse(path, &address, error, sizeof error));
+}
+
+static void assert_prints(const char *text, bool tls, const char *expected) {
+  srv_address address = parsed(text);
+  char out[256];
+  srv_address_print(&address, -1, tls, out, sizeof out);
+  assert_string_equal(out, expected);
+}
+
+static void addresses_print_as_urls(void **state) {
+  (void)state;
+  assert_prints("127.0.0.1:8080", false, "http://127.0.0.1:8080");
+  assert_prints("0.0.0.0:80", true, "https://0.0.0.0:80");
+  assert_prints("[::]:8080", false, "http://[::]:8080");
+  assert_prints("unix:/run/tweend", false, "unix:/run/tweend");
+}
+
+static void port_0_becomes_a_real_one(void **state) {
+  (void)state;
+  srv_address address = parsed("127.0.0.1:0");
+  int fd = srv_address_listen(&address, error, sizeof error);
+  assert_true(fd >= 0);
+  char out[256];
+  srv_address_print(&address, fd, false, out, sizeof out);
+  assert_memory_equal(out, "http://127.0.0.1:", 17);
+  assert_true(out[17] >= '1' && out[17] <= '9');
+
+  srv_address same = parsed(out + strlen("http://"));
+  int second = srv_address_listen(&same, error, sizeof error);
+  assert_int_equal(second, -1);
+  assert_non_null(strstr(error, out + strlen("http://")));
+  close(fd);
+}
+
+static void wildcard_is_asked_over_loopback(void **state) {
+  (void)state;
+  srv_address address = parsed("0.0.0.0:0");
+  int fd = srv_address_listen(&address, error, sizeof error);
+  socklen_t size = sizeof address.v4;
+  assert_int_equal(getsockname(fd, &address.any, &size), 0);
+  int client = srv_address_connect(&address, 1000);
+  assert_true(client >= 0);
+  close(client);
+  close(fd);
+}
+
+static void left_socket_file_is_replaced_and_a_living_one_is_not(void **state) {
+  (void)state;
+  char path[] = "/tmp/tweend-listen-XXXXXX", text[64];
+  close(mkstemp(path));
+  unlink(path);
+  snprintf(text, sizeof text, "unix:%s", path);
+  srv_address address = parsed(text);
+  int dead = srv_address_listen(&address, error, sizeof error);
+  assert_true(dead >= 0);
+  assert_int_equal(srv_address_listen(&address, error, sizeof error), -1);
+  close(dead);
+  int fd = srv_address_listen(&address, error, sizeof error);
+  assert_true(fd >= 0);
+  close(fd);
+  srv_address_unlink(&address);
+  assert_int_equal(access(path, F_OK), -1);
+}
+
+static void plain_file_is_not_taken_for_a_left_socket(void **state) {
+  (void)state;
+  char path[] = "/tmp/tweend-listen-XXXXXX", text[64];
+  close(mkstemp(path));
+  snprintf(text, sizeof text, "unix:%s", path);
+  srv_address address = parsed(text);
+  assert_int_equal(srv_address_listen(&address, error, sizeof error), -1);
+  assert_int_equal(access(path, F_OK), 0);
+  unlink(path);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(malformed_addresses_are_refused),
+      cmocka_unit_test(addresses_print_as_urls),
+      cmocka_unit_test(port_0_becomes_a_real_one),
+      cmocka_unit_test(wildcard_is_asked_over_loopback),
+      cmocka_unit_test(left_socket_file_is_replaced_and_a_living_one_is_not),
+      cmocka_unit_test(plain_file_is_not_taken_for_a_left_socket),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,73 @@
+#include "quantity.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+typedef bool parse(const char *text, uint64_t *out);
+
+static void assert_refused(parse *p, const char *const *texts, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    uint64_t out = 12345;
+    if (p(texts[i], &out)) fail_msg("'%s' was taken", texts[i]);
+    assert_true(out == 12345);
+  }
+}
+
+static void assert_value(parse *p, const char *text, uint64_t expected) {
+  uint64_t out = expected + 1;
+  assert_true(p(text, &out));
+  assert_true(out == expected);
+}
+
+static void what_is_no_quantity_is_refused(void **state) {
+  (void)state;
+  static const char *const BAD[] = {"",    " 1",  "1 ",   "-1",  "+1",   "x",
+                                    "1.5", "1e3", "0x10", "KiB", "1kib", "1MiBB"};
+  enum { COUNT = sizeof BAD / sizeof *BAD };
+  assert_refused(srv_parse_size, BAD, COUNT);
+  assert_refused(srv_parse_count, BAD, COUNT);
+  assert_refused(srv_parse_duration, BAD, COUNT);
+}
+
+static void units_of_other_kinds_are_refused(void **state) {
+  (void)state;
+  assert_refused(srv_parse_size, (const char *const[]){"1s", "1M", "1k"}, 3);
+  assert_refused(srv_parse_count, (const char *const[]){"1MiB", "1s", "1m"}, 3);
+  assert_refused(srv_parse_duration, (const char *const[]){"10", "1M", "1KiB", "1d"}, 4);
+}
+
+static void more_than_64_bits_is_refused(void **state) {
+  (void)state;
+  assert_value(srv_parse_count, "18446744073709551615", UINT64_MAX);
+  assert_refused(srv_parse_count, (const char *const[]){"18446744073709551616", "18446744073709552k"}, 2);
+  assert_refused(srv_parse_size, (const char *const[]){"16777216TiB", "99999999999999999999"}, 2);
+  assert_value(srv_parse_size, "16777215TiB", UINT64_C(16777215) << 40);
+}
+
+static void units_multiply(void **state) {
+  (void)state;
+  assert_value(srv_parse_size, "0", 0);
+  assert_value(srv_parse_size, "7B", 7);
+  assert_value(srv_parse_size, "256MiB", 256u << 20);
+  assert_value(srv_parse_size, "4GiB", UINT64_C(4) << 30);
+  assert_value(srv_parse_size, "5MB", 5000000);
+  assert_value(srv_parse_count, "80M", 80000000);
+  assert_value(srv_parse_duration, "0", 0);
+  assert_value(srv_parse_duration, "500ms", 500);
+  assert_value(srv_parse_duration, "10s", 10000);
+  assert_value(srv_parse_duration, "2m", 120000);
+  assert_value(srv_parse_duration, "1h", 3600000);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(what_is_no_quantity_is_refused),
+      cmocka_unit_test(units_of_other_kinds_are_refused),
+      cmocka_unit_test(more_than_64_bits_is_refused),
+      cmocka_unit_test(units_multiply),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
