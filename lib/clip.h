@@ -7,6 +7,10 @@
 /* Checks everything about a clip that needs no computing; see tw_clip_create. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error);
 
+/* Samples of a track as keys of one, LINEAR or STEP. Makes the signs of rotations continuous. The result
+ * points to times and values. */
+tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count);
+
 struct tw_clip {
   tw_arena *arena; /* holds everything, the clip itself too */
   uint32_t node_count, track_count, timeline_count;

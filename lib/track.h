@@ -56,6 +56,7 @@ typedef struct tw_track {
   track_kind kind;
   uint32_t node;
   tw_path path;
+  bool holds;           /* STEP: keeps each value until the next key */
   uint32_t width;       /* floats in a sample */
   tw_euler_order order; /* TRACK_EULER */
   const tw_timeline *timeline;

@@ -319,6 +319,7 @@ tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *
                          tw_error *error) {
   track->node = keys->node;
   track->path = keys->path;
+  track->holds = interpolation == TW_STEP;
   track->width = keys->path == TW_ROTATION ? 4 : keys->width;
   track->timeline = timeline;
   tw_arena *scratch = tw_arena_create();

@@ -1,0 +1,268 @@
+/* Baked and reduced clips against the clips that they come from. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "rotation_reference.h"
+#include "tweend/bake.h"
+
+static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
+  tw_clip_keys keys = {.track_count = count, .tracks = tracks};
+  tw_clip *clip = NULL;
+  tw_error error = {0};
+  if (tw_clip_create(&keys, 4, force, &clip, &error) != TW_OK)
+    fail_msg("%s: %s", error.pointer, error.detail);
+  return clip;
+}
+
+static tw_track_keys rotation_track(tw_key_form form, tw_interpolation interpolation, const float *times,
+                                    const void *values, uint32_t key_count) {
+  bool angular = form == TW_KEY_EULER || form == TW_KEY_AXIS_ANGLE;
+  return (tw_track_keys){.path = TW_ROTATION,
+                         .interpolation = interpolation,
+                         .form = form,
+                         .width = form == TW_KEY_EULER ? 3 : 4,
+                         .key_count = key_count,
+                         .times = times,
+                         .values = angular ? NULL : values,
+                         .angles = angular ? values : NULL};
+}
+
+static tw_track_keys value_track(tw_path path, tw_interpolation interpolation, const float *times,
+                                 const float *values, uint32_t key_count) {
+  return (tw_track_keys){.path = path,
+                         .interpolation = interpolation,
+                         .width = 3,
+                         .key_count = key_count,
+                         .times = times,
+                         .values = values};
+}
+
+static double distance(tw_path path, const float *a, const float *b) {
+  if (path == TW_ROTATION) return ref_angle(ref_of(a), ref_of(b));
+  double sum = 0;
+  for (int i = 0; i < 3; i++) sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
+  return sqrt(sum);
+}
+
+/* The largest difference between a track and its replacement, sampled 20,000 times. */
+static double largest_difference(const tw_clip *before, const tw_clip *after, uint32_t track, tw_path path) {
+  double largest = 0;
+  float end = tw_clip_duration(before);
+  for (int i = 0; i <= 20000; i++) {
+    float at = end * (float)i / 20000, a[4], b[4];
+    tw_clip_sample(before, track, &at, 1, a);
+    tw_clip_sample(after, track, &at, 1, b);
+    largest = fmax(largest, distance(path, a, b));
+  }
+  return largest;
+}
+
+static const float times_0_1_3[] = {0, 1, 3};
+static const float plain_rotations[] = {0, 0, 0, 1, 1, 0, 0, 0, 0, 0.6f, 0, 0.8f};
+static const tw_tolerance hundredth = {0.01 * REF_DEGREES, 1e-4};
+
+static void times_to_bake_must_rise(void **state) {
+  (void)state;
+  tw_track_keys track = rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3);
+  tw_clip *clip = compile(&track, 1, -1);
+  tw_arena *arena = tw_arena_create();
+  const float bad[][3] = {{0, 1, 1}, {-1, 0, 1}, {0, NAN, 2}};
+  const char *pointers[] = {"/times/2", "/times/0", "/times/1"};
+  tw_clip_keys out;
+  tw_error error;
+  for (int i = 0; i < 3; i++) {
+    assert_int_equal(tw_clip_bake(clip, bad[i], 3, arena, &out, &error), TW_INVALID);
+    assert_string_equal(error.pointer, pointers[i]);
+  }
+  assert_int_equal(tw_clip_bake(clip, bad[0], 0, arena, &out, &error), TW_INVALID);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+}
+
+static void tolerances_must_be_possible_and_keys_few_enough(void **state) {
+  (void)state;
+  const double angles[] = {0, 0, 0, 400, 300, 200};
+  tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 2);
+  tw_clip_keys keys = {.track_count = 1, .tracks = &track}, out;
+  tw_clip *clip = compile(&track, 1, -1);
+  tw_arena *arena = tw_arena_create();
+  tw_tolerance reached;
+  const tw_tolerance none = {0, 1}, not_a_number = {1, NAN};
+  assert_int_equal(tw_clip_reduce(clip, &keys, none, 1000, arena, &out, &reached, NULL), TW_INVALID);
+  assert_int_equal(tw_clip_reduce(clip, &keys, not_a_number, 1000, arena, &out, &reached, NULL), TW_INVALID);
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_LIMIT);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+}
+
+static void baked_keys_are_the_samples_at_exactly_those_times(void **state) {
+  (void)state;
+  const double turns[] = {0, 1, 0, 0, 0, 1, 0, 30, 0, 1, 0, 0};
+  tw_track_keys tracks[] = {rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 3),
+                            value_track(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3)};
+  tw_clip *clip = compile(tracks, 2, -1), *baked;
+  tw_arena *arena = tw_arena_create();
+  float times[50];
+  for (int i = 0; i < 50; i++) times[i] = 0.25f + (float)i * 0.07f;
+  tw_clip_keys out;
+  assert_int_equal(tw_clip_bake(clip, times, 50, arena, &out, NULL), TW_OK);
+  assert_int_equal(out.track_count, 2);
+  assert_int_equal(out.tracks[0].interpolation, TW_LINEAR);
+  assert_int_equal(out.tracks[1].interpolation, TW_STEP);
+  baked = compile(out.tracks, 2, -1);
+  for (int i = 0; i < 50; i++)
+    for (uint32_t track = 0; track < 2; track++) {
+      float a[4], b[4];
+      assert_true(out.tracks[track].times[i] == times[i]);
+      tw_clip_sample(clip, track, &times[i], 1, a);
+      tw_clip_sample(baked, track, &times[i], 1, b);
+      assert_true(distance(tracks[track].path, a, b) == 0);
+      const float *key = out.tracks[0].values + 4 * (size_t)i;
+      if (i > 0) assert_true(ref_dot(ref_of(key), ref_of(key - 4)) >= 0);
+    }
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+  tw_clip_destroy(baked);
+}
+
+/* Reduces one track, checks the error that is told against the one that is found; returns the keys left. */
+static uint32_t reduced_count(const tw_track_keys *track, int force, tw_tolerance tolerance) {
+  tw_clip_keys keys = {.track_count = 1, .tracks = track}, out;
+  tw_clip *clip = compile(track, 1, force), *reduced;
+  tw_arena *arena = tw_arena_create();
+  tw_tolerance reached;
+  assert_int_equal(tw_clip_reduce(clip, &keys, tolerance, 1000000, arena, &out, &reached, NULL), TW_OK);
+  uint32_t count = out.tracks[0].key_count;
+  reduced = compile(out.tracks, 1, -1);
+  assert_true(tw_clip_duration(reduced) == tw_clip_duration(clip));
+  double allowed = track->path == TW_ROTATION ? tolerance.angle : tolerance.distance;
+  double told = track->path == TW_ROTATION ? reached.angle : reached.distance;
+  double found = largest_difference(clip, reduced, 0, track->path);
+  if (told > allowed + 1e-6 || found > told + 1e-6)
+    fail_msg("allowed %g, told %g, found %g", allowed, told, found);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+  tw_clip_destroy(reduced);
+  return count;
+}
+
+static void every_kind_of_track_is_reduced_within_its_tolerance(void **state) {
+  (void)state;
+  uint64_t seed = 11;
+  for (int n = 0; n < 60; n++) {
+    float times[8], values[8][4];
+    double angles[8][4], time = 0;
+    for (int i = 0; i < 8; i++) {
+      times[i] = (float)time;
+      time += 0.05 + 2 * ref_random(&seed) * ref_random(&seed);
+      ref_narrow(ref_random_unit(&seed), values[i]);
+      for (int j = 0; j < 4; j++) angles[i][j] = ref_between(&seed, -4, 4);
+    }
+    tw_tolerance tolerance = {exp(ref_between(&seed, -9, -2)), exp(ref_between(&seed, -9, -2))};
+    tw_track_keys tracks[] = {rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times, values, 8),
+                              rotation_track(TW_KEY_QUATERNION, TW_NLERP, times, values, 8),
+                              rotation_track(TW_KEY_QUATERNION, TW_SQUAD, times, values, 8),
+                              rotation_track(TW_KEY_EULER, TW_EULER, times, angles, 6),
+                              rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times, angles, 8),
+                              value_track(TW_TRANSLATION, TW_LINEAR, times, values[0], 8)};
+    assert_true(reduced_count(&tracks[n % 6], n % 12 == 0 ? TW_EULER : -1, tolerance) >= 2);
+  }
+}
+
+static void keys_along_one_arc_shrink_to_its_ends(void **state) {
+  (void)state;
+  float times[100], values[100][4], moves[100][3];
+  for (int i = 0; i < 100; i++) {
+    times[i] = (float)i * 0.1f;
+    ref_narrow(ref_axis_angle(1, 2, 3, 0.03 * (double)times[i] * 10), values[i]);
+    for (int j = 0; j < 3; j++) moves[i][j] = times[i] * (float)(j + 1);
+  }
+  tw_track_keys turned = rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times, values, 100);
+  tw_track_keys moved = value_track(TW_TRANSLATION, TW_LINEAR, times, moves[0], 100);
+  assert_int_equal(reduced_count(&turned, -1, hundredth), 2);
+  assert_int_equal(reduced_count(&moved, -1, hundredth), 2);
+  moves[60][1] += 1; /* a bump needs its foot on both sides and its top */
+  assert_int_equal(reduced_count(&moved, -1, hundredth), 5);
+}
+
+static void turns_are_cut_below_180_degrees(void **state) {
+  (void)state;
+  const double turns[] = {0, 1, 0, 0, 0, 1, 0, 20 * REF_PI};
+  tw_track_keys track = rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 2);
+  uint32_t count = reduced_count(&track, -1, hundredth);
+  assert_true(count >= 22 && count <= 24); /* more than 20 half turns */
+}
+
+static void looser_tolerances_leave_fewer_keys(void **state) {
+  (void)state;
+  const double angles[] = {0, 0, 0, 2, 1, -2, -1, 3, 1};
+  tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 3);
+  uint32_t before = UINT32_MAX;
+  for (double degrees = 0.001; degrees < 5; degrees *= 10) {
+    uint32_t count = reduced_count(&track, -1, (tw_tolerance){degrees * REF_DEGREES, 1});
+    assert_true(count < before);
+    /* A chord's error goes with the square of its length: a tenth of the error, about three times the keys.
+     */
+    if (before != UINT32_MAX && count > 20)
+      assert_true((double)before / count > 2.5 && (double)before / count < 4);
+    before = count;
+  }
+}
+
+static void a_still_track_keeps_one_key_unless_it_gives_the_duration(void **state) {
+  (void)state;
+  const float still[] = {1, 2, 3, 1, 2, 3, 1, 2, 3};
+  tw_track_keys tracks[] = {value_track(TW_SCALE, TW_LINEAR, times_0_1_3, still, 2),
+                            rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3)};
+  tw_clip_keys keys = {.track_count = 2, .tracks = tracks}, out;
+  tw_clip *clip = compile(tracks, 2, -1);
+  tw_arena *arena = tw_arena_create();
+  tw_tolerance reached;
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(out.tracks[0].key_count, 1);
+  assert_int_equal(out.tracks[1].key_count, 3);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+  tracks[0].key_count = 3;
+  assert_int_equal(reduced_count(&tracks[0], -1, hundredth), 2);
+}
+
+static void steps_and_splines_stay_as_they_are(void **state) {
+  (void)state;
+  float spline[3][3][3] = {{{0}}};
+  for (int i = 0; i < 27; i++) spline[i / 9][i / 3 % 3][i % 3] = (float)i;
+  tw_track_keys tracks[] = {value_track(TW_TRANSLATION, TW_CUBICSPLINE, times_0_1_3, spline[0][0], 3),
+                            rotation_track(TW_KEY_QUATERNION, TW_STEP, times_0_1_3, plain_rotations, 3)};
+  tw_clip_keys keys = {.track_count = 2, .tracks = tracks}, out;
+  tw_clip *clip = compile(tracks, 2, -1);
+  tw_arena *arena = tw_arena_create();
+  tw_tolerance reached;
+  assert_int_equal(tw_clip_reduce(clip, &keys, hundredth, 100, arena, &out, &reached, NULL), TW_OK);
+  assert_int_equal(out.tracks[0].interpolation, TW_CUBICSPLINE);
+  assert_memory_equal(out.tracks[0].values, spline, sizeof spline);
+  assert_int_equal(out.tracks[1].interpolation, TW_STEP);
+  assert_memory_equal(out.tracks[1].times, times_0_1_3, sizeof times_0_1_3);
+  assert_memory_equal(out.tracks[1].values, plain_rotations, sizeof plain_rotations);
+  assert_true(reached.angle == 0 && reached.distance == 0);
+  tw_arena_destroy(arena);
+  tw_clip_destroy(clip);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(times_to_bake_must_rise),
+      cmocka_unit_test(tolerances_must_be_possible_and_keys_few_enough),
+      cmocka_unit_test(baked_keys_are_the_samples_at_exactly_those_times),
+      cmocka_unit_test(every_kind_of_track_is_reduced_within_its_tolerance),
+      cmocka_unit_test(keys_along_one_arc_shrink_to_its_ends),
+      cmocka_unit_test(turns_are_cut_below_180_degrees),
+      cmocka_unit_test(looser_tolerances_leave_fewer_keys),
+      cmocka_unit_test(a_still_track_keeps_one_key_unless_it_gives_the_duration),
+      cmocka_unit_test(steps_and_splines_stay_as_they_are),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
