@@ -6,6 +6,7 @@
 
 #include <cmocka.h>
 
+#include "quat.h"
 #include "rotation_reference.h"
 
 static void assert_near(double a, double b, double tolerance) {
@@ -110,6 +111,18 @@ static void slerp_takes_the_short_way_at_constant_speed(void **state) {
   }
 }
 
+static void an_arc_to_the_opposite_sign_goes_half_way_round(void **state) {
+  (void)state;
+  const double a[4] = {0.1, -0.5, 0.7, 0.5}, b[4] = {-0.1, 0.5, -0.7, -0.5};
+  tw_arc arc = tw_arc_between(a, b);
+  double middle[4], end[4];
+  tw_arc_at(&arc, 0.5, middle);
+  tw_arc_at(&arc, 1, end);
+  assert_near(quat_dot(middle, a), 0, 1e-12);
+  assert_near(quat_dot(middle, middle), 1, 1e-12);
+  for (int i = 0; i < 4; i++) assert_near(end[i], b[i], 1e-12);
+}
+
 static void trs_survives_the_matrix(void **state) {
   (void)state;
   uint64_t seed = 4;
@@ -189,6 +202,7 @@ int main(void) {
       cmocka_unit_test(matrices_agree_with_rotating_the_unit_vectors),
       cmocka_unit_test(half_turns_survive_the_matrix),
       cmocka_unit_test(slerp_takes_the_short_way_at_constant_speed),
+      cmocka_unit_test(an_arc_to_the_opposite_sign_goes_half_way_round),
       cmocka_unit_test(trs_survives_the_matrix),
       cmocka_unit_test(shear_is_told_and_its_fit_is_finite),
       cmocka_unit_test(zero_axes_and_odd_last_rows_are_told),
