@@ -9,8 +9,7 @@
 #include <string.h>
 
 api_outcome api_fail(api_call *call) {
-  call->fault.status = api_status_of(call->fault.error.status);
-  if (call->fault.status == 503) call->fault.retry_after_s = 1;
+  api_fault_complete(&call->fault);
   return API_FAILED;
 }
 
@@ -26,14 +25,13 @@ api_outcome api_fail_with(api_call *call, int status, const char *format, ...) {
   va_start(arguments, format);
   vsnprintf(detail, sizeof detail, format, arguments);
   va_end(arguments);
-  tw_fail(&call->fault.error, TW_SYNTAX, "%s", detail);
-  call->fault.status = status;
+  api_fault_with(&call->fault, status, "%s", detail);
   return API_FAILED;
 }
 
 api_outcome api_fail_without_memory(api_call *call) {
-  tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
-  return api_fail(call);
+  api_fault_without_memory(&call->fault);
+  return API_FAILED;
 }
 
 const char *api_call_header(const api_call *call, const char *name) {
@@ -62,9 +60,7 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
   return tw_arena_text(call->arena, tag, (size_t)length);
 }
 
-api_outcome api_validate(api_call *call, const char *canonical) {
-  char representation[96];
-  snprintf(representation, sizeof representation, "%s.%s", call->route->path, call->offer->extension);
+api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
   const char *etag = api_etag(call, call->id, representation, canonical);
   if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
@@ -76,4 +72,36 @@ api_outcome api_validate(api_call *call, const char *canonical) {
   if (!if_none_match || !api_etag_matches(if_none_match, etag, true)) return API_LATER;
   call->answer.status = 304;
   return API_DONE;
+}
+
+/* Whether If-Range lets the Range header count: without one, or with our tag (a date never fits). */
+static bool range_counts(const api_call *call) {
+  const char *if_range = api_call_header(call, "If-Range");
+  if (!if_range) return true;
+  for (size_t i = 0; i < call->answer.header_count; i++)
+    if (strcmp(call->answer.headers[i].name, "ETag") == 0)
+      return strcmp(if_range, call->answer.headers[i].value) == 0;
+  return false;
+}
+
+api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
+  api_answer_header(&call->answer, "Accept-Ranges", "bytes");
+  call->answer.status = 200;
+  *range = (api_range){0, size};
+  const char *text = call->is_head || !range_counts(call) ? NULL : api_call_header(call, "Range");
+  switch (api_range_read(text, size, range)) {
+  case API_RANGE_ALL: return API_LATER;
+  case API_RANGE_PART: break;
+  case API_RANGE_UNSATISFIABLE: {
+    char total[40];
+    int length = snprintf(total, sizeof total, "bytes */%llu", (unsigned long long)size);
+    const char *value = tw_arena_text(call->arena, total, (size_t)length);
+    if (value) call->fault.header = (api_header){"Content-Range", value};
+    return api_fail_with(call, 416, "the representation has %llu bytes", (unsigned long long)size);
+  }
+  }
+  call->answer.status = 206;
+  api_answer_headerf(&call->answer, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range->first,
+                     (unsigned long long)(range->first + range->count - 1), (unsigned long long)size);
+  return API_LATER;
 }

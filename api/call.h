@@ -46,10 +46,14 @@ api_outcome api_reply(api_call *call, api_text *text);
 
 /* ---- answers about immutable models ---- */
 
-/* Sets the caching headers and the entity tag, which names the model, the representation and
- * `canonical`: all parameters with their defaults filled in. Then judges If-None-Match and If-Match:
+/* Sets the caching headers and the entity tag, which stands for the model, the representation ("pose.json")
+ * and `canonical`: all parameters with their defaults filled in. Then judges If-None-Match and If-Match:
  * API_DONE when the answer is 304 already, API_FAILED for 412, API_LATER to go on. */
-api_outcome api_validate(api_call *call, const char *canonical);
+api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
+
+/* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
+ * 206 and the headers, and *range; API_LATER to go on, API_FAILED for 416. */
+api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);
 
 /* The tag itself, quoted; NULL without memory. */
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);

@@ -9,4 +9,10 @@ api_outcome api_get_ready(api_call *call);
 api_outcome api_get_version(api_call *call);
 api_outcome api_get_openapi(api_call *call);
 
+api_outcome api_post_model(api_call *call);
+api_outcome api_list_models(api_call *call);
+api_outcome api_get_model(api_call *call);
+api_outcome api_get_source(api_call *call);
+api_outcome api_delete_model(api_call *call);
+
 #endif

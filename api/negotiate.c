@@ -1,6 +1,8 @@
 /* Accept, Content-Type and Content-Encoding, as RFC 9110 has them. */
 #include "negotiate.h"
 
+#include "header_text.h"
+
 #include <string.h>
 #include <strings.h>
 
@@ -8,55 +10,11 @@ const char api_upload_types[] =
     "model/gltf-binary, model/gltf+json, model/obj, text/plain, application/json, multipart/form-data";
 const char api_codings[] = "gzip, zstd";
 
-/* A piece of a header. */
-typedef struct span {
-  const char *text;
-  size_t length;
-} span;
-
-static bool is_blank(char c) {
-  return c == ' ' || c == '\t';
-}
-
-static span trim(span s) {
-  while (s.length > 0 && is_blank(s.text[0])) s = (span){s.text + 1, s.length - 1};
-  while (s.length > 0 && is_blank(s.text[s.length - 1])) s.length--;
-  return s;
-}
-
-/* Cuts off what stands before the next `separator` outside quotes; *rest moves behind it. */
-static span cut(span *rest, char separator) {
-  bool quoted = false;
-  size_t i = 0;
-  for (; i < rest->length; i++) {
-    char c = rest->text[i];
-    if (quoted && c == '\\' && i + 1 < rest->length) {
-      i++;
-    } else if (c == '"') {
-      quoted = !quoted;
-    } else if (c == separator && !quoted) {
-      break;
-    }
-  }
-  span piece = {rest->text, i};
-  size_t used = i < rest->length ? i + 1 : i;
-  *rest = (span){rest->text + used, rest->length - used};
-  return trim(piece);
-}
-
-static bool is_text(span s, const char *text) {
-  return s.length == strlen(text) && strncasecmp(s.text, text, s.length) == 0;
-}
-
-static bool starts_with(span s, const char *text) {
-  return s.length >= strlen(text) && strncasecmp(s.text, text, strlen(text)) == 0;
-}
-
 /* The q of a media range's parameters in thousandths; 1000 when there is none, 0 when it is broken. */
-static int read_quality(span parameters) {
+static int read_quality(api_span parameters) {
   while (parameters.length > 0) {
-    span parameter = cut(&parameters, ';');
-    if (!starts_with(parameter, "q=")) continue;
+    api_span parameter = api_span_cut(&parameters, ';');
+    if (!api_span_starts(parameter, "q=")) continue;
     double value;
     size_t used = tw_read_double(parameter.text + 2, parameter.length - 2, &value);
     if (used == 0 || used + 2 != parameter.length || !(value >= 0 && value <= 1)) return 0;
@@ -66,20 +24,20 @@ static int read_quality(span parameters) {
 }
 
 /* How closely a media range fits a type: 3 the type itself, 2 its family, 1 anything, 0 not at all. */
-static int fit(span range, const char *type) {
-  if (is_text(range, type)) return 3;
-  if (is_text(range, "*/*")) return 1;
+static int fit(api_span range, const char *type) {
+  if (api_span_is(range, type)) return 3;
+  if (api_span_is(range, "*/*")) return 1;
   size_t family = strcspn(type, "/") + 1;
   bool is_family = range.length == family + 1 && range.text[family] == '*';
   return is_family && strncasecmp(range.text, type, family) == 0 ? 2 : 0;
 }
 
 static int quality_of(const char *accept, const char *type) {
-  span rest = {accept, strlen(accept)};
+  api_span rest = api_span_of(accept);
   int quality = 0, best_fit = 0;
   while (rest.length > 0) {
-    span item = cut(&rest, ',');
-    span range = cut(&item, ';');
+    api_span item = api_span_cut(&rest, ',');
+    api_span range = api_span_cut(&item, ';');
     int closeness = fit(range, type);
     if (closeness == 0 || closeness < best_fit) continue;
     int q = read_quality(item);
@@ -104,31 +62,31 @@ int api_negotiate(const char *accept, const api_offer *offers) {
 
 /* Types and families whose content is known and is no model; all else of application/ and model/
  * may be one under a name that we do not know. */
-static bool is_foreign(span type) {
+static bool is_foreign(api_span type) {
   static const char *const foreign[] = {"application/xml",  "application/pdf",  "application/zip",
                                         "application/gzip", "application/zstd", "application/javascript",
                                         "application/yaml"};
   for (size_t i = 0; i < sizeof foreign / sizeof *foreign; i++)
-    if (is_text(type, foreign[i])) return true;
+    if (api_span_is(type, foreign[i])) return true;
   bool is_xml = type.length > 4 && strncasecmp(type.text + type.length - 4, "+xml", 4) == 0;
-  return is_xml || (!starts_with(type, "application/") && !starts_with(type, "model/"));
+  return is_xml || (!api_span_starts(type, "application/") && !api_span_starts(type, "model/"));
 }
 
 api_upload_type api_upload_type_of(const char *content_type) {
   if (!content_type) return API_TYPE_BYTES;
-  span rest = {content_type, strlen(content_type)};
-  span type = cut(&rest, ';');
+  api_span rest = api_span_of(content_type);
+  api_span type = api_span_cut(&rest, ';');
   if (type.length == 0) return API_TYPE_BYTES;
-  if (is_text(type, "model/gltf-binary")) return API_TYPE_GLB;
-  if (is_text(type, "model/gltf+json")) return API_TYPE_GLTF;
-  if (is_text(type, "model/obj") || is_text(type, "text/plain")) return API_TYPE_OBJ;
-  if (is_text(type, "application/json")) return API_TYPE_JSON;
-  if (is_text(type, "multipart/form-data")) return API_TYPE_MULTIPART;
+  if (api_span_is(type, "model/gltf-binary")) return API_TYPE_GLB;
+  if (api_span_is(type, "model/gltf+json")) return API_TYPE_GLTF;
+  if (api_span_is(type, "model/obj") || api_span_is(type, "text/plain")) return API_TYPE_OBJ;
+  if (api_span_is(type, "application/json")) return API_TYPE_JSON;
+  if (api_span_is(type, "multipart/form-data")) return API_TYPE_MULTIPART;
   return is_foreign(type) ? API_TYPE_OTHER : API_TYPE_BYTES;
 }
 
 /* The characters that RFC 2046 allows in a boundary. */
-static bool is_boundary_text(span s) {
+static bool is_boundary(api_span s) {
   if (s.length == 0 || s.length > 70 || s.text[s.length - 1] == ' ') return false;
   for (size_t i = 0; i < s.length; i++) {
     char c = s.text[i];
@@ -139,15 +97,15 @@ static bool is_boundary_text(span s) {
 }
 
 bool api_multipart_boundary(const char *content_type, char out[71]) {
-  span rest = {content_type, strlen(content_type)};
-  cut(&rest, ';');
+  api_span rest = api_span_of(content_type);
+  api_span_cut(&rest, ';');
   while (rest.length > 0) {
-    span parameter = cut(&rest, ';');
-    if (!starts_with(parameter, "boundary=")) continue;
-    span value = {parameter.text + 9, parameter.length - 9};
+    api_span parameter = api_span_cut(&rest, ';');
+    if (!api_span_starts(parameter, "boundary=")) continue;
+    api_span value = {parameter.text + 9, parameter.length - 9};
     if (value.length >= 2 && value.text[0] == '"' && value.text[value.length - 1] == '"')
-      value = (span){value.text + 1, value.length - 2};
-    if (!is_boundary_text(value)) return false;
+      value = (api_span){value.text + 1, value.length - 2};
+    if (!is_boundary(value)) return false;
     memcpy(out, value.text, value.length);
     out[value.length] = '\0';
     return true;
@@ -157,8 +115,8 @@ bool api_multipart_boundary(const char *content_type, char out[71]) {
 
 api_coding api_coding_of(const char *content_encoding) {
   if (!content_encoding) return API_CODING_NONE;
-  span coding = trim((span){content_encoding, strlen(content_encoding)});
-  if (coding.length == 0 || is_text(coding, "identity")) return API_CODING_NONE;
-  if (is_text(coding, "gzip") || is_text(coding, "x-gzip")) return API_CODING_GZIP;
-  return is_text(coding, "zstd") ? API_CODING_ZSTD : API_CODING_OTHER;
+  api_span coding = api_span_of(content_encoding);
+  if (coding.length == 0 || api_span_is(coding, "identity")) return API_CODING_NONE;
+  if (api_span_is(coding, "gzip") || api_span_is(coding, "x-gzip")) return API_CODING_GZIP;
+  return api_span_is(coding, "zstd") ? API_CODING_ZSTD : API_CODING_OTHER;
 }

@@ -4,6 +4,7 @@
 #include "answer.h"
 #include "json_out.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -18,6 +19,26 @@ int api_status_of(tw_status status) {
   case TW_OK: break; /* a success reported as a failure is our own fault */
   }
   return 500;
+}
+
+void api_fault_complete(api_fault *fault) {
+  fault->status = api_status_of(fault->error.status);
+  if (fault->status == 503) fault->retry_after_s = 1;
+}
+
+void api_fault_with(api_fault *fault, int status, const char *format, ...) {
+  char detail[sizeof fault->error.detail];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(detail, sizeof detail, format, arguments);
+  va_end(arguments);
+  tw_fail(&fault->error, TW_SYNTAX, "%s", detail);
+  fault->status = status;
+}
+
+void api_fault_without_memory(api_fault *fault) {
+  tw_fail(&fault->error, TW_NO_MEMORY, "out of memory");
+  api_fault_complete(fault);
 }
 
 typedef struct problem_kind {

@@ -23,6 +23,12 @@ typedef struct api_fault {
 /* The HTTP status of a library status. */
 int api_status_of(tw_status status);
 
+/* Completes a fault whose error is filled: its status, and Retry-After for 503. */
+void api_fault_complete(api_fault *fault);
+/* Fills a fault that has an HTTP status of its own. */
+void api_fault_with(api_fault *fault, int status, const char *format, ...) TW_PRINTF(3, 4);
+void api_fault_without_memory(api_fault *fault);
+
 /* Fills a zeroed answer but for its memory, which is kept. */
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer);
 

@@ -10,13 +10,24 @@
 #include <string.h>
 
 static const char *const no_parameters[] = {NULL};
+static const char *const list_parameters[] = {"limit", "after", NULL};
+
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
+/* The source's own type is known when it is read: any will do. */
+static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
 
 static const api_route routes[] = {
     {"GET", "/healthz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
     {"GET", "/readyz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
     {"GET", "/version", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
     {"GET", "/openapi.json", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_openapi},
+    {"POST", "/v1/models", API_TAKES_MODEL, false, false, json_offers, no_parameters, api_post_model},
+    {"GET", "/v1/models", API_TAKES_NOTHING, false, false, json_offers, list_parameters, api_list_models},
+    {"GET", "/v1/models/{id}", API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
+    {"GET", "/v1/models/{id}/source", API_TAKES_NOTHING, false, false, source_offers, no_parameters,
+     api_get_source},
+    {"DELETE", "/v1/models/{id}", API_TAKES_NOTHING, false, false, json_offers, no_parameters,
+     api_delete_model},
 };
 
 enum { ROUTES = sizeof routes / sizeof *routes };

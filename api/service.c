@@ -26,7 +26,8 @@ api_service *api_service_create(const api_settings *settings) {
   service->arena = tw_arena_create();
   const char *origins = settings->cors_origins ? settings->cors_origins : "";
   if (service->arena) service->cors_origins = tw_arena_text(service->arena, origins, strlen(origins));
-  if (!service->cors_origins || !copy_keys(service, settings->api_keys)) {
+  service->cache = api_cache_create(settings->limits.plan_cache);
+  if (!service->cache || !service->cors_origins || !copy_keys(service, settings->api_keys)) {
     api_service_destroy(service);
     return NULL;
   }
@@ -35,6 +36,7 @@ api_service *api_service_create(const api_settings *settings) {
 
 void api_service_destroy(api_service *service) {
   if (!service) return;
+  api_cache_destroy(service->cache);
   tw_arena_destroy(service->arena);
   free(service);
 }

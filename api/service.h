@@ -5,7 +5,7 @@
 #include <stdatomic.h>
 
 #include "api.h"
-#include "tweend/base.h"
+#include "cache.h"
 
 enum { API_KEY_DIGEST = 32 };
 
@@ -17,6 +17,7 @@ struct api_service {
   uint8_t (*key_digests)[API_KEY_DIGEST]; /* SHA-256 of each key: equal lengths to compare */
   const char *cors_origins;
   atomic_bool is_draining;
+  api_cache *cache;
 };
 
 #endif

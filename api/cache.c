@@ -1,0 +1,274 @@
+/* The cache: a hash table of entries, a list of them by use, one lock. Builds run outside the lock. */
+#include "cache.h"
+
+#include <assert.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BUCKETS = 8192 };
+
+typedef enum entry_state { BUILDING, READY, FAILED } entry_state;
+
+struct api_entry {
+  api_cache *cache; /* NULL: of one request's own */
+  uint32_t references;
+  entry_state state;
+  bool is_listed; /* in the table: others may find it */
+  api_built built;
+  api_fault fault; /* of a failed build */
+  api_entry *next_in_bucket;
+  api_entry *newer, *older; /* by last use */
+  char key[];
+};
+
+struct api_cache {
+  pthread_mutex_t lock;
+  pthread_cond_t built; /* some entry has left BUILDING */
+  uint64_t budget, size;
+  api_entry *newest, *oldest;
+  api_entry *buckets[BUCKETS];
+};
+
+api_cache *api_cache_create(uint64_t budget) {
+  api_cache *cache = tw_alloc_zero(1, sizeof *cache);
+  if (!cache) return NULL;
+  cache->budget = budget;
+  if (pthread_mutex_init(&cache->lock, NULL) != 0) {
+    free(cache);
+    return NULL;
+  }
+  if (pthread_cond_init(&cache->built, NULL) != 0) {
+    pthread_mutex_destroy(&cache->lock);
+    free(cache);
+    return NULL;
+  }
+  return cache;
+}
+
+/* ---- the table and the list; under the lock --------------------------------------------------- */
+
+/* FNV-1a: keys are ours, and begin with a digest. */
+static api_entry **bucket_of(api_cache *cache, const char *key) {
+  uint32_t hash = 2166136261u;
+  for (; *key; key++) hash = (hash ^ (unsigned char)*key) * 16777619u;
+  return &cache->buckets[hash % BUCKETS];
+}
+
+static api_entry *find(api_cache *cache, const char *key) {
+  api_entry *entry = *bucket_of(cache, key);
+  while (entry && strcmp(entry->key, key) != 0) entry = entry->next_in_bucket;
+  return entry;
+}
+
+static void unlink_use(api_cache *cache, api_entry *entry) {
+  *(entry->newer ? &entry->newer->older : &cache->newest) = entry->older;
+  *(entry->older ? &entry->older->newer : &cache->oldest) = entry->newer;
+  entry->newer = entry->older = NULL;
+}
+
+static void link_newest(api_cache *cache, api_entry *entry) {
+  entry->older = cache->newest;
+  *(cache->newest ? &cache->newest->newer : &cache->oldest) = entry;
+  cache->newest = entry;
+}
+
+static void list_entry(api_cache *cache, api_entry *entry) {
+  api_entry **bucket = bucket_of(cache, entry->key);
+  entry->next_in_bucket = *bucket;
+  *bucket = entry;
+  entry->is_listed = true;
+  link_newest(cache, entry);
+}
+
+/* Takes the entry out of table, list and account. */
+static void unlist_entry(api_cache *cache, api_entry *entry) {
+  api_entry **link = bucket_of(cache, entry->key);
+  while (*link != entry) link = &(*link)->next_in_bucket;
+  *link = entry->next_in_bucket;
+  unlink_use(cache, entry);
+  entry->is_listed = false;
+  if (entry->state == READY) cache->size -= entry->built.size;
+}
+
+/* Frees an entry that nobody holds or finds. */
+static void destroy_entry(api_entry *entry) {
+  if (entry->state == READY && entry->built.destroy) entry->built.destroy(entry->built.value);
+  free(entry);
+}
+
+/* Takes unheld entries, oldest first, out of the table until the rest fits; returns them chained by
+ * next_in_bucket, to be destroyed outside the lock. */
+static api_entry *evict(api_cache *cache) {
+  api_entry *evicted = NULL;
+  for (api_entry *entry = cache->oldest; entry && cache->size > cache->budget;) {
+    api_entry *newer = entry->newer;
+    if (entry->references == 0) {
+      unlist_entry(cache, entry);
+      entry->next_in_bucket = evicted;
+      evicted = entry;
+    }
+    entry = newer;
+  }
+  return evicted;
+}
+
+static void destroy_chain(api_entry *entry) {
+  while (entry) {
+    api_entry *next = entry->next_in_bucket;
+    destroy_entry(entry);
+    entry = next;
+  }
+}
+
+void api_cache_destroy(api_cache *cache) {
+  if (!cache) return;
+  while (cache->oldest) {
+    api_entry *entry = cache->oldest;
+    assert(entry->references == 0);
+    unlist_entry(cache, entry);
+    destroy_entry(entry);
+  }
+  pthread_cond_destroy(&cache->built);
+  pthread_mutex_destroy(&cache->lock);
+  free(cache);
+}
+
+/* ---- use --------------------------------------------------------------------------------------- */
+
+static void touch(api_cache *cache, api_entry *entry) {
+  entry->references++;
+  unlink_use(cache, entry);
+  link_newest(cache, entry);
+}
+
+api_entry *api_cache_peek(api_cache *cache, const char *key) {
+  pthread_mutex_lock(&cache->lock);
+  api_entry *entry = find(cache, key);
+  if (entry && entry->state != READY) entry = NULL;
+  if (entry) touch(cache, entry);
+  pthread_mutex_unlock(&cache->lock);
+  return entry;
+}
+
+/* Waits, under the lock, until another thread has built the entry that is held. */
+static api_entry *await(api_cache *cache, api_entry *entry, api_fault *fault) {
+  while (entry->state == BUILDING) pthread_cond_wait(&cache->built, &cache->lock);
+  if (entry->state == READY) {
+    pthread_mutex_unlock(&cache->lock);
+    return entry;
+  }
+  *fault = entry->fault;
+  pthread_mutex_unlock(&cache->lock);
+  api_entry_release(entry);
+  return NULL;
+}
+
+/* Runs the build of a listed entry, which is held, outside the lock. */
+static api_entry *build_entry(api_cache *cache, api_entry *entry, api_build build, void *context,
+                              api_fault *fault) {
+  api_built built = {0};
+  bool is_built = build(context, &built, fault);
+  pthread_mutex_lock(&cache->lock);
+  entry->built = built;
+  entry->built.size += sizeof *entry + strlen(entry->key);
+  entry->fault = *fault;
+  if (!is_built && entry->is_listed) unlist_entry(cache, entry);
+  entry->state = is_built ? READY : FAILED;
+  if (is_built && entry->is_listed) cache->size += entry->built.size;
+  api_entry *evicted = evict(cache);
+  pthread_cond_broadcast(&cache->built);
+  pthread_mutex_unlock(&cache->lock);
+  destroy_chain(evicted);
+  if (is_built) return entry;
+  api_entry_release(entry);
+  return NULL;
+}
+
+api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
+                          api_fault *fault) {
+  *fault = (api_fault){0};
+  pthread_mutex_lock(&cache->lock);
+  api_entry *entry = find(cache, key);
+  if (entry) {
+    touch(cache, entry);
+    return await(cache, entry, fault);
+  }
+  size_t length = strlen(key) + 1;
+  entry = calloc(1, sizeof *entry + length);
+  if (!entry) {
+    pthread_mutex_unlock(&cache->lock);
+    api_fault_without_memory(fault);
+    return NULL;
+  }
+  memcpy(entry->key, key, length);
+  entry->cache = cache;
+  entry->references = 1;
+  entry->state = BUILDING;
+  list_entry(cache, entry);
+  pthread_mutex_unlock(&cache->lock);
+  return build_entry(cache, entry, build, context, fault);
+}
+
+api_entry *api_entry_create(const api_built *built) {
+  api_entry *entry = calloc(1, sizeof *entry + 1);
+  if (!entry) {
+    built->destroy(built->value);
+    return NULL;
+  }
+  entry->references = 1;
+  entry->state = READY;
+  entry->built = *built;
+  return entry;
+}
+
+void *api_entry_value(const api_entry *entry) {
+  return entry->built.value;
+}
+
+void api_entry_hold(api_entry *entry) {
+  if (entry->cache) pthread_mutex_lock(&entry->cache->lock);
+  entry->references++;
+  if (entry->cache) pthread_mutex_unlock(&entry->cache->lock);
+}
+
+void api_entry_release(api_entry *entry) {
+  if (!entry) return;
+  api_cache *cache = entry->cache;
+  if (!cache) {
+    if (--entry->references == 0) destroy_entry(entry);
+    return;
+  }
+  pthread_mutex_lock(&cache->lock);
+  bool is_last = --entry->references == 0;
+  bool is_gone = is_last && !entry->is_listed;
+  api_entry *evicted = is_last && !is_gone ? evict(cache) : NULL;
+  pthread_mutex_unlock(&cache->lock);
+  if (is_gone) destroy_entry(entry);
+  destroy_chain(evicted);
+}
+
+void api_cache_forget(api_cache *cache, const char *part) {
+  api_entry *gone = NULL;
+  pthread_mutex_lock(&cache->lock);
+  for (api_entry *entry = cache->oldest; entry;) {
+    api_entry *newer = entry->newer;
+    if (strstr(entry->key, part)) {
+      unlist_entry(cache, entry);
+      if (entry->references == 0) {
+        entry->next_in_bucket = gone;
+        gone = entry;
+      }
+    }
+    entry = newer;
+  }
+  pthread_mutex_unlock(&cache->lock);
+  destroy_chain(gone);
+}
+
+uint64_t api_cache_size(api_cache *cache) {
+  pthread_mutex_lock(&cache->lock);
+  uint64_t size = cache->size;
+  pthread_mutex_unlock(&cache->lock);
+  return size;
+}

@@ -1,0 +1,209 @@
+/* The description of a model: what is in it, in numbers. */
+#include "models.h"
+
+#include <stdio.h>
+
+static void member_count(api_text *out, const char *name, uint64_t value) {
+  api_text_member(out, name);
+  api_text_count(out, value);
+}
+
+static void member_floats(api_text *out, const char *name, const float *values, size_t count) {
+  api_text_member(out, name);
+  api_text_floats(out, values, count);
+}
+
+/* {"3":2,"4":6}: how many there are of each size. */
+static void member_histogram(api_text *out, const char *name, uint32_t count, const uint32_t *sizes,
+                             const uint32_t *numbers) {
+  api_text_member(out, name);
+  api_text_add(out, "{");
+  for (uint32_t i = 0; i < count; i++) {
+    char size[16];
+    snprintf(size, sizeof size, "%u", sizes[i]);
+    member_count(out, size, numbers[i]);
+  }
+  api_text_add(out, "}");
+}
+
+/* Where the mesh is not a surface, by the first places. */
+static void member_nonmanifold(api_text *out, const tw_mesh_facts *facts) {
+  api_text_member(out, "nonmanifold");
+  api_text_add(out, "{\"edges\":[");
+  for (uint32_t i = 0; i < facts->listed_nonmanifold_edges; i++) {
+    api_text_element(out);
+    api_text_add(out, "[");
+    for (int end = 0; end < 2; end++) {
+      api_text_element(out);
+      api_text_count(out, facts->nonmanifold_edge_points[i][end]);
+    }
+    api_text_add(out, "]");
+  }
+  api_text_add(out, "]");
+  api_text_member(out, "vertices");
+  api_text_add(out, "[");
+  for (uint32_t i = 0; i < facts->listed_nonmanifold_vertices; i++) {
+    api_text_element(out);
+    api_text_count(out, facts->nonmanifold_vertex_points[i]);
+  }
+  api_text_add(out, "]}");
+}
+
+static void print_facts(api_text *out, const tw_mesh_facts *facts) {
+  member_count(out, "vertices", facts->vertices);
+  member_count(out, "edges", facts->edges);
+  member_count(out, "faces", facts->faces);
+  member_histogram(out, "face_sizes", facts->face_size_count, facts->face_sizes, facts->face_size_faces);
+  member_count(out, "boundary_edges", facts->boundary_edges);
+  member_count(out, "boundary_loops", facts->boundary_loops);
+  member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
+  member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
+  if (facts->nonmanifold_edges + facts->nonmanifold_vertices > 0) member_nonmanifold(out, facts);
+  member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
+  member_histogram(out, "extraordinary_valences", facts->valence_count, facts->valences,
+                   facts->valence_vertices);
+  member_count(out, "components", facts->components);
+  api_text_member(out, "euler_characteristic");
+  api_text_integer(out, facts->euler_characteristic);
+  api_text_member(out, "bounds");
+  api_text_add(out, "{");
+  member_floats(out, "min", facts->min, 3);
+  member_floats(out, "max", facts->max, 3);
+  api_text_add(out, "}");
+  member_count(out, "unused_points", facts->unused_points);
+  member_count(out, "creases", facts->creases);
+  member_count(out, "corners", facts->sharp_points);
+  member_count(out, "holes", facts->holes);
+}
+
+static tw_status print_mesh(api_text *out, const tw_mesh *mesh, tw_error *error) {
+  tw_mesh_facts facts = {0};
+  tw_status status = tw_mesh_describe(mesh, &facts, error);
+  if (status != TW_OK) return status;
+  api_text_element(out);
+  api_text_add(out, "{");
+  api_text_member(out, "name");
+  api_text_string(out, mesh->name);
+  print_facts(out, &facts);
+  member_count(out, "uv_sets", mesh->uv_set_count);
+  member_count(out, "morph_targets", mesh->morph_count);
+  api_text_member(out, "skinned");
+  api_text_flag(out, mesh->skin.joints != NULL);
+  api_text_add(out, "}");
+  tw_mesh_facts_deinit(&facts);
+  return TW_OK;
+}
+
+static void member_node_name(api_text *out, const char *name, const tw_model *model, uint32_t node) {
+  char buffer[24];
+  api_text_member(out, name);
+  api_text_string(out, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
+}
+
+/* An index, or null. */
+static void member_index(api_text *out, const char *name, uint32_t index) {
+  api_text_member(out, name);
+  if (index == TW_NO_INDEX)
+    api_text_add(out, "null");
+  else
+    api_text_count(out, index);
+}
+
+static void print_node(api_text *out, const tw_model *model, uint32_t index) {
+  const tw_node *node = &model->nodes[index];
+  api_text_element(out);
+  api_text_add(out, "{");
+  member_node_name(out, "name", model, index);
+  member_node_name(out, "parent", model, node->parent);
+  member_index(out, "mesh", node->mesh);
+  member_index(out, "skin", node->skin);
+  api_text_member(out, "rest");
+  api_text_add(out, "{");
+  member_floats(out, "translation", node->rest.translation, 3);
+  member_floats(out, "rotation", node->rest.rotation, 4);
+  member_floats(out, "scale", node->rest.scale, 3);
+  if (node->has_matrix) member_floats(out, "matrix", node->matrix, 16);
+  api_text_add(out, "}}");
+}
+
+static void print_skin(api_text *out, const tw_model *model, uint32_t index) {
+  const tw_skin *skin = &model->skins[index];
+  char buffer[24];
+  api_text_element(out);
+  api_text_add(out, "{");
+  api_text_member(out, "name");
+  api_text_string(out, skin->name);
+  member_node_name(out, "skeleton", model, skin->skeleton);
+  api_text_member(out, "joints");
+  api_text_add(out, "[");
+  for (uint32_t i = 0; i < skin->joint_count; i++) {
+    api_text_element(out);
+    api_text_string(out, tw_model_node_name(model, skin->joints[i], buffer));
+  }
+  api_text_add(out, "]}");
+}
+
+static void print_clip(api_text *out, const tw_model *model, uint32_t index) {
+  const tw_clip_keys *clip = &model->clips[index];
+  char buffer[24];
+  float duration = 0;
+  uint64_t keys = 0;
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track_keys *track = &clip->tracks[i];
+    keys += track->key_count;
+    float last = track->key_count ? track->times[track->key_count - 1] : 0;
+    if (last > duration) duration = last;
+  }
+  api_text_element(out);
+  api_text_add(out, "{");
+  api_text_member(out, "name");
+  api_text_string(out, tw_model_clip_name(model, index, buffer));
+  api_text_member(out, "duration");
+  api_text_float(out, duration);
+  member_count(out, "tracks", clip->track_count);
+  member_count(out, "keys", keys);
+  api_text_add(out, "}");
+}
+
+static void open_array(api_text *out, const char *name) {
+  api_text_member(out, name);
+  api_text_add(out, "[");
+}
+
+bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault) {
+  api_text_add(out, "{");
+  api_text_member(out, "id");
+  api_text_string(out, id);
+  api_text_member(out, "name");
+  api_text_string(out, api_model_name(model));
+  api_text_member(out, "format");
+  api_text_string(out, tw_format_names[model->format]);
+  member_count(out, "bytes", size);
+  open_array(out, "meshes");
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
+    status = print_mesh(out, &model->meshes[i], &fault->error);
+  api_text_add(out, "]");
+  open_array(out, "nodes");
+  for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
+  api_text_add(out, "]");
+  open_array(out, "skins");
+  for (uint32_t i = 0; i < model->skin_count; i++) print_skin(out, model, i);
+  api_text_add(out, "]");
+  open_array(out, "clips");
+  for (uint32_t i = 0; i < model->clip_count; i++) print_clip(out, model, i);
+  api_text_add(out, "]");
+  open_array(out, "warnings");
+  for (uint32_t i = 0; i < model->warning_count; i++) {
+    api_text_element(out);
+    api_text_string(out, model->warnings[i]);
+  }
+  api_text_add(out, "]}\n");
+  if (status == TW_OK && !out->failed) return true;
+  api_text_deinit(out);
+  if (status == TW_OK)
+    api_fault_without_memory(fault);
+  else
+    api_fault_complete(fault);
+  return false;
+}

@@ -1,0 +1,413 @@
+/* The one resource: storing, listing, describing, handing back and deleting models. */
+#include "models.h"
+
+#include "handlers.h"
+#include "service.h"
+#include "upload.h"
+
+#include <cjson/cJSON.h>
+#include <nettle/sha2.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void api_model_id(api_bytes bytes, char out[API_ID_TEXT]) {
+  struct sha256_ctx hash;
+  uint8_t digest[(API_ID_TEXT - 1) / 2];
+  sha256_init(&hash);
+  sha256_update(&hash, bytes.size, bytes.data);
+  sha256_digest(&hash, sizeof digest, digest);
+  for (size_t i = 0; i < sizeof digest; i++) snprintf(out + 2 * i, 3, "%02x", digest[i]);
+}
+
+bool api_is_model_id(const char *text, size_t length) {
+  if (length != API_ID_TEXT - 1) return false;
+  for (size_t i = 0; i < length; i++)
+    if (!(text[i] >= '0' && text[i] <= '9') && !(text[i] >= 'a' && text[i] <= 'f')) return false;
+  return true;
+}
+
+/* ---- parsed models ----------------------------------------------------------------------------- */
+
+static void destroy_model(void *model) {
+  tw_model_destroy(model);
+}
+
+static api_built built_model(tw_model *model) {
+  return (api_built){model, tw_model_size(model), destroy_model};
+}
+
+static void fail_unavailable(api_fault *fault) {
+  api_fault_with(fault, 503, "the store cannot be reached");
+  fault->retry_after_s = 2;
+}
+
+/* Fetches the stored bytes; the fault says why not. */
+static bool fetch(api_service *service, const char *id, api_blob *out, api_fault *fault) {
+  switch (service->store.get(service->store.context, id, out)) {
+  case API_STORE_OK: return true;
+  case API_STORE_ABSENT: api_fault_with(fault, 404, "no model has the id %s", id); return false;
+  case API_STORE_UNAVAILABLE: break;
+  }
+  fail_unavailable(fault);
+  return false;
+}
+
+static void release(api_blob *blob) {
+  if (blob->release) blob->release(blob);
+}
+
+typedef struct model_source {
+  api_service *service;
+  const char *id;
+  tw_quads quads;
+} model_source;
+
+static bool build_model(void *context, api_built *out, api_fault *fault) {
+  const model_source *source = context;
+  api_blob blob = {0};
+  if (!fetch(source->service, source->id, &blob, fault)) return false;
+  tw_model *model = NULL;
+  tw_format format = tw_format_sniff(blob.bytes.data, blob.bytes.size);
+  bool is_read = api_model_read(blob.bytes, format, source->quads, &model, fault);
+  release(&blob);
+  if (is_read) *out = built_model(model);
+  return is_read;
+}
+
+enum { KEY_TEXT = 64 };
+
+static void model_key(const char *id, tw_quads quads, char out[KEY_TEXT]) {
+  static const char *const names[] = {"ngon", "auto", "off"};
+  snprintf(out, KEY_TEXT, "%s/model?quads=%s", id, names[quads]);
+}
+
+api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out) {
+  char key[KEY_TEXT];
+  model_key(id, quads, key);
+  if (call->effort == API_LIGHT) {
+    *out = api_cache_peek(call->service->cache, key);
+    return *out ? API_DONE : API_LATER;
+  }
+  model_source source = {call->service, id, quads};
+  *out = api_cache_take(call->service->cache, key, build_model, &source, &call->fault);
+  return *out ? API_DONE : API_FAILED;
+}
+
+const char *api_model_name(const tw_model *model) {
+  if (model->name) return model->name;
+  for (uint32_t i = 0; i < model->mesh_count; i++)
+    if (model->meshes[i].name) return model->meshes[i].name;
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (model->nodes[i].name) return model->nodes[i].name;
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    if (model->clips[i].name) return model->clips[i].name;
+  return NULL;
+}
+
+/* ---- storing ------------------------------------------------------------------------------------ */
+
+/* What a list shows of a model without reading it. */
+static void print_summary(const tw_model *model, api_text *out) {
+  api_text_add(out, "{");
+  api_text_member(out, "name");
+  api_text_string(out, api_model_name(model));
+  api_text_member(out, "format");
+  api_text_string(out, tw_format_names[model->format]);
+  api_text_add(out, "}");
+  api_text_bytes(out, "", 1); /* the terminator */
+}
+
+static bool build_given(void *context, api_built *out, api_fault *fault) {
+  tw_model **given = context;
+  (void)fault;
+  *out = built_model(*given);
+  *given = NULL;
+  return true;
+}
+
+/* Keeps a model that has just been stored: its first reader will not parse it again. */
+static void remember(api_service *service, const char *id, tw_model *model) {
+  char key[KEY_TEXT];
+  api_fault fault;
+  model_key(id, TW_QUADS_NGON, key);
+  api_entry_release(api_cache_take(service->cache, key, build_given, &model, &fault));
+  tw_model_destroy(model); /* when it was known already */
+}
+
+/* Parses and stores. On success the model is the caller's. */
+static bool store_model(api_service *service, api_bytes bytes, tw_format format, const char *id,
+                        tw_model **out, bool *existed, api_fault *fault) {
+  tw_model *model = NULL;
+  if (!api_model_read(bytes, format, TW_QUADS_NGON, &model, fault)) return false;
+  api_text summary = {0};
+  print_summary(model, &summary);
+  bool is_stored = false;
+  if (summary.failed)
+    api_fault_without_memory(fault);
+  else if (service->store.put(service->store.context, id, bytes, summary.data, existed) != API_STORE_OK)
+    fail_unavailable(fault);
+  else
+    is_stored = true;
+  api_text_deinit(&summary);
+  if (is_stored)
+    *out = model;
+  else
+    tw_model_destroy(model);
+  return is_stored;
+}
+
+static const char description[] = "description.json";
+
+static api_outcome answer_stored(api_call *call, const char *id, uint64_t size, const tw_model *model,
+                                 bool existed) {
+  api_text text = {0};
+  if (!api_describe(model, id, size, &text, &call->fault)) return API_FAILED;
+  const char *etag = api_etag(call, id, description, "");
+  if (!etag) {
+    api_text_deinit(&text);
+    return api_fail_without_memory(call);
+  }
+  api_answer_text(&call->answer, existed ? 200 : 201, call->offer->type, &text);
+  api_answer_headerf(&call->answer, "Location", "/v1/models/%s", id);
+  api_answer_header(&call->answer, "ETag", etag);
+  return API_DONE;
+}
+
+api_outcome api_post_model(api_call *call) {
+  if (call->effort == API_LIGHT) return API_LATER;
+  api_upload upload = {0};
+  api_outcome outcome = api_upload_read(call, &upload);
+  if (outcome != API_DONE) return outcome;
+  tw_format format;
+  tw_model *model = NULL;
+  bool existed = false;
+  char id[API_ID_TEXT];
+  outcome = api_upload_format(call, upload.bytes, &format);
+  if (outcome == API_DONE) {
+    api_model_id(upload.bytes, id);
+    if (!store_model(call->service, upload.bytes, format, id, &model, &existed, &call->fault))
+      outcome = API_FAILED;
+  }
+  if (outcome == API_DONE) {
+    outcome = answer_stored(call, id, upload.bytes.size, model, existed);
+    remember(call->service, id, model);
+  }
+  api_upload_deinit(&upload);
+  return outcome;
+}
+
+int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
+  api_bytes given = {bytes, size};
+  char id[API_ID_TEXT];
+  api_model_id(given, id);
+  tw_model *model = NULL;
+  bool existed = false;
+  api_fault fault = {0};
+  if (!store_model(service, given, tw_format_sniff(bytes, size), id, &model, &existed, &fault))
+    return fault.status;
+  tw_model_destroy(model);
+  return existed ? 200 : 201;
+}
+
+/* ---- listing ------------------------------------------------------------------------------------ */
+
+enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
+
+/* Prints name and format from a summary; false when it does not hold them. */
+static bool print_from_summary(const char *summary, api_text *text) {
+  cJSON *tree = summary ? cJSON_Parse(summary) : NULL;
+  const cJSON *name = cJSON_GetObjectItemCaseSensitive(tree, "name");
+  const cJSON *format = cJSON_GetObjectItemCaseSensitive(tree, "format");
+  bool is_whole = cJSON_IsString(format) && (cJSON_IsString(name) || cJSON_IsNull(name));
+  if (is_whole) {
+    api_text_member(text, "name");
+    api_text_string(text, cJSON_GetStringValue(name));
+    api_text_member(text, "format");
+    api_text_string(text, cJSON_GetStringValue(format));
+  }
+  cJSON_Delete(tree);
+  return is_whole;
+}
+
+/* One listed model; a summary that is lost is made again from the model itself. False when the model
+ * is gone meanwhile or cannot be read: it is left out. */
+static bool print_listed(api_call *call, const api_listed *listed, api_text *text) {
+  api_text item = {0};
+  api_text_add(&item, "{");
+  api_text_member(&item, "id");
+  api_text_string(&item, listed->id);
+  bool is_printed = print_from_summary(listed->summary, &item);
+  api_entry *entry = NULL;
+  if (!is_printed && api_model_take(call, listed->id, TW_QUADS_NGON, &entry) == API_DONE) {
+    const tw_model *model = api_entry_value(entry);
+    api_text_member(&item, "name");
+    api_text_string(&item, api_model_name(model));
+    api_text_member(&item, "format");
+    api_text_string(&item, tw_format_names[model->format]);
+    api_entry_release(entry);
+    is_printed = true;
+  }
+  api_text_member(&item, "bytes");
+  api_text_count(&item, listed->size);
+  api_text_add(&item, "}");
+  if (is_printed) {
+    api_text_element(text);
+    api_text_bytes(text, item.data, item.size);
+  }
+  text->failed |= item.failed;
+  api_text_deinit(&item);
+  return is_printed;
+}
+
+static api_outcome reply_list(api_call *call, const api_listed *listed, size_t count, bool more,
+                              uint64_t limit) {
+  api_text text = {0};
+  api_text_add(&text, "{\"models\":[");
+  for (size_t i = 0; i < count; i++) print_listed(call, &listed[i], &text);
+  api_text_add(&text, "]");
+  api_text_member(&text, "next");
+  char next[96];
+  snprintf(next, sizeof next, "/v1/models?limit=%llu&after=%s", (unsigned long long)limit,
+           count ? listed[count - 1].id : "");
+  bool has_next = more && count > 0;
+  api_text_string(&text, has_next ? next : NULL);
+  api_text_add(&text, "}\n");
+  call->fault = (api_fault){0}; /* of models that were left out */
+  api_answer_header(&call->answer, "Cache-Control", "no-cache");
+  if (has_next) api_answer_headerf(&call->answer, "Link", "<%s>; rel=\"next\"", next);
+  return api_reply(call, &text);
+}
+
+api_outcome api_list_models(api_call *call) {
+  uint64_t limit = LIST_DEFAULT;
+  const char *after = api_query_get(&call->query, "after");
+  if (api_query_count(&call->query, "limit", &limit, &call->fault.error) != TW_OK) return api_fail(call);
+  if (limit < 1 || limit > LIST_MOST) return api_fail_with(call, 400, "limit must be 1 to %d", LIST_MOST);
+  if (after && !api_is_model_id(after, strlen(after)))
+    return api_fail_with(call, 400, "after must be the id of a model");
+  if (call->effort == API_LIGHT) return API_LATER;
+  api_listed *listed = tw_arena_alloc(call->arena, (size_t)limit, sizeof *listed);
+  if (!listed) return api_fail_without_memory(call);
+  size_t count = 0;
+  bool more = false;
+  const api_store *store = &call->service->store;
+  if (store->list(store->context, after ? after : "", (size_t)limit, listed, &count, &more) != API_STORE_OK) {
+    fail_unavailable(&call->fault);
+    return API_FAILED;
+  }
+  api_outcome outcome = reply_list(call, listed, count, more, limit);
+  for (size_t i = 0; i < count; i++) free(listed[i].summary);
+  return outcome;
+}
+
+/* ---- one model ---------------------------------------------------------------------------------- */
+
+typedef struct description_source {
+  api_call *call;
+  api_entry *model;
+} description_source;
+
+static void destroy_text(void *value) {
+  api_text_deinit(value);
+  free(value);
+}
+
+static bool build_description(void *context, api_built *out, api_fault *fault) {
+  const description_source *source = context;
+  api_blob blob = {0};
+  if (!fetch(source->call->service, source->call->id, &blob, fault)) return false;
+  uint64_t size = blob.bytes.size;
+  release(&blob);
+  api_text *text = tw_alloc_zero(1, sizeof *text);
+  if (!text) {
+    api_fault_without_memory(fault);
+    return false;
+  }
+  if (!api_describe(api_entry_value(source->model), source->call->id, size, text, fault)) {
+    destroy_text(text);
+    return false;
+  }
+  *out = (api_built){text, text->capacity, destroy_text};
+  return true;
+}
+
+api_outcome api_get_model(api_call *call) {
+  char key[KEY_TEXT];
+  snprintf(key, sizeof key, "%s/description", call->id);
+  api_entry *entry = api_cache_peek(call->service->cache, key);
+  if (!entry && call->effort == API_LIGHT) return API_LATER;
+  if (!entry) {
+    description_source source = {.call = call};
+    api_outcome outcome = api_model_take(call, call->id, TW_QUADS_NGON, &source.model);
+    if (outcome != API_DONE) return outcome;
+    entry = api_cache_take(call->service->cache, key, build_description, &source, &call->fault);
+    api_entry_release(source.model);
+    if (!entry) return API_FAILED;
+  }
+  api_outcome outcome = api_validate(call, description, "");
+  if (outcome == API_LATER) {
+    const api_text *known = api_entry_value(entry);
+    api_text text = {0};
+    api_text_bytes(&text, known->data, known->size);
+    outcome = api_reply(call, &text);
+  }
+  api_entry_release(entry);
+  return outcome;
+}
+
+api_outcome api_delete_model(api_call *call) {
+  if (call->effort == API_LIGHT) return API_LATER;
+  const api_store *store = &call->service->store;
+  api_store_status status = store->remove(store->context, call->id);
+  api_cache_forget(call->service->cache, call->id);
+  if (status == API_STORE_ABSENT) return api_fail_with(call, 404, "no model has the id %s", call->id);
+  if (status == API_STORE_UNAVAILABLE) {
+    fail_unavailable(&call->fault);
+    return API_FAILED;
+  }
+  call->answer.status = 204;
+  return API_DONE;
+}
+
+/* ---- source ------------------------------------------------------------------------------------- */
+
+typedef struct source_body {
+  api_blob blob;
+  uint64_t at, end;
+} source_body;
+
+static int64_t read_source(void *context, uint8_t *out, size_t capacity) {
+  source_body *body = context;
+  uint64_t left = body->end - body->at;
+  size_t count = left < capacity ? (size_t)left : capacity;
+  memcpy(out, body->blob.bytes.data + body->at, count);
+  body->at += count;
+  return (int64_t)count;
+}
+
+static void destroy_source(void *context) {
+  source_body *body = context;
+  release(&body->blob);
+}
+
+api_outcome api_get_source(api_call *call) {
+  if (call->effort == API_LIGHT) return API_LATER;
+  source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
+  if (!body) return api_fail_without_memory(call);
+  if (!fetch(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;
+  uint64_t size = body->blob.bytes.size;
+  api_outcome outcome = api_validate(call, "source", "");
+  api_range range = {0, size};
+  if (outcome == API_LATER) outcome = api_range_answer(call, size, &range);
+  if (outcome != API_LATER) {
+    release(&body->blob);
+    return outcome;
+  }
+  tw_format format = tw_format_sniff(body->blob.bytes.data, size);
+  api_answer_header(&call->answer, "Content-Type", tw_format_media_types[format]);
+  body->at = range.first;
+  body->end = range.first + range.count;
+  call->answer.body = (api_body){range.count, body, read_source, destroy_source};
+  return API_DONE;
+}

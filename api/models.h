@@ -1,0 +1,23 @@
+/* Stored models, parsed. */
+#ifndef API_MODELS_H
+#define API_MODELS_H
+
+#include "cache.h"
+#include "call.h"
+#include "tweend/format.h"
+
+/* Lower-case hex, as ids are. */
+void api_model_id(api_bytes bytes, char out[API_ID_TEXT]);
+bool api_is_model_id(const char *text, size_t length);
+
+/* The stored model, parsed, from the cache or the store: *out holds a tw_model, released with
+ * api_entry_release. 404, 503; API_LATER in a light call when it is not at hand. */
+api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
+
+/* Prints the description of a model. 503 without memory. */
+bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault);
+
+/* What a person would call the model: its own name or the first that it holds; NULL without any. */
+const char *api_model_name(const tw_model *model);
+
+#endif

@@ -1,0 +1,33 @@
+/* Bodies: decoding, the file part of a form, and the format of what is in them. */
+#ifndef API_UPLOAD_H
+#define API_UPLOAD_H
+
+#include "call.h"
+#include "tweend/format.h"
+
+/* A value: zeroed is empty, deinit frees. */
+typedef struct api_upload {
+  api_bytes bytes;  /* decoded, the file alone */
+  uint8_t *decoded; /* what the upload owns, or NULL: bytes lie in the request's body */
+} api_upload;
+
+/* The content of the request's body. 400, 413. */
+api_outcome api_upload_read(api_call *call, api_upload *out);
+void api_upload_deinit(api_upload *upload);
+
+/* What the bytes are, against what the Content-Type declares. 400 where the two disagree. */
+api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
+
+/* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
+ * False: the fault says why. */
+bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault);
+
+/* Undoes a content coding. limit: the most bytes that may come out.
+ * TW_SYNTAX: not of that coding, or cut off; TW_LIMIT. *out: malloc'ed, [*size]. */
+tw_status api_decode(api_coding coding, api_bytes bytes, uint64_t limit, uint8_t **out, size_t *size,
+                     tw_error *error);
+
+/* The one file part of a multipart/form-data body. TW_SYNTAX with a reason. */
+tw_status api_multipart_file(api_bytes body, const char *boundary, api_bytes *out, tw_error *error);
+
+#endif
