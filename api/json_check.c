@@ -185,7 +185,7 @@ static tw_status scan_word(json_scan *scan, const char *word) {
 
 static tw_status open_frame(json_scan *scan) {
   if (scan->depth == API_JSON_DEPTH_MAX)
-    return fail(scan, TW_LIMIT, "nested deeper than %d levels", API_JSON_DEPTH_MAX);
+    return fail(scan, TW_SYNTAX, "nested deeper than %d levels", API_JSON_DEPTH_MAX);
   scan->frames[scan->depth++] = (json_frame){.is_object = peek(scan) == '{'};
   scan->at++;
   return TW_OK;

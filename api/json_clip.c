@@ -194,15 +194,12 @@ static tw_status read_track(const api_json *json, const api_place *at, const cJS
   tw_status status = api_json_members(json, at, item, members, source.values);
   if (status != TW_OK) return status;
   for (int i = 0; i < MEMBERS; i++) source.places[i] = (api_place){at, members[i], 0};
-  const cJSON *node = source.values[NODE];
-  if (!node || !source.values[PATH]) return api_json_fail(json, at, TW_SYNTAX, "a track needs node and path");
-  if (!cJSON_IsString(node)) return fail_at(&source, NODE, TW_SYNTAX, "the name of a node is expected");
-  out->node = api_names_find(nodes, node->valuestring);
-  if (out->node == TW_NO_INDEX)
-    return api_json_fail(json, &source.places[NODE], TW_INVALID, "no node is called \"%.60s\"",
-                         node->valuestring);
+  if (!source.values[NODE] || !source.values[PATH])
+    return api_json_fail(json, at, TW_SYNTAX, "a track needs node and path");
+  status = api_json_reference(json, &source.places[NODE], source.values[NODE], nodes, "node", &out->node);
   int path = TW_TRANSLATION;
-  status = api_json_choice(json, &source.places[PATH], source.values[PATH], paths, &path);
+  if (status == TW_OK)
+    status = api_json_choice(json, &source.places[PATH], source.values[PATH], paths, &path);
   out->path = (tw_path)path;
   if (status == TW_OK) status = read_interpolation(&source, out);
   return status == TW_OK ? read_keys(&source, out) : status;

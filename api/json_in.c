@@ -23,7 +23,10 @@ tw_status api_names_sort(const api_json *json, const char *const *names, uint32_
   return TW_OK;
 }
 
-uint32_t api_names_find(const api_names *names, const char *name) {
+tw_status api_json_reference(const api_json *json, const api_place *at, const cJSON *item,
+                             const api_names *names, const char *kind, uint32_t *out) {
+  if (!cJSON_IsString(item)) return api_json_fail(json, at, TW_SYNTAX, "the name of a %s is expected", kind);
+  const char *name = item->valuestring;
   uint32_t low = 0, high = names->count;
   while (low < high) {
     uint32_t middle = low + (high - low) / 2;
@@ -32,8 +35,12 @@ uint32_t api_names_find(const api_names *names, const char *name) {
     else
       high = middle;
   }
-  bool found = low < names->count && strcmp(names->sorted[low].name, name) == 0;
-  return found ? names->sorted[low].index : TW_NO_INDEX;
+  if (low == names->count || strcmp(names->sorted[low].name, name) != 0)
+    return api_json_fail(json, at, TW_INVALID, "no %s is called \"%.60s\"", kind, name);
+  if (low + 1 < names->count && strcmp(names->sorted[low + 1].name, name) == 0)
+    return api_json_fail(json, at, TW_INVALID, "more than one %s is called \"%.60s\"", kind, name);
+  *out = names->sorted[low].index;
+  return TW_OK;
 }
 
 /* Reads the names of an array's objects as others may refer to them: one without a name is called
@@ -54,16 +61,6 @@ static tw_status read_names(const api_json *json, const cJSON *array, uint32_t c
   return api_names_sort(json, names, count, out);
 }
 
-/* A name that refers to something. item NULL: leaves *out alone. */
-static tw_status read_reference(const api_json *json, const api_place *at, const cJSON *item,
-                                const api_names *names, const char *kind, uint32_t *out) {
-  if (!item) return TW_OK;
-  if (!cJSON_IsString(item)) return api_json_fail(json, at, TW_SYNTAX, "the name of a %s is expected", kind);
-  *out = api_names_find(names, item->valuestring);
-  if (*out != TW_NO_INDEX) return TW_OK;
-  return api_json_fail(json, at, TW_INVALID, "no %s is called \"%.60s\"", kind, item->valuestring);
-}
-
 /* ---- nodes ----------------------------------------------------------------------------------- */
 
 static tw_status read_node(const api_json *json, const api_place *at, const cJSON *item,
@@ -76,9 +73,10 @@ static tw_status read_node(const api_json *json, const api_place *at, const cJSO
   api_place places[MEMBERS];
   for (int i = 0; i < MEMBERS; i++) places[i] = (api_place){at, names[i], 0};
   if (status == TW_OK) status = api_json_text(json, &places[NAME], values[NAME], &out->name);
-  if (status == TW_OK)
-    status = read_reference(json, &places[PARENT], values[PARENT], nodes, "node", &out->parent);
-  if (status == TW_OK) status = read_reference(json, &places[MESH], values[MESH], meshes, "mesh", &out->mesh);
+  if (status == TW_OK && values[PARENT])
+    status = api_json_reference(json, &places[PARENT], values[PARENT], nodes, "node", &out->parent);
+  if (status == TW_OK && values[MESH])
+    status = api_json_reference(json, &places[MESH], values[MESH], meshes, "mesh", &out->mesh);
   if (status == TW_OK && values[TRANSLATION])
     status = api_json_floats(json, &places[TRANSLATION], values[TRANSLATION], 3, out->rest.translation);
   if (status == TW_OK && values[ROTATION])

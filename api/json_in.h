@@ -16,7 +16,7 @@ tw_status api_model_from_json(const char *text, size_t size, tw_model **out, tw_
 
 tw_status api_mesh_from_json(const api_json *json, const api_place *at, const cJSON *item, tw_mesh *out);
 
-/* The names of one kind of thing, to find them by; the first of equal names wins. */
+/* The names of one kind of thing, to find them by. */
 typedef struct api_name {
   const char *name;
   uint32_t index;
@@ -29,8 +29,11 @@ typedef struct api_names {
 
 /* names: [count], terminated. Keeps the pointers. */
 tw_status api_names_sort(const api_json *json, const char *const *names, uint32_t count, api_names *out);
-/* TW_NO_INDEX when there is none. O(log n). */
-uint32_t api_names_find(const api_names *names, const char *name);
+
+/* Reads a name that refers to one of `names`, which are of `kind` ("node"). TW_INVALID when there is none
+ * of that name, or more than one. O(log n). */
+tw_status api_json_reference(const api_json *json, const api_place *at, const cJSON *item,
+                             const api_names *names, const char *kind, uint32_t *out);
 
 tw_status api_clip_from_json(const api_json *json, const api_place *at, const cJSON *item,
                              const api_names *nodes, tw_clip_keys *out);

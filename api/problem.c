@@ -122,6 +122,16 @@ static void print_place(api_text *text, const api_fault *fault) {
   api_text_add(text, "}]");
 }
 
+/* The sentence, with its place in front: not every reader looks at `errors`. */
+static void print_detail(api_text *text, const api_fault *fault) {
+  char detail[sizeof fault->error.pointer + sizeof fault->error.detail + 2];
+  bool has_place = fault->in_document && fault->error.pointer[0];
+  snprintf(detail, sizeof detail, "%s%s%s", has_place ? fault->error.pointer : "", has_place ? ": " : "",
+           fault->error.detail);
+  api_text_member(text, "detail");
+  api_text_string(text, detail);
+}
+
 static void print_problem(api_text *text, const api_fault *fault, const char *request_id) {
   const problem_kind *kind = kind_of(fault->status);
   api_text_add(text, "{");
@@ -133,8 +143,7 @@ static void print_problem(api_text *text, const api_fault *fault, const char *re
   api_text_string(text, kind->title);
   api_text_member(text, "status");
   api_text_count(text, (uint64_t)fault->status);
-  api_text_member(text, "detail");
-  api_text_string(text, fault->error.detail);
+  print_detail(text, fault);
   api_text_member(text, "instance");
   api_text_string(text, request_id);
   print_place(text, fault);

@@ -1,0 +1,243 @@
+/* The cache: one build a key, references, the budget, forgetting, failures; many threads. */
+#include "loopback.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cache.h"
+
+/* What the builds of a test did. */
+typedef struct workshop {
+  atomic_int built, destroyed;
+  int size;
+  bool fails;
+} workshop;
+
+typedef struct piece {
+  workshop *shop;
+  int number;
+} piece;
+
+static void destroy_piece(void *value) {
+  piece *p = value;
+  p->shop->destroyed++;
+  free(p);
+}
+
+static bool build_piece(void *context, api_built *out, api_fault *fault) {
+  workshop *shop = context;
+  int number = shop->built++;
+  if (shop->fails) {
+    api_fault_with(fault, 404, "there is none");
+    return false;
+  }
+  piece *p = malloc(sizeof *p);
+  *p = (piece){shop, number};
+  *out = (api_built){p, (size_t)shop->size, destroy_piece};
+  return true;
+}
+
+static api_entry *take(api_cache *cache, const char *key, workshop *shop) {
+  api_fault fault;
+  return api_cache_take(cache, key, build_piece, shop, &fault);
+}
+
+static void a_key_is_built_once(void **state) {
+  (void)state;
+  workshop shop = {.size = 100};
+  api_cache *cache = api_cache_create(10000);
+  assert_null(api_cache_peek(cache, "a"));
+  api_entry *first = take(cache, "a", &shop);
+  api_entry *second = take(cache, "a", &shop);
+  assert_ptr_equal(first, second);
+  assert_int_equal(shop.built, 1);
+  api_entry_release(first);
+  api_entry_release(second);
+  api_entry *third = api_cache_peek(cache, "a");
+  assert_ptr_equal(third, first);
+  api_entry_release(third);
+  api_cache_destroy(cache);
+  assert_int_equal(shop.destroyed, 1);
+}
+
+static void the_least_recently_used_goes_first(void **state) {
+  (void)state;
+  workshop shop = {.size = 1000};
+  /* Room for three of them and half of a fourth, with what an entry itself takes. */
+  api_cache *cache = api_cache_create(UINT64_MAX);
+  api_entry_release(take(cache, "a", &shop));
+  uint64_t budget = api_cache_size(cache) * 7 / 2;
+  api_cache_destroy(cache);
+  cache = api_cache_create(budget);
+  api_entry_release(take(cache, "a", &shop));
+  api_entry_release(take(cache, "b", &shop));
+  api_entry_release(take(cache, "c", &shop));
+  api_entry_release(api_cache_peek(cache, "a"));
+  api_entry_release(take(cache, "d", &shop));
+  assert_null(api_cache_peek(cache, "b"));
+  api_entry *kept = api_cache_peek(cache, "a");
+  assert_non_null(kept);
+  api_entry_release(kept);
+  api_cache_destroy(cache);
+}
+
+static void what_is_held_stays_over_the_budget_and_goes_when_released(void **state) {
+  (void)state;
+  workshop shop = {.size = 100000};
+  api_cache *cache = api_cache_create(1000);
+  api_entry *held = take(cache, "a", &shop);
+  assert_int_equal(((piece *)api_entry_value(held))->number, 0);
+  assert_int_equal(shop.destroyed, 0);
+  api_entry_release(held);
+  assert_int_equal(shop.destroyed, 1);
+  assert_int_equal(api_cache_size(cache), 0);
+  api_cache_destroy(cache);
+}
+
+static void a_failure_is_told_and_not_remembered(void **state) {
+  (void)state;
+  workshop shop = {.size = 1, .fails = true};
+  api_cache *cache = api_cache_create(10000);
+  api_fault fault;
+  assert_null(api_cache_take(cache, "a", build_piece, &shop, &fault));
+  assert_int_equal(fault.status, 404);
+  shop.fails = false;
+  api_entry *entry = take(cache, "a", &shop);
+  assert_non_null(entry);
+  assert_int_equal(shop.built, 2);
+  api_entry_release(entry);
+  api_cache_destroy(cache);
+}
+
+static void forgotten_keys_are_built_anew_and_holders_keep_theirs(void **state) {
+  (void)state;
+  workshop shop = {.size = 1};
+  api_cache *cache = api_cache_create(10000);
+  api_entry *held = take(cache, "x/model", &shop);
+  api_entry_release(take(cache, "x/plan", &shop));
+  api_entry_release(take(cache, "y/clip/x", &shop));
+  api_entry_release(take(cache, "z/model", &shop));
+  api_cache_forget(cache, "x");
+  assert_int_equal(shop.destroyed, 2);
+  assert_null(api_cache_peek(cache, "x/model"));
+  assert_int_equal(((piece *)api_entry_value(held))->number, 0);
+  api_entry *fresh = take(cache, "x/model", &shop);
+  assert_int_equal(((piece *)api_entry_value(fresh))->number, 4);
+  api_entry_release(held);
+  assert_int_equal(shop.destroyed, 3);
+  api_entry_release(fresh);
+  api_cache_destroy(cache);
+  assert_int_equal(shop.destroyed, shop.built);
+}
+
+static void a_value_of_ones_own_is_freed_with_its_last_holder(void **state) {
+  (void)state;
+  workshop shop = {.size = 1};
+  api_built built;
+  api_fault fault;
+  assert_true(build_piece(&shop, &built, &fault));
+  api_entry *entry = api_entry_create(&built);
+  api_entry_hold(entry);
+  api_entry_release(entry);
+  assert_int_equal(shop.destroyed, 0);
+  api_entry_release(entry);
+  assert_int_equal(shop.destroyed, 1);
+}
+
+/* ---- threads ---------------------------------------------------------------------------------- */
+
+enum { THREADS = 8, ROUNDS = 2000, KEYS = 20 };
+
+typedef struct crowd {
+  api_cache *cache;
+  workshop shop;
+  atomic_int waiting;
+} crowd;
+
+static void *hammer(void *context) {
+  crowd *c = context;
+  unsigned seed = 1 + (unsigned)c->waiting++;
+  for (int i = 0; i < ROUNDS; i++) {
+    seed = seed * 1103515245u + 12345u;
+    char key[32];
+    snprintf(key, sizeof key, "model%u/plan", seed / 65536 % KEYS);
+    if (seed / 65536 % 50 == 49) {
+      api_cache_forget(c->cache, key);
+      continue;
+    }
+    api_entry *entry = take(c->cache, key, &c->shop);
+    if (((piece *)api_entry_value(entry))->shop != &c->shop) abort();
+    api_entry_release(entry);
+  }
+  return NULL;
+}
+
+static void threads_share_build_forget_and_evict(void **state) {
+  (void)state;
+  crowd c = {.shop = {.size = 500}};
+  c.cache = api_cache_create(8000);
+  pthread_t threads[THREADS];
+  for (int i = 0; i < THREADS; i++) assert_int_equal(pthread_create(&threads[i], NULL, hammer, &c), 0);
+  for (int i = 0; i < THREADS; i++) pthread_join(threads[i], NULL);
+  assert_true(api_cache_size(c.cache) <= 8000);
+  api_cache_destroy(c.cache);
+  assert_int_equal(c.shop.built, c.shop.destroyed);
+}
+
+/* A build that does not end before all threads have asked. */
+static bool build_slowly(void *context, api_built *out, api_fault *fault) {
+  crowd *c = context;
+  while (c->waiting < THREADS) continue;
+  return build_piece(&c->shop, out, fault);
+}
+
+static void *ask_for_one(void *context) {
+  crowd *c = context;
+  api_fault fault;
+  c->waiting++;
+  api_entry *entry = api_cache_take(c->cache, "one", build_slowly, c, &fault);
+  if (!entry && fault.status != 404) abort();
+  api_entry_release(entry);
+  return NULL;
+}
+
+static void equal_requests_at_once_build_one(void **state) {
+  (void)state;
+  crowd c = {.shop = {.size = 5}};
+  c.cache = api_cache_create(100000);
+  pthread_t threads[THREADS];
+  for (int i = 0; i < THREADS; i++) assert_int_equal(pthread_create(&threads[i], NULL, ask_for_one, &c), 0);
+  for (int i = 0; i < THREADS; i++) pthread_join(threads[i], NULL);
+  assert_int_equal(c.shop.built, 1);
+  api_cache_destroy(c.cache);
+  assert_int_equal(c.shop.destroyed, 1);
+}
+
+static void all_who_wait_for_a_failing_build_hear_why(void **state) {
+  (void)state;
+  crowd c = {.shop = {.size = 5, .fails = true}};
+  c.cache = api_cache_create(100000);
+  pthread_t threads[THREADS];
+  for (int i = 0; i < THREADS; i++) assert_int_equal(pthread_create(&threads[i], NULL, ask_for_one, &c), 0);
+  for (int i = 0; i < THREADS; i++) pthread_join(threads[i], NULL);
+  assert_int_equal(api_cache_size(c.cache), 0);
+  api_cache_destroy(c.cache);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_key_is_built_once),
+      cmocka_unit_test(the_least_recently_used_goes_first),
+      cmocka_unit_test(what_is_held_stays_over_the_budget_and_goes_when_released),
+      cmocka_unit_test(a_failure_is_told_and_not_remembered),
+      cmocka_unit_test(forgotten_keys_are_built_anew_and_holders_keep_theirs),
+      cmocka_unit_test(a_value_of_ones_own_is_freed_with_its_last_holder),
+      cmocka_unit_test(threads_share_build_forget_and_evict),
+      cmocka_unit_test(equal_requests_at_once_build_one),
+      cmocka_unit_test(all_who_wait_for_a_failing_build_hear_why),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

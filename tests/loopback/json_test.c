@@ -1,0 +1,345 @@
+/* tweend JSON: what is refused, with the place, and what a good document becomes. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "json_check.h"
+#include "json_in.h"
+
+/* A document that is refused. */
+typedef struct bad_document {
+  const char *text;
+  int status;
+  const char *pointer;
+  const char *word; /* of the detail, or NULL */
+} bad_document;
+
+#define TRIANGLE   "\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,2]]"
+#define MESH(more) "{\"meshes\":[{" TRIANGLE more "}]}"
+#define TRACK(members)                                                                                       \
+  "{\"nodes\":[{\"name\":\"a\"}],\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"a\"," members "}]}]}"
+#define TWO_KEYS "\"times\":[0,1],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"
+
+static const bad_document not_json[] = {
+    {"{", 400, "", "ends"},
+    {"{\"meshes\":[", 400, "/meshes/0", "ends"},
+    {"{\"meshes\":[{\"name\":\"a", 400, "/meshes/0/name", "end of a string"},
+    {"{\"nodes\":[]} x", 400, "", "behind the end"},
+    {"{\"nodes\":[],}", 400, "", "key"},
+    {"{\"nodes\":[1,]}", 400, "/nodes/1", "value"},
+    {"{\"nodes\" []}", 400, "/nodes", "':'"},
+    {"{nodes:[]}", 400, "", "key in quotes"},
+    {"{\"nodes\":[{\"name\":\"\\x\"}]}", 400, "/nodes/0/name", "escape"},
+    {"{\"nodes\":[{\"name\":\"\\u12g4\"}]}", 400, "/nodes/0/name", "hex"},
+    {"{\"nodes\":[{\"name\":\"a\\u0000b\"}]}", 400, "/nodes/0/name", "U+0000"},
+    {"{\"nodes\":[{\"name\":\"\\ud800\"}]}", 400, "/nodes/0/name", "surrogate"},
+    {"{\"nodes\":[{\"name\":\"\\udc00\"}]}", 400, "/nodes/0/name", "surrogate"},
+    {"{\"nodes\":[{\"name\":\"\\ud800\\u0041\"}]}", 400, "/nodes/0/name", "surrogate"},
+    {"{\"nodes\":[{\"name\":\"a\tb\"}]}", 400, "/nodes/0/name", "control"},
+    {"{\"nodes\":[{\"name\":\"\xff\"}]}", 400, "/nodes/0/name", "UTF-8"},
+    {"{\"nodes\":[{\"name\":\"\xc0\xaf\"}]}", 400, "/nodes/0/name", "UTF-8"},
+    {"{\"nodes\":[{\"name\":\"\xed\xa0\x80\"}]}", 400, "/nodes/0/name", "UTF-8"},
+    {"{\"meshes\":[{\"positions\":[[01,0,0]]}]}", 400, "/meshes/0/positions/0/0", "number"},
+    {"{\"meshes\":[{\"positions\":[[1.,0,0]]}]}", 400, "/meshes/0/positions/0/0", "digit"},
+    {"{\"meshes\":[{\"positions\":[[.5,0,0]]}]}", 400, "/meshes/0/positions/0/0", "value"},
+    {"{\"meshes\":[{\"positions\":[[+1,0,0]]}]}", 400, "/meshes/0/positions/0/0", "value"},
+    {"{\"meshes\":[{\"positions\":[[1e,0,0]]}]}", 400, "/meshes/0/positions/0/0", "digit"},
+    {"{\"meshes\":[{\"positions\":[[-,0,0]]}]}", 400, "/meshes/0/positions/0/0", "number"},
+    {"{\"meshes\":[{\"positions\":[[0,NaN,0]]}]}", 400, "/meshes/0/positions/0/1", "value"},
+    {"{\"meshes\":[{\"positions\":[[0,Infinity,0]]}]}", 400, "/meshes/0/positions/0/1", "value"},
+    {"{\"meshes\":[{\"positions\":[[0,1e999,0]]}]}", 422, "/meshes/0/positions/0/1", "too large"},
+    {"{\"a/b~c\":[tru]}", 400, "/a~1b~0c/0", "value"},
+    {"[1,2]", 400, "", "object"},
+    {"7", 400, "", "object"},
+    {"", 400, NULL, "empty"},
+};
+
+static const bad_document not_tweend[] = {
+    {"{\"mesches\":[]}", 400, "", "mesches"},
+    {"{\"nodes\":[],\"nodes\":[]}", 400, "", "twice"},
+    {"{\"nodes\":{}}", 400, "/nodes", "array"},
+    {"{\"nodes\":[7]}", 400, "/nodes/0", "object"},
+    {"{\"nodes\":[{\"name\":7}]}", 400, "/nodes/0/name", "text"},
+    {"{\"nodes\":[{\"colour\":7}]}", 400, "/nodes/0", "colour"},
+    {"{\"nodes\":[{\"parent\":0}]}", 400, "/nodes/0/parent", "name"},
+    {"{\"nodes\":[{\"parent\":\"b\"}]}", 422, "/nodes/0/parent", "\"b\""},
+    {"{\"nodes\":[{\"mesh\":\"b\"}]}", 422, "/nodes/0/mesh", "\"b\""},
+    {"{\"nodes\":[{\"name\":\"a\"},{\"name\":\"a\"},{\"parent\":\"a\"}]}", 422, "/nodes/2/parent",
+     "more than one"},
+    {"{\"nodes\":[{\"name\":\"a\",\"parent\":\"a\"}]}", 422, "/nodes/0/parent", NULL},
+    {"{\"nodes\":[{\"name\":\"a\",\"parent\":\"b\"},{\"name\":\"b\",\"parent\":\"a\"}]}", 422,
+     "/nodes/0/parent", "ancestor"},
+    {"{\"nodes\":[{\"translation\":[0,0]}]}", 400, "/nodes/0/translation", "3"},
+    {"{\"nodes\":[{\"translation\":[0,0,\"1\"]}]}", 400, "/nodes/0/translation/2", "number"},
+    {"{\"nodes\":[{\"scale\":[1,1e39,1]}]}", 422, "/nodes/0/scale/1", "float"},
+    {"{\"nodes\":[{\"rotation\":[0,0,0,0]}]}", 422, "/nodes/0/rotation", NULL},
+    {"{\"meshes\":[{\"positions\":[[0,0]]}]}", 400, "/meshes/0/positions/0", "3 numbers"},
+    {"{\"meshes\":[{\"positions\":[0,0,0]}]}", 400, "/meshes/0/positions/0", "array"},
+    {"{\"meshes\":[{\"faces\":[[0,1,2]]}]}", 422, "/meshes/0/faces/0/0", NULL},
+    {MESH(",\"colour\":1"), 400, "/meshes/0", "colour"},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,3]]}]}", 422,
+     "/meshes/0/faces/0/2", NULL},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,-1]]}]}", 422,
+     "/meshes/0/faces/0/2", "-1"},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,0.5]]}]}", 400,
+     "/meshes/0/faces/0/2", "whole"},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,4294967296]]}]}", 422,
+     "/meshes/0/faces/0/2", "range"},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,1]]}]}", 422,
+     "/meshes/0/faces/0/2", NULL},
+    {"{\"meshes\":[{\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1]]}]}", 422, "/meshes/0/faces/0",
+     NULL},
+    {MESH(",\"uvs\":[[0,0]]"), 422, "/meshes/0/uvs", "as many"},
+    {MESH(",\"uvs\":[[0,0]],\"face_uvs\":[]"), 422, "/meshes/0/face_uvs", NULL},
+    {MESH(",\"uvs\":[[0,0]],\"face_uvs\":[[0,0]]"), 422, "/meshes/0/face_uvs/0", "corners"},
+    {MESH(",\"uvs\":[[0,0]],\"face_uvs\":[[0,0,1]]"), 422, "/meshes/0/face_uvs/0/2", NULL},
+    {MESH(",\"uvs\":[[0,0,0]],\"face_uvs\":[[0,0,0]]"), 400, "/meshes/0/uvs/0", "2 numbers"},
+    {MESH(",\"creases\":[{\"edge\":[0,1]}]"), 400, "/meshes/0/creases/0/sharpness", "number"},
+    {MESH(",\"creases\":[{\"edge\":[0],\"sharpness\":1}]"), 400, "/meshes/0/creases/0/edge", "two"},
+    {MESH(",\"creases\":[{\"edge\":[0,1],\"sharpness\":-1}]"), 422, "/meshes/0/creases/0/sharpness", NULL},
+    {MESH(",\"creases\":[{\"edge\":[0,9],\"sharpness\":1}]"), 422, "/meshes/0/creases/0/edge", NULL},
+    {MESH(",\"creases\":[{\"verts\":[0,1],\"sharpness\":1}]"), 400, "/meshes/0/creases/0", "verts"},
+    {MESH(",\"corners\":[{\"vertex\":7,\"sharpness\":1}]"), 422, "/meshes/0/corners/0/vertex", NULL},
+    {MESH(",\"corners\":[{\"vertex\":0}]"), 400, "/meshes/0/corners/0/sharpness", NULL},
+    {MESH(",\"holes\":[1]"), 422, "/meshes/0/holes/0", NULL},
+    {MESH(",\"holes\":[true]"), 400, "/meshes/0/holes/0", "number"},
+};
+
+static const bad_document bad_tracks[] = {
+    {"{\"clips\":[{\"tracks\":[{\"path\":\"rotation\"}]}]}", 400, "/clips/0/tracks/0", "node"},
+    {"{\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\"}]}]}", 422, "/clips/0/tracks/0/node",
+     "\"a\""},
+    {"{\"clips\":[{\"loop\":true}]}", 400, "/clips/0", "loop"},
+    {TRACK("\"path\":\"weights\",\"times\":[0]"), 400, "/clips/0/tracks/0/path", "translation"},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"speed\":1"), 400, "/clips/0/tracks/0", "speed"},
+    {TRACK("\"path\":\"rotation\",\"times\":[0,1]"), 400, "/clips/0/tracks/0", "quaternions"},
+    {TRACK("\"path\":\"rotation\",\"quaternions\":[[0,0,0,1]]"), 400, "/clips/0/tracks/0", "times"},
+    {TRACK("\"path\":\"rotation\",\"times\":[],\"quaternions\":[]"), 422, "/clips/0/tracks/0/times", "key"},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"values\":[[0,0,0]]"), 400, "/clips/0/tracks/0/values",
+     NULL},
+    {TRACK("\"path\":\"scale\",\"times\":[0],\"quaternions\":[[0,0,0,1]]"), 400,
+     "/clips/0/tracks/0/quaternions", NULL},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"eulers\":[]"), 400, "/clips/0/tracks/0/eulers",
+     "quaternions"},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"order\":\"XYZ\""), 400, "/clips/0/tracks/0/order", NULL},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"unit\":\"degrees\""), 400, "/clips/0/tracks/0/unit", NULL},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"interpolation\":\"fast\""), 400,
+     "/clips/0/tracks/0/interpolation", "slerp"},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"in_tangents\":[]"), 400, "/clips/0/tracks/0/in_tangents",
+     NULL},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS ",\"interpolation\":\"cubicspline\""), 400, "/clips/0/tracks/0",
+     "in_tangents"},
+    {TRACK("\"path\":\"translation\",\"interpolation\":\"slerp\",\"times\":[0],\"values\":[[0,0,0]]"), 422,
+     "/clips/0/tracks/0/interpolation", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[1,0],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"), 422,
+     "/clips/0/tracks/0/times/1", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[0,0],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"), 422,
+     "/clips/0/tracks/0/times/1", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[-1,0],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"), 422,
+     "/clips/0/tracks/0/times/0", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[0,1e40],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"), 422,
+     "/clips/0/tracks/0/times/1", "float"},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"quaternions\":[[0,0,0,1],[0,0,1,0]]"), 422,
+     "/clips/0/tracks/0/quaternions", "2 keys for 1"},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"quaternions\":[[0,0,0,0]]"), 422,
+     "/clips/0/tracks/0/quaternions/0", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"axis_angles\":[[0,0,0,1]]"), 422,
+     "/clips/0/tracks/0/axis_angles/0", NULL},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"eulers\":[[0,0]]"), 400, "/clips/0/tracks/0/eulers/0", "3"},
+    {TRACK("\"path\":\"rotation\",\"times\":[0],\"eulers\":[[0,0,0]],\"order\":\"XYX\""), 400,
+     "/clips/0/tracks/0/order", "ZYX"},
+    {TRACK("\"path\":\"rotation\"," TWO_KEYS "},{\"node\":\"a\",\"path\":\"rotation\"," TWO_KEYS), 422,
+     "/clips/0/tracks/1/path", NULL},
+};
+
+static void refuse_all(loopback *loop, const bad_document *documents, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    reply r = loopback_post(loop, "/v1/models", "application/json", documents[i].text);
+    if (r.status != documents[i].status) print_error("%s\n", documents[i].text);
+    assert_problem(r, documents[i].status, documents[i].pointer, documents[i].word);
+    assert_int_equal(loopback_store_count(loop), 0);
+  }
+}
+
+static void what_is_no_json_is_refused_with_its_place(void **state) {
+  refuse_all(*state, not_json, sizeof not_json / sizeof *not_json);
+}
+
+static void what_is_no_model_is_refused_with_its_place(void **state) {
+  refuse_all(*state, not_tweend, sizeof not_tweend / sizeof *not_tweend);
+}
+
+static void bad_tracks_are_refused_with_their_place(void **state) {
+  refuse_all(*state, bad_tracks, sizeof bad_tracks / sizeof *bad_tracks);
+}
+
+static void nesting_of_64_is_accepted_and_65_is_not(void **state) {
+  (void)state;
+  char text[200];
+  for (int depth = 64; depth <= 65; depth++) {
+    memset(text, '[', (size_t)depth);
+    memset(text + depth, ']', (size_t)depth);
+    tw_error error;
+    tw_status status = api_json_check(text, 2 * (size_t)depth, 1000, &error);
+    assert_int_equal(status, depth == 64 ? TW_OK : TW_SYNTAX);
+  }
+}
+
+static void values_are_counted(void **state) {
+  (void)state;
+  tw_error error;
+  assert_int_equal(api_json_check("[1,[2],{\"a\":3}]", 15, 6, &error), TW_OK);
+  assert_int_equal(api_json_check("[1,[2],{\"a\":3}]", 15, 5, &error), TW_LIMIT);
+  assert_string_equal(error.pointer, "/2/a");
+}
+
+static void cut_anywhere_a_document_is_refused(void **state) {
+  (void)state;
+  const char *text = "{\"a\":[1,-2.5e3,true,null,\"x\\u00e4\\n\xc3\xa4\"],\"b\":{}}";
+  tw_error error;
+  assert_int_equal(api_json_check(text, strlen(text), 100, &error), TW_OK);
+  for (size_t size = 0; size < strlen(text); size++) {
+    /* A copy of exactly this size, so that a sanitizer sees a byte too far. */
+    char *cut = malloc(size ? size : 1);
+    memcpy(cut, text, size);
+    assert_int_equal(api_json_check(cut, size, 100, &error), TW_SYNTAX);
+    free(cut);
+  }
+}
+
+static void line_and_column_are_told(void **state) {
+  assert_problem(loopback_post(*state, "/v1/models", "application/json", "{\n \"nodes\":\n  [7,\n   x]}"),
+                 400, "/nodes/1", "line 4, column 4");
+}
+
+static tw_model *read_model(const char *text) {
+  tw_model *model = NULL;
+  tw_error error;
+  if (api_model_from_json(text, strlen(text), &model, &error) != TW_OK)
+    fail_msg("%s: %s", error.pointer, error.detail);
+  return model;
+}
+
+static void an_empty_document_is_an_empty_model(void **state) {
+  (void)state;
+  tw_model *model = read_model(" {} ");
+  assert_int_equal(model->mesh_count + model->node_count + model->clip_count, 0);
+  tw_model_destroy(model);
+}
+
+static void a_mesh_comes_with_all_its_parts(void **state) {
+  (void)state;
+  tw_model *model =
+      read_model("{\"meshes\":[{\"name\":\"q\xc3\xa4\",\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0.5]],"
+                 "\"faces\":[[0,1,2,3],[0,2,1]],\"uvs\":[[0,0.25],[1,1]],"
+                 "\"face_uvs\":[[0,1,0,1],[1,1,0]],"
+                 "\"creases\":[{\"edge\":[1,2],\"sharpness\":2.5},{\"sharpness\":99,\"edge\":[0,1]}],"
+                 "\"corners\":[{\"vertex\":3,\"sharpness\":10}],\"holes\":[1]}]}");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_string_equal(mesh->name, "q\xc3\xa4");
+  assert_int_equal(mesh->point_count, 4);
+  assert_true(mesh->positions[11] == 0.5f);
+  assert_int_equal(mesh->face_count, 2);
+  assert_int_equal(mesh->corner_count, 7);
+  assert_int_equal(mesh->face_offsets[1], 4);
+  assert_int_equal(mesh->corners[5], 2);
+  assert_true(mesh->uv_sets[0].values[1] == 0.75f); /* v up inside */
+  assert_int_equal(mesh->uv_sets[0].corners[4], 1);
+  assert_int_equal(mesh->crease_count, 2);
+  assert_int_equal(mesh->crease_edges[1], 2);
+  assert_true(mesh->crease_sharpness[0] == 2.5f);
+  assert_true(mesh->crease_sharpness[1] == TW_SHARPNESS_INFINITE);
+  assert_int_equal(mesh->sharp_points[0], 3);
+  assert_int_equal(mesh->holes[0], 1);
+  assert_int_equal(model->node_count, 1); /* made for the mesh */
+  tw_model_destroy(model);
+}
+
+static void uvs_without_faces_belong_to_the_points(void **state) {
+  (void)state;
+  tw_model *model = read_model(MESH(",\"uvs\":[[0,0],[1,0],[0,1]]"));
+  assert_int_equal(model->meshes[0].uv_sets[0].value_count, 3);
+  assert_int_equal(model->meshes[0].uv_sets[0].corners[2], 2);
+  tw_model_destroy(model);
+}
+
+static void nodes_refer_to_each_other_by_name(void **state) {
+  (void)state;
+  tw_model *model =
+      read_model("{\"meshes\":[{\"name\":\"m\"}],\"nodes\":[{\"name\":\"b\",\"parent\":\"a\",\"mesh\":\"m\"},"
+                 "{\"name\":\"a\",\"translation\":[1,2,3],\"scale\":[2,2,2]},{\"parent\":\"node_3\"},{}]}");
+  assert_int_equal(model->nodes[0].parent, 1);
+  assert_int_equal(model->nodes[0].mesh, 0);
+  assert_int_equal(model->nodes[2].parent, 3);
+  assert_true(model->nodes[1].rest.translation[2] == 3 && model->nodes[1].rest.scale[0] == 2);
+  assert_true(model->nodes[1].rest.rotation[3] == 1);
+  tw_model_destroy(model);
+}
+
+static void tracks_keep_form_order_and_unit(void **state) {
+  (void)state;
+  tw_model *model =
+      read_model(TRACK("\"path\":\"rotation\",\"interpolation\":\"euler\",\"order\":\"ZXY\","
+                       "\"unit\":\"degrees\",\"times\":[0,1],\"eulers\":[[-170,0,0],[170,0,90]]"));
+  const tw_track_keys *track = &model->clips[0].tracks[0];
+  assert_int_equal(track->form, TW_KEY_EULER);
+  assert_int_equal(track->interpolation, TW_EULER);
+  assert_int_equal(track->order, TW_ZXY);
+  assert_true(track->angles[5] > 1.5707963 && track->angles[5] < 1.5707964);
+  tw_model_destroy(model);
+  model = read_model(TRACK("\"path\":\"rotation\",\"times\":[0,2],\"unit\":\"degrees\","
+                           "\"axis_angles\":[[1,0,0,0],[1,0,0,720]]"));
+  track = &model->clips[0].tracks[0];
+  assert_int_equal(track->form, TW_KEY_AXIS_ANGLE);
+  assert_true(track->angles[4] == 1 && track->angles[7] > 12.566370 && track->angles[7] < 12.566371);
+  tw_model_destroy(model);
+}
+
+static void spline_keys_are_interleaved_as_in_gltf(void **state) {
+  (void)state;
+  tw_model *model =
+      read_model(TRACK("\"path\":\"translation\",\"interpolation\":\"cubicspline\",\"times\":[0,1],"
+                       "\"in_tangents\":[[1,1,1],[4,4,4]],\"values\":[[2,2,2],[5,5,5]],"
+                       "\"out_tangents\":[[3,3,3],[6,6,6]]"));
+  const float *values = model->clips[0].tracks[0].values;
+  for (int i = 0; i < 18; i++) assert_true(values[i] == (float)(1 + i / 3));
+  tw_model_destroy(model);
+}
+
+static void the_tank_is_read(void **state) {
+  (void)state;
+  size_t size;
+  char *text = loopback_file("server/samples/tank.json", &size);
+  tw_model *model = read_model(text);
+  assert_int_equal(model->mesh_count, 5);
+  assert_int_equal(model->node_count, 9);
+  assert_int_equal(model->clip_count, 2);
+  tw_model_destroy(model);
+  free(text);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(what_is_no_json_is_refused_with_its_place, loopback_setup,
+                                      loopback_teardown),
+      cmocka_unit_test_setup_teardown(what_is_no_model_is_refused_with_its_place, loopback_setup,
+                                      loopback_teardown),
+      cmocka_unit_test_setup_teardown(bad_tracks_are_refused_with_their_place, loopback_setup,
+                                      loopback_teardown),
+      cmocka_unit_test(nesting_of_64_is_accepted_and_65_is_not),
+      cmocka_unit_test(values_are_counted),
+      cmocka_unit_test(cut_anywhere_a_document_is_refused),
+      cmocka_unit_test_setup_teardown(line_and_column_are_told, loopback_setup, loopback_teardown),
+      cmocka_unit_test(an_empty_document_is_an_empty_model),
+      cmocka_unit_test(a_mesh_comes_with_all_its_parts),
+      cmocka_unit_test(uvs_without_faces_belong_to_the_points),
+      cmocka_unit_test(nodes_refer_to_each_other_by_name),
+      cmocka_unit_test(tracks_keep_form_order_and_unit),
+      cmocka_unit_test(spline_keys_are_interleaved_as_in_gltf),
+      cmocka_unit_test(the_tank_is_read),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

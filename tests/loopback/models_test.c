@@ -1,0 +1,601 @@
+/* Models: uploads in every wrapping, descriptions, lists, sources, validators, deleting. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+#include <zstd.h>
+
+static const char triangle[] = "o three\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+/* sha256 of the text above, by sha256sum. */
+static const char triangle_id[] = "3cd3dec2128c83a94ef9f007c577d21f";
+
+/* ---- uploads ----------------------------------------------------------------------------------- */
+
+static void an_upload_is_described_by_201_and_again_by_200(void **state) {
+  reply first = loopback_post(*state, "/v1/models", "model/obj", triangle);
+  assert_int_equal(first.status, 201);
+  char location[64];
+  snprintf(location, sizeof location, "/v1/models/%s", triangle_id);
+  assert_string_equal(reply_header(&first, "Location"), location);
+  reply again = loopback_post(*state, "/v1/models", "text/plain; charset=utf-8", triangle);
+  assert_int_equal(again.status, 200);
+  assert_string_equal(first.body, again.body);
+  assert_string_equal(reply_header(&first, "ETag"), reply_header(&again, "ETag"));
+  reply got = loopback_get(*state, location);
+  assert_int_equal(got.status, 200);
+  assert_string_equal(first.body, got.body);
+  assert_string_equal(reply_header(&first, "ETag"), reply_header(&got, "ETag"));
+  assert_int_equal(loopback_store_count(*state), 1);
+  reply_free(&first);
+  reply_free(&again);
+  reply_free(&got);
+}
+
+static void bodies_are_asked_for_before_they_are_read(void **state) {
+  reply r = loopback_ask(*state, "POST", "/v1/models", NULL, NULL, 0);
+  assert_true(r.refused);
+  assert_problem(r, 411, NULL, "Content-Length");
+  r = loopback_ask(*state, "POST", "/v1/models", "Content-Length: 1048577\n", "", 0);
+  assert_true(r.refused);
+  assert_problem(r, 413, NULL, "1048576");
+  r = loopback_ask(*state, "POST", "/v1/models", "Content-Length: 99999999999999999999999999\n", "", 0);
+  assert_true(r.refused);
+  assert_problem(r, 413, NULL, NULL);
+  assert_problem(loopback_post(*state, "/v1/models", "model/obj", ""), 400, NULL, "empty");
+}
+
+static void types_that_no_model_has_are_415_with_the_list(void **state) {
+  const char *const types[] = {"image/png",
+                               "text/html",
+                               "text/xml",
+                               "application/pdf",
+                               "multipart/mixed; boundary=x",
+                               "application/xhtml+xml",
+                               "video/mp4",
+                               "nonsense"};
+  for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+    reply r = loopback_post(*state, "/v1/models", types[i], triangle);
+    assert_true(r.refused);
+    assert_non_null(strstr(r.body, "\"model/gltf-binary\""));
+    assert_problem(r, 415, NULL, "model/obj");
+  }
+}
+
+static void the_bytes_decide_under_types_that_say_nothing(void **state) {
+  const char *const types[] = {"application/octet-stream", "application/x-www-form-urlencoded",
+                               "model/vnd.other", "", "MODEL/OBJ"};
+  for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
+    reply r = loopback_post(*state, "/v1/models", types[i], triangle);
+    assert_in_range(r.status, 200, 201);
+    assert_non_null(strstr(r.body, "\"format\":\"obj\""));
+    reply_free(&r);
+  }
+  reply r = loopback_ask(*state, "POST", "/v1/models", NULL, "{\"nodes\":[{}]}", 14);
+  assert_int_equal(r.status, 201);
+  assert_non_null(strstr(r.body, "\"format\":\"tweend\""));
+  reply_free(&r);
+}
+
+static void a_type_that_contradicts_the_bytes_is_400(void **state) {
+  const char *const pairs[][2] = {{"model/gltf-binary", triangle},
+                                  {"model/gltf+json", triangle},
+                                  {"model/gltf+json", "{\"nodes\":[]}"},
+                                  {"model/obj", "{\"nodes\":[]}"},
+                                  {"text/plain", "glTF\2"},
+                                  {"application/json", "glTF\2"},
+                                  {"model/gltf-binary", "{\"nodes\":[]}"},
+                                  {"application/json", triangle}};
+  for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++)
+    assert_problem(loopback_post(*state, "/v1/models", pairs[i][0], pairs[i][1]), 400, NULL, NULL);
+  assert_int_equal(loopback_store_count(*state), 0);
+}
+
+static void an_obj_error_bears_its_line(void **state) {
+  reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
+  assert_non_null(strstr(r.body, "\"line\":4"));
+  assert_null(strstr(r.body, "\"errors\""));
+  assert_problem(r, 422, NULL, NULL);
+}
+
+/* Packs with gzip; *size: bytes made. */
+static uint8_t *gzip(const void *data, size_t length, size_t *size) {
+  z_stream stream = {0};
+  assert_int_equal(deflateInit2(&stream, 9, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
+  uLong bound = deflateBound(&stream, (uLong)length);
+  uint8_t *packed = malloc(bound);
+  stream.next_in = (Bytef *)data;
+  stream.avail_in = (uInt)length;
+  stream.next_out = packed;
+  stream.avail_out = (uInt)bound;
+  assert_int_equal(deflate(&stream, Z_FINISH), Z_STREAM_END);
+  *size = stream.total_out;
+  deflateEnd(&stream);
+  return packed;
+}
+
+static void assert_is_the_triangle(reply r) {
+  if (r.status != 200 && r.status != 201) fail_msg("%d %s", r.status, r.body);
+  assert_non_null(strstr(r.body, triangle_id));
+  reply_free(&r);
+}
+
+static void packed_bodies_are_unpacked(void **state) {
+  size_t size;
+  uint8_t *packed = gzip(triangle, strlen(triangle), &size);
+  assert_is_the_triangle(
+      loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", packed, size));
+  assert_is_the_triangle(
+      loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: X-GZIP \n", packed, size));
+  for (size_t cut = 0; cut < size; cut += 7)
+    assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", packed, cut), 400,
+                   NULL, "gzip");
+  uint8_t *tail = malloc(size + 1);
+  memcpy(tail, packed, size);
+  tail[size] = 'x';
+  assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", tail, size + 1), 400,
+                 NULL, NULL);
+  free(tail);
+  free(packed);
+  uint8_t frames[512];
+  size = ZSTD_compress(frames, sizeof frames, triangle, 20, 1);
+  size += ZSTD_compress(frames + size, sizeof frames - size, triangle + 20, strlen(triangle) - 20, 1);
+  assert_is_the_triangle(
+      loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: zstd\n", frames, size));
+  for (size_t cut = 0; cut < size - 1; cut += 5) /* the first frame alone is whole, and another text */
+    assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: zstd\n", frames, cut), 400,
+                   NULL, NULL);
+  const char *const unknown[] = {"Content-Encoding: br\n", "Content-Encoding: gzip, gzip\n"};
+  for (int i = 0; i < 2; i++) {
+    reply r = loopback_ask(*state, "POST", "/v1/models", unknown[i], triangle, strlen(triangle));
+    assert_true(r.refused);
+    assert_string_equal(reply_header(&r, "Accept-Encoding"), "gzip, zstd");
+    assert_problem(r, 415, NULL, "gzip, zstd");
+  }
+}
+
+static void a_bomb_is_413_at_the_limit(void **state) {
+  size_t length = 50 << 20, size;
+  char *blank = malloc(length);
+  memset(blank, '\n', length);
+  memcpy(blank, triangle, strlen(triangle));
+  uint8_t *packed = gzip(blank, length, &size);
+  assert_true(size < 1 << 20);
+  assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", packed, size), 413,
+                 NULL, "1048576");
+  free(packed);
+  packed = gzip(blank, 1 << 20, &size);
+  reply r = loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", packed, size);
+  assert_int_equal(r.status, 201);
+  reply_free(&r);
+  free(packed);
+  packed = gzip(blank, (1 << 20) + 1, &size);
+  assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: gzip\n", packed, size), 413,
+                 NULL, NULL);
+  free(packed);
+  size_t bound = ZSTD_compressBound(length);
+  packed = malloc(bound);
+  size = ZSTD_compress(packed, bound, blank, length, 1);
+  assert_problem(loopback_ask(*state, "POST", "/v1/models", "Content-Encoding: zstd\n", packed, size), 413,
+                 NULL, "1048576");
+  free(packed);
+  free(blank);
+}
+
+static const char part_head[] = "Content-Disposition: form-data; name=\"f\"; filename=\"a;b.obj\"\r\n"
+                                "Content-Type: application/x-tgif\r\n\r\n";
+
+static reply post_form(loopback *loop, const char *type, const char *body) {
+  return loopback_post(loop, "/v1/models", type, body);
+}
+
+static void a_form_gives_its_one_file(void **state) {
+  const char *type = "multipart/form-data; boundary=\"x y\"";
+  char body[1024];
+  snprintf(body, sizeof body, "--x y\r\n%s%s\r\n--x y--\r\n", part_head, triangle);
+  assert_is_the_triangle(post_form(*state, type, body));
+  snprintf(body, sizeof body,
+           "preamble\r\n--x y\r\nContent-Disposition: form-data; name=\"submit\"\r\n\r\ngo\r\n"
+           "--x y\r\n%s%s\r\n--x y--",
+           part_head, triangle);
+  assert_is_the_triangle(post_form(*state, type, body));
+}
+
+static void broken_forms_are_400(void **state) {
+  const char *type = "multipart/form-data; boundary=xyz";
+  char body[1024];
+  assert_problem(post_form(*state, "multipart/form-data", triangle), 400, NULL, "boundary");
+  assert_problem(post_form(*state, "multipart/form-data; boundary=\"\"", triangle), 400, NULL, "boundary");
+  assert_problem(post_form(*state, type, triangle), 400, NULL, NULL);
+  assert_problem(post_form(*state, type, "--xyz--\r\n"), 400, NULL, "no file");
+  assert_problem(post_form(*state, type, "--xyz\r\n\r\n\r\n--xyz--\r\n"), 400, NULL, "no file");
+  assert_problem(post_form(*state, type, "--xyz"), 400, NULL, NULL);
+  assert_problem(post_form(*state, type, "--xyz\r\n"), 400, NULL, NULL);
+  snprintf(body, sizeof body, "--xyz\r\n%s%s\r\n--xyz\r\n%s%s\r\n--xyz--\r\n", part_head, triangle, part_head,
+           triangle);
+  assert_problem(post_form(*state, type, body), 400, NULL, "more than one");
+  snprintf(body, sizeof body, "--xyz\r\n%s\r\n--xyz--\r\n", part_head);
+  assert_problem(post_form(*state, type, body), 400, NULL, "empty");
+  int length = snprintf(body, sizeof body, "--xyz\r\n%s%s\r\n--xyz--", part_head, triangle);
+  for (int cut = 0; cut < length; cut++) {
+    char *exact = malloc((size_t)cut + 1);
+    memcpy(exact, body, (size_t)cut);
+    exact[cut] = '\0';
+    assert_problem(post_form(*state, type, exact), 400, NULL, NULL);
+    free(exact);
+  }
+  assert_int_equal(loopback_store_count(*state), 0);
+}
+
+/* ---- descriptions, lists ------------------------------------------------------------------------ */
+
+static const cJSON *member(const cJSON *object, const char *name) {
+  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
+  if (!value) fail_msg("no member %s", name);
+  return value;
+}
+
+static void the_tank_is_described_in_full(void **state) {
+  char *text = loopback_file("server/samples/tank.json", NULL);
+  reply r = loopback_post(*state, "/v1/models", "application/json", text);
+  cJSON *tank = cJSON_Parse(r.body);
+  assert_string_equal(member(tank, "format")->valuestring, "tweend");
+  assert_string_equal(member(tank, "name")->valuestring, "hull");
+  assert_int_equal(member(tank, "bytes")->valueint, strlen(text));
+  assert_int_equal(cJSON_GetArraySize(member(tank, "meshes")), 5);
+  const cJSON *hull = member(tank, "meshes")->child;
+  assert_int_equal(member(hull, "vertices")->valueint, 48);
+  assert_int_equal(member(hull, "faces")->valueint, 46);
+  assert_int_equal(member(hull, "edges")->valueint, 92);
+  assert_int_equal(member(member(hull, "face_sizes"), "4")->valueint, 46);
+  assert_int_equal(member(hull, "euler_characteristic")->valueint, 2);
+  assert_int_equal(cJSON_GetArraySize(member(member(hull, "bounds"), "max")), 3);
+  const cJSON *wheel = member(tank, "nodes")->child->next;
+  assert_string_equal(member(wheel, "name")->valuestring, "wheel_front_left");
+  assert_string_equal(member(wheel, "parent")->valuestring, "hull");
+  assert_int_equal(cJSON_GetArraySize(member(member(wheel, "rest"), "rotation")), 4);
+  const cJSON *drive = member(tank, "clips")->child;
+  assert_string_equal(member(drive, "name")->valuestring, "drive");
+  assert_true(member(drive, "duration")->valuedouble == 4);
+  assert_true(member(drive, "tracks")->valueint > 5 && member(drive, "keys")->valueint > 20);
+  cJSON_Delete(tank);
+  reply_free(&r);
+  free(text);
+}
+
+static void nameless_things_are_called_by_their_index(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "application/json",
+                  "{\"nodes\":[{},{\"parent\":\"node_0\"}],\"clips\":[{\"tracks\":[]}]}", id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply r = loopback_get(*state, path);
+  assert_non_null(strstr(r.body, "\"name\":\"node_1\",\"parent\":\"node_0\""));
+  assert_non_null(strstr(r.body, "\"name\":\"clip_0\",\"duration\":0"));
+  assert_non_null(strstr(r.body, "\"name\":null,\"format\":\"tweend\""));
+  reply_free(&r);
+}
+
+/* Uploads `count` models that differ. */
+static void upload_many(loopback *loop, int count) {
+  for (int i = 0; i < count; i++) {
+    char text[64], id[API_ID_TEXT];
+    snprintf(text, sizeof text, "{\"nodes\":[{\"name\":\"n%d\"}]}", i);
+    loopback_upload(loop, "application/json", text, id);
+  }
+}
+
+/* Walks the pages; returns how many models were listed, each with a name like n7. */
+static int walk_list(loopback *loop, const char *first) {
+  char url[128];
+  char last[API_ID_TEXT] = "";
+  int seen = 0;
+  strcpy(url, first);
+  while (url[0]) {
+    reply r = loopback_get(loop, url);
+    assert_int_equal(r.status, 200);
+    cJSON *page = cJSON_Parse(r.body);
+    const cJSON *item;
+    cJSON_ArrayForEach(item, member(page, "models")) {
+      const char *id = member(item, "id")->valuestring;
+      assert_true(strcmp(last, id) < 0);
+      strcpy(last, id);
+      assert_int_equal(member(item, "name")->valuestring[0], 'n');
+      assert_string_equal(member(item, "format")->valuestring, "tweend");
+      assert_true(member(item, "bytes")->valueint > 20);
+      seen++;
+    }
+    const cJSON *next = member(page, "next");
+    assert_int_equal(cJSON_IsString(next), reply_header(&r, "Link") != NULL);
+    strcpy(url, cJSON_IsString(next) ? next->valuestring : "");
+    cJSON_Delete(page);
+    reply_free(&r);
+  }
+  return seen;
+}
+
+static void the_list_is_walked_page_by_page(void **state) {
+  reply r = loopback_get(*state, "/v1/models");
+  assert_string_equal(r.body, "{\"models\":[],\"next\":null}\n");
+  reply_free(&r);
+  upload_many(*state, 11);
+  assert_int_equal(walk_list(*state, "/v1/models"), 11);
+  assert_int_equal(walk_list(*state, "/v1/models?limit=1"), 11);
+  assert_int_equal(walk_list(*state, "/v1/models?limit=11"), 11);
+  assert_int_equal(walk_list(*state, "/v1/models?limit=4"), 11);
+}
+
+static void lost_summaries_are_made_again(void **state) {
+  upload_many(*state, 3);
+  loopback_store_forget_summaries(*state);
+  assert_int_equal(walk_list(*state, "/v1/models?limit=2"), 3);
+}
+
+static void bad_paging_is_400(void **state) {
+  const char *const bad[] = {"limit=0",  "limit=1001", "limit=x",
+                             "limit=-1", "limit=",     "limit=1&limit=2",
+                             "after=x",  "after=",     "after=0123456789ABCDEF0123456789ABCDEF",
+                             "before=1"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    char target[128];
+    snprintf(target, sizeof target, "/v1/models?%s", bad[i]);
+    assert_problem(loopback_get(*state, target), 400, NULL, NULL);
+  }
+}
+
+/* ---- sources, validators ------------------------------------------------------------------------ */
+
+static reply get_with(loopback *loop, const char *path, const char *headers) {
+  return loopback_ask(loop, "GET", path, headers, NULL, 0);
+}
+
+static void the_source_comes_back_whole_and_in_parts(void **state) {
+  char id[API_ID_TEXT], path[64], header[128];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s/source", id);
+  reply r = loopback_get(*state, path);
+  assert_int_equal(r.status, 200);
+  assert_string_equal(r.body, triangle);
+  assert_string_equal(reply_header(&r, "Content-Type"), "model/obj");
+  assert_string_equal(reply_header(&r, "Accept-Ranges"), "bytes");
+  char etag[80];
+  strcpy(etag, reply_header(&r, "ETag"));
+  reply_free(&r);
+  static const struct {
+    const char *range;
+    size_t first, count;
+  } parts[] = {{"0-0", 0, 1},
+               {"2-6", 2, 5},
+               {"-4", sizeof triangle - 5, 4},
+               {"3-", 3, sizeof triangle - 4},
+               {"1-9999", 1, sizeof triangle - 2},
+               {"-9999", 0, sizeof triangle - 1}};
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+    snprintf(header, sizeof header, "Range: bytes=%s\n", parts[i].range);
+    r = get_with(*state, path, header);
+    assert_int_equal(r.status, 206);
+    assert_int_equal(r.size, parts[i].count);
+    assert_memory_equal(r.body, triangle + parts[i].first, parts[i].count);
+    snprintf(header, sizeof header, "bytes %zu-%zu/%zu", parts[i].first, parts[i].first + parts[i].count - 1,
+             sizeof triangle - 1);
+    assert_string_equal(reply_header(&r, "Content-Range"), header);
+    reply_free(&r);
+  }
+  const char *const whole[] = {"Range: bytes=5-2\n",
+                               "Range: bytes=x\n",
+                               "Range: lines=1-2\n",
+                               "Range: bytes=-\n",
+                               "Range: bytes=0-1,3-4\n",
+                               "Range: bytes=0-1\nIf-Range: \"other\"\n",
+                               "Range: bytes=0-1\nIf-Range: Sat, 21 Nov 2026 00:00:00 GMT\n",
+                               "Range: bytes=99999999999999999999999-\n"};
+  for (size_t i = 0; i < sizeof whole / sizeof *whole; i++) {
+    r = get_with(*state, path, whole[i]);
+    assert_int_equal(r.status, 200);
+    assert_int_equal(r.size, sizeof triangle - 1);
+    reply_free(&r);
+  }
+  snprintf(header, sizeof header, "Range: bytes=0-1\nIf-Range: %s\n", etag);
+  r = get_with(*state, path, header);
+  assert_int_equal(r.status, 206);
+  reply_free(&r);
+  r = get_with(*state, path, "Range: bytes=1000-\n");
+  snprintf(header, sizeof header, "bytes */%zu", sizeof triangle - 1);
+  assert_string_equal(reply_header(&r, "Content-Range"), header);
+  assert_problem(r, 416, NULL, NULL);
+  assert_problem(get_with(*state, path, "Range: bytes=-0\n"), 416, NULL, NULL);
+}
+
+static void validators_save_sending(void **state) {
+  char id[API_ID_TEXT], paths[2][64], headers[256];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(paths[0], sizeof paths[0], "/v1/models/%s", id);
+  snprintf(paths[1], sizeof paths[1], "/v1/models/%s/source", id);
+  for (int i = 0; i < 2; i++) {
+    reply r = loopback_get(*state, paths[i]);
+    char etag[80];
+    strcpy(etag, reply_header(&r, "ETag"));
+    assert_string_equal(reply_header(&r, "Cache-Control"), "public, max-age=31536000, immutable");
+    assert_string_equal(reply_header(&r, "Vary"), "Accept");
+    reply_free(&r);
+    const char *const hits[] = {"If-None-Match: %s\n", "If-None-Match: \"a\", W/%s\n", "If-None-Match:  * \n",
+                                "If-None-Match: \"x,y\" ,%s , \"b\"\n"};
+    for (size_t j = 0; j < sizeof hits / sizeof *hits; j++) {
+      snprintf(headers, sizeof headers, hits[j], etag);
+      r = get_with(*state, paths[i], headers);
+      assert_int_equal(r.status, 304);
+      assert_int_equal(r.size, 0);
+      assert_string_equal(reply_header(&r, "ETag"), etag);
+      assert_null(reply_header(&r, "Content-Type"));
+      reply_free(&r);
+    }
+    const char *const misses[] = {"If-None-Match: \"a\"\n", "If-None-Match: a\n", "If-Match: %s\n"};
+    for (size_t j = 0; j < sizeof misses / sizeof *misses; j++) {
+      snprintf(headers, sizeof headers, misses[j], etag);
+      r = get_with(*state, paths[i], headers);
+      assert_int_equal(r.status, 200);
+      reply_free(&r);
+    }
+    assert_problem(get_with(*state, paths[i], "If-Match: \"a\"\n"), 412, NULL, NULL);
+    snprintf(headers, sizeof headers, "If-Match: W/%s\n", etag);
+    assert_problem(get_with(*state, paths[i], headers), 412, NULL, NULL);
+  }
+}
+
+static void head_has_the_headers_of_get(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply get = loopback_get(*state, path);
+  reply head = loopback_ask(*state, "HEAD", path, NULL, NULL, 0);
+  assert_int_equal(head.status, 200);
+  assert_int_equal(head.answer.bytes.size, get.answer.bytes.size);
+  assert_string_equal(reply_header(&head, "ETag"), reply_header(&get, "ETag"));
+  reply_free(&head);
+  reply_free(&get);
+}
+
+/* ---- deleting, absence, the store --------------------------------------------------------------- */
+
+static void deleting_forgets_the_model_at_once(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply r = loopback_get(*state, path);
+  assert_int_equal(r.status, 200);
+  assert_true(loopback_is_light(*state, path));
+  reply_free(&r);
+  r = loopback_ask(*state, "DELETE", path, NULL, NULL, 0);
+  assert_int_equal(r.status, 204);
+  assert_int_equal(r.size, 0);
+  reply_free(&r);
+  assert_false(loopback_is_light(*state, path));
+  assert_problem(loopback_get(*state, path), 404, NULL, id);
+  assert_problem(loopback_ask(*state, "DELETE", path, NULL, NULL, 0), 404, NULL, NULL);
+  strcat(path, "/source");
+  assert_problem(loopback_get(*state, path), 404, NULL, NULL);
+  r = loopback_post(*state, "/v1/models", "model/obj", triangle);
+  assert_int_equal(r.status, 201);
+  reply_free(&r);
+}
+
+static void ids_that_cannot_be_are_404(void **state) {
+  const char *const ids[] = {"x",
+                             "0123456789ABCDEF0123456789ABCDEF",
+                             "0123456789abcdef0123456789abcde",
+                             "0123456789abcdef0123456789abcdef0",
+                             "..",
+                             "%2e%2e",
+                             ""};
+  for (size_t i = 0; i < sizeof ids / sizeof *ids; i++) {
+    char path[96];
+    snprintf(path, sizeof path, "/v1/models/%s", ids[i]);
+    assert_problem(loopback_get(*state, path), 404, NULL, NULL);
+    assert_string_equal(api_route_name(path), "other");
+  }
+  assert_string_equal(api_route_name("/v1/models/0123456789abcdef0123456789abcdef/source"),
+                      "/v1/models/{id}/source");
+}
+
+static void an_unreachable_store_is_503_and_nothing_is_remembered(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "application/json", "{\"nodes\":[{}]}", id);
+  snprintf(path, sizeof path, "/v1/models/%s/source", id);
+  loopback_store_fail(*state, true);
+  reply r = loopback_post(*state, "/v1/models", "model/obj", triangle);
+  assert_non_null(reply_header(&r, "Retry-After"));
+  assert_problem(r, 503, NULL, "store");
+  assert_problem(loopback_get(*state, path), 503, NULL, "store");
+  assert_problem(loopback_get(*state, "/v1/models"), 503, NULL, "store");
+  path[strlen(path) - strlen("/source")] = '\0';
+  assert_problem(loopback_ask(*state, "DELETE", path, NULL, NULL, 0), 503, NULL, "store");
+  loopback_store_fail(*state, false);
+  char triangle_path[64];
+  snprintf(triangle_path, sizeof triangle_path, "/v1/models/%s", triangle_id);
+  assert_problem(loopback_get(*state, triangle_path), 404, NULL, NULL);
+}
+
+static void a_known_model_is_answered_without_the_store(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  assert_false(loopback_is_light(*state, path));
+  reply r = loopback_get(*state, path);
+  reply_free(&r);
+  size_t gets = loopback_store_gets(*state);
+  assert_true(loopback_is_light(*state, path));
+  assert_int_equal(loopback_store_gets(*state), gets);
+}
+
+static void seeding_is_storing(void **state) {
+  loopback *loop = *state;
+  assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 201);
+  assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 200);
+  assert_int_equal(api_seed(loop->service, (const uint8_t *)"{\"nodes\":7}", 11), 400);
+  assert_int_equal(loopback_store_count(loop), 1);
+}
+
+/* ---- keys --------------------------------------------------------------------------------------- */
+
+static int start_with_keys(void **state) {
+  static const char *const keys[] = {"alpha", "beta", NULL};
+  api_settings settings = loopback_settings();
+  settings.api_keys = keys;
+  *state = loopback_start(&settings);
+  return 0;
+}
+
+static void models_ask_for_a_key_where_keys_are_configured(void **state) {
+  reply r = loopback_get(*state, "/v1/models");
+  assert_true(r.refused);
+  assert_string_equal(reply_header(&r, "WWW-Authenticate"), "Bearer realm=\"tweend\"");
+  assert_problem(r, 401, NULL, NULL);
+  const char *const wrong[] = {"X-API-Key: alph\n", "X-API-Key: alphaa\n", "X-API-Key: \n",
+                               "Authorization: Bearer gamma\n"};
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+    assert_problem(get_with(*state, "/v1/models", wrong[i]), 403, NULL, NULL);
+  assert_problem(get_with(*state, "/v1/models", "Authorization: Basic YWxwaGE=\n"), 401, NULL, NULL);
+  const char *const right[] = {"X-API-Key: alpha\n", "Authorization: bearer beta\n", "X-API-Key: beta\n"};
+  for (size_t i = 0; i < sizeof right / sizeof *right; i++) {
+    r = get_with(*state, "/v1/models", right[i]);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  r = loopback_ask(*state, "OPTIONS", "/v1/models", NULL, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+}
+
+#define with_loop(test) cmocka_unit_test_setup_teardown(test, loopback_setup, loopback_teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      with_loop(an_upload_is_described_by_201_and_again_by_200),
+      with_loop(bodies_are_asked_for_before_they_are_read),
+      with_loop(types_that_no_model_has_are_415_with_the_list),
+      with_loop(the_bytes_decide_under_types_that_say_nothing),
+      with_loop(a_type_that_contradicts_the_bytes_is_400),
+      with_loop(an_obj_error_bears_its_line),
+      with_loop(packed_bodies_are_unpacked),
+      with_loop(a_bomb_is_413_at_the_limit),
+      with_loop(a_form_gives_its_one_file),
+      with_loop(broken_forms_are_400),
+      with_loop(the_tank_is_described_in_full),
+      with_loop(nameless_things_are_called_by_their_index),
+      with_loop(the_list_is_walked_page_by_page),
+      with_loop(lost_summaries_are_made_again),
+      with_loop(bad_paging_is_400),
+      with_loop(the_source_comes_back_whole_and_in_parts),
+      with_loop(validators_save_sending),
+      with_loop(head_has_the_headers_of_get),
+      with_loop(deleting_forgets_the_model_at_once),
+      with_loop(ids_that_cannot_be_are_404),
+      with_loop(an_unreachable_store_is_503_and_nothing_is_remembered),
+      with_loop(a_known_model_is_answered_without_the_store),
+      with_loop(seeding_is_storing),
+      cmocka_unit_test_setup_teardown(models_ask_for_a_key_where_keys_are_configured, start_with_keys,
+                                      loopback_teardown),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
