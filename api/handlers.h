@@ -15,4 +15,8 @@ api_outcome api_get_model(api_call *call);
 api_outcome api_get_source(api_call *call);
 api_outcome api_delete_model(api_call *call);
 
+api_outcome api_get_pose(api_call *call);
+api_outcome api_post_times(api_call *call);
+api_outcome api_post_pose(api_call *call);
+
 #endif

@@ -2,7 +2,6 @@
  * tw_clip_create, when the model is finished. */
 #include "json_in.h"
 
-#include <math.h>
 #include <string.h>
 
 enum {
@@ -23,6 +22,9 @@ enum {
 static const char *const members[] = {
     "node",   "path",        "interpolation", "order",       "unit",         "times", "quaternions",
     "eulers", "axis_angles", "values",        "in_tangents", "out_tangents", NULL};
+
+/* In a radian. */
+static const double DEGREES = 57.295779513082320877;
 
 /* The members of the track under way. */
 typedef struct track_source {
@@ -162,7 +164,7 @@ static tw_status read_angles(const track_source *source, int member, tw_track_ke
   for (const cJSON *item = source->values[member]->child; item; item = item->next, place.index++) {
     status = api_json_numbers(json, &place, item, track->width, angles);
     if (status != TW_OK) return status;
-    for (uint32_t i = first_angle; unit == 1 && i < track->width; i++) angles[i] *= acos(-1) / 180;
+    for (uint32_t i = first_angle; unit == 1 && i < track->width; i++) angles[i] /= DEGREES;
     angles += track->width;
   }
   return TW_OK;

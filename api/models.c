@@ -94,6 +94,22 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
   return *out ? API_DONE : API_FAILED;
 }
 
+api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
+  api_upload upload = {0};
+  tw_format format;
+  tw_model *model = NULL;
+  api_outcome outcome = api_upload_read(call, &upload);
+  if (outcome != API_DONE) return outcome;
+  outcome = api_upload_format(call, upload.bytes, &format);
+  if (outcome == API_DONE && !api_model_read(upload.bytes, format, quads, &model, &call->fault))
+    outcome = API_FAILED;
+  api_upload_deinit(&upload);
+  if (outcome != API_DONE) return outcome;
+  api_built built = built_model(model);
+  *out = api_entry_create(&built);
+  return *out ? API_DONE : api_fail_without_memory(call);
+}
+
 const char *api_model_name(const tw_model *model) {
   if (model->name) return model->name;
   for (uint32_t i = 0; i < model->mesh_count; i++)

@@ -14,6 +14,9 @@ bool api_is_model_id(const char *text, size_t length);
  * api_entry_release. 404, 503; API_LATER in a light call when it is not at hand. */
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
 
+/* The model in the request's body, parsed for this request alone. */
+api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);
+
 /* Prints the description of a model. 503 without memory. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault);
 

@@ -12,9 +12,25 @@
 static const char *const no_parameters[] = {NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
+static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
+                                              "space",         "as",   "order",    "unit", "nodes",
+                                              "interpolation", "loop", "skinning", NULL};
+
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
 /* The source's own type is known when it is read: any will do. */
 static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
+/* In the order of api_pose_form. */
+static const api_offer pose_offers[] = {{"json", "application/json"},
+                                        {"ndjson", "application/x-ndjson"},
+                                        {"bin", "application/octet-stream"},
+                                        {"csv", "text/csv"},
+                                        {0}};
+
+#define MODEL   "/v1/models/{id}"
+#define SOURCE  MODEL "/source"
+#define SURFACE MODEL "/surface"
+#define POSE    MODEL "/pose"
+#define TRACKS  MODEL "/tracks"
 
 static const api_route routes[] = {
     {"GET", "/healthz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
@@ -23,11 +39,12 @@ static const api_route routes[] = {
     {"GET", "/openapi.json", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_openapi},
     {"POST", "/v1/models", API_TAKES_MODEL, false, false, json_offers, no_parameters, api_post_model},
     {"GET", "/v1/models", API_TAKES_NOTHING, false, false, json_offers, list_parameters, api_list_models},
-    {"GET", "/v1/models/{id}", API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
-    {"GET", "/v1/models/{id}/source", API_TAKES_NOTHING, false, false, source_offers, no_parameters,
-     api_get_source},
-    {"DELETE", "/v1/models/{id}", API_TAKES_NOTHING, false, false, json_offers, no_parameters,
-     api_delete_model},
+    {"GET", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
+    {"DELETE", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_delete_model},
+    {"GET", SOURCE, API_TAKES_NOTHING, false, false, source_offers, no_parameters, api_get_source},
+    {"GET", POSE, API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
+    {"POST", POSE, API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
+    {"POST", "/v1/pose", API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
 };
 
 enum { ROUTES = sizeof routes / sizeof *routes };

@@ -1,0 +1,44 @@
+/* A clip evaluated at times, printed piece by piece: memory does not grow with the number of times. */
+#ifndef API_POSE_BODY_H
+#define API_POSE_BODY_H
+
+#include "clips.h"
+#include "times.h"
+
+typedef enum api_pose_as { API_AS_TRS, API_AS_MATRIX, API_AS_EULER, API_AS_AXIS_ANGLE } api_pose_as;
+
+/* In the order of the route's offers. */
+typedef enum api_pose_form { API_POSE_JSON, API_POSE_NDJSON, API_POSE_BIN, API_POSE_CSV } api_pose_form;
+
+/* What is asked. Owns nothing: all of it outlives the body. */
+typedef struct api_pose_query {
+  const tw_model *model;
+  const api_clip *clip; /* NULL: the rest pose */
+  api_times times;
+  api_pose_form form;
+  api_pose_as as;
+  bool is_world;
+  tw_euler_order order;
+  bool in_degrees;
+  tw_loop loop;
+  bool is_skinning; /* joint matrices of all skins, skin by skin, in place of nodes */
+  uint32_t node_count;
+  const uint32_t *nodes; /* [node_count], what the answer tells of; ascending unless is_skinning */
+} api_pose_query;
+
+typedef struct api_pose_body api_pose_body;
+
+/* NULL without memory. arena: scratch in proportion to the model's nodes. */
+api_pose_body *api_pose_body_create(const api_pose_query *query, tw_arena *arena);
+void api_pose_body_deinit(api_pose_body *body);
+
+/* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */
+uint64_t api_pose_body_size(const api_pose_body *body);
+
+/* As in api_body. */
+int64_t api_pose_body_read(void *body, uint8_t *out, size_t capacity);
+
+/* Numbers that one node has in a pose. */
+size_t api_pose_width(api_pose_as as);
+
+#endif

@@ -1,0 +1,116 @@
+/* Times: at=0.5,1,2 or from=0&to=4&fps=30, or a list in a body. */
+#include "times.h"
+
+#include "json_value.h"
+
+#include <math.h>
+#include <string.h>
+
+static tw_status fail_many(tw_error *error, double count, uint64_t max_times) {
+  return tw_fail(error, TW_LIMIT, "%.0f times are over the limit of %llu", count,
+                 (unsigned long long)max_times);
+}
+
+static tw_status read_list(const char *text, uint64_t max_times, tw_arena *arena, api_times *out,
+                           tw_error *error) {
+  uint64_t count = 1;
+  for (const char *c = text; *c; c++) count += *c == ',';
+  if (count > max_times) return fail_many(error, (double)count, max_times);
+  float *list = tw_arena_alloc(arena, (size_t)count, sizeof *list);
+  if (!list) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint64_t i = 0; i < count; i++) {
+    size_t length = strcspn(text, ",");
+    double value;
+    if (!api_number_read(text, length, &value) || !isfinite((float)value))
+      return tw_fail(error, TW_SYNTAX, "at: \"%.*s\" is no time in seconds", length < 60 ? (int)length : 60,
+                     text);
+    list[i] = (float)value;
+    text += length + 1;
+  }
+  *out = (api_times){.is_given = true, .count = count, .list = list};
+  return TW_OK;
+}
+
+/* The number of times from `from` to `to`, its end included where it falls on a step. */
+static tw_status count_steps(api_times *times, uint64_t max_times, tw_error *error) {
+  if (times->to < times->from)
+    return tw_fail(error, TW_SYNTAX, "to=%g is before from=%g", times->to, times->from);
+  /* A step may miss `to` by the rounding of a product. */
+  double count = floor((times->to - times->from) * times->fps + 1e-6) + 1;
+  if (!(count <= (double)max_times)) return fail_many(error, count, max_times);
+  times->count = (uint64_t)count;
+  return TW_OK;
+}
+
+static tw_status check_range(const api_times *times, tw_error *error) {
+  if (!(times->fps > 0)) return tw_fail(error, TW_SYNTAX, "fps must be more than 0");
+  if (!isfinite((float)times->from) || !isfinite((float)times->to))
+    return tw_fail(error, TW_SYNTAX, "from and to must fit a float");
+  return TW_OK;
+}
+
+tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *arena, api_times *out,
+                         tw_error *error) {
+  const char *at = api_query_get(query, "at");
+  bool has_from = api_query_get(query, "from") != NULL, has_to = api_query_get(query, "to") != NULL;
+  bool has_fps = api_query_get(query, "fps") != NULL;
+  if (at && (has_from || has_to || has_fps))
+    return tw_fail(error, TW_SYNTAX, "at and from, to, fps exclude each other");
+  if (at) return read_list(at, max_times, arena, out, error);
+  api_times times = {.is_given = has_from || has_to || has_fps, .has_to = has_to};
+  *out = times;
+  if (!times.is_given) return TW_OK;
+  if (!has_fps) return tw_fail(error, TW_SYNTAX, "from and to need fps");
+  tw_status status = api_query_number(query, "from", &times.from, error);
+  if (status == TW_OK) status = api_query_number(query, "to", &times.to, error);
+  if (status == TW_OK) status = api_query_number(query, "fps", &times.fps, error);
+  if (status == TW_OK) status = check_range(&times, error);
+  if (status == TW_OK && has_to) status = count_steps(&times, max_times, error);
+  if (status == TW_OK) *out = times;
+  return status;
+}
+
+tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error) {
+  if (!times->is_given || times->list || times->has_to) return TW_OK;
+  times->to = (double)duration;
+  times->has_to = true;
+  return count_steps(times, max_times, error);
+}
+
+static tw_status read_tree(const api_json *json, const cJSON *tree, uint64_t max_times, api_times *out) {
+  static const char *const names[] = {"times", NULL};
+  const cJSON *values[1];
+  const api_place at = {NULL, "times", 0};
+  uint32_t count;
+  tw_status status = api_json_members(json, NULL, tree, names, values);
+  if (status == TW_OK && !values[0]) return api_json_fail(json, NULL, TW_SYNTAX, "\"times\" is missing");
+  if (status == TW_OK) status = api_json_array(json, &at, values[0], &count);
+  if (status != TW_OK) return status;
+  if (count == 0) return api_json_fail(json, &at, TW_SYNTAX, "a time is expected");
+  if (count > max_times) return fail_many(json->error, (double)count, max_times);
+  float *list = tw_arena_alloc(json->arena, count, sizeof *list);
+  if (!list) return api_json_no_memory(json);
+  api_place place = {&at, NULL, 0};
+  for (const cJSON *item = values[0]->child; item; item = item->next, place.index++) {
+    status = api_json_float(json, &place, item, &list[place.index]);
+    if (status != TW_OK) return status;
+  }
+  *out = (api_times){.is_given = true, .count = count, .list = list};
+  return TW_OK;
+}
+
+tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
+                              api_times *out, tw_error *error) {
+  cJSON *tree;
+  /* The document, the array, and one time more than the limit, so that the limit itself is named. */
+  tw_status status = api_json_parse(text, size, max_times + 3, &tree, error);
+  if (status != TW_OK) return status;
+  api_json json = {arena, error};
+  status = read_tree(&json, tree, max_times, out);
+  cJSON_Delete(tree);
+  return status;
+}
+
+float api_times_get(const api_times *times, uint64_t index) {
+  return times->list ? times->list[index] : (float)(times->from + (double)index / times->fps);
+}

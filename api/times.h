@@ -1,0 +1,29 @@
+/* The times of a request: a list, or evenly spaced ones. */
+#ifndef API_TIMES_H
+#define API_TIMES_H
+
+#include "query.h"
+
+/* A view into the arena it was read with. */
+typedef struct api_times {
+  bool is_given; /* false: the request names no time */
+  uint64_t count;
+  const float *list; /* [count], or NULL: from + i / fps */
+  double from, to, fps;
+  bool has_to; /* false: up to the clip's end */
+} api_times;
+
+/* Reads at, or from, to and fps. TW_SYNTAX on values that are none; TW_LIMIT over max_times. */
+tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *arena, api_times *out,
+                         tw_error *error);
+
+/* Reads {"times": [...]}. TW_SYNTAX, TW_INVALID with a pointer; TW_LIMIT. */
+tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
+                              api_times *out, tw_error *error);
+
+/* Completes times that go up to the end of a clip. TW_SYNTAX when that is before `from`; TW_LIMIT. */
+tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);
+
+float api_times_get(const api_times *times, uint64_t index);
+
+#endif
