@@ -11,34 +11,65 @@
 #include "clip.h"
 #include "tweend/bake.h"
 
-enum { STEPS_LEAST = 2, PARTS_MEASURED = 4, REFINEMENTS = 24 };
+enum {
+  STEPS_LEAST = 2,    /* of a segment that is no chord itself */
+  GRID_PLACES = 64,   /* at most, for each key allowed */
+  PARTS_MEASURED = 4, /* of each grid step */
+  REFINEMENTS = 24
+};
 
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
 static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
 static const double FLOAT_ROOM = 4e-7; /* of the largest value: what single precision cannot promise */
 
+/* Times, rising, and the values there. */
+typedef struct samples {
+  float *times, *values; /* [count], [count][width] */
+  uint32_t count, room, most;
+} samples;
+
 /* One track on its way. */
 typedef struct reduction {
   const tw_clip *clip;
-  uint32_t index, width, max_keys;
+  uint32_t index, width;
   bool rotation;
   double tolerance, reached;
-  /* the grid */
-  uint32_t grid_count, grid_room;
-  float *grid_times, *grid_values; /* [grid_count], [grid_count][width] */
-  /* the result */
-  uint32_t key_count, key_room;
-  float *times, *values;  /* [key_count], [key_count][width] */
-  float *sample, *second; /* [width] */
+  samples grid, keys;
+  float *sample, *ends; /* [width], [2][width] */
 } reduction;
 
 static void reduction_deinit(reduction *r) {
-  free(r->grid_times);
-  free(r->grid_values);
-  free(r->times);
-  free(r->values);
+  free(r->grid.times);
+  free(r->grid.values);
+  free(r->keys.times);
+  free(r->keys.values);
   free(r->sample);
-  free(r->second);
+  free(r->ends);
+}
+
+static tw_status widen(samples *list, uint32_t width, tw_error *error) {
+  uint32_t room = list->room > list->most / 2 ? list->most : list->room * 2;
+  if (room < 256) room = list->most < 256 ? list->most : 256;
+  if (list->count >= room)
+    return tw_fail(error, TW_LIMIT, "a track would need more than %u keys at this tolerance", list->most);
+  size_t row = width * sizeof(float);
+  float *times = room <= SIZE_MAX / row ? realloc(list->times, room * sizeof *times) : NULL;
+  if (times) list->times = times;
+  float *values = times ? realloc(list->values, room * row) : NULL;
+  if (!values) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
+  list->values = values;
+  list->room = room;
+  return TW_OK;
+}
+
+/* Adds a time and the track's value there. */
+static tw_status append(const reduction *r, samples *list, float time, tw_error *error) {
+  tw_status status = list->count < list->room ? TW_OK : widen(list, r->width, error);
+  if (status != TW_OK) return status;
+  list->times[list->count] = time;
+  tw_clip_sample(r->clip, r->index, &time, 1, list->values + (size_t)list->count * r->width);
+  list->count++;
+  return TW_OK;
 }
 
 /* ---- errors of chords ------------------------------------------------------------------------------ */
@@ -103,39 +134,15 @@ static double stray_at(const reduction *r, const chord *chord, float time) {
 
 /* ---- the grid ----------------------------------------------------------------------------------------- */
 
-/* Makes room for one more time and value; doubles, up to a number of keys. */
-static tw_status grow(float **times, float **values, uint32_t *room, uint32_t count, uint32_t width,
-                      uint32_t most, tw_error *error) {
-  if (count < *room) return TW_OK;
-  if (count >= most)
-    return tw_fail(error, TW_LIMIT, "a track needs more than %u keys at this tolerance", most);
-  uint32_t more = *room ? (*room > most / 2 ? most : *room * 2) : most < 256 ? most : 256;
-  size_t row = width * sizeof(float);
-  if (more > SIZE_MAX / row) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
-  float *wider_times = realloc(*times, more * sizeof(float));
-  if (wider_times) *times = wider_times;
-  float *wider_values = wider_times ? realloc(*values, more * row) : NULL;
-  if (!wider_values) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
-  *values = wider_values;
-  *room = more;
-  return TW_OK;
-}
-
 /* Adds a place unless single precision cannot tell it from the last one. */
 static tw_status add_place(reduction *r, float time, tw_error *error) {
-  if (r->grid_count > 0 && !(time > r->grid_times[r->grid_count - 1])) return TW_OK;
-  uint32_t most = r->max_keys > UINT32_MAX / 64 ? UINT32_MAX : r->max_keys * 64;
-  tw_status status =
-      grow(&r->grid_times, &r->grid_values, &r->grid_room, r->grid_count, r->width, most, error);
-  if (status != TW_OK) return status;
-  r->grid_times[r->grid_count] = time;
-  tw_clip_sample(r->clip, r->index, &time, 1, r->grid_values + (size_t)r->grid_count * r->width);
-  r->grid_count++;
-  return TW_OK;
+  const samples *grid = &r->grid;
+  return grid->count > 0 && !(time > grid->times[grid->count - 1]) ? TW_OK : append(r, &r->grid, time, error);
 }
 
-static float part_time(const tw_track *track, uint32_t key, double part) {
-  return (float)((double)track->timeline->times[key] + part * tw_track_seconds(track, key));
+/* The time at `step` of `steps` equal steps of a segment. */
+static float step_time(const tw_track *track, uint32_t key, double step, uint32_t steps) {
+  return (float)((double)track->timeline->times[key] + step / steps * tw_track_seconds(track, key));
 }
 
 /* Chords between keys are the path itself. */
@@ -144,19 +151,18 @@ static bool is_linear(const tw_track *track) {
 }
 
 /* The most that chords of `steps` equal steps of a segment stray in their middles. */
-static double largest_stray(reduction *r, const tw_track *track, uint32_t key, double steps) {
+static double largest_stray(const reduction *r, const tw_track *track, uint32_t key, uint32_t steps) {
   double largest = 0;
-  float start = part_time(track, key, 0), end;
-  float *from = r->second, *to = r->second + r->width;
+  float start = track->timeline->times[key], *from = r->ends, *to = r->ends + r->width;
   tw_clip_sample(r->clip, r->index, &start, 1, from);
-  for (double i = 1; i <= steps; i++, start = end) {
-    end = part_time(track, key, i / steps);
+  for (uint32_t i = 1; i <= steps; i++) {
+    float end = step_time(track, key, i, steps);
+    if (!(end > start)) continue;
     tw_clip_sample(r->clip, r->index, &end, 1, to);
-    if (end > start) {
-      chord chord = chord_between(r, start, from, end, to);
-      largest = fmax(largest, stray_at(r, &chord, part_time(track, key, (i - 0.5) / steps)));
-    }
+    chord chord = chord_between(r, start, from, end, to);
+    largest = fmax(largest, stray_at(r, &chord, step_time(track, key, i - 0.5, steps)));
     memcpy(from, to, r->width * sizeof *from);
+    start = end;
   }
   return largest;
 }
@@ -164,17 +170,16 @@ static double largest_stray(reduction *r, const tw_track *track, uint32_t key, d
 static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, tw_error *error) {
   double steps = 1;
   if (!is_linear(track)) {
-    double turns = track->path == TW_ROTATION ? ceil(tw_track_travel(track, key) / STEP_ANGLE) : 0;
-    steps = fmax(STEPS_LEAST, turns);
-    if (steps > r->max_keys)
-      return tw_fail(error, TW_LIMIT, "a track turns too often for %u keys", r->max_keys);
+    steps = STEPS_LEAST;
+    if (r->rotation) steps = fmax(steps, ceil(tw_track_travel(track, key) / STEP_ANGLE));
     /* A chord's error goes with the square of its length. */
-    double ratio = GRID_MARGIN * largest_stray(r, track, key, steps) / r->tolerance;
-    if (ratio > 1) steps *= ceil(sqrt(ratio));
+    double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
+    steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
+  if (steps >= r->grid.most) return tw_fail(error, TW_LIMIT, "a track turns too often for the keys allowed");
   tw_status status = TW_OK;
-  for (double i = 0; i < steps && status == TW_OK; i++)
-    status = add_place(r, part_time(track, key, i / steps), error);
+  for (uint32_t i = 0; i < (uint32_t)steps && status == TW_OK; i++)
+    status = add_place(r, step_time(track, key, i, (uint32_t)steps), error);
   return status;
 }
 
@@ -192,22 +197,22 @@ static tw_status lay_grid(reduction *r, tw_error *error) {
  */
 
 static const float *grid_value(const reduction *r, uint32_t place) {
-  return r->grid_values + (size_t)place * r->width;
+  return r->grid.values + (size_t)place * r->width;
 }
 
 static bool chord_holds(const reduction *r, uint32_t from, uint32_t to) {
   chord chord =
-      chord_between(r, r->grid_times[from], grid_value(r, from), r->grid_times[to], grid_value(r, to));
+      chord_between(r, r->grid.times[from], grid_value(r, from), r->grid.times[to], grid_value(r, to));
   double allowed = r->tolerance * (1 - 1 / GRID_MARGIN);
   for (uint32_t i = from + 1; i < to; i++)
-    if (stray(r, &chord, r->grid_times[i], grid_value(r, i)) > allowed) return false;
+    if (stray(r, &chord, r->grid.times[i], grid_value(r, i)) > allowed) return false;
   return true;
 }
 
 /* The farthest place that a chord reaches: doubling strides, then bisection. Not every shorter chord need
  * hold, but the one that is returned does. */
 static uint32_t farthest(const reduction *r, uint32_t from) {
-  uint32_t last = r->grid_count - 1, good = from + 1, stride = 1, bad = last + 1;
+  uint32_t last = r->grid.count - 1, good = from + 1, stride = 1, bad = last + 1;
   while (good < last) {
     uint32_t next = last - good > stride ? good + stride : last;
     if (!chord_holds(r, from, next)) {
@@ -227,15 +232,6 @@ static uint32_t farthest(const reduction *r, uint32_t from) {
   return good;
 }
 
-static tw_status add_key(reduction *r, float time, const float *value, tw_error *error) {
-  tw_status status = grow(&r->times, &r->values, &r->key_room, r->key_count, r->width, r->max_keys, error);
-  if (status != TW_OK) return status;
-  r->times[r->key_count] = time;
-  memcpy(r->values + (size_t)r->key_count * r->width, value, r->width * sizeof *value);
-  r->key_count++;
-  return TW_OK;
-}
-
 /* Golden section for the worst place of a chord between two times. */
 static double worst_near(const reduction *r, const chord *chord, double low, double high) {
   static const double GOLDEN = 0.61803398874989485;
@@ -252,63 +248,62 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
   return worst;
 }
 
-/* The largest error of the chord between two written keys; `places` grid places lie between them. */
-static double measure(const reduction *r, float start, const float *from, float end, const float *to,
-                      uint32_t places) {
-  chord chord = chord_between(r, start, from, end, to);
-  double worst = 0, worst_part = 0, parts = PARTS_MEASURED * ((double)places + 1);
-  for (double i = 1; i < parts; i++) {
-    double error = stray_at(r, &chord, (float)(chord.start + chord.seconds * i / parts));
+/* The largest error of the chord from the last key to a time; `places` grid places lie between them. */
+static double measure(const reduction *r, float end, uint32_t places) {
+  size_t last = r->keys.count - 1;
+  const float *from = r->keys.values + last * r->width;
+  tw_clip_sample(r->clip, r->index, &end, 1, r->ends);
+  chord chord = chord_between(r, r->keys.times[last], from, end, r->ends);
+  uint64_t parts = PARTS_MEASURED * ((uint64_t)places + 1), worst_part = 0;
+  double worst = 0, part = chord.seconds / (double)parts;
+  for (uint64_t i = 1; i < parts; i++) {
+    double error = stray_at(r, &chord, (float)(chord.start + part * (double)i));
     if (error <= worst) continue;
     worst = error;
     worst_part = i;
   }
   if (worst == 0) return 0;
-  double low = chord.start + chord.seconds * (worst_part - 1) / parts;
-  double high = chord.start + chord.seconds * (worst_part + 1) / parts;
-  return fmax(worst, worst_near(r, &chord, low, high));
+  double place = chord.start + part * (double)worst_part;
+  return fmax(worst, worst_near(r, &chord, place - part, place + part));
 }
 
 /* Adds the key at a grid place; where the chord to it strays after all, keys half way before it. */
 static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *error) {
-  const float *goal = grid_value(r, place);
-  float goal_time = r->grid_times[place];
-  for (;;) {
-    float start = r->times[r->key_count - 1], end = goal_time;
-    float *value = r->second;
-    memcpy(value, goal, r->width * sizeof *value);
-    const float *from = r->values + (size_t)(r->key_count - 1) * r->width;
-    double strays = measure(r, start, from, end, value, places);
+  tw_status status = TW_OK;
+  float start = r->keys.times[r->keys.count - 1], goal = r->grid.times[place];
+  while (status == TW_OK && start < goal) {
+    float end = goal;
+    double strays = measure(r, end, places);
     while (strays > r->tolerance) {
       float middle = (float)((double)start + ((double)end - (double)start) / 2);
       if (!(middle > start && middle < end)) break; /* time itself goes no finer */
       end = middle;
-      tw_clip_sample(r->clip, r->index, &end, 1, value);
-      strays = measure(r, start, from, end, value, places);
+      strays = measure(r, end, places);
     }
     r->reached = fmax(r->reached, strays);
-    tw_status status = add_key(r, end, value, error);
-    if (status != TW_OK || end == goal_time) return status;
+    status = append(r, &r->keys, end, error);
+    start = end;
   }
+  return status;
 }
 
 /* How far the path goes from its first place; a track that stays there needs but one key. */
 static double largest_departure(const reduction *r) {
   double largest = 0;
-  for (uint32_t i = 1; i < r->grid_count; i++)
+  for (uint32_t i = 1; i < r->grid.count; i++)
     largest = fmax(largest, distance(r, grid_value(r, 0), grid_value(r, i)));
   return largest;
 }
 
 static tw_status choose_keys(reduction *r, tw_error *error) {
-  tw_status status = add_key(r, r->grid_times[0], grid_value(r, 0), error);
+  tw_status status = append(r, &r->keys, r->grid.times[0], error);
   double departure = largest_departure(r);
-  bool gives_duration = r->grid_times[r->grid_count - 1] == r->clip->duration;
+  bool gives_duration = r->grid.times[r->grid.count - 1] == r->clip->duration;
   if (departure <= r->tolerance * (1 - 1 / GRID_MARGIN) && !gives_duration) {
     r->reached = departure;
     return status;
   }
-  for (uint32_t place = 0; status == TW_OK && place + 1 < r->grid_count;) {
+  for (uint32_t place = 0; status == TW_OK && place + 1 < r->grid.count;) {
     uint32_t next = farthest(r, place);
     status = reach(r, next, next - place - 1, error);
     place = next;
@@ -332,12 +327,13 @@ static double effective_tolerance(const reduction *r, const tw_track *track, tw_
 
 /* The chosen keys, moved to the arena. */
 static tw_status deliver(const reduction *r, tw_arena *arena, tw_track_keys *out, tw_error *error) {
-  float *times = tw_arena_alloc(arena, r->key_count, sizeof *times);
-  float *values = tw_arena_alloc(arena, (size_t)r->key_count * r->width, sizeof *values);
+  const samples *keys = &r->keys;
+  float *times = tw_arena_alloc(arena, keys->count, sizeof *times);
+  float *values = tw_arena_alloc(arena, (size_t)keys->count * r->width, sizeof *values);
   if (!times || !values) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
-  memcpy(times, r->times, r->key_count * sizeof *times);
-  memcpy(values, r->values, (size_t)r->key_count * r->width * sizeof *values);
-  *out = tw_track_as_keys(&r->clip->tracks[r->index], times, values, r->key_count);
+  memcpy(times, keys->times, keys->count * sizeof *times);
+  memcpy(values, keys->values, (size_t)keys->count * r->width * sizeof *values);
+  *out = tw_track_as_keys(&r->clip->tracks[r->index], times, values, keys->count);
   return TW_OK;
 }
 
@@ -347,12 +343,13 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
   reduction r = {.clip = clip,
                  .index = index,
                  .width = track->width,
-                 .max_keys = max_keys,
-                 .rotation = track->path == TW_ROTATION};
+                 .rotation = track->path == TW_ROTATION,
+                 .grid.most = max_keys > UINT32_MAX / GRID_PLACES ? UINT32_MAX : max_keys * GRID_PLACES,
+                 .keys.most = max_keys};
   tw_status status = TW_NO_MEMORY;
   r.sample = tw_alloc(r.width, sizeof *r.sample);
-  r.second = tw_alloc(r.width, 2 * sizeof *r.second);
-  if (r.sample && r.second) {
+  r.ends = tw_alloc(r.width, 2 * sizeof *r.ends);
+  if (r.sample && r.ends) {
     r.tolerance = effective_tolerance(&r, track, tolerance);
     status = lay_grid(&r, error);
     if (status == TW_OK) status = choose_keys(&r, error);
