@@ -179,8 +179,9 @@ static void weigh_row(const float columns[4][WIDTH_MAX], const float weights[4],
              (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
 }
 
+/* origin: what the control points are relative to, or NULL. */
 static void spline_values(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
-                          tw_patch_rect rect) {
+                          const double *origin, tw_patch_rect rect) {
   const float(*weights)[4] = to->job->limit ? spline->limit : spline->point;
   uint32_t width = to->job->width;
   for (uint32_t j = rect.j0; j <= rect.j1; j++) {
@@ -189,7 +190,7 @@ static void spline_values(const target *to, const tw_spline *spline, const float
     float *out = to->job->values + place_of(to, rect.i0, j);
     for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
       weigh_row((const float(*)[WIDTH_MAX])columns, weights[i], value);
-      for (uint32_t c = 0; c < width; c++) out[c] = value[c];
+      for (uint32_t c = 0; c < width; c++) out[c] = origin ? (float)(origin[c] + value[c]) : value[c];
     }
   }
 }
@@ -210,10 +211,10 @@ static void spline_normals(const target *to, const tw_spline *spline, const floa
   }
 }
 
-static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX], uint32_t depth,
-                            tw_patch_rect rect) {
+static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX], const double *origin,
+                            uint32_t depth, tw_patch_rect rect) {
   const tw_spline *spline = tw_spline_table(depth);
-  if (to->job->values) spline_values(to, spline, points, rect);
+  if (to->job->values) spline_values(to, spline, points, origin, rect);
   if (to->job->normals) spline_normals(to, spline, points, rect);
 }
 
@@ -224,52 +225,71 @@ static void reflect(float points[16][WIDTH_MAX], int outer, int edge, int inner,
       points[outer + k * step][c] = 2 * points[edge + k * step][c] - points[inner + k * step][c];
 }
 
-static void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
-  for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
-}
-
-/* Gathers 16 control points from rows of `stride` floats and fills in the reflected ones: columns first,
- * then whole rows, so that a corner is reflected both ways. */
-static void gather(float points[16][WIDTH_MAX], const float *in, uint32_t stride, uint32_t width,
-                   const uint32_t *indices, uint8_t reflected) {
-  for (int i = 0; i < 16; i++) load(points[i], in + (size_t)indices[i] * stride, width);
+/* Columns first, then whole rows, so that a corner is reflected both ways. */
+static void reflect_sides(float points[16][WIDTH_MAX], uint8_t reflected) {
   if (reflected & 8) reflect(points, 0, 1, 2, 4);
   if (reflected & 2) reflect(points, 3, 2, 1, 4);
   if (reflected & 1) reflect(points, 0, 4, 8, 1);
   if (reflected & 4) reflect(points, 12, 8, 4, 1);
 }
 
-/* The corners of an irregular quad that needs no further split. */
-static void evaluate_corners(const target *to, const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
+static void narrow(float out[WIDTH_MAX], const double in[WIDTH_MAX]) {
+  for (int c = 0; c < WIDTH_MAX; c++) out[c] = (float)in[c];
+}
+
+/* A regular quarter of a shape. Its points are taken relative to one of them, so that float keeps
+ * their differences however small the quarter is. */
+static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
+                          uint32_t depth, tw_patch_rect rect) {
+  const double *origin = points[part->points[5]];
+  float relative[16][WIDTH_MAX];
+  for (int i = 0; i < 16; i++)
+    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = (float)(points[part->points[i]][c] - origin[c]);
+  reflect_sides(relative, part->reflected);
+  evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
+}
+
+/* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
+static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                            uint32_t k, size_t place) {
+  double limit[WIDTH_MAX] = {0}, tangents[2][WIDTH_MAX] = {{0}, {0}};
+  for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
+    const tw_limit_entry *entry = &shape->masks[k][e];
+    for (int c = 0; c < WIDTH_MAX; c++) {
+      /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
+      double offset = points[entry->vertex][c] - points[k][c];
+      limit[c] += (double)entry->position * offset;
+      tangents[0][c] += (double)entry->tangent1 * offset;
+      tangents[1][c] += (double)entry->tangent2 * offset;
+    }
+  }
+  for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
+    to->job->values[place + c] = (float)(to->job->limit ? points[k][c] + limit[c] : points[k][c]);
+  if (!to->job->normals) return;
+  float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX], corners[4][WIDTH_MAX];
+  const float *quad[4] = {corners[0], corners[1], corners[2], corners[3]};
+  for (int i = 0; i < 4; i++) narrow(corners[i], points[i]);
+  narrow(tangent1, tangents[0]);
+  narrow(tangent2, tangents[1]);
+  tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+}
+
+static void evaluate_corners(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                              tw_patch_rect rect) {
   static const uint32_t columns[4] = {0, 1, 1, 0}, rows[4] = {0, 0, 1, 1};
-  const float *quad[4] = {points[0], points[1], points[2], points[3]};
   for (uint32_t k = 0; k < 4; k++) {
     uint32_t i = columns[k], j = rows[k];
-    if (i < rect.i0 || i > rect.i1 || j < rect.j0 || j > rect.j1) continue;
-    float limit[WIDTH_MAX] = {0}, tangent1[WIDTH_MAX] = {0}, tangent2[WIDTH_MAX] = {0};
-    for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
-      const tw_limit_entry *entry = &shape->masks[k][e];
-      for (int c = 0; c < WIDTH_MAX; c++) {
-        limit[c] += entry->position * points[entry->vertex][c];
-        tangent1[c] += entry->tangent1 * points[entry->vertex][c];
-        tangent2[c] += entry->tangent2 * points[entry->vertex][c];
-      }
-    }
-    if (to->job->values)
-      memcpy(to->job->values + place_of(to, i, j), to->job->limit ? limit : points[k],
-             to->job->width * sizeof(float));
-    if (to->job->normals)
-      tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place_of(to, i, j));
+    bool wanted = i >= rect.i0 && i <= rect.i1 && j >= rect.j0 && j <= rect.j1;
+    if (wanted) evaluate_corner(to, shape, points, k, place_of(to, i, j));
   }
 }
 
-static void refine_shape(const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
-                         float (*out)[WIDTH_MAX]) {
+static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                         double (*out)[WIDTH_MAX]) {
   for (uint32_t r = 0; r < shape->refined_count; r++) {
-    float sum[WIDTH_MAX] = {0};
+    double sum[WIDTH_MAX] = {0};
     for (uint32_t e = shape->row_offsets[r]; e < shape->row_offsets[r + 1]; e++)
-      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += shape->weights[e] * points[shape->columns[e]][c];
+      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += (double)shape->weights[e] * points[shape->columns[e]][c];
     memcpy(out[r], sum, sizeof sum);
   }
 }
@@ -288,14 +308,16 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
   return true;
 }
 
-/* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. */
-static void evaluate_shape(target to, const tw_patch_class *shape, const float (*points)[WIDTH_MAX],
-                           uint32_t depth, tw_patch_rect rect, float (*scratch)[WIDTH_MAX]) {
+/* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. In
+ * double, because deep down points lie so close together that tangents would drown in rounding. */
+static void evaluate_shape(target to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                           uint32_t depth, tw_patch_rect rect, double (*scratch)[WIDTH_MAX]) {
   if (depth == 0) {
     evaluate_corners(&to, shape, points, rect);
     return;
   }
   refine_shape(shape, points, scratch);
+  const double(*refined)[WIDTH_MAX] = (const double(*)[WIDTH_MAX])scratch;
   uint32_t half = 1u << (depth - 1);
   for (uint32_t k = 0; k < 4; k++) {
     bool right = k == 1 || k == 2, upper = k >= 2;
@@ -306,16 +328,14 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const float (
     part_to.column += right ? half : 0;
     part_to.row += upper ? half : 0;
     if (!part->shape) {
-      float spline_points[16][WIDTH_MAX];
-      gather(spline_points, scratch[0], WIDTH_MAX, WIDTH_MAX, part->points, part->reflected);
-      evaluate_spline(&part_to, (const float(*)[WIDTH_MAX])spline_points, depth - 1, part_rect);
+      evaluate_part(&part_to, part, refined, depth - 1, part_rect);
       continue;
     }
     /* The part's points go behind this depth's rows, its own rows behind those. */
-    float(*own)[WIDTH_MAX] = scratch + shape->refined_count;
+    double(*own)[WIDTH_MAX] = scratch + shape->refined_count;
     for (uint32_t i = 0; i < part->shape->point_count; i++)
-      memcpy(own[i], scratch[part->points[i]], sizeof *own);
-    evaluate_shape(part_to, part->shape, (const float(*)[WIDTH_MAX])own, depth - 1, part_rect,
+      memcpy(own[i], refined[part->points[i]], sizeof *own);
+    evaluate_shape(part_to, part->shape, (const double(*)[WIDTH_MAX])own, depth - 1, part_rect,
                    own + part->shape->point_count);
   }
 }
@@ -329,11 +349,10 @@ static void evaluate_linear(const target *to, const float *const quad[4], uint32
     for (uint32_t i = rect.i0; i <= rect.i1; i++) {
       float u = (float)i * step, v = (float)j * step;
       size_t place = place_of(to, i, j);
-      float tangent1[3], tangent2[3];
+      float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX];
       for (uint32_t c = 0; c < width; c++) {
         float low = (1 - u) * quad[0][c] + u * quad[1][c], high = (1 - u) * quad[3][c] + u * quad[2][c];
         if (to->job->values) to->job->values[place + c] = (1 - v) * low + v * high;
-        if (!to->job->normals) continue;
         tangent1[c] = (1 - v) * (quad[1][c] - quad[0][c]) + v * (quad[2][c] - quad[3][c]);
         tangent2[c] = high - low;
       }
@@ -341,24 +360,42 @@ static void evaluate_linear(const target *to, const float *const quad[4], uint32
     }
 }
 
+static void evaluate_irregular(const target *to, const tw_patches *patches, const tw_patch *patch,
+                               tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  double(*points)[WIDTH_MAX] = (double(*)[WIDTH_MAX])job->scratch;
+  uint32_t count = patch->shape->point_count;
+  const uint32_t *controls = patches->controls + patch->first_control;
+  for (uint32_t i = 0; i < count; i++)
+    for (uint32_t c = 0; c < WIDTH_MAX; c++)
+      points[i][c] = c < job->width ? (double)job->in[(size_t)controls[i] * job->width + c] : 0;
+  evaluate_shape(*to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+}
+
+static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
+                             tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  const uint32_t *controls = patches->controls + patch->first_control;
+  float points[16][WIDTH_MAX];
+  for (int i = 0; i < 16; i++)
+    for (uint32_t c = 0; c < WIDTH_MAX; c++)
+      points[i][c] = c < job->width ? job->in[(size_t)controls[i] * job->width + c] : 0;
+  reflect_sides(points, patch->reflected);
+  evaluate_spline(to, (const float(*)[WIDTH_MAX])points, NULL, patches->depth, rect);
+}
+
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
-  const uint32_t *controls = patches->controls + patch->first_control;
   target to = {job, rect, 0, 0};
   if (patches->linear) {
+    const uint32_t *controls = patches->controls + patch->first_control;
     const float *corners[4];
     for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
     evaluate_linear(&to, corners, patches->depth, rect);
-  } else if (!patch->shape) {
-    float points[16][WIDTH_MAX];
-    gather(points, job->in, job->width, job->width, controls, patch->reflected);
-    evaluate_spline(&to, (const float(*)[WIDTH_MAX])points, patches->depth, rect);
+  } else if (patch->shape) {
+    evaluate_irregular(&to, patches, patch, rect);
   } else {
-    float(*points)[WIDTH_MAX] = (float(*)[WIDTH_MAX])job->scratch;
-    uint32_t count = patch->shape->point_count;
-    for (uint32_t i = 0; i < count; i++)
-      load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
-    evaluate_shape(to, patch->shape, (const float(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+    evaluate_regular(&to, patches, patch, rect);
   }
 }

@@ -49,14 +49,14 @@ typedef struct tw_patch_rect {
  * values + ((j - j0) * (i1 - i0 + 1) + (i - i0)) * stride. normals likewise, of width 3 only: unit
  * length; where the surface has no tangent plane, the normal of the control quad, and +Y where that
  * has none either. limit: points on the limit surface.
- * scratch: [scratch_points][4] floats. */
+ * scratch: [scratch_points][4]. */
 typedef struct tw_patch_job {
   const float *in;
   uint32_t width;
   bool limit;
   float *values, *normals;
   uint32_t stride;
-  float *scratch;
+  double *scratch;
 } tw_patch_job;
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);

@@ -136,12 +136,14 @@ static void refine_faces(const tw_topology *p, uint32_t width, const float *in, 
   }
 }
 
-/* How much of the crease's midpoint an edge takes: 1 on a crease, 0 where it is smooth. */
+/* How much of the crease's midpoint an edge takes: all where both halves stay sharp, else as much as it
+ * is sharp. Under Chaikin's rule that may be a little over 1 (a half can decay from 1.3 to 0 next to
+ * smoother ones), and is taken so, as OpenSubdiv does. */
 static float crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge) {
   float sharpness = p->edge_sharpness[edge];
-  if (rules->linear || sharpness >= 1) return 1;
+  if (rules->linear) return 1;
   if (!(sharpness > 0)) return 0;
-  bool stays = rules->chaikin && child_sharpness(p, rules, edge, p->edge_vertices[edge][0]) > 0 &&
+  bool stays = child_sharpness(p, rules, edge, p->edge_vertices[edge][0]) > 0 &&
                child_sharpness(p, rules, edge, p->edge_vertices[edge][1]) > 0;
   return stays ? 1 : sharpness;
 }

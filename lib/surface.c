@@ -11,9 +11,8 @@
 typedef struct cage {
   tw_arena *arena;
   tw_topology topology;
-  float *own_sharpness; /* [vertices] before borders sharpened it */
-  uint32_t *point_of;   /* [vertices] point of the mesh; NULL when they are the same */
-  uint8_t *visible;     /* [faces] */
+  uint32_t *point_of; /* [vertices] point of the mesh; NULL when they are the same */
+  uint8_t *visible;   /* [faces] */
 } cage;
 
 /* ---- the cage ------------------------------------------------------------------------------- */
@@ -97,9 +96,6 @@ static tw_status read_cage(const tw_mesh *mesh, const tw_surface_options *option
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;
   apply_tags(mesh, c);
-  c->own_sharpness = tw_arena_alloc(arena, vertex_count, sizeof(float));
-  if (!c->own_sharpness) return TW_NO_MEMORY;
-  memcpy(c->own_sharpness, c->topology.vertex_sharpness, vertex_count * sizeof(float));
   tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
   if (options->creasing == TW_CREASE_CHAIKIN) status = tw_topology_sum_semi(&c->topology, arena);
   return status == TW_OK ? choose_visible(mesh, options, c) : status;
@@ -238,9 +234,8 @@ static tw_status start_uvs(build *b) {
     const tw_uv_set *set = &b->mesh->uv_sets[i];
     uint32_t *values_of;
     tw_topology *t = &b->topologies[1 + i];
-    tw_status status =
-        tw_uv_topology(&b->cage.topology, b->cage.own_sharpness, set, s->options.uv, b->arena, t, &values_of);
-    if (status == TW_OK && b->rules.chaikin) status = tw_topology_sum_semi(t, b->arena);
+    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, b->arena, t, &values_of);
+    if (status == TW_OK && b->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, b->arena);
     if (status != TW_OK) return status;
     s->fields[1 + i].linear = b->rules.linear || s->options.uv == TW_UV_ALL;
     if (!start_values(b, &s->uvs[i], 1 + i, 2, set->values, values_of)) return TW_NO_MEMORY;
@@ -273,6 +268,8 @@ static tw_status refine_all(build *b, tw_arena *arena) {
   for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++) {
     tw_rules rules = field_rules(b, f);
     status = tw_refine_topology(&parents[f], &rules, arena, &b->topologies[f]);
+    if (status == TW_OK && f > 0 && rules.chaikin)
+      status = tw_topology_copy_semi(&b->topologies[f], &b->topologies[0], arena);
   }
   if (status == TW_OK) status = refine_set(b, parents, arena, &s->positions);
   if (status == TW_OK && s->colors.base) status = refine_set(b, parents, arena, &s->colors);
@@ -501,8 +498,17 @@ static tw_status build_surface(build *b, tw_error *error) {
                  "the surface would have over 4,294,967,294 vertices once its seams are split");
 }
 
-/* Levels refined in the generic way before patches take over. */
+/* Levels refined in the generic way before patches take over, and the greatest answer that is refined
+ * so to its end. */
 enum { BASE_LEVEL = 1, GENERIC_FACES_MAX = 16 << 20 };
+
+/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
+static bool needs_generic(const tw_mesh *mesh, const tw_surface_options *options) {
+  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
+  for (uint32_t i = 0; i < mesh->crease_count; i++)
+    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
+  return false;
+}
 
 static tw_status create_at(const tw_mesh *mesh, const tw_surface_options *options, uint32_t levels,
                            tw_surface **out, tw_error *error) {
@@ -532,8 +538,10 @@ tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *optio
   tw_surface_counts counts;
   tw_status status = tw_surface_count(mesh, options, &counts, error);
   if (status != TW_OK) return status;
-  status = create_at(mesh, options, BASE_LEVEL, out, error);
-  if (status == TW_LIMIT && options->level > BASE_LEVEL && counts.vertices < UINT32_MAX / 4) {
+  bool generic =
+      options->level > BASE_LEVEL && counts.faces <= GENERIC_FACES_MAX && needs_generic(mesh, options);
+  status = create_at(mesh, options, generic ? options->level : BASE_LEVEL, out, error);
+  if (status == TW_LIMIT && options->level > BASE_LEVEL && !generic) {
     /* Too many distinct irregular shapes for patches. */
     if (counts.faces > GENERIC_FACES_MAX)
       return tw_fail(error, TW_LIMIT,

@@ -79,9 +79,9 @@ tw_status tw_number_vertices(const tw_topology *base, const tw_topology *const *
                              tw_arena *arena, tw_numbering *out);
 
 /* The connectivity of a UV set of a cage, sharpened by the interpolation rule. cage: the points'
- * topology, sharpened; own_sharpness: [cage vertices], the points' sharpness before borders sharpened it.
+ * topology, sharpened.
  * *values_of: [topology vertices], index of the value of each. */
-tw_status tw_uv_topology(const tw_topology *cage, const float *own_sharpness, const tw_uv_set *set,
-                         tw_uv_rule rule, tw_arena *arena, tw_topology *out, uint32_t **values_of);
+tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_rule rule, tw_arena *arena,
+                         tw_topology *out, uint32_t **values_of);
 
 #endif

@@ -9,7 +9,7 @@ enum { PIECE_ROWS = 2048 };
 
 struct tw_surface_reader {
   const tw_surface *surface;
-  float *scratch; /* of patches */
+  double *scratch; /* of patches */
   tw_limit_entry *mask;
   float *line;             /* one edge, [side + 1][4] */
   uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
@@ -64,13 +64,16 @@ static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32
   if (!normal && !s->options.limit) return;
   uint32_t count = tw_limit_mask(base, field->linear, corner, r->mask);
   float limit[4] = {0}, tangent1[4] = {0}, tangent2[4] = {0};
+  const float *own = values->base + (size_t)vertex * width;
   for (uint32_t e = 0; e < count; e++)
     for (uint32_t c = 0; c < width; c++) {
-      float value = values->base[(size_t)r->mask[e].vertex * width + c];
-      limit[c] += r->mask[e].position * value;
-      tangent1[c] += r->mask[e].tangent1 * value;
-      tangent2[c] += r->mask[e].tangent2 * value;
+      /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
+      float offset = values->base[(size_t)r->mask[e].vertex * width + c] - own[c];
+      limit[c] += r->mask[e].position * offset;
+      tangent1[c] += r->mask[e].tangent1 * offset;
+      tangent2[c] += r->mask[e].tangent2 * offset;
     }
+  for (uint32_t c = 0; c < width; c++) limit[c] += own[c];
   if (out && s->options.limit) memcpy(out, limit, width * sizeof *out);
   if (!normal) return;
   const float *quad[4];
@@ -402,7 +405,7 @@ tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
   r->surface = surface;
   r->piece_capacity = surface->side > PIECE_ROWS ? surface->side : PIECE_ROWS;
   uint32_t width = surface->layout.stride > 4 ? surface->layout.stride : 4;
-  r->scratch = tw_alloc((size_t)surface->scratch_points + 1, 4 * sizeof(float));
+  r->scratch = tw_alloc((size_t)surface->scratch_points + 1, 4 * sizeof *r->scratch);
   r->mask = tw_alloc((size_t)surface->mask_capacity + 1, sizeof *r->mask);
   r->line = tw_alloc((size_t)surface->side + 1, 4 * sizeof(float));
   r->piece = tw_alloc(r->piece_capacity, width * sizeof(float));

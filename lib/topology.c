@@ -265,6 +265,18 @@ tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena) {
   return TW_OK;
 }
 
+tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, tw_arena *arena) {
+  tw_topology *t = topology;
+  t->semi_sum = tw_arena_alloc(arena, t->vertex_count, sizeof(float));
+  t->semi_count = tw_arena_alloc(arena, t->vertex_count, sizeof(uint32_t));
+  if (!t->semi_sum || !t->semi_count) return TW_NO_MEMORY;
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    t->semi_sum[t->corner_vertex[c]] = from->semi_sum[from->corner_vertex[c]];
+    t->semi_count[t->corner_vertex[c]] = from->semi_count[from->corner_vertex[c]];
+  }
+  return TW_OK;
+}
+
 /* -1, 0 or 1 as the edge comes before, at or after the pair. */
 static int compare_edge(const uint32_t *ends, uint32_t lower, uint32_t upper) {
   uint32_t low = ends[0] < ends[1] ? ends[0] : ends[1], high = ends[0] < ends[1] ? ends[1] : ends[0];

@@ -68,6 +68,10 @@ void tw_topology_sharpen(tw_topology *topology, bool corners);
 /* Sums for Chaikin's rule, after sharpening. */
 tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena);
 
+/* Takes the sums from a topology with the same faces over the same corners: a UV set sees only the edges
+ * of its own side of a seam. */
+tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, tw_arena *arena);
+
 /* Edge between two vertices of a topology that tw_topology_build made, or UINT32_MAX. O(log edges). */
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 

@@ -1,0 +1,318 @@
+#include "cages.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+
+CageView::CageView(const Cage &cage) {
+  tw_mesh_init(&mesh);
+  offsets_.push_back(0);
+  for (size_t f = 0; f < cage.faces.size(); f++) {
+    for (int point : cage.faces[f]) corners_.push_back(static_cast<uint32_t>(point));
+    if (!cage.face_uvs.empty())
+      for (int uv : cage.face_uvs[f]) uv_corners_.push_back(static_cast<uint32_t>(uv));
+    offsets_.push_back(static_cast<uint32_t>(corners_.size()));
+  }
+  for (const auto &crease : cage.creases)
+    for (int point : crease) creases_.push_back(static_cast<uint32_t>(point));
+  for (int point : cage.corners) sharp_points_.push_back(static_cast<uint32_t>(point));
+  for (int face : cage.holes) holes_.push_back(static_cast<uint32_t>(face));
+  mesh.point_count = static_cast<uint32_t>(cage.point_count());
+  mesh.positions = cage.points.data();
+  mesh.face_count = static_cast<uint32_t>(cage.faces.size());
+  mesh.corner_count = static_cast<uint32_t>(corners_.size());
+  mesh.face_offsets = offsets_.data();
+  mesh.corners = corners_.data();
+  if (!cage.face_uvs.empty()) {
+    mesh.uv_set_count = 1;
+    mesh.uv_sets[0] = {static_cast<uint32_t>(cage.uvs.size() / 2), cage.uvs.data(), uv_corners_.data()};
+  }
+  mesh.crease_count = static_cast<uint32_t>(cage.creases.size());
+  mesh.crease_edges = creases_.data();
+  mesh.crease_sharpness = cage.crease_sharpness.data();
+  mesh.sharp_point_count = static_cast<uint32_t>(cage.corners.size());
+  mesh.sharp_points = sharp_points_.data();
+  mesh.point_sharpness = cage.corner_sharpness.data();
+  mesh.hole_count = static_cast<uint32_t>(holes_.size());
+  mesh.holes = holes_.data();
+}
+
+Cage cube() {
+  Cage cage;
+  cage.name = "cube";
+  for (int z = -1; z <= 1; z += 2)
+    for (int y = -1; y <= 1; y += 2)
+      for (int x = -1; x <= 1; x += 2)
+        for (int value : {x, y, z}) cage.points.push_back(static_cast<float>(value));
+  cage.faces = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {1, 3, 7, 5}, {3, 2, 6, 7}, {2, 0, 4, 6}};
+  return cage;
+}
+
+static void add_uv_per_point(Cage &cage, int columns, int rows) {
+  for (int y = 0; y < rows; y++)
+    for (int x = 0; x < columns; x++) {
+      cage.uvs.push_back(static_cast<float>(x) / 7);
+      cage.uvs.push_back(static_cast<float>(y) / 5);
+    }
+}
+
+Cage grid(int columns, int rows) {
+  Cage cage;
+  cage.name = "grid";
+  for (int y = 0; y < rows; y++)
+    for (int x = 0; x < columns; x++) {
+      cage.points.push_back(static_cast<float>(x));
+      cage.points.push_back(static_cast<float>(y));
+      cage.points.push_back(0.3f * static_cast<float>((x * x + 3 * y) % 4));
+    }
+  for (int y = 0; y + 1 < rows; y++)
+    for (int x = 0; x + 1 < columns; x++) {
+      int a = y * columns + x;
+      cage.faces.push_back({a, a + 1, a + columns + 1, a + columns});
+    }
+  add_uv_per_point(cage, columns, rows);
+  cage.face_uvs = cage.faces;
+  return cage;
+}
+
+Cage torus(int columns, int rows) {
+  Cage cage;
+  cage.name = "torus";
+  const double turn = 2 * std::acos(-1.0);
+  for (int y = 0; y < rows; y++)
+    for (int x = 0; x < columns; x++) {
+      double u = turn * x / columns, v = turn * y / rows, radius = 2 + std::cos(v);
+      cage.points.push_back(static_cast<float>(radius * std::cos(u)));
+      cage.points.push_back(static_cast<float>(radius * std::sin(u)));
+      cage.points.push_back(static_cast<float>(std::sin(v)));
+    }
+  for (int y = 0; y < rows; y++)
+    for (int x = 0; x < columns; x++) {
+      auto at = [&](int i, int j) { return (j % rows) * columns + i % columns; };
+      cage.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
+      // UVs unrolled: seams where the torus closes.
+      auto uv = [&](int i, int j) { return j * (columns + 1) + i; };
+      cage.face_uvs.push_back({uv(x, y), uv(x + 1, y), uv(x + 1, y + 1), uv(x, y + 1)});
+    }
+  add_uv_per_point(cage, columns + 1, rows + 1);
+  return cage;
+}
+
+Cage icosahedron() {
+  Cage cage;
+  cage.name = "icosahedron";
+  const float g = 1.618034f;
+  cage.points = {-1, g,  0,  1, g, 0,  -1, -g, 0,  1, -g, 0, 0,  -1, g,  0,  1, g,
+                 0,  -1, -g, 0, 1, -g, g,  0,  -1, g, 0,  1, -g, 0,  -1, -g, 0, 1};
+  cage.faces = {{0, 11, 5},  {0, 5, 1},  {0, 1, 7},  {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                {11, 10, 2}, {10, 7, 6}, {7, 1, 8},  {3, 9, 4},  {3, 4, 2},   {3, 2, 6}, {3, 6, 8},
+                {3, 8, 9},   {4, 9, 5},  {2, 4, 11}, {6, 2, 10}, {8, 6, 7},   {9, 8, 1}};
+  return cage;
+}
+
+static Cage named(Cage cage, const char *name) {
+  cage.name = name;
+  return cage;
+}
+
+static Cage with_crease(Cage cage, const std::vector<int> &path, float sharpness) {
+  for (size_t i = 0; i + 1 < path.size(); i++) {
+    cage.creases.push_back({path[i], path[i + 1]});
+    cage.crease_sharpness.push_back(sharpness);
+  }
+  return cage;
+}
+
+std::vector<Cage> hand_made() {
+  std::vector<Cage> cages = {cube(),     grid(4, 4),  grid(2, 2),   grid(3, 2),
+                             grid(6, 5), torus(6, 5), icosahedron()};
+  cages.push_back(
+      named(with_crease(cube(), {0, 1, 3, 2, 0}, 10), "cube with one face inside an infinite crease"));
+  cages.push_back(named(with_crease(cube(), {0, 1, 3, 2, 0}, 2.5f), "cube with a semi-sharp crease"));
+  cages.push_back(named(with_crease(cube(), {0, 1}, 10), "cube with a crease of one edge: two darts"));
+  cages.push_back(named(with_crease(cube(), {0, 1, 3}, 1.3f), "cube with a semi-sharp path"));
+  cages.push_back(
+      named(with_crease(with_crease(grid(6, 6), {12, 13, 14, 15, 16, 17}, 3), {2, 8, 14, 20, 26, 32}, 1.7f),
+            "grid with two creases that cross"));
+  cages.push_back(
+      named(with_crease(grid(6, 6), {7, 8, 9, 15, 21}, 10), "grid with an infinite crease that turns"));
+  Cage cornered = named(cube(), "cube with sharp points");
+  cornered.corners = {0, 3, 5};
+  cornered.corner_sharpness = {10, 1.5f, 0.4f};
+  cages.push_back(cornered);
+  Cage holed = named(grid(5, 5), "grid with holes");
+  holed.holes = {5, 6};
+  cages.push_back(holed);
+  Cage fins = named(cube(), "cube with a fin on an edge");
+  fins.points.insert(fins.points.end(), {-2, -2, -2, 2, -2, -2});
+  fins.faces.push_back({0, 1, 9, 8});
+  cages.push_back(fins);
+  Cage bow = named(grid(3, 3), "two quads that share a point");
+  bow.faces = {bow.faces[0], bow.faces[3]};
+  bow.face_uvs = {bow.face_uvs[0], bow.face_uvs[3]};
+  cages.push_back(bow);
+  Cage flipped = named(grid(3, 2), "neighbours of opposite winding");
+  std::reverse(flipped.faces[1].begin(), flipped.faces[1].end());
+  std::reverse(flipped.face_uvs[1].begin(), flipped.face_uvs[1].end());
+  cages.push_back(flipped);
+  Cage pillow = named(grid(2, 2), "two quads back to back: points of valence 2");
+  pillow.faces.push_back({0, 2, 3, 1});
+  pillow.face_uvs.clear();
+  pillow.uvs.clear();
+  pillow.points[2] = 0.5f;
+  cages.push_back(pillow);
+  return cages;
+}
+
+// ---- random ones ---------------------------------------------------------------------------
+
+namespace {
+
+class Shaper {
+public:
+  Shaper(Cage cage, std::mt19937 &random) : cage_(std::move(cage)), random_(random) {}
+
+  int pick(int count) { return static_cast<int>(random_() % static_cast<unsigned>(count)); }
+  float unit() { return static_cast<float>(random_() % 100001) / 100000; }
+
+  void remove_faces(int count) {
+    for (int i = 0; i < count && cage_.faces.size() > 2; i++)
+      erase(pick(static_cast<int>(cage_.faces.size())));
+  }
+
+  // A quad or larger face into two by a diagonal.
+  void cut_faces(int count) {
+    for (int i = 0; i < count; i++) {
+      size_t f = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
+      if (cage_.faces[f].size() < 4) continue;
+      cut(cage_.faces, f);
+      if (!cage_.face_uvs.empty()) cut(cage_.face_uvs, f);
+    }
+  }
+
+  // Two faces that share an edge into one, if the outline stays simple.
+  void merge_faces(int count) {
+    for (int i = 0; i < count; i++) {
+      size_t a = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
+      size_t b = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
+      if (a != b) merge(a, b);
+    }
+  }
+
+  void tear_uvs(int count) {
+    if (cage_.face_uvs.empty()) return;
+    for (int i = 0; i < count; i++) {
+      auto &face = cage_.face_uvs[static_cast<size_t>(pick(static_cast<int>(cage_.face_uvs.size())))];
+      int &value = face[static_cast<size_t>(pick(static_cast<int>(face.size())))];
+      cage_.uvs.push_back(unit());
+      cage_.uvs.push_back(unit());
+      value = static_cast<int>(cage_.uvs.size() / 2) - 1;
+    }
+  }
+
+  void tag(int count) {
+    static const float values[] = {0.3f, 0.75f, 1, 1.6f, 2, 3.25f, 10, 10};
+    std::set<std::pair<int, int>> creased;
+    std::set<int> sharp;
+    for (int i = 0; i < count; i++) {
+      const auto &face = cage_.faces[static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())))];
+      size_t at = static_cast<size_t>(pick(static_cast<int>(face.size())));
+      int a = face[at], b = face[(at + 1) % face.size()];
+      float sharpness = values[pick(8)];
+      if (pick(3) > 0) {
+        if (!creased.insert(std::minmax(a, b)).second) continue;
+        cage_.creases.push_back({a, b});
+        cage_.crease_sharpness.push_back(sharpness);
+      } else if (sharp.insert(a).second) {
+        cage_.corners.push_back(a);
+        cage_.corner_sharpness.push_back(sharpness);
+      }
+    }
+  }
+
+  void make_holes(int count) {
+    std::set<int> holes;
+    for (int i = 0; i < count; i++) holes.insert(pick(static_cast<int>(cage_.faces.size())));
+    cage_.holes.assign(holes.begin(), holes.end());
+  }
+
+  void move_points(float by) {
+    for (float &value : cage_.points) value += by * (unit() - 0.5f);
+  }
+
+  // Unused points would count against the comparison's own numbering.
+  Cage finish() {
+    std::map<int, int> renamed;
+    std::vector<float> points;
+    for (auto &face : cage_.faces)
+      for (int &point : face) {
+        auto [place, fresh] = renamed.emplace(point, static_cast<int>(renamed.size()));
+        if (fresh)
+          for (int c = 0; c < 3; c++) points.push_back(cage_.points[static_cast<size_t>(3 * point + c)]);
+        point = place->second;
+      }
+    cage_.points = points;
+    return cage_;
+  }
+
+private:
+  void erase(int face) {
+    cage_.faces.erase(cage_.faces.begin() + face);
+    if (!cage_.face_uvs.empty()) cage_.face_uvs.erase(cage_.face_uvs.begin() + face);
+  }
+
+  static void cut(std::vector<std::vector<int>> &faces, size_t f) {
+    std::vector<int> face = faces[f], rest = {face[0]};
+    rest.insert(rest.end(), face.begin() + 2, face.end());
+    faces[f] = {face[0], face[1], face[2]};
+    faces.push_back(rest);
+  }
+
+  // a without its edge (a[i], a[i + 1]), with b's other points in its place.
+  static std::vector<int> joined(const std::vector<int> &a, size_t i, const std::vector<int> &b, size_t j) {
+    std::vector<int> out;
+    for (size_t k = 0; k < a.size(); k++) out.push_back(a[(i + 1 + k) % a.size()]);
+    for (size_t k = 2; k < b.size(); k++) out.push_back(b[(j + k) % b.size()]);
+    return out;
+  }
+
+  void merge(size_t a, size_t b) {
+    const auto &one = cage_.faces[a], &other = cage_.faces[b];
+    for (size_t i = 0; i < one.size(); i++)
+      for (size_t j = 0; j < other.size(); j++) {
+        if (one[i] != other[(j + 1) % other.size()] || one[(i + 1) % one.size()] != other[j]) continue;
+        std::vector<int> face = joined(one, i, other, j);
+        if (std::set<int>(face.begin(), face.end()).size() != face.size() || face.size() > 9) return;
+        if (!cage_.face_uvs.empty()) cage_.face_uvs[a] = joined(cage_.face_uvs[a], i, cage_.face_uvs[b], j);
+        cage_.faces[a] = face;
+        erase(static_cast<int>(b));
+        return;
+      }
+  }
+
+  Cage cage_;
+  std::mt19937 &random_;
+};
+
+} // namespace
+
+Cage random_cage(std::mt19937 &random) {
+  int kind = static_cast<int>(random() % 4), columns = 3 + static_cast<int>(random() % 5),
+      rows = 3 + static_cast<int>(random() % 4);
+  Shaper shaper(kind == 0 ? cube() : kind == 1 ? torus(columns, rows) : grid(columns, rows), random);
+  int scale = kind == 0 ? 2 : 6;
+  shaper.cut_faces(shaper.pick(scale));
+  shaper.merge_faces(shaper.pick(20));
+  shaper.cut_faces(shaper.pick(scale));
+  if (shaper.pick(2)) shaper.remove_faces(shaper.pick(scale));
+  shaper.tear_uvs(shaper.pick(5));
+  if (shaper.pick(3)) shaper.make_holes(shaper.pick(3));
+  shaper.move_points(0.5f);
+  Cage cage = shaper.finish();
+  Shaper tagger(cage, random);
+  if (tagger.pick(4)) tagger.tag(tagger.pick(8));
+  cage = tagger.finish();
+  cage.name = "random cage";
+  return cage;
+}

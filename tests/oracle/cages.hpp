@@ -1,0 +1,45 @@
+// Cages for the comparison with OpenSubdiv: hand-made ones for each rule, and random ones.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "tweend/subdiv.h"
+
+struct Cage {
+  std::string name;
+  std::vector<float> points; // x y z
+  std::vector<std::vector<int>> faces;
+  std::vector<float> uvs;                 // u v
+  std::vector<std::vector<int>> face_uvs; // as faces; empty: no UVs
+  std::vector<std::array<int, 2>> creases;
+  std::vector<float> crease_sharpness;
+  std::vector<int> corners;
+  std::vector<float> corner_sharpness;
+  std::vector<int> holes;
+
+  int point_count() const { return static_cast<int>(points.size() / 3); }
+};
+
+// A cage as the library's view; keeps the arrays it points to.
+class CageView {
+public:
+  explicit CageView(const Cage &cage);
+  CageView(const CageView &) = delete;
+  tw_mesh mesh;
+
+private:
+  std::vector<uint32_t> offsets_, corners_, uv_corners_, creases_, sharp_points_, holes_;
+};
+
+Cage cube();
+Cage grid(int columns, int rows);
+Cage torus(int columns, int rows);
+Cage icosahedron();
+std::vector<Cage> hand_made();
+
+// Cuts, merges and removes faces, moves points, adds tags and UVs with seams.
+Cage random_cage(std::mt19937 &random);
