@@ -194,8 +194,12 @@ static void bytes_sent_after_a_refusal_do_not_reset_the_answer(void **state) {
   close(fd);
 }
 
-static void unknown_transfer_coding_is_501(void **state) {
-  assert_refused(*state, 501, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: cow\r\n\r\n");
+/* 501 where the question reaches us; newer versions of the HTTP library say 400 themselves. */
+static void unknown_transfer_coding_is_refused(void **state) {
+  fixture *f = *state;
+  assert_true(ask(f, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: cow\r\n\r\n"));
+  assert_true(status(f) == 501 || status(f) == 400);
+  assert_int_equal(answers(f), 1);
 }
 
 static void unknown_expectation_is_417(void **state) {
@@ -577,7 +581,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(ambiguous_lengths_are_refused_and_nothing_is_read_behind_them, set_up,
                                       tear_down),
       cmocka_unit_test_setup_teardown(bytes_sent_after_a_refusal_do_not_reset_the_answer, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(unknown_transfer_coding_is_501, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(unknown_transfer_coding_is_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(unknown_expectation_is_417, set_up, tear_down),
       cmocka_unit_test_setup_teardown(missing_or_second_host_is_400, set_up, tear_down),
       cmocka_unit_test_setup_teardown(escaped_nul_is_400, set_up, tear_down),
