@@ -212,8 +212,9 @@ static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_e
     if (track->path != TW_WEIGHTS) continue;
     uint32_t mesh = model->nodes[track->node].mesh;
     if (mesh == TW_NO_INDEX || model->meshes[mesh].morph_count == track->width) continue;
-    return fail_at(error, "clips", index, "/tracks",
-                   "a track of weights does not fit the morph targets of its node's mesh");
+    tw_fail(error, TW_INVALID, "a track of weights does not fit the morph targets of its node's mesh");
+    tw_error_at(error, "/clips/%u/tracks/%u", index, i);
+    return TW_INVALID;
   }
   return TW_OK;
 }

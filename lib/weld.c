@@ -155,9 +155,14 @@ static void join(uint32_t *joined, uint32_t a, uint32_t b) {
     joined[a] = b;
 }
 
-/* sides sorted by (low, high) through `order`: joins the ends of each pair that is alone on its edge. */
+static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
+  return uvs[2 * (size_t)a] == uvs[2 * (size_t)b] && uvs[2 * (size_t)a + 1] == uvs[2 * (size_t)b + 1];
+}
+
+/* sides sorted by (low, high) through `order`: joins the ends of each pair that is alone on its edge;
+ * where uvs are given, only when they are the same at both ends. */
 static void join_pairs(const side *sides, const uint32_t *order, uint32_t count, const uint32_t *place,
-                       uint32_t *joined) {
+                       const float *uvs, uint32_t *joined) {
   for (uint32_t i = 0, end; i < count; i = end) {
     const side *a = &sides[order[i]];
     for (end = i + 1; end < count; end++)
@@ -165,31 +170,33 @@ static void join_pairs(const side *sides, const uint32_t *order, uint32_t count,
     if (end - i != 2) continue;
     const side *b = &sides[order[i + 1]];
     if (place[a->from] != place[b->to]) continue; /* they run the same way */
+    if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
     join(joined, a->from, b->to);
     join(joined, a->to, b->from);
   }
 }
 
-static tw_status join_sides(const tw_soup *soup, const uint32_t *place, side *sides, uint32_t *scratch,
-                            bool *several, uint32_t *joined, tw_error *error) {
+static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const float *uvs, side *sides,
+                            uint32_t *scratch, bool *several, uint32_t *joined, tw_error *error) {
   for (uint32_t v = 0; v < soup->vertex_count; v++)
     if (place[v] != v) several[place[v]] = true;
   uint32_t count = collect_sides(soup, place, several, sides);
   uint32_t *low = scratch, *order = scratch + count;
   for (uint32_t i = 0; i < count; i++) low[i] = sides[i].low;
   tw_status status = sort_in_buckets(low, count, soup->vertex_count, side_less, sides, order, error);
-  if (status == TW_OK) join_pairs(sides, order, count, place, joined);
+  if (status == TW_OK) join_pairs(sides, order, count, place, uvs, joined);
   return status;
 }
 
-/* joined: [vertex_count], every vertex its own root; receives the forest. */
-static tw_status join_split_points(const tw_soup *soup, const uint32_t *place, uint32_t *joined,
-                                   tw_error *error) {
+/* place: the first vertex at each vertex's place. joined: [vertex_count], every vertex its own root;
+ * receives the forest. */
+static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
+                                     uint32_t *joined, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
   uint32_t *scratch = tw_alloc(soup->corner_count, 2 * sizeof *scratch);
   bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
   tw_status status = sides && scratch && several
-                         ? join_sides(soup, place, sides, scratch, several, joined, error)
+                         ? join_sides(soup, place, uvs, sides, scratch, several, joined, error)
                          : no_memory(error);
   free(sides);
   free(scratch);
@@ -215,7 +222,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
   for (uint32_t v = 0; v < soup->vertex_count; v++) joined[v] = v;
   bool split = false;
   tw_status status = find_places(soup, place, &split, error);
-  if (status == TW_OK && split) status = join_split_points(soup, place, joined, error);
+  if (status == TW_OK && split) status = join_split_vertices(soup, place, NULL, joined, error);
   if (status == TW_OK) *point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
   free(place);
   return status;
@@ -223,28 +230,26 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
 
 /* ---- texture coordinates --------------------------------------------------------------------- */
 
-static bool uv_less(const void *context, uint32_t a, uint32_t b) {
-  const float *p = (const float *)context + 2 * (size_t)a, *q = (const float *)context + 2 * (size_t)b;
-  if (p[0] != q[0]) return p[0] < q[0];
-  if (p[1] != q[1]) return p[1] < q[1];
-  return a < b;
+/* first: [vertex_count] receives the first vertex of each vertex's point. */
+static tw_status find_first_vertices(const uint32_t *point_of_vertex, uint32_t vertex_count, uint32_t *first,
+                                     tw_error *error) {
+  uint32_t *of_point = tw_alloc(vertex_count, sizeof *of_point);
+  if (!of_point) return no_memory(error);
+  for (uint32_t v = vertex_count; v-- > 0;) of_point[point_of_vertex[v]] = v;
+  for (uint32_t v = 0; v < vertex_count; v++) first[v] = of_point[point_of_vertex[v]];
+  free(of_point);
+  return TW_OK;
 }
 
-tw_status tw_weld_uvs(const float *uvs, const uint32_t *point_of_vertex, uint32_t vertex_count,
-                      uint32_t point_count, uint32_t *value_of_vertex, uint32_t *value_count,
-                      tw_error *error) {
-  uint32_t *order = tw_alloc(vertex_count, 2 * sizeof *order);
-  if (!order) return no_memory(error);
-  uint32_t *first = order + vertex_count;
-  tw_status status = sort_in_buckets(point_of_vertex, vertex_count, point_count, uv_less, uvs, order, error);
-  for (uint32_t i = 0; i < vertex_count && status == TW_OK; i++) {
-    uint32_t v = order[i], before = i > 0 ? order[i - 1] : v;
-    bool same = i > 0 && point_of_vertex[v] == point_of_vertex[before] &&
-                uvs[2 * (size_t)v] == uvs[2 * (size_t)before] &&
-                uvs[2 * (size_t)v + 1] == uvs[2 * (size_t)before + 1];
-    first[v] = same ? first[before] : v;
-  }
-  if (status == TW_OK) *value_count = number_roots(first, vertex_count, value_of_vertex);
-  free(order);
+tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
+                      uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error) {
+  uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
+  if (!place) return no_memory(error);
+  uint32_t *joined = place + soup->vertex_count;
+  for (uint32_t v = 0; v < soup->vertex_count; v++) joined[v] = v;
+  tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, place, error);
+  if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, error);
+  if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
+  free(place);
   return status;
 }

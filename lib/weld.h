@@ -26,11 +26,12 @@ typedef struct tw_soup {
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,
                          tw_error *error);
 
-/* Which vertices have one texture coordinate: those of the same point with the same two numbers.
- * uvs: [vertex_count][2], finite. value_of_vertex: [vertex_count], numbered as points are. */
-tw_status tw_weld_uvs(const float *uvs, const uint32_t *point_of_vertex, uint32_t vertex_count,
-                      uint32_t point_count, uint32_t *value_of_vertex, uint32_t *value_count,
-                      tw_error *error);
+/* Which vertices have one texture coordinate: those of one point that an edge with the same
+ * coordinates on both of its sides joins. Parts of a texture that only touch stay apart.
+ * point_of_vertex: from tw_weld_points. uvs: [vertex_count][2]. value_of_vertex: [vertex_count],
+ * numbered as points are. */
+tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
+                      uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error);
 
 /* Undoes the splitting of quads: joins triangles that follow one another in the file, share an edge,
  * its texture coordinates and a material, and make a convex quad that is nearly flat. Where a triangle

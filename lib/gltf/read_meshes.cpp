@@ -150,17 +150,21 @@ private:
     return parts_.sources[parts_.vertices[vertex].source];
   }
 
+  tw_soup view_soup() const {
+    return {static_cast<uint32_t>(parts_.vertices.size()),
+            positions_.data(),
+            static_cast<uint32_t>(faces_.count()),
+            static_cast<uint32_t>(faces_.corners.size()),
+            faces_.offsets.data(),
+            faces_.corners.data()};
+  }
+
   void weld() {
     uint32_t count = static_cast<uint32_t>(parts_.vertices.size()), points = 0;
     positions_.resize(3 * size_t{count});
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
-    tw_soup soup = {count,
-                    positions_.data(),
-                    static_cast<uint32_t>(faces_.count()),
-                    static_cast<uint32_t>(faces_.corners.size()),
-                    faces_.offsets.data(),
-                    faces_.corners.data()};
+    tw_soup soup = view_soup();
     check_status(tw_weld_points(&soup, point_.data(), &points, nullptr));
     first_vertex_.resize(points);
     for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
@@ -354,8 +358,8 @@ private:
   void write_uv_set(const std::vector<float> &uvs) {
     uint32_t vertices = static_cast<uint32_t>(parts_.vertices.size()), count = 0;
     std::vector<uint32_t> value(vertices);
-    check_status(
-        tw_weld_uvs(uvs.data(), point_.data(), vertices, mesh_.point_count, value.data(), &count, nullptr));
+    tw_soup soup = view_soup();
+    check_status(tw_weld_uvs(&soup, point_.data(), uvs.data(), value.data(), &count, nullptr));
     float *values = allocate<float>(document_, 2 * size_t{count});
     for (uint32_t v = vertices; v-- > 0;)
       std::memcpy(values + 2 * size_t{value[v]}, &uvs[2 * size_t{v}], 2 * sizeof(float));

@@ -1,0 +1,583 @@
+/* Meshes out of glTF: accessors first, then the surface that triangles become. */
+#include <math.h>
+
+#include "glb.h"
+
+#define ASSET "\"asset\":{\"version\":\"2.0\"}"
+
+/* A square of two triangles: 4 positions at 0, 6 indices of 16 bits at 48, then 4 spare bytes and
+ * 12 more. */
+typedef struct square_bin {
+  float positions[4][3];
+  uint16_t indices[6];
+  uint8_t spare[16];
+} square_bin;
+
+static const square_bin square = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {0, 1, 2, 0, 2, 3}, {0}};
+
+#define SQUARE_BUFFER                                                                                        \
+  "\"buffers\":[{\"byteLength\":76}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},"                     \
+  "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":28}]"
+#define POSITIONS "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}"
+#define INDICES   "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"}"
+#define PRIMITIVE "{\"attributes\":{\"POSITION\":0},\"indices\":1}"
+
+/* The square's document with these accessors and primitives. */
+static const char *square_json(const char *accessors, const char *primitives) {
+  static char text[4096];
+  snprintf(text, sizeof text,
+           "{" ASSET "," SQUARE_BUFFER ",\"accessors\":[%s],\"meshes\":[{\"primitives\":[%s]}]}", accessors,
+           primitives);
+  return text;
+}
+
+/* ---- bad documents ---------------------------------------------------------------------------- */
+
+static void accessors_that_lie_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *accessors, *pointer;
+    tw_status status;
+  } cases[] = {
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":5,\"type\":\"VEC3\"}", "/accessors/0", TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4294967294,\"type\":\"VEC3\"}", "/accessors/0",
+       TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4294967295,\"type\":\"VEC3\"}",
+       "/accessors/0/count", TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":18446744073709551615,\"type\":\"VEC3\"}",
+       "/accessors/0/count", TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":0,\"type\":\"VEC3\"}", "/accessors/0/count",
+       TW_INVALID},
+      {"{\"bufferView\":0,\"byteOffset\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}",
+       "/accessors/0", TW_INVALID},
+      {"{\"bufferView\":0,\"byteOffset\":18446744073709551612,\"componentType\":5126,\"count\":4,\"type\":"
+       "\"VEC3\"}",
+       "/accessors/0", TW_INVALID},
+      {"{\"bufferView\":7,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"}", "/accessors/0/bufferView",
+       TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5130,\"count\":1,\"type\":\"VEC3\"}",
+       "/accessors/0/componentType", TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"normalized\":true,\"count\":4,\"type\":\"VEC3\"}",
+       "/accessors/0/normalized", TW_INVALID},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}", "/accessors/0/type",
+       TW_INVALID},
+      {"{\"componentType\":5126,\"count\":99999999,\"type\":\"VEC3\"}", "/accessors/0/count", TW_LIMIT},
+      {"{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}", "/accessors/1", TW_INVALID},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char accessors[1024];
+    snprintf(accessors, sizeof accessors, "%s," INDICES, cases[i].accessors);
+    glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, cases[i].status, cases[i].pointer);
+  }
+}
+
+static void bad_indices_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *accessor, *pointer;
+  } cases[] = {
+      {"{\"bufferView\":1,\"componentType\":5126,\"count\":6,\"type\":\"SCALAR\"}",
+       "/accessors/1/componentType"},
+      {"{\"bufferView\":1,\"componentType\":5122,\"count\":6,\"type\":\"SCALAR\"}",
+       "/accessors/1/componentType"},
+      {"{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"VEC2\"}", "/accessors/1/type"},
+      {"{\"bufferView\":1,\"componentType\":5123,\"count\":5,\"type\":\"SCALAR\"}", "/meshes/0/primitives/0"},
+      {"{\"bufferView\":1,\"componentType\":5123,\"count\":2,\"type\":\"SCALAR\"}", "/meshes/0/primitives/0"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char accessors[1024];
+    snprintf(accessors, sizeof accessors, POSITIONS ",%s", cases[i].accessor);
+    glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, TW_INVALID, cases[i].pointer);
+  }
+  square_bin wrong = square;
+  wrong.indices[4] = 4;
+  glb_refused(square_json(POSITIONS "," INDICES, PRIMITIVE), &wrong, sizeof wrong, TW_INVALID,
+              "/accessors/1");
+}
+
+static void numbers_that_are_not_finite_are_refused(void **state) {
+  (void)state;
+  static const float bad[] = {NAN, INFINITY, -INFINITY};
+  for (int i = 0; i < 3; i++) {
+    square_bin wrong = square;
+    wrong.positions[2][1] = bad[i];
+    glb_refused(square_json(POSITIONS "," INDICES, PRIMITIVE), &wrong, sizeof wrong, TW_INVALID,
+                "/accessors/0");
+  }
+}
+
+static void bad_primitives_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *primitive, *pointer;
+  } cases[] = {
+      {"{\"attributes\":{\"POSITION\":9},\"indices\":1}", "/meshes/0/primitives/0/attributes/POSITION"},
+      {"{\"attributes\":{},\"indices\":1}", "/meshes/0/primitives/0/attributes"},
+      {"{\"attributes\":{\"POSITION\":0},\"indices\":-2}", "/meshes/0/primitives/0/indices"},
+      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":7}", "/meshes/0/primitives/0/mode"},
+      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0}", "/meshes/0/primitives/0/material"},
+      {"{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2},\"indices\":1}",
+       "/meshes/0/primitives/0/attributes/TEXCOORD_0"},
+      {"{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1},\"indices\":1}",
+       "/meshes/0/primitives/0/attributes/COLOR_0"},
+      {"{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":3},\"indices\":1}", "/meshes/0/primitives/0/attributes"},
+      {"{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":4,\"WEIGHTS_0\":4},\"indices\":1}",
+       "/accessors/4/componentType"},
+      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":2}]}",
+       "/meshes/0/primitives/0/targets/0/POSITION"},
+      {"{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{}]},{\"attributes\":{\"POSITION\":0}}",
+       "/meshes/0/primitives/1"},
+  };
+  static const char accessors[] =
+      POSITIONS "," INDICES ",{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"VEC2\"}"
+                ",{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"}"
+                ",{\"componentType\":5126,\"count\":4,\"type\":\"VEC4\"}";
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    glb_refused(square_json(accessors, cases[i].primitive), &square, sizeof square, TW_INVALID,
+                cases[i].pointer);
+}
+
+static void sparse_accessors_that_lie_are_refused(void **state) {
+  (void)state;
+  static const struct {
+    const char *sparse, *pointer;
+  } cases[] = {
+      {"\"count\":0,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/count"},
+      {"\"count\":5,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/count"},
+      {"\"count\":2,\"indices\":{\"bufferView\":1,\"componentType\":5122},\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/indices/componentType"},
+      {"\"count\":2,\"indices\":{\"bufferView\":9,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/indices/bufferView"},
+      {"\"count\":2,\"indices\":{\"bufferView\":1,\"byteOffset\":26,\"componentType\":5123},"
+       "\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/indices"},
+      {"\"count\":2,\"indices\":{\"bufferView\":1,\"byteOffset\":-2,\"componentType\":5123},"
+       "\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse"},
+      {"\"count\":4,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/indices"}, /* 0 1 2 0 does not ascend */
+      {"\"count\":1,\"indices\":{\"bufferView\":0,\"byteOffset\":14,\"componentType\":5123},"
+       "\"values\":{\"bufferView\":0}",
+       "/accessors/0/sparse/indices"}, /* out of range */
+      {"\"count\":2,\"indices\":{\"bufferView\":1,\"componentType\":5123},\"values\":{\"bufferView\":1,"
+       "\"byteOffset\":8}",
+       "/accessors/0/sparse/values"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char accessors[1024];
+    snprintf(
+        accessors, sizeof accessors,
+        "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{%s}}," INDICES,
+        cases[i].sparse);
+    glb_refused(square_json(accessors, PRIMITIVE), &square, sizeof square, TW_INVALID, cases[i].pointer);
+  }
+}
+
+/* Many meshes over the same few bytes must not become a model of gigabytes. */
+static void a_small_file_cannot_become_a_large_model(void **state) {
+  (void)state;
+  enum { SIDE = 1000, MESHES = 300 };
+  uint8_t *bin = calloc(SIDE * SIDE, 3);
+  char *json = malloc(200 * MESHES + 1000);
+  assert_non_null(bin);
+  assert_non_null(json);
+  char *at = json;
+  at += sprintf(at, "{" ASSET ",\"buffers\":[{\"byteLength\":3000000}],\"bufferViews\":[{\"buffer\":0,"
+                    "\"byteLength\":3000000}],\"accessors\":[{\"bufferView\":0,\"componentType\":5121,"
+                    "\"count\":3000000,\"type\":\"SCALAR\"},{\"bufferView\":0,\"componentType\":5126,"
+                    "\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[");
+  for (int i = 0; i < MESHES; i++)
+    at += sprintf(at, "%s{\"primitives\":[{\"attributes\":{\"POSITION\":1},\"indices\":0}]}", i ? "," : "");
+  strcpy(at, "]}");
+  glb_refused(json, bin, 3000000, TW_LIMIT, "/meshes/9/primitives/0");
+  free(json);
+  free(bin);
+}
+
+/* ---- accessors ---------------------------------------------------------------------------------- */
+
+static void a_square_is_read_as_it_is(void **state) {
+  (void)state;
+  tw_model *model = glb_read(square_json(POSITIONS "," INDICES, PRIMITIVE), &square, sizeof square);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const uint32_t corners[] = {0, 1, 2, 0, 2, 3};
+  assert_int_equal(model->format, TW_FORMAT_GLB);
+  assert_int_equal(mesh->point_count, 4);
+  assert_int_equal(mesh->face_count, 2);
+  assert_memory_equal(mesh->corners, corners, sizeof corners);
+  assert_memory_equal(mesh->positions, square.positions, sizeof square.positions);
+  assert_null(mesh->face_materials);
+  assert_int_equal(mesh->uv_set_count, 0);
+  assert_int_equal(model->node_count, 1); /* a model without nodes gets one a mesh */
+  tw_model_destroy(model);
+}
+
+static void sparse_values_replace_elements(void **state) {
+  (void)state;
+  square_bin bin = square;
+  static const float moved[3] = {5, 6, 7};
+  bin.spare[0] = 2;
+  memcpy(bin.spare + 4, moved, sizeof moved);
+  const char *json = square_json(
+      "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,"
+      "\"indices\":"
+      "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121},\"values\":{\"bufferView\":1,"
+      "\"byteOffset\":16}}}," INDICES
+      ",{\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":"
+      "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121},\"values\":{\"bufferView\":1,"
+      "\"byteOffset\":16}}}",
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":2}]}");
+  tw_model *model = glb_read(json, &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const float morph[12] = {0, 0, 0, 0, 0, 0, 5, 6, 7, 0, 0, 0};
+  assert_memory_equal(mesh->positions + 6, moved, sizeof moved);
+  assert_memory_equal(mesh->positions + 9, square.positions[3], 12);
+  assert_int_equal(mesh->morph_count, 1);
+  assert_memory_equal(mesh->morphs[0], morph, sizeof morph);
+  tw_model_destroy(model);
+}
+
+/* All component types of KHR_mesh_quantization, with a stride, against the equations of the spec. */
+static void quantised_positions_are_read(void **state) {
+  (void)state;
+  static const struct {
+    int type, normalized;
+    uint8_t bytes[6];
+    float expected[3];
+  } cases[] = {
+      {5120, 0, {0x80, 0x7F, 0xFF}, {-128, 127, -1}},
+      {5120, 1, {0x80, 0x7F, 0x00}, {-1, 1, 0}},
+      {5121, 0, {0xFF, 0x01, 0x00}, {255, 1, 0}},
+      {5121, 1, {0xFF, 0x33, 0x00}, {1, 0.2f, 0}},
+      {5122, 0, {0x00, 0x80, 0xFF, 0x7F, 0xFF, 0xFF}, {-32768, 32767, -1}},
+      {5122, 1, {0x00, 0x80, 0xFF, 0x7F, 0x00, 0x00}, {-1, 1, 0}},
+      {5123, 0, {0xFF, 0xFF, 0x01, 0x00, 0x00, 0x00}, {65535, 1, 0}},
+      {5123, 1, {0xFF, 0xFF, 0x33, 0x33, 0x00, 0x00}, {1, 0.2f, 0}},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    uint8_t bin[36] = {0};
+    /* Three vertices with a stride of 12; the last one is the case's. */
+    bin[0] = 1;
+    bin[12] = 2;
+    memcpy(bin + 24, cases[i].bytes, 6);
+    char json[1024];
+    snprintf(json, sizeof json,
+             "{" ASSET ",\"extensionsUsed\":[\"KHR_mesh_quantization\"],\"extensionsRequired\":"
+             "[\"KHR_mesh_quantization\"],\"buffers\":[{\"byteLength\":36}],\"bufferViews\":[{\"buffer\":0,"
+             "\"byteLength\":36,\"byteStride\":12}],\"accessors\":[{\"bufferView\":0,\"componentType\":%d,"
+             "\"normalized\":%s,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":"
+             "{\"POSITION\":0}}]}]}",
+             cases[i].type, cases[i].normalized ? "true" : "false");
+    tw_model *model = glb_read(json, bin, sizeof bin);
+    for (int c = 0; c < 3; c++)
+      assert_true(fabsf(model->meshes[0].positions[6 + c] - cases[i].expected[c]) < 1e-6f);
+    tw_model_destroy(model);
+  }
+}
+
+static void json_files_hold_their_buffer_as_a_data_uri(void **state) {
+  (void)state;
+  /* Base64 of the bytes 0 to 8: a triangle of unsigned bytes. */
+  const char *json =
+      "{" ASSET ",\"buffers\":[{\"byteLength\":9,\"uri\":\"data:application/octet-stream;base64,"
+      "AAECAwQFBgcI\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":9}],\"accessors\":[{"
+      "\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{"
+      "\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}";
+  tw_model *model = NULL;
+  tw_error error;
+  assert_int_equal(tw_gltf_read((const uint8_t *)json, strlen(json), TW_QUADS_NGON, NULL, &model, &error),
+                   TW_OK);
+  assert_int_equal(model->format, TW_FORMAT_GLTF);
+  for (int i = 0; i < 9; i++) assert_true(model->meshes[0].positions[i] == (float)i);
+  tw_model_destroy(model);
+}
+
+/* ---- modes -------------------------------------------------------------------------------------- */
+
+static void strips_and_fans_become_triangles(void **state) {
+  (void)state;
+  square_bin bin = square;
+  static const uint16_t strip[6] = {0, 1, 3, 2, 2, 2};
+  memcpy(bin.indices, strip, sizeof strip);
+  tw_model *model =
+      glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"indices\":1,"
+                                                  "\"mode\":5}"),
+               &bin, sizeof bin);
+  static const uint32_t from_strip[] = {0, 1, 2, 1, 3, 2}; /* points by first use: 0 1 3 2 */
+  assert_int_equal(model->meshes[0].face_count, 2);
+  assert_memory_equal(model->meshes[0].corners, from_strip, sizeof from_strip);
+  assert_int_equal(model->warning_count, 1); /* two degenerate triangles */
+  tw_model_destroy(model);
+
+  static const char fan_indices[] =
+      "{\"bufferView\":1,\"componentType\":5123,\"count\":4,\"type\":\"SCALAR\"}";
+  static const uint16_t fan[6] = {0, 1, 2, 3, 0, 0};
+  memcpy(bin.indices, fan, sizeof fan);
+  char accessors[1024];
+  snprintf(accessors, sizeof accessors, POSITIONS ",%s", fan_indices);
+  model = glb_read(square_json(accessors, "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":6}"), &bin,
+                   sizeof bin);
+  static const uint32_t from_fan[] = {0, 1, 2, 1, 3, 2}; /* 1 2 0, 2 3 0: by first use 1 2 0 3 */
+  assert_int_equal(model->meshes[0].face_count, 2);
+  assert_memory_equal(model->meshes[0].corners, from_fan, sizeof from_fan);
+  assert_true(model->meshes[0].positions[0] == 1); /* point 0 is vertex 1 */
+  tw_model_destroy(model);
+}
+
+static void points_and_lines_are_left_out_with_a_warning(void **state) {
+  (void)state;
+  tw_model *model =
+      glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"mode\":0},"
+                                                  "{\"attributes\":{\"POSITION\":0},\"mode\":3}"),
+               &square, sizeof square);
+  assert_int_equal(model->mesh_count, 1);
+  assert_int_equal(model->meshes[0].face_count, 0);
+  assert_int_equal(model->warning_count, 1);
+  tw_model_destroy(model);
+}
+
+/* ---- attributes --------------------------------------------------------------------------------- */
+
+static void primitives_of_a_mesh_become_one_with_materials(void **state) {
+  (void)state;
+  static char json[4096];
+  snprintf(
+      json, sizeof json,
+      "{" ASSET "," SQUARE_BUFFER ",\"materials\":[{\"name\":\"red\"},{}],\"accessors\":[" POSITIONS
+      ",{\"bufferView\":1,\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"},{\"bufferView\":1,"
+      "\"byteOffset\":6,\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"}],\"meshes\":[{\"name\":\"m\","
+      "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1},{\"attributes\":"
+      "{\"POSITION\":0},\"indices\":2}]}]}");
+  tw_model *model = glb_read(json, &square, sizeof square);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const int32_t materials[] = {1, -1};
+  assert_string_equal(mesh->name, "m");
+  assert_int_equal(mesh->point_count, 4); /* the diagonal is shared */
+  assert_int_equal(mesh->face_count, 2);
+  assert_memory_equal(mesh->face_materials, materials, sizeof materials);
+  assert_int_equal(model->material_count, 2);
+  assert_string_equal(model->material_names[0], "red");
+  assert_null(model->material_names[1]);
+  tw_model_destroy(model);
+}
+
+static void only_vertices_in_use_become_points(void **state) {
+  (void)state;
+  tw_model *model =
+      glb_read(square_json(POSITIONS ",{\"bufferView\":1,\"byteOffset\":6,\"componentType\":5123,"
+                                     "\"count\":3,\"type\":\"SCALAR\"}",
+                           PRIMITIVE),
+               &square, sizeof square);
+  assert_int_equal(model->meshes[0].point_count, 3);
+  assert_true(model->meshes[0].positions[3] == 1 && model->meshes[0].positions[4] == 1);
+  tw_model_destroy(model);
+}
+
+typedef struct skinned_bin {
+  float positions[3][3];
+  uint8_t joints[2][3][4];
+  float weights[2][3][4];
+  uint8_t colors[3][4];
+} skinned_bin;
+
+static void the_four_largest_weights_are_kept_with_sum_1(void **state) {
+  (void)state;
+  skinned_bin bin = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
+                     {{{1, 2, 3, 4}, {0, 0, 0, 0}, {9, 9, 9, 9}}, {{5, 6, 7, 8}, {0, 0, 0, 0}, {9, 9, 9, 9}}},
+                     {{{0.1f, 0.2f, 0.05f, 0.15f}, {2, 0, 0, 0}, {0, 0, 0, 0}},
+                      {{0.3f, 0.1f, 0.05f, 0.05f}, {0, 0, 0, 0}, {0, 0, 0, 0}}},
+                     {{255, 0, 51, 255}, {0, 0, 0, 0}, {0, 0, 0, 255}}};
+  const char *json =
+      "{" ASSET ",\"buffers\":[{\"byteLength\":168}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":168}],"
+      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+      "{\"bufferView\":0,\"byteOffset\":36,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
+      "{\"bufferView\":0,\"byteOffset\":48,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},"
+      "{\"bufferView\":0,\"byteOffset\":60,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
+      "{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"},"
+      "{\"bufferView\":0,\"byteOffset\":156,\"componentType\":5121,\"normalized\":true,\"count\":3,\"type\":"
+      "\"VEC4\"}],"
+      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":1,\"JOINTS_1\":2,\"WEIGHTS_"
+      "0\":3,"
+      "\"WEIGHTS_1\":4,\"COLOR_0\":5,\"TANGENT\":3}}]}]}";
+  assert_int_equal(sizeof bin, 168);
+  tw_model *model = glb_read(json, &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const uint16_t joints[12] = {5, 2, 4, 1, 0, 0, 0, 0, 0, 0, 0, 0};
+  static const float weights[12] = {0.4f, 0.8f / 3, 0.2f, 0.4f / 3, 1, 0, 0, 0, 1, 0, 0, 0};
+  assert_memory_equal(mesh->skin.joints, joints, sizeof joints);
+  for (int i = 0; i < 12; i++) assert_true(fabsf(mesh->skin.weights[i] - weights[i]) < 1e-6f);
+  assert_true(mesh->colors[0] == 1 && mesh->colors[1] == 0 && fabsf(mesh->colors[2] - 0.2f) < 1e-6f);
+  assert_true(mesh->has_tangents);
+  bin.weights[1][0][0] = -1;
+  glb_refused(json, &bin, sizeof bin, TW_INVALID, "/meshes/0");
+  tw_model_destroy(model);
+}
+
+static void morph_weights_must_fit_the_targets(void **state) {
+  (void)state;
+  static char json[2048];
+  for (int count = 1; count <= 3; count++) {
+    static const char *const weights[] = {"0.5", "0.5,1", "0.5,1,0"};
+    snprintf(json, sizeof json,
+             "{" ASSET "," SQUARE_BUFFER ",\"accessors\":[" POSITIONS "," INDICES
+             "],\"meshes\":[{\"weights\":[%s],"
+             "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":0},"
+             "{\"NORMAL\":0}]}]}]}",
+             weights[count - 1]);
+    if (count != 2) {
+      glb_refused(json, &square, sizeof square, TW_INVALID, "/meshes/0/weights");
+      continue;
+    }
+    tw_model *model = glb_read(json, &square, sizeof square);
+    const tw_mesh *mesh = &model->meshes[0];
+    assert_int_equal(mesh->morph_count, 2);
+    assert_memory_equal(mesh->morphs[0], square.positions, sizeof square.positions);
+    for (int i = 0; i < 12; i++) assert_true(mesh->morphs[1][i] == 0);
+    assert_true(mesh->morph_weights[0] == 0.5f && mesh->morph_weights[1] == 1);
+    tw_model_destroy(model);
+  }
+}
+
+/* ---- surfaces ----------------------------------------------------------------------------------- */
+
+/* A cube as a renderer wants it: 24 vertices, each face with its own four and its own texture. */
+typedef struct cube_bin {
+  float positions[24][3];
+  float uvs[24][2];
+  uint16_t indices[36];
+} cube_bin;
+
+static cube_bin make_cube(void) {
+  static const uint8_t faces[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                      {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+  static const float points[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                     {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+  static const float corners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  cube_bin bin;
+  for (uint16_t face = 0; face < 6; face++) {
+    for (uint16_t k = 0; k < 4; k++) {
+      memcpy(bin.positions[4 * face + k], points[faces[face][k]], 12);
+      memcpy(bin.uvs[4 * face + k], corners[k], 8);
+    }
+    static const uint16_t split[6] = {0, 1, 2, 0, 2, 3};
+    for (int k = 0; k < 6; k++) bin.indices[6 * face + k] = (uint16_t)(4 * face + split[k]);
+  }
+  return bin;
+}
+
+static const char *cube_json(const char *extension) {
+  static char json[2048];
+  snprintf(
+      json, sizeof json,
+      "{" ASSET "%s,\"buffers\":[{\"byteLength\":552}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":552}],"
+      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":24,\"type\":\"VEC3\"},"
+      "{\"bufferView\":0,\"byteOffset\":288,\"componentType\":5126,\"count\":24,\"type\":\"VEC2\"},"
+      "{\"bufferView\":0,\"byteOffset\":480,\"componentType\":5123,\"count\":36,\"type\":\"SCALAR\"}],"
+      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"indices\":2}]}]}",
+      extension);
+  return json;
+}
+
+#define NGON ",\"extensionsUsed\":[\"FB_ngon_encoding\"]"
+
+static void a_cube_of_24_vertices_has_8_points(void **state) {
+  (void)state;
+  cube_bin bin = make_cube();
+  tw_model *model = glb_read(cube_json(""), &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  tw_mesh_facts facts;
+  assert_int_equal(mesh->point_count, 8);
+  assert_int_equal(mesh->face_count, 12);
+  assert_int_equal(mesh->uv_sets[0].value_count, 24);
+  assert_int_equal(tw_mesh_describe(mesh, &facts, NULL), TW_OK);
+  assert_int_equal(facts.boundary_edges, 0);
+  assert_int_equal(facts.euler_characteristic, 2);
+  tw_mesh_facts_deinit(&facts);
+  tw_model_destroy(model);
+}
+
+static void ngon_encoding_gives_the_quads_back(void **state) {
+  (void)state;
+  cube_bin bin = make_cube();
+  tw_model *model = glb_read(cube_json(NGON), &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const uint32_t first[] = {0, 1, 2, 3};
+  assert_int_equal(mesh->face_count, 6);
+  assert_int_equal(mesh->corner_count, 24);
+  assert_memory_equal(mesh->corners, first, sizeof first);
+  for (uint32_t c = 0; c < 24; c++) {
+    const float *uv = mesh->uv_sets[0].values + 2 * (size_t)mesh->uv_sets[0].corners[c];
+    assert_true(uv[0] == bin.uvs[c][0] && uv[1] == 1 - bin.uvs[c][1]); /* v up */
+  }
+  tw_model_destroy(model);
+  model = glb_read_with(cube_json(NGON), &bin, sizeof bin, TW_QUADS_OFF);
+  assert_int_equal(model->meshes[0].face_count, 12);
+  tw_model_destroy(model);
+}
+
+static void auto_gives_the_quads_back_without_being_told(void **state) {
+  (void)state;
+  cube_bin bin = make_cube();
+  tw_model *model = glb_read_with(cube_json(""), &bin, sizeof bin, TW_QUADS_AUTO);
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 6);
+  assert_int_equal(mesh->corner_count, 24);
+  for (uint32_t c = 0; c < 24; c++) {
+    const float *uv = mesh->uv_sets[0].values + 2 * (size_t)mesh->uv_sets[0].corners[c];
+    assert_true(uv[0] == bin.uvs[c][0] && uv[1] == 1 - bin.uvs[c][1]);
+  }
+  tw_model_destroy(model);
+}
+
+/* Fans of 3, 5 and 4 corners round a point, as the encoding stores them. */
+static void ngons_of_several_sizes_are_told_apart(void **state) {
+  (void)state;
+  struct {
+    float positions[9][3];
+    uint16_t indices[18];
+  } bin = {
+      {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 1, 0}, {2, 2, 0}, {0, 2, 0}, {-1, 1, 0}, {-1, 3, 0}, {1, 3, 0}},
+      {0, 1, 5,                   /* triangle */
+       1, 2, 3, 1, 3, 4, 1, 4, 5, /* pentagon */
+       5, 4, 8, 5, 8, 7 /* quad */}};
+  const char *json =
+      "{" ASSET NGON ",\"buffers\":[{\"byteLength\":144}],\"bufferViews\":[{\"buffer\":0,"
+      "\"byteLength\":144}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":9,"
+      "\"type\":\"VEC3\"},{\"bufferView\":0,\"byteOffset\":108,\"componentType\":5123,\"count\":18,"
+      "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+      "\"indices\":1,\"extensions\":{\"FB_ngon_encoding\":{}}}]}]}";
+  assert_int_equal(sizeof bin, 144);
+  tw_model *model = glb_read(json, &bin, sizeof bin);
+  static const uint32_t offsets[] = {0, 3, 8, 12};
+  assert_int_equal(model->meshes[0].face_count, 3);
+  assert_memory_equal(model->meshes[0].face_offsets, offsets, sizeof offsets);
+  tw_model_destroy(model);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(accessors_that_lie_are_refused),
+      cmocka_unit_test(bad_indices_are_refused),
+      cmocka_unit_test(numbers_that_are_not_finite_are_refused),
+      cmocka_unit_test(bad_primitives_are_refused),
+      cmocka_unit_test(sparse_accessors_that_lie_are_refused),
+      cmocka_unit_test(a_small_file_cannot_become_a_large_model),
+      cmocka_unit_test(a_square_is_read_as_it_is),
+      cmocka_unit_test(sparse_values_replace_elements),
+      cmocka_unit_test(quantised_positions_are_read),
+      cmocka_unit_test(json_files_hold_their_buffer_as_a_data_uri),
+      cmocka_unit_test(strips_and_fans_become_triangles),
+      cmocka_unit_test(points_and_lines_are_left_out_with_a_warning),
+      cmocka_unit_test(primitives_of_a_mesh_become_one_with_materials),
+      cmocka_unit_test(only_vertices_in_use_become_points),
+      cmocka_unit_test(the_four_largest_weights_are_kept_with_sum_1),
+      cmocka_unit_test(morph_weights_must_fit_the_targets),
+      cmocka_unit_test(a_cube_of_24_vertices_has_8_points),
+      cmocka_unit_test(ngon_encoding_gives_the_quads_back),
+      cmocka_unit_test(auto_gives_the_quads_back_without_being_told),
+      cmocka_unit_test(ngons_of_several_sizes_are_told_apart),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

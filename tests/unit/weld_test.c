@@ -1,0 +1,280 @@
+/* Welding vertex buffers into surfaces, and quads out of triangles. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "weld.h"
+
+enum { MOST = 64 };
+
+/* Triangles over vertices, each with its own copy of the points that they name. */
+static tw_soup split_soup(const float (*points)[3], const uint32_t *corners, uint32_t face_count,
+                          float (*positions)[3], uint32_t *offsets, uint32_t *vertices) {
+  for (uint32_t c = 0; c < 3 * face_count; c++) {
+    memcpy(positions[c], points[corners[c]], sizeof positions[c]);
+    vertices[c] = c;
+  }
+  for (uint32_t f = 0; f <= face_count; f++) offsets[f] = 3 * f;
+  return (tw_soup){3 * face_count, positions[0], face_count, 3 * face_count, offsets, vertices};
+}
+
+static uint32_t weld(const float (*points)[3], const uint32_t *corners, uint32_t face_count,
+                     uint32_t *point_of_vertex) {
+  float positions[MOST][3];
+  uint32_t offsets[MOST], vertices[MOST], count = 0;
+  tw_soup soup = split_soup(points, corners, face_count, positions, offsets, vertices);
+  assert_int_equal(tw_weld_points(&soup, point_of_vertex, &count, NULL), TW_OK);
+  return count;
+}
+
+static const float octahedron_points[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
+                                              {0, -1, 0}, {0, 0, 1},  {0, 0, -1}};
+static const uint32_t octahedron[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                        2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+
+static void a_closed_surface_of_loose_triangles_closes(void **state) {
+  (void)state;
+  uint32_t points[MOST];
+  assert_int_equal(weld(octahedron_points, octahedron, 8, points), 6);
+  for (int a = 0; a < 24; a++)
+    for (int b = 0; b < 24; b++) assert_int_equal(points[a] == points[b], octahedron[a] == octahedron[b]);
+}
+
+static void points_are_numbered_by_their_first_vertex(void **state) {
+  (void)state;
+  uint32_t points[MOST], next = 0;
+  weld(octahedron_points, octahedron, 8, points);
+  for (int v = 0; v < 24; v++) {
+    assert_true(points[v] <= next);
+    if (points[v] == next) next++;
+  }
+}
+
+static void surfaces_that_touch_in_a_point_stay_apart(void **state) {
+  (void)state;
+  static const float points[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  static const uint32_t corners[6] = {0, 1, 2, 0, 3, 4};
+  uint32_t out[MOST];
+  assert_int_equal(weld(points, corners, 2, out), 6);
+}
+
+/* Two closed surfaces with one edge in common: four sides run there. */
+static void an_edge_of_four_sides_is_not_joined(void **state) {
+  (void)state;
+  static const float points[6][3] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {1, 1, 0}, {-1, 1, 0}};
+  static const uint32_t corners[12] = {0, 1, 2, 1, 0, 4, 0, 1, 3, 1, 0, 5};
+  uint32_t out[MOST];
+  assert_int_equal(weld(points, corners, 4, out), 12);
+}
+
+static void sides_that_run_the_same_way_are_not_joined(void **state) {
+  (void)state;
+  static const float points[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
+  static const uint32_t corners[6] = {0, 1, 2, 0, 1, 3};
+  uint32_t out[MOST];
+  assert_int_equal(weld(points, corners, 2, out), 6);
+}
+
+static void negative_zero_is_zero(void **state) {
+  (void)state;
+  float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, -0.0f, 0}, {-0.0f, 0, -0.0f}, {0, -1, 0}};
+  static const uint32_t offsets[3] = {0, 3, 6}, corners[6] = {0, 1, 2, 3, 4, 5};
+  tw_soup soup = {6, positions[0], 2, 6, offsets, corners};
+  uint32_t out[6], count;
+  assert_int_equal(tw_weld_points(&soup, out, &count, NULL), TW_OK);
+  assert_int_equal(count, 4);
+}
+
+/* A tube whose every vertex is its own: a seam runs along it that only edges can close. */
+static void a_tube_of_loose_quads_closes_round(void **state) {
+  (void)state;
+  enum { ROUND = 64, LONG = 50, FACES = ROUND * LONG };
+  static float positions[4 * FACES][3];
+  static uint32_t offsets[FACES + 1], corners[4 * FACES], out[4 * FACES];
+  for (uint32_t f = 0; f < FACES; f++) {
+    for (uint32_t k = 0; k < 4; k++) {
+      uint32_t at = (f % ROUND + (k == 1 || k == 2)) % ROUND, along = f / ROUND + (k >= 2);
+      positions[4 * f + k][0] = (float)cos(at * 6.283185307 / ROUND);
+      positions[4 * f + k][1] = (float)sin(at * 6.283185307 / ROUND);
+      positions[4 * f + k][2] = (float)along;
+      corners[4 * f + k] = 4 * f + k;
+    }
+    offsets[f + 1] = 4 * f + 4;
+  }
+  tw_soup soup = {4 * FACES, positions[0], FACES, 4 * FACES, offsets, corners};
+  uint32_t count;
+  assert_int_equal(tw_weld_points(&soup, out, &count, NULL), TW_OK);
+  assert_int_equal(count, ROUND * (LONG + 1));
+}
+
+/* Everything in one place: the worst case for anything that hashes. */
+static void a_million_vertices_in_one_place_take_no_longer(void **state) {
+  (void)state;
+  enum { FACES = 300000 };
+  float *positions = calloc(3 * FACES, 3 * sizeof(float));
+  uint32_t *offsets = malloc((FACES + 1) * sizeof *offsets), *corners = malloc(3 * FACES * sizeof *corners);
+  uint32_t *out = malloc(3 * FACES * sizeof *out);
+  assert_true(positions && offsets && corners && out);
+  for (uint32_t c = 0; c < 3 * FACES; c++) corners[c] = c;
+  for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
+  for (uint32_t f = 0; f < FACES; f++) positions[9 * f + 3] = 1; /* a fan round two places */
+  tw_soup soup = {3 * FACES, positions, FACES, 3 * FACES, offsets, corners};
+  uint32_t count;
+  assert_int_equal(tw_weld_points(&soup, out, &count, NULL), TW_OK);
+  assert_int_equal(count, 3 * FACES);
+  free(positions);
+  free(offsets);
+  free(corners);
+  free(out);
+}
+
+/* ---- texture coordinates ----------------------------------------------------------------------- */
+
+/* Two squares side by side, split along their common edge; its texture is continuous or not. */
+static uint32_t weld_square_uvs(float shift) {
+  static const float positions[8][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},
+                                        {1, 0, 0}, {2, 0, 0}, {2, 1, 0}, {1, 1, 0}};
+  static const uint32_t offsets[3] = {0, 4, 8}, corners[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+  tw_soup soup = {8, positions[0], 2, 8, offsets, corners};
+  uint32_t points[8], values[8], count;
+  assert_int_equal(tw_weld_points(&soup, points, &count, NULL), TW_OK);
+  assert_int_equal(count, 6);
+  float uvs[8][2];
+  for (int v = 0; v < 8; v++) {
+    uvs[v][0] = positions[v][0];
+    uvs[v][1] = positions[v][1];
+  }
+  uvs[7][0] += shift; /* one end of the common edge */
+  assert_int_equal(tw_weld_uvs(&soup, points, uvs[0], values, &count, NULL), TW_OK);
+  return count;
+}
+
+static void a_continuous_texture_has_no_seam(void **state) {
+  (void)state;
+  assert_int_equal(weld_square_uvs(0), 6);
+}
+
+static void an_edge_that_differs_at_one_end_is_a_seam(void **state) {
+  (void)state;
+  assert_int_equal(weld_square_uvs(0.5f), 8);
+}
+
+/* ---- pairs ------------------------------------------------------------------------------------- */
+
+static tw_mesh triangle_mesh(const float (*points)[3], uint32_t point_count, const uint32_t *corners,
+                             uint32_t face_count, uint32_t *offsets) {
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  for (uint32_t f = 0; f <= face_count; f++) offsets[f] = 3 * f;
+  mesh.point_count = point_count;
+  mesh.positions = points[0];
+  mesh.face_count = face_count;
+  mesh.corner_count = 3 * face_count;
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  return mesh;
+}
+
+/* Faces after pairing. */
+static uint32_t pair(tw_mesh mesh, uint32_t *first_quad) {
+  tw_arena *arena = tw_arena_create();
+  assert_non_null(arena);
+  assert_int_equal(tw_pair_triangles(&mesh, arena, NULL), TW_OK);
+  tw_error error;
+  assert_int_equal(tw_mesh_check(&mesh, &error, NULL), TW_OK);
+  if (first_quad) memcpy(first_quad, mesh.corners, 4 * sizeof *first_quad);
+  tw_arena_destroy(arena);
+  return mesh.face_count;
+}
+
+/* A row of unit squares; each one split along a diagonal. */
+static const float row_points[8][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0},
+                                       {0, 1, 0}, {1, 1, 0}, {2, 1, 0}, {3, 1, 0}};
+
+static void split_quads_are_joined_whatever_their_diagonal(void **state) {
+  (void)state;
+  static const uint32_t rows[3][18] = {
+      {0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6},
+      {0, 1, 4, 1, 5, 4, 1, 2, 5, 2, 6, 5, 2, 3, 6, 3, 7, 6},
+      {5, 4, 1, 4, 0, 1, 6, 5, 1, 6, 1, 2, 7, 6, 3, 2, 3, 6},
+  };
+  uint32_t offsets[MOST], quad[4];
+  for (int i = 0; i < 3; i++)
+    assert_int_equal(pair(triangle_mesh(row_points, 8, rows[i], 6, offsets), quad), 3);
+  pair(triangle_mesh(row_points, 8, rows[0], 6, offsets), quad);
+  static const uint32_t first[4] = {0, 1, 5, 4};
+  assert_memory_equal(quad, first, sizeof first);
+}
+
+/* A triangle in front would throw a greedy pairing out of step. */
+static void a_lone_triangle_does_not_shift_the_pairs(void **state) {
+  (void)state;
+  static const float points[6][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {-0.6f, 0.5f, 0}};
+  static const uint32_t corners[9] = {5, 0, 3, 0, 4, 3, 0, 1, 4}; /* triangle, then a square's halves */
+  uint32_t offsets[MOST];
+  tw_mesh mesh = triangle_mesh(points, 6, corners, 3, offsets);
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(tw_pair_triangles(&mesh, arena, NULL), TW_OK);
+  assert_int_equal(mesh.face_count, 2);
+  assert_int_equal(mesh.face_offsets[1], 3);
+  assert_int_equal(mesh.face_offsets[2], 7);
+  tw_arena_destroy(arena);
+}
+
+static void pairs_that_make_no_good_quad_are_left(void **state) {
+  (void)state;
+  static const float points[6][3] = {{0, 0, 0},       {1, 0, 0}, {0, 1, 0},
+                                     {0.2f, 0.2f, 0}, {1, 1, 0}, {0.5f, 0.5f, 1}};
+  static const uint32_t concave[6] = {0, 1, 3, 0, 3, 2}, same_way[6] = {0, 1, 2, 1, 2, 4},
+                        bent[6] = {0, 1, 2, 2, 1, 5}, flat[6] = {0, 1, 2, 2, 1, 4};
+  uint32_t offsets[MOST];
+  assert_int_equal(pair(triangle_mesh(points, 6, flat, 2, offsets), NULL), 1);
+  assert_int_equal(pair(triangle_mesh(points, 6, concave, 2, offsets), NULL), 2);
+  assert_int_equal(pair(triangle_mesh(points, 6, same_way, 2, offsets), NULL), 2);
+  assert_int_equal(pair(triangle_mesh(points, 6, bent, 2, offsets), NULL), 2);
+}
+
+static void materials_and_seams_keep_triangles_apart(void **state) {
+  (void)state;
+  static const uint32_t corners[6] = {0, 1, 5, 0, 5, 4};
+  static const int32_t same[2] = {1, 1}, different[2] = {1, 2};
+  static const float values[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {5, 5}, {6, 6}};
+  static const uint32_t continuous[6] = {0, 1, 2, 0, 2, 3}, seam[6] = {0, 1, 2, 4, 5, 3};
+  uint32_t offsets[MOST];
+  tw_mesh mesh = triangle_mesh(row_points, 8, corners, 2, offsets);
+  mesh.face_materials = same;
+  assert_int_equal(pair(mesh, NULL), 1);
+  mesh.face_materials = different;
+  assert_int_equal(pair(mesh, NULL), 2);
+  mesh.face_materials = NULL;
+  mesh.uv_set_count = 1;
+  mesh.uv_sets[0] = (tw_uv_set){6, values[0], continuous};
+  assert_int_equal(pair(mesh, NULL), 1);
+  mesh.uv_sets[0].corners = seam;
+  assert_int_equal(pair(mesh, NULL), 2);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(a_closed_surface_of_loose_triangles_closes),
+      cmocka_unit_test(points_are_numbered_by_their_first_vertex),
+      cmocka_unit_test(surfaces_that_touch_in_a_point_stay_apart),
+      cmocka_unit_test(an_edge_of_four_sides_is_not_joined),
+      cmocka_unit_test(sides_that_run_the_same_way_are_not_joined),
+      cmocka_unit_test(negative_zero_is_zero),
+      cmocka_unit_test(a_tube_of_loose_quads_closes_round),
+      cmocka_unit_test(a_million_vertices_in_one_place_take_no_longer),
+      cmocka_unit_test(a_continuous_texture_has_no_seam),
+      cmocka_unit_test(an_edge_that_differs_at_one_end_is_a_seam),
+      cmocka_unit_test(split_quads_are_joined_whatever_their_diagonal),
+      cmocka_unit_test(a_lone_triangle_does_not_shift_the_pairs),
+      cmocka_unit_test(pairs_that_make_no_good_quad_are_left),
+      cmocka_unit_test(materials_and_seams_keep_triangles_apart),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
