@@ -187,7 +187,7 @@ void tw_gltf_fill(tw_gltf_filler *filler, const tw_gltf_view *view, uint64_t fir
 
 static bool allocate(tw_gltf_filler *filler, const tw_gltf_plan *plan) {
   const tw_scene *scene = filler->scene;
-  filler->corner_capacity = 4 * FACES_SCRATCH;
+  filler->corner_capacity = (size_t)4 * FACES_SCRATCH;
   for (uint32_t i = 0; i < plan->mesh_count; i++) {
     uint32_t mesh = plan->meshes[i].source;
     size_t three = 3 * tw_largest_face(scene->surfaces[mesh], &scene->model->meshes[mesh]);

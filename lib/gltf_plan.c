@@ -6,7 +6,11 @@
 #include "gltf/gltf.h"
 #include "gltf_keys.h"
 
-enum { ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float) };
+enum {
+  ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),
+  ADDED_KEYS_MAX =
+      1 << 20 /* of all tracks of a clip that cannot keep their own: two keys may say many turns */
+};
 
 /* JSON's indices are ints in tinygltf. */
 static const uint64_t VIEWS_MAX = INT32_MAX;
@@ -203,7 +207,7 @@ static bool fits_node(const tw_scene *scene, const tw_track_keys *track) {
          tw_surface_get_layout(scene->surfaces[mesh])->morph_count == track->width;
 }
 
-static uint32_t add_times(tw_gltf_plan *plan, const tw_gltf_keys *keys) {
+static uint32_t add_times(tw_gltf_plan *plan, const tw_track_keys *keys) {
   uint32_t input = add_floats(plan, keys->times, keys->key_count, 1);
   plan->accessors[input].bounds = TW_GLTF_BOUNDED;
   plan->accessors[input].min = keys->times[0];
@@ -211,21 +215,23 @@ static uint32_t add_times(tw_gltf_plan *plan, const tw_gltf_keys *keys) {
   return input;
 }
 
-static uint32_t add_values(tw_gltf_plan *plan, const tw_gltf_keys *keys, tw_path path) {
+static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {
   uint64_t count = (uint64_t)keys->key_count * (keys->interpolation == TW_CUBICSPLINE ? 3 : 1);
-  return path == TW_WEIGHTS ? add_floats(plan, keys->values, count * keys->width, 1)
-                            : add_floats(plan, keys->values, count, (int)keys->width);
+  return keys->path == TW_WEIGHTS ? add_floats(plan, keys->values, count * keys->width, 1)
+                                  : add_floats(plan, keys->values, count, (int)keys->width);
 }
 
 static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  uint32_t added_keys_left = ADDED_KEYS_MAX;
   const float *shared_times = NULL; /* tracks of one node often share their times */
   uint32_t shared_count = 0, input = 0;
   for (uint32_t i = 0; scene->clip && i < scene->clip->track_count; i++) {
     const tw_track_keys *track = &scene->clip->tracks[i];
     if (!fits_node(scene, track)) continue;
-    tw_gltf_keys keys;
-    tw_status status = tw_gltf_keys_of(track, plan->arena, &keys, error);
+    tw_track_keys keys;
+    tw_status status = tw_gltf_keys_of(track, added_keys_left, plan->arena, &keys, error);
     if (status != TW_OK) return status;
+    if (keys.times != track->times) added_keys_left -= keys.key_count;
     if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
     shared_times = keys.times;
     shared_count = keys.key_count;
@@ -233,7 +239,7 @@ static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_err
                                                               .path = track->path,
                                                               .interpolation = keys.interpolation,
                                                               .input = input,
-                                                              .output = add_values(plan, &keys, track->path)};
+                                                              .output = add_values(plan, &keys)};
   }
   return TW_OK;
 }

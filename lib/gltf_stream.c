@@ -218,20 +218,35 @@ static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out,
 
 /* ---- the stream ------------------------------------------------------------------------------- */
 
-/* Everything that can fail, save for the memory to compute with. */
-static tw_status open_stream(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
-                             tw_error *error) {
-  tw_gltf_stream *stream = tw_alloc_zero(1, sizeof *stream);
-  if (!stream) return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
+static tw_status no_memory(tw_error *error) {
+  return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
+}
+
+/* Everything that makes up the size of a zeroed stream. */
+static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_format container,
+                         tw_error *error) {
   stream->scene = *scene;
   tw_status status = tw_gltf_plan_init(&stream->plan, scene, error);
   if (status == TW_OK) status = tw_gltf_json_init(&stream->json, &stream->plan, scene, error);
-  if (status == TW_OK && !(container == TW_FORMAT_GLB ? build_glb(stream) : build_gltf(stream)))
-    status = tw_fail(error, TW_NO_MEMORY, "no memory for the JSON of a glTF file");
+  if (status != TW_OK) return status;
+  bool glb = container == TW_FORMAT_GLB;
+  if (!(glb ? build_glb(stream) : build_gltf(stream))) return no_memory(error);
   stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
-  if (status == TW_OK && container == TW_FORMAT_GLB && stream->size > UINT32_MAX)
-    status = tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,
-                     stream->size);
+  if (glb && stream->size > UINT32_MAX)
+    return tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,
+                   stream->size);
+  return TW_OK;
+}
+
+tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
+                                tw_error *error) {
+  tw_gltf_stream *stream = tw_alloc_zero(1, sizeof *stream);
+  if (!stream) return no_memory(error);
+  tw_status status = prepare(stream, scene, container, error);
+  if (status == TW_OK) {
+    stream->filler = tw_gltf_filler_create(&stream->plan, &stream->scene);
+    if (!stream->filler) status = no_memory(error);
+  }
   if (status == TW_OK)
     *out = stream;
   else
@@ -239,28 +254,14 @@ static tw_status open_stream(const tw_scene *scene, tw_format container, tw_gltf
   return status;
 }
 
-tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
-                                tw_error *error) {
-  tw_gltf_stream *stream = NULL;
-  tw_status status = open_stream(scene, container, &stream, error);
-  if (status != TW_OK) return status;
-  stream->filler = tw_gltf_filler_create(&stream->plan, &stream->scene);
-  if (!stream->filler) {
-    tw_gltf_stream_destroy(stream);
-    return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
-  }
-  *out = stream;
-  return TW_OK;
-}
-
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size,
                                  tw_error *error) {
-  tw_gltf_stream *stream = NULL;
-  tw_status status = open_stream(scene, container, &stream, error);
-  if (status != TW_OK) return status;
-  *size = stream->size;
+  tw_gltf_stream *stream = tw_alloc_zero(1, sizeof *stream);
+  if (!stream) return no_memory(error);
+  tw_status status = prepare(stream, scene, container, error);
+  if (status == TW_OK) *size = stream->size;
   tw_gltf_stream_destroy(stream);
-  return TW_OK;
+  return status;
 }
 
 void tw_gltf_stream_destroy(tw_gltf_stream *stream) {

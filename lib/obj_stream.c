@@ -359,7 +359,7 @@ static bool create_readers(tw_obj_stream *stream) {
 
 static bool allocate(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
-  stream->corner_capacity = 4 * FACES_A_PIECE;
+  stream->corner_capacity = (size_t)4 * FACES_A_PIECE;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     size_t largest = tw_largest_face(stream->scene.surfaces[i], &model->meshes[i]);
     if (largest > stream->corner_capacity) stream->corner_capacity = largest;

@@ -331,7 +331,7 @@ static void vertices_are_the_rows_of_the_surface(void **state) {
   tw_surface_reader *reader = tw_surface_reader_create(surface);
   uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
   assert_int_equal(number(at(&file, "accessors", attribute(&file, 0, "POSITION")), "count", 0), rows);
-  float row[64], found[4];
+  float row[64] = {0}, found[4];
   assert_true(layout->stride <= 64);
   const struct {
     const char *semantic;

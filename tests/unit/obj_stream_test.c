@@ -209,7 +209,12 @@ static void normals_go_by_the_inverse_transpose(void **state) {
   fixture_refine(&f, 0, true);
   char *text = write_obj(&f.scene, 1 << 18);
   float normal[3];
-  assert_int_equal(sscanf(strstr(text, "vn "), "vn %f %f %f", &normal[0], &normal[1], &normal[2]), 3);
+  const char *number = strstr(text, "vn ") + 2;
+  for (int i = 0; i < 3; i++) {
+    char *end;
+    normal[i] = strtof(number, &end);
+    number = end;
+  }
   assert_true(fabsf(normal[0] - 1 / sqrtf(10)) < 1e-6f && fabsf(normal[2] - 3 / sqrtf(10)) < 1e-6f);
   assert_true(normal[1] == 0);
   free(text);

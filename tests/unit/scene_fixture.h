@@ -48,7 +48,7 @@ static inline void fixture_init(fixture *f, const char *obj) {
 static inline void fixture_refine(fixture *f, uint32_t level, bool normals) {
   const tw_surface_options options = {.level = level, .normals = normals};
   tw_error error;
-  f->surfaces = tw_alloc_zero(f->model->mesh_count, sizeof *f->surfaces);
+  f->surfaces = tw_alloc_zero(f->model->mesh_count, sizeof(tw_surface *));
   for (uint32_t i = 0; i < f->model->mesh_count; i++)
     if (tw_surface_create(&f->model->meshes[i], &options, &f->surfaces[i], &error) != TW_OK) abort();
   f->scene = (tw_scene){.model = f->model, .surfaces = (const tw_surface *const *)f->surfaces};
@@ -212,7 +212,7 @@ static inline void fixture_add_clip(fixture *f) {
 /* All bytes of a stream, read in blocks. Freed by the caller. */
 static inline uint8_t *fixture_read(tw_gltf_stream *stream, size_t block) {
   size_t size = (size_t)tw_gltf_stream_size(stream), done = 0, got = 1;
-  uint8_t *bytes = malloc(size + 1);
+  uint8_t *bytes = calloc(size + 1, 1);
   if (!bytes) abort();
   for (; done < size && got > 0; done += got)
     got = tw_gltf_stream_read(stream, bytes + done, block < size - done ? block : size - done);
