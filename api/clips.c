@@ -214,3 +214,18 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
   api_entry_release(lender);
   return outcome;
 }
+
+void api_clip_warning(api_call *call, const api_clip *clip) {
+  char value[400];
+  size_t length = (size_t)snprintf(value, sizeof value,
+                                   "%u nodes of the clip are not in the model:", clip->missing_count);
+  for (uint32_t i = 0; i < clip->missing_count && length + 16 < sizeof value; i++) {
+    value[length++] = i ? ',' : ' ';
+    for (const char *c = clip->missing[i]; *c && length + 8 < sizeof value; c++) {
+      bool is_plain = *c > ' ' && *c < 0x7F && *c != '%' && *c != ',';
+      length += (size_t)snprintf(value + length, 4, is_plain ? "%c" : "%%%02X", (unsigned char)*c);
+    }
+  }
+  value[length] = '\0';
+  api_answer_headerf(&call->answer, "X-Tweend-Warning", "%s", value);
+}

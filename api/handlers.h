@@ -15,6 +15,9 @@ api_outcome api_get_model(api_call *call);
 api_outcome api_get_source(api_call *call);
 api_outcome api_delete_model(api_call *call);
 
+api_outcome api_get_surface(api_call *call);
+api_outcome api_post_surface(api_call *call);
+
 api_outcome api_get_pose(api_call *call);
 api_outcome api_post_times(api_call *call);
 api_outcome api_post_pose(api_call *call);

@@ -166,7 +166,6 @@ static api_outcome check_size(api_call *call, const api_pose_query *query) {
 /* All parameters with their defaults, as text; NULL without memory. */
 static const char *canonical(api_call *call, const pose_request *request, const api_clip_choice *choice) {
   const api_pose_query *query = &request->query;
-  const api_times *times = &query->times;
   api_text text = {0};
   char parts[160];
   snprintf(parts, sizeof parts, "clip=%s/%u&force=%d&as=%d&world=%d&order=%d&degrees=%d&loop=%d&skin=%d",
@@ -179,37 +178,10 @@ static const char *canonical(api_call *call, const pose_request *request, const 
     api_text_add(&text, ",");
   }
   api_text_add(&text, "&times=");
-  if (times->list) {
-    for (uint64_t i = 0; i < times->count; i++) {
-      api_text_float(&text, times->list[i]);
-      api_text_add(&text, ",");
-    }
-  } else {
-    api_text_double(&text, times->from);
-    api_text_add(&text, "/");
-    api_text_double(&text, times->fps);
-    api_text_add(&text, "*");
-    api_text_count(&text, times->count);
-  }
+  api_times_print(&query->times, &text);
   const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
   return copy;
-}
-
-/* Names of missing nodes as one header, percent-encoded where they are not plain ASCII. */
-static void add_warning(api_call *call, const api_clip *clip) {
-  char value[400];
-  size_t length = (size_t)snprintf(value, sizeof value,
-                                   "%u nodes of the clip are not in the model:", clip->missing_count);
-  for (uint32_t i = 0; i < clip->missing_count && length + 16 < sizeof value; i++) {
-    value[length++] = i ? ',' : ' ';
-    for (const char *c = clip->missing[i]; *c && length + 8 < sizeof value; c++) {
-      bool is_plain = *c > ' ' && *c < 0x7F && *c != '%' && *c != ',';
-      length += (size_t)snprintf(value + length, 4, is_plain ? "%c" : "%%%02X", (unsigned char)*c);
-    }
-  }
-  value[length] = '\0';
-  api_answer_headerf(&call->answer, "X-Tweend-Warning", "%s", value);
 }
 
 static void destroy_answer(void *context) {
@@ -246,7 +218,8 @@ static api_outcome reply_poses(api_call *call, const pose_request *request, api_
     return api_fail_without_memory(call);
   }
   *answer = (pose_answer){model, clip, body};
-  if (request->query.clip && request->query.clip->missing_count > 0) add_warning(call, request->query.clip);
+  if (request->query.clip && request->query.clip->missing_count > 0)
+    api_clip_warning(call, request->query.clip);
   if (count_numbers(&request->query) <= SMALL_NUMBERS) return print_now(call, answer);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);

@@ -12,6 +12,9 @@
 static const char *const no_parameters[] = {NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
+static const char *const surface_parameters[] = {
+    "level", "scheme", "boundary", "uv", "creasing", "triangles", "quads",    "limit",    "normals",
+    "clip",  "at",     "from",     "to", "fps",      "skin",      "encoding", "polygons", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};
@@ -19,6 +22,12 @@ static const char *const pose_parameters[] = {"clip",          "at",   "from",  
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
 /* The source's own type is known when it is read: any will do. */
 static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
+/* In the order of surface_form in surfaces.c. */
+static const api_offer surface_offers[] = {{"glb", "model/gltf-binary"},
+                                           {"gltf", "model/gltf+json"},
+                                           {"obj", "model/obj"},
+                                           {"json", "application/json"},
+                                           {0}};
 /* In the order of api_pose_form. */
 static const api_offer pose_offers[] = {{"json", "application/json"},
                                         {"ndjson", "application/x-ndjson"},
@@ -42,6 +51,9 @@ static const api_route routes[] = {
     {"GET", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
     {"DELETE", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_delete_model},
     {"GET", SOURCE, API_TAKES_NOTHING, false, false, source_offers, no_parameters, api_get_source},
+    {"GET", SURFACE, API_TAKES_NOTHING, false, true, surface_offers, surface_parameters, api_get_surface},
+    {"POST", "/v1/surface", API_TAKES_MODEL, false, true, surface_offers, surface_parameters,
+     api_post_surface},
     {"GET", POSE, API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
     {"POST", POSE, API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
     {"POST", "/v1/pose", API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},

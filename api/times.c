@@ -114,3 +114,18 @@ tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times,
 float api_times_get(const api_times *times, uint64_t index) {
   return times->list ? times->list[index] : (float)(times->from + (double)index / times->fps);
 }
+
+void api_times_print(const api_times *times, api_text *text) {
+  if (!times->list) {
+    api_text_double(text, times->from);
+    api_text_add(text, "/");
+    api_text_double(text, times->fps);
+    api_text_add(text, "*");
+    api_text_count(text, times->count);
+    return;
+  }
+  for (uint64_t i = 0; i < times->count; i++) {
+    api_text_float(text, times->list[i]);
+    api_text_add(text, ",");
+  }
+}

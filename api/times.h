@@ -2,6 +2,7 @@
 #ifndef API_TIMES_H
 #define API_TIMES_H
 
+#include "json_out.h"
 #include "query.h"
 
 /* A view into the arena it was read with. */
@@ -25,5 +26,8 @@ tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times,
 tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);
 
 float api_times_get(const api_times *times, uint64_t index);
+
+/* Prints the times with all that makes them out, for entity tags. */
+void api_times_print(const api_times *times, api_text *text);
 
 #endif

@@ -1,0 +1,181 @@
+/* Plans: limits are checked on exact counts before anything is built. */
+#include "plans.h"
+
+#include "service.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+static int choose(int asked, int tagged, int fallback) {
+  return asked >= 0 ? asked : tagged >= 0 ? tagged : fallback;
+}
+
+tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh) {
+  return (tw_surface_options){
+      .level = query->level,
+      .scheme = (tw_scheme)choose(query->scheme, TW_TAG_UNSET, TW_CATMULL_CLARK),
+      .boundary = (tw_boundary)choose(query->boundary, mesh->tag_boundary, TW_BOUNDARY_EDGE_AND_CORNER),
+      .uv = (tw_uv_rule)choose(query->uv, mesh->tag_uv, TW_UV_CORNERS_ONLY),
+      .creasing = (tw_creasing)choose(query->creasing, mesh->tag_creasing, TW_CREASE_UNIFORM),
+      .triangles = (tw_triangles)choose(query->triangles, mesh->tag_triangles, TW_TRIANGLES_CATMULL_CLARK),
+      .limit = query->limit,
+      .normals = query->normals,
+  };
+}
+
+void api_surface_query_print(const api_surface_query *query, api_text *text) {
+  const struct {
+    const char *name;
+    int64_t value;
+  } parts[] = {
+      {"level", query->level},       {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
+      {"boundary", query->boundary}, {"uv", query->uv},
+      {"creasing", query->creasing}, {"triangles", query->triangles},
+      {"quads", query->quads},       {"limit", query->limit},
+      {"normals", query->normals}};
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+    api_text_add(text, i ? "&" : "");
+    api_text_add(text, parts[i].name);
+    api_text_add(text, "=");
+    api_text_integer(text, parts[i].value);
+  }
+}
+
+/* ---- limits ------------------------------------------------------------------------------------ */
+
+typedef struct plan_source {
+  const tw_model *model;
+  const api_surface_query *query;
+  const api_limits *limits;
+} plan_source;
+
+static void add_counts(tw_surface_counts *total, const tw_surface_counts *more) {
+  total->vertices += more->vertices;
+  total->edges += more->edges;
+  total->faces += more->faces;
+  total->corners += more->corners;
+}
+
+/* Exact counts of all meshes; TW_LIMIT as long as one of them is over 32 bits, counted all the same. */
+static tw_status count_all(const plan_source *source, tw_surface_counts *total, tw_error *error) {
+  tw_status result = TW_OK;
+  *total = (tw_surface_counts){0};
+  for (uint32_t i = 0; i < source->model->mesh_count; i++) {
+    tw_surface_options options = api_surface_options(source->query, &source->model->meshes[i]);
+    tw_surface_counts counts = {0};
+    tw_status status = tw_surface_count(&source->model->meshes[i], &options, &counts, error);
+    if (status != TW_OK && status != TW_LIMIT) return status;
+    if (status == TW_LIMIT) result = status;
+    add_counts(total, &counts);
+  }
+  return result;
+}
+
+static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status,
+                         api_fault *fault) {
+  const api_limits *limits = source->limits;
+  bool is_level = source->query->level > limits->max_level;
+  bool is_faces = total->faces > limits->max_faces;
+  if (status == TW_OK && !is_level && !is_faces) return true;
+  if (is_level)
+    api_fault_with(fault, 422, "level=%u is over the limit of %u", source->query->level, limits->max_level);
+  else if (is_faces)
+    api_fault_with(fault, 422, "the surface would have %llu faces, over the limit of %llu",
+                   (unsigned long long)total->faces, (unsigned long long)limits->max_faces);
+  else
+    api_fault_complete(fault); /* the library's own limit */
+  fault->is_predicted = total->faces > 0;
+  fault->predicted = *total;
+  return false;
+}
+
+/* ---- building ---------------------------------------------------------------------------------- */
+
+static void destroy_plan(void *value) {
+  api_plan *plan = value;
+  for (uint32_t i = 0; i < plan->count; i++) tw_surface_destroy(plan->surfaces[i]);
+  free(plan->surfaces);
+  free(plan);
+}
+
+static size_t plan_size(const api_plan *plan) {
+  size_t size = sizeof *plan + plan->count * sizeof *plan->surfaces;
+  for (uint32_t i = 0; i < plan->count; i++) size += tw_surface_size(plan->surfaces[i]);
+  return size;
+}
+
+static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
+  plan->surfaces = tw_alloc_zero(source->model->mesh_count, sizeof(tw_surface *));
+  if (!plan->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (; plan->count < source->model->mesh_count; plan->count++) {
+    const tw_mesh *mesh = &source->model->meshes[plan->count];
+    tw_surface_options options = api_surface_options(source->query, mesh);
+    tw_status status = tw_surface_create(mesh, &options, &plan->surfaces[plan->count], error);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+static bool build_plan(void *context, api_built *out, api_fault *fault) {
+  const plan_source *source = context;
+  tw_surface_counts total;
+  tw_status status = count_all(source, &total, &fault->error);
+  if (status != TW_OK && status != TW_LIMIT) {
+    api_fault_complete(fault);
+    return false;
+  }
+  if (!check_limits(source, &total, status, fault)) return false;
+  api_plan *plan = tw_alloc_zero(1, sizeof *plan);
+  if (!plan) {
+    api_fault_without_memory(fault);
+    return false;
+  }
+  plan->total = total;
+  atomic_init(&plan->is_warm, false);
+  if (create_surfaces(source, plan, &fault->error) != TW_OK) {
+    api_fault_complete(fault);
+    destroy_plan(plan);
+    return false;
+  }
+  *out = (api_built){plan, plan_size(plan), destroy_plan};
+  return true;
+}
+
+api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
+                          const api_surface_query *query, api_entry **out) {
+  plan_source source = {model, query, &call->service->limits};
+  if (!is_stored) {
+    api_built built;
+    if (!build_plan(&source, &built, &call->fault)) return API_FAILED;
+    *out = api_entry_create(&built);
+    return *out ? API_DONE : api_fail_without_memory(call);
+  }
+  api_text key = {0};
+  api_text_add(&key, call->id);
+  api_text_add(&key, "/surface?");
+  api_surface_query_print(query, &key);
+  api_text_bytes(&key, "", 1);
+  if (key.failed) {
+    api_text_deinit(&key);
+    return api_fail_without_memory(call);
+  }
+  bool is_light = call->effort == API_LIGHT;
+  *out = is_light ? api_cache_peek(call->service->cache, key.data)
+                  : api_cache_take(call->service->cache, key.data, build_plan, &source, &call->fault);
+  api_text_deinit(&key);
+  return *out ? API_DONE : is_light ? API_LATER : API_FAILED;
+}
+
+tw_status api_plan_warm(api_plan *plan, tw_error *error) {
+  if (atomic_load(&plan->is_warm)) return TW_OK;
+  for (uint32_t i = 0; i < plan->count; i++) {
+    float min[3], max[3];
+    uint32_t morphs = tw_surface_get_layout(plan->surfaces[i])->morph_count;
+    for (int morph = -1; morph < (int)morphs; morph++) {
+      tw_status status = tw_surface_bounds(plan->surfaces[i], morph, min, max);
+      if (status != TW_OK) return tw_fail(error, status, "out of memory");
+    }
+  }
+  atomic_store(&plan->is_warm, true);
+  return TW_OK;
+}

@@ -1,0 +1,41 @@
+/* Surfaces of all meshes of a model under the options of a request: counted, limited, built, cached. */
+#ifndef API_PLANS_H
+#define API_PLANS_H
+
+#include <stdatomic.h>
+
+#include "cache.h"
+#include "call.h"
+#include "tweend/format.h"
+
+/* What a request asks of the surface itself. -1: not said, so the file's own tags count. */
+typedef struct api_surface_query {
+  uint32_t level;
+  int scheme, boundary, uv, creasing, triangles;
+  tw_quads quads;
+  bool limit, normals;
+} api_surface_query;
+
+/* Immutable but for is_warm. */
+typedef struct api_plan {
+  uint32_t count;
+  tw_surface **surfaces; /* [count], one a mesh */
+  tw_surface_counts total;
+  atomic_bool is_warm; /* bounds are known: reading it costs no pass of its own */
+} api_plan;
+
+/* The options of one mesh: the request's, else the mesh's tags, else the defaults. */
+tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
+
+/* The plan: *out holds an api_plan. is_stored as in api_clip_take. 422 with the predicted counts over a
+ * limit; API_LATER in a light call when it is not at hand. */
+api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
+                          const api_surface_query *query, api_entry **out);
+
+/* Computes the bounds of all surfaces, unless they are known. */
+tw_status api_plan_warm(api_plan *plan, tw_error *error);
+
+/* Prints the query with all its values, for keys and entity tags. */
+void api_surface_query_print(const api_surface_query *query, api_text *text);
+
+#endif

@@ -1,0 +1,419 @@
+/* Surfaces: counts, glTF and OBJ of a model, posed, animated or at rest. */
+#include "clips.h"
+#include "handlers.h"
+#include "models.h"
+#include "plans.h"
+#include "routes.h"
+#include "service.h"
+#include "times.h"
+#include "tweend/bake.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* In the order of the route's offers. */
+typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON } surface_form;
+
+/* A request: parameters as read, and all that its answer holds on to. Lives in the answer's arena. */
+typedef struct surface_request {
+  surface_form form;
+  api_surface_query surface;
+  const char *clip_name;
+  bool has_clip; /* clip or a time was given */
+  api_times times;
+  tw_polygons polygons;
+
+  api_clip_choice choice;
+  tw_clip_keys animation;
+  tw_scene scene;
+  api_entry *model, *plan, *clip;
+  tw_gltf_stream *gltf;
+  tw_obj_stream *obj;
+  uint64_t left; /* of a range */
+} surface_request;
+
+static void release(surface_request *request) {
+  tw_gltf_stream_destroy(request->gltf);
+  tw_obj_stream_destroy(request->obj);
+  api_entry_release(request->clip);
+  api_entry_release(request->plan);
+  api_entry_release(request->model);
+}
+
+/* ---- parameters --------------------------------------------------------------------------------- */
+
+static tw_status read_level(const api_query *query, uint32_t *out, tw_error *error) {
+  uint64_t level = 1;
+  tw_status status = api_query_count(query, "level", &level, error);
+  *out = level < UINT32_MAX ? (uint32_t)level : UINT32_MAX;
+  return status;
+}
+
+static tw_status read_surface(const api_query *query, api_surface_query *out, tw_error *error) {
+  static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
+  static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
+  static const char *const uvs[] = {"corners-only", "none", "corners-plus1", "corners-plus2", "boundaries",
+                                    "all",          NULL};
+  static const char *const creasings[] = {"uniform", "chaikin", NULL};
+  static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
+  static const char *const quads[] = {"ngon", "auto", "off", NULL};
+  static const char *const normals[] = {"limit", "none", NULL};
+  int pairing = TW_QUADS_NGON, normal = 0;
+  *out = (api_surface_query){.scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1};
+  tw_status status = read_level(query, &out->level, error);
+  if (status == TW_OK) status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
+  if (status == TW_OK) status = api_query_choice(query, "boundary", boundaries, &out->boundary, error);
+  if (status == TW_OK) status = api_query_choice(query, "uv", uvs, &out->uv, error);
+  if (status == TW_OK) status = api_query_choice(query, "creasing", creasings, &out->creasing, error);
+  if (status == TW_OK) status = api_query_choice(query, "triangles", triangles, &out->triangles, error);
+  if (status == TW_OK) status = api_query_choice(query, "quads", quads, &pairing, error);
+  if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
+  if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
+  out->quads = (tw_quads)pairing;
+  out->normals = normal == 0;
+  return status;
+}
+
+/* Values of the contract that this version does not have yet. */
+static tw_status refuse_unsupported(int skin, int encoding, tw_error *error) {
+  if (skin != 0) return tw_fail(error, TW_UNSUPPORTED, "skin=bake is not supported by this version");
+  if (encoding != 0) return tw_fail(error, TW_UNSUPPORTED, "this version knows encoding=float alone");
+  return TW_OK;
+}
+
+static api_outcome read_request(api_call *call, surface_request **out) {
+  static const char *const skins[] = {"keep", "bake", NULL};
+  static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
+  static const char *const polygons[] = {"triangles", "ngon", NULL};
+  const api_query *query = &call->query;
+  tw_error *error = &call->fault.error;
+  surface_request *request = tw_arena_alloc(call->arena, 1, sizeof *request);
+  if (!request) return api_fail_without_memory(call);
+  int skin = 0, encoding = 0, polygon = 0;
+  tw_status status = read_surface(query, &request->surface, error);
+  if (status == TW_OK) status = api_query_choice(query, "skin", skins, &skin, error);
+  if (status == TW_OK) status = api_query_choice(query, "encoding", encodings, &encoding, error);
+  if (status == TW_OK) status = api_query_choice(query, "polygons", polygons, &polygon, error);
+  if (status == TW_OK)
+    status = api_times_read(query, call->service->limits.max_times, call->arena, &request->times, error);
+  if (status == TW_OK) status = refuse_unsupported(skin, encoding, error);
+  if (status != TW_OK) return api_fail(call);
+  request->form = (surface_form)(call->offer - call->route->offers);
+  request->clip_name = api_query_get(query, "clip");
+  request->has_clip = request->clip_name || request->times.is_given;
+  request->polygons = (tw_polygons)polygon;
+  *out = request;
+  return API_DONE;
+}
+
+/* All parameters with their defaults, as text; NULL without memory. */
+static const char *canonical(api_call *call, const surface_request *request) {
+  api_text text = {0};
+  api_surface_query_print(&request->surface, &text);
+  api_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
+  if (request->has_clip) {
+    char clip[80];
+    snprintf(clip, sizeof clip, "&clip=%s/%u&times=", request->choice.lender, request->choice.index);
+    api_text_add(&text, clip);
+    api_times_print(&request->times, &text);
+  }
+  const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  api_text_deinit(&text);
+  return copy;
+}
+
+/* ---- the scene ----------------------------------------------------------------------------------- */
+
+static api_outcome take_clip(api_call *call, surface_request *request, bool is_stored) {
+  const tw_model *model = request->scene.model;
+  api_outcome outcome = api_clip_find(call, model, request->clip_name, -1, &request->choice);
+  if (outcome != API_DONE) return outcome;
+  if (request->choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
+  outcome = api_clip_take(call, model, is_stored, &request->choice, &request->clip);
+  if (outcome != API_DONE) return outcome;
+  const api_clip *clip = api_entry_value(request->clip);
+  if (clip->missing_count > 0) api_clip_warning(call, clip);
+  if (api_times_complete(&request->times, tw_clip_duration(clip->compiled), call->service->limits.max_times,
+                         &call->fault.error) != TW_OK)
+    return api_fail(call);
+  return API_DONE;
+}
+
+/* The nodes of the scene at one time. */
+static api_outcome pose_scene(api_call *call, surface_request *request) {
+  const api_clip *clip = api_entry_value(request->clip);
+  const tw_model *model = request->scene.model;
+  tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
+  if (!locals) return api_fail_without_memory(call);
+  tw_clip_pose(clip->compiled, model->nodes, model->node_count, api_times_get(&request->times, 0), locals);
+  request->scene.pose = locals;
+  request->scene.posed_by = clip->compiled;
+  return API_DONE;
+}
+
+/* The clip as keys at exactly the times asked for. */
+static api_outcome bake_clip(api_call *call, surface_request *request) {
+  const api_clip *clip = api_entry_value(request->clip);
+  if (request->times.count >= UINT32_MAX) return api_fail_with(call, 422, "too many times");
+  uint32_t count = (uint32_t)request->times.count;
+  float *times = tw_arena_alloc(call->arena, count, sizeof *times);
+  if (!times) return api_fail_without_memory(call);
+  for (uint32_t i = 0; i < count; i++) times[i] = api_times_get(&request->times, i);
+  if (tw_clip_bake(clip->compiled, times, count, call->arena, &request->animation, &call->fault.error) !=
+      TW_OK)
+    return api_fail(call);
+  request->animation.name = clip->name;
+  request->scene.clip = &request->animation;
+  return API_DONE;
+}
+
+/* Poses or animates the scene as clip and times say. */
+static api_outcome apply_clip(api_call *call, surface_request *request) {
+  const api_clip *clip = api_entry_value(request->clip);
+  bool is_one_time = request->times.list && request->times.count == 1;
+  if (is_one_time) return pose_scene(call, request);
+  if (request->times.is_given) return bake_clip(call, request);
+  request->animation = *api_clip_keys(clip, request->scene.model, &request->choice);
+  request->animation.name = clip->name;
+  request->scene.clip = &request->animation;
+  return API_DONE;
+}
+
+/* ---- counts -------------------------------------------------------------------------------------- */
+
+static void print_counts(api_text *text, uint32_t level, const tw_surface_counts *counts, uint64_t bytes) {
+  api_text_member(text, "level");
+  api_text_count(text, level);
+  api_text_member(text, "vertices");
+  api_text_count(text, counts->vertices);
+  api_text_member(text, "edges");
+  api_text_count(text, counts->edges);
+  api_text_member(text, "faces");
+  api_text_count(text, counts->faces);
+  api_text_member(text, "bytes");
+  api_text_count(text, bytes);
+}
+
+/* The size of a GLB that holds one mesh of the scene alone, without materials. */
+static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uint64_t *size,
+                              tw_error *error) {
+  tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  uint32_t order = 0;
+  tw_model model = {.format = TW_FORMAT_JSON,
+                    .mesh_count = 1,
+                    .meshes = &request->scene.model->meshes[mesh],
+                    .node_count = 1,
+                    .nodes = &node,
+                    .node_order = &order};
+  tw_scene scene = {
+      .model = &model, .surfaces = request->scene.surfaces + mesh, .polygons = request->polygons};
+  return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
+}
+
+static api_outcome reply_counts(api_call *call, const surface_request *request, uint64_t bytes) {
+  const api_plan *plan = api_entry_value(request->plan);
+  api_text text = {0};
+  api_text_add(&text, "{");
+  print_counts(&text, request->surface.level, &plan->total, bytes);
+  api_text_member(&text, "meshes");
+  api_text_add(&text, "[");
+  for (uint32_t i = 0; i < plan->count; i++) {
+    uint64_t size;
+    if (predict_mesh(request, i, &size, &call->fault.error) != TW_OK) {
+      api_text_deinit(&text);
+      return api_fail(call);
+    }
+    api_text_element(&text);
+    api_text_add(&text, "{");
+    api_text_member(&text, "name");
+    api_text_string(&text, request->scene.model->meshes[i].name);
+    print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
+    api_text_add(&text, "}");
+  }
+  api_text_add(&text, "]}\n");
+  return api_reply(call, &text);
+}
+
+/* ---- bytes --------------------------------------------------------------------------------------- */
+
+/* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an
+ * index, of which a corner has three. */
+static uint64_t obj_size_bound(const surface_request *request) {
+  const api_plan *plan = api_entry_value(request->plan);
+  uint64_t size = 0;
+  for (uint32_t i = 0; i < plan->count; i++) {
+    const tw_surface *surface = plan->surfaces[i];
+    uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+    uint64_t of_one = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11;
+    uint64_t shown = 0;
+    for (uint32_t n = 0; n < request->scene.model->node_count; n++)
+      shown += request->scene.model->nodes[n].mesh == i;
+    if (shown && of_one > UINT64_MAX / 2 / shown - size / shown) return UINT64_MAX;
+    size += of_one * shown;
+  }
+  return size;
+}
+
+/* Judges the size of the answer, or that it cannot be had (status TW_LIMIT, its error filled). */
+static api_outcome check_size(api_call *call, const surface_request *request, tw_status status,
+                              uint64_t size) {
+  uint64_t limit = call->service->limits.max_output;
+  if (status != TW_OK && status != TW_LIMIT) return api_fail(call);
+  if (status == TW_OK && size <= limit) return API_DONE;
+  if (status == TW_LIMIT)
+    api_fail(call);
+  else
+    api_fail_with(call, 422, "the answer would have %llu bytes, over the limit of %llu",
+                  (unsigned long long)size, (unsigned long long)limit);
+  const api_plan *plan = api_entry_value(request->plan);
+  call->fault.is_predicted = true;
+  call->fault.predicted = plan->total;
+  call->fault.predicted_bytes = status == TW_OK ? size : 0;
+  return API_FAILED;
+}
+
+/* JSON is judged as the GLB that it tells of. */
+static tw_format container_of(const surface_request *request) {
+  return request->form == FORM_GLTF ? TW_FORMAT_GLTF : TW_FORMAT_GLB;
+}
+
+static api_outcome predict(api_call *call, const surface_request *request, uint64_t *size) {
+  tw_status status = TW_OK;
+  if (request->form == FORM_OBJ)
+    *size = obj_size_bound(request);
+  else
+    status = tw_gltf_stream_predict(&request->scene, container_of(request), size, &call->fault.error);
+  return check_size(call, request, status, *size);
+}
+
+static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
+  surface_request *request = context;
+  if (capacity > request->left) capacity = (size_t)request->left;
+  size_t count = capacity ? tw_gltf_stream_read(request->gltf, out, capacity) : 0;
+  request->left -= count;
+  return (int64_t)count;
+}
+
+static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
+  return (int64_t)tw_obj_stream_read(((surface_request *)context)->obj, out, capacity);
+}
+
+/* The body of an answer to HEAD: nothing is computed for it. */
+static int64_t read_nothing(void *context, uint8_t *out, size_t capacity) {
+  (void)context;
+  (void)out;
+  (void)capacity;
+  return -1;
+}
+
+static void destroy_request(void *context) {
+  release(context);
+}
+
+/* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
+static api_outcome warm(api_call *call, const surface_request *request) {
+  return api_plan_warm(api_entry_value(request->plan), &call->fault.error) == TW_OK ? API_DONE
+                                                                                    : api_fail(call);
+}
+
+static api_outcome reply_gltf(api_call *call, surface_request *request) {
+  tw_status status =
+      tw_gltf_stream_create(&request->scene, container_of(request), &request->gltf, &call->fault.error);
+  uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
+  api_outcome outcome = check_size(call, request, status, size);
+  if (outcome == API_DONE) outcome = warm(call, request);
+  if (outcome != API_DONE) return outcome;
+  api_range range = {0, size};
+  bool is_get = call->route->takes == API_TAKES_NOTHING;
+  if (is_get && api_range_answer(call, size, &range) != API_LATER) return API_FAILED;
+  tw_gltf_stream_seek(request->gltf, range.first);
+  request->left = range.count;
+  call->answer.body = (api_body){range.count, request, read_gltf, destroy_request};
+  return API_DONE;
+}
+
+static api_outcome reply_obj(api_call *call, surface_request *request) {
+  uint64_t bound;
+  api_outcome outcome = predict(call, request, &bound);
+  if (outcome != API_DONE) return outcome;
+  if (tw_obj_stream_create(&request->scene, &request->obj, &call->fault.error) != TW_OK)
+    return api_fail(call);
+  call->answer.body = (api_body){API_SIZE_UNKNOWN, request, read_obj, destroy_request};
+  return API_DONE;
+}
+
+static api_outcome reply_head(api_call *call, surface_request *request) {
+  uint64_t size;
+  api_outcome outcome = predict(call, request, &size);
+  if (outcome != API_DONE) return outcome;
+  if (request->form != FORM_OBJ) api_answer_header(&call->answer, "Accept-Ranges", "bytes");
+  call->answer.body =
+      (api_body){request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, request, read_nothing, destroy_request};
+  return API_DONE;
+}
+
+/* Fills the answer. The body takes the request over; without one it stays the caller's. */
+static api_outcome reply_surface(api_call *call, surface_request *request) {
+  if (request->form == FORM_JSON) {
+    uint64_t size;
+    api_outcome outcome = predict(call, request, &size);
+    return outcome == API_DONE ? reply_counts(call, request, size) : outcome;
+  }
+  call->answer.status = 200;
+  api_outcome outcome = call->is_head               ? reply_head(call, request)
+                        : request->form == FORM_OBJ ? reply_obj(call, request)
+                                                    : reply_gltf(call, request);
+  if (outcome == API_DONE) api_answer_header(&call->answer, "Content-Type", call->offer->type);
+  return outcome;
+}
+
+/* ---- stages -------------------------------------------------------------------------------------- */
+
+/* From a held model to the answer. The request is released unless the answer's body took it over. */
+static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
+  tw_scene *scene = &request->scene;
+  scene->model = api_entry_value(request->model);
+  scene->polygons = request->polygons;
+  api_outcome outcome = request->has_clip ? take_clip(call, request, is_stored) : API_DONE;
+  if (outcome == API_DONE)
+    outcome = api_plan_take(call, scene->model, is_stored, &request->surface, &request->plan);
+  if (outcome == API_DONE && is_stored) {
+    const char *text = canonical(call, request);
+    char representation[20];
+    snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
+    outcome = text ? api_validate(call, representation, text) : api_fail_without_memory(call);
+    if (outcome != API_LATER) return outcome;
+    outcome = API_DONE;
+  }
+  if (outcome != API_DONE) return outcome;
+  api_plan *plan = api_entry_value(request->plan);
+  /* A light call has no time for a pass over all points, nor for keys. */
+  bool is_cheap = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
+  if (call->effort == API_LIGHT && (!is_cheap || request->has_clip)) return API_LATER;
+  scene->surfaces = (const tw_surface *const *)plan->surfaces;
+  if (request->has_clip) outcome = apply_clip(call, request);
+  return outcome == API_DONE ? reply_surface(call, request) : outcome;
+}
+
+static api_outcome answer_and_release(api_call *call, surface_request *request, bool is_stored) {
+  api_outcome outcome = answer_surface(call, request, is_stored);
+  bool is_taken_over = outcome == API_DONE && call->answer.body.read;
+  if (!is_taken_over) release(request);
+  return outcome;
+}
+
+api_outcome api_get_surface(api_call *call) {
+  surface_request *request;
+  api_outcome outcome = read_request(call, &request);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, request->surface.quads, &request->model);
+  return outcome == API_DONE ? answer_and_release(call, request, true) : outcome;
+}
+
+api_outcome api_post_surface(api_call *call) {
+  if (call->effort == API_LIGHT) return API_LATER;
+  surface_request *request;
+  api_outcome outcome = read_request(call, &request);
+  if (outcome == API_DONE) outcome = api_model_of_body(call, request->surface.quads, &request->model);
+  return outcome == API_DONE ? answer_and_release(call, request, false) : outcome;
+}
