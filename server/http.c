@@ -86,12 +86,12 @@ static void wake(loop *l) {
 /* ---- watching -------------------------------------------------------------------------------- */
 
 static uint64_t moved(const connection *c) {
+  if (!srv_watch_paces(&c->watch)) return 0;
   return srv_watch_moved(c->fd, c->exchange.body.size + c->exchange.bytes_out);
 }
 
 static void enter(connection *c, srv_phase phase) {
-  uint64_t count = phase == SRV_PHASE_BODY || phase == SRV_PHASE_SEND ? moved(c) : 0;
-  srv_watch_enter(&c->watch, phase, now_ms(), count);
+  srv_watch_enter(&c->watch, phase, now_ms());
 }
 
 /* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client

@@ -9,8 +9,13 @@
 static const uint64_t RATE_WINDOW_MS = 15000;
 static const uint64_t LINGER_MS = 5000;
 
-void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms, uint64_t moved) {
-  *watch = (srv_watch){.phase = phase, .since_ms = now_ms, .mark_ms = now_ms, .mark_bytes = moved};
+/* The rate window opens at the first look, not here: most phases are over by then. */
+void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms) {
+  *watch = (srv_watch){.phase = phase, .since_ms = now_ms};
+}
+
+bool srv_watch_paces(const srv_watch *watch) {
+  return watch->phase == SRV_PHASE_BODY || watch->phase == SRV_PHASE_SEND;
 }
 
 uint64_t srv_watch_moved(int fd, uint64_t counted) {
@@ -23,8 +28,9 @@ uint64_t srv_watch_moved(int fd, uint64_t counted) {
 
 static bool too_slow(srv_watch *watch, uint64_t min_rate, uint64_t now_ms, uint64_t moved) {
   uint64_t elapsed_ms = now_ms - watch->mark_ms;
-  if (elapsed_ms < RATE_WINDOW_MS) return false;
-  bool slow = (moved - watch->mark_bytes) / (elapsed_ms / 1000) < min_rate;
+  if (watch->marked && elapsed_ms < RATE_WINDOW_MS) return false;
+  bool slow = watch->marked && (moved - watch->mark_bytes) / (elapsed_ms / 1000) < min_rate;
+  watch->marked = true;
   watch->mark_ms = now_ms;
   watch->mark_bytes = moved;
   return slow;

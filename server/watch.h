@@ -26,17 +26,21 @@ typedef struct srv_patience {
 typedef struct srv_watch {
   srv_phase phase;
   uint64_t since_ms;
-  uint64_t mark_ms, mark_bytes; /* where the current rate window began */
+  bool marked;
+  uint64_t mark_ms, mark_bytes; /* where the current rate window began, when marked */
 } srv_watch;
 
-/* moved: a count of bytes that grows as the client takes and gives. */
-void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms, uint64_t moved);
+void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms);
+
+/* Whether the client has to keep the minimum rate now. */
+bool srv_watch_paces(const srv_watch *watch);
 
 /* Bytes that the client has sent and acknowledged on this socket, by the kernel's count: what waits in send
  * buffers does not count. counted: the caller's own count, for sockets that are not TCP. */
 uint64_t srv_watch_moved(int fd, uint64_t counted);
 
-/* True when the connection is to be ended. draining: connections without a request end as well. */
+/* True when the connection is to be ended. draining: connections without a request end as well. moved: a
+ * count of bytes that grows as the client takes and gives; only looked at where srv_watch_paces. */
 bool srv_watch_expired(srv_watch *watch, const srv_patience *patience, bool draining, uint64_t now_ms,
                        uint64_t moved);
 
