@@ -5,180 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cage.h"
 #include "limit.h"
-
-/* What is known of the cage before anything is refined. */
-typedef struct cage {
-  tw_arena *arena;
-  tw_topology topology;
-  uint32_t *point_of; /* [vertices] point of the mesh; NULL when they are the same */
-  uint8_t *visible;   /* [faces] */
-} cage;
-
-/* ---- the cage ------------------------------------------------------------------------------- */
-
-/* Keeps points that no face uses out of the topology. */
-static tw_status compact(const tw_mesh *mesh, cage *c, const uint32_t **corners, uint32_t *vertex_count) {
-  uint32_t *vertex_of = tw_arena_alloc(c->arena, mesh->point_count, sizeof *vertex_of);
-  if (!vertex_of) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < mesh->corner_count; i++) vertex_of[mesh->corners[i]] = 1;
-  uint32_t used = 0;
-  for (uint32_t p = 0; p < mesh->point_count; p++)
-    if (vertex_of[p]) vertex_of[p] = ++used;
-  *vertex_count = used;
-  *corners = mesh->corners;
-  if (used == mesh->point_count) return TW_OK;
-  uint32_t *renamed = tw_arena_alloc(c->arena, mesh->corner_count, sizeof *renamed);
-  c->point_of = tw_arena_alloc(c->arena, used, sizeof *c->point_of);
-  if (!renamed || !c->point_of) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < mesh->corner_count; i++) renamed[i] = vertex_of[mesh->corners[i]] - 1;
-  for (uint32_t p = 0; p < mesh->point_count; p++)
-    if (vertex_of[p]) c->point_of[vertex_of[p] - 1] = p;
-  *corners = renamed;
-  return TW_OK;
-}
-
-/* The vertex of a point, or UINT32_MAX when no face uses it: point_of ascends. */
-static uint32_t vertex_of_point(const cage *c, uint32_t point) {
-  if (!c->point_of) return point;
-  uint32_t begin = 0, end = c->topology.vertex_count;
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (c->point_of[middle] < point)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  return begin < c->topology.vertex_count && c->point_of[begin] == point ? begin : UINT32_MAX;
-}
-
-/* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */
-static void apply_tags(const tw_mesh *mesh, cage *c) {
-  for (uint32_t i = 0; i < mesh->crease_count; i++) {
-    uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * i]),
-             b = vertex_of_point(c, mesh->crease_edges[2 * i + 1]);
-    uint32_t edge =
-        a == UINT32_MAX || b == UINT32_MAX ? UINT32_MAX : tw_topology_find_edge(&c->topology, a, b);
-    if (edge != UINT32_MAX) c->topology.edge_sharpness[edge] = mesh->crease_sharpness[i];
-  }
-  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) {
-    uint32_t v = vertex_of_point(c, mesh->sharp_points[i]);
-    if (v != UINT32_MAX) c->topology.vertex_sharpness[v] = mesh->point_sharpness[i];
-  }
-}
-
-static bool touches_border(const tw_topology *t, uint32_t face) {
-  for (uint32_t i = 0; i < tw_face_size(t, face); i++)
-    if (t->vertex_flags[t->corner_vertex[tw_face_begin(t, face) + i]] & TW_VERTEX_BORDER) return true;
-  return false;
-}
-
-static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *options, cage *c) {
-  c->visible = tw_arena_alloc(c->arena, mesh->face_count, 1);
-  if (!c->visible) return TW_NO_MEMORY;
-  bool inner_only =
-      options->boundary == TW_BOUNDARY_NONE && options->scheme != TW_BILINEAR && options->level > 0;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    c->visible[f] = !inner_only || !touches_border(&c->topology, f);
-  for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
-  return TW_OK;
-}
-
-static tw_status read_cage(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, cage *c) {
-  memset(c, 0, sizeof *c);
-  c->arena = arena;
-  const uint32_t *corners;
-  uint32_t vertex_count;
-  tw_status status = compact(mesh, c, &corners, &vertex_count);
-  if (status == TW_OK)
-    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, mesh->face_offsets,
-                               mesh->corner_count, corners);
-  if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
-  if (status != TW_OK) return status;
-  apply_tags(mesh, c);
-  tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
-  if (options->creasing == TW_CREASE_CHAIKIN) status = tw_topology_sum_semi(&c->topology, arena);
-  return status == TW_OK ? choose_visible(mesh, options, c) : status;
-}
-
-/* ---- counts --------------------------------------------------------------------------------- */
-
-/* Counts of the part of the cage that is answered. */
-static tw_status count_visible(const cage *c, tw_surface_counts *out) {
-  const tw_topology *t = &c->topology;
-  memset(out, 0, sizeof *out);
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    out->faces += c->visible[f];
-    out->corners += c->visible[f] ? tw_face_size(t, f) : 0;
-  }
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t i = t->fan_offsets[v], end = t->fan_offsets[v + 1];
-    while (i < end && !c->visible[tw_corner_face(t, t->fan_corners[i])]) i++;
-    out->vertices += i < end;
-  }
-  for (uint32_t e = 0; e < t->edge_count; e++) {
-    uint32_t first = t->edge_corner[e], corner = first;
-    bool used = false;
-    do {
-      used |= c->visible[tw_corner_face(t, corner)] != 0;
-      corner = t->sibling[corner];
-    } while (corner != first);
-    out->edges += used;
-  }
-  return TW_OK;
-}
-
-/* One level further: every number follows from those of the level above. */
-static tw_surface_counts next_counts(tw_surface_counts c) {
-  tw_surface_counts next = {c.vertices + c.edges + c.faces, 2 * c.edges + c.corners, c.corners,
-                            4 * c.corners};
-  return next;
-}
-
-static tw_status check_counts(const tw_surface_counts *c, tw_error *error) {
-  uint64_t limit = UINT32_MAX - 1;
-  if (c->vertices <= limit && c->edges <= limit && c->faces <= limit) return TW_OK;
-  return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
-}
-
-static tw_status count_levels(const cage *c, uint32_t level, tw_surface_counts *out, tw_error *error) {
-  tw_status status = count_visible(c, out);
-  for (uint32_t i = 0; i < level && status == TW_OK; i++) {
-    *out = next_counts(*out);
-    status = check_counts(out, error);
-  }
-  return status;
-}
-
-static tw_status check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error) {
-  if (options->level > TW_LEVEL_MAX) return tw_fail(error, TW_LIMIT, "level is over %d", TW_LEVEL_MAX);
-  if (options->scheme != TW_LOOP) return TW_OK;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    if (mesh->face_offsets[f + 1] - mesh->face_offsets[f] != 3) {
-      tw_fail(error, TW_INVALID, "scheme loop subdivides triangles only, this face has %u corners",
-              mesh->face_offsets[f + 1] - mesh->face_offsets[f]);
-      return tw_error_at(error, "/faces/%u", f);
-    }
-  return TW_OK;
-}
-
-static tw_status describe_failure(tw_status status, tw_error *error) {
-  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
-}
-
-tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
-                           tw_error *error) {
-  tw_status status = check_options(mesh, options, error);
-  if (status != TW_OK) return status;
-  tw_arena *arena = tw_arena_create();
-  cage c;
-  tw_surface_counts counts;
-  status = arena ? read_cage(mesh, options, arena, &c) : TW_NO_MEMORY;
-  if (status == TW_OK) status = count_levels(&c, options->level, &counts, error);
-  tw_arena_destroy(arena);
-  if (status == TW_OK) *out = counts;
-  return describe_failure(status, error);
-}
+#include "open.h"
 
 /* ---- building ------------------------------------------------------------------------------- */
 
@@ -188,7 +17,7 @@ typedef struct build {
   tw_surface *surface;
   tw_rules rules;
   tw_arena *arena;
-  cage cage;
+  tw_cage cage;
   uint32_t levels; /* from the cage to the base */
   tw_topology topologies[1 + TW_UV_SETS_MAX];
   uint32_t *source; /* [faces] cage face of each face */
@@ -249,8 +78,23 @@ static tw_rules field_rules(const build *b, uint32_t field) {
   return rules;
 }
 
-static tw_status refine_set(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
-  const tw_topology *child = &b->topologies[values->field];
+/* Calls `change` for every set of values. */
+typedef tw_status value_change(build *b, const void *context, tw_arena *arena, tw_values *values);
+
+static tw_status change_values(build *b, value_change *change, const void *context, tw_arena *arena) {
+  tw_surface *s = b->surface;
+  tw_status status = change(b, context, arena, &s->positions);
+  if (status == TW_OK && s->colors.base) status = change(b, context, arena, &s->colors);
+  for (uint32_t m = 0; m < s->morph_count && status == TW_OK; m++)
+    status = change(b, context, arena, &s->morphs[m]);
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
+    status = change(b, context, arena, &s->uvs[i]);
+  return status;
+}
+
+/* context: the topologies of the level above. */
+static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
+  const tw_topology *parents = context, *child = &b->topologies[values->field];
   float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = field_rules(b, values->field);
@@ -259,31 +103,52 @@ static tw_status refine_set(build *b, const tw_topology *parents, tw_arena *aren
   return TW_OK;
 }
 
+static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
+  tw_rules rules = field_rules(b, field);
+  tw_status status = tw_refine_topology(&parents[field], &rules, arena, &b->topologies[field]);
+  if (status == TW_OK && field > 0 && rules.chaikin)
+    status = tw_topology_copy_semi(&b->topologies[field], &b->topologies[0], arena);
+  return status;
+}
+
+/* context: for each field, the old vertices that are kept. */
+static tw_status cut_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
+  uint32_t *const *kept = context;
+  uint32_t count = b->topologies[values->field].vertex_count;
+  values->base = gather_values(arena, values->base, kept[values->field], count, values->width);
+  return values->base ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Cuts the level that refine_all has made back to the quads whose parents all exist. */
+static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena) {
+  uint32_t *quads, *kept[1 + TW_UV_SETS_MAX];
+  uint32_t quad_count = tw_open_quads(parent, b->arena, &quads);
+  tw_status status = quads ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
+    tw_topology full = b->topologies[f];
+    status = tw_open_cut(&full, quads, quad_count, arena, &b->topologies[f], &kept[f]);
+  }
+  if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
+  for (uint32_t q = 0; q < quad_count && status == TW_OK; q++) b->source[q] = b->source[quads[q]];
+  return status;
+}
+
 /* One level of everything; what the next level needs goes to `arena`. */
 static tw_status refine_all(build *b, tw_arena *arena) {
   tw_surface *s = b->surface;
   tw_topology parents[1 + TW_UV_SETS_MAX];
   memcpy(parents, b->topologies, sizeof parents);
   tw_status status = TW_OK;
-  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++) {
-    tw_rules rules = field_rules(b, f);
-    status = tw_refine_topology(&parents[f], &rules, arena, &b->topologies[f]);
-    if (status == TW_OK && f > 0 && rules.chaikin)
-      status = tw_topology_copy_semi(&b->topologies[f], &b->topologies[0], arena);
-  }
-  if (status == TW_OK) status = refine_set(b, parents, arena, &s->positions);
-  if (status == TW_OK && s->colors.base) status = refine_set(b, parents, arena, &s->colors);
-  for (uint32_t m = 0; m < s->morph_count && status == TW_OK; m++)
-    status = refine_set(b, parents, arena, &s->morphs[m]);
-  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
-    status = refine_set(b, parents, arena, &s->uvs[i]);
+  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
+    status = refine_field(b, parents, f, arena);
+  if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
   if (status != TW_OK) return status;
-  uint32_t *source = tw_arena_alloc(arena, b->topologies[0].face_count, sizeof *source);
+  uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
   if (!source) return TW_NO_MEMORY;
   for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
     source[q] = b->source[tw_corner_face(&parents[0], q)];
   b->source = source;
-  return TW_OK;
+  return tw_cage_shrinks(&b->cage, &s->options) ? cut_border(b, &parents[0], arena) : TW_OK;
 }
 
 /* ---- order of the answer -------------------------------------------------------------------- */
@@ -478,8 +343,8 @@ static tw_status start_sources(build *b) {
 
 static tw_status build_surface(build *b, tw_error *error) {
   tw_surface *s = b->surface;
-  tw_status status = read_cage(b->mesh, &s->options, b->arena, &b->cage);
-  if (status == TW_OK) status = count_levels(&b->cage, s->options.level, &s->counts, error);
+  tw_status status = tw_cage_read(b->mesh, &s->options, b->arena, &b->cage);
+  if (status == TW_OK) status = tw_cage_count(b->mesh, &s->options, &b->cage, &s->counts, error);
   if (status == TW_OK) status = start_points(b);
   if (status == TW_OK) status = start_uvs(b);
   if (status == TW_OK) status = start_sources(b);
@@ -533,24 +398,52 @@ static tw_status create_at(const tw_mesh *mesh, const tw_surface_options *option
   return status;
 }
 
+/* What has to be known before anything is built. */
+typedef struct outlook {
+  tw_surface_counts counts;
+  bool shrinks;
+} outlook;
+
+static tw_status look_ahead(const tw_mesh *mesh, const tw_surface_options *options, outlook *out,
+                            tw_error *error) {
+  tw_status status = tw_cage_check_options(mesh, options, error);
+  if (status != TW_OK) return status;
+  tw_arena *arena = tw_arena_create();
+  tw_cage cage;
+  status = arena ? tw_cage_read(mesh, options, arena, &cage) : TW_NO_MEMORY;
+  if (status == TW_OK) status = tw_cage_count(mesh, options, &cage, &out->counts, error);
+  if (status == TW_OK) out->shrinks = tw_cage_shrinks(&cage, options);
+  tw_arena_destroy(arena);
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
+}
+
+tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
+                           tw_error *error) {
+  outlook ahead;
+  tw_status status = look_ahead(mesh, options, &ahead, error);
+  if (status == TW_OK) *out = ahead.counts;
+  return status;
+}
+
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error) {
-  tw_surface_counts counts;
-  tw_status status = tw_surface_count(mesh, options, &counts, error);
+  outlook ahead;
+  tw_status status = look_ahead(mesh, options, &ahead, error);
   if (status != TW_OK) return status;
-  bool generic =
-      options->level > BASE_LEVEL && counts.faces <= GENERIC_FACES_MAX && needs_generic(mesh, options);
+  bool small = ahead.counts.faces <= GENERIC_FACES_MAX, deep = options->level > BASE_LEVEL;
+  if (ahead.shrinks && !small)
+    return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", GENERIC_FACES_MAX);
+  bool generic = deep && small && (ahead.shrinks || needs_generic(mesh, options));
   status = create_at(mesh, options, generic ? options->level : BASE_LEVEL, out, error);
-  if (status == TW_LIMIT && options->level > BASE_LEVEL && !generic) {
-    /* Too many distinct irregular shapes for patches. */
-    if (counts.faces > GENERIC_FACES_MAX)
+  if (status == TW_LIMIT && deep && !generic) {
+    if (!small)
       return tw_fail(error, TW_LIMIT,
-                     "the mesh is too irregular for level %u: it has great poles, or thousands of different "
-                     "sharpness values",
+                     "the mesh is too irregular for level %u: it has great poles, or thousands of "
+                     "different sharpness values",
                      options->level);
     status = create_at(mesh, options, options->level, out, error);
   }
-  return describe_failure(status, error);
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 
 void tw_surface_destroy(tw_surface *surface) {

@@ -1,0 +1,184 @@
+/* Reads a control mesh for subdivision, and counts what comes of it. */
+#include "cage.h"
+
+#include <string.h>
+
+#include "open.h"
+#include "refine.h"
+
+/* ---- the cage ------------------------------------------------------------------------------- */
+
+/* Keeps points that no face uses out of the topology. */
+static tw_status compact(const tw_mesh *mesh, tw_cage *c, const uint32_t **corners, uint32_t *vertex_count) {
+  uint32_t *vertex_of = tw_arena_alloc(c->arena, mesh->point_count, sizeof *vertex_of);
+  if (!vertex_of) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->corner_count; i++) vertex_of[mesh->corners[i]] = 1;
+  uint32_t used = 0;
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    if (vertex_of[p]) vertex_of[p] = ++used;
+  *vertex_count = used;
+  *corners = mesh->corners;
+  if (used == mesh->point_count) return TW_OK;
+  uint32_t *renamed = tw_arena_alloc(c->arena, mesh->corner_count, sizeof *renamed);
+  c->point_of = tw_arena_alloc(c->arena, used, sizeof *c->point_of);
+  if (!renamed || !c->point_of) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->corner_count; i++) renamed[i] = vertex_of[mesh->corners[i]] - 1;
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    if (vertex_of[p]) c->point_of[vertex_of[p] - 1] = p;
+  *corners = renamed;
+  return TW_OK;
+}
+
+/* The vertex of a point, or UINT32_MAX when no face uses it: point_of ascends. */
+static uint32_t vertex_of_point(const tw_cage *c, uint32_t point) {
+  if (!c->point_of) return point;
+  uint32_t begin = 0, end = c->topology.vertex_count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (c->point_of[middle] < point)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return begin < c->topology.vertex_count && c->point_of[begin] == point ? begin : UINT32_MAX;
+}
+
+/* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */
+static void apply_tags(const tw_mesh *mesh, tw_cage *c) {
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * i]),
+             b = vertex_of_point(c, mesh->crease_edges[2 * i + 1]);
+    uint32_t edge =
+        a == UINT32_MAX || b == UINT32_MAX ? UINT32_MAX : tw_topology_find_edge(&c->topology, a, b);
+    if (edge != UINT32_MAX) c->topology.edge_sharpness[edge] = mesh->crease_sharpness[i];
+  }
+  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) {
+    uint32_t v = vertex_of_point(c, mesh->sharp_points[i]);
+    if (v != UINT32_MAX) c->topology.vertex_sharpness[v] = mesh->point_sharpness[i];
+  }
+}
+
+static bool touches_border(const tw_topology *t, uint32_t face) {
+  for (uint32_t i = 0; i < tw_face_size(t, face); i++)
+    if (t->vertex_flags[t->corner_vertex[tw_face_begin(t, face) + i]] & TW_VERTEX_BORDER) return true;
+  return false;
+}
+
+static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *options, tw_cage *c) {
+  c->visible = tw_arena_alloc(c->arena, mesh->face_count, 1);
+  if (!c->visible) return TW_NO_MEMORY;
+  bool inner_only =
+      options->boundary == TW_BOUNDARY_NONE && options->scheme != TW_BILINEAR && options->level > 0;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    c->visible[f] = !inner_only || !touches_border(&c->topology, f);
+  for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
+  return TW_OK;
+}
+
+tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, tw_cage *c) {
+  memset(c, 0, sizeof *c);
+  c->arena = arena;
+  const uint32_t *corners;
+  uint32_t vertex_count;
+  tw_status status = compact(mesh, c, &corners, &vertex_count);
+  if (status == TW_OK)
+    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, mesh->face_offsets,
+                               mesh->corner_count, corners);
+  if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
+  if (status != TW_OK) return status;
+  apply_tags(mesh, c);
+  tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
+  if (options->creasing == TW_CREASE_CHAIKIN) status = tw_topology_sum_semi(&c->topology, arena);
+  return status == TW_OK ? choose_visible(mesh, options, c) : status;
+}
+
+/* ---- counts --------------------------------------------------------------------------------- */
+
+/* Counts of the part of the cage that is answered. */
+static tw_status count_visible(const tw_cage *c, tw_surface_counts *out) {
+  const tw_topology *t = &c->topology;
+  memset(out, 0, sizeof *out);
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    out->faces += c->visible[f];
+    out->corners += c->visible[f] ? tw_face_size(t, f) : 0;
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t i = t->fan_offsets[v], end = t->fan_offsets[v + 1];
+    while (i < end && !c->visible[tw_corner_face(t, t->fan_corners[i])]) i++;
+    out->vertices += i < end;
+  }
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t first = t->edge_corner[e], corner = first;
+    bool used = false;
+    do {
+      used |= c->visible[tw_corner_face(t, corner)] != 0;
+      corner = t->sibling[corner];
+    } while (corner != first);
+    out->edges += used;
+  }
+  return TW_OK;
+}
+
+/* One level further: every number follows from those of the level above. */
+static tw_surface_counts next_counts(tw_surface_counts c) {
+  tw_surface_counts next = {c.vertices + c.edges + c.faces, 2 * c.edges + c.corners, c.corners,
+                            4 * c.corners};
+  return next;
+}
+
+static tw_status check_counts(const tw_surface_counts *c, tw_error *error) {
+  uint64_t limit = UINT32_MAX - 1;
+  if (c->vertices <= limit && c->edges <= limit && c->faces <= limit) return TW_OK;
+  return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+}
+
+static tw_status count_levels(const tw_cage *c, uint32_t level, tw_surface_counts *out, tw_error *error) {
+  tw_status status = count_visible(c, out);
+  for (uint32_t i = 0; i < level && status == TW_OK; i++) {
+    *out = next_counts(*out);
+    status = check_counts(out, error);
+  }
+  return status;
+}
+
+/* An open mesh with a border: its first level is made, the others follow. */
+static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
+                            tw_error *error) {
+  tw_rules rules = {options->scheme == TW_BILINEAR, options->creasing == TW_CREASE_CHAIKIN, false};
+  tw_topology full, first;
+  uint32_t *quads, *vertices;
+  tw_status status = tw_refine_topology(&c->topology, &rules, c->arena, &full);
+  if (status != TW_OK) return status;
+  uint32_t quad_count = tw_open_quads(&c->topology, c->arena, &quads);
+  status = quads ? tw_open_cut(&full, quads, quad_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
+  if (status != TW_OK) return status;
+  *out = tw_open_count(&first, options->level);
+  return check_counts(out, error);
+}
+
+bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {
+  if (options->boundary != TW_BOUNDARY_OPEN || options->level == 0) return false;
+  const tw_topology *t = &cage->topology;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (t->edge_flags[e] & TW_EDGE_BORDER) return true;
+  return false;
+}
+
+tw_status tw_cage_count(const tw_mesh *mesh, const tw_surface_options *options, const tw_cage *c,
+                        tw_surface_counts *out, tw_error *error) {
+  if (!tw_cage_shrinks(c, options)) return count_levels(c, options->level, out, error);
+  if (mesh->hole_count > 0) return tw_fail(error, TW_UNSUPPORTED, "boundary=open does not go with holes");
+  return count_open(options, c, out, error);
+}
+
+tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error) {
+  if (options->level > TW_LEVEL_MAX) return tw_fail(error, TW_LIMIT, "level is over %d", TW_LEVEL_MAX);
+  if (options->scheme != TW_LOOP) return TW_OK;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    if (mesh->face_offsets[f + 1] - mesh->face_offsets[f] != 3) {
+      tw_fail(error, TW_INVALID, "scheme loop subdivides triangles only, this face has %u corners",
+              mesh->face_offsets[f + 1] - mesh->face_offsets[f]);
+      return tw_error_at(error, "/faces/%u", f);
+    }
+  return TW_OK;
+}

@@ -1,0 +1,30 @@
+/* A control mesh made ready for subdivision: connectivity, sharpness, and which faces are answered. */
+#ifndef TWEEND_CAGE_H
+#define TWEEND_CAGE_H
+
+#include "topology.h"
+#include "tweend/subdiv.h"
+
+/* Arrays live in `arena`. */
+typedef struct tw_cage {
+  tw_arena *arena;
+  tw_topology topology; /* sharpened */
+  uint32_t *point_of;   /* [vertices] point of the mesh, ascending; NULL when all points are used */
+  uint8_t *visible;     /* [faces] */
+} tw_cage;
+
+/* Whether the options fit the mesh at all: level in range, triangles for loop. */
+tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error);
+
+/* Reads a checked mesh. TW_NO_MEMORY. */
+tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
+                       tw_cage *cage);
+
+/* Whether the border eats into the mesh with every level. */
+bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options);
+
+/* Exact counts of the answer, in closed form. */
+tw_status tw_cage_count(const tw_mesh *mesh, const tw_surface_options *options, const tw_cage *cage,
+                        tw_surface_counts *out, tw_error *error);
+
+#endif

@@ -1,0 +1,399 @@
+/* Subdivision surfaces: closed forms and invariants. OpenSubdiv's opinion is asked in tests/oracle. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "tweend/subdiv.h"
+
+/* ---- cages ---------------------------------------------------------------------------------- */
+
+static const float cube_points[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                        {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+static const uint32_t cube_corners[24] = {0, 3, 2, 1, 4, 5, 6, 7, 0, 1, 5, 4,
+                                          1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7};
+static const uint32_t cube_offsets[7] = {0, 4, 8, 12, 16, 20, 24};
+
+static tw_mesh cube(void) {
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 8;
+  mesh.positions = cube_points[0];
+  mesh.face_count = 6;
+  mesh.corner_count = 24;
+  mesh.face_offsets = cube_offsets;
+  mesh.corners = cube_corners;
+  return mesh;
+}
+
+enum { GRID_MAX = 12 };
+
+/* A grid of points in the plane z = height(x, y), kept in static arrays: one at a time. */
+static tw_mesh grid(uint32_t columns, uint32_t rows, float (*height)(float, float)) {
+  static float points[GRID_MAX * GRID_MAX][3];
+  static uint32_t corners[GRID_MAX * GRID_MAX * 4], offsets[GRID_MAX * GRID_MAX + 1];
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  for (uint32_t y = 0; y < rows; y++)
+    for (uint32_t x = 0; x < columns; x++) {
+      float *point = points[y * columns + x];
+      point[0] = (float)x;
+      point[1] = (float)y;
+      point[2] = height ? height((float)x, (float)y) : 0;
+    }
+  for (uint32_t y = 0; y + 1 < rows; y++)
+    for (uint32_t x = 0; x + 1 < columns; x++) {
+      uint32_t a = y * columns + x, face[4] = {a, a + 1, a + columns + 1, a + columns};
+      memcpy(corners + mesh.corner_count, face, sizeof face);
+      mesh.corner_count += 4;
+      offsets[++mesh.face_count] = mesh.corner_count;
+    }
+  mesh.point_count = columns * rows;
+  mesh.positions = points[0];
+  mesh.corners = corners;
+  mesh.face_offsets = offsets;
+  return mesh;
+}
+
+/* ---- reading -------------------------------------------------------------------------------- */
+
+static tw_surface *surface_of(const tw_mesh *mesh, tw_surface_options options) {
+  tw_surface *surface = NULL;
+  tw_error error;
+  assert_int_equal(tw_mesh_check(mesh, &error, NULL), TW_OK);
+  assert_int_equal(tw_surface_create(mesh, &options, &surface, &error), TW_OK);
+  return surface;
+}
+
+static float *rows_of(const tw_surface *surface, tw_domain domain, size_t *count) {
+  size_t width = domain == TW_DOMAIN_POINTS ? 3
+                 : domain == TW_DOMAIN_UVS  ? 2
+                                            : tw_surface_get_layout(surface)->stride;
+  *count = (size_t)tw_surface_row_count(surface, domain);
+  float *rows = malloc((*count * width + 1) * sizeof *rows);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  assert_non_null(rows);
+  assert_non_null(reader);
+  tw_surface_read_rows(reader, domain, 0, *count, rows);
+  tw_surface_reader_destroy(reader);
+  return rows;
+}
+
+static void assert_counts(const tw_mesh *mesh, tw_surface_options options, uint64_t v, uint64_t e,
+                          uint64_t f) {
+  tw_surface_counts counts;
+  assert_int_equal(tw_surface_count(mesh, &options, &counts, NULL), TW_OK);
+  assert_int_equal(counts.vertices, v);
+  assert_int_equal(counts.edges, e);
+  assert_int_equal(counts.faces, f);
+}
+
+static double radius_of_first_corner(uint32_t level, bool limit) {
+  tw_mesh mesh = cube();
+  size_t count;
+  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .limit = limit});
+  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
+  double radius = sqrt((double)rows[0] * rows[0] + (double)rows[1] * rows[1] + (double)rows[2] * rows[2]);
+  free(rows);
+  tw_surface_destroy(surface);
+  return radius;
+}
+
+/* ---- bad input ------------------------------------------------------------------------------ */
+
+static void loop_refuses_a_quad_and_names_the_face(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  tw_surface_options options = {.level = 1, .scheme = TW_LOOP};
+  tw_surface_counts counts;
+  tw_error error;
+  assert_int_equal(tw_surface_count(&mesh, &options, &counts, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/faces/0");
+}
+
+static void counts_over_32_bits_are_refused(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  tw_surface_options options = {.level = 15};
+  tw_surface_counts counts;
+  assert_int_equal(tw_surface_count(&mesh, &options, &counts, NULL), TW_LIMIT);
+  options.level = 17;
+  assert_int_equal(tw_surface_count(&mesh, &options, &counts, NULL), TW_LIMIT);
+}
+
+static void a_mesh_without_faces_gives_an_empty_surface(void **state) {
+  (void)state;
+  static const uint32_t offsets[1] = {0};
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 2;
+  mesh.positions = cube_points[0];
+  mesh.face_offsets = offsets;
+  for (uint32_t level = 0; level < 3; level++) {
+    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
+    assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_VERTICES), 0);
+    float min[3], max[3];
+    assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
+    tw_surface_destroy(surface);
+  }
+}
+
+/* ---- closed forms --------------------------------------------------------------------------- */
+
+static void cube_has_26_then_98_vertices(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  assert_counts(&mesh, (tw_surface_options){.level = 0}, 8, 12, 6);
+  assert_counts(&mesh, (tw_surface_options){.level = 1}, 26, 48, 24);
+  assert_counts(&mesh, (tw_surface_options){.level = 2}, 98, 192, 96);
+  assert_counts(&mesh, (tw_surface_options){.level = 9}, 1572866, 3145728, 1572864);
+}
+
+static void cube_corner_moves_to_five_ninths(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  size_t count;
+  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 1});
+  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
+  assert_int_equal(count, 26);
+  for (int c = 0; c < 3; c++) assert_float_equal(rows[c], -5.0f / 9, 1e-6);
+  free(rows);
+  tw_surface_destroy(surface);
+}
+
+static void cube_approaches_its_limit_monotonically(void **state) {
+  (void)state;
+  double before = radius_of_first_corner(0, false), limit = radius_of_first_corner(0, true);
+  for (uint32_t level = 1; level <= 7; level++) {
+    double radius = radius_of_first_corner(level, false);
+    assert_true(radius <= before && radius >= limit - 1e-6);
+    assert_float_equal(radius_of_first_corner(level, true), limit, 1e-6);
+    before = radius;
+  }
+  assert_float_equal(before, limit, 1e-4);
+}
+
+static void open_grid_of_16_points_has_25_then_49(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(4, 4, NULL);
+  uint64_t side = 5;
+  for (uint32_t level = 1; level <= 6; level++, side = 2 * side - 3) {
+    tw_surface_options options = {.level = level, .boundary = TW_BOUNDARY_OPEN, .normals = true};
+    assert_counts(&mesh, options, side * side, 2 * side * (side - 1), (side - 1) * (side - 1));
+    tw_surface *surface = surface_of(&mesh, options);
+    assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_POINTS), side * side);
+    float min[3], max[3];
+    assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
+    /* The plane stays where it was, and shrinks towards its middle face. */
+    assert_float_equal(min[0], 1 - 1 / (float)(1u << level), 1e-5);
+    assert_float_equal(max[1], 2 + 1 / (float)(1u << level), 1e-5);
+    tw_surface_destroy(surface);
+  }
+}
+
+static void open_counts_match_what_is_built_on_a_ragged_border(void **state) {
+  (void)state;
+  /* Faces left out so that strips, turns both ways and lone corners come up. */
+  static const uint32_t left_out[] = {0, 7, 11, 12, 28, 39, 40, 60, 61};
+  tw_mesh mesh = grid(10, 9, NULL);
+  static uint32_t corners[400], offsets[100];
+  uint32_t faces = 0, skip = 0;
+  for (uint32_t f = 0; f < mesh.face_count; f++) {
+    if (skip < sizeof left_out / sizeof *left_out && left_out[skip] == f) {
+      skip++;
+      continue;
+    }
+    memcpy(corners + 4 * faces, mesh.corners + 4 * f, 4 * sizeof *corners);
+    faces++;
+    offsets[faces] = 4 * faces;
+  }
+  mesh.corners = corners;
+  mesh.face_offsets = offsets;
+  mesh.face_count = faces;
+  mesh.corner_count = 4 * faces;
+  for (uint32_t level = 1; level <= 5; level++) {
+    tw_surface *surface =
+        surface_of(&mesh, (tw_surface_options){.level = level, .boundary = TW_BOUNDARY_OPEN});
+    const tw_surface_counts *counts = tw_surface_get_counts(surface);
+    assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_POINTS), counts->vertices);
+    uint64_t group_faces = 0;
+    for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
+      group_faces += tw_surface_get_group(surface, g)->face_count;
+    assert_int_equal(group_faces, counts->faces);
+    tw_surface_destroy(surface);
+  }
+}
+
+/* ---- invariants ----------------------------------------------------------------------------- */
+
+static float saddle(float x, float y) {
+  return 0.2f * (x - 3) * (y - 2);
+}
+
+static void the_same_bytes_come_whatever_the_blocks(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(7, 6, saddle);
+  static const uint32_t creases[4] = {8, 9, 9, 16};
+  static const float sharpness[2] = {1.5f, 10};
+  mesh.crease_count = 2;
+  mesh.crease_edges = creases;
+  mesh.crease_sharpness = sharpness;
+  for (uint32_t level = 0; level <= 5; level++) {
+    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
+    size_t count, stride = tw_surface_get_layout(surface)->stride;
+    float *whole = rows_of(surface, TW_DOMAIN_VERTICES, &count), block[97 * 8];
+    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    for (size_t first = 0, step = 1; first < count; first += step, step = step % 97 + 1) {
+      size_t taken = first + step > count ? count - first : step;
+      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
+      assert_memory_equal(block, whole + first * stride, taken * stride * sizeof *block);
+    }
+    tw_surface_reader_destroy(reader);
+    free(whole);
+    tw_surface_destroy(surface);
+  }
+}
+
+static void faces_use_every_row_and_no_other(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(5, 4, saddle);
+  static const uint32_t holes[2] = {0, 7};
+  mesh.holes = holes;
+  mesh.hole_count = 2;
+  for (uint32_t level = 0; level <= 4; level++) {
+    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level});
+    const tw_surface_counts *counts = tw_surface_get_counts(surface);
+    uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+    assert_int_equal(rows, counts->vertices);
+    uint32_t *corners = malloc((size_t)counts->corners * sizeof *corners);
+    uint8_t *used = calloc((size_t)rows, 1);
+    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    size_t taken = 0;
+    for (uint64_t face = 0; face < counts->faces; face += 3) {
+      size_t step = counts->faces - face < 3 ? (size_t)(counts->faces - face) : 3;
+      taken += tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, face, step, NULL, corners + taken);
+    }
+    assert_int_equal(taken, counts->corners);
+    for (size_t i = 0; i < taken; i++) {
+      assert_true(corners[i] < rows);
+      used[corners[i]] = 1;
+    }
+    for (uint64_t i = 0; i < rows; i++) assert_int_equal(used[i], 1);
+    tw_surface_reader_destroy(reader);
+    free(corners);
+    free(used);
+    tw_surface_destroy(surface);
+  }
+}
+
+static void a_plane_stays_a_plane_with_its_normal(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(6, 6, NULL);
+  for (uint32_t level = 0; level <= 4; level++) {
+    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
+    size_t count, stride = tw_surface_get_layout(surface)->stride;
+    float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
+    for (size_t i = 0; i < count; i++) {
+      assert_true(rows[i * stride + 2] == 0);
+      assert_float_equal(rows[i * stride + 5], 1, 1e-6);
+    }
+    free(rows);
+    tw_surface_destroy(surface);
+  }
+}
+
+static void scaling_by_two_scales_the_surface_exactly(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(6, 5, saddle);
+  static float doubled[GRID_MAX * GRID_MAX][3];
+  for (uint32_t i = 0; i < 3 * mesh.point_count; i++) doubled[i / 3][i % 3] = 2 * mesh.positions[i];
+  tw_mesh large = mesh;
+  large.positions = doubled[0];
+  tw_surface_options options = {.level = 4};
+  tw_surface *one = surface_of(&mesh, options), *two = surface_of(&large, options);
+  size_t count;
+  float *a = rows_of(one, TW_DOMAIN_POINTS, &count), *b = rows_of(two, TW_DOMAIN_POINTS, &count);
+  for (size_t i = 0; i < 3 * count; i++) assert_true(2 * a[i] == b[i]);
+  free(a);
+  free(b);
+  tw_surface_destroy(one);
+  tw_surface_destroy(two);
+}
+
+static void a_grid_is_the_bicubic_b_spline(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(8, 8, saddle);
+  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 5, .limit = true});
+  size_t count;
+  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
+  /* A B-spline reproduces bilinear functions: away from the border z = saddle(x, y) everywhere. */
+  size_t inner = 0;
+  for (size_t i = 0; i < count; i++) {
+    const float *p = rows + 3 * i;
+    if (p[0] < 1 || p[0] > 6 || p[1] < 1 || p[1] > 6) continue;
+    assert_float_equal(p[2], saddle(p[0], p[1]), 1e-5);
+    inner++;
+  }
+  assert_true(inner >= 161 * 161);
+  free(rows);
+  tw_surface_destroy(surface);
+}
+
+static void a_face_inside_an_infinite_crease_stays_flat_and_sharp(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  static const uint32_t creases[8] = {4, 5, 5, 6, 6, 7, 7, 4};
+  static const float sharpness[4] = {10, 10, 10, 10};
+  mesh.crease_count = 4;
+  mesh.crease_edges = creases;
+  mesh.crease_sharpness = sharpness;
+  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 4, .normals = true});
+  size_t count, flat = 0, stride = tw_surface_get_layout(surface)->stride;
+  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
+  for (size_t i = 0; i < count; i++) flat += rows[i * stride + 2] == 1 && rows[i * stride + 5] > 0.9999f;
+  /* 17 x 17 points, the crease's 64 among them once more with the normal of the other side. */
+  assert_int_equal(flat, 17 * 17);
+  assert_int_equal(count, tw_surface_get_counts(surface)->vertices + 64);
+  free(rows);
+  tw_surface_destroy(surface);
+}
+
+static void normals_of_a_cube_point_outward(void **state) {
+  (void)state;
+  tw_mesh mesh = cube();
+  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 3, .normals = true});
+  size_t count;
+  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count);
+  for (size_t i = 0; i < count; i++) {
+    const float *p = rows + 6 * i;
+    assert_float_equal(p[3] * p[3] + p[4] * p[4] + p[5] * p[5], 1, 1e-5);
+    assert_true(p[0] * p[3] + p[1] * p[4] + p[2] * p[5] > 0.5f);
+  }
+  free(rows);
+  tw_surface_destroy(surface);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(loop_refuses_a_quad_and_names_the_face),
+      cmocka_unit_test(counts_over_32_bits_are_refused),
+      cmocka_unit_test(a_mesh_without_faces_gives_an_empty_surface),
+      cmocka_unit_test(cube_has_26_then_98_vertices),
+      cmocka_unit_test(cube_corner_moves_to_five_ninths),
+      cmocka_unit_test(cube_approaches_its_limit_monotonically),
+      cmocka_unit_test(open_grid_of_16_points_has_25_then_49),
+      cmocka_unit_test(open_counts_match_what_is_built_on_a_ragged_border),
+      cmocka_unit_test(the_same_bytes_come_whatever_the_blocks),
+      cmocka_unit_test(faces_use_every_row_and_no_other),
+      cmocka_unit_test(a_plane_stays_a_plane_with_its_normal),
+      cmocka_unit_test(scaling_by_two_scales_the_surface_exactly),
+      cmocka_unit_test(a_grid_is_the_bicubic_b_spline),
+      cmocka_unit_test(a_face_inside_an_infinite_crease_stays_flat_and_sharp),
+      cmocka_unit_test(normals_of_a_cube_point_outward),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
