@@ -5,6 +5,7 @@
 #include "http.h"
 #include "listen.h"
 #include "log.h"
+#include "samples.h"
 #include "store_fs.h"
 
 #include <errno.h>
@@ -109,6 +110,18 @@ static bool prepare(process *p, char *error) {
   return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL;
 }
 
+static bool store_samples(process *p, char *error) {
+  for (size_t i = 0; p->config.sample && i < srv_sample_count; i++) {
+    int status = api_seed(p->server.service, srv_samples[i].bytes, srv_samples[i].size);
+    if (status != 200 && status != 201) {
+      snprintf(error, ERROR_SIZE, "sample %s cannot be stored: status %d", srv_samples[i].name, status);
+      return false;
+    }
+    srv_log(SRV_LOG_INFO, "sample %s is stored", srv_samples[i].name);
+  }
+  return true;
+}
+
 static bool serve(process *p, char *error) {
   int listener = p->listener;
   p->listener = -1;
@@ -156,7 +169,7 @@ static int run(process *p) {
   int signal_number;
   block_signals(&ending);
   srv_log_configure((srv_log_level)p->config.log_level, (srv_log_format)p->config.log_format);
-  bool serving = prepare(p, error) && serve(p, error);
+  bool serving = prepare(p, error) && store_samples(p, error) && serve(p, error);
   if (!serving) {
     fprintf(stderr, "tweend: %s\n", error);
     stop(p);
