@@ -199,11 +199,6 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text
     api_text_string(out, model->warnings[i]);
   }
   api_text_add(out, "]}\n");
-  if (status == TW_OK && !out->failed) return true;
-  api_text_deinit(out);
-  if (status == TW_OK)
-    api_fault_without_memory(fault);
-  else
-    api_fault_complete(fault);
-  return false;
+  if (status != TW_OK) api_fault_complete(fault);
+  return status == TW_OK;
 }

@@ -15,6 +15,8 @@ api_outcome api_get_model(api_call *call);
 api_outcome api_get_source(api_call *call);
 api_outcome api_delete_model(api_call *call);
 
+api_outcome api_get_tracks(api_call *call);
+
 api_outcome api_get_surface(api_call *call);
 api_outcome api_post_surface(api_call *call);
 

@@ -2,6 +2,7 @@
 #include "models.h"
 
 #include "handlers.h"
+#include "kept_text.h"
 #include "service.h"
 #include "upload.h"
 
@@ -178,11 +179,11 @@ static const char description[] = "description.json";
 static api_outcome answer_stored(api_call *call, const char *id, uint64_t size, const tw_model *model,
                                  bool existed) {
   api_text text = {0};
-  if (!api_describe(model, id, size, &text, &call->fault)) return API_FAILED;
-  const char *etag = api_etag(call, id, description, "");
+  bool is_described = api_describe(model, id, size, &text, &call->fault);
+  const char *etag = is_described ? api_etag(call, id, description, "") : NULL;
   if (!etag) {
     api_text_deinit(&text);
-    return api_fail_without_memory(call);
+    return is_described ? api_fail_without_memory(call) : API_FAILED;
   }
   api_answer_text(&call->answer, existed ? 200 : 201, call->offer->type, &text);
   api_answer_headerf(&call->answer, "Location", "/v1/models/%s", id);
@@ -319,57 +320,23 @@ api_outcome api_list_models(api_call *call) {
 
 /* ---- one model ---------------------------------------------------------------------------------- */
 
-typedef struct description_source {
-  api_call *call;
-  api_entry *model;
-} description_source;
-
-static void destroy_text(void *value) {
-  api_text_deinit(value);
-  free(value);
-}
-
-static bool build_description(void *context, api_built *out, api_fault *fault) {
-  const description_source *source = context;
+static bool print_description(void *context, api_text *out, api_fault *fault) {
+  api_call *call = context;
   api_blob blob = {0};
-  if (!fetch(source->call->service, source->call->id, &blob, fault)) return false;
+  if (!fetch(call->service, call->id, &blob, fault)) return false;
   uint64_t size = blob.bytes.size;
   release(&blob);
-  api_text *text = tw_alloc_zero(1, sizeof *text);
-  if (!text) {
-    api_fault_without_memory(fault);
-    return false;
-  }
-  if (!api_describe(api_entry_value(source->model), source->call->id, size, text, fault)) {
-    destroy_text(text);
-    return false;
-  }
-  *out = (api_built){text, text->capacity, destroy_text};
-  return true;
+  api_entry *entry;
+  if (api_model_take(call, call->id, TW_QUADS_NGON, &entry) != API_DONE) return false; /* the call's fault */
+  bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, fault);
+  api_entry_release(entry);
+  return is_printed;
 }
 
 api_outcome api_get_model(api_call *call) {
   char key[KEY_TEXT];
   snprintf(key, sizeof key, "%s/description", call->id);
-  api_entry *entry = api_cache_peek(call->service->cache, key);
-  if (!entry && call->effort == API_LIGHT) return API_LATER;
-  if (!entry) {
-    description_source source = {.call = call};
-    api_outcome outcome = api_model_take(call, call->id, TW_QUADS_NGON, &source.model);
-    if (outcome != API_DONE) return outcome;
-    entry = api_cache_take(call->service->cache, key, build_description, &source, &call->fault);
-    api_entry_release(source.model);
-    if (!entry) return API_FAILED;
-  }
-  api_outcome outcome = api_validate(call, description, "");
-  if (outcome == API_LATER) {
-    const api_text *known = api_entry_value(entry);
-    api_text text = {0};
-    api_text_bytes(&text, known->data, known->size);
-    outcome = api_reply(call, &text);
-  }
-  api_entry_release(entry);
-  return outcome;
+  return api_reply_kept(call, key, description, "", print_description, call);
 }
 
 api_outcome api_delete_model(api_call *call) {

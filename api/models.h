@@ -17,7 +17,7 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
 /* The model in the request's body, parsed for this request alone. */
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);
 
-/* Prints the description of a model. 503 without memory. */
+/* Prints the description of a model. False: the fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault);
 
 /* What a person would call the model: its own name or the first that it holds; NULL without any. */

@@ -15,6 +15,7 @@ static const char *const list_parameters[] = {"limit", "after", NULL};
 static const char *const surface_parameters[] = {
     "level", "scheme", "boundary", "uv", "creasing", "triangles", "quads",    "limit",    "normals",
     "clip",  "at",     "from",     "to", "fps",      "skin",      "encoding", "polygons", NULL};
+static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};
@@ -54,6 +55,7 @@ static const api_route routes[] = {
     {"GET", SURFACE, API_TAKES_NOTHING, false, true, surface_offers, surface_parameters, api_get_surface},
     {"POST", "/v1/surface", API_TAKES_MODEL, false, true, surface_offers, surface_parameters,
      api_post_surface},
+    {"GET", TRACKS, API_TAKES_NOTHING, false, false, json_offers, tracks_parameters, api_get_tracks},
     {"GET", POSE, API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
     {"POST", POSE, API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
     {"POST", "/v1/pose", API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},

@@ -56,7 +56,8 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
 }
 
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
-  static const char *const shown[TW_FORMATS] = {"OBJ or other text", "tweend JSON", "glTF JSON", "GLB"};
+  static const char *const shown[TW_FORMATS] = {"OBJ or other text", "tweend JSON (no \"asset\")",
+                                                "glTF JSON", "GLB"};
   tw_format found = tw_format_sniff(bytes.data, bytes.size);
   tw_format declared = found;
   switch (api_upload_type_of(api_call_header(call, "Content-Type"))) {

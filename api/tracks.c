@@ -1,0 +1,147 @@
+/* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, flips, steps that slerp would shorten. */
+#include "clips.h"
+#include "handlers.h"
+#include "kept_text.h"
+#include "models.h"
+#include "tweend/trackinfo.h"
+
+#include <stdio.h>
+
+/* In a radian. */
+static const double DEGREES = 57.295779513082320877;
+
+static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
+/* By tw_key_form; a rotation's plain values are quaternions. */
+static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
+static const char *const axis_names[] = {"x", "y", "z"};
+
+static void member_text(api_text *text, const char *name, const char *value) {
+  api_text_member(text, name);
+  api_text_string(text, value);
+}
+
+static void member_number(api_text *text, const char *name, double value) {
+  api_text_member(text, name);
+  api_text_double(text, value);
+}
+
+static void member_count(api_text *text, const char *name, uint64_t value) {
+  api_text_member(text, name);
+  api_text_count(text, value);
+}
+
+/* How near the path comes to lock, in the track's own order and in each of the others. */
+static void print_gimbal(api_text *text, const tw_track_report *report) {
+  const tw_gimbal *own = &report->gimbals[report->order];
+  api_text_member(text, "gimbal");
+  api_text_add(text, "{");
+  member_text(text, "order", tw_euler_order_names[report->order]);
+  member_number(text, "time", own->time);
+  member_number(text, "cos_middle", own->cos_middle);
+  member_number(text, "amplification", own->amplification);
+  member_text(text, "lost_axis", axis_names[report->lost_axis]);
+  api_text_add(text, "}");
+  api_text_member(text, "orders");
+  api_text_add(text, "{");
+  for (int order = 0; order < TW_EULER_ORDERS; order++)
+    member_number(text, tw_euler_order_names[order], report->gimbals[order].cos_middle);
+  api_text_add(text, "}");
+  member_text(text, "best_order", tw_euler_order_names[report->best_order]);
+}
+
+static void print_motion(api_text *text, const tw_track_report *report) {
+  member_number(text, "start", report->start);
+  member_number(text, "duration", report->duration);
+  member_number(text, "total_degrees", report->total_angle * DEGREES);
+  member_number(text, "largest_step_degrees", report->largest_step * DEGREES);
+  member_count(text, "largest_step_key", report->largest_key);
+  member_number(text, "peak_degrees_per_second", report->peak_velocity * DEGREES);
+  member_number(text, "peak_time", report->peak_time);
+  member_count(text, "sign_flips", report->sign_flips);
+  member_count(text, "non_unit_keys", report->non_unit_keys);
+  member_count(text, "half_turns", report->half_turns);
+  member_count(text, "steps_over_180", report->long_steps);
+  member_count(text, "euler_wraps", report->euler_wraps);
+  if (!report->has_stray) return;
+  api_text_member(text, "slerp_stray");
+  api_text_add(text, "{");
+  member_number(text, "degrees", report->stray_angle * DEGREES);
+  member_number(text, "time", report->stray_time);
+  api_text_add(text, "}");
+}
+
+static void print_track(api_text *text, const tw_model *model, const tw_track_keys *keys,
+                        const tw_track_report *report) {
+  char buffer[24];
+  api_text_element(text);
+  api_text_add(text, "{");
+  member_text(text, "node", tw_model_node_name(model, keys->node, buffer));
+  member_text(text, "path", "rotation");
+  member_text(text, "kind", kind_names[keys->form]);
+  member_text(text, "interpolation", interpolation_names[keys->interpolation]);
+  member_count(text, "keys", report->key_count);
+  print_motion(text, report);
+  print_gimbal(text, report);
+  api_text_member(text, "warnings");
+  api_text_add(text, "[");
+  for (uint32_t i = 0; i < report->warning_count; i++) {
+    api_text_element(text);
+    api_text_string(text, report->warnings[i]);
+  }
+  api_text_add(text, "]}");
+}
+
+static tw_status print_clip(api_text *text, const tw_model *model, uint32_t index, tw_error *error) {
+  const tw_clip_keys *clip = &model->clips[index];
+  char buffer[24];
+  api_text_add(text, "{");
+  member_text(text, "clip", tw_model_clip_name(model, index, buffer));
+  api_text_member(text, "tracks");
+  api_text_add(text, "[");
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    if (clip->tracks[i].path != TW_ROTATION) continue;
+    tw_track_report report;
+    tw_status status = tw_track_inspect(&clip->tracks[i], &report, error);
+    if (status != TW_OK) return status;
+    print_track(text, model, &clip->tracks[i], &report);
+  }
+  api_text_add(text, "]}\n");
+  return TW_OK;
+}
+
+/* ---- the answer ---------------------------------------------------------------------------------- */
+
+typedef struct tracks_source {
+  const tw_model *model;
+  uint32_t clip;
+} tracks_source;
+
+static bool print_report(void *context, api_text *out, api_fault *fault) {
+  const tracks_source *source = context;
+  if (print_clip(out, source->model, source->clip, &fault->error) == TW_OK) return true;
+  api_fault_complete(fault);
+  return false;
+}
+
+static api_outcome answer_tracks(api_call *call, const tw_model *model) {
+  api_clip_choice choice;
+  const char *name = api_query_get(&call->query, "clip");
+  api_outcome outcome = api_clip_find(call, model, name, -1, &choice);
+  if (outcome != API_DONE) return outcome;
+  if (choice.lender[0]) return api_fail_with(call, 400, "the tracks of a model's own clips are inspected");
+  if (choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
+  char canonical[32], key[API_ID_TEXT + 48];
+  snprintf(canonical, sizeof canonical, "clip=%u", choice.index);
+  snprintf(key, sizeof key, "%s/tracks?%s", call->id, canonical);
+  tracks_source source = {model, choice.index};
+  return api_reply_kept(call, key, "tracks.json", canonical, print_report, &source);
+}
+
+api_outcome api_get_tracks(api_call *call) {
+  api_entry *entry;
+  api_outcome outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
+  if (outcome != API_DONE) return outcome;
+  outcome = answer_tracks(call, api_entry_value(entry));
+  api_entry_release(entry);
+  return outcome;
+}
