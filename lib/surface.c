@@ -419,9 +419,9 @@ static tw_status look_ahead(const tw_mesh *mesh, const tw_surface_options *optio
 
 tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
                            tw_error *error) {
-  outlook ahead;
+  outlook ahead = {{0, 0, 0, 0}, false};
   tw_status status = look_ahead(mesh, options, &ahead, error);
-  if (status == TW_OK) *out = ahead.counts;
+  if (status == TW_OK || status == TW_LIMIT) *out = ahead.counts;
   return status;
 }
 
