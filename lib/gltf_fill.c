@@ -9,6 +9,10 @@
 
 enum { ROWS_SCRATCH = 4096, FACES_SCRATCH = 1024 };
 
+static uint64_t least(uint64_t a, uint64_t b) {
+  return a < b ? a : b;
+}
+
 struct tw_gltf_filler {
   const tw_scene *scene;
   tw_surface_reader **readers; /* [mesh_count], NULL where the plan has no mesh */
@@ -117,39 +121,66 @@ static uint32_t fan_start(const uint32_t *corners, const uint32_t *previous, con
 }
 
 /* Triangles [from, to) of a face's fan. */
-static uint32_t *write_fan(const uint32_t *corners, uint32_t size, uint32_t start, uint32_t from, uint32_t to,
-                           uint32_t *out) {
+static void write_fan(const uint32_t *corners, uint32_t size, uint32_t start, uint32_t from, uint32_t to,
+                      uint32_t *out) {
   for (uint32_t triangle = from; triangle < to; triangle++) {
     uint64_t second = (uint64_t)start + triangle + 1, third = second + 1;
     *out++ = corners[start];
     *out++ = corners[second < size ? second : second - size];
     *out++ = corners[third < size ? third : third - size];
   }
-  return out;
+}
+
+static void write_quads(const uint32_t *restrict corners, size_t count, uint32_t *restrict out) {
+  for (size_t i = 0; i < count; i++, corners += 4, out += 6) {
+    out[0] = corners[0];
+    out[1] = corners[1];
+    out[2] = corners[2];
+    out[3] = corners[0];
+    out[4] = corners[2];
+    out[5] = corners[3];
+  }
+}
+
+static size_t count_quads(const uint32_t *sizes, uint64_t most) {
+  size_t count = 0;
+  while (count < most && sizes[count] == 4) count++;
+  return count;
 }
 
 /* Up to `count` triangles of a run, from the given one of its first face. Returns how many. */
 static size_t write_run(const tw_gltf_filler *filler, const tw_surface_group *group, face_run run,
                         uint32_t from, size_t count, uint32_t *out) {
   bool ngons = filler->scene->polygons == TW_POLYGONS_NGON;
-  const uint32_t *sizes = filler->sizes + run.lead, *previous = NULL;
-  const uint32_t *corners = filler->corners, *begin = out, *end = out + 3 * count;
+  const uint32_t *sizes = filler->sizes + run.lead, *corners = filler->corners, *previous = NULL;
   if (run.lead) {
     previous = corners;
     corners += filler->sizes[0];
   }
-  for (uint64_t face = run.face; face < run.stop && out < end; face++) {
+  size_t done = 0;
+  for (uint64_t face = run.face; face < run.stop && done < count;) {
+    size_t left = count - done;
+    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, least(run.stop - face, left / 2));
+    if (quads > 0) { /* nearly always all of them */
+      write_quads(corners, quads, out + 3 * done);
+      done += 2 * quads;
+      face += quads;
+      sizes += quads;
+      corners += 4 * quads;
+      continue;
+    }
     uint32_t size = *sizes++, start = 0;
     if (ngons && (face - group->first_face) % 2 == 1)
       start = fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
-    size_t left = (size_t)(end - out) / 3;
-    uint32_t to = size - 2 - from < left ? size - 2 : from + (uint32_t)left;
-    out = write_fan(corners, size, start, from, to, out);
+    uint32_t to = (uint32_t)least(size - 2, from + left);
+    write_fan(corners, size, start, from, to, out + 3 * done);
+    done += to - from;
     from = 0;
+    face++;
     previous = corners;
     corners += size;
   }
-  return (size_t)(out - begin) / 3;
+  return done;
 }
 
 static void narrow(const uint32_t *indices, size_t count, uint16_t *out) {

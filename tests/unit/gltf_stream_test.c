@@ -372,7 +372,7 @@ static void bounds_are_exact(void **state) {
     for (int axis = 0; axis < width; axis++) {
       double low = INFINITY, high = -INFINITY;
       for (uint64_t i = 0; i < number(accessor, "count", 0); i++) {
-        float value[3];
+        float value[3] = {0};
         read_floats(&file, index, i, (uint32_t)width, value);
         low = fmin(low, (double)value[axis]);
         high = fmax(high, (double)value[axis]);
