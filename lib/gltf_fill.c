@@ -15,8 +15,8 @@ static uint64_t least(uint64_t a, uint64_t b) {
 
 struct tw_gltf_filler {
   const tw_scene *scene;
-  tw_surface_reader **readers; /* [mesh_count], NULL where the plan has no mesh */
-  float *rows;                 /* [ROWS_SCRATCH], for rows that are converted */
+  tw_surface_reader *reader; /* turned to the surface of the view */
+  float *rows;               /* [ROWS_SCRATCH], for rows that are converted */
   size_t corner_capacity;
   uint32_t *corners;             /* [corner_capacity]: three of the largest faces fit */
   uint32_t *triangles;           /* [corner_capacity][3], before they are narrowed to 16 bits */
@@ -48,16 +48,15 @@ static void convert_row(const tw_surface_layout *layout, const tw_gltf_view *vie
 
 static void fill_rows(tw_gltf_filler *filler, const tw_gltf_view *view, uint64_t first, size_t count,
                       uint8_t *out) {
-  tw_surface_reader *reader = filler->readers[view->mesh];
   const tw_surface_layout *layout = tw_surface_get_layout(filler->scene->surfaces[view->mesh]);
   if (view->element_size == layout->stride * sizeof(float)) { /* all columns as they are */
-    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
+    tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
     return;
   }
   size_t batch = ROWS_SCRATCH / layout->stride;
   for (size_t done = 0; done < count; done += batch) {
     size_t part = count - done < batch ? count - done : batch;
-    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first + done, part, filler->rows);
+    tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first + done, part, filler->rows);
     for (size_t i = 0; i < part; i++)
       convert_row(layout, view, filler->rows + i * layout->stride, out + (done + i) * view->element_size);
   }
@@ -105,8 +104,8 @@ static face_run read_run(tw_gltf_filler *filler, const tw_gltf_view *view, const
     count = (count + 1) / 2;
   } while (corners > filler->corner_capacity);
   run.has_next = last > run.stop;
-  tw_surface_read_faces(filler->readers[view->mesh], TW_DOMAIN_VERTICES, first, (size_t)(last - first),
-                        filler->sizes, filler->corners);
+  tw_surface_read_faces(filler->reader, TW_DOMAIN_VERTICES, first, (size_t)(last - first), filler->sizes,
+                        filler->corners);
   return run;
 }
 
@@ -159,9 +158,9 @@ static size_t write_run(const tw_gltf_filler *filler, const tw_surface_group *gr
   }
   size_t done = 0;
   for (uint64_t face = run.face; face < run.stop && done < count;) {
-    size_t left = count - done;
+    size_t left = count - done; /* triangles */
     size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, least(run.stop - face, left / 2));
-    if (quads > 0) { /* nearly always all of them */
+    if (quads > 0) { /* nearly always all of them; only ngons ask for the previous face */
       write_quads(corners, quads, out + 3 * done);
       done += 2 * quads;
       face += quads;
@@ -209,6 +208,8 @@ static void fill_triangles(tw_gltf_filler *filler, const tw_gltf_view *view, uin
 /* ---- the filler ------------------------------------------------------------------------------- */
 
 void tw_gltf_fill(tw_gltf_filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
+  if (view->source != TW_GLTF_MEMORY)
+    tw_surface_reader_turn(filler->reader, filler->scene->surfaces[view->mesh]);
   switch (view->source) {
   case TW_GLTF_MEMORY: memcpy(out, (const uint8_t *)view->memory + first, count); return;
   case TW_GLTF_ROWS: fill_rows(filler, view, first, count, out); return;
@@ -223,30 +224,26 @@ static bool allocate(tw_gltf_filler *filler, const tw_gltf_plan *plan) {
     uint32_t mesh = plan->meshes[i].source;
     size_t three = 3 * tw_largest_face(scene->surfaces[mesh], &scene->model->meshes[mesh]);
     if (three > filler->corner_capacity) filler->corner_capacity = three;
-    filler->readers[mesh] = tw_surface_reader_create(scene->surfaces[mesh]);
-    if (!filler->readers[mesh]) return false;
   }
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
   filler->corners = tw_alloc(filler->corner_capacity, sizeof *filler->corners);
   filler->triangles = tw_alloc(filler->corner_capacity, 3 * sizeof *filler->triangles);
-  return filler->rows && filler->corners && filler->triangles;
+  filler->reader = tw_surface_reader_create_shared(scene->surfaces, scene->model->mesh_count);
+  return filler->rows && filler->corners && filler->triangles && filler->reader;
 }
 
 tw_gltf_filler *tw_gltf_filler_create(const tw_gltf_plan *plan, const tw_scene *scene) {
   tw_gltf_filler *filler = tw_alloc_zero(1, sizeof *filler);
   if (!filler) return NULL;
   filler->scene = scene;
-  filler->readers = tw_alloc_zero(scene->model->mesh_count, sizeof(tw_surface_reader *));
-  if (filler->readers && allocate(filler, plan)) return filler;
+  if (allocate(filler, plan)) return filler;
   tw_gltf_filler_destroy(filler);
   return NULL;
 }
 
 void tw_gltf_filler_destroy(tw_gltf_filler *filler) {
   if (!filler) return;
-  for (uint32_t i = 0; filler->readers && i < filler->scene->model->mesh_count; i++)
-    tw_surface_reader_destroy(filler->readers[i]);
-  free(filler->readers);
+  tw_surface_reader_destroy(filler->reader);
   free(filler->rows);
   free(filler->corners);
   free(filler->triangles);

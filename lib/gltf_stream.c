@@ -110,26 +110,28 @@ static void write_bound(char *out, float bound) {
 }
 
 /* Fills in the bounds that the JSON left room for. A double that is a float takes 23 characters. */
-static void write_bounds(tw_gltf_stream *stream) {
+static bool write_bounds(tw_gltf_stream *stream) {
   size_t(*places)[6] = stream->json.bounds;
   for (uint32_t i = 0; i < stream->plan.accessor_count; i++) {
     const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
     if (accessor->bounds != TW_GLTF_BOUNDED_LATER) continue;
     float min[3], max[3];
-    tw_surface_bounds(stream->scene.surfaces[accessor->mesh], accessor->morph, min, max);
+    if (tw_surface_bounds(stream->scene.surfaces[accessor->mesh], accessor->morph, min, max) != TW_OK)
+      return false;
     for (int axis = 0; axis < 3; axis++) {
       write_bound(stream->bounded + (*places)[axis], max[axis]);
       write_bound(stream->bounded + (*places)[3 + axis], min[axis]);
     }
     places++;
   }
-  stream->bounds_known = true;
+  return true;
 }
 
 /* Bounds cost a pass over the surface: not before someone reads them. */
 static size_t read_text(tw_gltf_stream *stream, const text *text, uint64_t offset, uint8_t *out,
                         size_t capacity) {
-  if (!stream->bounds_known) write_bounds(stream);
+  if (!stream->bounds_known) stream->bounds_known = write_bounds(stream);
+  if (!stream->bounds_known) return 0;
   size_t left = text->size - (size_t)offset, size = left < capacity ? left : capacity;
   memcpy(out, text->bytes + offset, size);
   return size;
@@ -282,7 +284,7 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset) {
   stream->position = offset;
 }
 
-/* At least one byte; position lies in the stream. */
+/* At least one byte unless there is no memory for the bounds; position lies in the stream. */
 static size_t read_part(tw_gltf_stream *stream, uint8_t *out, size_t capacity) {
   uint64_t offset = stream->position;
   if (offset < stream->head.size) return read_text(stream, &stream->head, offset, out, capacity);
@@ -297,6 +299,7 @@ size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity
   size_t done = 0;
   while (done < capacity && stream->position < stream->size) {
     size_t size = read_part(stream, out + done, capacity - done);
+    if (size == 0) break;
     done += size;
     stream->position += size;
   }

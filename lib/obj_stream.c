@@ -24,8 +24,8 @@ typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, 
 
 struct tw_obj_stream {
   tw_scene scene;
-  tw_surface_reader **readers; /* [mesh_count], NULL where no node shows the mesh */
-  float *world;                /* [node_count][16] */
+  tw_surface_reader *reader; /* turned to the surface that `node` shows */
+  float *world;              /* [node_count][16] */
 
   /* What comes next: of `node`, `part` from row or face `next` on. */
   uint32_t node;
@@ -97,10 +97,6 @@ static const tw_surface *shown_surface(const tw_obj_stream *stream) {
   return stream->scene.surfaces[shown_node(stream)->mesh];
 }
 
-static tw_surface_reader *shown_reader(const tw_obj_stream *stream) {
-  return stream->readers[shown_node(stream)->mesh];
-}
-
 static bool has_normals(const tw_surface *surface) {
   return tw_surface_get_layout(surface)->normal != UINT32_MAX;
 }
@@ -158,7 +154,7 @@ static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) 
   uint64_t left = listed_rows(shown_surface(stream), domain) - stream->next;
   size_t most = FLOATS_SCRATCH / width < ROWS_A_PIECE ? FLOATS_SCRATCH / width : ROWS_A_PIECE;
   size_t count = left < most ? (size_t)left : most;
-  tw_surface_read_rows(shown_reader(stream), domain, stream->next, count, stream->floats);
+  tw_surface_read_rows(stream->reader, domain, stream->next, count, stream->floats);
   stream->next += count;
   return count;
 }
@@ -221,7 +217,7 @@ static size_t read_face_piece(tw_obj_stream *stream, const tw_surface_group *gro
     count = (count + 1) / 2; /* one always fits */
   for (int i = 0; i < DOMAINS; i++)
     if (listed_rows(surface, domains[i]))
-      tw_surface_read_faces(shown_reader(stream), domains[i], stream->next, count, stream->sizes,
+      tw_surface_read_faces(stream->reader, domains[i], stream->next, count, stream->sizes,
                             stream->corners[i]);
   return count;
 }
@@ -290,6 +286,7 @@ static bool put_piece(tw_obj_stream *stream) {
     stream->node++;
     return true;
   }
+  tw_surface_reader_turn(stream->reader, stream->scene.surfaces[mesh]);
   if (stream->next < part_count(stream) || stream->part == PART_NAME) put_part(stream);
   if (stream->next < part_count(stream)) return true;
   stream->next = 0;
@@ -344,19 +341,6 @@ static bool place_nodes(tw_obj_stream *stream) {
   return placed;
 }
 
-static bool create_readers(tw_obj_stream *stream) {
-  const tw_model *model = stream->scene.model;
-  stream->readers = tw_alloc_zero(model->mesh_count, sizeof(tw_surface_reader *));
-  if (!stream->readers) return false;
-  for (uint32_t i = 0; i < model->node_count; i++) {
-    uint32_t mesh = model->nodes[i].mesh;
-    if (mesh == TW_NO_INDEX || stream->readers[mesh]) continue;
-    stream->readers[mesh] = tw_surface_reader_create(stream->scene.surfaces[mesh]);
-    if (!stream->readers[mesh]) return false;
-  }
-  return true;
-}
-
 static bool allocate(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
   stream->corner_capacity = (size_t)4 * FACES_A_PIECE;
@@ -370,7 +354,8 @@ static bool allocate(tw_obj_stream *stream) {
   }
   stream->text_capacity = largest_piece(model, stream->corner_capacity);
   stream->text = tw_alloc(stream->text_capacity, 1);
-  return stream->text && create_readers(stream) && place_nodes(stream);
+  stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count);
+  return stream->text && stream->reader && place_nodes(stream);
 }
 
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error) {
@@ -390,10 +375,8 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
 
 void tw_obj_stream_destroy(tw_obj_stream *stream) {
   if (!stream) return;
-  for (uint32_t i = 0; stream->readers && i < stream->scene.model->mesh_count; i++)
-    tw_surface_reader_destroy(stream->readers[i]);
+  tw_surface_reader_destroy(stream->reader);
   for (int i = 0; i < DOMAINS; i++) free(stream->corners[i]);
-  free(stream->readers);
   free(stream->world);
   free(stream->text);
   free(stream);

@@ -399,20 +399,48 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 
 /* ---- reader --------------------------------------------------------------------------------- */
 
-tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
+static uint32_t larger(uint32_t a, uint32_t b) {
+  return a > b ? a : b;
+}
+
+static uint32_t piece_capacity(const tw_surface *surface) {
+  return larger(surface->side, PIECE_ROWS);
+}
+
+tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
+  uint32_t points = 1, masks = 1, side = 1;
+  size_t floats = 1;
+  for (size_t i = 0; i < count; i++) {
+    const tw_surface *s = surfaces[i];
+    points = larger(points, s->scratch_points);
+    masks = larger(masks, s->mask_capacity);
+    side = larger(side, s->side);
+    size_t piece = (size_t)piece_capacity(s) * larger(s->layout.stride, 4);
+    if (piece > floats) floats = piece;
+  }
   tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
   if (!r) return NULL;
-  r->surface = surface;
-  r->piece_capacity = surface->side > PIECE_ROWS ? surface->side : PIECE_ROWS;
-  uint32_t width = surface->layout.stride > 4 ? surface->layout.stride : 4;
-  r->scratch = tw_alloc((size_t)surface->scratch_points + 1, 4 * sizeof *r->scratch);
-  r->mask = tw_alloc((size_t)surface->mask_capacity + 1, sizeof *r->mask);
-  r->line = tw_alloc((size_t)surface->side + 1, 4 * sizeof(float));
-  r->piece = tw_alloc(r->piece_capacity, width * sizeof(float));
-  for (int i = 0; i < 2; i++) r->index_rows[i] = tw_alloc((size_t)surface->side + 1, sizeof(uint32_t));
+  r->scratch = tw_alloc(points, 4 * sizeof *r->scratch);
+  r->mask = tw_alloc(masks, sizeof *r->mask);
+  r->line = tw_alloc((size_t)side + 1, 4 * sizeof(float));
+  r->piece = tw_alloc(floats, sizeof(float));
+  for (int i = 0; i < 2; i++) r->index_rows[i] = tw_alloc((size_t)side + 1, sizeof(uint32_t));
   if (r->scratch && r->mask && r->line && r->piece && r->index_rows[0] && r->index_rows[1]) return r;
   tw_surface_reader_destroy(r);
   return NULL;
+}
+
+void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface) {
+  if (reader->surface == surface) return;
+  reader->surface = surface;
+  reader->piece_capacity = piece_capacity(surface);
+  reader->piece_count = 0;
+}
+
+tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
+  tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1);
+  if (reader) tw_surface_reader_turn(reader, surface);
+  return reader;
 }
 
 void tw_surface_reader_destroy(tw_surface_reader *reader) {

@@ -358,6 +358,39 @@ static void vertices_are_the_rows_of_the_surface(void **state) {
   fixture_deinit(&f);
 }
 
+static void meshes_of_a_scene_do_not_mix(void **state) {
+  (void)state;
+  char text[sizeof cube_text + sizeof patchwork_text + 64];
+  snprintf(text, sizeof text, "%so small\nv 0 0 0\nv 1 0 5\nv 0 1 0\nf -3 -2 -1\n", cube_text);
+  fixture f;
+  fixture_init(&f, text);
+  assert_int_equal(f.model->mesh_count, 2);
+  fixture_refine(&f, 5, true);
+  glb file = write_glb(&f.scene);
+  tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
+  for (uint32_t step = 0; step < 500; step++) { /* from one mesh to the other and back */
+    uint8_t part[5000];
+    uint32_t offset = (uint32_t)((uint64_t)step * 27644437 % file.size);
+    tw_gltf_stream_seek(stream, offset);
+    size_t got = tw_gltf_stream_read(stream, part, sizeof part);
+    assert_memory_equal(part, file.bytes + offset, got);
+  }
+  tw_gltf_stream_destroy(stream);
+  for (int mesh = 0; mesh < 2; mesh++) {
+    tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[mesh]);
+    uint64_t rows = tw_surface_row_count(f.surfaces[mesh], TW_DOMAIN_VERTICES);
+    for (uint64_t i = 0; i < rows; i++) {
+      float row[6] = {0}, found[3] = {0};
+      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
+      read_floats(&file, attribute(&file, mesh, "POSITION"), i, 3, found);
+      assert_memory_equal(found, row, sizeof found);
+    }
+    tw_surface_reader_destroy(reader);
+  }
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
 static void bounds_are_exact(void **state) {
   (void)state;
   fixture f;
@@ -691,6 +724,7 @@ int main(void) {
       cmocka_unit_test(prediction_is_the_size),
       cmocka_unit_test(gltf_holds_the_same_as_glb),
       cmocka_unit_test(vertices_are_the_rows_of_the_surface),
+      cmocka_unit_test(meshes_of_a_scene_do_not_mix),
       cmocka_unit_test(bounds_are_exact),
       cmocka_unit_test(many_targets_keep_strides_legal),
       cmocka_unit_test(faces_become_fans_by_material),

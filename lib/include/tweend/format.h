@@ -60,7 +60,9 @@ tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_g
 void tw_gltf_stream_destroy(tw_gltf_stream *stream); /* NULL accepted */
 uint64_t tw_gltf_stream_size(const tw_gltf_stream *stream);
 
-/* The next bytes, at most `capacity`; 0 at the end. */
+/* The next bytes, at most `capacity`; 0 at the end. Reading the JSON asks for the surfaces' bounds:
+ * where they are not known yet and there is no memory to compute them with, less is read, and 0 before
+ * the end. */
 size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity);
 
 /* Continues at any offset (Range requests). */

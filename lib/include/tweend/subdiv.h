@@ -112,6 +112,12 @@ typedef struct tw_surface_reader tw_surface_reader;
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface); /* NULL without memory */
 void tw_surface_reader_destroy(tw_surface_reader *reader);              /* NULL accepted */
 
+/* One for any of several surfaces, as large as the most demanding asks for. It reads none before
+ * tw_surface_reader_turn. NULL without memory. */
+tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count);
+/* From here on it reads this one of its surfaces. */
+void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface);
+
 /* Rows [first, first + count) of a domain. out: [count][row width]. Neighbouring calls are cheap.
  * The same bytes whatever the blocks asked for. */
 void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t first, size_t count,
