@@ -180,8 +180,8 @@ static float *copy_rows(const building *b, const float *rows, size_t width, uint
 }
 
 static tw_status build_points(const building *b, tw_mesh *mesh) {
-  mesh->point_count =
-      b->deal->mesh_count == 1 ? (uint32_t)(b->parts->positions.count / 3) : b->deal->mesh_points[b->index];
+  const uint32_t *several = b->deal->mesh_points;
+  mesh->point_count = several ? several[b->index] : (uint32_t)(b->parts->positions.count / 3);
   mesh->positions = copy_rows(b, b->parts->positions.values, 3, mesh->point_count);
   if (!mesh->positions) return no_memory(b->error);
   if (!b->deal->colors) return TW_OK;

@@ -270,7 +270,7 @@ static tw_status begin_object(obj_parts *parts, obj_text *text, tw_error *error)
     *last = object;
     return TW_OK;
   }
-  if (parts->object_count == parts->object_capacity) {
+  if (!parts->objects || parts->object_count == parts->object_capacity) {
     size_t capacity = parts->object_capacity ? parts->object_capacity * 2 : 16;
     obj_object *grown = realloc(parts->objects, capacity * sizeof *grown);
     if (!grown) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -333,8 +333,9 @@ static tw_status read_statements(obj_parts *parts, obj_text *text, tw_error *err
 static tw_status check_highest(const obj_highest *highest, uint64_t count, const char *what, uint64_t first,
                                tw_error *error) {
   if (highest->index <= count) return TW_OK;
+  uint64_t index = highest->index - 1 + first;
   return tw_fail_line(error, TW_INVALID, highest->line, "index %llu is out of range: the file has %llu %s",
-                      (unsigned long long)(highest->index - 1 + first), (unsigned long long)count, what);
+                      (unsigned long long)index, (unsigned long long)count, what);
 }
 
 static tw_status check_ranges(const obj_parts *parts, tw_error *error) {

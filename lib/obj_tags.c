@@ -137,7 +137,7 @@ static tw_status add_holes(obj_parts *parts, const tag_values *values, tw_error 
 /* The tag's one int looked up in a table. */
 static tw_status set_from_int(const tag_values *values, const int *table, size_t size, int *out,
                               tw_error *error) {
-  if (values->int_count != 1 || values->ints.values[0] >= size)
+  if (values->int_count != 1 || !values->ints.values || values->ints.values[0] >= size)
     return bad_tag(values, error, "the tag needs one integer, of those that it knows");
   *out = table[values->ints.values[0]];
   return TW_OK;

@@ -103,7 +103,7 @@ void Elements::read(uint32_t i, float *out) const {
     return;
   }
   if (component_type_ != TINYGLTF_COMPONENT_TYPE_FLOAT) {
-    uint32_t size = component_size(component_type_);
+    size_t size = component_size(component_type_);
     for (uint32_t c = 0; c < width_; c++)
       out[c] = component_value(at + c * size, component_type_, normalized_);
     return;

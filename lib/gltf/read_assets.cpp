@@ -2,6 +2,8 @@
 #include "gltf/assets.hpp"
 #include "gltf/document.hpp"
 
+#include <algorithm>
+#include <climits>
 #include <memory>
 #include <set>
 
@@ -14,6 +16,11 @@ void check_index(int index, size_t count, const std::string &pointer) {
     refuse(TW_INVALID, pointer, "index ", index, " is out of range: there are ", count);
 }
 
+// An index in an extension; one that is no integer is out of range.
+int index_value(const tinygltf::Value &value) {
+  return value.IsInt() ? value.Get<int>() : INT_MIN;
+}
+
 // Texture references in extensions: members named ...Texture that are objects with an index. Depth is
 // bounded by the guards.
 void check_texture_values(const tinygltf::Value &value, size_t textures, const std::string &pointer) {
@@ -21,10 +28,10 @@ void check_texture_values(const tinygltf::Value &value, size_t textures, const s
   for (const std::string &key : value.Keys()) {
     const tinygltf::Value &member = value.Get(key);
     if (!member.IsObject()) continue;
+    std::string place = text(pointer, "/", key);
     bool reference = key.size() >= 7 && key.compare(key.size() - 7, 7, "Texture") == 0 && member.Has("index");
-    if (reference && member.Get("index").IsNumber())
-      check_index(member.Get("index").GetNumberAsInt(), textures, pointer + "/" + key + "/index");
-    check_texture_values(member, textures, pointer + "/" + key);
+    if (reference) check_index(index_value(member.Get("index")), textures, place + "/index");
+    check_texture_values(member, textures, place);
   }
 }
 
@@ -45,10 +52,9 @@ void check_texture(const tinygltf::Texture &texture, const tinygltf::Model &sour
   check_index(texture.sampler, source.samplers.size(), pointer + "/sampler");
   check_index(texture.source, source.images.size(), pointer + "/source");
   for (const auto &extension : texture.extensions)
-    if (extension.second.IsObject() && extension.second.Has("source") &&
-        extension.second.Get("source").IsNumber())
-      check_index(extension.second.Get("source").GetNumberAsInt(), source.images.size(),
-                  pointer + "/extensions/" + extension.first + "/source");
+    if (extension.second.IsObject() && extension.second.Has("source"))
+      check_index(index_value(extension.second.Get("source")), source.images.size(),
+                  text(pointer, "/extensions/", extension.first, "/source"));
 }
 
 // By the first bytes, for an image that does not say.

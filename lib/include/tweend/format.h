@@ -21,9 +21,9 @@ typedef struct tw_read_limits {
  * it has a top-level "asset"), else OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
-/* Wavefront OBJ. text: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
+/* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
  * *out: a finished model (tw_model_finish has run). O(size). */
-tw_status tw_obj_read(const uint8_t *text, size_t size, tw_model **out, tw_error *error);
+tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
  * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
