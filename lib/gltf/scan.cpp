@@ -32,6 +32,12 @@ struct ViewOutline {
   uint64_t buffer = 0, offset = 0, length = 0;
 };
 
+constexpr uint64_t no_view = UINT64_MAX;
+
+struct IndicesOutline {
+  uint64_t mesh, primitive, accessor;
+};
+
 class Scanner {
 public:
   Scanner(const Container &container, const tw_read_limits &limits)
@@ -57,6 +63,8 @@ private:
   uint64_t values_ = 0, cost_ = 0;
   std::vector<BufferOutline> buffers_;
   std::vector<ViewOutline> views_;
+  std::vector<uint64_t> accessor_views_; // no_view for one without
+  std::vector<IndicesOutline> indices_;
   std::vector<uint64_t> image_views_; // image index << 32 | view, of the images that have one
   uint64_t images_ = 0;
 
@@ -95,7 +103,7 @@ private:
   }
 
   void open(char c) {
-    if (++depth_ > depth_max) refuse(TW_LIMIT, "", "the JSON text is nested more than ", depth_max, " deep");
+    if (++depth_ > depth_max) refuse(TW_SYNTAX, "", "the JSON text is nested more than ", depth_max, " deep");
     count_value();
     expect(c);
   }
@@ -250,7 +258,7 @@ private:
       else if (once.is(key, "materials"))
         elements("/materials", sizeof(tinygltf::Material), [this](uint64_t) { skip(); });
       else if (once.is(key, "accessors"))
-        elements("/accessors", sizeof(tinygltf::Accessor), [this](uint64_t) { skip(); });
+        elements("/accessors", sizeof(tinygltf::Accessor), [this](uint64_t i) { accessor(i); });
       else if (once.is(key, "nodes"))
         elements("/nodes", sizeof(tinygltf::Node), [this](uint64_t) { skip(); });
       else if (once.is(key, "meshes"))
@@ -344,11 +352,33 @@ private:
     });
   }
 
+  void accessor(uint64_t i) {
+    Place place = {"accessors", i};
+    uint64_t view = no_view;
+    element_object(place, [&](std::string_view key, Once &once) {
+      if (once.is(key, "bufferView"))
+        view = integer(place, "bufferView");
+      else
+        skip();
+    });
+    accessor_views_.push_back(view);
+  }
+
   void mesh(uint64_t i) {
     Place place = {"meshes", i};
     element_object(place, [&](std::string_view key, Once &once) {
       if (once.is(key, "primitives") && peek() == '[')
-        elements("", sizeof(tinygltf::Primitive), [this](uint64_t) { skip(); });
+        elements("", sizeof(tinygltf::Primitive), [this, i](uint64_t k) { primitive(i, k); });
+      else
+        skip();
+    });
+  }
+
+  void primitive(uint64_t mesh, uint64_t i) {
+    Place place = {"meshes", mesh};
+    element_object(place, [&](std::string_view key, Once &once) {
+      if (once.is(key, "indices") && peek() != '-')
+        indices_.push_back({mesh, i, integer(place, "primitives")});
       else
         skip();
     });
@@ -382,9 +412,21 @@ private:
   void check_outline() const {
     for (size_t i = 0; i < buffers_.size(); i++) check_buffer(i);
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
+    for (size_t i = 0; i < accessor_views_.size(); i++)
+      if (accessor_views_[i] != no_view && accessor_views_[i] >= views_.size())
+        refuse(TW_INVALID, text("/accessors/", i, "/bufferView"), "there is no such buffer view");
+    for (const IndicesOutline &indices : indices_) check_indices(indices);
     for (uint64_t image_view : image_views_)
       if ((image_view & UINT32_MAX) >= views_.size())
         refuse(TW_INVALID, text("/images/", image_view >> 32, "/bufferView"), "there is no such buffer view");
+  }
+
+  void check_indices(const IndicesOutline &indices) const {
+    if (indices.accessor >= accessor_views_.size())
+      refuse(TW_INVALID, text("/meshes/", indices.mesh, "/primitives/", indices.primitive, "/indices"),
+             "there is no accessor ", indices.accessor);
+    if (accessor_views_[indices.accessor] == no_view)
+      refuse(TW_INVALID, text("/accessors/", indices.accessor), "indices need a buffer view");
   }
 
   void check_buffer(size_t i) const {

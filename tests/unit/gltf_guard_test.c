@@ -144,7 +144,7 @@ static void nesting_is_bounded(void **state) {
     memset(text + length + depth, ']', (size_t)depth);
     strcpy(text + length + 2 * depth, "}");
     tw_error error;
-    assert_int_equal(read_text(text, &error), depth < 64 ? TW_OK : TW_LIMIT);
+    assert_int_equal(read_text(text, &error), depth < 64 ? TW_OK : TW_SYNTAX);
   }
   free(text);
 }
@@ -259,6 +259,13 @@ static void buffers_and_views_must_lie_in_their_data(void **state) {
        "\"images\":[{\"bufferView\":1,\"mimeType\":\"image/png\"}]",
        "/images/0/bufferView", TW_INVALID},
       {"\"images\":[{\"bufferView\":99999999999}]", "/images/0/bufferView", TW_INVALID},
+      {"\"accessors\":[{\"bufferView\":0,\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"}]",
+       "/accessors/0/bufferView", TW_INVALID},
+      {"\"meshes\":[{\"primitives\":[{\"attributes\":{}},{\"attributes\":{},\"indices\":0}]}]",
+       "/meshes/0/primitives/1/indices", TW_INVALID},
+      {"\"accessors\":[{\"componentType\":5123,\"count\":3,\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":"
+       "[{\"attributes\":{},\"indices\":0}]}]",
+       "/accessors/0", TW_INVALID},
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     char text[1024];
