@@ -458,7 +458,7 @@ static void triangles_are_the_faces(const glb *file, fixture *f, bool ngons) {
     const tw_surface_group *group = tw_surface_get_group(surface, g);
     const cJSON *faces = primitive(file, 0, written++);
     int indices = (int)number(faces, "indices", UINT32_MAX);
-    assert_int_equal(number(faces, "material", 99), group->material);
+    assert_int_equal((int32_t)number(faces, "material", UINT32_MAX), group->material);
     uint64_t next = 0;
     uint32_t before = UINT32_MAX;
     for (uint64_t face = group->first_face; face < group->first_face + group->face_count; face++) {
@@ -502,16 +502,59 @@ static void faces_become_fans_by_material(void **state) {
     }
 }
 
-/* One polygon of `size` corners on a circle. */
-static void init_polygon(fixture *f, uint32_t size) {
-  char *text = malloc((size_t)size * 64 + 16), *end = text;
-  assert_non_null(text);
-  for (uint32_t i = 0; i < size; i++) {
-    double angle = 6.283185307179586 * i / size;
-    end += sprintf(end, "v %.9g %.9g 0\n", cos(angle), sin(angle));
+/* Whether two faces have the same corners in the same order, from wherever they begin. */
+static bool same_face(const float (*a)[3], const float (*b)[3], uint32_t size) {
+  for (uint32_t start = 0; start < size; start++) {
+    uint32_t i = 0;
+    while (i < size && memcmp(a[i], b[(start + i) % size], sizeof a[i]) == 0) i++;
+    if (i == size) return true;
   }
-  end += sprintf(end, "f");
-  for (uint32_t i = 0; i < size; i++) end += sprintf(end, " %u", i + 1);
+  return false;
+}
+
+static void polygons_read_back_as_they_were(void **state) {
+  (void)state;
+  for (uint32_t level = 0; level < 3; level++) {
+    fixture f;
+    fixture_init(&f, patchwork_text);
+    fixture_refine(&f, level, true);
+    f.scene.polygons = TW_POLYGONS_NGON;
+    glb file = write_glb(&f.scene);
+    tw_model *model = NULL;
+    tw_error error;
+    const tw_read_limits limits = {0};
+    if (tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, &limits, &model, &error) != TW_OK)
+      fail_msg("%s %s", error.pointer, error.detail);
+    const tw_mesh *mesh = &model->meshes[0];
+    assert_int_equal(mesh->face_count, tw_surface_get_counts(f.surfaces[0])->faces);
+    tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
+    for (uint32_t face = 0; face < mesh->face_count; face++) {
+      uint32_t corners[16], size = 0, first = mesh->face_offsets[face];
+      float wanted[16][3], found[16][3];
+      tw_surface_read_faces(reader, TW_DOMAIN_POINTS, face, 1, &size, corners);
+      assert_int_equal(mesh->face_offsets[face + 1] - first, size);
+      for (uint32_t i = 0; i < size; i++) {
+        tw_surface_read_rows(reader, TW_DOMAIN_POINTS, corners[i], 1, wanted[i]);
+        memcpy(found[i], mesh->positions + 3 * (size_t)mesh->corners[first + i], sizeof found[i]);
+      }
+      assert_true(same_face((const float(*)[3])wanted, (const float(*)[3])found, size));
+    }
+    tw_surface_reader_destroy(reader);
+    tw_model_destroy(model);
+    free_glb(&file);
+    fixture_deinit(&f);
+  }
+}
+
+/* `count` polygons of `size` corners each, one over the other. */
+static void init_polygons(fixture *f, uint32_t count, uint32_t size) {
+  char *text = malloc((size_t)count * size * 64 + 16), *end = text;
+  assert_non_null(text);
+  for (uint32_t i = 0; i < count * size; i++) {
+    double angle = 6.283185307179586 * i / size;
+    end += sprintf(end, "v %.9g %.9g %u\n", cos(angle), sin(angle), i / size);
+  }
+  for (uint32_t i = 0; i < count * size; i++) end += sprintf(end, "%s %u", i % size ? "" : "\nf", i + 1);
   sprintf(end, "\n");
   fixture_init(f, text);
   free(text);
@@ -520,7 +563,7 @@ static void init_polygon(fixture *f, uint32_t size) {
 static void polygon_larger_than_any_block_is_a_fan(void **state) {
   (void)state;
   fixture f;
-  init_polygon(&f, 40000);
+  init_polygons(&f, 1, 40000);
   fixture_refine(&f, 0, false);
   tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
   uint8_t *small = fixture_read(stream, 100);
@@ -537,11 +580,63 @@ static void polygon_larger_than_any_block_is_a_fan(void **state) {
   fixture_deinit(&f);
 }
 
+static void polygons_larger_than_any_block_stand_side_by_side(void **state) {
+  (void)state;
+  fixture f;
+  init_polygons(&f, 4, 3000);
+  fixture_refine(&f, 0, false);
+  f.scene.polygons = TW_POLYGONS_NGON;
+  tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
+  uint8_t *small = fixture_read(stream, 5000);
+  glb file = write_glb(&f.scene);
+  assert_memory_equal(small, file.bytes, file.size);
+  for (uint32_t t = 0; t < 4 * 2998; t++) assert_int_equal(read_index(&file, 1, 3 * t), t / 2998 * 3000);
+  free(small);
+  tw_gltf_stream_destroy(stream);
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
+/* Faces that begin at the same point in twos (the first alone when `shift` is 1) or all. */
+static void init_common_starts(fixture *f, int shift, int together) {
+  enum { FACES = 5001 };
+  char *text = malloc((size_t)FACES * 200), *end = text;
+  assert_non_null(text);
+  for (int i = 0; i < 3 * FACES; i++) end += sprintf(end, "v %d %d 0\n", i, i * i % 1009);
+  for (int i = 0; i < FACES; i++)
+    end += sprintf(end, "f %d %d %d\n", (i + shift) / together + 1, FACES + 2 * i + 1, FACES + 2 * i + 2);
+  fixture_init(f, text);
+  free(text);
+}
+
+static void neighbours_never_start_from_one_vertex(void **state) {
+  (void)state;
+  static const int kinds[3][2] = {{0, 2}, {1, 2}, {0, 10000}};
+  for (int kind = 0; kind < 3; kind++) {
+    fixture f;
+    init_common_starts(&f, kinds[kind][0], kinds[kind][1]);
+    fixture_refine(&f, 0, false);
+    f.scene.polygons = TW_POLYGONS_NGON;
+    glb file = write_glb(&f.scene);
+    triangles_are_the_faces(&file, &f, true);
+    tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
+    for (size_t block = 6; block < 20000; block = block * 3 + 6) {
+      tw_gltf_stream_seek(stream, 0);
+      uint8_t *parts = fixture_read(stream, block);
+      assert_memory_equal(parts, file.bytes, file.size);
+      free(parts);
+    }
+    tw_gltf_stream_destroy(stream);
+    free_glb(&file);
+    fixture_deinit(&f);
+  }
+}
+
 static void indices_are_short_up_to_65535_vertices(void **state) {
   (void)state;
   for (uint32_t size = 65534; size < 65538; size++) {
     fixture f;
-    init_polygon(&f, size);
+    init_polygons(&f, 1, size);
     fixture_refine(&f, 0, false);
     glb file = write_glb(&f.scene);
     assert_int_equal(number(at(&file, "accessors", 0), "count", 0), size);
@@ -728,7 +823,10 @@ int main(void) {
       cmocka_unit_test(bounds_are_exact),
       cmocka_unit_test(many_targets_keep_strides_legal),
       cmocka_unit_test(faces_become_fans_by_material),
+      cmocka_unit_test(polygons_read_back_as_they_were),
       cmocka_unit_test(polygon_larger_than_any_block_is_a_fan),
+      cmocka_unit_test(polygons_larger_than_any_block_stand_side_by_side),
+      cmocka_unit_test(neighbours_never_start_from_one_vertex),
       cmocka_unit_test(indices_are_short_up_to_65535_vertices),
       cmocka_unit_test(mesh_without_faces_is_left_out),
       cmocka_unit_test(nodes_keep_names_order_and_transforms),
