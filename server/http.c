@@ -295,8 +295,10 @@ static enum MHD_Result open_request(connection *c, const char *method, const cha
   srv_framing_end(framing);
   c->exchange.wanted = client_waits;
   c->exchange.ready = come_back;
-  if (srv_exchange_open(&c->exchange, method, framing, find_header, c->mhd) == SRV_EXCHANGE_NOW)
-    return deliver(c);
+  if (srv_exchange_open(&c->exchange, method, framing, find_header, c->mhd) == SRV_EXCHANGE_NOW) {
+    /* The library would close with the body unread, which resets the connection under the answer. */
+    return framing->continues || c->owner->http->tls ? deliver(c) : refuse_midway(c);
+  }
   enter(c, SRV_PHASE_BODY);
   return MHD_YES;
 }

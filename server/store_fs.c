@@ -126,19 +126,30 @@ static bool write_all(int fd, const uint8_t *data, size_t size) {
   return true;
 }
 
-/* Makes `name` under objects/ hold these bytes, durably but for the folder's own sync. */
-static bool place(srv_store_fs *store, const char *name, api_bytes bytes) {
+typedef enum placed { PLACED, PLACED_BEFORE, PLACE_FAILED } placed;
+
+/* Of several writers of one name, one places it; the others learn that it was there before. */
+static placed rename_into(const srv_store_fs *store, const char *temporary, const char *name) {
+  if (renameat2(store->temporary, temporary, store->objects, name, RENAME_NOREPLACE) == 0) return PLACED;
+  if (errno == EEXIST) return PLACED_BEFORE;
+  /* Not every file system can refuse to replace; the bytes are the same, so it does no harm. */
+  bool unable = errno == EINVAL || errno == ENOSYS;
+  return unable && renameat(store->temporary, temporary, store->objects, name) == 0 ? PLACED : PLACE_FAILED;
+}
+
+/* Makes `name` under objects/ hold these bytes, durably but for the folder's own sync. errno says why not. */
+static placed place(srv_store_fs *store, const char *name, api_bytes bytes) {
   char temporary[NAME_SIZE];
   snprintf(temporary, sizeof temporary, "put-%ld-%u", (long)getpid(), atomic_fetch_add(&store->serial, 1));
   int fd = openat(store->temporary, temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-  if (fd < 0) return false;
-  bool placed = flock(fd, LOCK_EX) == 0 && write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0 &&
-                renameat(store->temporary, temporary, store->objects, name) == 0;
+  if (fd < 0) return PLACE_FAILED;
+  bool written = flock(fd, LOCK_EX) == 0 && write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0;
+  placed outcome = written ? rename_into(store, temporary, name) : PLACE_FAILED;
   int reason = errno;
-  if (!placed) unlinkat(store->temporary, temporary, 0);
+  if (outcome != PLACED) unlinkat(store->temporary, temporary, 0);
   close(fd);
   errno = reason;
-  return placed;
+  return outcome;
 }
 
 static bool sync_folder(int parent, const char *name) {
@@ -153,6 +164,11 @@ static bool is_there(const srv_store_fs *store, const char *name) {
   return faccessat(store->objects, name, F_OK, 0) == 0;
 }
 
+static bool make_prefix_folder(const srv_store_fs *store, const char *folder) {
+  if (mkdirat(store->objects, folder, 0700) != 0) return errno == EEXIST;
+  return sync_folder(store->objects, ".");
+}
+
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
   srv_store_fs *store = context;
@@ -165,14 +181,14 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
     *existed = true;
     return API_STORE_OK;
   }
-  bool made = mkdirat(store->objects, folder, 0700) == 0;
-  if (!made && errno != EEXIST) return unavailable("cannot make a folder");
-  if (made && !sync_folder(store->objects, ".")) return unavailable("cannot sync");
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  if (!place(store, beside, text)) return unavailable("cannot write a summary");
-  if (!object_there && !place(store, object, bytes)) return unavailable("cannot write a model");
+  placed outcome = PLACED_BEFORE;
+  if (!make_prefix_folder(store, folder)) return unavailable("cannot make a folder");
+  if (place(store, beside, text) == PLACE_FAILED) return unavailable("cannot write a summary");
+  if (!object_there) outcome = place(store, object, bytes);
+  if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
   if (!sync_folder(store->objects, folder)) return unavailable("cannot sync");
-  *existed = object_there;
+  *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;
 }
 

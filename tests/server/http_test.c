@@ -185,9 +185,11 @@ static void bytes_sent_after_a_refusal_do_not_reset_the_answer(void **state) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length : 35\r\n\r\n");
-  pause_ms(50);
-  for (int i = 0; i < 20; i++) say(fd, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
-  pause_ms(50);
+  static const char MORE[] = "GET /light HTTP/1.1\r\nHost: x\r\n\r\n";
+  for (int i = 0; i < 20; i++) {
+    pause_ms(20);
+    assert_int_equal(send(fd, MORE, sizeof MORE - 1, MSG_NOSIGNAL), sizeof MORE - 1);
+  }
   assert_true(read_all(f, fd));
   assert_int_equal(status(f), 400);
   assert_int_equal(answers(f), 1);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <ftw.h>
+#include <pthread.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -127,6 +128,45 @@ static void second_put_says_that_it_was_there(void **state) {
   bool existed = false;
   assert_int_equal(put(f, ID, "some bytes", &existed), API_STORE_OK);
   assert_true(existed);
+}
+
+typedef struct racer {
+  fixture *f;
+  pthread_barrier_t *start;
+  bool existed;
+  api_store_status status;
+} racer;
+
+static void *race(void *context) {
+  racer *r = context;
+  pthread_barrier_wait(r->start);
+  r->status = put(r->f, ID, "some bytes", &r->existed);
+  return NULL;
+}
+
+static void of_racing_puts_one_is_the_first(void **state) {
+  fixture *f = *state;
+  enum { RACERS = 8, ROUNDS = 20 };
+  for (int round = 0; round < ROUNDS; round++) {
+    pthread_barrier_t start;
+    pthread_t threads[RACERS];
+    racer racers[RACERS];
+    pthread_barrier_init(&start, NULL, RACERS);
+    for (int i = 0; i < RACERS; i++) {
+      racers[i] = (racer){.f = f, .start = &start};
+      assert_int_equal(pthread_create(&threads[i], NULL, race, &racers[i]), 0);
+    }
+    int firsts = 0;
+    for (int i = 0; i < RACERS; i++) {
+      pthread_join(threads[i], NULL);
+      assert_int_equal(racers[i].status, API_STORE_OK);
+      firsts += !racers[i].existed;
+    }
+    pthread_barrier_destroy(&start);
+    assert_int_equal(firsts, 1);
+    assert_true(is_stored(f, ID, "some bytes"));
+    assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
+  }
 }
 
 static void removed_model_is_gone_and_its_mapping_stays(void **state) {
@@ -269,6 +309,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(model_is_got_as_it_was_put_also_by_another_process, set_up, tear_down),
       cmocka_unit_test_setup_teardown(empty_model_is_possible, set_up, tear_down),
       cmocka_unit_test_setup_teardown(second_put_says_that_it_was_there, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(of_racing_puts_one_is_the_first, set_up, tear_down),
       cmocka_unit_test_setup_teardown(removed_model_is_gone_and_its_mapping_stays, set_up, tear_down),
       cmocka_unit_test_setup_teardown(lost_summary_is_null_and_made_good_by_the_next_put, set_up, tear_down),
       cmocka_unit_test_setup_teardown(list_pages_through_all_in_order, set_up, tear_down),
