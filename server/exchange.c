@@ -101,6 +101,13 @@ static bool reads_only(const srv_exchange *exchange) {
   return strcmp(exchange->method, "GET") == 0 || strcmp(exchange->method, "HEAD") == 0;
 }
 
+static void refuse_long_body(srv_exchange *exchange) {
+  char detail[96];
+  snprintf(detail, sizeof detail, "the body is longer than the limit of %llu bytes",
+           (unsigned long long)exchange->server->config->max_upload);
+  srv_exchange_refuse(exchange, 413, detail, 0);
+}
+
 /* Whether the request is refused on its headers; then the answer is there. */
 static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   const srv_config *config = exchange->server->config;
@@ -110,7 +117,7 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
     srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
   } else if (framing->has_length && framing->length > config->max_upload) {
-    srv_exchange_refuse(exchange, 413, "the body is longer than the configured limit", 0);
+    refuse_long_body(exchange);
   } else if (is_metrics(exchange) && !reads_only(exchange)) {
     srv_exchange_refuse(exchange, 405, "/metrics can only be read", 0);
     api_answer *answer = &exchange->answer;
@@ -147,7 +154,7 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   switch (srv_body_append(&exchange->body, data, size)) {
   case SRV_BODY_OK: return SRV_EXCHANGE_MORE;
   case SRV_BODY_TOO_LONG:
-    srv_exchange_refuse(exchange, 413, "the body is longer than the configured limit", 0);
+    refuse_long_body(exchange);
     break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");

@@ -1,7 +1,8 @@
 # Many clients at once: equal questions have equal answers, and nothing gets lost.
 
 load helper
-setup_file() { start_daemon; }
+# All sixteen clients wait for their turn: the full queue has a case of its own below.
+setup_file() { start_daemon --queue 64; }
 teardown_file() { stop_daemon; }
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
 

@@ -10,9 +10,9 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
 @test "SIGTERM: an answer under way comes to its end, the daemon ends with 0" {
   upload "$samples/cube.obj"
-  get "/v1/models/$id/surface.json?level=7"
+  get "/v1/models/$id/surface.json?level=9"
   bytes=$(value .bytes)
-  curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  curl --silent --output slow.glb --limit-rate 20M "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
   sleep 0.7
   kill -0 "$client"
@@ -25,7 +25,7 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
 @test "while draining, new requests are refused: 503 or no connection" {
   upload "$samples/cube.obj"
-  curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
   sleep 0.7
   kill -TERM "$daemon"
@@ -57,7 +57,7 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   stop_daemon
   start_daemon --drain-timeout 1s
   upload "$samples/cube.obj"
-  curl --silent --output slow.glb --limit-rate 10k "$url/v1/models/$id/surface.glb?level=7" 3>&- &
+  curl --silent --output slow.glb --limit-rate 10k "$url/v1/models/$id/surface.glb?level=9" 3>&- &
   client=$!
   sleep 0.5
   started=$EPOCHSECONDS

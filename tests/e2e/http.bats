@@ -10,11 +10,12 @@ setup() {
 }
 
 # raw BYTES: sends them as they are (printf escapes), leaves what came back in the file answer, status in $status.
+# A server that refuses may close before it has read them all.
 raw() {
   local host port
   IFS=: read -r host port <<<"${url#http://}"
   exec 9<>"/dev/tcp/$host/$port"
-  printf '%b' "$1" >&9
+  printf '%b' "$1" >&9 2>/dev/null || true
   timeout 5 cat <&9 >answer || true
   exec 9>&- 9<&-
   status=$(sed -n '1s/^HTTP\/1.1 \([0-9]*\).*/\1/p' answer)
