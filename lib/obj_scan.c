@@ -3,35 +3,10 @@
 
 #include <string.h>
 
-static bool is_line_end(uint8_t c) {
-  return c == '\n' || c == '\r';
-}
-
-/* Bytes of the line end at `at`: 2 for CRLF. */
-static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
-  return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
-}
-
-void obj_skip_blanks(obj_text *text) {
-  const uint8_t *at = text->at, *end = text->end;
-  for (; at < end; at++) {
-    if (*at == ' ' || *at == '\t') continue;
-    if (*at != '\\' || end - at < 2 || !is_line_end(at[1])) break;
-    at += line_end_length(at + 1, end);
-    text->line++;
-  }
-  text->at = at;
-}
-
-bool obj_statement_ends(obj_text *text) {
-  obj_skip_blanks(text);
-  return text->at == text->end || is_line_end(*text->at) || *text->at == '#';
-}
-
 void obj_next_line(obj_text *text) {
-  while (text->at < text->end && !is_line_end(*text->at)) text->at++;
+  while (text->at < text->end && !obj_is_line_end(*text->at)) text->at++;
   if (text->at == text->end) return;
-  text->at += line_end_length(text->at, text->end);
+  text->at += obj_line_end_length(text->at, text->end);
   text->line++;
 }
 
@@ -39,20 +14,20 @@ void obj_next_statement(obj_text *text) {
   bool comment = false, continues = false;
   do {
     const uint8_t *start = text->at;
-    while (text->at < text->end && !is_line_end(*text->at)) {
+    while (text->at < text->end && !obj_is_line_end(*text->at)) {
       comment = comment || *text->at == '#';
       text->at++;
     }
     if (text->at == text->end) return;
     continues = !comment && text->at > start && text->at[-1] == '\\';
-    text->at += line_end_length(text->at, text->end);
+    text->at += obj_line_end_length(text->at, text->end);
     text->line++;
   } while (continues);
 }
 
 static bool ends_word(const uint8_t *at, const uint8_t *end) {
-  if (*at == ' ' || *at == '\t' || is_line_end(*at)) return true;
-  return *at == '\\' && end - at > 1 && is_line_end(at[1]);
+  if (*at == ' ' || *at == '\t' || obj_is_line_end(*at)) return true;
+  return *at == '\\' && end - at > 1 && obj_is_line_end(at[1]);
 }
 
 obj_word obj_read_word(obj_text *text) {
@@ -65,7 +40,7 @@ obj_word obj_read_word(obj_text *text) {
 obj_word obj_read_rest(obj_text *text) {
   obj_skip_blanks(text);
   const uint8_t *start = text->at;
-  while (text->at < text->end && !is_line_end(*text->at)) text->at++;
+  while (text->at < text->end && !obj_is_line_end(*text->at)) text->at++;
   const uint8_t *end = text->at;
   while (end > start && (end[-1] == ' ' || end[-1] == '\t')) end--;
   return (obj_word){(const char *)start, (size_t)(end - start)};
@@ -76,10 +51,6 @@ bool obj_word_is(obj_word word, const char *text) {
 }
 
 /* ---- numbers -------------------------------------------------------------------------------- */
-
-static bool is_digit(uint8_t c) {
-  return (uint8_t)(c - '0') < 10;
-}
 
 static bool ends_number(const uint8_t *at, const uint8_t *end) {
   return at == end || *at == '#' || ends_word(at, end);
@@ -94,11 +65,11 @@ static const uint8_t *read_plain_number(const uint8_t *at, const uint8_t *end, d
   if (negative) at++;
   const uint8_t *start = at, *stop = end - at > 16 ? at + 16 : end; /* 15 digits and a point */
   uint64_t digits = 0;
-  while (at < stop && is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
+  while (at < stop && obj_is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
   size_t count = (size_t)(at - start), decimals = 0;
   if (at < stop && *at == '.') {
     const uint8_t *point = at++;
-    while (at < stop && is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
+    while (at < stop && obj_is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
     decimals = (size_t)(at - point) - 1;
     count += decimals;
   }
@@ -117,18 +88,5 @@ bool obj_read_number(obj_text *text, double *out) {
     if (used == 0 || !ends_number(after, text->end)) return false;
   }
   text->at = after;
-  return true;
-}
-
-bool obj_read_integer(obj_text *text, int64_t *out) {
-  const uint8_t *at = text->at, *end = text->end;
-  bool negative = at < end && *at == '-';
-  if (at < end && (*at == '-' || *at == '+')) at++;
-  const uint8_t *start = at;
-  int64_t value = 0;
-  while (at < end && is_digit(*at) && at - start < 18) value = value * 10 + (*at++ - '0');
-  if (at == start || (at < end && is_digit(*at))) return false;
-  *out = negative ? -value : value;
-  text->at = at;
   return true;
 }

@@ -1,4 +1,5 @@
-/* Walking through OBJ text: blanks, line ends, continuation, numbers. Knows no statement. */
+/* Walking through OBJ text: blanks, line ends, continuation, numbers. Knows no statement. What every
+ * character of a large file passes through is inline. */
 #ifndef TWEEND_OBJ_SCAN_H
 #define TWEEND_OBJ_SCAN_H
 
@@ -16,11 +17,32 @@ typedef struct obj_word {
   size_t length;
 } obj_word;
 
+static inline bool obj_is_line_end(uint8_t c) {
+  return c == '\n' || c == '\r';
+}
+
+/* Bytes of the line end at `at`: 2 for CRLF. */
+static inline size_t obj_line_end_length(const uint8_t *at, const uint8_t *end) {
+  return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
+}
+
 /* Moves over spaces, tabs and continuations. */
-void obj_skip_blanks(obj_text *text);
+static inline void obj_skip_blanks(obj_text *text) {
+  const uint8_t *at = text->at, *end = text->end;
+  for (; at < end; at++) {
+    if (*at == ' ' || *at == '\t') continue;
+    if (*at != '\\' || end - at < 2 || !obj_is_line_end(at[1])) break;
+    at += obj_line_end_length(at + 1, end);
+    text->line++;
+  }
+  text->at = at;
+}
 
 /* After blanks: nothing more in this statement (a comment counts as nothing). */
-bool obj_statement_ends(obj_text *text);
+static inline bool obj_statement_ends(obj_text *text) {
+  obj_skip_blanks(text);
+  return text->at == text->end || obj_is_line_end(*text->at) || *text->at == '#';
+}
 
 /* Moves to the beginning of the next line; a statement's continuation lines belong to it. */
 void obj_next_statement(obj_text *text);
@@ -37,8 +59,23 @@ obj_word obj_read_rest(obj_text *text);
 /* A number that ends at a blank, line end or comment. False, without moving, when there is none. */
 bool obj_read_number(obj_text *text, double *out);
 
+static inline bool obj_is_digit(uint8_t c) {
+  return (uint8_t)(c - '0') < 10;
+}
+
 /* A decimal integer, at most 18 digits, that ends where its digits do. False when there is none. */
-bool obj_read_integer(obj_text *text, int64_t *out);
+static inline bool obj_read_integer(obj_text *text, int64_t *out) {
+  const uint8_t *at = text->at, *end = text->end;
+  bool negative = at < end && *at == '-';
+  if (at < end && (*at == '-' || *at == '+')) at++;
+  const uint8_t *start = at;
+  int64_t value = 0;
+  while (at < end && obj_is_digit(*at) && at - start < 18) value = value * 10 + (*at++ - '0');
+  if (at == start || (at < end && obj_is_digit(*at))) return false;
+  *out = negative ? -value : value;
+  text->at = at;
+  return true;
+}
 
 bool obj_word_is(obj_word word, const char *text);
 

@@ -118,10 +118,12 @@ private:
   }
 
   void add_triangles(const TriangleList &list, size_t start, size_t end) {
-    for (size_t k = start; k < end; k += 3) {
-      for (size_t c = 0; c < 3; c++) faces_.corners.push_back(list.corners[k + c]);
-      faces_.end_face(list.material);
-    }
+    auto corners = list.corners.begin();
+    faces_.corners.insert(faces_.corners.end(), corners + static_cast<std::ptrdiff_t>(start),
+                          corners + static_cast<std::ptrdiff_t>(end));
+    size_t count = (end - start) / 3;
+    for (size_t k = 0; k < count; k++) faces_.offsets.push_back(faces_.offsets.back() + 3);
+    faces_.materials.insert(faces_.materials.end(), count, list.material);
   }
 
   void build_faces() {

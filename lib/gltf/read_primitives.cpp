@@ -48,7 +48,7 @@ private:
     TriangleList list;
     list.material = material(primitive.material, i);
     list.polygons = bears_polygons(primitive);
-    read_triangles(i, out_.sources[source].position->count(), list.corners);
+    list.corners = read_triangles(i, out_.sources[source].position->count());
     out_.lists.push_back(std::move(list));
     list_source_.push_back(source);
   }
@@ -170,30 +170,43 @@ private:
     document_.corners_left -= count;
   }
 
-  void add_triangle(uint32_t a, uint32_t b, uint32_t c, std::vector<uint32_t> &corners) {
-    if (a == b || b == c || c == a) {
-      out_.degenerate++;
-      return;
+  // Strips and fans written out as triangles.
+  static std::vector<uint32_t> unroll(const std::vector<uint32_t> &indices, int mode) {
+    std::vector<uint32_t> corners;
+    corners.reserve(3 * (indices.size() - 2));
+    for (size_t k = 0; k + 2 < indices.size(); k++) {
+      if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+        corners.insert(corners.end(), {indices[k], indices[k + 1 + k % 2], indices[k + 2 - k % 2]});
+      else
+        corners.insert(corners.end(), {indices[k + 1], indices[k + 2], indices[0]});
     }
-    corners.insert(corners.end(), {a, b, c});
+    return corners;
   }
 
-  void read_triangles(size_t i, uint32_t element_count, std::vector<uint32_t> &corners) {
-    std::vector<uint32_t> indices = read_indices(i, element_count);
-    size_t count = indices.size();
+  void drop_degenerate(std::vector<uint32_t> &corners) {
+    size_t kept = 0;
+    for (size_t k = 0; k < corners.size(); k += 3) {
+      uint32_t a = corners[k], b = corners[k + 1], c = corners[k + 2];
+      if (a == b || b == c || c == a) continue;
+      corners[kept] = a, corners[kept + 1] = b, corners[kept + 2] = c;
+      kept += 3;
+    }
+    out_.degenerate += (corners.size() - kept) / 3;
+    corners.resize(kept);
+  }
+
+  std::vector<uint32_t> read_triangles(size_t i, uint32_t element_count) {
+    std::vector<uint32_t> corners = read_indices(i, element_count);
+    size_t count = corners.size();
     int mode = mesh_.primitives[i].mode;
     if (count < 3 || (mode == TINYGLTF_MODE_TRIANGLES && count % 3 != 0))
       refuse(TW_INVALID, text(pointer_, i), "the primitive's ", count, " corners make no whole triangles");
-    if (mode != TINYGLTF_MODE_TRIANGLES) spend_corners(2 * uint64_t{count}, i);
-    corners.reserve(mode == TINYGLTF_MODE_TRIANGLES ? count : 3 * (count - 2));
-    if (mode == TINYGLTF_MODE_TRIANGLES) {
-      for (size_t k = 0; k < count; k += 3) add_triangle(indices[k], indices[k + 1], indices[k + 2], corners);
-    } else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP) {
-      for (size_t k = 0; k + 2 < count; k++)
-        add_triangle(indices[k], indices[k + 1 + k % 2], indices[k + 2 - k % 2], corners);
-    } else {
-      for (size_t k = 1; k + 1 < count; k++) add_triangle(indices[k], indices[k + 1], indices[0], corners);
+    if (mode != TINYGLTF_MODE_TRIANGLES) {
+      spend_corners(2 * uint64_t{count}, i);
+      corners = unroll(corners, mode);
     }
+    drop_degenerate(corners);
+    return corners;
   }
 
   // ---- vertices --------------------------------------------------------------------------------
