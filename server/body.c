@@ -2,6 +2,8 @@
  * by bytes that really arrived; behind that the page cache does the holding. */
 #include "body.h"
 
+#include "disk.h"
+
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
@@ -23,17 +25,6 @@ void srv_body_deinit(srv_body *body) {
   *body = (srv_body){0};
 }
 
-static bool write_all(int file, const uint8_t *data, size_t size) {
-  while (size > 0) {
-    ssize_t written = write(file, data, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    data += written;
-    size -= (size_t)written;
-  }
-  return true;
-}
-
 /* A file that vanishes with its descriptor, however the process ends. */
 static int open_nameless(int folder) {
   int file = openat(folder, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
@@ -51,7 +42,7 @@ static bool spool(srv_body *body) {
   if (file < 0) return false;
   body->file = file;
   body->spooled = true;
-  if (!write_all(file, body->memory, (size_t)body->size)) return false;
+  if (!srv_write_all(file, body->memory, (size_t)body->size)) return false;
   free(body->memory);
   body->memory = NULL;
   body->capacity = 0;
@@ -74,7 +65,7 @@ srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
   if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
   if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
   if (body->spooled) {
-    if (!write_all(body->file, data, size)) return SRV_BODY_FAILED;
+    if (!srv_write_all(body->file, data, size)) return SRV_BODY_FAILED;
   } else if (size > 0) {
     if (!reserve(body, (size_t)body->size + size)) return SRV_BODY_FAILED;
     memcpy(body->memory + body->size, data, size);

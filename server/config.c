@@ -2,9 +2,9 @@
  * follows from the flag's. */
 #include "config.h"
 
+#include "disk.h"
 #include "quantity.h"
 
-#include <ctype.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <stddef.h>
@@ -92,7 +92,8 @@ static const size_t SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS;
 static void variable_name(const char *flag, char name[FLAG_SIZE]) {
   int size = snprintf(name, FLAG_SIZE, "TWEEND_%s", flag);
   for (int i = 0; i < size && i < FLAG_SIZE - 1; i++) {
-    name[i] = name[i] == '-' ? '_' : (char)toupper((unsigned char)name[i]);
+    if (name[i] == '-') name[i] = '_';
+    if (name[i] >= 'a' && name[i] <= 'z') name[i] = (char)(name[i] - 'a' + 'A');
   }
 }
 
@@ -252,29 +253,14 @@ static bool set_defaults(srv_config *config) {
   return true;
 }
 
-/* The text of an @FILE, "" for an empty one; NULL when it can't be read. */
-static char *read_keys_file(const char *path) {
-  FILE *file = fopen(path, "re");
-  if (file == NULL) return NULL;
-  char *text = malloc(KEYS_FILE_MAX);
-  size_t size = text != NULL ? fread(text, 1, KEYS_FILE_MAX - 1, file) : 0;
-  bool whole = text != NULL && ferror(file) == 0 && fgetc(file) == EOF;
-  fclose(file);
-  if (!whole) {
-    free(text);
-    return NULL;
-  }
-  text[size] = '\0';
-  return text;
-}
-
 /* Cuts config->api_keys_text into api_keys. */
 static bool split_keys(srv_config *config, char *error, size_t error_size) {
   if (config->api_keys_text[0] == '\0') return true;
   if (config->api_keys_text[0] == '@') {
-    char *text = read_keys_file(config->api_keys_text + 1);
+    char *text = srv_read_text(config->api_keys_text + 1, KEYS_FILE_MAX);
     if (text == NULL) {
-      snprintf(error, error_size, "--api-keys: cannot read '%s'", config->api_keys_text + 1);
+      snprintf(error, error_size, "--api-keys: cannot read '%s': %s", config->api_keys_text + 1,
+               strerror(errno));
       return false;
     }
     free(config->api_keys_text);

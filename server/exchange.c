@@ -1,3 +1,4 @@
+/* The stages of a request, in the order in which http.c runs through them. */
 #include "exchange.h"
 
 #include "log.h"
@@ -153,9 +154,7 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   if (exchange->answered) return SRV_EXCHANGE_MORE;
   switch (srv_body_append(&exchange->body, data, size)) {
   case SRV_BODY_OK: return SRV_EXCHANGE_MORE;
-  case SRV_BODY_TOO_LONG:
-    refuse_long_body(exchange);
-    break;
+  case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);

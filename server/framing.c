@@ -1,3 +1,4 @@
+/* The rules of RFC 9110 and 9112 that decide where a request ends and what it asks for. */
 #include "framing.h"
 
 #include <ctype.h>

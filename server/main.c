@@ -1,5 +1,6 @@
 /* Puts the parts together, and takes them apart again on a signal. */
 #include "config.h"
+#include "disk.h"
 #include "exchange.h"
 #include "healthcheck.h"
 #include "http.h"
@@ -52,24 +53,11 @@ static void raise_descriptor_limit(uint64_t connections) {
   }
 }
 
-/* A whole small text file; NULL with one line in error. */
+/* NULL with one line in error. */
 static char *read_pem(const char *path, char *error) {
-  FILE *file = fopen(path, "re");
-  if (file == NULL) {
-    snprintf(error, ERROR_SIZE, "cannot read '%s': %s", path, strerror(errno));
-    return NULL;
-  }
-  char *text = malloc(PEM_MAX);
-  size_t size = text != NULL ? fread(text, 1, PEM_MAX - 1, file) : 0;
-  bool whole = text != NULL && ferror(file) == 0 && fgetc(file) == EOF;
-  fclose(file);
-  if (whole) {
-    text[size] = '\0';
-    return text;
-  }
-  snprintf(error, ERROR_SIZE, "cannot read '%s'", path);
-  free(text);
-  return NULL;
+  char *text = srv_read_text(path, PEM_MAX);
+  if (text == NULL) snprintf(error, ERROR_SIZE, "cannot read '%s': %s", path, strerror(errno));
+  return text;
 }
 
 static bool read_tls(process *p, char *error) {

@@ -107,13 +107,16 @@ static void print_histogram(FILE *out, const histogram *h) {
   fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", NAME, h->route, h->requests);
 }
 
+/* The second number of statm counts resident pages. */
 static uint64_t resident_bytes(void) {
+  char text[128] = "";
   FILE *file = fopen("/proc/self/statm", "re");
   if (file == NULL) return 0;
-  unsigned long long total, resident;
-  int fields = fscanf(file, "%llu %llu", &total, &resident);
+  char *line = fgets(text, sizeof text, file);
   fclose(file);
-  return fields == 2 ? (uint64_t)resident * (uint64_t)sysconf(_SC_PAGESIZE) : 0;
+  if (line == NULL) return 0;
+  char *second = text + strcspn(text, " ");
+  return strtoull(second, NULL, 10) * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
 static void print_requests(FILE *out, const srv_metrics *metrics) {

@@ -6,6 +6,7 @@
  * holds a lock on its file, so that several daemons may share one folder. */
 #include "store_fs.h"
 
+#include "disk.h"
 #include "log.h"
 
 #include <dirent.h>
@@ -115,17 +116,6 @@ int srv_store_fs_temporary(const srv_store_fs *store) {
 
 /* ---- writing --------------------------------------------------------------------------------- */
 
-static bool write_all(int fd, const uint8_t *data, size_t size) {
-  while (size > 0) {
-    ssize_t written = write(fd, data, size);
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) return false;
-    data += written;
-    size -= (size_t)written;
-  }
-  return true;
-}
-
 typedef enum placed { PLACED, PLACED_BEFORE, PLACE_FAILED } placed;
 
 /* Of several writers of one name, one places it; the others learn that it was there before. */
@@ -143,7 +133,7 @@ static placed place(srv_store_fs *store, const char *name, api_bytes bytes) {
   snprintf(temporary, sizeof temporary, "put-%ld-%u", (long)getpid(), atomic_fetch_add(&store->serial, 1));
   int fd = openat(store->temporary, temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (fd < 0) return PLACE_FAILED;
-  bool written = flock(fd, LOCK_EX) == 0 && write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0;
+  bool written = flock(fd, LOCK_EX) == 0 && srv_write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0;
   placed outcome = written ? rename_into(store, temporary, name) : PLACE_FAILED;
   int reason = errno;
   if (outcome != PLACED) unlinkat(store->temporary, temporary, 0);

@@ -1,3 +1,4 @@
+/* Deadlines of a connection, and the kernel's count of what the client has moved. */
 #include "watch.h"
 
 #include <linux/tcp.h>

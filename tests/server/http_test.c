@@ -137,7 +137,8 @@ static bool ask(fixture *f, const char *request) {
 }
 
 static int status(const fixture *f) {
-  return f->answer_size > 12 && memcmp(f->answer, "HTTP/1.1 ", 9) == 0 ? atoi(f->answer + 9) : 0;
+  return f->answer_size > 12 && memcmp(f->answer, "HTTP/1.1 ", 9) == 0 ? (int)strtol(f->answer + 9, NULL, 10)
+                                                                       : 0;
 }
 
 static size_t answers(const fixture *f) {
