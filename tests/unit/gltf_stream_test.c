@@ -502,11 +502,15 @@ static void faces_become_fans_by_material(void **state) {
     }
 }
 
+static bool same_point(const float a[3], const float b[3]) {
+  return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
+}
+
 /* Whether two faces have the same corners in the same order, from wherever they begin. */
 static bool same_face(const float (*a)[3], const float (*b)[3], uint32_t size) {
   for (uint32_t start = 0; start < size; start++) {
     uint32_t i = 0;
-    while (i < size && memcmp(a[i], b[(start + i) % size], sizeof a[i]) == 0) i++;
+    while (i < size && same_point(a[i], b[(start + i) % size])) i++;
     if (i == size) return true;
   }
   return false;
