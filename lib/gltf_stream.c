@@ -27,7 +27,7 @@ struct tw_gltf_stream {
   tw_gltf_plan plan;
   tw_gltf_json json;
   text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
-  char *bounded;   /* the JSON in there */
+  char *rest;      /* the JSON in there after its brace */
   bool bounds_known, base64;
   uint64_t data_text_size; /* of the BIN chunk as it is sent */
   uint64_t size, position;
@@ -73,7 +73,7 @@ static bool build_glb(tw_gltf_stream *stream) {
   out = append_u32(out, chunk_size);
   out = append(out, "JSON", 4);
   out = append(out, buffers, buffers_size);
-  stream->bounded = out - 1;
+  stream->rest = out;
   out = append(out, json->text + 1, rest_size);
   for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
   if (data_size) {
@@ -99,7 +99,7 @@ static bool build_gltf(tw_gltf_stream *stream) {
     return false;
   append(stream->head.bytes, buffers, stream->head.size);
   char *out = append(stream->tail.bytes, closing, strlen(closing));
-  stream->bounded = out - 1;
+  stream->rest = out;
   append(out, json->text + 1, json->size - 1);
   return true;
 }
@@ -119,8 +119,8 @@ static bool write_bounds(tw_gltf_stream *stream) {
     if (tw_surface_bounds(stream->scene.surfaces[accessor->mesh], accessor->morph, min, max) != TW_OK)
       return false;
     for (int axis = 0; axis < 3; axis++) {
-      write_bound(stream->bounded + (*places)[axis], max[axis]);
-      write_bound(stream->bounded + (*places)[3 + axis], min[axis]);
+      write_bound(stream->rest + (*places)[axis] - 1, max[axis]);
+      write_bound(stream->rest + (*places)[3 + axis] - 1, min[axis]);
     }
     places++;
   }
@@ -233,6 +233,8 @@ static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_forma
   if (status != TW_OK) return status;
   bool glb = container == TW_FORMAT_GLB;
   if (!(glb ? build_glb(stream) : build_gltf(stream))) return no_memory(error);
+  free(stream->json.text); /* head or tail has it now */
+  stream->json.text = NULL;
   stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
   if (glb && stream->size > UINT32_MAX)
     return tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,

@@ -671,6 +671,44 @@ static void mesh_without_faces_is_left_out(void **state) {
   fixture_deinit(&f);
 }
 
+/* ---- materials ---------------------------------------------------------------------------------- */
+
+static const char materials_text[] =
+    "{\"asset\":{\"version\":\"2.0\",\"copyright\":\"nobody\"},"
+    "\"images\":[{\"uri\":\"far/away.png\"},"
+    "{\"name\":\"near\",\"mimeType\":\"image/png\",\"uri\":\"data:image/png;base64,iVBORw0KGgoBAgME\"}],"
+    "\"textures\":[{\"source\":1}],\"extensionsUsed\":[\"KHR_materials_unlit\"],"
+    "\"materials\":[{\"emissiveTexture\":{\"index\":0},\"extensions\":{\"KHR_materials_unlit\":{}}}]}";
+
+static void materials_and_images_go_through(void **state) {
+  (void)state;
+  static const uint8_t picture[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n', 1, 2, 3, 4};
+  fixture f = {0};
+  tw_error error;
+  const tw_read_limits limits = {0};
+  if (tw_gltf_read((const uint8_t *)materials_text, sizeof materials_text - 1, TW_QUADS_NGON, &limits,
+                   &f.model, &error) != TW_OK)
+    fail_msg("%s %s", error.pointer, error.detail);
+  fixture_refine(&f, 1, true);
+  glb file = write_glb(&f.scene);
+  assert_string_equal(cJSON_GetObjectItem(at(&file, "images", 0), "uri")->valuestring, "far/away.png");
+  const cJSON *near = at(&file, "images", 1);
+  assert_string_equal(cJSON_GetObjectItem(near, "name")->valuestring, "near");
+  assert_string_equal(cJSON_GetObjectItem(near, "mimeType")->valuestring, "image/png");
+  assert_false(cJSON_HasObjectItem(near, "uri"));
+  const cJSON *view = at(&file, "bufferViews", (int)number(near, "bufferView", 99));
+  assert_int_equal(number(view, "byteLength", 0), sizeof picture);
+  assert_memory_equal(file.data + number(view, "byteOffset", 0), picture, sizeof picture);
+  assert_int_equal(number(at(&file, "textures", 0), "source", 99), 1);
+  assert_true(cJSON_HasObjectItem(cJSON_GetObjectItem(at(&file, "materials", 0), "extensions"),
+                                  "KHR_materials_unlit"));
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(file.json, "extensionsUsed")), 1);
+  const cJSON *asset = cJSON_GetObjectItem(file.json, "asset");
+  assert_string_equal(cJSON_GetObjectItem(asset, "copyright")->valuestring, "nobody");
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
 /* ---- nodes, skins, clips ------------------------------------------------------------------------ */
 
 static void nodes_keep_names_order_and_transforms(void **state) {
@@ -833,6 +871,7 @@ int main(void) {
       cmocka_unit_test(neighbours_never_start_from_one_vertex),
       cmocka_unit_test(indices_are_short_up_to_65535_vertices),
       cmocka_unit_test(mesh_without_faces_is_left_out),
+      cmocka_unit_test(materials_and_images_go_through),
       cmocka_unit_test(nodes_keep_names_order_and_transforms),
       cmocka_unit_test(pose_takes_the_place_of_rest),
       cmocka_unit_test(animated_node_gives_up_its_matrix),
