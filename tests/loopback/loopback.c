@@ -258,7 +258,7 @@ reply loopback_ask(loopback *loop, const char *method, const char *target, const
   }
   free(path);
   r.status = r.answer.status;
-  read_body(&r);
+  if (strcmp(method, "HEAD") != 0) read_body(&r);
   return r;
 }
 

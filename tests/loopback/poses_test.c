@@ -1,0 +1,600 @@
+/* Poses: times, forms, nodes, borrowed clips, refusals, validators, streaming. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Two nodes, one turning by 90 degrees about z in a second and moving by (0, 0, 2). */
+static const char arm[] =
+    "{\"nodes\":[{\"name\":\"base\"},{\"name\":\"arm\",\"parent\":\"base\",\"translation\":[1,0,0]},"
+    "{\"name\":\"a,b\"},{}],"
+    "\"clips\":[{\"name\":\"turn\",\"tracks\":["
+    "{\"node\":\"base\",\"path\":\"rotation\",\"times\":[0,1],\"unit\":\"degrees\","
+    "\"axis_angles\":[[0,0,1,0],[0,0,1,90]]},"
+    "{\"node\":\"base\",\"path\":\"translation\",\"times\":[0,1],\"values\":[[0,0,0],[0,0,2]]}]},"
+    "{\"tracks\":[]}]}";
+
+typedef struct fixture {
+  loopback *loop;
+  char id[API_ID_TEXT];
+} fixture;
+
+static int setup(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  api_settings settings = loopback_settings();
+  settings.limits.max_times = 100000;
+  f->loop = loopback_start(&settings);
+  loopback_upload(f->loop, "application/json", arm, f->id);
+  *state = f;
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+static reply ask(const fixture *f, const char *rest) {
+  char target[8192];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", f->id, rest);
+  return loopback_get(f->loop, target);
+}
+
+static cJSON *ask_json(const fixture *f, const char *rest) {
+  reply r = ask(f, rest);
+  if (r.status != 200) fail_msg("%s: %s", rest, r.body);
+  cJSON *tree = cJSON_Parse(r.body);
+  assert_non_null(tree);
+  reply_free(&r);
+  return tree;
+}
+
+static const cJSON *get(const cJSON *object, const char *name) {
+  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
+  if (!value) fail_msg("no member %s", name);
+  return value;
+}
+
+static const cJSON *pose(const cJSON *answer, int index) {
+  return cJSON_GetArrayItem(get(answer, "poses"), index);
+}
+
+/* Row `node` of a part equals the numbers, to single precision. */
+static void assert_row(const cJSON *pose, const char *part, int node, size_t count, const double *expected) {
+  const cJSON *row = cJSON_GetArrayItem(get(pose, part), node);
+  assert_int_equal(cJSON_GetArraySize(row), count);
+  for (size_t i = 0; i < count; i++) {
+    double value = cJSON_GetArrayItem(row, (int)i)->valuedouble;
+    if (fabs(value - expected[i]) > 1e-6) fail_msg("%s[%zu] is %g, expected %g", part, i, value, expected[i]);
+  }
+}
+
+static void bad_parameters_are_400(void **state) {
+  const char *const bad[] = {"at=",
+                             "at=x",
+                             "at=1,,2",
+                             "at=1,",
+                             "at=nan",
+                             "at=inf",
+                             "at=1e39",
+                             "at=1 ,2",
+                             "from=0",
+                             "to=1",
+                             "from=0&to=1",
+                             "fps=0",
+                             "fps=-1",
+                             "fps=x",
+                             "fps=nan",
+                             "from=2&fps=1",
+                             "from=1&to=0&fps=1",
+                             "at=0&fps=1",
+                             "space=screen",
+                             "as=quaternion",
+                             "order=XYZ",
+                             "unit=degrees",
+                             "as=euler&order=XYX",
+                             "as=euler&unit=turns",
+                             "loop=bounce",
+                             "interpolation=cosine",
+                             "skinning=yes",
+                             "skinning=true",
+                             "as=matrix&unit=degrees",
+                             "speed=1",
+                             "at=0&at=1",
+                             "as=matrix&skinning=true&nodes=arm"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    char rest[128];
+    snprintf(rest, sizeof rest, "pose?%s", bad[i]);
+    reply r = ask(*state, rest);
+    if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
+    assert_problem(r, 400, NULL, NULL);
+  }
+}
+
+static void names_that_are_not_there_are_404(void **state) {
+  assert_problem(ask(*state, "pose?clip=dance"), 404, NULL, "turn");
+  assert_problem(ask(*state, "pose?nodes=arm,leg"), 404, NULL, "\"leg\"");
+  assert_problem(ask(*state, "pose?nodes="), 404, NULL, NULL);
+  assert_problem(ask(*state, "pose.xml"), 404, NULL, NULL);
+  assert_problem(ask(*state, "pose?clip=00000000000000000000000000000000/turn"), 404, NULL, "no model");
+  assert_problem(ask(*state, "pose?as=matrix&skinning=true"), 422, NULL, "skin");
+}
+
+static void the_answer_has_the_contracts_shape(void **state) {
+  cJSON *answer = ask_json(*state, "pose.json?at=0,0.5,1");
+  assert_string_equal(get(answer, "clip")->valuestring, "turn");
+  assert_true(get(answer, "duration")->valuedouble == 1);
+  assert_string_equal(get(answer, "space")->valuestring, "local");
+  assert_string_equal(get(answer, "as")->valuestring, "trs");
+  assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 4);
+  assert_string_equal(cJSON_GetArrayItem(get(answer, "nodes"), 3)->valuestring, "node_3");
+  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 3);
+  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 3);
+  const cJSON *middle = pose(answer, 1);
+  assert_true(get(middle, "t")->valuedouble == 0.5);
+  const double half = sin(atan(1) / 2); /* 45 degrees turn the half-angle by 22.5 */
+  assert_row(middle, "rotation", 0, 4, (double[]){0, 0, half, sqrt(1 - half * half)});
+  assert_row(middle, "translation", 0, 3, (double[]){0, 0, 1});
+  assert_row(middle, "translation", 1, 3, (double[]){1, 0, 0});
+  assert_row(middle, "scale", 3, 3, (double[]){1, 1, 1});
+  cJSON_Delete(answer);
+}
+
+static void world_space_carries_children(void **state) {
+  cJSON *answer = ask_json(*state, "pose?at=1&space=world");
+  assert_row(pose(answer, 0), "translation", 1, 3, (double[]){0, 1, 2});
+  assert_row(pose(answer, 0), "rotation", 1, 4, (double[]){0, 0, sqrt(0.5), sqrt(0.5)});
+  cJSON_Delete(answer);
+  answer = ask_json(*state, "pose?at=1&space=world&as=matrix&nodes=arm");
+  assert_row(pose(answer, 0), "matrix", 0, 16, (double[]){0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 2, 1});
+  assert_int_equal(cJSON_GetArraySize(pose(answer, 0)), 2);
+  cJSON_Delete(answer);
+}
+
+static void rotations_come_in_the_form_asked_for(void **state) {
+  cJSON *answer = ask_json(*state, "pose?at=1&as=euler&order=ZYX&unit=degrees&nodes=base");
+  assert_row(pose(answer, 0), "euler", 0, 3, (double[]){0, 0, 90});
+  assert_null(cJSON_GetObjectItem(pose(answer, 0), "rotation"));
+  get(pose(answer, 0), "translation");
+  cJSON_Delete(answer);
+  answer = ask_json(*state, "pose?at=1&as=axis-angle&nodes=base");
+  assert_row(pose(answer, 0), "axis_angle", 0, 4, (double[]){0, 0, 1, 2 * atan(1)});
+  cJSON_Delete(answer);
+}
+
+static void euler_angles_are_continuous_over_the_times(void **state) {
+  fixture *f = *state;
+  char id[API_ID_TEXT], rest[128];
+  loopback_upload(
+      f->loop, "application/json",
+      "{\"nodes\":[{\"name\":\"n\"}],\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"n\",\"path\":"
+      "\"rotation\",\"times\":[0,1],\"unit\":\"degrees\",\"axis_angles\":[[1,0,0,0],[1,0,0,720]]}]}]}",
+      id);
+  snprintf(rest, sizeof rest, "/v1/models/%s/pose?as=euler&unit=degrees&from=0&to=1&fps=36", id);
+  reply r = loopback_get(f->loop, rest);
+  cJSON *answer = cJSON_Parse(r.body);
+  for (int i = 0; i <= 36; i++) {
+    const cJSON *angles = cJSON_GetArrayItem(get(pose(answer, i), "euler"), 0);
+    assert_true(fabs(angles->child->valuedouble - 20 * i) < 1e-3);
+  }
+  cJSON_Delete(answer);
+  reply_free(&r);
+}
+
+static void nodes_are_chosen_by_name_in_the_files_order(void **state) {
+  const char *const lists[] = {"arm,base", "base,arm,base", "arm%2Cbase"};
+  for (int i = 0; i < 3; i++) {
+    char rest[64];
+    snprintf(rest, sizeof rest, "pose?nodes=%s", lists[i]);
+    cJSON *answer = ask_json(*state, rest);
+    assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 2);
+    assert_string_equal(get(answer, "nodes")->child->valuestring, "base");
+    cJSON_Delete(answer);
+  }
+  cJSON *answer = ask_json(*state, "pose?nodes=node_3,a,b,arm");
+  assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 3);
+  cJSON_Delete(answer);
+}
+
+static void times_may_be_spaced_evenly(void **state) {
+  cJSON *answer = ask_json(*state, "pose?from=0.25&to=1&fps=4");
+  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 4);
+  assert_true(cJSON_GetArrayItem(get(answer, "times"), 3)->valuedouble == 1);
+  cJSON_Delete(answer);
+  answer = ask_json(*state, "pose?fps=10"); /* up to the clip's end, rounding notwithstanding */
+  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 11);
+  cJSON_Delete(answer);
+  answer = ask_json(*state, "pose"); /* no time is 0 */
+  assert_true(get(answer, "times")->child->valuedouble == 0);
+  cJSON_Delete(answer);
+}
+
+static void looping_folds_times(void **state) {
+  cJSON *answer = ask_json(*state, "pose?at=1.5,2.5&loop=repeat&nodes=base");
+  assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 1});
+  assert_true(get(pose(answer, 0), "t")->valuedouble == 1.5);
+  cJSON_Delete(answer);
+  answer = ask_json(*state, "pose?at=1.75&loop=pingpong&nodes=base");
+  assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 0.5});
+  cJSON_Delete(answer);
+}
+
+static void a_clip_without_a_name_goes_by_its_index(void **state) {
+  cJSON *answer = ask_json(*state, "pose?clip=clip_1&at=5");
+  assert_string_equal(get(answer, "clip")->valuestring, "clip_1");
+  assert_true(get(answer, "duration")->valuedouble == 0);
+  cJSON_Delete(answer);
+}
+
+static void a_model_without_clips_rests(void **state) {
+  fixture *f = *state;
+  reply r = loopback_post(f->loop, "/v1/pose", "application/json", "{\"nodes\":[{\"translation\":[1,2,3]}]}");
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"clip\":null"));
+  assert_non_null(strstr(r.body, "\"translation\":[[1,2,3]]"));
+  reply_free(&r);
+}
+
+static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
+  fixture *f = *state;
+  char id[API_ID_TEXT], target[160];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"},{\"name\":\"base\"}]}", id);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/turn", id, f->id);
+  reply r = loopback_get(f->loop, target);
+  cJSON *answer = cJSON_Parse(r.body);
+  assert_row(pose(answer, 0), "translation", 1, 3, (double[]){0, 0, 2});
+  assert_null(cJSON_GetObjectItem(answer, "warnings"));
+  assert_null(reply_header(&r, "X-Tweend-Warning"));
+  cJSON_Delete(answer);
+  reply_free(&r);
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"}]}", id);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/turn", id, f->id);
+  r = loopback_get(f->loop, target);
+  assert_int_equal(r.status, 200);
+  assert_non_null(
+      strstr(r.body, "\"warnings\":[\"the clip moves a node that the model does not have: base\"]"));
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "base"));
+  reply_free(&r);
+  /* When the lender is deleted, its clips are gone with it. */
+  char path[64];
+  snprintf(path, sizeof path, "/v1/models/%s", f->id);
+  r = loopback_ask(f->loop, "DELETE", path, NULL, NULL, 0);
+  reply_free(&r);
+  assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
+}
+
+static void own_clips_survive_their_model_in_the_cache(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.plan_cache = 0; /* nothing stays that nobody holds */
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], target[96];
+  loopback_upload(loop, "application/json", arm, id);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1", id);
+  for (int i = 0; i < 2; i++) {
+    reply r = loopback_get(loop, target);
+    assert_int_equal(r.status, 200);
+    assert_false(loopback_is_light(loop, target));
+    reply_free(&r);
+  }
+  loopback_stop(loop);
+}
+
+/* ---- bodies of times ------------------------------------------------------------------------------ */
+
+static reply post_times(const fixture *f, const char *query, const char *body) {
+  char target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/pose%s", f->id, query);
+  return loopback_post(f->loop, target, "application/json", body);
+}
+
+static void times_may_come_in_a_body(void **state) {
+  reply r = post_times(*state, "?nodes=base", "{\"times\":[0,0.5,2]}");
+  cJSON *answer = cJSON_Parse(r.body);
+  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 3);
+  assert_row(pose(answer, 2), "translation", 0, 3, (double[]){0, 0, 2});
+  assert_null(reply_header(&r, "ETag"));
+  cJSON_Delete(answer);
+  reply_free(&r);
+  r = post_times(*state, ".csv?nodes=base", "{\"times\":[0]}");
+  assert_string_equal(reply_header(&r, "Content-Type"), "text/csv");
+  reply_free(&r);
+}
+
+static void bad_bodies_of_times_are_refused_with_their_place(void **state) {
+  static const struct {
+    const char *body;
+    int status;
+    const char *pointer;
+  } bad[] = {{"{}", 400, ""},
+             {"[]", 400, ""},
+             {"{\"times\":[]}", 400, "/times"},
+             {"{\"times\":1}", 400, "/times"},
+             {"{\"times\":[0,\"1\"]}", 400, "/times/1"},
+             {"{\"times\":[0,1e999]}", 422, "/times/1"},
+             {"{\"times\":[0,1e39]}", 422, "/times/1"},
+             {"{\"times\":[0],\"at\":1}", 400, ""},
+             {"{\"times\":[0]", 400, "/times"},
+             {"", 400, NULL}};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+    assert_problem(post_times(*state, "", bad[i].body), bad[i].status, bad[i].pointer, NULL);
+  assert_problem(post_times(*state, "?at=1", "{\"times\":[0]}"), 400, NULL, "body");
+  assert_problem(post_times(*state, "?fps=1", "{\"times\":[0]}"), 400, NULL, "body");
+  fixture *f = *state;
+  char target[96];
+  snprintf(target, sizeof target, "/v1/models/%s/pose", f->id);
+  reply r = loopback_post(f->loop, target, "model/obj", "{\"times\":[0]}");
+  assert_non_null(strstr(r.body, "\"supported\":[\"application/json\"]"));
+  assert_problem(r, 415, NULL, NULL);
+}
+
+static void too_many_times_are_422(void **state) {
+  assert_problem(ask(*state, "pose?from=0&to=100000&fps=1"), 422, NULL, "100001 times");
+  assert_problem(ask(*state, "pose?from=0&to=1e30&fps=1e30"), 422, NULL, "limit of 100000");
+  assert_problem(ask(*state, "pose?fps=100000"), 422, NULL, "limit of 100000");
+  api_settings settings = loopback_settings();
+  settings.limits.max_times = 3;
+  loopback *loop = loopback_start(&settings);
+  fixture small = {.loop = loop};
+  loopback_upload(loop, "application/json", arm, small.id);
+  assert_problem(ask(&small, "pose?at=1,2,3,4"), 422, NULL, "4 times");
+  assert_problem(post_times(&small, "", "{\"times\":[0,1,2,3]}"), 422, NULL, "4 times");
+  assert_problem(post_times(&small, "", "{\"times\":[0,1,2,3,4,5,6]}"), 422, NULL, NULL);
+  reply r = post_times(&small, "", "{\"times\":[0,1,2]}");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  loopback_stop(loop);
+}
+
+static void too_large_an_answer_is_422(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_output = 1600; /* ten poses of four nodes and ten floats */
+  fixture f = {.loop = loopback_start(&settings)};
+  loopback_upload(f.loop, "application/json", arm, f.id);
+  reply r = ask(&f, "pose.bin?from=0&to=9&fps=1");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  assert_problem(ask(&f, "pose.bin?from=0&to=10&fps=1"), 422, NULL, "11 poses");
+  assert_problem(ask(&f, "pose.json?from=0&to=9&fps=1"), 422, NULL, "10 poses");
+  loopback_stop(f.loop);
+}
+
+/* ---- forms ------------------------------------------------------------------------------------------ */
+
+static void lines_are_the_poses_of_the_json(void **state) {
+  cJSON *answer = ask_json(*state, "pose.json?from=0&to=1&fps=20");
+  reply r = ask(*state, "pose.ndjson?from=0&to=1&fps=20");
+  assert_string_equal(reply_header(&r, "Content-Type"), "application/x-ndjson");
+  char *line = r.body;
+  const cJSON *item;
+  cJSON_ArrayForEach(item, get(answer, "poses")) {
+    char *end = strchr(line, '\n');
+    assert_non_null(end);
+    *end = '\0';
+    cJSON *parsed = cJSON_Parse(line);
+    assert_true(cJSON_Compare(parsed, item, true));
+    cJSON_Delete(parsed);
+    line = end + 1;
+  }
+  assert_int_equal(*line, '\0');
+  cJSON_Delete(answer);
+  reply_free(&r);
+}
+
+static void csv_has_a_line_a_time_and_node(void **state) {
+  reply r = ask(*state, "pose.csv?at=0,1&nodes=base,a,b");
+  assert_string_equal(r.body,
+                      "t,node,rotation_x,rotation_y,rotation_z,rotation_w,translation_x,translation_y,"
+                      "translation_z,scale_x,scale_y,scale_z\r\n"
+                      "0,base,0,0,0,1,0,0,0,1,1,1\r\n"
+                      "0,\"a,b\",0,0,0,1,0,0,0,1,1,1\r\n"
+                      "1,base,0,0,0.70710677,0.70710677,0,0,2,1,1,1\r\n"
+                      "1,\"a,b\",0,0,0,1,0,0,0,1,1,1\r\n");
+  reply_free(&r);
+}
+
+static uint32_t read_u32(const char *bytes) {
+  const unsigned char *b = (const unsigned char *)bytes;
+  return b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
+static float read_f32(const char *bytes) {
+  uint32_t bits = read_u32(bytes);
+  float value;
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+/* Rows of the binary form equal those of the JSON, number by number. */
+static void compare_binary(const fixture *f, const char *query, const char *const *parts) {
+  char rest[128];
+  snprintf(rest, sizeof rest, "pose.json?%s", query);
+  cJSON *answer = ask_json(f, rest);
+  snprintf(rest, sizeof rest, "pose.bin?%s", query);
+  reply r = ask(f, rest);
+  assert_memory_equal(r.body, "TWPB", 4);
+  assert_int_equal(read_u32(r.body + 4), 1);
+  uint32_t length = read_u32(r.body + 8);
+  assert_int_equal(length % 4, 0);
+  cJSON *header = cJSON_ParseWithLength(r.body + 12, length);
+  assert_true(cJSON_Compare(get(header, "times"), get(answer, "times"), true));
+  assert_true(cJSON_Compare(get(header, "nodes"), get(answer, "nodes"), true));
+  int poses = get(header, "poses")->valueint, stride = get(header, "stride")->valueint;
+  int node_stride = get(header, "node_stride")->valueint;
+  assert_int_equal(poses, cJSON_GetArraySize(get(answer, "poses")));
+  assert_int_equal(r.size, 12 + length + (size_t)poses * (size_t)stride * 4);
+  const cJSON *layout = get(header, "layout")->child;
+  for (; *parts; parts++, layout = layout->next) {
+    assert_string_equal(get(layout, "name")->valuestring, *parts);
+    int offset = get(layout, "offset")->valueint;
+    assert_int_equal(get(layout, "byte_offset")->valueint, offset * 4);
+    for (int p = 0; p < poses; p++) {
+      const cJSON *row = get(pose(answer, p), *parts)->child;
+      for (int n = 0; row; row = row->next, n++) {
+        const char *at = r.body + 12 + length + (p * stride + n * node_stride + offset) * 4;
+        for (const cJSON *number = row->child; number; number = number->next, at += 4)
+          assert_true(read_f32(at) == (float)number->valuedouble);
+      }
+    }
+  }
+  assert_null(layout);
+  cJSON_Delete(header);
+  cJSON_Delete(answer);
+  reply_free(&r);
+}
+
+static void binary_rows_are_those_of_the_json(void **state) {
+  compare_binary(*state, "from=0&to=1&fps=7",
+                 (const char *const[]){"rotation", "translation", "scale", NULL});
+  compare_binary(*state, "at=0.1,3,0.25&as=matrix&space=world", (const char *const[]){"matrix", NULL});
+  compare_binary(*state, "at=0.1&as=euler&order=YZX",
+                 (const char *const[]){"euler", "translation", "scale", NULL});
+  compare_binary(*state, "at=1&as=axis-angle&nodes=arm",
+                 (const char *const[]){"axis_angle", "translation", "scale", NULL});
+}
+
+static void a_large_answer_is_streamed_and_the_same(void **state) {
+  fixture *f = *state;
+  reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
+  assert_non_null(r.answer.body.read);
+  cJSON *answer = cJSON_Parse(r.body);
+  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 5001);
+  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 5001);
+  const cJSON *item;
+  int i = 0;
+  cJSON_ArrayForEach(item, get(answer, "poses")) {
+    assert_true((float)get(item, "t")->valuedouble == (float)(i / 5000.0));
+    assert_row(item, "translation", 0, 3, (double[]){0, 0, 2 * i++ / 5000.0});
+  }
+  cJSON_Delete(answer);
+  reply_free(&r);
+  r = ask(f, "pose.bin?from=0&to=1&fps=90000");
+  assert_true(r.answer.body.size != API_SIZE_UNKNOWN);
+  assert_int_equal(r.size, r.answer.body.size);
+  reply_free(&r);
+}
+
+/* ---- validators ---------------------------------------------------------------------------------- */
+
+static void equal_questions_have_one_tag(void **state) {
+  static const struct {
+    const char *one, *other;
+    bool is_same;
+  } pairs[] = {{"pose", "pose.json?clip=turn&at=0&as=trs&loop=clamp&space=local", true},
+               {"pose?at=0,1", "pose?at=0.0,1e0", true},
+               {"pose?nodes=arm,base", "pose?nodes=base,arm", true},
+               {"pose?interpolation=linear", "pose?interpolation=slerp", true},
+               {"pose", "pose?at=0.5", false},
+               {"pose", "pose.csv", false},
+               {"pose", "pose?nodes=base", false},
+               {"pose", "pose?clip=clip_1", false},
+               {"pose?as=euler", "pose?as=euler&unit=degrees", false}};
+  for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+    reply a = ask(*state, pairs[i].one), b = ask(*state, pairs[i].other);
+    assert_int_equal(strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0, pairs[i].is_same);
+    reply_free(&a);
+    reply_free(&b);
+  }
+}
+
+static void what_is_known_is_answered_lightly(void **state) {
+  fixture *f = *state;
+  char target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/pose?at=0.5", f->id);
+  assert_false(loopback_is_light(f->loop, target));
+  reply r = loopback_get(f->loop, target);
+  char header[128];
+  snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&r, "ETag"));
+  reply_free(&r);
+  assert_true(loopback_is_light(f->loop, target));
+  r = loopback_ask(f->loop, "GET", target, header, NULL, 0);
+  assert_int_equal(r.status, 304);
+  reply_free(&r);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?from=0&to=1&fps=99999", f->id);
+  assert_false(loopback_is_light(f->loop, target));
+}
+
+/* ---- skins --------------------------------------------------------------------------------------- */
+
+/* Two joints whose inverse bind matrices are the identity, as glTF with its buffer inside. */
+static const char skinned[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"j0\",\"translation\":[1,0,0],\"children\":[1]},"
+    "{\"name\":\"j1\",\"translation\":[0,2,0]}],\"skins\":[{\"joints\":[1,0]}]}";
+
+static void joint_matrices_are_world_times_inverse_bind(void **state) {
+  fixture *f = *state;
+  reply r = loopback_post(f->loop, "/v1/pose?as=matrix&skinning=true", "model/gltf+json", skinned);
+  if (r.status != 200) fail_msg("%s", r.body);
+  cJSON *answer = cJSON_Parse(r.body);
+  assert_string_equal(get(answer, "nodes")->child->valuestring, "j1");
+  assert_row(pose(answer, 0), "matrix", 0, 16, (double[]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 0, 1});
+  assert_row(pose(answer, 0), "matrix", 1, 16, (double[]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1});
+  assert_int_equal(get(get(answer, "skins")->child, "count")->valueint, 2);
+  cJSON_Delete(answer);
+  reply_free(&r);
+}
+
+/* ---- tracks --------------------------------------------------------------------------------------- */
+
+static void tracks_are_reported(void **state) {
+  fixture *f = *state;
+  cJSON *answer = ask_json(f, "tracks");
+  assert_string_equal(get(answer, "clip")->valuestring, "turn");
+  assert_int_equal(cJSON_GetArraySize(get(answer, "tracks")), 1); /* the rotation alone */
+  const cJSON *track = get(answer, "tracks")->child;
+  assert_string_equal(get(track, "node")->valuestring, "base");
+  assert_string_equal(get(track, "kind")->valuestring, "axis-angle");
+  assert_int_equal(get(track, "keys")->valueint, 2);
+  assert_true(fabs(get(track, "total_degrees")->valuedouble - 90) < 1e-3);
+  const cJSON *gimbal = get(track, "gimbal");
+  assert_true(get(gimbal, "cos_middle")->valuedouble > 0.999);
+  assert_int_equal(cJSON_GetArraySize(get(track, "orders")), 6);
+  get(track, "best_order");
+  cJSON_Delete(answer);
+  assert_problem(ask(f, "tracks?clip=dance"), 404, NULL, "dance");
+  assert_problem(ask(f, "tracks?at=1"), 400, NULL, "at");
+  reply r = ask(f, "tracks?clip=turn");
+  char target[64];
+  snprintf(target, sizeof target, "/v1/models/%s/tracks", f->id);
+  assert_true(loopback_is_light(f->loop, target));
+  reply_free(&r);
+}
+
+#define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      with_arm(bad_parameters_are_400),
+      with_arm(names_that_are_not_there_are_404),
+      with_arm(the_answer_has_the_contracts_shape),
+      with_arm(world_space_carries_children),
+      with_arm(rotations_come_in_the_form_asked_for),
+      with_arm(euler_angles_are_continuous_over_the_times),
+      with_arm(nodes_are_chosen_by_name_in_the_files_order),
+      with_arm(times_may_be_spaced_evenly),
+      with_arm(looping_folds_times),
+      with_arm(a_clip_without_a_name_goes_by_its_index),
+      with_arm(a_model_without_clips_rests),
+      with_arm(a_clip_is_borrowed_by_the_names_of_nodes),
+      cmocka_unit_test(own_clips_survive_their_model_in_the_cache),
+      with_arm(times_may_come_in_a_body),
+      with_arm(bad_bodies_of_times_are_refused_with_their_place),
+      with_arm(too_many_times_are_422),
+      cmocka_unit_test(too_large_an_answer_is_422),
+      with_arm(lines_are_the_poses_of_the_json),
+      with_arm(csv_has_a_line_a_time_and_node),
+      with_arm(binary_rows_are_those_of_the_json),
+      with_arm(a_large_answer_is_streamed_and_the_same),
+      with_arm(equal_questions_have_one_tag),
+      with_arm(what_is_known_is_answered_lightly),
+      with_arm(joint_matrices_are_world_times_inverse_bind),
+      with_arm(tracks_are_reported),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

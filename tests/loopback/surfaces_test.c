@@ -1,0 +1,498 @@
+/* Surfaces: counts, forms, sizes, ranges, limits, posed and animated scenes, refusals. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct fixture {
+  loopback *loop;
+  char cube[API_ID_TEXT], tank[API_ID_TEXT];
+} fixture;
+
+static fixture *start(const api_settings *settings) {
+  fixture *f = calloc(1, sizeof *f);
+  f->loop = loopback_start(settings);
+  char *text = loopback_file("server/samples/cube.obj", NULL);
+  loopback_upload(f->loop, "model/obj", text, f->cube);
+  free(text);
+  text = loopback_file("server/samples/tank.json", NULL);
+  loopback_upload(f->loop, "application/json", text, f->tank);
+  free(text);
+  return f;
+}
+
+static int setup(void **state) {
+  api_settings settings = loopback_settings();
+  *state = start(&settings);
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+static reply ask_with(const fixture *f, const char *id, const char *rest, const char *headers) {
+  char target[512];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
+  return loopback_ask(f->loop, "GET", target, headers, NULL, 0);
+}
+
+static reply ask(const fixture *f, const char *id, const char *rest) {
+  return ask_with(f, id, rest, NULL);
+}
+
+static reply ask_ok(const fixture *f, const char *id, const char *rest) {
+  reply r = ask(f, id, rest);
+  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
+  return r;
+}
+
+static cJSON *ask_json(const fixture *f, const char *id, const char *rest) {
+  reply r = ask_ok(f, id, rest);
+  cJSON *tree = cJSON_Parse(r.body);
+  assert_non_null(tree);
+  reply_free(&r);
+  return tree;
+}
+
+static const cJSON *get(const cJSON *object, const char *name) {
+  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
+  if (!value) fail_msg("no member %s", name);
+  return value;
+}
+
+/* The JSON chunk of a GLB. */
+static cJSON *glb_json(const reply *r) {
+  assert_true(r->size > 20);
+  assert_memory_equal(r->body, "glTF", 4);
+  const unsigned char *b = (const unsigned char *)r->body + 12;
+  size_t length = b[0] | (size_t)b[1] << 8 | (size_t)b[2] << 16 | (size_t)b[3] << 24;
+  cJSON *tree = cJSON_ParseWithLength(r->body + 20, length);
+  assert_non_null(tree);
+  return tree;
+}
+
+static void bad_parameters_are_400(void **state) {
+  fixture *f = *state;
+  const char *const bad[] = {
+      "level=x",     "level=-1",         "level=1.5", "level=",          "level=1&level=1",
+      "level=%31%",  "scheme=doo-sabin", "boundary=", "uv=smooth",       "creasing=x",
+      "triangles=x", "quads=yes",        "limit=1",   "normals=flat",    "skin=no",
+      "encoding=x",  "polygons=quads",   "levl=1",    "at=x&clip=drive", "from=0",
+      "at=1&fps=2",  "fps=0&clip=drive", "level=1e1", "level=+1",        "limit=TRUE"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    char rest[128];
+    snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
+    reply r = ask(f, f->tank, rest);
+    if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
+    assert_problem(r, 400, NULL, NULL);
+  }
+  assert_problem(ask(f, f->cube, "surface.glb?levl=1"), 400, NULL, "creasing");
+}
+
+static void what_this_version_lacks_is_422(void **state) {
+  fixture *f = *state;
+  assert_problem(ask(f, f->cube, "surface?skin=bake"), 422, NULL, "skin=bake");
+  assert_problem(ask(f, f->cube, "surface?encoding=meshopt"), 422, NULL, "encoding=float");
+  assert_problem(ask(f, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
+}
+
+static void names_that_are_not_there_are_404(void **state) {
+  fixture *f = *state;
+  assert_problem(ask(f, f->tank, "surface?clip=dance"), 404, NULL, "drive");
+  assert_problem(ask(f, f->cube, "surface?clip=drive"), 404, NULL, "no clips");
+  assert_problem(ask(f, f->cube, "surface?at=1"), 404, NULL, "no clips");
+  assert_problem(ask(f, f->cube, "surface.stl"), 404, NULL, NULL);
+  assert_problem(ask(f, "00000000000000000000000000000000", "surface"), 404, NULL, NULL);
+}
+
+static void counts_are_exact_and_cost_no_surface(void **state) {
+  fixture *f = *state;
+  static const int expected[][4] = {
+      {0, 8, 12, 6}, {1, 26, 48, 24}, {2, 98, 192, 96}, {10, 6291458, 12582912, 6291456}};
+  for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
+    char rest[64];
+    snprintf(rest, sizeof rest, "surface.json?level=%d", expected[i][0]);
+    cJSON *counts = ask_json(f, f->cube, rest);
+    const cJSON *both[] = {counts, get(counts, "meshes")->child};
+    for (int j = 0; j < 2; j++) {
+      assert_int_equal(get(both[j], "level")->valueint, expected[i][0]);
+      assert_int_equal(get(both[j], "vertices")->valueint, expected[i][1]);
+      assert_int_equal(get(both[j], "edges")->valueint, expected[i][2]);
+      assert_int_equal(get(both[j], "faces")->valueint, expected[i][3]);
+      assert_true(get(both[j], "bytes")->valuedouble > 0);
+    }
+    cJSON_Delete(counts);
+  }
+  cJSON *counts = ask_json(f, f->tank, "surface.json?level=2");
+  assert_int_equal(cJSON_GetArraySize(get(counts, "meshes")), 5);
+  int faces = 0;
+  const cJSON *mesh;
+  cJSON_ArrayForEach(mesh, get(counts, "meshes")) faces += get(mesh, "faces")->valueint;
+  assert_int_equal(get(counts, "faces")->valueint, faces);
+  cJSON_Delete(counts);
+}
+
+static void bytes_are_those_of_the_glb(void **state) {
+  fixture *f = *state;
+  const char *const options[] = {"",
+                                 "?level=0",
+                                 "?level=4",
+                                 "?normals=none",
+                                 "?polygons=ngon",
+                                 "?clip=drive",
+                                 "?clip=aim&at=1",
+                                 "?clip=drive&from=0&fps=10",
+                                 "?scheme=bilinear"};
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++) {
+    char rest[96];
+    snprintf(rest, sizeof rest, "surface.json%s", options[i]);
+    cJSON *counts = ask_json(f, f->tank, rest);
+    snprintf(rest, sizeof rest, "surface.glb%s", options[i]);
+    reply r = ask_ok(f, f->tank, rest);
+    assert_int_equal(r.size, (size_t)get(counts, "bytes")->valuedouble);
+    assert_int_equal(r.size, r.answer.body.size);
+    assert_string_equal(reply_header(&r, "Content-Type"), "model/gltf-binary");
+    reply_free(&r);
+    cJSON_Delete(counts);
+  }
+}
+
+static void forms_follow_the_extension_then_accept(void **state) {
+  fixture *f = *state;
+  static const struct {
+    const char *rest, *accept, *type;
+  } cases[] = {{"surface", NULL, "model/gltf-binary"},
+               {"surface.gltf", "Accept: model/obj\n", "model/gltf+json"},
+               {"surface", "Accept: model/obj\n", "model/obj"},
+               {"surface", "Accept: model/*\n", "model/gltf-binary"},
+               {"surface", "Accept: application/json, model/obj;q=0.9\n", "application/json"},
+               {"surface", "Accept: text/html,*/*;q=0.1\n", "model/gltf-binary"},
+               {"surface.obj", NULL, "model/obj"}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
+    assert_int_equal(r.status, 200);
+    assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
+    assert_string_equal(reply_header(&r, "Vary"), "Accept");
+    reply_free(&r);
+  }
+  reply r = ask_with(f, f->cube, "surface", "Accept: image/png\n");
+  assert_true(r.refused);
+  assert_non_null(strstr(r.body, "\"model/gltf+json\""));
+  assert_problem(r, 406, NULL, NULL);
+}
+
+static void obj_keeps_quads(void **state) {
+  fixture *f = *state;
+  reply r = ask_ok(f, f->cube, "surface.obj?level=1");
+  int points = 0, faces = 0;
+  for (const char *line = r.body; line; line = strchr(line, '\n')) {
+    if (*line == '\n') line++;
+    points += strncmp(line, "v ", 2) == 0;
+    faces += strncmp(line, "f ", 2) == 0;
+  }
+  assert_int_equal(points, 26);
+  assert_int_equal(faces, 24);
+  assert_true(r.answer.body.size == API_SIZE_UNKNOWN);
+  reply_free(&r);
+}
+
+static void parts_of_a_glb_are_parts_of_the_whole(void **state) {
+  fixture *f = *state;
+  reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
+  assert_string_equal(reply_header(&whole, "Accept-Ranges"), "bytes");
+  static const size_t firsts[] = {0, 5, 1000, 7777};
+  for (size_t i = 0; i < sizeof firsts / sizeof *firsts; i++) {
+    char header[64];
+    snprintf(header, sizeof header, "Range: bytes=%zu-%zu\n", firsts[i], firsts[i] + 4321);
+    reply r = ask_with(f, f->tank, "surface.glb?level=2", header);
+    assert_int_equal(r.status, 206);
+    assert_int_equal(r.size, 4322);
+    assert_memory_equal(r.body, whole.body + firsts[i], r.size);
+    reply_free(&r);
+  }
+  reply r = ask_with(f, f->tank, "surface.glb?level=2", "Range: bytes=-100\n");
+  assert_memory_equal(r.body, whole.body + whole.size - 100, 100);
+  reply_free(&r);
+  assert_problem(ask_with(f, f->tank, "surface.glb?level=2", "Range: bytes=999999999-\n"), 416, NULL, NULL);
+  r = ask_with(f, f->tank, "surface.obj", "Range: bytes=0-1\n");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  reply_free(&whole);
+}
+
+static void head_tells_the_size_alone(void **state) {
+  fixture *f = *state;
+  char target[96];
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=10", f->cube);
+  cJSON *counts = ask_json(f, f->cube, "surface.json?level=10");
+  reply head = loopback_ask(f->loop, "HEAD", target, NULL, NULL, 0);
+  assert_int_equal(head.status, 200);
+  assert_true((double)head.answer.body.size == get(counts, "bytes")->valuedouble);
+  assert_string_equal(reply_header(&head, "Content-Type"), "model/gltf-binary");
+  uint8_t byte;
+  assert_int_equal(head.answer.body.read(head.answer.body.context, &byte, 1), -1);
+  reply_free(&head);
+  cJSON_Delete(counts);
+}
+
+static void equal_questions_have_one_tag_and_one_answer(void **state) {
+  fixture *f = *state;
+  static const struct {
+    const char *one, *other;
+    bool is_same;
+  } pairs[] = {
+      {"surface", "surface.glb?level=1&scheme=catmull-clark&limit=false&quads=ngon&polygons=triangles", true},
+      {"surface?clip=drive&at=1", "surface?at=1.0", true},
+      {"surface?level=01", "surface?level=1", true},
+      {"surface", "surface?level=2", false},
+      {"surface", "surface.gltf", false},
+      {"surface", "surface?clip=drive", false},
+      {"surface?clip=drive", "surface?clip=aim", false},
+      {"surface?clip=drive&at=1", "surface?clip=drive&at=2", false},
+      {"surface", "surface?normals=none", false}};
+  for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+    reply a = ask_ok(f, f->tank, pairs[i].one), b = ask_ok(f, f->tank, pairs[i].other);
+    bool is_same = strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0;
+    if (is_same != pairs[i].is_same) fail_msg("%s, %s", pairs[i].one, pairs[i].other);
+    if (is_same) {
+      assert_int_equal(a.size, b.size);
+      assert_memory_equal(a.body, b.body, a.size);
+    }
+    char header[128];
+    snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&a, "ETag"));
+    reply c = ask_with(f, f->tank, pairs[i].one, header);
+    assert_int_equal(c.status, 304);
+    assert_int_equal(c.size, 0);
+    reply_free(&a);
+    reply_free(&b);
+    reply_free(&c);
+  }
+}
+
+static void what_is_built_is_answered_lightly(void **state) {
+  fixture *f = *state;
+  char target[96];
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
+  assert_false(loopback_is_light(f->loop, target));
+  reply r = loopback_get(f->loop, target);
+  reply_free(&r);
+  assert_true(loopback_is_light(f->loop, target));
+  r = loopback_ask(f->loop, "DELETE", (snprintf(target, sizeof target, "/v1/models/%s", f->cube), target),
+                   NULL, NULL, 0);
+  reply_free(&r);
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
+  assert_false(loopback_is_light(f->loop, target));
+}
+
+/* ---- clips ----------------------------------------------------------------------------------------- */
+
+static const cJSON *find_named(const cJSON *array, const char *name) {
+  const cJSON *item;
+  cJSON_ArrayForEach(item, array) {
+    const char *found = cJSON_GetStringValue(cJSON_GetObjectItem(item, "name"));
+    if (found && strcmp(found, name) == 0) return item;
+  }
+  fail_msg("nothing is called %s", name);
+  return NULL;
+}
+
+static void one_time_poses_the_nodes(void **state) {
+  fixture *f = *state;
+  cJSON *poses = ask_json(f, f->tank, "pose?clip=drive&at=1.7&nodes=turret");
+  reply r = ask_ok(f, f->tank, "surface.glb?clip=drive&at=1.7&level=0");
+  cJSON *scene = glb_json(&r);
+  assert_null(cJSON_GetObjectItem(scene, "animations"));
+  const cJSON *turret = find_named(get(scene, "nodes"), "turret");
+  const cJSON *expected = get(get(poses, "poses")->child, "rotation")->child;
+  for (int i = 0; i < 4; i++)
+    assert_true(fabs(cJSON_GetArrayItem(get(turret, "rotation"), i)->valuedouble -
+                     cJSON_GetArrayItem(expected, i)->valuedouble) < 1e-6);
+  cJSON_Delete(scene);
+  cJSON_Delete(poses);
+  reply_free(&r);
+}
+
+static void a_clip_alone_is_kept_as_animation(void **state) {
+  fixture *f = *state;
+  reply r = ask_ok(f, f->tank, "surface.glb?clip=aim&level=0");
+  cJSON *scene = glb_json(&r);
+  const cJSON *animation = get(scene, "animations")->child;
+  assert_string_equal(get(animation, "name")->valuestring, "aim");
+  assert_null(animation->next);
+  cJSON_Delete(scene);
+  reply_free(&r);
+}
+
+static void several_times_are_the_keys_of_the_animation(void **state) {
+  fixture *f = *state;
+  const char *const queries[] = {"clip=aim&at=0,0.5,2", "clip=aim&from=0&to=1&fps=2"};
+  for (int i = 0; i < 2; i++) {
+    char rest[96];
+    snprintf(rest, sizeof rest, "surface.glb?level=0&%s", queries[i]);
+    reply r = ask_ok(f, f->tank, rest);
+    cJSON *scene = glb_json(&r);
+    const cJSON *animation = get(scene, "animations")->child;
+    assert_string_equal(get(animation, "name")->valuestring, "aim");
+    int input = get(get(animation, "samplers")->child, "input")->valueint;
+    const cJSON *accessor = cJSON_GetArrayItem(get(scene, "accessors"), input);
+    assert_int_equal(get(accessor, "count")->valueint, 3);
+    cJSON_Delete(scene);
+    reply_free(&r);
+  }
+  assert_problem(ask(f, f->tank, "surface.glb?clip=aim&at=1,0"), 422, NULL, NULL);
+}
+
+static void a_borrowed_clip_animates_what_it_can(void **state) {
+  fixture *f = *state;
+  char rest[128];
+  snprintf(rest, sizeof rest, "surface.glb?clip=%s/aim&level=0", f->tank);
+  reply r = ask_ok(f, f->cube, rest);
+  assert_non_null(reply_header(&r, "X-Tweend-Warning"));
+  reply_free(&r);
+}
+
+/* ---- bodies, tags, limits --------------------------------------------------------------------------- */
+
+static void a_body_is_answered_as_a_stored_model_and_not_kept(void **state) {
+  fixture *f = *state;
+  char *text = loopback_file("server/samples/tank.json", NULL);
+  reply stored = ask_ok(f, f->tank, "surface.glb?level=2&clip=drive");
+  reply given = loopback_post(f->loop, "/v1/surface.glb?level=2&clip=drive", "application/json", text);
+  assert_int_equal(given.status, 200);
+  assert_int_equal(given.size, stored.size);
+  assert_memory_equal(given.body, stored.body, given.size);
+  assert_null(reply_header(&given, "ETag"));
+  reply_free(&stored);
+  reply_free(&given);
+  free(text);
+  size_t count = loopback_store_count(f->loop);
+  given = loopback_post(f->loop, "/v1/surface", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  assert_int_equal(given.status, 200);
+  reply_free(&given);
+  assert_int_equal(loopback_store_count(f->loop), count);
+  assert_problem(loopback_post(f->loop, "/v1/surface", "model/obj", "f 1 2 3\n"), 422, NULL, NULL);
+  assert_problem(
+      loopback_post(f->loop, "/v1/surface?at=1", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"), 404,
+      NULL, "no clips");
+}
+
+static void a_tag_counts_until_the_query_says_otherwise(void **state) {
+  fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "model/obj",
+                  "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt interpolateboundary 1/0/0 2\n", id);
+  reply tagged = ask_ok(f, id, "surface.obj?level=1");
+  reply same = ask_ok(f, id, "surface.obj?level=1&boundary=edge-only");
+  reply other = ask_ok(f, id, "surface.obj?level=1&boundary=edge-and-corner");
+  assert_string_equal(tagged.body, same.body);
+  assert_string_not_equal(tagged.body, other.body);
+  assert_non_null(strstr(other.body, "v 0 0 0\n"));
+  reply_free(&tagged);
+  reply_free(&same);
+  reply_free(&other);
+}
+
+static void assert_predicted(reply r, int faces, bool has_bytes) {
+  cJSON *problem = cJSON_Parse(r.body);
+  const cJSON *predicted = get(problem, "predicted");
+  assert_int_equal(get(predicted, "faces")->valueint, faces);
+  assert_int_equal(get(predicted, "edges")->valueint, 2 * faces);
+  assert_int_equal(get(predicted, "vertices")->valueint, faces + 2);
+  assert_int_equal(cJSON_GetObjectItem(predicted, "bytes") != NULL, has_bytes);
+  cJSON_Delete(problem);
+  assert_problem(r, 422, NULL, NULL);
+}
+
+static void results_over_the_limits_are_422_with_the_counts(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_level = 5;
+  settings.limits.max_faces = 384;
+  settings.limits.max_output = 10000;
+  fixture *f = start(&settings);
+  assert_predicted(ask(f, f->cube, "surface.glb?level=6"), 6 << 12, false);
+  assert_predicted(ask(f, f->cube, "surface.json?level=6"), 6 << 12, false);
+  assert_predicted(ask(f, f->cube, "surface.glb?level=4"), 6 << 8, false);
+  assert_predicted(ask(f, f->cube, "surface.glb?level=3"), 384, true);
+  assert_predicted(ask(f, f->cube, "surface.obj?level=3"), 384, true);
+  assert_problem(ask(f, f->cube, "surface.glb?level=99"), 422, NULL, "limit of 5");
+  assert_problem(ask(f, f->cube, "surface.glb?level=999999999999"), 422, NULL, "limit of 5");
+  reply r = ask(f, f->cube, "surface.glb?level=2");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  loopback_stop(f->loop);
+  free(f);
+}
+
+/* ---- threads --------------------------------------------------------------------------------------- */
+
+typedef struct asker {
+  fixture *f;
+  const char *rest;
+  char *body;
+  size_t size;
+} asker;
+
+static void *ask_in_thread(void *context) {
+  asker *a = context;
+  reply r = ask(a->f, a->f->tank, a->rest);
+  if (r.status != 200) abort();
+  a->body = r.body;
+  a->size = r.size;
+  r.body = NULL;
+  reply_free(&r);
+  return NULL;
+}
+
+static void equal_questions_at_once_have_equal_answers(void **state) {
+  fixture *f = *state;
+  enum { ASKERS = 8 };
+  asker askers[ASKERS];
+  pthread_t threads[ASKERS];
+  for (int i = 0; i < ASKERS; i++) {
+    askers[i] =
+        (asker){.f = f, .rest = i % 2 ? "surface.glb?level=3&clip=drive&at=1" : "surface.glb?level=3"};
+    assert_int_equal(pthread_create(&threads[i], NULL, ask_in_thread, &askers[i]), 0);
+  }
+  for (int i = 0; i < ASKERS; i++) pthread_join(threads[i], NULL);
+  for (int i = 2; i < ASKERS; i++) {
+    assert_int_equal(askers[i].size, askers[i % 2].size);
+    assert_memory_equal(askers[i].body, askers[i % 2].body, askers[i].size);
+  }
+  for (int i = 0; i < ASKERS; i++) free(askers[i].body);
+}
+
+#define with_models(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      with_models(bad_parameters_are_400),
+      with_models(what_this_version_lacks_is_422),
+      with_models(names_that_are_not_there_are_404),
+      with_models(counts_are_exact_and_cost_no_surface),
+      with_models(bytes_are_those_of_the_glb),
+      with_models(forms_follow_the_extension_then_accept),
+      with_models(obj_keeps_quads),
+      with_models(parts_of_a_glb_are_parts_of_the_whole),
+      with_models(head_tells_the_size_alone),
+      with_models(equal_questions_have_one_tag_and_one_answer),
+      with_models(what_is_built_is_answered_lightly),
+      with_models(one_time_poses_the_nodes),
+      with_models(a_clip_alone_is_kept_as_animation),
+      with_models(several_times_are_the_keys_of_the_animation),
+      with_models(a_borrowed_clip_animates_what_it_can),
+      with_models(a_body_is_answered_as_a_stored_model_and_not_kept),
+      with_models(a_tag_counts_until_the_query_says_otherwise),
+      cmocka_unit_test(results_over_the_limits_are_422_with_the_counts),
+      with_models(equal_questions_at_once_have_equal_answers),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
