@@ -54,7 +54,8 @@ static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topolo
   child->edge_flags = tw_arena_alloc(arena, edges, 1);
   bool complete = child->corner_vertex && child->corner_edge && child->sibling && child->edge_vertices &&
                   child->edge_corner && child->edge_flags;
-  return complete ? tw_topology_soften(child, arena) : TW_NO_MEMORY;
+  tw_status status = complete ? tw_topology_allocate_fans(child, arena) : TW_NO_MEMORY;
+  return status == TW_OK ? tw_topology_soften(child, arena) : status;
 }
 
 /* The four corners of each child quad of one face. */
@@ -100,6 +101,82 @@ static void split_edge(const tw_topology *p, uint32_t edge, tw_topology *child) 
   }
 }
 
+/* ---- fans of the child ---------------------------------------------------------------------- */
+
+/* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked. */
+typedef struct linker {
+  const tw_topology *p;
+  tw_topology *child;
+  uint32_t corners, edges; /* written so far */
+} linker;
+
+static void put_corner(linker *l, uint32_t corner) {
+  l->child->fan_corners[l->corners++] = corner;
+}
+static void put_edge(linker *l, uint32_t edge) {
+  l->child->ring_edges[l->edges++] = edge;
+}
+
+static void end_vertex(linker *l, uint32_t vertex, uint8_t flags) {
+  l->child->fan_offsets[vertex + 1] = l->corners;
+  l->child->ring_offsets[vertex + 1] = l->edges;
+  l->child->vertex_flags[vertex] = flags;
+}
+
+static void link_vertex(linker *l, uint32_t vertex) {
+  const tw_topology *p = l->p;
+  for (uint32_t i = p->fan_offsets[vertex]; i < p->fan_offsets[vertex + 1]; i++)
+    put_corner(l, 4 * p->fan_corners[i]);
+  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
+    uint32_t edge = p->ring_edges[i];
+    put_edge(l, 2 * edge + (p->edge_vertices[edge][0] != vertex));
+  }
+  end_vertex(l, vertex, p->vertex_flags[vertex]);
+}
+
+/* Round the middle of an edge, counter-clockwise from the half that has the edge's first face on its
+ * left: that half, the spoke into the first face, the other half, the spoke into the second. */
+static void link_edge(linker *l, uint32_t edge) {
+  const tw_topology *p = l->p;
+  uint32_t first = p->edge_corner[edge], corner = first, spokes = 2 * p->edge_count;
+  if (p->edge_flags[edge] & TW_EDGE_NONMANIFOLD) {
+    put_edge(l, 2 * edge);
+    put_edge(l, 2 * edge + 1);
+  }
+  uint32_t half = 2 * edge + 1; /* edge_vertices run as the first corner does */
+  do {
+    put_corner(l, 4 * tw_corner_next(p, corner) + 3);
+    put_corner(l, 4 * corner + 1);
+    if (!(p->edge_flags[edge] & TW_EDGE_NONMANIFOLD)) {
+      put_edge(l, half);
+      half ^= 1;
+    }
+    put_edge(l, spokes + corner);
+    corner = p->sibling[corner];
+  } while (corner != first);
+  if (p->edge_flags[edge] & TW_EDGE_BORDER) put_edge(l, half);
+  uint8_t flags = p->edge_flags[edge] & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0;
+  if (p->edge_flags[edge] & TW_EDGE_NONMANIFOLD) flags = TW_VERTEX_NONMANIFOLD;
+  end_vertex(l, p->vertex_count + edge, flags);
+}
+
+static void link_face(linker *l, uint32_t face) {
+  const tw_topology *p = l->p;
+  uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face), spokes = 2 * p->edge_count;
+  for (uint32_t i = 0; i < size; i++) {
+    put_corner(l, 4 * (begin + i) + 2);
+    put_edge(l, spokes + begin + (i ? i : size) - 1);
+  }
+  end_vertex(l, p->vertex_count + p->edge_count + face, 0);
+}
+
+static void link_child(const tw_topology *parent, tw_topology *child) {
+  linker l = {parent, child, 0, 0};
+  for (uint32_t v = 0; v < parent->vertex_count; v++) link_vertex(&l, v);
+  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&l, e);
+  for (uint32_t f = 0; f < parent->face_count; f++) link_face(&l, f);
+}
+
 static void decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
   for (uint32_t e = 0; e < p->edge_count; e++)
     for (uint32_t end = 0; end < 2; end++)
@@ -114,9 +191,8 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
   for (uint32_t f = 0; f < parent->face_count; f++) split_face(parent, f, child);
   for (uint32_t e = 0; e < parent->edge_count; e++) split_edge(parent, e, child);
   decay(parent, rules, child);
-  status = tw_topology_link(child, arena);
-  if (status == TW_OK && rules->chaikin) status = tw_topology_sum_semi(child, arena);
-  return status;
+  link_child(parent, child);
+  return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
 }
 
 /* ---- values --------------------------------------------------------------------------------- */

@@ -109,37 +109,6 @@ static bool map_corners(tw_topology *t, tw_arena *arena) {
   return true;
 }
 
-tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
-                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
-                            const uint32_t *corners) {
-  tw_topology *t = topology;
-  memset(t, 0, sizeof *t);
-  t->vertex_count = vertex_count;
-  t->face_count = face_count;
-  t->corner_count = corner_count;
-  t->face_offsets = face_offsets;
-  t->corner_vertex = (uint32_t *)corners; /* never written through */
-  t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
-  t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
-  /* At most one edge a corner; the unused tail costs address space only. */
-  t->edge_vertices = tw_arena_alloc(arena, corner_count, sizeof(uint32_t[2]));
-  t->edge_corner = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
-  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
-  uint32_t *buckets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *buckets);
-  half_edge *halves = tw_alloc(corner_count, sizeof *halves);
-  tw_status status = TW_NO_MEMORY;
-  if (map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner &&
-      t->edge_flags && buckets && halves) {
-    file_half_edges(t, buckets, halves);
-    for (uint32_t v = 0; v < vertex_count; v++)
-      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
-    status = tw_topology_link(t, arena);
-  }
-  free(buckets);
-  free(halves);
-  return status;
-}
-
 /* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan. */
 static bool order_fan(tw_topology *t, uint32_t vertex) {
   uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
@@ -182,15 +151,21 @@ static bool order_fan(tw_topology *t, uint32_t vertex) {
   return true;
 }
 
-tw_status tw_topology_link(tw_topology *topology, tw_arena *arena) {
+tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
   tw_topology *t = topology;
   t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->fan_corners = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
   t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
   t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
-  if (!t->fan_offsets || !t->ring_offsets || !t->fan_corners || !t->ring_edges || !t->vertex_flags)
-    return TW_NO_MEMORY;
+  bool complete = t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
+  return complete ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Fills fans, rings and flags from corner_vertex, corner_edge, sibling and the edge arrays. */
+static tw_status link_fans(tw_topology *t, tw_arena *arena) {
+  tw_status status = tw_topology_allocate_fans(t, arena);
+  if (status != TW_OK) return status;
 
   /* Counting sort twice: offsets are shifted by one place while they serve as cursors. */
   for (uint32_t c = 0; c < t->corner_count; c++) t->fan_offsets[t->corner_vertex[c]]++;
@@ -216,6 +191,37 @@ tw_status tw_topology_link(tw_topology *topology, tw_arena *arena) {
       if (t->edge_flags[t->ring_edges[i]] & TW_EDGE_BORDER) t->vertex_flags[v] |= TW_VERTEX_BORDER;
   }
   return TW_OK;
+}
+
+tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
+                            const uint32_t *corners) {
+  tw_topology *t = topology;
+  memset(t, 0, sizeof *t);
+  t->vertex_count = vertex_count;
+  t->face_count = face_count;
+  t->corner_count = corner_count;
+  t->face_offsets = face_offsets;
+  t->corner_vertex = (uint32_t *)corners; /* never written through */
+  t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  /* At most one edge a corner; the unused tail costs address space only. */
+  t->edge_vertices = tw_arena_alloc(arena, corner_count, sizeof(uint32_t[2]));
+  t->edge_corner = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
+  uint32_t *buckets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *buckets);
+  half_edge *halves = tw_alloc(corner_count, sizeof *halves);
+  tw_status status = TW_NO_MEMORY;
+  if (map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner &&
+      t->edge_flags && buckets && halves) {
+    file_half_edges(t, buckets, halves);
+    for (uint32_t v = 0; v < vertex_count; v++)
+      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
+    status = link_fans(t, arena);
+  }
+  free(buckets);
+  free(halves);
+  return status;
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {

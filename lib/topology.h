@@ -55,8 +55,8 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
 
-/* Fills fans, rings and flags from corner_vertex, corner_edge, sibling and the edge arrays. */
-tw_status tw_topology_link(tw_topology *topology, tw_arena *arena);
+/* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
+tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
 /* Allocates the sharpness arrays, zeroed. */
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
