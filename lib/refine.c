@@ -3,32 +3,6 @@
 
 #include <string.h>
 
-/* ---- sharpness ------------------------------------------------------------------------------ */
-
-static float decayed(float sharpness) {
-  if (tw_is_infinite(sharpness)) return TW_SHARPNESS_INFINITE;
-  return sharpness > 1 ? sharpness - 1 : 0;
-}
-
-/* Sharpness of the half of `edge` at `vertex` after one step. */
-static float child_sharpness(const tw_topology *t, const tw_rules *rules, uint32_t edge, uint32_t vertex) {
-  float sharpness = t->edge_sharpness[edge];
-  if (!rules->chaikin || !tw_is_semi_sharp(sharpness) || t->semi_count[vertex] < 2) return decayed(sharpness);
-  float others = (t->semi_sum[vertex] - sharpness) / (float)(t->semi_count[vertex] - 1);
-  float child = 0.75f * sharpness + 0.25f * others - 1;
-  return child > 0 ? child : 0;
-}
-
-tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]) {
-  uint32_t sharp = 0, first = topology->ring_offsets[vertex];
-  for (uint32_t i = first; i < topology->ring_offsets[vertex + 1]; i++) {
-    if (!(topology->edge_sharpness[topology->ring_edges[i]] > 0)) continue;
-    if (ends) ends[sharp == 0 ? 0 : 1] = i - first;
-    sharp++;
-  }
-  return tw_rule_of(topology->vertex_sharpness[vertex], sharp);
-}
-
 /* ---- topology ------------------------------------------------------------------------------- */
 
 /* Corner of the child mesh that runs along the half of corner `c`'s edge at `vertex`, on c's side. */
@@ -177,20 +151,13 @@ static void link_child(const tw_topology *parent, tw_topology *child) {
   for (uint32_t f = 0; f < parent->face_count; f++) link_face(&l, f);
 }
 
-static void decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
-  for (uint32_t e = 0; e < p->edge_count; e++)
-    for (uint32_t end = 0; end < 2; end++)
-      child->edge_sharpness[2 * e + end] = child_sharpness(p, rules, e, p->edge_vertices[e][end]);
-  for (uint32_t v = 0; v < p->vertex_count; v++) child->vertex_sharpness[v] = decayed(p->vertex_sharpness[v]);
-}
-
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                              tw_topology *child) {
   tw_status status = allocate_child(parent, arena, child);
   if (status != TW_OK) return status;
   for (uint32_t f = 0; f < parent->face_count; f++) split_face(parent, f, child);
   for (uint32_t e = 0; e < parent->edge_count; e++) split_edge(parent, e, child);
-  decay(parent, rules, child);
+  tw_decay(parent, rules, child);
   link_child(parent, child);
   return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
 }
@@ -212,18 +179,6 @@ static void refine_faces(const tw_topology *p, uint32_t width, const float *in, 
   }
 }
 
-/* How much of the crease's midpoint an edge takes: all where both halves stay sharp, else as much as it
- * is sharp. Under Chaikin's rule that may be a little over 1 (a half can decay from 1.3 to 0 next to
- * smoother ones), and is taken so, as OpenSubdiv does. */
-static float crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge) {
-  float sharpness = p->edge_sharpness[edge];
-  if (rules->linear) return 1;
-  if (!(sharpness > 0)) return 0;
-  bool stays = child_sharpness(p, rules, edge, p->edge_vertices[edge][0]) > 0 &&
-               child_sharpness(p, rules, edge, p->edge_vertices[edge][1]) > 0;
-  return stays ? 1 : sharpness;
-}
-
 /* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles
  * (OpenSubdiv's 0.47 for those when asked for). */
 static float smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
@@ -235,7 +190,7 @@ static float smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t 
 static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
                          const float *face_points, float *edge_points) {
   for (uint32_t e = 0; e < p->edge_count; e++) {
-    float crease = crease_share(p, rules, e);
+    float crease = tw_crease_share(p, rules, e);
     float *point = edge_points + (size_t)e * width;
     const float *a = in + (size_t)p->edge_vertices[e][0] * width,
                 *b = in + (size_t)p->edge_vertices[e][1] * width;
@@ -259,72 +214,6 @@ static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t w
   }
 }
 
-/* Shares of the three masks that meet at a vertex while sharpness decays; they sum to 1. */
-typedef struct vertex_blend {
-  float smooth, crease, corner;
-  uint32_t ends[2]; /* sharp edges of the crease mask, as indices into the ring */
-} vertex_blend;
-
-static void add_rule(vertex_blend *blend, tw_vertex_rule rule, const uint32_t ends[2], float share) {
-  if (rule == TW_RULE_CORNER) {
-    blend->corner += share;
-  } else if (rule == TW_RULE_CREASE) {
-    blend->crease += share;
-    memcpy(blend->ends, ends, sizeof blend->ends);
-  } else {
-    blend->smooth += share;
-  }
-}
-
-/* Share that the parent's rule keeps when the child has another one: the mean of the sharpness that
- * is about to vanish, at most 1 (OpenSubdiv's fractional weight). */
-static float parent_share(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
-  float sum = 0;
-  uint32_t count = 0;
-  float own = p->vertex_sharpness[vertex];
-  if (own > 0 && decayed(own) == 0) {
-    sum = own;
-    count = 1;
-  }
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
-    uint32_t edge = p->ring_edges[i];
-    float sharpness = p->edge_sharpness[edge];
-    if (!(sharpness > 0) || child_sharpness(p, rules, edge, vertex) > 0) continue;
-    sum += sharpness;
-    count++;
-  }
-  if (count == 0) return 0;
-  float share = sum / (float)count;
-  return share > 1 ? 1 : share;
-}
-
-static vertex_blend blend_at(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
-  vertex_blend blend = {0, 0, 0, {0, 0}};
-  uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = tw_vertex_rule_at(p, vertex, ends);
-  if (rules->linear) rule = TW_RULE_CORNER;
-  if (rule <= TW_RULE_DART || rules->linear) {
-    add_rule(&blend, rule, ends, 1);
-    return blend;
-  }
-  uint32_t child_ends[2] = {0, 0}, child_sharp = 0;
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
-    if (!(child_sharpness(p, rules, p->ring_edges[i], vertex) > 0)) continue;
-    child_ends[child_sharp == 0 ? 0 : 1] = i - p->ring_offsets[vertex];
-    child_sharp++;
-  }
-  tw_vertex_rule child_rule = tw_rule_of(decayed(p->vertex_sharpness[vertex]), child_sharp);
-  bool same = child_rule == rule;
-  float share = same ? 1 : parent_share(p, rules, vertex);
-  add_rule(&blend, rule, ends, share);
-  if (!same) add_rule(&blend, child_rule, child_ends, 1 - share);
-  return blend;
-}
-
-static uint32_t far_end(const tw_topology *p, uint32_t edge, uint32_t vertex) {
-  return p->edge_vertices[edge][p->edge_vertices[edge][0] == vertex];
-}
-
 /* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n
  * with the edge midpoints written out. */
 static void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width, const float *in,
@@ -337,7 +226,7 @@ static void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint3
     add_scaled(point, face_points + (size_t)face * width, weight, width);
   }
   for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++)
-    add_scaled(point, in + (size_t)far_end(p, p->ring_edges[i], vertex) * width, weight, width);
+    add_scaled(point, in + (size_t)tw_far_end(p, p->ring_edges[i], vertex) * width, weight, width);
   add_scaled(point, in + (size_t)vertex * width, share * (n - 2) / n, width);
 }
 
@@ -346,7 +235,7 @@ static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_
   for (uint32_t v = 0; v < p->vertex_count; v++) {
     float *point = out + (size_t)v * width;
     const float *own = in + (size_t)v * width;
-    vertex_blend blend = blend_at(p, rules, v);
+    tw_vertex_blend blend = tw_blend_at(p, rules, v);
     if (blend.corner == 1 || p->fan_offsets[v] == p->fan_offsets[v + 1]) {
       memcpy(point, own, width * sizeof *point);
       continue;
@@ -356,7 +245,7 @@ static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_
     if (blend.crease > 0) {
       const uint32_t *ring = p->ring_edges + p->ring_offsets[v];
       for (int i = 0; i < 2; i++)
-        add_scaled(point, in + (size_t)far_end(p, ring[blend.ends[i]], v) * width, 0.125f * blend.crease,
+        add_scaled(point, in + (size_t)tw_far_end(p, ring[blend.ends[i]], v) * width, 0.125f * blend.crease,
                    width);
       add_scaled(point, own, 0.75f * blend.crease, width);
     }

@@ -11,25 +11,8 @@
 #ifndef TWEEND_REFINE_H
 #define TWEEND_REFINE_H
 
+#include "crease.h"
 #include "topology.h"
-
-typedef struct tw_rules {
-  bool linear;           /* bilinear: new points are plain averages */
-  bool chaikin;          /* creases decay by Chaikin's rule */
-  bool smooth_triangles; /* OpenSubdiv's TRI_SUB_SMOOTH weights next to triangles */
-} tw_rules;
-
-/* What shapes the surface at a vertex. */
-typedef enum tw_vertex_rule { TW_RULE_SMOOTH, TW_RULE_DART, TW_RULE_CREASE, TW_RULE_CORNER } tw_vertex_rule;
-
-static inline tw_vertex_rule tw_rule_of(float vertex_sharpness, uint32_t sharp_edges) {
-  if (vertex_sharpness > 0 || sharp_edges > 2) return TW_RULE_CORNER;
-  return (tw_vertex_rule)sharp_edges;
-}
-
-/* Rule at a vertex; ends (NULL allowed) receives the first and last sharp edge of its ring, as indices
- * into the ring. */
-tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]);
 
 /* Topology and sharpness of the next level; TW_NO_MEMORY. The parent's sharpness must be set. */
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,

@@ -88,6 +88,10 @@ static inline bool tw_is_infinite(float sharpness) {
   return sharpness >= TW_SHARPNESS_INFINITE;
 }
 
+static inline uint32_t tw_far_end(const tw_topology *t, uint32_t edge, uint32_t vertex) {
+  return t->edge_vertices[edge][t->edge_vertices[edge][0] == vertex];
+}
+
 /* In meshes of quads (face_offsets NULL) neighbours in the face need no look-up. */
 static inline uint32_t tw_quad_next(uint32_t corner) {
   return (corner & ~3u) | ((corner + 1) & 3u);

@@ -1,0 +1,46 @@
+/* How sharpness decays from level to level, and what it makes of the rule at an edge or a vertex: the same
+ * in every scheme.
+ *
+ * DeRose, Kass and Truong 1998, with the blend at fractional sharpness and the Chaikin decay as
+ * OpenSubdiv defines them. */
+#ifndef TWEEND_CREASE_H
+#define TWEEND_CREASE_H
+
+#include "topology.h"
+
+typedef struct tw_rules {
+  bool linear;           /* new points are plain averages: bilinear, and UVs under the rule `all` */
+  bool chaikin;          /* creases decay by Chaikin's rule */
+  bool smooth_triangles; /* OpenSubdiv's TRI_SUB_SMOOTH weights next to triangles */
+} tw_rules;
+
+/* What shapes the surface at a vertex. */
+typedef enum tw_vertex_rule { TW_RULE_SMOOTH, TW_RULE_DART, TW_RULE_CREASE, TW_RULE_CORNER } tw_vertex_rule;
+
+static inline tw_vertex_rule tw_rule_of(float vertex_sharpness, uint32_t sharp_edges) {
+  if (vertex_sharpness > 0 || sharp_edges > 2) return TW_RULE_CORNER;
+  return (tw_vertex_rule)sharp_edges;
+}
+
+/* Rule at a vertex; ends (NULL allowed) receives the first and last sharp edge of its ring, as indices
+ * into the ring. */
+tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]);
+
+/* Sharpness of the child's first 2 edge_count edges, the halves of the parent's at its first and its
+ * second end, and of its first vertex_count vertices. */
+void tw_decay(const tw_topology *parent, const tw_rules *rules, tw_topology *child);
+
+/* How much of the crease's midpoint an edge takes: all where both halves stay sharp, else as much as it
+ * is sharp. Under Chaikin's rule that may be a little over 1 (a half can decay from 1.3 to 0 next to
+ * smoother ones), and is taken so, as OpenSubdiv does. */
+float tw_crease_share(const tw_topology *topology, const tw_rules *rules, uint32_t edge);
+
+/* Shares of the three masks that meet at a vertex while sharpness decays; they sum to 1. */
+typedef struct tw_vertex_blend {
+  float smooth, crease, corner;
+  uint32_t ends[2]; /* sharp edges of the crease mask, as indices into the ring */
+} tw_vertex_blend;
+
+tw_vertex_blend tw_blend_at(const tw_topology *topology, const tw_rules *rules, uint32_t vertex);
+
+#endif
