@@ -24,6 +24,11 @@ static bool runs_against(const tw_topology *base, uint32_t corner, uint32_t repr
 
 tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,
                           tw_numbering *out) {
+  if (!visible) {
+    *out =
+        (tw_numbering){.corner_count = base->vertex_count, .edge_count = base->edge_count, .same_as = base};
+    return TW_OK;
+  }
   tw_status status = allocate(base, arena, base->vertex_count, base->edge_count, out);
   if (status != TW_OK) return status;
   for (uint32_t v = 0; v < base->vertex_count; v++) {
@@ -90,7 +95,7 @@ static void number_edge(vertex_numberer *n, uint32_t edge) {
   bool crowded = n->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
   bool split = crowded || edge_splits(n, edge);
   do {
-    if (n->visible[corner / 4]) {
+    if (!n->visible || n->visible[corner / 4]) {
       uint32_t row = begun;
       if (split) row = out->edge_count;
       while (row < out->edge_count && !same_uv_edge(n, corner, out->edge_base[row])) row++;
@@ -148,7 +153,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
   bool one_sector = !n->split_normals || find_sectors(n, vertex) == 1;
   for (uint32_t i = 0; i < count; i++) {
-    if (!n->visible[fan[i] / 4]) continue;
+    if (n->visible && !n->visible[fan[i] / 4]) continue;
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];

@@ -10,7 +10,7 @@ static uint32_t half_at(const tw_topology *t, uint32_t c, uint32_t vertex) {
   return t->corner_vertex[c] == vertex ? 4 * c : 4 * tw_corner_next(t, c) + 3;
 }
 
-static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topology *child) {
+static tw_status count_child(const tw_topology *p, tw_topology *child) {
   memset(child, 0, sizeof *child);
   uint64_t vertices = (uint64_t)p->vertex_count + p->edge_count + p->face_count;
   uint64_t edges = 2 * (uint64_t)p->edge_count + p->corner_count;
@@ -20,6 +20,13 @@ static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topolo
   child->edge_count = (uint32_t)edges;
   child->face_count = p->corner_count;
   child->corner_count = (uint32_t)corners;
+  return TW_OK;
+}
+
+static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topology *child) {
+  tw_status status = count_child(p, child);
+  if (status != TW_OK) return status;
+  size_t edges = child->edge_count, corners = child->corner_count;
   child->corner_vertex = tw_arena_alloc(arena, corners, sizeof(uint32_t));
   child->corner_edge = tw_arena_alloc(arena, corners, sizeof(uint32_t));
   child->sibling = tw_arena_alloc(arena, corners, sizeof(uint32_t));
@@ -28,7 +35,7 @@ static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topolo
   child->edge_flags = tw_arena_alloc(arena, edges, 1);
   bool complete = child->corner_vertex && child->corner_edge && child->sibling && child->edge_vertices &&
                   child->edge_corner && child->edge_flags;
-  tw_status status = complete ? tw_topology_allocate_fans(child, arena) : TW_NO_MEMORY;
+  status = complete ? tw_topology_allocate_fans(child, arena) : TW_NO_MEMORY;
   return status == TW_OK ? tw_topology_soften(child, arena) : status;
 }
 
@@ -160,6 +167,26 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
   tw_decay(parent, rules, child);
   link_child(parent, child);
   return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
+}
+
+tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child) {
+  const tw_topology *p = parent;
+  tw_status status = count_child(p, child);
+  if (status != TW_OK) return status;
+  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
+  if (!child->corner_vertex) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < p->face_count; f++) {
+    uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
+    for (uint32_t c = begin; c < begin + size; c++) {
+      uint32_t *corners = child->corner_vertex + 4 * (size_t)c,
+               previous = c == begin ? begin + size - 1 : c - 1;
+      corners[0] = p->corner_vertex[c];
+      corners[1] = p->vertex_count + p->corner_edge[c];
+      corners[2] = p->vertex_count + p->edge_count + f;
+      corners[3] = p->vertex_count + p->corner_edge[previous];
+    }
+  }
+  return TW_OK;
 }
 
 /* ---- values --------------------------------------------------------------------------------- */

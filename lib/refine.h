@@ -18,6 +18,9 @@
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                              tw_topology *child);
 
+/* The same, but of the child only its counts and corner_vertex: enough to draw a last level. */
+tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child);
+
 /* Values of the next level: in [parent vertices][width], out [child vertices][width]. */
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
                       float *out);

@@ -18,10 +18,22 @@ typedef struct build {
   tw_rules rules;
   tw_arena *arena;
   tw_cage cage;
-  uint32_t levels; /* from the cage to the base */
+  uint32_t levels;    /* from the cage to the base */
+  bool whole;         /* the answer holds all faces in the order of the cage */
+  bool too_irregular; /* patches gave up */
   tw_topology topologies[1 + TW_UV_SETS_MAX];
   uint32_t *source; /* [faces] cage face of each face */
 } build;
+
+static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
+  return mesh->face_materials ? mesh->face_materials[face] : -1;
+}
+
+static bool is_whole(const build *b) {
+  for (uint32_t f = 0; f < b->mesh->face_count; f++)
+    if (!b->cage.visible[f] || material_of(b->mesh, f) != material_of(b->mesh, 0)) return false;
+  return b->mesh->face_count > 0;
+}
 
 static float *gather_values(tw_arena *arena, const float *in, const uint32_t *indices, uint32_t count,
                             uint32_t width) {
@@ -105,6 +117,8 @@ static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_v
 
 static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
   tw_rules rules = field_rules(b, field);
+  if (b->surface->plain && arena == b->surface->arena) /* the last level */
+    return tw_refine_corners(&parents[field], arena, &b->topologies[field]);
   tw_status status = tw_refine_topology(&parents[field], &rules, arena, &b->topologies[field]);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(&b->topologies[field], &b->topologies[0], arena);
@@ -129,7 +143,8 @@ static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena
     status = tw_open_cut(&full, quads, quad_count, arena, &b->topologies[f], &kept[f]);
   }
   if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
-  for (uint32_t q = 0; q < quad_count && status == TW_OK; q++) b->source[q] = b->source[quads[q]];
+  for (uint32_t q = 0; !b->whole && q < quad_count && status == TW_OK; q++)
+    b->source[q] = b->source[quads[q]];
   return status;
 }
 
@@ -143,19 +158,17 @@ static tw_status refine_all(build *b, tw_arena *arena) {
     status = refine_field(b, parents, f, arena);
   if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
   if (status != TW_OK) return status;
-  uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
-  if (!source) return TW_NO_MEMORY;
-  for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
-    source[q] = b->source[tw_corner_face(&parents[0], q)];
-  b->source = source;
+  if (!b->whole) {
+    uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
+    if (!source) return TW_NO_MEMORY;
+    for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
+      source[q] = b->source[tw_corner_face(&parents[0], q)];
+    b->source = source;
+  }
   return tw_cage_shrinks(&b->cage, &s->options) ? cut_border(b, &parents[0], arena) : TW_OK;
 }
 
 /* ---- order of the answer -------------------------------------------------------------------- */
-
-static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
-  return mesh->face_materials ? mesh->face_materials[face] : -1;
-}
 
 /* Faces of one kind (cage faces at level 0, base quads above) in the order of the answer. */
 typedef struct ordered_face {
@@ -225,8 +238,18 @@ static tw_status list_quads(build *b, const ordered_face *order, uint32_t count)
 }
 
 static tw_status order_answer(build *b) {
-  bool cage_level = b->surface->options.level == 0;
+  tw_surface *s = b->surface;
+  bool cage_level = s->options.level == 0;
   uint32_t all = cage_level ? b->mesh->face_count : b->topologies[0].face_count, count = 0;
+  if (!cage_level && all > 0 && b->whole) {
+    uint64_t faces = (uint64_t)all * s->side * s->side;
+    s->quad_count = all;
+    s->group_count = 1;
+    s->groups = tw_arena_alloc(s->arena, 1, sizeof *s->groups);
+    if (!s->groups) return TW_NO_MEMORY;
+    *s->groups = (tw_surface_group){material_of(b->mesh, 0), 0, faces, 0, 4 * faces};
+    return TW_OK;
+  }
   ordered_face *order = tw_alloc(all, sizeof *order);
   if (!order) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < all; f++) {
@@ -244,6 +267,7 @@ static tw_status order_answer(build *b) {
 
 /* Rows that stand for vertices of the cage: they come first in every numbering. */
 static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {
+  if (n->same_as) return cage_vertices;
   uint32_t count = 0;
   while (count < n->corner_count && base->corner_vertex[n->corner_base[count]] < cage_vertices) count++;
   return count;
@@ -261,27 +285,33 @@ static bool needs_splits(const build *b, bool split_normals) {
   return false;
 }
 
+static tw_status number_split(build *b, const uint8_t *visible) {
+  tw_surface *s = b->surface;
+  const tw_topology *uv_bases[TW_UV_SETS_MAX];
+  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) uv_bases[i] = &s->fields[1 + i].base;
+  /* Of a bilinear surface every edge of the cage is sharp: at the first level those come first. */
+  uint32_t sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
+  return tw_number_vertices(&s->fields[0].base, uv_bases, b->mesh->uv_set_count, visible, s->options.normals,
+                            sharp_below, s->arena, &s->vertices);
+}
+
 static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
   tw_surface *s = b->surface;
-  const tw_topology *base = &b->topologies[0];
-  uint8_t *visible = tw_alloc(base->face_count, 1);
-  if (!visible) return TW_NO_MEMORY;
-  for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
+  const tw_topology *base = &s->fields[0].base;
+  uint8_t *visible = NULL;
+  if (!b->whole) {
+    visible = tw_alloc(base->face_count, 1);
+    if (!visible) return TW_NO_MEMORY;
+    for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
+  }
   tw_status status = tw_number_field(base, visible, s->arena, &s->points);
   s->cage_points = rows_of_cage(&s->points, base, cage_vertices[0]);
   if (status == TW_OK && b->mesh->uv_set_count > 0) {
-    status = tw_number_field(&b->topologies[1], visible, s->arena, &s->uv_points);
-    s->cage_uv_points = rows_of_cage(&s->uv_points, &b->topologies[1], cage_vertices[1]);
+    status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);
+    s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, cage_vertices[1]);
   }
   s->vertices = s->points;
-  if (status == TW_OK && needs_splits(b, s->options.normals)) {
-    const tw_topology *uv_bases[TW_UV_SETS_MAX];
-    for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) uv_bases[i] = &b->topologies[1 + i];
-    /* Of a bilinear surface every edge of the cage is sharp: at the first level those come first. */
-    uint32_t sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
-    status = tw_number_vertices(base, uv_bases, b->mesh->uv_set_count, visible, s->options.normals,
-                                sharp_below, s->arena, &s->vertices);
-  }
+  if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals)) status = number_split(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
   free(visible);
   return status;
@@ -314,7 +344,7 @@ static tw_status plan_patches(build *b) {
   tw_surface *s = b->surface;
   for (uint32_t f = 0; f < s->field_count; f++) {
     tw_field *field = &s->fields[f];
-    field->base = b->topologies[f];
+    if (s->plain) continue;
     for (uint32_t v = 0; v < field->base.vertex_count; v++) {
       uint32_t capacity = tw_limit_capacity(&field->base, v);
       if (capacity > s->mask_capacity) s->mask_capacity = capacity;
@@ -322,6 +352,7 @@ static tw_status plan_patches(build *b) {
     if (s->depth == 0) continue;
     tw_rules rules = field_rules(b, f);
     tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth);
+    b->too_irregular = status == TW_LIMIT;
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
   }
@@ -335,16 +366,56 @@ static tw_status prepare_bounds(tw_surface *s) {
 }
 
 static tw_status start_sources(build *b) {
+  if (b->whole) return TW_OK;
   b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
   if (!b->source) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->mesh->face_count; f++) b->source[f] = f;
   return TW_OK;
 }
 
-static tw_status build_surface(build *b, tw_error *error) {
+/* Levels refined in the generic way before patches take over, and the greatest answer that is refined
+ * so to its end. */
+enum { BASE_LEVEL = 1, GENERIC_LEVEL = 2, GENERIC_FACES_MAX = 16 << 20 };
+
+/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
+static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
+  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
+  for (uint32_t i = 0; i < mesh->crease_count; i++)
+    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
+  return false;
+}
+
+/* Decides where the generic steps end: at the first level, from where patches go on, or at the answer's
+ * own, where patches cannot go or would have next to nothing to do. */
+static tw_status choose_levels(build *b, bool generic, tw_error *error) {
+  tw_surface *s = b->surface;
+  uint32_t level = s->options.level;
+  bool small = s->counts.faces <= GENERIC_FACES_MAX, shrinks = tw_cage_shrinks(&b->cage, &s->options);
+  if (shrinks && !small)
+    return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", GENERIC_FACES_MAX);
+  if (generic && !small)
+    return tw_fail(error, TW_LIMIT,
+                   "the mesh is too irregular for level %u: it has great poles, or thousands of "
+                   "different sharpness values",
+                   level);
+  generic |= shrinks || (small && (level <= GENERIC_LEVEL || crosses_seams(b->mesh, &s->options)));
+  b->levels = generic && level > 0 ? level : BASE_LEVEL;
+  s->depth = level > b->levels ? level - b->levels : 0;
+  s->side = 1u << s->depth;
+  const tw_mesh *m = b->mesh;
+  bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
+  s->plain =
+      generic && level > 0 && b->whole && !shrinks && !s->options.normals && !s->options.limit && points_only;
+  return TW_OK;
+}
+
+static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->arena, &b->cage);
   if (status == TW_OK) status = tw_cage_count(b->mesh, &s->options, &b->cage, &s->counts, error);
+  if (status != TW_OK) return status;
+  b->whole = is_whole(b);
+  status = choose_levels(b, generic, error);
   if (status == TW_OK) status = start_points(b);
   if (status == TW_OK) status = start_uvs(b);
   if (status == TW_OK) status = start_sources(b);
@@ -352,6 +423,7 @@ static tw_status build_surface(build *b, tw_error *error) {
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = refine_all(b, level == b->levels ? s->arena : b->arena);
+  for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
   if (status == TW_OK) status = order_answer(b);
   if (status == TW_OK) status = number_answer(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);
@@ -363,34 +435,22 @@ static tw_status build_surface(build *b, tw_error *error) {
                  "the surface would have over 4,294,967,294 vertices once its seams are split");
 }
 
-/* Levels refined in the generic way before patches take over, and the greatest answer that is refined
- * so to its end. */
-enum { BASE_LEVEL = 1, GENERIC_FACES_MAX = 16 << 20 };
-
-/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
-static bool needs_generic(const tw_mesh *mesh, const tw_surface_options *options) {
-  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
-  for (uint32_t i = 0; i < mesh->crease_count; i++)
-    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
-  return false;
-}
-
-static tw_status create_at(const tw_mesh *mesh, const tw_surface_options *options, uint32_t levels,
-                           tw_surface **out, tw_error *error) {
+/* *too_irregular: patches were tried and gave up. */
+static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, bool generic,
+                        tw_surface **out, bool *too_irregular, tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   s->options = *options;
   s->arena = tw_arena_create();
   s->field_count = 1 + mesh->uv_set_count;
-  s->depth = options->level > levels ? options->level - levels : 0;
-  s->side = 1u << s->depth;
-  bool linear = options->scheme == TW_BILINEAR;
-  s->fields[0].linear = linear;
-  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create(), .levels = levels};
-  b.rules =
-      (tw_rules){linear, options->creasing == TW_CREASE_CHAIKIN, options->triangles == TW_TRIANGLES_SMOOTH};
-  tw_status status = s->arena && b.arena ? build_surface(&b, error) : TW_NO_MEMORY;
+  s->fields[0].linear = options->scheme == TW_BILINEAR;
+  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create()};
+  b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
+                       .chaikin = options->creasing == TW_CREASE_CHAIKIN,
+                       .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
+  tw_status status = s->arena && b.arena ? build_surface(&b, generic, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
+  *too_irregular = b.too_irregular;
   if (status == TW_OK)
     *out = s;
   else
@@ -398,51 +458,27 @@ static tw_status create_at(const tw_mesh *mesh, const tw_surface_options *option
   return status;
 }
 
-/* What has to be known before anything is built. */
-typedef struct outlook {
-  tw_surface_counts counts;
-  bool shrinks;
-} outlook;
-
-static tw_status look_ahead(const tw_mesh *mesh, const tw_surface_options *options, outlook *out,
+tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error) {
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
-  tw_arena *arena = tw_arena_create();
-  tw_cage cage;
-  status = arena ? tw_cage_read(mesh, options, arena, &cage) : TW_NO_MEMORY;
-  if (status == TW_OK) status = tw_cage_count(mesh, options, &cage, &out->counts, error);
-  if (status == TW_OK) out->shrinks = tw_cage_shrinks(&cage, options);
-  tw_arena_destroy(arena);
+  bool too_irregular = false;
+  status = create(mesh, options, false, out, &too_irregular, error);
+  if (too_irregular) status = create(mesh, options, true, out, &too_irregular, error);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 
 tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
                            tw_error *error) {
-  outlook ahead = {{0, 0, 0, 0}, false};
-  tw_status status = look_ahead(mesh, options, &ahead, error);
-  if (status == TW_OK || status == TW_LIMIT) *out = ahead.counts;
-  return status;
-}
-
-tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
-                            tw_error *error) {
-  outlook ahead;
-  tw_status status = look_ahead(mesh, options, &ahead, error);
+  tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
-  bool small = ahead.counts.faces <= GENERIC_FACES_MAX, deep = options->level > BASE_LEVEL;
-  if (ahead.shrinks && !small)
-    return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", GENERIC_FACES_MAX);
-  bool generic = deep && small && (ahead.shrinks || needs_generic(mesh, options));
-  status = create_at(mesh, options, generic ? options->level : BASE_LEVEL, out, error);
-  if (status == TW_LIMIT && deep && !generic) {
-    if (!small)
-      return tw_fail(error, TW_LIMIT,
-                     "the mesh is too irregular for level %u: it has great poles, or thousands of "
-                     "different sharpness values",
-                     options->level);
-    status = create_at(mesh, options, options->level, out, error);
-  }
+  tw_arena *arena = tw_arena_create();
+  tw_cage cage;
+  tw_surface_counts counts = {0, 0, 0, 0};
+  status = arena ? tw_cage_read(mesh, options, arena, &cage) : TW_NO_MEMORY;
+  if (status == TW_OK) status = tw_cage_count(mesh, options, &cage, &counts, error);
+  tw_arena_destroy(arena);
+  if (status == TW_OK || status == TW_LIMIT) *out = counts;
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 

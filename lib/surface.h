@@ -23,15 +23,33 @@ typedef struct tw_values {
   float *base; /* [base vertices][width] */
 } tw_values;
 
-/* A numbering of everything that visible quads have: corners, then the insides of edges, then of
- * quads. Arrays are by base corner; rows of invisible ones are UINT32_MAX. */
+/* A numbering of everything that visible quads have: corners, then the insides of edges, then of quads.
+ * Where all of a field is visible and nothing is split, its own numbers serve and nothing is stored;
+ * else arrays by base corner, in which rows of invisible ones are UINT32_MAX. */
 typedef struct tw_numbering {
   uint32_t corner_count, edge_count;
-  uint32_t *corner_row;  /* [base corners] */
-  uint32_t *edge_row;    /* [base corners] 2 x edge, + 1 when the numbering runs against the corner */
-  uint32_t *corner_base; /* [corner_count] a base corner that stands for it */
-  uint32_t *edge_base;   /* [edge_count] a base corner whose edge stands for it, in its direction */
+  const tw_topology *same_as; /* whose numbers these are, or NULL */
+  uint32_t *corner_row;       /* [base corners] */
+  uint32_t *edge_row;         /* [base corners] 2 x edge, + 1 when the numbering runs against the corner */
+  uint32_t *corner_base;      /* [corner_count] a base corner that stands for it */
+  uint32_t *edge_base;        /* [edge_count] a base corner whose edge stands for it, in its direction */
 } tw_numbering;
+
+static inline uint32_t tw_row_of_corner(const tw_numbering *n, uint32_t corner) {
+  return n->same_as ? n->same_as->corner_vertex[corner] : n->corner_row[corner];
+}
+static inline uint32_t tw_row_of_edge(const tw_numbering *n, uint32_t corner) {
+  const tw_topology *t = n->same_as;
+  if (!t) return n->edge_row[corner];
+  uint32_t edge = t->corner_edge[corner];
+  return 2 * edge + (t->edge_vertices[edge][0] != t->corner_vertex[corner]);
+}
+static inline uint32_t tw_corner_of_row(const tw_numbering *n, uint32_t row) {
+  return n->same_as ? n->same_as->fan_corners[n->same_as->fan_offsets[row]] : n->corner_base[row];
+}
+static inline uint32_t tw_corner_of_edge(const tw_numbering *n, uint32_t edge) {
+  return n->same_as ? n->same_as->edge_corner[edge] : n->edge_base[edge];
+}
 
 struct tw_surface {
   tw_surface_options options;
@@ -39,6 +57,9 @@ struct tw_surface {
   tw_surface_layout layout;
   tw_arena *arena;
 
+  /* Rows are the base's values as they stand: nothing is left to compute. Of the base's connectivity only
+   * corner_vertex is there. */
+  bool plain;
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
 
@@ -67,7 +88,8 @@ struct tw_surface {
   uint32_t scratch_points, mask_capacity;
 };
 
-/* Numbers the vertices and edges that visible quads of one field use, in the field's order. */
+/* Numbers the vertices and edges that visible quads of one field use, in the field's order. visible NULL:
+ * all are; `base` then has to outlive the numbering. */
 tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,
                           tw_numbering *out);
 

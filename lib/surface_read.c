@@ -50,6 +50,11 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   return n->corner_count + n->edge_count * rows_inside_edge(s) + s->quad_count * rows_inside_quad(s);
 }
 
+/* Base quad of the nth visible one. */
+static uint32_t base_quad(const tw_surface *s, uint32_t visible) {
+  return s->quads ? s->quads[visible] : visible;
+}
+
 /* ---- values at corners ---------------------------------------------------------------------- */
 
 /* Where patches are not split further, a vertex is its own value or its limit mask. */
@@ -101,7 +106,7 @@ static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint3
 }
 
 static void point_corner(tw_surface_reader *r, uint32_t row, float *out) {
-  evaluate_corner(r, &r->surface->positions, r->surface->points.corner_base[row], out, NULL);
+  evaluate_corner(r, &r->surface->positions, tw_corner_of_row(&r->surface->points, row), out, NULL);
 }
 
 /* GPUs have v run down. */
@@ -112,10 +117,10 @@ static void flip_v(float *uv) {
 static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t corner = s->vertices.corner_base[row];
+  uint32_t corner = tw_corner_of_row(&s->vertices, row);
   /* Split vertices share their point to the last bit: it is computed from the corner that stands for
    * the point. */
-  uint32_t shared = s->points.corner_base[s->points.corner_row[corner]];
+  uint32_t shared = tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
   float *normal = l->normal == UINT32_MAX ? NULL : out + l->normal;
   evaluate_corner(r, &s->positions, shared, out, shared == corner ? normal : NULL);
   if (normal && shared != corner) evaluate_corner(r, &s->positions, corner, NULL, normal);
@@ -131,11 +136,15 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
 static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   uint32_t width = row_width(s, domain);
+  if (s->plain) {
+    memcpy(out, s->positions.base + 3 * (size_t)first, (size_t)count * 3 * sizeof *out);
+    return;
+  }
   for (uint32_t i = 0; i < count; i++, out += width) {
     if (domain == TW_DOMAIN_POINTS)
       point_corner(r, first + i, out);
     else if (domain == TW_DOMAIN_UVS)
-      evaluate_corner(r, &s->uvs[0], s->uv_points.corner_base[first + i], out, NULL);
+      evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
     else
       vertex_corner(r, first + i, out);
   }
@@ -161,10 +170,10 @@ static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_
 static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t corner = s->vertices.edge_base[edge];
+  uint32_t corner = tw_corner_of_edge(&s->vertices, edge);
   /* As at corners: the point's own representative, from which this one may run the other way. */
-  uint32_t point_edge = s->points.edge_row[corner];
-  uint32_t shared = s->points.edge_base[point_edge / 2];
+  uint32_t point_edge = tw_row_of_edge(&s->points, corner);
+  uint32_t shared = tw_corner_of_edge(&s->points, point_edge / 2);
   bool against = point_edge & 1;
   evaluate_edge(r, &s->positions, shared, against, false, out, l->stride);
   if (l->normal != UINT32_MAX)
@@ -183,9 +192,9 @@ static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, u
   uint32_t width = row_width(s, domain);
   for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
     if (domain == TW_DOMAIN_POINTS)
-      evaluate_edge(r, &s->positions, s->points.edge_base[first + i], false, false, out, width);
+      evaluate_edge(r, &s->positions, tw_corner_of_edge(&s->points, first + i), false, false, out, width);
     else if (domain == TW_DOMAIN_UVS)
-      evaluate_edge(r, &s->uvs[0], s->uv_points.edge_base[first + i], false, false, out, width);
+      evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, false, out, width);
     else
       vertex_edge(r, first + i, out);
   }
@@ -204,7 +213,7 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
                        float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t quad = s->quads[visible], width = row_width(s, domain);
+  uint32_t quad = base_quad(s, visible), width = row_width(s, domain);
   tw_patch_rect rect = {1, s->side - 1, j0, j1};
   if (domain == TW_DOMAIN_UVS) {
     evaluate_inside(r, &s->uvs[0], quad, rect, out, NULL, width);
@@ -323,21 +332,22 @@ uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
 /* Rows of line j of a quad's grid: out[side + 1]. */
 static void index_line(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t j,
                        uint32_t *out) {
-  uint32_t side = s->side, corner = 4 * s->quads[visible], inside = side - 1;
-  const uint32_t *corners = n->corner_row + corner, *edges = n->edge_row + corner;
-  /* Place t = 1 .. side - 1 of an edge counts from its first corner or, when it runs against, its last. */
-  uint32_t left = n->corner_count + (edges[3] >> 1) * inside,
-           right = n->corner_count + (edges[1] >> 1) * inside;
+  uint32_t side = s->side, corner = 4 * base_quad(s, visible), inside = side - 1;
   if (j == 0 || j == side) {
-    uint32_t edge = j == 0 ? edges[0] : edges[2], begin = n->corner_count + (edge >> 1) * inside;
+    uint32_t edge = tw_row_of_edge(n, corner + (j == 0 ? 0 : 2)),
+             begin = n->corner_count + (edge >> 1) * inside;
     bool rising = (j == 0) == ((edge & 1) == 0); /* side 2 runs from right to left */
-    out[0] = corners[j == 0 ? 0 : 3];
-    out[side] = corners[j == 0 ? 1 : 2];
+    out[0] = tw_row_of_corner(n, corner + (j == 0 ? 0 : 3));
+    out[side] = tw_row_of_corner(n, corner + (j == 0 ? 1 : 2));
     for (uint32_t i = 1; i < side; i++) out[i] = rising ? begin + i - 1 : begin + inside - i;
     return;
   }
-  out[0] = (edges[3] & 1) ? left + j - 1 : left + inside - j; /* side 3 runs downwards */
-  out[side] = (edges[1] & 1) ? right + inside - j : right + j - 1;
+  /* Place t = 1 .. side - 1 of an edge counts from its first corner or, when it runs against, its last. */
+  uint32_t left = tw_row_of_edge(n, corner + 3), right = tw_row_of_edge(n, corner + 1);
+  uint32_t left_begin = n->corner_count + (left >> 1) * inside,
+           right_begin = n->corner_count + (right >> 1) * inside;
+  out[0] = left_begin + ((left & 1) ? j - 1 : inside - j); /* side 3 runs downwards */
+  out[side] = right_begin + ((right & 1) ? inside - j : j - 1);
   uint32_t begin = n->corner_count + n->edge_count * inside + visible * inside * inside + (j - 1) * inside;
   for (uint32_t i = 1; i < side; i++) out[i] = begin + i - 1;
 }
@@ -383,7 +393,7 @@ static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64
   for (uint64_t f = first; f < first + count; f++) {
     uint32_t size = (uint32_t)(s->corners_before[f + 1] - s->corners_before[f]);
     if (sizes) sizes[f - first] = size;
-    for (uint32_t i = 0; i < size; i++) out[written++] = n->corner_row[4 * (size_t)(s->face_first[f] + i)];
+    for (uint32_t i = 0; i < size; i++) out[written++] = tw_row_of_corner(n, 4 * (s->face_first[f] + i));
   }
   return written;
 }
@@ -394,6 +404,10 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   const tw_numbering *n = numbering_of(s, domain);
   if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
   for (size_t i = 0; sizes && i < count; i++) sizes[i] = 4;
+  if (s->plain) {
+    memcpy(out, s->fields[0].base.corner_vertex + 4 * (size_t)first, count * 4 * sizeof *out);
+    return 4 * count;
+  }
   return read_quads(reader, n, first, count, out);
 }
 
