@@ -71,7 +71,8 @@ void *tw_alloc_zero(size_t count, size_t size) {
   return calloc(count ? count : 1, size ? size : 1);
 }
 
-enum { ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
+/* Blocks double from the first to the last of these sizes, so that small arenas stay small. */
+enum { ARENA_FIRST = 512, ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
 
 typedef struct arena_block {
   struct arena_block *next;
@@ -81,7 +82,7 @@ typedef struct arena_block {
 
 struct tw_arena {
   arena_block *first;
-  size_t size;
+  size_t size, next_block;
 };
 
 tw_arena *tw_arena_create(void) {
@@ -104,11 +105,13 @@ void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
   if (bytes == 0) bytes = ARENA_ALIGN;
   arena_block *block = arena->first;
   if (!block || block->capacity - block->used < bytes) {
-    size_t capacity = bytes > ARENA_BLOCK / 4 ? bytes : ARENA_BLOCK;
+    bool alone = bytes > arena->next_block / 4;
+    size_t capacity = alone ? bytes : arena->next_block;
     arena_block *fresh = calloc(1, sizeof(arena_block) + capacity);
     if (!fresh) return NULL;
     fresh->capacity = capacity;
-    if (block && capacity != ARENA_BLOCK) { /* a big one of its own: keep filling the block in use */
+    if (arena->next_block < ARENA_BLOCK) arena->next_block *= 2;
+    if (block && alone) { /* a big one of its own: keep filling the block in use */
       fresh->next = block->next;
       block->next = fresh;
     } else {

@@ -34,7 +34,8 @@ static bool append_controls(control_list *list, const uint32_t *points, uint32_t
   return true;
 }
 
-static tw_status plan_patch(tw_patches *p, tw_marks *marks, control_list *list, uint32_t quad) {
+static tw_status plan_patch(tw_patches *p, const tw_rules *rules, tw_marks *marks, control_list *list,
+                            uint32_t quad) {
   tw_patch *patch = &p->patches[quad];
   patch->first_control = list->count;
   uint32_t regular[16], count = 16;
@@ -43,6 +44,7 @@ static tw_status plan_patch(tw_patches *p, tw_marks *marks, control_list *list, 
     points = p->base->corner_vertex + 4 * (size_t)quad;
     count = 4;
   } else if (!tw_patch_regular(p->base, 4 * quad, regular, &patch->reflected)) {
+    if (!p->shapes && !(p->shapes = tw_patch_shapes_create(rules))) return TW_NO_MEMORY;
     tw_status status =
         tw_patch_classify(p->shapes, p->base, marks, 4 * quad, p->depth, &patch->shape, &points);
     if (status != TW_OK) return status;
@@ -54,23 +56,21 @@ static tw_status plan_patch(tw_patches *p, tw_marks *marks, control_list *list, 
 static tw_status plan_all(tw_patches *p, const tw_rules *rules) {
   for (uint32_t depth = 0; depth <= p->depth; depth++)
     if (!tw_spline_table(depth)) return TW_NO_MEMORY;
-  p->shapes = tw_patch_shapes_create(rules);
   p->patches = tw_alloc_zero(p->base->face_count, sizeof *p->patches);
   tw_marks marks = {tw_alloc_zero(p->base->vertex_count, sizeof(uint32_t)),
                     tw_alloc_zero(p->base->face_count, 1)};
   control_list list = {tw_alloc((size_t)p->base->face_count * 16 + 16, sizeof(uint32_t)), 0, 0};
   uint64_t capacity = (uint64_t)p->base->face_count * 16 + 16;
   list.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
-  tw_status status =
-      p->shapes && p->patches && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
+  tw_status status = p->patches && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
   for (uint32_t quad = 0; quad < p->base->face_count && status == TW_OK; quad++)
-    status = plan_patch(p, &marks, &list, quad);
+    status = plan_patch(p, rules, &marks, &list, quad);
   p->controls = list.points;
   free(marks.vertices);
   free(marks.faces);
   if (status != TW_OK) return status;
-  p->scratch_points = tw_patch_shapes_scratch(p->shapes);
-  p->size = tw_patch_shapes_size(p->shapes) + p->base->face_count * sizeof *p->patches +
+  p->scratch_points = p->shapes ? tw_patch_shapes_scratch(p->shapes) : 0;
+  p->size = (p->shapes ? tw_patch_shapes_size(p->shapes) : 0) + p->base->face_count * sizeof *p->patches +
             list.capacity * sizeof *p->controls;
   return TW_OK;
 }

@@ -337,11 +337,9 @@ private:
     for (int i = 0; i < faces.size(); i++)
       if (level.IsFaceHole(faces[i])) return true; // the side that it took may be a hole
     bool semi = Sdc::Crease::IsSemiSharp(level.GetVertexSharpness(vertex));
-    int sharp = 0;
     auto edges = level.GetVertexEdges(vertex);
     for (int i = 0; i < edges.size(); i++) {
       semi |= Sdc::Crease::IsSemiSharp(level.GetEdgeSharpness(edges[i]));
-      sharp += Sdc::Crease::IsInfinite(level.GetEdgeSharpness(edges[i]));
     }
     return semi || (level.GetVertexRule(vertex) == Sdc::Crease::RULE_CORNER && faces.size() > 1);
   }
