@@ -35,7 +35,7 @@ static size_t append_token(char *pointer, size_t length, size_t capacity, const 
   for (size_t i = 0; i < size && length + 2 < capacity; i++) {
     bool special = token[i] == '~' || token[i] == '/';
     if (special) pointer[length++] = '~';
-    pointer[length++] = token[i] == '~' ? '0' : token[i] == '/' ? '1' : token[i];
+    pointer[length++] = (char)(token[i] == '~' ? '0' : token[i] == '/' ? '1' : token[i]);
   }
   return length;
 }
@@ -82,7 +82,7 @@ static tw_status fail_here(const json_scan *scan, const char *expected) {
 
 /* The byte here, 0 at the end (which no grammar rule takes). */
 static char peek(const json_scan *scan) {
-  return scan->at < scan->size ? scan->text[scan->at] : '\0';
+  return (char)(scan->at < scan->size ? scan->text[scan->at] : '\0');
 }
 
 static void skip_space(json_scan *scan) {

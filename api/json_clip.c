@@ -106,7 +106,7 @@ static tw_status check_row_count(const track_source *source, int member, uint32_
 }
 
 static tw_status read_rows(const track_source *source, int member, const tw_track_keys *track, float **out) {
-  uint32_t count;
+  uint32_t count = 0;
   if (!source->values[member])
     return api_json_fail(source->json, source->at, TW_SYNTAX, "the track has no %s", members[member]);
   tw_status status =
@@ -116,17 +116,17 @@ static tw_status read_rows(const track_source *source, int member, const tw_trac
 
 /* Values and both tangents as glTF interleaves them. */
 static tw_status read_spline(const track_source *source, int member, tw_track_keys *track) {
-  float *parts[3];
-  tw_status status = read_rows(source, IN_TANGENTS, track, &parts[0]);
-  if (status == TW_OK) status = read_rows(source, member, track, &parts[1]);
-  if (status == TW_OK) status = read_rows(source, OUT_TANGENTS, track, &parts[2]);
-  if (status != TW_OK) return status;
+  const int parts[] = {IN_TANGENTS, member, OUT_TANGENTS};
   size_t width = track->width;
   float *values = tw_arena_alloc(source->json->arena, track->key_count, 3 * width * sizeof *values);
   if (!values) return api_json_no_memory(source->json);
-  for (size_t key = 0; key < track->key_count; key++)
-    for (size_t part = 0; part < 3; part++)
-      memcpy(values + (key * 3 + part) * width, parts[part] + key * width, width * sizeof *values);
+  for (size_t part = 0; part < 3; part++) {
+    float *rows = NULL;
+    tw_status status = read_rows(source, parts[part], track, &rows);
+    if (status != TW_OK || !rows) return status;
+    for (size_t key = 0; key < track->key_count; key++)
+      memcpy(values + (key * 3 + part) * width, rows + key * width, width * sizeof *values);
+  }
   track->values = values;
   return TW_OK;
 }
@@ -137,7 +137,7 @@ static tw_status read_values(const track_source *source, int member, tw_track_ke
   for (int i = 0; i < 2; i++)
     if (source->values[tangents[i]])
       return fail_at(source, tangents[i], TW_SYNTAX, "tangents are for cubicspline");
-  float *values;
+  float *values = NULL;
   tw_status status = read_rows(source, member, track, &values);
   if (status == TW_OK) track->values = values;
   return status;

@@ -54,7 +54,8 @@ static tw_status read_names(const api_json *json, const cJSON *array, uint32_t c
     const cJSON *name = cJSON_IsObject(child) ? cJSON_GetObjectItemCaseSensitive(child, "name") : NULL;
     char made_up[32];
     snprintf(made_up, sizeof made_up, "%s_%u", kind, i);
-    const char *text = cJSON_IsString(name) && name->valuestring[0] ? name->valuestring : made_up;
+    const char *given = cJSON_GetStringValue(name);
+    const char *text = given && given[0] ? given : made_up;
     names[i] = tw_arena_text(json->arena, text, strlen(text));
     if (!names[i]) return api_json_no_memory(json);
   }

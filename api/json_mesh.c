@@ -165,8 +165,8 @@ static tw_status read_holes(const mesh_source *source, tw_mesh *mesh) {
 }
 
 static tw_status read_topology(const mesh_source *source, tw_mesh *mesh) {
-  float *positions;
-  uint32_t *offsets, *corners;
+  float *positions = NULL;
+  uint32_t *offsets = NULL, *corners = NULL;
   tw_status status = api_json_rows(source->json, &source->places[POSITIONS], source->values[POSITIONS], 3,
                                    &mesh->point_count, &positions);
   if (status == TW_OK) status = read_polygons(source, FACES, &mesh->face_count, &offsets, &corners);

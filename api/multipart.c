@@ -2,6 +2,7 @@
 #include "header_text.h"
 #include "upload.h"
 
+#include <stdio.h>
 #include <string.h>
 
 /* The head of a part: more is no form that a browser sends. */
@@ -41,9 +42,8 @@ static tw_status fail_form(tw_error *error, const char *detail) {
 }
 
 tw_status api_multipart_file(api_bytes body, const char *boundary, api_bytes *out, tw_error *error) {
-  char mark[80] = "\r\n--";
-  strcat(mark, boundary); /* at most 70 characters */
-  size_t length = strlen(mark);
+  char mark[80];
+  size_t length = (size_t)snprintf(mark, sizeof mark, "\r\n--%.70s", boundary);
   bool found = false;
   /* The first mark may stand at the very beginning, without its line break. */
   bool at_start = body.size >= length - 2 && memcmp(body.data, mark + 2, length - 2) == 0;

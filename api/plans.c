@@ -99,7 +99,7 @@ static void destroy_plan(void *value) {
 }
 
 static size_t plan_size(const api_plan *plan) {
-  size_t size = sizeof *plan + plan->count * sizeof *plan->surfaces;
+  size_t size = sizeof *plan + plan->count * sizeof(void *);
   for (uint32_t i = 0; i < plan->count; i++) size += tw_surface_size(plan->surfaces[i]);
   return size;
 }

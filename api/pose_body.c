@@ -98,7 +98,7 @@ static void evaluate_matrices(api_pose_body *body, const tw_trs *locals) {
   if (body->query.is_world || body->query.is_skinning)
     tw_pose_world(model->nodes, model->node_order, model->node_count, body->matrices, body->matrices);
   float *joints = body->joints;
-  for (uint32_t i = 0; body->query.is_skinning && i < model->skin_count; i++) {
+  for (uint32_t i = 0; joints && i < model->skin_count; i++) {
     tw_skin_matrices(&model->skins[i], body->matrices, joints);
     joints += (size_t)model->skins[i].joint_count * 16;
   }
@@ -148,16 +148,15 @@ static void evaluate_pose(api_pose_body *body) {
   for (uint32_t i = 0; i < query->node_count; i++) {
     uint32_t node = query->nodes[i];
     float *out = body->row + i * width;
-    if (query->as == API_AS_MATRIX) {
-      const float *matrix =
-          query->is_skinning ? body->joints + (size_t)i * 16 : body->matrices + (size_t)node * 16;
+    if (!body->matrices) {
+      put_node(body, &locals[node], i, out);
+    } else if (query->as == API_AS_MATRIX) {
+      const float *matrix = body->joints ? body->joints + (size_t)i * 16 : body->matrices + (size_t)node * 16;
       memcpy(out, matrix, 16 * sizeof *out);
-    } else if (query->is_world) {
+    } else {
       tw_trs world;
       tw_trs_from_matrix(body->matrices + (size_t)node * 16, &world); /* shear has no place in it */
       put_node(body, &world, i, out);
-    } else {
-      put_node(body, &locals[node], i, out);
     }
   }
 }

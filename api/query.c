@@ -23,7 +23,7 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
   if (!decoded) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   size_t size = 0;
   for (size_t i = 0; i < length; i++) {
-    char c = text[i] == '+' ? ' ' : text[i];
+    char c = (char)(text[i] == '+' ? ' ' : text[i]);
     if (c == '%') {
       int high = length - i > 2 ? hex_digit(text[i + 1]) : -1;
       int low = length - i > 2 ? hex_digit(text[i + 2]) : -1;
@@ -79,7 +79,7 @@ tw_status api_query_read(const char *text, const char *const *known, tw_arena *a
     size_t name_length = equals ? (size_t)(equals - text) : length;
     size_t value_start = equals ? name_length + 1 : length;
     if (length > 0) {
-      api_parameter fresh;
+      api_parameter fresh = {"", ""};
       tw_status status = decode(text, name_length, arena, &fresh.name, error);
       if (status == TW_OK)
         status = decode(text + value_start, length - value_start, arena, &fresh.value, error);

@@ -82,14 +82,18 @@ static tw_status refuse_unsupported(int skin, int encoding, tw_error *error) {
   return TW_OK;
 }
 
-static api_outcome read_request(api_call *call, surface_request **out) {
+/* The parameters of the call; NULL: the fault says why. */
+static surface_request *read_request(api_call *call) {
   static const char *const skins[] = {"keep", "bake", NULL};
   static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
   static const char *const polygons[] = {"triangles", "ngon", NULL};
   const api_query *query = &call->query;
   tw_error *error = &call->fault.error;
   surface_request *request = tw_arena_alloc(call->arena, 1, sizeof *request);
-  if (!request) return api_fail_without_memory(call);
+  if (!request) {
+    api_fail_without_memory(call);
+    return NULL;
+  }
   int skin = 0, encoding = 0, polygon = 0;
   tw_status status = read_surface(query, &request->surface, error);
   if (status == TW_OK) status = api_query_choice(query, "skin", skins, &skin, error);
@@ -98,13 +102,15 @@ static api_outcome read_request(api_call *call, surface_request **out) {
   if (status == TW_OK)
     status = api_times_read(query, call->service->limits.max_times, call->arena, &request->times, error);
   if (status == TW_OK) status = refuse_unsupported(skin, encoding, error);
-  if (status != TW_OK) return api_fail(call);
+  if (status != TW_OK) {
+    api_fail(call);
+    return NULL;
+  }
   request->form = (surface_form)(call->offer - call->route->offers);
   request->clip_name = api_query_get(query, "clip");
   request->has_clip = request->clip_name || request->times.is_given;
   request->polygons = (tw_polygons)polygon;
-  *out = request;
-  return API_DONE;
+  return request;
 }
 
 /* All parameters with their defaults, as text; NULL without memory. */
@@ -287,24 +293,19 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   return check_size(call, request, status, *size);
 }
 
+/* Without a stream the answer is to HEAD: nothing is computed for it. */
 static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
   surface_request *request = context;
+  if (!request->gltf) return -1;
   if (capacity > request->left) capacity = (size_t)request->left;
-  size_t count = capacity ? tw_gltf_stream_read(request->gltf, out, capacity) : 0;
+  if (capacity == 0) return 0;
+  size_t count = tw_gltf_stream_read(request->gltf, out, capacity);
   request->left -= count;
-  return (int64_t)count;
+  return count > 0 ? (int64_t)count : -1; /* too early an end is one without memory */
 }
 
 static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
   return (int64_t)tw_obj_stream_read(((surface_request *)context)->obj, out, capacity);
-}
-
-/* The body of an answer to HEAD: nothing is computed for it. */
-static int64_t read_nothing(void *context, uint8_t *out, size_t capacity) {
-  (void)context;
-  (void)out;
-  (void)capacity;
-  return -1;
 }
 
 static void destroy_request(void *context) {
@@ -349,7 +350,7 @@ static api_outcome reply_head(api_call *call, surface_request *request) {
   if (outcome != API_DONE) return outcome;
   if (request->form != FORM_OBJ) api_answer_header(&call->answer, "Accept-Ranges", "bytes");
   call->answer.body =
-      (api_body){request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, request, read_nothing, destroy_request};
+      (api_body){request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, request, read_gltf, destroy_request};
   return API_DONE;
 }
 
@@ -404,16 +405,16 @@ static api_outcome answer_and_release(api_call *call, surface_request *request, 
 }
 
 api_outcome api_get_surface(api_call *call) {
-  surface_request *request;
-  api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, request->surface.quads, &request->model);
+  surface_request *request = read_request(call);
+  if (!request) return API_FAILED;
+  api_outcome outcome = api_model_take(call, call->id, request->surface.quads, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, true) : outcome;
 }
 
 api_outcome api_post_surface(api_call *call) {
   if (call->effort == API_LIGHT) return API_LATER;
-  surface_request *request;
-  api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_of_body(call, request->surface.quads, &request->model);
+  surface_request *request = read_request(call);
+  if (!request) return API_FAILED;
+  api_outcome outcome = api_model_of_body(call, request->surface.quads, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, false) : outcome;
 }

@@ -305,7 +305,10 @@ static void spline_keys_are_interleaved_as_in_gltf(void **state) {
                        "\"in_tangents\":[[1,1,1],[4,4,4]],\"values\":[[2,2,2],[5,5,5]],"
                        "\"out_tangents\":[[3,3,3],[6,6,6]]"));
   const float *values = model->clips[0].tracks[0].values;
-  for (int i = 0; i < 18; i++) assert_true(values[i] == (float)(1 + i / 3));
+  for (int i = 0; i < 18; i++) {
+    int part = i / 3;
+    assert_true(values[i] == (float)(1 + part));
+  }
   tw_model_destroy(model);
 }
 
