@@ -34,8 +34,8 @@ static bool append_controls(control_list *list, const uint32_t *points, uint32_t
   return true;
 }
 
-static tw_status plan_patch(tw_patches *p, const tw_rules *rules, tw_marks *marks, control_list *list,
-                            uint32_t quad) {
+static tw_status plan_patch(tw_patches *p, const tw_rules *rules, const uint8_t *smooth, tw_marks *marks,
+                            control_list *list, uint32_t quad) {
   tw_patch *patch = &p->patches[quad];
   patch->first_control = list->count;
   uint32_t regular[16], count = 16;
@@ -43,7 +43,7 @@ static tw_status plan_patch(tw_patches *p, const tw_rules *rules, tw_marks *mark
   if (p->linear) {
     points = p->base->corner_vertex + 4 * (size_t)quad;
     count = 4;
-  } else if (!tw_patch_regular(p->base, 4 * quad, regular, &patch->reflected)) {
+  } else if (!tw_patch_regular(p->base, 4 * quad, smooth, regular, &patch->reflected)) {
     if (!p->shapes && !(p->shapes = tw_patch_shapes_create(rules))) return TW_NO_MEMORY;
     tw_status status =
         tw_patch_classify(p->shapes, p->base, marks, 4 * quad, p->depth, &patch->shape, &points);
@@ -59,13 +59,18 @@ static tw_status plan_all(tw_patches *p, const tw_rules *rules) {
   p->patches = tw_alloc_zero(p->base->face_count, sizeof *p->patches);
   tw_marks marks = {tw_alloc_zero(p->base->vertex_count, sizeof(uint32_t)),
                     tw_alloc_zero(p->base->face_count, 1)};
+  uint8_t *smooth = tw_alloc(p->base->vertex_count, 1);
+  for (uint32_t v = 0; smooth && v < p->base->vertex_count; v++)
+    smooth[v] = tw_vertex_regular_smooth(p->base, v);
   control_list list = {tw_alloc((size_t)p->base->face_count * 16 + 16, sizeof(uint32_t)), 0, 0};
   uint64_t capacity = (uint64_t)p->base->face_count * 16 + 16;
   list.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
-  tw_status status = p->patches && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
+  tw_status status =
+      p->patches && smooth && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
   for (uint32_t quad = 0; quad < p->base->face_count && status == TW_OK; quad++)
-    status = plan_patch(p, rules, &marks, &list, quad);
+    status = plan_patch(p, rules, smooth, &marks, &list, quad);
   p->controls = list.points;
+  free(smooth);
   free(marks.vertices);
   free(marks.faces);
   if (status != TW_OK) return status;
@@ -179,19 +184,47 @@ static void weigh_row(const float columns[4][WIDTH_MAX], const float weights[4],
              (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
 }
 
+static void store(float *out, const float value[WIDTH_MAX], const double *origin, uint32_t width) {
+  for (uint32_t c = 0; c < width; c++) out[c] = origin ? (float)(origin[c] + (double)value[c]) : value[c];
+}
+
+/* A single column: the rows of control points are weighted across once. */
+static void spline_column(const target *to, const float (*weights)[4], const float points[16][WIDTH_MAX],
+                          const double *origin, tw_patch_rect rect) {
+  float rows[4][WIDTH_MAX], value[WIDTH_MAX];
+  for (int k = 0; k < 4; k++) weigh_row(points + 4 * k, weights[rect.i0], rows[k]);
+  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
+    weigh_row((const float(*)[WIDTH_MAX])rows, weights[j], value);
+    store(to->job->values + place_of(to, rect.i0, j), value, origin, to->job->width);
+  }
+}
+
+static inline void spline_line(const float columns[4][WIDTH_MAX], const float (*weights)[4],
+                               const double *origin, uint32_t width, tw_patch_rect rect, uint32_t stride,
+                               float *out) {
+  float value[WIDTH_MAX];
+  for (uint32_t i = rect.i0; i <= rect.i1; i++, out += stride) {
+    weigh_row(columns, weights[i], value);
+    store(out, value, origin, width);
+  }
+}
+
 /* origin: what the control points are relative to, or NULL. */
 static void spline_values(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
                           const double *origin, tw_patch_rect rect) {
   const float(*weights)[4] = to->job->limit ? spline->limit : spline->point;
-  uint32_t width = to->job->width;
+  if (rect.i0 == rect.i1) {
+    spline_column(to, weights, points, origin, rect);
+    return;
+  }
   for (uint32_t j = rect.j0; j <= rect.j1; j++) {
-    float columns[4][WIDTH_MAX], value[WIDTH_MAX];
+    float columns[4][WIDTH_MAX], *out = to->job->values + place_of(to, rect.i0, j);
     weigh_columns(points, weights[j], columns);
-    float *out = to->job->values + place_of(to, rect.i0, j);
-    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
-      weigh_row((const float(*)[WIDTH_MAX])columns, weights[i], value);
-      for (uint32_t c = 0; c < width; c++) out[c] = origin ? (float)(origin[c] + value[c]) : value[c];
-    }
+    const float(*c)[WIDTH_MAX] = (const float(*)[WIDTH_MAX])columns;
+    if (to->job->width == 3 && !origin) /* most of all; known numbers let the compiler unroll */
+      spline_line(c, weights, NULL, 3, rect, to->job->stride, out);
+    else
+      spline_line(c, weights, origin, to->job->width, rect, to->job->stride, out);
   }
 }
 
@@ -372,14 +405,21 @@ static void evaluate_irregular(const target *to, const tw_patches *patches, cons
   evaluate_shape(*to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
 }
 
+static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
+  if (width == 3) { /* most of all; known numbers let the compiler unroll */
+    for (int c = 0; c < 3; c++) out[c] = in[c];
+    out[3] = 0;
+    return;
+  }
+  for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
+}
+
 static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
                              tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
   const uint32_t *controls = patches->controls + patch->first_control;
   float points[16][WIDTH_MAX];
-  for (int i = 0; i < 16; i++)
-    for (uint32_t c = 0; c < WIDTH_MAX; c++)
-      points[i][c] = c < job->width ? job->in[(size_t)controls[i] * job->width + c] : 0;
+  for (int i = 0; i < 16; i++) load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
   reflect_sides(points, patch->reflected);
   evaluate_spline(to, (const float(*)[WIDTH_MAX])points, NULL, patches->depth, rect);
 }

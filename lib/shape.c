@@ -67,6 +67,12 @@ static uint32_t sharp_edges(const tw_topology *t, uint32_t vertex) {
   return count;
 }
 
+bool tw_vertex_regular_smooth(const tw_topology *topology, uint32_t vertex) {
+  const tw_topology *t = topology;
+  return t->fan_offsets[vertex + 1] - t->fan_offsets[vertex] == 4 && t->vertex_flags[vertex] == 0 &&
+         !(t->vertex_sharpness[vertex] > 0) && sharp_edges(t, vertex) == 0;
+}
+
 static bool corner_is_regular(const tw_topology *t, uint32_t corner) {
   uint32_t vertex = t->corner_vertex[corner], before = tw_quad_previous(corner);
   bool leading = side_is_sharp(t, corner), trailing = side_is_sharp(t, before);
@@ -93,16 +99,26 @@ static uint32_t turned(uint32_t turn, int x, int y) {
   return (uint32_t)((y + 1) * 4 + x + 1);
 }
 
-bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t points[16], uint8_t *reflected) {
+/* Which sides are sharp; false when a corner is not regular. smooth: as for tw_patch_regular. */
+static bool find_sharp_sides(const tw_topology *t, const uint32_t corners[4], const uint8_t *smooth,
+                             uint8_t *sharp) {
+  *sharp = 0;
+  for (uint32_t s = 0; s < 4; s++) {
+    if (smooth && smooth[t->corner_vertex[corners[s]]]) continue; /* nor is an edge at it sharp */
+    if (!corner_is_regular(t, corners[s])) return false;
+    if (side_is_sharp(t, corners[s])) *sharp |= (uint8_t)(1u << s);
+  }
+  return true;
+}
+
+bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth,
+                      uint32_t points[16], uint8_t *reflected) {
   const tw_topology *t = topology;
   uint32_t corners[4] = {corner, tw_quad_next(corner), tw_quad_next(tw_quad_next(corner)),
                          tw_quad_previous(corner)};
-  uint8_t sharp = 0;
-  for (uint32_t s = 0; s < 4; s++) {
-    if (!corner_is_regular(t, corners[s])) return false;
-    if (side_is_sharp(t, corners[s])) sharp |= (uint8_t)(1u << s);
-  }
-  for (int i = 0; i < 16; i++) points[i] = t->corner_vertex[corner];
+  uint8_t sharp;
+  if (!find_sharp_sides(t, corners, smooth, &sharp)) return false;
+  for (int i = 0; sharp && i < 16; i++) points[i] = t->corner_vertex[corner];
   for (uint32_t s = 0; s < 4; s++) {
     points[turned(s, 0, 0)] = t->corner_vertex[corners[s]];
     if (sharp >> s & 1) continue;
@@ -294,7 +310,7 @@ static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_
   uint32_t regular[16];
   const uint32_t *vertices = regular;
   uint32_t count = 16;
-  if (!tw_patch_regular(&s->child, corner, regular, &part->reflected)) {
+  if (!tw_patch_regular(&s->child, corner, NULL, regular, &part->reflected)) {
     tw_status status =
         tw_patch_classify(shapes, &s->child, &s->marks, corner, depth, &part->shape, &vertices);
     if (status != TW_OK) return status;

@@ -51,9 +51,14 @@ void tw_patch_shapes_destroy(tw_patch_shapes *shapes);
 size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
 
+/* An inner vertex of four faces with nothing sharp at it. */
+bool tw_vertex_regular_smooth(const tw_topology *topology, uint32_t vertex);
+
 /* The 16 control points round the quad that begins at `corner`, rows of four from (-1, -1); places
- * beyond reflected sides repeat the quad's first corner. False when the quad is not regular. */
-bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t points[16], uint8_t *reflected);
+ * beyond reflected sides repeat the quad's first corner. False when the quad is not regular.
+ * smooth: [vertex_count] tw_vertex_regular_smooth of all, or NULL. */
+bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth,
+                      uint32_t points[16], uint8_t *reflected);
 
 /* Marks that one topology's neighbourhoods are collected with; all zero between calls. */
 typedef struct tw_marks {
