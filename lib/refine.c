@@ -19,6 +19,7 @@ static tw_status count_child(const tw_topology *p, tw_topology *child) {
   child->vertex_count = (uint32_t)vertices;
   child->edge_count = (uint32_t)edges;
   child->face_count = p->corner_count;
+  child->face_size = 4;
   child->corner_count = (uint32_t)corners;
   return TW_OK;
 }

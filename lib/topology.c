@@ -99,7 +99,7 @@ static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint3
   }
 }
 
-/* Fills corner_face where faces are not all quads; false without memory. */
+/* Fills corner_face where faces differ in size; false without memory. */
 static bool map_corners(tw_topology *t, tw_arena *arena) {
   if (!t->face_offsets) return true;
   t->corner_face = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
@@ -202,6 +202,7 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   t->face_count = face_count;
   t->corner_count = corner_count;
   t->face_offsets = face_offsets;
+  if (!face_offsets) t->face_size = corner_count / 3 == face_count && corner_count % 3 == 0 ? 3 : 4;
   t->corner_vertex = (uint32_t *)corners; /* never written through */
   t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
   t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));

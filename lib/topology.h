@@ -22,9 +22,10 @@ enum {
 /* All arrays live in the arena that built it. */
 typedef struct tw_topology {
   uint32_t vertex_count, edge_count, face_count, corner_count;
-  const uint32_t *face_offsets; /* [face_count + 1]; NULL when every face has four corners */
+  uint32_t face_size;           /* corners of every face, 3 or 4; 0 when they differ */
+  const uint32_t *face_offsets; /* [face_count + 1]; NULL when face_size is set */
 
-  uint32_t *corner_face;   /* [corner_count]; NULL when every face has four corners */
+  uint32_t *corner_face;   /* [corner_count]; NULL when face_size is set */
   uint32_t *corner_vertex; /* [corner_count] */
   uint32_t *corner_edge;   /* [corner_count] edge from this corner to the next */
   uint32_t *sibling;       /* [corner_count] */
@@ -50,7 +51,8 @@ typedef struct tw_topology {
 
 /* Builds edges, siblings and fans of faces over `vertex_count` vertices. Sharpness is 0 everywhere
  * afterwards, and sharpen_* below have not run. The face arrays are kept, not copied. Faces must
- * be checked: indices in range, no vertex twice in a face. O(corners). TW_NO_MEMORY. */
+ * be checked: indices in range, no vertex twice in a face. face_offsets NULL: all are triangles or all
+ * are quads, as the counts tell. O(corners). TW_NO_MEMORY. */
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
@@ -76,10 +78,10 @@ tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, 
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 
 static inline uint32_t tw_face_begin(const tw_topology *t, uint32_t face) {
-  return t->face_offsets ? t->face_offsets[face] : 4 * face;
+  return t->face_offsets ? t->face_offsets[face] : t->face_size * face;
 }
 static inline uint32_t tw_face_size(const tw_topology *t, uint32_t face) {
-  return t->face_offsets ? t->face_offsets[face + 1] - t->face_offsets[face] : 4;
+  return t->face_offsets ? t->face_offsets[face + 1] - t->face_offsets[face] : t->face_size;
 }
 static inline bool tw_is_semi_sharp(float sharpness) {
   return sharpness > 0 && sharpness < TW_SHARPNESS_INFINITE;
@@ -92,24 +94,33 @@ static inline uint32_t tw_far_end(const tw_topology *t, uint32_t edge, uint32_t 
   return t->edge_vertices[edge][t->edge_vertices[edge][0] == vertex];
 }
 
-/* In meshes of quads (face_offsets NULL) neighbours in the face need no look-up. */
+/* Where all faces are of one size, neighbours in the face need no look-up. */
 static inline uint32_t tw_quad_next(uint32_t corner) {
   return (corner & ~3u) | ((corner + 1) & 3u);
 }
 static inline uint32_t tw_quad_previous(uint32_t corner) {
   return (corner & ~3u) | ((corner + 3) & 3u);
 }
+static inline uint32_t tw_triangle_next(uint32_t corner) {
+  return corner % 3 == 2 ? corner - 2 : corner + 1;
+}
+static inline uint32_t tw_triangle_previous(uint32_t corner) {
+  return corner % 3 == 0 ? corner + 2 : corner - 1;
+}
 
 static inline uint32_t tw_corner_face(const tw_topology *t, uint32_t corner) {
-  return t->corner_face ? t->corner_face[corner] : corner / 4;
+  if (t->face_size == 4) return corner / 4;
+  return t->face_size == 3 ? corner / 3 : t->corner_face[corner];
 }
 static inline uint32_t tw_corner_next(const tw_topology *t, uint32_t corner) {
-  if (!t->face_offsets) return tw_quad_next(corner);
+  if (t->face_size == 4) return tw_quad_next(corner);
+  if (t->face_size == 3) return tw_triangle_next(corner);
   uint32_t face = t->corner_face[corner];
   return corner + 1 == t->face_offsets[face + 1] ? t->face_offsets[face] : corner + 1;
 }
 static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t corner) {
-  if (!t->face_offsets) return tw_quad_previous(corner);
+  if (t->face_size == 4) return tw_quad_previous(corner);
+  if (t->face_size == 3) return tw_triangle_previous(corner);
   uint32_t face = t->corner_face[corner];
   return (corner == t->face_offsets[face] ? t->face_offsets[face + 1] : corner) - 1;
 }
