@@ -3,12 +3,9 @@
 
 #include <string.h>
 
-/* ---- topology ------------------------------------------------------------------------------- */
+#include "child.h"
 
-/* Corner of the child mesh that runs along the half of corner `c`'s edge at `vertex`, on c's side. */
-static uint32_t half_at(const tw_topology *t, uint32_t c, uint32_t vertex) {
-  return t->corner_vertex[c] == vertex ? 4 * c : 4 * tw_corner_next(t, c) + 3;
-}
+/* ---- topology ------------------------------------------------------------------------------- */
 
 static tw_status count_child(const tw_topology *p, tw_topology *child) {
   memset(child, 0, sizeof *child);
@@ -22,22 +19,6 @@ static tw_status count_child(const tw_topology *p, tw_topology *child) {
   child->face_size = 4;
   child->corner_count = (uint32_t)corners;
   return TW_OK;
-}
-
-static tw_status allocate_child(const tw_topology *p, tw_arena *arena, tw_topology *child) {
-  tw_status status = count_child(p, child);
-  if (status != TW_OK) return status;
-  size_t edges = child->edge_count, corners = child->corner_count;
-  child->corner_vertex = tw_arena_alloc(arena, corners, sizeof(uint32_t));
-  child->corner_edge = tw_arena_alloc(arena, corners, sizeof(uint32_t));
-  child->sibling = tw_arena_alloc(arena, corners, sizeof(uint32_t));
-  child->edge_vertices = tw_arena_alloc(arena, edges, sizeof(uint32_t[2]));
-  child->edge_corner = tw_arena_alloc(arena, edges, sizeof(uint32_t));
-  child->edge_flags = tw_arena_alloc(arena, edges, 1);
-  bool complete = child->corner_vertex && child->corner_edge && child->sibling && child->edge_vertices &&
-                  child->edge_corner && child->edge_flags;
-  status = complete ? tw_topology_allocate_fans(child, arena) : TW_NO_MEMORY;
-  return status == TW_OK ? tw_topology_soften(child, arena) : status;
 }
 
 /* The four corners of each child quad of one face. */
@@ -65,108 +46,52 @@ static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) 
   }
 }
 
-/* Joins the child corners along both halves of one edge into rings. */
-static void split_edge(const tw_topology *p, uint32_t edge, tw_topology *child) {
-  uint32_t first = p->edge_corner[edge];
-  for (uint32_t end = 0; end < 2; end++) {
-    uint32_t vertex = p->edge_vertices[edge][end], half = 2 * edge + end;
-    uint32_t c = first;
-    do {
-      uint32_t other = p->sibling[c];
-      child->sibling[half_at(p, c, vertex)] = half_at(p, other, vertex);
-      c = other;
-    } while (c != first);
-    child->edge_corner[half] = half_at(p, first, vertex);
-    child->edge_vertices[half][end] = vertex;
-    child->edge_vertices[half][1 - end] = p->vertex_count + edge;
-    child->edge_flags[half] = p->edge_flags[edge];
-  }
-}
-
-/* ---- fans of the child ---------------------------------------------------------------------- */
-
-/* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked. */
-typedef struct linker {
-  const tw_topology *p;
-  tw_topology *child;
-  uint32_t corners, edges; /* written so far */
-} linker;
-
-static void put_corner(linker *l, uint32_t corner) {
-  l->child->fan_corners[l->corners++] = corner;
-}
-static void put_edge(linker *l, uint32_t edge) {
-  l->child->ring_edges[l->edges++] = edge;
-}
-
-static void end_vertex(linker *l, uint32_t vertex, uint8_t flags) {
-  l->child->fan_offsets[vertex + 1] = l->corners;
-  l->child->ring_offsets[vertex + 1] = l->edges;
-  l->child->vertex_flags[vertex] = flags;
-}
-
-static void link_vertex(linker *l, uint32_t vertex) {
-  const tw_topology *p = l->p;
-  for (uint32_t i = p->fan_offsets[vertex]; i < p->fan_offsets[vertex + 1]; i++)
-    put_corner(l, 4 * p->fan_corners[i]);
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
-    uint32_t edge = p->ring_edges[i];
-    put_edge(l, 2 * edge + (p->edge_vertices[edge][0] != vertex));
-  }
-  end_vertex(l, vertex, p->vertex_flags[vertex]);
-}
-
 /* Round the middle of an edge, counter-clockwise from the half that has the edge's first face on its
  * left: that half, the spoke into the first face, the other half, the spoke into the second. */
-static void link_edge(linker *l, uint32_t edge) {
-  const tw_topology *p = l->p;
+static void link_edge(tw_child_fans *fans, uint32_t edge) {
+  const tw_topology *p = fans->parent;
   uint32_t first = p->edge_corner[edge], corner = first, spokes = 2 * p->edge_count;
-  if (p->edge_flags[edge] & TW_EDGE_NONMANIFOLD) {
-    put_edge(l, 2 * edge);
-    put_edge(l, 2 * edge + 1);
+  bool manifold = !(p->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
+  if (!manifold) {
+    tw_put_edge(fans, 2 * edge);
+    tw_put_edge(fans, 2 * edge + 1);
   }
   uint32_t half = 2 * edge + 1; /* edge_vertices run as the first corner does */
   do {
-    put_corner(l, 4 * tw_corner_next(p, corner) + 3);
-    put_corner(l, 4 * corner + 1);
-    if (!(p->edge_flags[edge] & TW_EDGE_NONMANIFOLD)) {
-      put_edge(l, half);
+    tw_put_corner(fans, 4 * tw_corner_next(p, corner) + 3);
+    tw_put_corner(fans, 4 * corner + 1);
+    if (manifold) {
+      tw_put_edge(fans, half);
       half ^= 1;
     }
-    put_edge(l, spokes + corner);
+    tw_put_edge(fans, spokes + corner);
     corner = p->sibling[corner];
   } while (corner != first);
-  if (p->edge_flags[edge] & TW_EDGE_BORDER) put_edge(l, half);
-  uint8_t flags = p->edge_flags[edge] & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0;
-  if (p->edge_flags[edge] & TW_EDGE_NONMANIFOLD) flags = TW_VERTEX_NONMANIFOLD;
-  end_vertex(l, p->vertex_count + edge, flags);
+  if (p->edge_flags[edge] & TW_EDGE_BORDER) tw_put_edge(fans, half);
+  tw_end_fan(fans, p->vertex_count + edge, tw_middle_flags(p->edge_flags[edge]));
 }
 
-static void link_face(linker *l, uint32_t face) {
-  const tw_topology *p = l->p;
+static void link_face(tw_child_fans *fans, uint32_t face) {
+  const tw_topology *p = fans->parent;
   uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face), spokes = 2 * p->edge_count;
   for (uint32_t i = 0; i < size; i++) {
-    put_corner(l, 4 * (begin + i) + 2);
-    put_edge(l, spokes + begin + (i ? i : size) - 1);
+    tw_put_corner(fans, 4 * (begin + i) + 2);
+    tw_put_edge(fans, spokes + begin + (i ? i : size) - 1);
   }
-  end_vertex(l, p->vertex_count + p->edge_count + face, 0);
-}
-
-static void link_child(const tw_topology *parent, tw_topology *child) {
-  linker l = {parent, child, 0, 0};
-  for (uint32_t v = 0; v < parent->vertex_count; v++) link_vertex(&l, v);
-  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&l, e);
-  for (uint32_t f = 0; f < parent->face_count; f++) link_face(&l, f);
+  tw_end_fan(fans, p->vertex_count + p->edge_count + face, 0);
 }
 
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                              tw_topology *child) {
-  tw_status status = allocate_child(parent, arena, child);
+  tw_status status = count_child(parent, child);
+  if (status == TW_OK) status = tw_child_allocate(child, arena);
   if (status != TW_OK) return status;
   for (uint32_t f = 0; f < parent->face_count; f++) split_face(parent, f, child);
-  for (uint32_t e = 0; e < parent->edge_count; e++) split_edge(parent, e, child);
+  tw_child_split_edges(parent, child);
   tw_decay(parent, rules, child);
-  link_child(parent, child);
+  tw_child_fans fans = tw_child_link_vertices(parent, child);
+  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&fans, e);
+  for (uint32_t f = 0; f < parent->face_count; f++) link_face(&fans, f);
   return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
 }
 

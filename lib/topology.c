@@ -202,7 +202,7 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   t->face_count = face_count;
   t->corner_count = corner_count;
   t->face_offsets = face_offsets;
-  if (!face_offsets) t->face_size = corner_count / 3 == face_count && corner_count % 3 == 0 ? 3 : 4;
+  if (!face_offsets) t->face_size = corner_count == 3 * (uint64_t)face_count ? 3 : 4;
   t->corner_vertex = (uint32_t *)corners; /* never written through */
   t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
   t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
