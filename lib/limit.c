@@ -137,12 +137,27 @@ static void tangents_of_face(const mask *m, uint32_t corner) {
                  ring_place(m, m->t->corner_edge[tw_quad_previous(corner)]));
 }
 
+/* The rule that the masks follow; ends as in tw_vertex_rule_at. */
+static tw_vertex_rule mask_rule(const mask *m, bool linear, uint32_t ends[2]) {
+  tw_vertex_rule rule = linear ? TW_RULE_CORNER : tw_vertex_rule_at(m->t, m->vertex, ends);
+  bool smooth = rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
+  return smooth && m->fan_count == 2 ? TW_RULE_CORNER : rule; /* the smooth masks begin at valence 3 */
+}
+
+static bool has_face_tangents(const mask *m, bool linear) {
+  return linear || (m->t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD);
+}
+
+/* The side of a crease that its tangents are taken from. */
+static sector crease_side(const mask *m, uint32_t corner, const uint32_t ends[2]) {
+  sector s = find_sector(m, fan_place(m, corner));
+  return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
+}
+
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
   mask m = start_mask(topology, topology->corner_vertex[corner], entries);
   uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = linear ? TW_RULE_CORNER : tw_vertex_rule_at(topology, m.vertex, ends);
-  bool smooth = rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
-  if (smooth && m.fan_count == 2) rule = TW_RULE_CORNER; /* the smooth masks begin at valence 3 */
+  tw_vertex_rule rule = mask_rule(&m, linear, ends);
   if (rule == TW_RULE_CORNER)
     m.entries[0].position = 1;
   else if (rule == TW_RULE_CREASE)
@@ -150,19 +165,57 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
   else
     position_smooth(&m);
 
-  if (linear || (topology->vertex_flags[m.vertex] & TW_VERTEX_NONMANIFOLD)) {
+  if (has_face_tangents(&m, linear)) {
     tangents_of_face(&m, corner);
   } else if (rule == TW_RULE_CORNER) {
     sector s = find_sector(&m, fan_place(&m, corner));
     tangents_along(&m, s.first, s.first + 1);
   } else if (rule == TW_RULE_CREASE) {
-    sector s = find_sector(&m, fan_place(&m, corner));
-    if (s.bounded)
-      tangents_crease(&m, s.first, s.faces);
-    else
-      tangents_crease(&m, ends[0], ends[1] - ends[0]);
+    sector s = crease_side(&m, corner, ends);
+    tangents_crease(&m, s.first, s.faces);
   } else {
     tangents_smooth(&m);
   }
   return 1 + m.ring_count + m.fan_count;
+}
+
+/* The tangents of tangents_smooth lie along edges 0 and 1 of the ring. */
+static void frame_smooth(const mask *m, uint32_t place, float frame[2][2]) {
+  double step = 2 * pi / m->fan_count;
+  for (uint32_t i = 0; i < 2; i++) {
+    frame[i][0] = (float)(sin((1 - (double)(place + i)) * step) / sin(step));
+    frame[i][1] = (float)(sin((place + i) * step) / sin(step));
+  }
+}
+
+/* Those of tangents_crease lie along the crease and, once the faces of a side share its half turn, at a
+ * right angle to it. A face that has a side for itself has no inner edge to measure that by. */
+static bool frame_crease(const mask *m, uint32_t place, sector s, float frame[2][2]) {
+  uint32_t n = m->fan_count, index = (place + n - s.first) % n, faces = s.faces;
+  double begin = 0;
+  if (index >= faces) {
+    begin = pi;
+    index -= faces;
+    faces = n - faces;
+  }
+  if (faces == 1) return false;
+  for (uint32_t i = 0; i < 2; i++) {
+    frame[i][0] = (float)cos(begin + (index + i) * pi / faces);
+    frame[i][1] = (float)sin(begin + (index + i) * pi / faces);
+  }
+  return true;
+}
+
+bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]) {
+  uint32_t v = topology->corner_vertex[corner];
+  mask m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
+            topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
+  if (has_face_tangents(&m, linear)) return false;
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = mask_rule(&m, linear, ends);
+  if (rule == TW_RULE_CORNER) return false;
+  if (rule == TW_RULE_CREASE)
+    return frame_crease(&m, fan_place(&m, corner), crease_side(&m, corner, ends), frame);
+  frame_smooth(&m, fan_place(&m, corner), frame);
+  return true;
 }

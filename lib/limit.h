@@ -23,4 +23,9 @@ static inline uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) 
  * corner's own face. Returns the number of entries. */
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries);
 
+/* Derivatives along the corner's own two sides, which several fields over the same faces have in common
+ * when their masks differ: to the next corner frame[0][0] tangent1 + frame[0][1] tangent2, to the previous
+ * one likewise with frame[1]. False where the sides themselves say it. */
+bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]);
+
 #endif

@@ -63,10 +63,8 @@ tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_ar
 
 typedef struct vertex_numberer {
   const tw_topology *base;
-  const tw_topology *const *uv_bases;
-  uint32_t uv_count, sharp_below;
+  const tw_splits *splits;
   const uint8_t *visible;
-  bool split_normals;
   tw_numbering *out;
   uint32_t *place;           /* [base corners] place of each corner in the fan of its vertex */
   uint32_t *sector;          /* [greatest fan] union-find over the places of one fan */
@@ -74,17 +72,22 @@ typedef struct vertex_numberer {
 } vertex_numberer;
 
 typedef struct fan_entry {
-  uint32_t uvs[TW_UV_SETS_MAX], sector, corner;
+  uint32_t uvs[TW_UV_SETS_MAX], mirrored, sector, corner;
 } fan_entry;
 
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
-  return n->split_normals && (edge < n->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
+  return n->splits->normals &&
+         (edge < n->splits->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
+}
+
+static uint32_t is_mirrored(const vertex_numberer *n, uint32_t corner) {
+  return n->splits->mirrored ? n->splits->mirrored[tw_corner_face(n->base, corner)] : 0;
 }
 
 static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
-  for (uint32_t s = 0; s < n->uv_count; s++)
-    if (n->uv_bases[s]->corner_edge[a] != n->uv_bases[s]->corner_edge[b]) return false;
-  return true;
+  for (uint32_t s = 0; s < n->splits->uv_count; s++)
+    if (n->splits->uv_bases[s]->corner_edge[a] != n->splits->uv_bases[s]->corner_edge[b]) return false;
+  return is_mirrored(n, a) == is_mirrored(n, b);
 }
 
 /* Corners of one edge share a row unless something splits them. With UVs, the many corners that may
@@ -92,7 +95,7 @@ static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
 static void number_edge(vertex_numberer *n, uint32_t edge) {
   tw_numbering *out = n->out;
   uint32_t first = n->base->edge_corner[edge], corner = first, begun = out->edge_count;
-  bool crowded = n->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
+  bool crowded = n->splits->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
   bool split = crowded || edge_splits(n, edge);
   do {
     if (!n->visible || n->visible[corner / 4]) {
@@ -136,6 +139,7 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
 static int compare_keys(const fan_entry *a, const fan_entry *b) {
   int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
   if (uvs != 0) return uvs;
+  if (a->mirrored != b->mirrored) return a->mirrored < b->mirrored ? -1 : 1;
   return a->sector < b->sector ? -1 : a->sector > b->sector;
 }
 
@@ -151,16 +155,18 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   tw_numbering *out = n->out;
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
-  bool one_sector = !n->split_normals || find_sectors(n, vertex) == 1;
+  bool one_sector = !n->splits->normals || find_sectors(n, vertex) == 1;
   for (uint32_t i = 0; i < count; i++) {
     if (n->visible && !n->visible[fan[i] / 4]) continue;
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];
     if (!one_sector) entry->sector = sector_root(n->sector, i);
-    for (uint32_t s = 0; s < n->uv_count; s++) entry->uvs[s] = n->uv_bases[s]->corner_vertex[fan[i]];
+    entry->mirrored = is_mirrored(n, fan[i]);
+    for (uint32_t s = 0; s < n->splits->uv_count; s++)
+      entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }
-  if (!one_sector || n->uv_count > 0) qsort(n->entries, used, sizeof *n->entries, compare_entries);
+  if (!one_sector || n->splits->uv_count > 0) qsort(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)
       out->corner_base[out->corner_count++] = n->entries[i].corner;
@@ -177,13 +183,12 @@ static uint32_t greatest_fan(const tw_topology *base) {
   return greatest;
 }
 
-tw_status tw_number_vertices(const tw_topology *base, const tw_topology *const *uv_bases, uint32_t uv_count,
-                             const uint8_t *visible, bool split_normals, uint32_t sharp_below,
+tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,
                              tw_arena *arena, tw_numbering *out) {
   tw_status status = allocate(base, arena, base->corner_count, base->corner_count, out);
   if (status != TW_OK) return status;
   uint32_t greatest = greatest_fan(base);
-  vertex_numberer n = {base, uv_bases, uv_count, sharp_below, visible, split_normals, out, NULL, NULL, NULL};
+  vertex_numberer n = {base, splits, visible, out, NULL, NULL, NULL};
   n.place = tw_alloc(base->corner_count, sizeof *n.place);
   n.sector = tw_alloc(greatest, sizeof *n.sector);
   n.entries = tw_alloc(greatest, sizeof *n.entries);

@@ -244,11 +244,30 @@ static void spline_normals(const target *to, const tw_spline *spline, const floa
   }
 }
 
+/* Against one of the points, so that equal values have a derivative of exactly 0. */
+static void spline_derivatives(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
+                               tw_patch_rect rect) {
+  float relative[16][WIDTH_MAX];
+  for (int i = 0; i < 16; i++)
+    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = points[i][c] - points[5][c];
+  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
+    float along[4][WIDTH_MAX], across[4][WIDTH_MAX];
+    weigh_columns((const float(*)[WIDTH_MAX])relative, spline->limit[j], along);
+    weigh_columns((const float(*)[WIDTH_MAX])relative, spline->derivative[j], across);
+    float *out = to->job->derivatives + place_of(to, rect.i0, j);
+    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
+      weigh_row((const float(*)[WIDTH_MAX])along, spline->derivative[i], out);
+      weigh_row((const float(*)[WIDTH_MAX])across, spline->limit[i], out + WIDTH_MAX);
+    }
+  }
+}
+
 static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX], const double *origin,
                             uint32_t depth, tw_patch_rect rect) {
   const tw_spline *spline = tw_spline_table(depth);
   if (to->job->values) spline_values(to, spline, points, origin, rect);
   if (to->job->normals) spline_normals(to, spline, points, rect);
+  if (to->job->derivatives) spline_derivatives(to, spline, points, rect);
 }
 
 /* Row (or column) beyond a sharp side: 2 edge - inner. */
@@ -282,6 +301,23 @@ static void evaluate_part(const target *to, const tw_patch_part *part, const dou
   evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
 }
 
+/* Along the sides of a quad, at its corner k, from the tangents of the corner's masks. */
+static void corner_derivatives(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], uint32_t k,
+                               const double tangents[2][WIDTH_MAX], float *out) {
+  const double *own = points[k], *after = points[(k + 1) % 4], *before = points[(k + 3) % 4];
+  const float(*frame)[2] = shape->frames[k];
+  for (int c = 0; c < WIDTH_MAX; c++) {
+    double to_next = after[c] - own[c], to_previous = before[c] - own[c];
+    if (shape->framed[k]) {
+      to_next = (double)frame[0][0] * tangents[0][c] + (double)frame[0][1] * tangents[1][c];
+      to_previous = (double)frame[1][0] * tangents[0][c] + (double)frame[1][1] * tangents[1][c];
+    }
+    double along[4] = {to_next, -to_previous, -to_next, to_previous};
+    out[c] = (float)along[k];
+    out[WIDTH_MAX + c] = (float)along[(k + 3) % 4];
+  }
+}
+
 /* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
 static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                             uint32_t k, size_t place) {
@@ -298,6 +334,8 @@ static void evaluate_corner(const target *to, const tw_patch_class *shape, const
   }
   for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
     to->job->values[place + c] = (float)(to->job->limit ? points[k][c] + limit[c] : points[k][c]);
+  if (to->job->derivatives)
+    corner_derivatives(shape, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
   if (!to->job->normals) return;
   float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX], corners[4][WIDTH_MAX];
   const float *quad[4] = {corners[0], corners[1], corners[2], corners[3]};
@@ -390,6 +428,9 @@ static void evaluate_linear(const target *to, const float *const quad[4], uint32
         tangent2[c] = high - low;
       }
       if (to->job->normals) tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+      if (!to->job->derivatives) continue;
+      memcpy(to->job->derivatives + place, tangent1, width * sizeof *tangent1);
+      memcpy(to->job->derivatives + place + WIDTH_MAX, tangent2, width * sizeof *tangent2);
     }
 }
 
@@ -422,6 +463,12 @@ static void evaluate_regular(const target *to, const tw_patches *patches, const 
   for (int i = 0; i < 16; i++) load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
   reflect_sides(points, patch->reflected);
   evaluate_spline(to, (const float(*)[WIDTH_MAX])points, NULL, patches->depth, rect);
+}
+
+const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
+  const tw_patch *patch = &patches->patches[quad];
+  *count = patches->linear ? 4 : patch->shape ? patch->shape->point_count : 16;
+  return patches->controls + patch->first_control;
 }
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,

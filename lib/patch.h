@@ -49,6 +49,9 @@ typedef struct tw_patch_rect {
  * values + ((j - j0) * (i1 - i0 + 1) + (i - i0)) * stride. normals likewise, of width 3 only: unit
  * length; where the surface has no tangent plane, the normal of the control quad, and +Y where that
  * has none either. limit: points on the limit surface.
+ * derivatives likewise, 8 floats wide: along i from 0, along j from 4. They are good for comparing fields
+ * of the same quads, each to a scale of its own: at an irregular corner they stand for the directions of
+ * the quad's sides there, which all fields share.
  * scratch: [scratch_points][4]. */
 typedef struct tw_patch_job {
   const float *in;
@@ -57,9 +60,13 @@ typedef struct tw_patch_job {
   float *values, *normals;
   uint32_t stride;
   double *scratch;
+  float *derivatives;
 } tw_patch_job;
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);
+
+/* The vertices of the base that shape a patch: all that an evaluation reads. */
+const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count);
 
 /* Unit normal of two tangents; `quad` (four points) serves where they are parallel. */
 void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],

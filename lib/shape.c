@@ -256,6 +256,7 @@ static tw_status make_masks(tw_patch_shapes *shapes, const tw_topology *t, tw_pa
     if (!entries) return TW_NO_MEMORY;
     shape->mask_counts[k] = tw_limit_mask(t, false, k, entries);
     shape->masks[k] = entries;
+    shape->framed[k] = tw_limit_frame(t, false, k, shape->frames[k]);
   }
   return TW_OK;
 }

@@ -37,6 +37,8 @@ struct tw_patch_class {
   /* Limit masks of the four corners. */
   uint32_t mask_counts[4];
   const tw_limit_entry *masks[4];
+  bool framed[4];
+  float frames[4][2][2]; /* of tw_limit_frame, where framed */
 
   tw_neighbourhood local;
   uint32_t depth;              /* steps that can be taken from here */

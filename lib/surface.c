@@ -8,6 +8,7 @@
 #include "cage.h"
 #include "limit.h"
 #include "open.h"
+#include "tangents.h"
 
 /* ---- building ------------------------------------------------------------------------------- */
 
@@ -285,14 +286,31 @@ static bool needs_splits(const build *b, bool split_normals) {
   return false;
 }
 
-static tw_status number_split(build *b, const uint8_t *visible) {
+/* Tangents are for normal maps, which need normals and UVs. */
+static bool has_tangents(const build *b) {
+  return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
+}
+
+static tw_status find_mirrored(build *b) {
   tw_surface *s = b->surface;
-  const tw_topology *uv_bases[TW_UV_SETS_MAX];
-  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) uv_bases[i] = &s->fields[1 + i].base;
+  uint32_t faces = s->fields[0].base.face_count;
+  s->mirrored = tw_arena_alloc(s->arena, faces, 1);
+  if (!s->mirrored) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < faces; f++)
+    s->mirrored[f] = tw_uv_is_mirrored(&s->fields[1].base, s->uvs[0].base, f);
+  return TW_OK;
+}
+
+static tw_status split_vertices(build *b, const uint8_t *visible) {
+  tw_surface *s = b->surface;
+  tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
+  for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
   /* Of a bilinear surface every edge of the cage is sharp: at the first level those come first. */
-  uint32_t sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
-  return tw_number_vertices(&s->fields[0].base, uv_bases, b->mesh->uv_set_count, visible, s->options.normals,
-                            sharp_below, s->arena, &s->vertices);
+  splits.sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
+  tw_status status = has_tangents(b) ? find_mirrored(b) : TW_OK;
+  splits.mirrored = s->mirrored;
+  return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
+                         : status;
 }
 
 static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
@@ -311,7 +329,8 @@ static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
     s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, cage_vertices[1]);
   }
   s->vertices = s->points;
-  if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals)) status = number_split(b, visible);
+  if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals))
+    status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
   free(visible);
   return status;
@@ -325,6 +344,10 @@ static void lay_out_rows(build *b) {
   if (s->options.normals) {
     l->normal = stride;
     stride += 3;
+  }
+  if (s->mirrored) {
+    l->tangent = stride;
+    stride += 4;
   }
   l->uv_count = b->mesh->uv_set_count;
   for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;

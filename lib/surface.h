@@ -69,6 +69,8 @@ struct tw_surface {
   uint32_t morph_count;
   tw_values *morphs;
 
+  uint8_t *mirrored; /* [base quads], where the answer has tangents; else NULL */
+
   uint32_t quad_count; /* visible ones */
   uint32_t *quads;     /* [quad_count] base quads, materials together */
   uint32_t group_count;
@@ -93,11 +95,18 @@ struct tw_surface {
 tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,
                           tw_numbering *out);
 
-/* Numbers what a GPU has to tell apart: corners with the same point, the same UVs and, when
- * split_normals, on the same side of every sharp edge. uv_bases: [uv_count]. sharp_below: edges of
- * the base with a lower index are sharp whatever their sharpness (bilinear surfaces). */
-tw_status tw_number_vertices(const tw_topology *base, const tw_topology *const *uv_bases, uint32_t uv_count,
-                             const uint8_t *visible, bool split_normals, uint32_t sharp_below,
+/* What parts the vertices of a GPU that are one point of the surface. */
+typedef struct tw_splits {
+  uint32_t uv_count;
+  const tw_topology *uv_bases[TW_UV_SETS_MAX]; /* other UVs */
+  bool normals;                                /* the other side of a sharp edge */
+  uint32_t sharp_below;    /* edges of the base with a lower index are sharp whatever their sharpness
+                              (bilinear surfaces) */
+  const uint8_t *mirrored; /* [faces] of the base, or NULL: the other handedness */
+} tw_splits;
+
+/* Numbers what a GPU has to tell apart. */
+tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,
                              tw_arena *arena, tw_numbering *out);
 
 /* The connectivity of a UV set of a cage, sharpened by the interpolation rule. cage: the points'

@@ -3,22 +3,9 @@
 #include <string.h>
 
 #include "limit.h"
-#include "surface.h"
+#include "surface_reader.h"
 
 enum { PIECE_ROWS = 2048 };
-
-struct tw_surface_reader {
-  const tw_surface *surface;
-  double *scratch; /* of patches */
-  tw_limit_entry *mask;
-  float *line;             /* one edge, [side + 1][4] */
-  uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
-  /* The last piece that was asked for in part. */
-  float *piece; /* [piece_capacity][stride] */
-  tw_domain piece_domain;
-  uint64_t piece_first;
-  uint32_t piece_count, piece_capacity;
-};
 
 /* ---- what a domain consists of -------------------------------------------------------------- */
 
@@ -89,8 +76,18 @@ static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32
 
 static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
                             uint32_t stride) {
-  return (tw_patch_job){values->base, values->width, r->surface->options.limit, out, normals,
-                        stride,       r->scratch};
+  return (tw_patch_job){.in = values->base,
+                        .width = values->width,
+                        .limit = r->surface->options.limit,
+                        .values = out,
+                        .normals = normals,
+                        .stride = stride,
+                        .scratch = r->scratch};
+}
+
+tw_patch_rect tw_corner_rect(const tw_surface *surface, uint32_t corner) {
+  uint32_t k = corner % 4, i = k == 1 || k == 2 ? surface->side : 0, j = k >= 2 ? surface->side : 0;
+  return (tw_patch_rect){i, i, j, j};
 }
 
 static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
@@ -100,9 +97,8 @@ static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint3
     corner_by_mask(r, values, corner, out, normal);
     return;
   }
-  uint32_t k = corner % 4, i = k == 1 || k == 2 ? s->side : 0, j = k >= 2 ? s->side : 0;
   tw_patch_job job = job_for(r, values, out, normal, 4);
-  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, (tw_patch_rect){i, i, j, j});
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, tw_corner_rect(s, corner));
 }
 
 static void point_corner(tw_surface_reader *r, uint32_t row, float *out) {
@@ -112,6 +108,11 @@ static void point_corner(tw_surface_reader *r, uint32_t row, float *out) {
 /* GPUs have v run down. */
 static void flip_v(float *uv) {
   uv[1] = 1 - uv[1];
+}
+
+/* Sums of weights that are 1 but for rounding may leave the range of a colour. */
+static void clamp_color(float *color) {
+  for (int c = 0; c < 4; c++) color[c] = color[c] < 0 ? 0 : color[c] > 1 ? 1 : color[c];
 }
 
 static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
@@ -124,11 +125,15 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
   float *normal = l->normal == UINT32_MAX ? NULL : out + l->normal;
   evaluate_corner(r, &s->positions, shared, out, shared == corner ? normal : NULL);
   if (normal && shared != corner) evaluate_corner(r, &s->positions, corner, NULL, normal);
+  if (l->tangent != UINT32_MAX) tw_corner_tangent(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
     flip_v(out + l->uvs[i]);
   }
-  if (l->color != UINT32_MAX) evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
+  if (l->color != UINT32_MAX) {
+    evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
+    clamp_color(out + l->color);
+  }
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * m, NULL);
 }
@@ -152,16 +157,23 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
 
 /* ---- insides of edges ----------------------------------------------------------------------- */
 
+tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *backwards) {
+  uint32_t n = surface->side, side = corner % 4;
+  tw_patch_rect rects[4] = {{1, n - 1, 0, 0}, {n, n, 1, n - 1}, {1, n - 1, n, n}, {0, 0, 1, n - 1}};
+  *backwards = side >= 2;
+  return rects[side];
+}
+
 /* The inside of the edge at a base corner, in the corner's direction, or against it. */
 static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
                           bool normals, float *out, uint32_t stride) {
   const tw_surface *s = r->surface;
-  uint32_t n = s->side, side = corner % 4, width = normals ? 3 : values->width;
-  static const bool backwards[4] = {false, false, true, true};
-  tw_patch_rect rects[4] = {{1, n - 1, 0, 0}, {n, n, 1, n - 1}, {1, n - 1, n, n}, {0, 0, 1, n - 1}};
+  uint32_t n = s->side, width = normals ? 3 : values->width;
+  bool backwards;
+  tw_patch_rect rect = tw_edge_rect(s, corner, &backwards);
   tw_patch_job job = job_for(r, values, normals ? NULL : r->line, normals ? r->line : NULL, width);
-  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, rects[side]);
-  bool reverse = backwards[side] != against;
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, rect);
+  bool reverse = backwards != against;
   for (uint32_t i = 0; i < n - 1; i++)
     memcpy(out + (size_t)i * stride, r->line + (size_t)(reverse ? n - 2 - i : i) * width,
            width * sizeof *out);
@@ -178,11 +190,15 @@ static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
   evaluate_edge(r, &s->positions, shared, against, false, out, l->stride);
   if (l->normal != UINT32_MAX)
     evaluate_edge(r, &s->positions, corner, false, true, out + l->normal, l->stride);
+  if (l->tangent != UINT32_MAX) tw_edge_tangents(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_edge(r, &s->uvs[i], corner, false, false, out + l->uvs[i], l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
   }
-  if (l->color != UINT32_MAX) evaluate_edge(r, &s->colors, shared, against, false, out + l->color, l->stride);
+  if (l->color != UINT32_MAX) {
+    evaluate_edge(r, &s->colors, shared, against, false, out + l->color, l->stride);
+    for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
+  }
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_edge(r, &s->morphs[m], shared, against, false, out + l->morphs + 3 * m, l->stride);
 }
@@ -222,12 +238,16 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
   bool normals = domain == TW_DOMAIN_VERTICES && l->normal != UINT32_MAX;
   evaluate_inside(r, &s->positions, quad, rect, out, normals ? out + l->normal : NULL, width);
   if (domain == TW_DOMAIN_POINTS) return;
+  if (l->tangent != UINT32_MAX) tw_inside_tangents(r, quad, rect, out);
   size_t rows = (size_t)(j1 - j0 + 1) * (s->side - 1);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
     for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
   }
-  if (l->color != UINT32_MAX) evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
+  if (l->color != UINT32_MAX) {
+    evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
+    for (size_t k = 0; k < rows; k++) clamp_color(out + l->color + k * width);
+  }
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * m, NULL, width);
 }
@@ -423,7 +443,7 @@ static uint32_t piece_capacity(const tw_surface *surface) {
 
 tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
   uint32_t points = 1, masks = 1, side = 1;
-  size_t floats = 1;
+  size_t floats = 1, slopes = 0;
   for (size_t i = 0; i < count; i++) {
     const tw_surface *s = surfaces[i];
     points = larger(points, s->scratch_points);
@@ -431,6 +451,7 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
     side = larger(side, s->side);
     size_t piece = (size_t)piece_capacity(s) * larger(s->layout.stride, 4);
     if (piece > floats) floats = piece;
+    if (s->mirrored && piece_capacity(s) > slopes) slopes = piece_capacity(s);
   }
   tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
   if (!r) return NULL;
@@ -439,7 +460,10 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
   r->line = tw_alloc((size_t)side + 1, 4 * sizeof(float));
   r->piece = tw_alloc(floats, sizeof(float));
   for (int i = 0; i < 2; i++) r->index_rows[i] = tw_alloc((size_t)side + 1, sizeof(uint32_t));
-  if (r->scratch && r->mask && r->line && r->piece && r->index_rows[0] && r->index_rows[1]) return r;
+  for (int i = 0; i < 2; i++) r->slopes[i] = tw_alloc(slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
+  bool complete = r->scratch && r->mask && r->line && r->piece && r->index_rows[0] && r->index_rows[1] &&
+                  r->slopes[0] && r->slopes[1];
+  if (complete) return r;
   tw_surface_reader_destroy(r);
   return NULL;
 }
@@ -465,5 +489,7 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   free(reader->piece);
   free(reader->index_rows[0]);
   free(reader->index_rows[1]);
+  free(reader->slopes[0]);
+  free(reader->slopes[1]);
   free(reader);
 }

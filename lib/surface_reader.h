@@ -1,0 +1,34 @@
+/* Inside of a reader: scratch memory, and the columns that are made of more than one field. */
+#ifndef TWEEND_SURFACE_READER_H
+#define TWEEND_SURFACE_READER_H
+
+#include "limit.h"
+#include "surface.h"
+#include "tangents.h"
+
+struct tw_surface_reader {
+  const tw_surface *surface;
+  double *scratch; /* of patches */
+  tw_limit_entry *mask;
+  float *line;             /* one edge, [side + 1][4] */
+  uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
+  float *slopes[2];        /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
+  /* The last piece that was asked for in part. */
+  float *piece; /* [piece_capacity][stride] */
+  tw_domain piece_domain;
+  uint64_t piece_first;
+  uint32_t piece_count, piece_capacity;
+};
+
+/* Where the patch of a base corner's quad has the corner, and the inside of the edge that begins there;
+ * backwards: the rectangle runs against the corner's direction. */
+tw_patch_rect tw_corner_rect(const tw_surface *surface, uint32_t corner);
+tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *backwards);
+
+/* Tangents of the vertices at a base corner, inside the edge that begins there, in a rectangle of a
+ * quad's patch. out: whole rows, of which normals are read and tangents written. */
+void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out);
+void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out);
+void tw_inside_tangents(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
+
+#endif

@@ -1,0 +1,189 @@
+/* What goes along on a surface: colours, morph targets, material groups. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "scene_fixture.h"
+
+/* ---- reading -------------------------------------------------------------------------------- */
+
+typedef struct rows {
+  tw_surface *surface;
+  const tw_surface_layout *layout;
+  float *values;
+  size_t count;
+} rows;
+
+static rows read_rows(const tw_mesh *mesh, tw_surface_options options) {
+  rows r = {0};
+  tw_error error;
+  assert_int_equal(tw_mesh_check(mesh, &error, NULL), TW_OK);
+  assert_int_equal(tw_surface_create(mesh, &options, &r.surface, &error), TW_OK);
+  r.layout = tw_surface_get_layout(r.surface);
+  r.count = (size_t)tw_surface_row_count(r.surface, TW_DOMAIN_VERTICES);
+  r.values = malloc(r.count * r.layout->stride * sizeof(float));
+  tw_surface_reader *reader = tw_surface_reader_create(r.surface);
+  assert_non_null(r.values);
+  assert_non_null(reader);
+  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, r.count, r.values);
+  tw_surface_reader_destroy(reader);
+  return r;
+}
+
+static void free_rows(rows *r) {
+  free(r->values);
+  tw_surface_destroy(r->surface);
+}
+
+static const float *row_of(const rows *r, size_t i) {
+  return r->values + i * r->layout->stride;
+}
+
+/* ---- colours -------------------------------------------------------------------------------- */
+
+static void colours_never_leave_their_range(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  float *colors = fixture_alloc(&f, mesh->point_count, 4 * sizeof *colors);
+  for (uint32_t i = 0; i < 4 * mesh->point_count; i++) colors[i] = i % 4 == 0 ? -0.5f : i % 4 == 1 ? 1.5f : 1;
+  mesh->colors = colors;
+  for (uint32_t level = 0; level <= 4; level++)
+    for (int limit = 0; limit < 2; limit++) {
+      rows r = read_rows(mesh, (tw_surface_options){.level = level, .limit = limit});
+      for (size_t i = 0; i < r.count; i++) {
+        const float *color = row_of(&r, i) + r.layout->color;
+        assert_true(color[0] == 0 && color[1] == 1 && color[2] <= 1 && color[2] > 0.999999f && color[3] <= 1);
+      }
+      free_rows(&r);
+    }
+  fixture_deinit(&f);
+}
+
+static void colours_that_follow_the_points_stay_with_them(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  float *colors = fixture_alloc(&f, mesh->point_count, 4 * sizeof *colors);
+  for (uint32_t p = 0; p < mesh->point_count; p++)
+    for (int c = 0; c < 4; c++)
+      colors[4 * p + (uint32_t)c] = c < 3 ? mesh->positions[3 * p + (uint32_t)c] / 8 + 0.25f : 0.5f;
+  mesh->colors = colors;
+  for (uint32_t level = 0; level <= 4; level++) {
+    rows r = read_rows(mesh, (tw_surface_options){.level = level, .normals = true});
+    for (size_t i = 0; i < r.count; i++) {
+      const float *color = row_of(&r, i) + r.layout->color;
+      for (int c = 0; c < 3; c++) assert_float_equal(color[c], row_of(&r, i)[c] / 8 + 0.25f, 1e-6);
+      assert_float_equal(color[3], 0.5f, 1e-6);
+    }
+    free_rows(&r);
+  }
+  fixture_deinit(&f);
+}
+
+/* ---- morph targets -------------------------------------------------------------------------- */
+
+/* Subdivision is linear: the surface of the moved cage is the surface moved by the displacements. */
+static void displacements_move_the_surface_as_they_move_the_cage(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  fixture_add_morphs(&f, 3);
+  tw_mesh *mesh = &f.model->meshes[0];
+  float *moved = fixture_alloc(&f, mesh->point_count, 3 * sizeof *moved);
+  static const float weights[3] = {0.5f, -1, 2};
+  for (uint32_t i = 0; i < 3 * mesh->point_count; i++) {
+    moved[i] = mesh->positions[i];
+    for (int m = 0; m < 3; m++) moved[i] += weights[m] * mesh->morphs[m][i];
+  }
+  tw_mesh other = *mesh;
+  other.positions = moved;
+  for (uint32_t level = 0; level <= 4; level++)
+    for (int limit = 0; limit < 2; limit++) {
+      tw_surface_options options = {.level = level, .limit = limit, .normals = true};
+      rows a = read_rows(mesh, options), b = read_rows(&other, options);
+      assert_int_equal(a.layout->morph_count, 3);
+      assert_int_equal(a.count, b.count);
+      for (size_t i = 0; i < a.count; i++)
+        for (uint32_t c = 0; c < 3; c++) {
+          double sum = (double)row_of(&a, i)[c];
+          for (uint32_t m = 0; m < 3; m++)
+            sum += (double)weights[m] * (double)row_of(&a, i)[a.layout->morphs + 3 * m + c];
+          assert_float_equal(row_of(&b, i)[c], sum, 1e-5);
+        }
+      free_rows(&a);
+      free_rows(&b);
+    }
+  fixture_deinit(&f);
+}
+
+static void bounds_of_displacements_are_exact(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  fixture_add_morphs(&f, 2);
+  rows r = read_rows(&f.model->meshes[0], (tw_surface_options){.level = 3});
+  for (int m = 0; m < 2; m++) {
+    float bounds[2][3], min[3], max[3];
+    for (size_t i = 0; i < r.count; i++)
+      for (int c = 0; c < 3; c++) {
+        float value = (row_of(&r, i) + r.layout->morphs + 3 * m)[c];
+        if (i == 0 || value < bounds[0][c]) bounds[0][c] = value;
+        if (i == 0 || value > bounds[1][c]) bounds[1][c] = value;
+      }
+    assert_int_equal(tw_surface_bounds(r.surface, m, min, max), TW_OK);
+    assert_memory_equal(min, bounds[0], sizeof min);
+    assert_memory_equal(max, bounds[1], sizeof max);
+  }
+  free_rows(&r);
+  fixture_deinit(&f);
+}
+
+/* ---- materials ------------------------------------------------------------------------------ */
+
+static void groups_hold_the_faces_of_each_material_next_to_each_other(void **state) {
+  (void)state;
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  for (uint32_t level = 0; level <= 3; level++) {
+    rows r = read_rows(mesh, (tw_surface_options){.level = level});
+    assert_int_equal(tw_surface_group_count(r.surface), 3);
+    uint64_t face = 0, corner = 0;
+    for (uint32_t g = 0; g < 3; g++) {
+      const tw_surface_group *group = tw_surface_get_group(r.surface, g);
+      uint64_t faces = 0, corners = 0;
+      for (uint32_t i = 0; i < mesh->face_count; i++) {
+        uint32_t size = mesh->face_offsets[i + 1] - mesh->face_offsets[i];
+        if (mesh->face_materials[i] != group->material) continue;
+        faces += level == 0 ? 1 : (uint64_t)size << 2 * (level - 1);
+        corners += level == 0 ? size : (uint64_t)size << 2 * level;
+      }
+      assert_int_equal(group->first_face, face);
+      assert_int_equal(group->first_corner, corner);
+      assert_int_equal(group->face_count, faces);
+      assert_int_equal(group->corner_count, corners);
+      face += faces;
+      corner += corners;
+    }
+    assert_int_equal(face, tw_surface_get_counts(r.surface)->faces);
+    free_rows(&r);
+  }
+  fixture_deinit(&f);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(colours_never_leave_their_range),
+      cmocka_unit_test(colours_that_follow_the_points_stay_with_them),
+      cmocka_unit_test(displacements_move_the_surface_as_they_move_the_cage),
+      cmocka_unit_test(bounds_of_displacements_are_exact),
+      cmocka_unit_test(groups_hold_the_faces_of_each_material_next_to_each_other),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
