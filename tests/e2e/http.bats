@@ -10,14 +10,14 @@ setup() {
 }
 
 # raw BYTES: sends them as they are (printf escapes), leaves what came back in the file answer, status in $status.
-# A server that refuses may close before it has read them all.
 raw() {
   local host port
   IFS=: read -r host port <<<"${url#http://}"
+  printf '%b' "$1" >request
   exec 9<>"/dev/tcp/$host/$port"
-  printf '%b' "$1" >&9 2>/dev/null || true
+  cat request >&9 || true
   timeout 5 cat <&9 >answer || true
-  exec 9>&- 9<&-
+  exec 9>&-
   status=$(sed -n '1s/^HTTP\/1.1 \([0-9]*\).*/\1/p' answer)
 }
 
