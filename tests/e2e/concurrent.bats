@@ -6,7 +6,7 @@ setup_file() { start_daemon --queue 64; }
 teardown_file() { stop_daemon; }
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
 
-# together COUNT PATH...: asks for each path COUNT times, sixteen at a time; answers in out-N-I.
+# together COUNT PATH...: asks for each path COUNT times, eight at a time, which two threads and their queue hold; answers in out-N-I.
 together() {
   local count=$1 i n=0 path
   shift
@@ -14,7 +14,7 @@ together() {
     n=$((n + 1))
     for ((i = 0; i < count; i++)); do printf 'url = "%s%s"\noutput = "out-%d-%d"\n' "$url" "$path" "$n" "$i"; done
   done >requests
-  curl --silent --fail --globoff --parallel --parallel-immediate --parallel-max 16 --config requests
+  curl --silent --fail --globoff --parallel --parallel-immediate --parallel-max 8 --config requests
 }
 
 # identical N COUNT
@@ -23,7 +23,7 @@ identical() {
   for ((i = 1; i < $2; i++)); do cmp "out-$1-0" "out-$1-$i"; done
 }
 
-@test "sixteen clients asking for the same new surface get the same bytes" {
+@test "clients asking for the same new surface at once get the same bytes" {
   { cat "$samples/octopus.obj"; echo "# $RANDOM$RANDOM"; } >new.obj
   upload new.obj
   together 16 "/v1/models/$id/surface.glb?level=3"

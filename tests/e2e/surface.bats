@@ -194,12 +194,15 @@ corner() {
 @test "the glTF form says the same as the GLB" {
   get "$cube/surface.glb?level=2"
   glb_json answer >glb.json
+  tail -c +$((29 + $(od -An -tu4 -j12 -N4 answer))) answer >glb.bin
   get "$cube/surface.gltf?level=2"
   [[ $(header content-type) == model/gltf+json* ]]
   holds '.buffers[0].uri | startswith("data:application/")'
   diff <(jq -S 'del(.buffers)' glb.json) <(jq -S 'del(.buffers)' answer)
-  diff <(jq -r '.buffers[0].uri' answer | sed 's/^[^,]*,//' | base64 --decode | head -c 1000 | sha256sum) \
-    <(get "$cube/surface.glb?level=2" && tail -c +$((29 + $(od -An -tu4 -j12 -N4 answer))) answer | head -c 1000 | sha256sum)
+  value '.buffers[0].uri' | sed 's/^[^,]*,//' | base64 --decode >gltf.bin
+  # The chunk of a GLB may end in up to three bytes of padding.
+  cmp --bytes="$(stat -c %s gltf.bin)" gltf.bin glb.bin
+  [ $(($(stat -c %s glb.bin) - $(stat -c %s gltf.bin))) -lt 4 ]
 }
 
 @test "HEAD tells the size of a GLB and computes nothing" {
