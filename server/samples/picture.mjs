@@ -14,26 +14,24 @@ async function ask(path, sample) {
   return answer.text();
 }
 
-/** The objects of an OBJ by name: points and faces. */
-function objects(text) {
+/** The faces of an OBJ, each with its points and its object's name. */
+function readObj(text) {
   const points = [];
-  const found = new Map();
-  let faces;
+  const faces = [];
+  let name;
   for (const line of text.split('\n')) {
     const [word, ...rest] = line.trim().split(/\s+/);
-    if (word === 'v') points.push(rest.slice(0, 3).map(Number));
-    else if (word === 'o') found.set(rest.join(' '), (faces = []));
-    else if (word === 'f') faces.push(rest.map((corner) => points[parseInt(corner, 10) - 1]));
+    if (word === 'o') name = rest.join(' ');
+    else if (word === 'v') points.push(rest.slice(0, 3).map(Number));
+    else if (word === 'f') faces.push({ name, points: rest.map((corner) => points[parseInt(corner, 10) - 1]) });
   }
-  return found;
+  return faces;
 }
 
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 const minus = (a, b) => a.map((x, i) => x - b[i]);
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
-
-const place = (m, [x, y, z]) => [0, 1, 2].map((i) => m[i] * x + m[4 + i] * y + m[8 + i] * z + m[12 + i]);
 
 /** Seen from the right and above. */
 function seen([x, y, z], { yaw, pitch }) {
@@ -42,12 +40,20 @@ function seen([x, y, z], { yaw, pitch }) {
   return [c * x - s * z, d * y - t * depth, t * y + d * depth];
 }
 
-const SHADES = 40;
+const SHADES = 32;
 const LIGHT = unit([-0.45, 0.75, 0.6]);
 
-/** Faces { points, colour } as paths of an SVG, in a box [left, top, width, height]. */
+/** The class that paints a colour, made once. */
+const classes = new Map();
+function paint(fill, edges) {
+  const rule = `fill:${fill};stroke:${edges ?? fill}`;
+  if (!classes.has(rule)) classes.set(rule, `c${classes.size.toString(36)}`);
+  return classes.get(rule);
+}
+
+/** Faces { points, colour, inside?, behind? } as paths of an SVG, in a box [left, top, width, height]. */
 function draw(faces, view, [left, top, width, height], edges) {
-  const turned = faces.map(({ points, colour, inside }) => ({ points: points.map((p) => seen(p, view)), colour, inside }));
+  const turned = faces.map(({ points, ...rest }) => ({ points: points.map((p) => seen(p, view)), ...rest }));
   const all = turned.flatMap((face) => face.points);
   const bound = (i, pick) => all.reduce((m, p) => pick(m, p[i]), all[0][i]);
   const low = [0, 1].map((i) => bound(i, Math.min));
@@ -58,7 +64,7 @@ function draw(faces, view, [left, top, width, height], edges) {
     Math.round(top + height / 2 - (y - (low[1] + high[1]) / 2) * scale),
   ];
   const painted = [];
-  for (const { points, colour, inside } of turned) {
+  for (const { points, colour, inside, behind = 0 } of turned) {
     let normal = unit(cross(minus(points[2], points[0]), minus(points.at(-1), points[1])));
     const away = normal[2] <= 0;
     if (away && !inside) continue;
@@ -66,7 +72,7 @@ function draw(faces, view, [left, top, width, height], edges) {
     const light = 0.38 + 0.62 * Math.max(0, dot(normal, LIGHT));
     const shade = Math.round(light * SHADES) / SHADES;
     const fill = `#${(away ? inside : colour).map((x) => Math.round(x * shade).toString(16).padStart(2, '0')).join('')}`;
-    painted.push({ depth: points.reduce((s, p) => s + p[2], 0) / points.length, fill, corners: points.map(at) });
+    painted.push({ depth: points.reduce((s, p) => s + p[2], 0) / points.length - behind, fill, corners: points.map(at) });
   }
   painted.sort((a, b) => a.depth - b.depth);
   const paths = [];
@@ -75,35 +81,33 @@ function draw(faces, view, [left, top, width, height], edges) {
     const steps = corners.slice(1).map((p, i) => minus(p, corners[i]).join(' ')).join(' ').replace(/ -/g, '-');
     const outline = `M${corners[0].join(' ')}l${steps}z`;
     if (fill === last && !edges) paths[paths.length - 1] += outline;
-    else paths.push(`<path fill="${fill}" stroke="${edges ?? fill}" d="${outline}`);
+    else paths.push(`<path class="${paint(fill, edges)}" d="${outline}`);
     last = fill;
   }
   return paths.map((path) => `${path}"/>`).join('\n');
 }
 
-const octopusColours = { colour: [216, 106, 88], inside: [120, 48, 52] };
-const octopusFaces = (text) => [...objects(text).values()].flat().map((points) => ({ points, ...octopusColours }));
-
-const tankColours = {
+const octopus = { colour: [216, 106, 88], inside: [120, 48, 52] };
+const tank = {
   hull: [124, 158, 102], wheel: [92, 96, 104], turret: [138, 172, 112], barrel: [110, 130, 104], antenna: [214, 92, 70],
 };
 
-async function tankFaces(time) {
-  const meshes = objects(await ask('/v1/surface.obj?level=1', 'tank.json'));
-  const pose = JSON.parse(await ask(`/v1/pose.json?clip=drive&at=${time}&space=world&as=matrix`, 'tank.json'));
-  const { nodes } = JSON.parse(readFileSync(new URL('tank.json', import.meta.url)));
-  return nodes.flatMap(({ name, mesh }) => {
-    const matrix = [...pose.poses[0].matrix[pose.nodes.indexOf(name)]];
-    return meshes.get(mesh).map((points) => ({ points: points.map((p) => place(matrix, p)), colour: tankColours[mesh] }));
-  });
-}
+const octopusFaces = async (level) =>
+  readObj(await ask(`/v1/surface.obj?level=${level}`, 'octopus.obj')).map((face) => ({ ...face, ...octopus }));
+const tankFaces = async (time) =>
+  readObj(await ask(`/v1/surface.obj?level=1&clip=drive&at=${time}`, 'tank.json'))
+    .map((face) => ({ ...face, colour: tank[face.name], behind: face.name === 'hull' ? 0.1 : 0 })); // its faces are large
 
 const front = { yaw: 0.6, pitch: 0.35 };
 const side = { yaw: 0.85, pitch: 0.42 };
+const drawing = [
+  draw(await octopusFaces(0), front, [20, 20, 760, 560], '#5a2a2a'),
+  draw(await octopusFaces(2), front, [820, 20, 760, 560]),
+  draw(await tankFaces(0), side, [80, 620, 640, 510]),
+  draw(await tankFaces(1.3), side, [880, 620, 640, 510]),
+].join('\n');
 console.log(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1600 1150" stroke-linejoin="round">
 <title>An octopus as it was uploaded and its subdivision surface; a tank in two poses of its clip</title>
-${draw(octopusFaces(await ask('/v1/surface.obj?level=0', 'octopus.obj')), front, [20, 20, 760, 560], '#5a2a2a')}
-${draw(octopusFaces(await ask('/v1/surface.obj?level=2', 'octopus.obj')), front, [820, 20, 760, 560])}
-${draw(await tankFaces(0), side, [40, 640, 700, 480])}
-${draw(await tankFaces(2.6), side, [840, 640, 700, 480])}
+<style>${[...classes].map(([rule, name]) => `.${name}{${rule}}`).join('')}</style>
+${drawing}
 </svg>`);

@@ -30,6 +30,7 @@ launch() {
   local here=${BATS_TEST_TMPDIR-}
   [[ -n $here ]] || here=$BATS_FILE_TMPDIR
   ready=$here/ready log=$here/log
+  : >"$ready"
   "$@" >"$ready" 2>>"$log" 3>&- &
   daemon=$!
   local tries

@@ -41,6 +41,12 @@ session() { sed -n '/^## A session with curl/,/^## /{/^```sh$/,/^```$/{/^```/d;p
   diff described readme
 }
 
+@test "its picture is drawn from the daemon's answers" {
+  command -v node >/dev/null || skip "needs node"
+  node "$samples/picture.mjs" "$url" >picture.svg
+  cmp picture.svg "$samples/picture.svg"
+}
+
 @test "every file that it links is there" {
   grep -oE '\]\([^)#]+\)' "$root/README.md" | tr -d '])(' | grep -v '^http' | while read -r file; do
     [ -e "$root/$file" ] || { echo "$file is missing"; exit 1; }
