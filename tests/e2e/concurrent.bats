@@ -6,7 +6,8 @@ setup_file() { start_daemon --queue 64; }
 teardown_file() { stop_daemon; }
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
 
-# together COUNT PATH...: asks for each path COUNT times, eight at a time, which two threads and their queue hold; answers in out-N-I.
+# together COUNT PATH...: asks for each path COUNT times, eight at a time: two threads and their queue hold
+# as many. Answers in out-N-I.
 together() {
   local count=$1 i n=0 path
   shift

@@ -10,6 +10,7 @@ setup() {
 }
 
 # raw BYTES: sends them as they are (printf escapes), leaves what came back in the file answer, status in $status.
+# A server that refuses may close before it has read them all.
 raw() {
   local host port
   IFS=: read -r host port <<<"${url#http://}"
