@@ -75,6 +75,13 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
   return TW_OK;
 }
 
+/* Faces of four corners need no offsets. */
+static const uint32_t *offsets_of(const tw_mesh *mesh) {
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    if (mesh->face_offsets[f + 1] != 4 * (f + 1)) return mesh->face_offsets;
+  return mesh->face_count > 0 ? NULL : mesh->face_offsets;
+}
+
 tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, tw_cage *c) {
   memset(c, 0, sizeof *c);
   c->arena = arena;
@@ -82,7 +89,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   uint32_t vertex_count;
   tw_status status = compact(mesh, c, &corners, &vertex_count);
   if (status == TW_OK)
-    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, mesh->face_offsets,
+    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, offsets_of(mesh),
                                mesh->corner_count, corners);
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;

@@ -12,7 +12,7 @@ typedef struct table {
   float rows[]; /* three blocks of [2^depth + 1][4] */
 } table;
 
-static _Atomic(table *) tables[TW_LEVEL_MAX];
+static _Atomic(table *) tables[TW_LEVEL_MAX + 1];
 
 /* One step on points -1 .. n + 1 of a segment (n intervals): gives -1 .. 2n + 1. */
 static void insert_knots(const double (*in)[4], uint32_t n, double (*out)[4]) {

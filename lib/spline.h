@@ -11,7 +11,7 @@ typedef struct tw_spline {
   const float (*derivative)[4]; /* direction of the limit's tangent */
 } tw_spline;
 
-/* Tables for depths 0 to TW_LEVEL_MAX - 1, made once, shared by all threads. NULL without memory. */
+/* Tables for depths 0 to TW_LEVEL_MAX, made once, shared by all threads. NULL without memory. */
 const tw_spline *tw_spline_table(uint32_t depth);
 
 #endif

@@ -49,7 +49,8 @@ static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t w
                          const uint32_t *indices) {
   values->field = field;
   values->width = width;
-  tw_arena *arena = b->surface->options.level == 0 ? b->surface->arena : b->arena;
+  bool stays = b->levels == 0 || b->surface->options.level == 0;
+  tw_arena *arena = stays ? b->surface->arena : b->arena;
   values->cage = gather_values(arena, in, indices, b->topologies[field].vertex_count, width);
   values->base = values->cage;
   return values->cage != NULL;
@@ -76,8 +77,9 @@ static tw_status start_uvs(build *b) {
     const tw_uv_set *set = &b->mesh->uv_sets[i];
     uint32_t *values_of;
     tw_topology *t = &b->topologies[1 + i];
-    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, b->arena, t, &values_of);
-    if (status == TW_OK && b->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, b->arena);
+    tw_arena *arena = b->levels == 0 ? s->arena : b->arena;
+    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, arena, t, &values_of);
+    if (status == TW_OK && b->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
     if (status != TW_OK) return status;
     s->fields[1 + i].linear = b->rules.linear || s->options.uv == TW_UV_ALL;
     if (!start_values(b, &s->uvs[i], 1 + i, 2, set->values, values_of)) return TW_NO_MEMORY;
@@ -305,8 +307,8 @@ static tw_status split_vertices(build *b, const uint8_t *visible) {
   tw_surface *s = b->surface;
   tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
   for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
-  /* Of a bilinear surface every edge of the cage is sharp: at the first level those come first. */
-  splits.sharp_below = b->rules.linear ? 2 * b->cage.topology.edge_count : 0;
+  /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
+  splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
   tw_status status = has_tangents(b) ? find_mirrored(b) : TW_OK;
   splits.mirrored = s->mirrored;
   return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
@@ -398,7 +400,7 @@ static tw_status start_sources(build *b) {
 
 /* Levels refined in the generic way before patches take over, and the greatest answer that is refined
  * so to its end. */
-enum { BASE_LEVEL = 1, GENERIC_LEVEL = 2, GENERIC_FACES_MAX = 16 << 20 };
+enum { GENERIC_LEVEL = 2, GENERIC_FACES_MAX = 16 << 20 };
 
 /* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
 static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
@@ -408,8 +410,9 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   return false;
 }
 
-/* Decides where the generic steps end: at the first level, from where patches go on, or at the answer's
- * own, where patches cannot go or would have next to nothing to do. */
+/* Decides where the generic steps end: at the cage itself when all its faces are quads, else at the first
+ * level, from where patches go on; or at the answer's own, where patches cannot go or would have next to
+ * nothing to do. */
 static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level;
@@ -421,14 +424,21 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  generic |= shrinks || (small && (level <= GENERIC_LEVEL || crosses_seams(b->mesh, &s->options)));
-  b->levels = generic && level > 0 ? level : BASE_LEVEL;
+  bool quads = b->cage.topology.face_size == 4, shallow = !quads && level <= GENERIC_LEVEL;
+  generic |= shrinks || (small && (shallow || crosses_seams(b->mesh, &s->options)));
+  b->levels = generic && level > 0 ? level : quads ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
+  s->cage_step = b->levels == 0 ? 1 : 4;
   const tw_mesh *m = b->mesh;
   bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
   s->plain =
       generic && level > 0 && b->whole && !shrinks && !s->options.normals && !s->options.limit && points_only;
+  if (b->levels == 0) { /* the cage itself stays: nothing has been put into the surface's arena yet */
+    tw_arena *cage = b->arena;
+    b->arena = s->arena;
+    s->arena = cage;
+  }
   return TW_OK;
 }
 

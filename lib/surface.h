@@ -78,8 +78,9 @@ struct tw_surface {
 
   tw_numbering points, uv_points, vertices; /* vertices may share the arrays of points */
 
-  /* Level 0: the visible cage faces in the order of the groups, as runs of base corners (quad c of the
-   * base stands for corner c of the cage). */
+  /* Level 0: the visible cage faces in the order of the groups. Base corner cage_step x c stands for corner
+   * c of the cage. */
+  uint32_t cage_step;
   uint32_t face_count;
   uint32_t *face_first;                                /* [face_count] first cage corner */
   uint64_t *corners_before;                            /* [face_count + 1] */

@@ -406,14 +406,14 @@ static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t f
   return 4 * count;
 }
 
-/* At level 0 base corner 4c is corner c of the cage. */
 static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *sizes, uint32_t *out) {
   size_t written = 0;
   for (uint64_t f = first; f < first + count; f++) {
     uint32_t size = (uint32_t)(s->corners_before[f + 1] - s->corners_before[f]);
     if (sizes) sizes[f - first] = size;
-    for (uint32_t i = 0; i < size; i++) out[written++] = tw_row_of_corner(n, 4 * (s->face_first[f] + i));
+    for (uint32_t i = 0; i < size; i++)
+      out[written++] = tw_row_of_corner(n, s->cage_step * (s->face_first[f] + i));
   }
   return written;
 }

@@ -143,7 +143,8 @@ struct Cell {
 
 // The orders in which tw_surface_read_faces may give faces: patch by patch and in rows within, or, where
 // a surface is refined in the generic way to its end, the four children of each face after one another.
-enum class Order { Patches, Generic };
+// Patches are the quads of the cage when it has no other faces, else those of the first level.
+enum class Order { CagePatches, Patches, Generic };
 
 // OpenSubdiv's faces in such an order.
 class CellWalk {
@@ -153,11 +154,15 @@ public:
     for (int f = 0; f < cage.GetNumFaces(); f++) {
       int size = cage.GetFaceVertices(f).size();
       auto children = cage.GetFaceChildFaces(f);
+      if (order == Order::CagePatches && size == 4) {
+        walk_quad(0, f, 0);
+        continue;
+      }
       if (size == 3 && refiner.GetSchemeType() == Sdc::SCHEME_LOOP) continue;
       for (int corner = 0; corner < size; corner++) {
         int turn = size == 4 ? corner : 0;
         if (order == Order::Patches)
-          walk_quad(children[corner], turn);
+          walk_quad(1, children[corner], turn);
         else
           walk_children(1, children[corner], turn);
       }
@@ -175,10 +180,10 @@ private:
     for (int k = 0; k < 4; k++) walk_children(level + 1, children[(turn + k) % 4], (turn + k) % 4);
   }
 
-  void walk_quad(int face, int turn) {
-    int side = 1 << (level_ - 1);
+  void walk_quad(int level, int face, int turn) {
+    int side = 1 << (level_ - level);
     std::vector<Cell> grid(static_cast<size_t>(side * side));
-    place(1, face, turn, side, 0, 0, side, grid);
+    place(level, face, turn, side, 0, 0, side, grid);
     for (const Cell &cell : grid)
       if (!refiner_.GetLevel(level_).IsFaceHole(cell.face)) cells.push_back(cell);
   }
@@ -220,8 +225,11 @@ public:
     tw_surface *surface = nullptr;
     if (tw_surface_create(&view.mesh, &options_.tw, &surface, &error) != TW_OK) return error.detail;
     tw_surface_reader *reader = tw_surface_reader_create(surface);
-    std::string result = compare(surface, reader, Order::Patches);
-    if (result == "connectivity differs") result = compare(surface, reader, Order::Generic);
+    std::string result;
+    for (Order order : {Order::CagePatches, Order::Patches, Order::Generic}) {
+      result = compare(surface, reader, order);
+      if (result != "connectivity differs") break;
+    }
     tw_surface_reader_destroy(reader);
     tw_surface_destroy(surface);
     return result;
