@@ -117,11 +117,12 @@ tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topol
 
 /* ---- values --------------------------------------------------------------------------------- */
 
-static void add_scaled(float *out, const float *in, float weight, uint32_t width) {
+static inline void add_scaled(float *restrict out, const float *restrict in, float weight, uint32_t width) {
   for (uint32_t i = 0; i < width; i++) out[i] += weight * in[i];
 }
 
-static void refine_faces(const tw_topology *p, uint32_t width, const float *in, float *face_points) {
+static inline void refine_faces(const tw_topology *p, uint32_t width, const float *restrict in,
+                                float *restrict face_points) {
   for (uint32_t f = 0; f < p->face_count; f++) {
     uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
     float *point = face_points + (size_t)f * width;
@@ -140,8 +141,9 @@ static float smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t 
   return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
 }
 
-static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
-                         const float *face_points, float *edge_points) {
+static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width,
+                                const float *restrict in, const float *restrict face_points,
+                                float *restrict edge_points) {
   for (uint32_t e = 0; e < p->edge_count; e++) {
     float crease = tw_crease_share(p, rules, e);
     float *point = edge_points + (size_t)e * width;
@@ -169,8 +171,9 @@ static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t w
 
 /* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n
  * with the edge midpoints written out. */
-static void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width, const float *in,
-                       const float *face_points, float *point) {
+static inline void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width,
+                              const float *restrict in, const float *restrict face_points,
+                              float *restrict point) {
   uint32_t first = p->fan_offsets[vertex], end = p->fan_offsets[vertex + 1];
   float n = (float)(end - first);
   float weight = share / (n * n);
@@ -183,8 +186,9 @@ static void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint3
   add_scaled(point, in + (size_t)vertex * width, share * (n - 2) / n, width);
 }
 
-static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
-                            const float *face_points, float *out) {
+static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
+                                   const float *restrict in, const float *restrict face_points,
+                                   float *restrict out) {
   for (uint32_t v = 0; v < p->vertex_count; v++) {
     float *point = out + (size_t)v * width;
     const float *own = in + (size_t)v * width;
@@ -206,11 +210,19 @@ static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_
   }
 }
 
+static inline void refine_rows(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
+                               float *out) {
+  float *edge_points = out + (size_t)p->vertex_count * width;
+  float *face_points = edge_points + (size_t)p->edge_count * width;
+  refine_faces(p, width, in, face_points);
+  refine_edges(p, rules, width, in, face_points, edge_points);
+  refine_vertices(p, rules, width, in, face_points, out);
+}
+
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
                       float *out) {
-  float *edge_points = out + (size_t)parent->vertex_count * width;
-  float *face_points = edge_points + (size_t)parent->edge_count * width;
-  refine_faces(parent, width, in, face_points);
-  refine_edges(parent, rules, width, in, face_points, edge_points);
-  refine_vertices(parent, rules, width, in, face_points, out);
+  if (width == 3) /* points; a known width lets the compiler unroll */
+    refine_rows(parent, rules, 3, in, out);
+  else
+    refine_rows(parent, rules, width, in, out);
 }
