@@ -19,9 +19,9 @@ struct Container {
 // Finds the chunks. Throws Refusal on lying lengths.
 Container open_container(const uint8_t *bytes, size_t size);
 
-// Checks that the JSON text is well-formed, of bounded depth, number of values and cost in memory,
-// that every buffer is inside the file, every buffer view inside its buffer and every image's view
-// exists. Throws Refusal.
+// Checks that the JSON text is well-formed, of bounded depth, number of values and cost in memory, that
+// no unknown extension is required, that every buffer is inside the file, every buffer view inside its buffer
+// and every image's view exists. Throws Refusal.
 void check_json(const Container &container, const tw_read_limits &limits);
 
 } // namespace gltf

@@ -18,22 +18,6 @@ namespace {
 constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 8;
 constexpr uint64_t values_free = 4u << 20, values_per_byte = 4;
 
-// Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
-bool is_supported(const std::string &extension) {
-  static const char *const names[] = {"KHR_mesh_quantization", "FB_ngon_encoding",   "KHR_texture_transform",
-                                      "KHR_texture_basisu",    "EXT_texture_webp",   "EXT_texture_avif",
-                                      "MSFT_texture_dds",      "KHR_lights_punctual"};
-  if (extension.compare(0, 14, "KHR_materials_") == 0) return extension != "KHR_materials_variants";
-  return std::find(std::begin(names), std::end(names), extension) != std::end(names);
-}
-
-void check_required(const tinygltf::Model &source) {
-  for (size_t i = 0; i < source.extensionsRequired.size(); i++)
-    if (!is_supported(source.extensionsRequired[i]))
-      refuse(TW_UNSUPPORTED, text("/extensionsRequired/", i), "the document requires the extension ",
-             source.extensionsRequired[i], ", which is not supported");
-}
-
 void check_version(const tinygltf::Asset &asset) {
   if (asset.version.compare(0, 2, "2.") != 0)
     refuse(TW_UNSUPPORTED, "/asset/version", "glTF version ", asset.version, ": only version 2 can be read");
@@ -72,7 +56,6 @@ void read(const uint8_t *bytes, size_t size, const tw_read_limits &limits, Docum
   check_json(container, limits);
   parse(container, bytes, size, &document.source);
   check_version(document.source.asset);
-  check_required(document.source);
   document.corners_left = std::min(corners_free + corners_per_byte * size, corners_max);
   document.values_left = values_free + values_per_byte * size;
   document.model->format = container.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
@@ -84,9 +67,17 @@ void read(const uint8_t *bytes, size_t size, const tw_read_limits &limits, Docum
   read_clips(document, accessors);
 }
 
+// A text from the document may not be fit to be shown.
+std::string printable(std::string text) {
+  if (!tw_utf8_is_name(text.data(), text.size()))
+    for (char &c : text)
+      if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
+  return text;
+}
+
 tw_status report(const Refusal &refusal, tw_error *error) {
-  tw_fail(error, refusal.status, "%s", refusal.detail.c_str());
-  if (!refusal.pointer.empty()) tw_error_at(error, "%s", refusal.pointer.c_str());
+  tw_fail(error, refusal.status, "%s", printable(refusal.detail).c_str());
+  if (!refusal.pointer.empty()) tw_error_at(error, "%s", printable(refusal.pointer).c_str());
   return refusal.status;
 }
 

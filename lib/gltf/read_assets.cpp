@@ -28,7 +28,7 @@ void check_texture_values(const tinygltf::Value &value, size_t textures, const s
   for (const std::string &key : value.Keys()) {
     const tinygltf::Value &member = value.Get(key);
     if (!member.IsObject()) continue;
-    std::string place = text(pointer, "/", key);
+    std::string place = text(pointer, "/", pointer_part(key));
     bool reference = key.size() >= 7 && key.compare(key.size() - 7, 7, "Texture") == 0 && member.Has("index");
     if (reference) check_index(index_value(member.Get("index")), textures, place + "/index");
     check_texture_values(member, textures, place);
@@ -44,7 +44,8 @@ void check_material(const tinygltf::Material &material, size_t textures, const s
   check_index(material.occlusionTexture.index, textures, pointer + "/occlusionTexture/index");
   check_index(material.emissiveTexture.index, textures, pointer + "/emissiveTexture/index");
   for (const auto &extension : material.extensions)
-    check_texture_values(extension.second, textures, pointer + "/extensions/" + extension.first);
+    check_texture_values(extension.second, textures,
+                         text(pointer, "/extensions/", pointer_part(extension.first)));
 }
 
 void check_texture(const tinygltf::Texture &texture, const tinygltf::Model &source,
@@ -54,7 +55,7 @@ void check_texture(const tinygltf::Texture &texture, const tinygltf::Model &sour
   for (const auto &extension : texture.extensions)
     if (extension.second.IsObject() && extension.second.Has("source"))
       check_index(index_value(extension.second.Get("source")), source.images.size(),
-                  text(pointer, "/extensions/", extension.first, "/source"));
+                  text(pointer, "/extensions/", pointer_part(extension.first), "/source"));
 }
 
 // By the first bytes, for an image that does not say.

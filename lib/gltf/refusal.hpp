@@ -23,6 +23,13 @@ template <typename... Parts> std::string text(const Parts &...parts) {
   return out.str();
 }
 
+// A member's name as a part of a pointer (RFC 6901).
+inline std::string pointer_part(const std::string &name) {
+  std::string part;
+  for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return part;
+}
+
 template <typename... Parts>
 [[noreturn]] void refuse(tw_status status, std::string pointer, const Parts &...parts) {
   throw Refusal{status, std::move(pointer), text(parts...)};

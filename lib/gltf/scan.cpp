@@ -1,26 +1,18 @@
-// One pass over the JSON text of a glTF file (RFC 8259), before it is parsed for real. Remembers only
-// what the checks need: buffers, buffer views, images.
+// One pass over the JSON text of a glTF file before it is parsed for real. Remembers only what the checks
+// need: required extensions, buffers, buffer views, and who names a view.
 #include "gltf/container.hpp"
+#include "gltf/json_scan.hpp"
 
-#include <cstring>
-#include <string_view>
+#include <algorithm>
 #include <vector>
 
 #include <tiny_gltf.h>
-
-#include "gltf/refusal.hpp"
 
 namespace gltf {
 
 namespace {
 
-constexpr int depth_max = 64;
 constexpr uint64_t integer_max = uint64_t{1} << 53;
-
-// What the parsed document may cost in memory: much more than any exporter's text needs, much less
-// than text made to be dear.
-constexpr uint64_t cost_free = 32u << 20, cost_per_byte = 64, cost_max = uint64_t{1} << 30;
-constexpr uint64_t value_cost = 256; // a node of the JSON tree and its copy
 
 struct BufferOutline {
   uint64_t byte_length = 0;
@@ -32,21 +24,27 @@ struct ViewOutline {
   uint64_t buffer = 0, offset = 0, length = 0;
 };
 
+// Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
+bool is_supported(std::string_view extension) {
+  static constexpr std::string_view names[] = {
+      "KHR_mesh_quantization", "FB_ngon_encoding", "KHR_texture_transform", "KHR_texture_basisu",
+      "EXT_texture_webp",      "EXT_texture_avif", "MSFT_texture_dds",      "KHR_lights_punctual"};
+  if (extension.substr(0, 14) == "KHR_materials_") return extension != "KHR_materials_variants";
+  return std::find(std::begin(names), std::end(names), extension) != std::end(names);
+}
+
 constexpr uint64_t no_view = UINT64_MAX;
 
 struct IndicesOutline {
   uint64_t mesh, primitive, accessor;
 };
 
-class Scanner {
+class Scanner : JsonScan {
 public:
   Scanner(const Container &container, const tw_read_limits &limits)
-      : container_(container), limits_(limits), at_(container.json),
-        end_(container.json + container.json_size) {}
+      : JsonScan(container.json, container.json_size, limits.json_values), container_(container) {}
 
   void run() {
-    // A byte order mark is passed over by the parser too.
-    if (end_ - at_ >= 3 && std::memcmp(at_, "\xEF\xBB\xBF", 3) == 0) at_ += 3;
     blanks();
     if (at_ == end_ || *at_ != '{') malformed("a glTF document is a JSON object");
     root();
@@ -57,137 +55,13 @@ public:
 
 private:
   const Container &container_;
-  const tw_read_limits &limits_;
-  const char *at_, *end_;
-  int depth_ = 0;
-  uint64_t values_ = 0, cost_ = 0;
   std::vector<BufferOutline> buffers_;
   std::vector<ViewOutline> views_;
   std::vector<uint64_t> accessor_views_; // no_view for one without
   std::vector<IndicesOutline> indices_;
   std::vector<uint64_t> image_views_; // image index << 32 | view, of the images that have one
-  uint64_t images_ = 0;
-
-  // ---- the grammar ---------------------------------------------------------------------------
-
-  [[noreturn]] void malformed(const char *what) {
-    refuse(TW_SYNTAX, "", what, ", at byte ", at_ - container_.json, " of the JSON text");
-  }
-
-  void blanks() {
-    while (at_ < end_ && (*at_ == ' ' || *at_ == '\n' || *at_ == '\r' || *at_ == '\t')) at_++;
-  }
-
-  char peek() {
-    blanks();
-    if (at_ == end_) malformed("the JSON text ends too early");
-    return *at_;
-  }
-
-  void expect(char c) {
-    if (peek() != c) malformed("the JSON text is malformed");
-    at_++;
-  }
-
-  void spend(uint64_t cost) {
-    cost_ += cost;
-    if (cost_ > cost_max || cost_ > cost_free + cost_per_byte * container_.json_size)
-      refuse(TW_LIMIT, "", "the JSON text would take too much memory to parse");
-  }
-
-  void count_value() {
-    values_++;
-    if (limits_.json_values != 0 && values_ > limits_.json_values)
-      refuse(TW_LIMIT, "", "the JSON text has more than ", limits_.json_values, " values");
-    spend(value_cost);
-  }
-
-  void open(char c) {
-    if (++depth_ > depth_max) refuse(TW_SYNTAX, "", "the JSON text is nested more than ", depth_max, " deep");
-    count_value();
-    expect(c);
-  }
-
-  // After an element: whether another one follows.
-  bool more(char closing) {
-    char c = peek();
-    if (c != ',' && c != closing) malformed("the JSON text is malformed");
-    at_++;
-    return c == ',';
-  }
-
-  // The text between the quotes, as it is written.
-  std::string_view string() {
-    expect('"');
-    const char *start = at_;
-    while (at_ < end_ && *at_ != '"') {
-      if (static_cast<unsigned char>(*at_) < 0x20) malformed("a string has a control character");
-      if (*at_ == '\\' && ++at_ == end_) break;
-      at_++;
-    }
-    if (at_ == end_) malformed("a string does not end");
-    return {start, static_cast<size_t>(at_++ - start)};
-  }
-
-  void word(const char *expected) {
-    size_t length = std::strlen(expected);
-    if (static_cast<size_t>(end_ - at_) < length || std::memcmp(at_, expected, length) != 0)
-      malformed("the JSON text is malformed");
-    at_ += length;
-  }
-
-  void number() {
-    const char *start = at_;
-    while (at_ < end_ && std::strchr("+-.eE0123456789", *at_) && *at_) at_++;
-    if (at_ == start) malformed("the JSON text is malformed"); // its grammar is the parser's to check
-  }
-
-  // Calls member(key) behind the colon of each member; it must take the value.
-  template <typename Member> void object(Member member) {
-    open('{');
-    if (peek() == '}') {
-      at_++;
-    } else {
-      do {
-        peek();
-        std::string_view key = string();
-        spend(key.size());
-        expect(':');
-        member(key);
-      } while (more('}'));
-    }
-    depth_--;
-  }
-
-  template <typename Element> uint64_t array(Element element) {
-    uint64_t count = 0;
-    open('[');
-    if (peek() == ']') {
-      at_++;
-    } else {
-      do {
-        element(count++);
-      } while (more(']'));
-    }
-    depth_--;
-    return count;
-  }
-
-  void skip() {
-    switch (peek()) {
-    case '{': object([this](std::string_view) { skip(); }); return;
-    case '[': array([this](uint64_t) { skip(); }); return;
-    default: break;
-    }
-    count_value();
-    switch (*at_) {
-    case '"': string(); break;
-    case 't': word("true"); break;
-    case 'f': word("false"); break;
-    case 'n': word("null"); break;
-    default: number(); break;
-    }
-  }
+  std::string_view unsupported_;      // the first required extension that is
+  uint64_t unsupported_index_ = 0;
 
   // ---- the parts that are looked at ------------------------------------------------------------
 
@@ -247,7 +121,9 @@ private:
     Once once({"", 0});
     object([&](std::string_view key) {
       once.check(key);
-      if (once.is(key, "buffers"))
+      if (once.is(key, "extensionsRequired"))
+        elements("/extensionsRequired", sizeof(std::string), [this](uint64_t i) { required_extension(i); });
+      else if (once.is(key, "buffers"))
         elements("/buffers", sizeof(tinygltf::Buffer), [this](uint64_t i) { buffer(i); });
       else if (once.is(key, "bufferViews"))
         elements("/bufferViews", sizeof(tinygltf::BufferView), [this](uint64_t i) { view(i); });
@@ -272,7 +148,7 @@ private:
   }
 
   // The array of one of the root's members: each element costs a struct of the parsed document.
-  template <typename Element> void elements(const char *pointer, size_t size, Element element) {
+  template <typename Element> void elements(const std::string &pointer, size_t size, Element element) {
     if (peek() != '[') refuse(TW_INVALID, pointer, "this must be an array");
     array([&](uint64_t i) {
       spend(size + size / 2);
@@ -343,13 +219,24 @@ private:
 
   void image(uint64_t i) {
     Place place = {"images", i};
-    images_ = i + 1;
     element_object(place, [&](std::string_view key, Once &once) {
       if (!once.is(key, "bufferView")) return skip();
       uint64_t index = integer(place, "bufferView");
       if (index > UINT32_MAX || i > UINT32_MAX) refuse_integer(place, "bufferView");
       image_views_.push_back(i << 32 | index);
     });
+  }
+
+  // First of all, so that a file is refused for the extension and not for what it does to the rest.
+  void required_extension(uint64_t i) {
+    if (peek() != '"')
+      refuse(TW_INVALID, text("/extensionsRequired/", i), "an extension is named by a string");
+    count_value();
+    std::string_view name = string();
+    if (unsupported_.empty() && !is_supported(name)) {
+      unsupported_ = name;
+      unsupported_index_ = i;
+    }
   }
 
   void accessor(uint64_t i) {
@@ -367,8 +254,9 @@ private:
   void mesh(uint64_t i) {
     Place place = {"meshes", i};
     element_object(place, [&](std::string_view key, Once &once) {
-      if (once.is(key, "primitives") && peek() == '[')
-        elements("", sizeof(tinygltf::Primitive), [this, i](uint64_t k) { primitive(i, k); });
+      if (once.is(key, "primitives"))
+        elements(place.pointer("primitives"), sizeof(tinygltf::Primitive),
+                 [this, i](uint64_t k) { primitive(i, k); });
       else
         skip();
     });
@@ -410,6 +298,9 @@ private:
   // ---- what they must agree on -----------------------------------------------------------------
 
   void check_outline() const {
+    if (!unsupported_.empty())
+      refuse(TW_UNSUPPORTED, text("/extensionsRequired/", unsupported_index_),
+             "the document requires the extension ", unsupported_, ", which is not supported");
     for (size_t i = 0; i < buffers_.size(); i++) check_buffer(i);
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
     for (size_t i = 0; i < accessor_views_.size(); i++)

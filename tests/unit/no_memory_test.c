@@ -1,0 +1,105 @@
+/* Every allocation of the readers fails once: each time the answer is TW_NO_MEMORY or, where a part may
+ * be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc, calloc and realloc
+ * wrapped; what C++ allocates inside its library is not reached. */
+#include "glb.h"
+
+/* The linker's --wrap gives these names.
+ * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *memory, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *memory, size_t size);
+
+static size_t left = SIZE_MAX; /* allocations until one fails */
+
+static bool fails(void) {
+  return left != SIZE_MAX && left-- == 0;
+}
+
+void *__wrap_malloc(size_t size) {
+  return fails() ? NULL : __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size) {
+  return fails() ? NULL : __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *memory, size_t size) {
+  return fails() ? NULL : __real_realloc(memory, size);
+}
+
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+
+typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
+
+static tw_status read_gltf(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error) {
+  return tw_gltf_read(bytes, size, TW_QUADS_AUTO, NULL, model, error);
+}
+
+/* Fails the first allocation, then the second, until reading passes through without one failing. */
+static void fail_each(read_fn *read, const uint8_t *bytes, size_t size) {
+  size_t failures = 0;
+  for (size_t n = 0;; n++) {
+    tw_model *model = NULL;
+    tw_error error = {0};
+    left = n;
+    tw_status status = read(bytes, size, &model, &error);
+    bool failed = left == SIZE_MAX;
+    left = SIZE_MAX;
+    if (status == TW_OK) {
+      tw_model_destroy(model);
+    } else {
+      assert_int_equal(status, TW_NO_MEMORY);
+      assert_null(model);
+      failures++;
+    }
+    if (!failed) break;
+  }
+  assert_true(failures > 10);
+}
+
+static void obj_reading_survives_every_failure(void **state) {
+  (void)state;
+  static const char text[] = "o a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nusemtl red\n"
+                             "f 1/1 2/1 3/1 4/1\nl 1 2\no b\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n";
+  static const char tagged[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 1 2\n"
+                               "t corner 1/1/0 0 1\nt hole 1/0/0 0\n";
+  fail_each(tw_obj_read, (const uint8_t *)text, sizeof text - 1);
+  fail_each(tw_obj_read, (const uint8_t *)tagged, sizeof tagged - 1);
+}
+
+static void gltf_reading_survives_every_failure(void **state) {
+  (void)state;
+  struct {
+    float positions[6][3], uvs[6][2], times[2], quaternions[2][4];
+  } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}},
+           {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}},
+           {0, 1},
+           {{0, 0, 0, 1}, {1, 0, 0, 0}}};
+  assert_int_equal(sizeof bin, 160);
+  glb file = glb_build(
+      "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"byteLength\":160}],\"bufferViews\":[{\"buffer\":0,"
+      "\"byteLength\":160}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":"
+      "\"VEC3\"},"
+      "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":6,\"type\":\"VEC2\"},"
+      "{\"bufferView\":0,\"byteOffset\":120,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"},"
+      "{\"bufferView\":0,\"byteOffset\":128,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"}],"
+      "\"materials\":[{}],\"meshes\":[{\"name\":\"m\",\"primitives\":[{\"attributes\":{\"POSITION\":0,"
+      "\"TEXCOORD_0\":1},\"material\":0}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}],\"skins\":[{\"joints\":["
+      "0]}],"
+      "\"animations\":[{\"samplers\":[{\"input\":2,\"output\":3}],\"channels\":[{\"sampler\":0,\"target\":"
+      "{\"node\":0,\"path\":\"rotation\"}}]}]}",
+      &bin, sizeof bin);
+  fail_each(read_gltf, file.bytes, file.size);
+  free(file.bytes);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(obj_reading_survives_every_failure),
+      cmocka_unit_test(gltf_reading_survives_every_failure),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
