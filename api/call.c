@@ -43,6 +43,14 @@ api_outcome api_reply(api_call *call, api_text *text) {
   return API_DONE;
 }
 
+void api_hex(const uint8_t *bytes, size_t count, char *out) {
+  static const char digits[] = "0123456789abcdef";
+  for (size_t i = 0; i < count; i++) {
+    *out++ = digits[bytes[i] >> 4];
+    *out++ = digits[bytes[i] & 15];
+  }
+}
+
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
   struct sha256_ctx hash;
   uint8_t digest[8];
@@ -52,12 +60,16 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
   /* Another version may print or compute the same answer in other bytes. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
   sha256_digest(&hash, sizeof digest, digest);
-  char tag[64];
-  int length = snprintf(tag, sizeof tag, "\"%s-", id);
-  for (size_t i = 0; i < sizeof digest; i++)
-    length += snprintf(tag + length, sizeof tag - (size_t)length, "%02x", digest[i]);
+  char tag[2 + API_ID_TEXT + 2 * sizeof digest];
+  size_t length = strlen(id);
+  tag[0] = '"';
+  memcpy(tag + 1, id, length);
+  length++;
+  tag[length++] = '-';
+  api_hex(digest, sizeof digest, tag + length);
+  length += 2 * sizeof digest;
   tag[length++] = '"';
-  return tw_arena_text(call->arena, tag, (size_t)length);
+  return tw_arena_text(call->arena, tag, length);
 }
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {

@@ -55,6 +55,9 @@ api_outcome api_validate(api_call *call, const char *representation, const char 
  * 206 and the headers, and *range; API_LATER to go on, API_FAILED for 416. */
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);
 
+/* Lower-case hex: out [2 count], not terminated. */
+void api_hex(const uint8_t *bytes, size_t count, char *out);
+
 /* The tag itself, quoted; NULL without memory. */
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);
 

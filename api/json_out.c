@@ -104,8 +104,13 @@ void api_text_string(api_text *text, const char *value) {
 }
 
 void api_text_count(api_text *text, uint64_t value) {
-  char digits[24];
-  api_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRIu64, value));
+  char digits[20];
+  size_t start = sizeof digits;
+  do {
+    digits[--start] = (char)('0' + value % 10);
+    value /= 10;
+  } while (value > 0);
+  api_text_bytes(text, digits + start, sizeof digits - start);
 }
 
 void api_text_integer(api_text *text, int64_t value) {

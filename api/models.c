@@ -18,7 +18,8 @@ void api_model_id(api_bytes bytes, char out[API_ID_TEXT]) {
   sha256_init(&hash);
   sha256_update(&hash, bytes.size, bytes.data);
   sha256_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(out + 2 * i, 3, "%02x", digest[i]);
+  api_hex(digest, sizeof digest, out);
+  out[API_ID_TEXT - 1] = '\0';
 }
 
 bool api_is_model_id(const char *text, size_t length) {
@@ -152,11 +153,9 @@ static void remember(api_service *service, const char *id, tw_model *model) {
   tw_model_destroy(model); /* when it was known already */
 }
 
-/* Parses and stores. On success the model is the caller's. */
-static bool store_model(api_service *service, api_bytes bytes, tw_format format, const char *id,
-                        tw_model **out, bool *existed, api_fault *fault) {
-  tw_model *model = NULL;
-  if (!api_model_read(bytes, format, TW_QUADS_NGON, &model, fault)) return false;
+/* Stores the bytes of a model. */
+static bool store_model(api_service *service, api_bytes bytes, const char *id, const tw_model *model,
+                        bool *existed, api_fault *fault) {
   api_text summary = {0};
   print_summary(model, &summary);
   bool is_stored = false;
@@ -167,27 +166,35 @@ static bool store_model(api_service *service, api_bytes bytes, tw_format format,
   else
     is_stored = true;
   api_text_deinit(&summary);
-  if (is_stored)
-    *out = model;
-  else
-    tw_model_destroy(model);
   return is_stored;
 }
 
 static const char description[] = "description.json";
 
-static api_outcome answer_stored(api_call *call, const char *id, uint64_t size, const tw_model *model,
-                                 bool existed) {
+/* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails. */
+static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_model *model) {
+  char id[API_ID_TEXT];
   api_text text = {0};
-  bool is_described = api_describe(model, id, size, &text, &call->fault);
-  const char *etag = is_described ? api_etag(call, id, description, "") : NULL;
-  if (!etag) {
+  bool existed = false;
+  api_model_id(bytes, id);
+  const char *etag = api_etag(call, id, description, "");
+  char path[64];
+  int length = snprintf(path, sizeof path, "/v1/models/%s", id);
+  const char *location = tw_arena_text(call->arena, path, (size_t)length);
+  if (!etag || !location) return api_fail_without_memory(call);
+  bool is_ready = api_describe(model, id, bytes.size, &text, &call->fault);
+  if (is_ready && text.failed) {
+    api_fault_without_memory(&call->fault);
+    is_ready = false;
+  }
+  if (!is_ready || !store_model(call->service, bytes, id, model, &existed, &call->fault)) {
     api_text_deinit(&text);
-    return is_described ? api_fail_without_memory(call) : API_FAILED;
+    return API_FAILED;
   }
   api_answer_text(&call->answer, existed ? 200 : 201, call->offer->type, &text);
-  api_answer_headerf(&call->answer, "Location", "/v1/models/%s", id);
+  api_answer_header(&call->answer, "Location", location);
   api_answer_header(&call->answer, "ETag", etag);
+  memcpy(call->id, id, sizeof id);
   return API_DONE;
 }
 
@@ -198,18 +205,14 @@ api_outcome api_post_model(api_call *call) {
   if (outcome != API_DONE) return outcome;
   tw_format format;
   tw_model *model = NULL;
-  bool existed = false;
-  char id[API_ID_TEXT];
   outcome = api_upload_format(call, upload.bytes, &format);
-  if (outcome == API_DONE) {
-    api_model_id(upload.bytes, id);
-    if (!store_model(call->service, upload.bytes, format, id, &model, &existed, &call->fault))
-      outcome = API_FAILED;
-  }
-  if (outcome == API_DONE) {
-    outcome = answer_stored(call, id, upload.bytes.size, model, existed);
-    remember(call->service, id, model);
-  }
+  if (outcome == API_DONE && !api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault))
+    outcome = API_FAILED;
+  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, model);
+  if (outcome == API_DONE)
+    remember(call->service, call->id, model);
+  else
+    tw_model_destroy(model);
   api_upload_deinit(&upload);
   return outcome;
 }
@@ -221,10 +224,10 @@ int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
   tw_model *model = NULL;
   bool existed = false;
   api_fault fault = {0};
-  if (!store_model(service, given, tw_format_sniff(bytes, size), id, &model, &existed, &fault))
-    return fault.status;
+  bool is_stored = api_model_read(given, tw_format_sniff(bytes, size), TW_QUADS_NGON, &model, &fault) &&
+                   store_model(service, given, id, model, &existed, &fault);
   tw_model_destroy(model);
-  return existed ? 200 : 201;
+  return !is_stored ? fault.status : existed ? 200 : 201;
 }
 
 /* ---- listing ------------------------------------------------------------------------------------ */
@@ -247,24 +250,27 @@ static bool print_from_summary(const char *summary, api_text *text) {
   return is_whole;
 }
 
-/* One listed model; a summary that is lost is made again from the model itself. False when the model
- * is gone meanwhile or cannot be read: it is left out. */
+/* Name and format of a model whose summary is lost, from the model itself. */
+static bool print_from_model(api_call *call, const char *id, api_text *text) {
+  api_entry *entry;
+  if (api_model_take(call, id, TW_QUADS_NGON, &entry) != API_DONE) return false;
+  const tw_model *model = api_entry_value(entry);
+  api_text_member(text, "name");
+  api_text_string(text, api_model_name(model));
+  api_text_member(text, "format");
+  api_text_string(text, tw_format_names[model->format]);
+  api_entry_release(entry);
+  return true;
+}
+
+/* One listed model. One that is gone meanwhile, or that cannot be read, is left out; false when it is the
+ * store or memory that fails. */
 static bool print_listed(api_call *call, const api_listed *listed, api_text *text) {
   api_text item = {0};
   api_text_add(&item, "{");
   api_text_member(&item, "id");
   api_text_string(&item, listed->id);
-  bool is_printed = print_from_summary(listed->summary, &item);
-  api_entry *entry = NULL;
-  if (!is_printed && api_model_take(call, listed->id, TW_QUADS_NGON, &entry) == API_DONE) {
-    const tw_model *model = api_entry_value(entry);
-    api_text_member(&item, "name");
-    api_text_string(&item, api_model_name(model));
-    api_text_member(&item, "format");
-    api_text_string(&item, tw_format_names[model->format]);
-    api_entry_release(entry);
-    is_printed = true;
-  }
+  bool is_printed = print_from_summary(listed->summary, &item) || print_from_model(call, listed->id, &item);
   api_text_member(&item, "bytes");
   api_text_count(&item, listed->size);
   api_text_add(&item, "}");
@@ -274,14 +280,18 @@ static bool print_listed(api_call *call, const api_listed *listed, api_text *tex
   }
   text->failed |= item.failed;
   api_text_deinit(&item);
-  return is_printed;
+  return is_printed || call->fault.status != 503;
 }
 
 static api_outcome reply_list(api_call *call, const api_listed *listed, size_t count, bool more,
                               uint64_t limit) {
   api_text text = {0};
   api_text_add(&text, "{\"models\":[");
-  for (size_t i = 0; i < count; i++) print_listed(call, &listed[i], &text);
+  for (size_t i = 0; i < count; i++) {
+    if (print_listed(call, &listed[i], &text)) continue;
+    api_text_deinit(&text);
+    return API_FAILED;
+  }
   api_text_add(&text, "]");
   api_text_member(&text, "next");
   char next[96];
@@ -290,7 +300,6 @@ static api_outcome reply_list(api_call *call, const api_listed *listed, size_t c
   bool has_next = more && count > 0;
   api_text_string(&text, has_next ? next : NULL);
   api_text_add(&text, "}\n");
-  call->fault = (api_fault){0}; /* of models that were left out */
   api_answer_header(&call->answer, "Cache-Control", "no-cache");
   if (has_next) api_answer_headerf(&call->answer, "Link", "<%s>; rel=\"next\"", next);
   return api_reply(call, &text);

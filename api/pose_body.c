@@ -465,8 +465,10 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
 static bool allocate(api_pose_body *body, tw_arena *arena) {
   const api_pose_query *query = &body->query;
   uint32_t nodes = query->model->node_count;
-  size_t times = BLOCK_BYTES / sizeof(tw_trs) / (nodes ? nodes : 1);
-  body->block_times = times < 1 ? 1 : times > BLOCK_TIMES ? BLOCK_TIMES : (uint32_t)times;
+  uint64_t times = BLOCK_BYTES / sizeof(tw_trs) / (nodes ? nodes : 1);
+  if (times > BLOCK_TIMES) times = BLOCK_TIMES;
+  if (times > query->times.count) times = query->times.count;
+  body->block_times = times ? (uint32_t)times : 1;
   body->sampled = tw_arena_alloc(arena, body->block_times, sizeof *body->sampled);
   body->locals = tw_arena_alloc(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
   body->row = tw_arena_alloc(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);

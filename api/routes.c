@@ -113,23 +113,32 @@ const char *api_route_name(const char *path) {
   return "other";
 }
 
-/* Finds the route of method and path. allow: the methods that the path has ("" when it is none). */
-static void find_route(api_call *call, const char *method, char allow[64]) {
+/* Finds the route of method and path; false when the path has none of that method. */
+static bool find_route(api_call *call, const char *method) {
+  for (size_t i = 0; i < ROUTES; i++) {
+    if (strcmp(routes[i].method, method) != 0) continue;
+    if (!match_route(&routes[i], call->request->path, call->id, &call->offer)) continue;
+    call->route = &routes[i];
+    return true;
+  }
+  return false;
+}
+
+/* The methods that a path has, as Allow lists them; NULL when nothing is there, or without memory. */
+static const char *list_methods(const api_call *call) {
+  char allow[64];
   size_t length = 0;
-  allow[0] = '\0';
   for (size_t i = 0; i < ROUTES; i++) {
     char id[API_ID_TEXT];
     const api_offer *offer;
     if (!match_route(&routes[i], call->request->path, id, &offer)) continue;
     bool is_get = strcmp(routes[i].method, "GET") == 0;
-    length +=
-        (size_t)snprintf(allow + length, 64 - length, "%s%s", routes[i].method, is_get ? ", HEAD, " : ", ");
-    if (strcmp(routes[i].method, method) != 0) continue;
-    call->route = &routes[i];
-    call->offer = offer;
-    memcpy(call->id, id, sizeof id);
+    length += (size_t)snprintf(allow + length, sizeof allow - length, "%s%s", routes[i].method,
+                               is_get ? ", HEAD, " : ", ");
   }
-  if (length > 0) snprintf(allow + length, 64 - length, "OPTIONS");
+  if (length == 0) return NULL;
+  length += (size_t)snprintf(allow + length, sizeof allow - length, "OPTIONS");
+  return tw_arena_text(call->arena, allow, length);
 }
 
 /* ---- the stages before the body -------------------------------------------------------------- */
@@ -176,24 +185,25 @@ static api_outcome check_type(api_call *call) {
   return api_fail_with(call, 415, "Content-Type is none of: %s", call->fault.supported);
 }
 
-/* All that method, path and headers decide. API_LATER: let the body come. */
-static api_outcome admit(api_call *call) {
-  const char *method = call->request->method;
-  char allow[64];
-  call->is_head = strcmp(method, "HEAD") == 0;
-  find_route(call, call->is_head ? "GET" : method, allow);
-  if (strcmp(method, "OPTIONS") == 0 && (allow[0] || strcmp(call->request->path, "*") == 0)) {
-    const char *methods =
-        allow[0] ? tw_arena_text(call->arena, allow, strlen(allow)) : "GET, HEAD, POST, DELETE, OPTIONS";
-    if (!methods) return api_fail_without_memory(call);
+/* OPTIONS, or a method that the path does not have. */
+static api_outcome answer_methods(api_call *call) {
+  const char *methods = list_methods(call);
+  bool is_options = strcmp(call->request->method, "OPTIONS") == 0;
+  if (!methods && is_options && strcmp(call->request->path, "*") == 0)
+    methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* of the server as a whole */
+  if (!methods) return api_fail_with(call, 404, "nothing is at this path");
+  if (is_options) {
     api_cors_options(call, methods);
     return API_DONE;
   }
-  if (!allow[0]) return api_fail_with(call, 404, "nothing is at this path");
-  if (!call->route) {
-    call->fault.allow = tw_arena_text(call->arena, allow, strlen(allow));
-    return api_fail_with(call, 405, "this path answers %s", allow);
-  }
+  call->fault.allow = methods;
+  return api_fail_with(call, 405, "this path answers %s", methods);
+}
+
+/* All that method, path and headers decide. API_LATER: let the body come. */
+static api_outcome admit(api_call *call) {
+  call->is_head = strcmp(call->request->method, "HEAD") == 0;
+  if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
   if (!call->route->is_open && !api_access_allowed(call)) return API_FAILED;
   if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
                      &call->fault.error) != TW_OK)

@@ -24,6 +24,18 @@ typedef struct memory_store {
   bool fails, forgets;
 } memory_store;
 
+_Thread_local bool loopback_is_storing;
+
+static void enter(memory_store *store) {
+  pthread_mutex_lock(&store->lock);
+  loopback_is_storing = true;
+}
+
+static void leave(memory_store *store) {
+  loopback_is_storing = false;
+  pthread_mutex_unlock(&store->lock);
+}
+
 /* The object with this id, or the place where it would stand. */
 static size_t find_object(const memory_store *store, const char *id, bool *found) {
   size_t i = 0;
@@ -35,7 +47,7 @@ static size_t find_object(const memory_store *store, const char *id, bool *found
 static api_store_status store_put(void *context, const char *id, api_bytes bytes, const char *summary,
                                   bool *existed) {
   memory_store *store = context;
-  pthread_mutex_lock(&store->lock);
+  enter(store);
   bool fails = store->fails;
   size_t i = find_object(store, id, existed);
   if (!fails && !*existed) {
@@ -48,7 +60,7 @@ static api_store_status store_put(void *context, const char *id, api_bytes bytes
     memcpy(object->bytes, bytes.data, bytes.size);
     store->count++;
   }
-  pthread_mutex_unlock(&store->lock);
+  leave(store);
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 
@@ -58,7 +70,7 @@ static void release_blob(api_blob *blob) {
 
 static api_store_status store_get(void *context, const char *id, api_blob *out) {
   memory_store *store = context;
-  pthread_mutex_lock(&store->lock);
+  enter(store);
   store->gets++;
   bool found, fails = store->fails;
   size_t i = find_object(store, id, &found);
@@ -67,13 +79,13 @@ static api_store_status store_get(void *context, const char *id, api_blob *out) 
     memcpy(copy, store->objects[i].bytes, store->objects[i].size);
     *out = (api_blob){.bytes = {copy, store->objects[i].size}, .owner = copy, .release = release_blob};
   }
-  pthread_mutex_unlock(&store->lock);
+  leave(store);
   return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
 }
 
 static api_store_status store_remove(void *context, const char *id) {
   memory_store *store = context;
-  pthread_mutex_lock(&store->lock);
+  enter(store);
   bool found, fails = store->fails;
   size_t i = find_object(store, id, &found);
   if (found && !fails) {
@@ -82,14 +94,14 @@ static api_store_status store_remove(void *context, const char *id) {
     store->count--;
     memmove(store->objects + i, store->objects + i + 1, (store->count - i) * sizeof *store->objects);
   }
-  pthread_mutex_unlock(&store->lock);
+  leave(store);
   return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
 }
 
 static api_store_status store_list(void *context, const char *after, size_t limit, api_listed *out,
                                    size_t *count, bool *more) {
   memory_store *store = context;
-  pthread_mutex_lock(&store->lock);
+  enter(store);
   bool fails = store->fails;
   size_t i = 0, n = 0;
   while (i < store->count && strcmp(store->objects[i].id, after) <= 0) i++;
@@ -100,7 +112,7 @@ static api_store_status store_list(void *context, const char *after, size_t limi
   }
   *count = n;
   *more = i < store->count;
-  pthread_mutex_unlock(&store->lock);
+  leave(store);
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 

@@ -36,6 +36,9 @@ void loopback_stop(loopback *loop);
 int loopback_setup(void **state);
 int loopback_teardown(void **state);
 
+/* True while the store in memory does its own work, which no test makes fail. */
+extern _Thread_local bool loopback_is_storing;
+
 /* The store's mood. */
 void loopback_store_fail(loopback *loop, bool fails); /* API_STORE_UNAVAILABLE from now on */
 void loopback_store_forget_summaries(loopback *loop); /* NULL in lists from now on */

@@ -1,0 +1,138 @@
+/* Every allocation of a request fails once: the answer is then 503, nothing leaks, nothing is stored,
+ * and the next request is answered as ever. Linked with malloc, calloc and realloc wrapped. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void *__real_malloc(size_t size);
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__wrap_malloc(size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+
+/* Allocations until one fails; 0: none does. */
+static unsigned long countdown;
+static bool has_failed;
+
+static bool fails_now(void) {
+  if (loopback_is_storing || countdown == 0 || --countdown > 0) return false;
+  has_failed = true;
+  return true;
+}
+
+void *__wrap_malloc(size_t size) {
+  return fails_now() ? NULL : __real_malloc(size);
+}
+
+void *__wrap_calloc(size_t count, size_t size) {
+  return fails_now() ? NULL : __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size) {
+  return fails_now() ? NULL : __real_realloc(old, size);
+}
+
+static const char *no_header(void *context, const char *name) {
+  (void)context;
+  return strcmp(name, "Content-Length") == 0 ? "100" : NULL;
+}
+
+/* Asks with the n-th allocation failing; the body, as far as it comes, is read. Returns the status. */
+static int ask_failing(api_service *service, api_request *request, unsigned long n, bool *is_cut_off) {
+  api_answer answer = {0};
+  uint8_t piece[4096];
+  *is_cut_off = has_failed = false;
+  countdown = n;
+  if (api_open(service, request, &answer) == API_READ_BODY) api_handle(service, request, API_HEAVY, &answer);
+  int status = answer.status;
+  int64_t count = 0;
+  while (answer.body.read && (count = answer.body.read(answer.body.context, piece, sizeof piece)) > 0)
+    continue;
+  *is_cut_off = count < 0;
+  api_answer_deinit(&answer);
+  countdown = 0;
+  return status;
+}
+
+/* Fails each allocation of a request in turn, on a service of its own that knows what `prepare` told it. */
+static void fail_each(const char *method, const char *path, const char *query, const char *body,
+                      const char *stored) {
+  unsigned long n = 1;
+  for (; n < 5000; n++) {
+    api_settings settings = loopback_settings();
+    settings.limits.plan_cache = 0;
+    loopback *loop = loopback_start(&settings);
+    char id[API_ID_TEXT] = "", full[128];
+    if (stored) loopback_upload(loop, "application/json", stored, id);
+    snprintf(full, sizeof full, path, id);
+    api_request request = {
+        .method = method, .path = full, .query = query, .id = "request-1", .header = no_header};
+    if (body) request.body = (api_bytes){(const uint8_t *)body, strlen(body)};
+    size_t count = loopback_store_count(loop);
+    bool is_cut_off;
+    int status = ask_failing(loop->service, &request, n, &is_cut_off);
+    bool did_fail = has_failed;
+    if (did_fail && status != 503 && !is_cut_off && status / 100 != 2)
+      fail_msg("%s %s: allocation %lu gives %d", method, full, n, status);
+    if (status == 503) assert_int_equal(loopback_store_count(loop), count);
+    status = ask_failing(loop->service, &request, 0, &is_cut_off);
+    if (status / 100 != 2 || is_cut_off) fail_msg("%s %s: afterwards %d", method, full, status);
+    loopback_stop(loop);
+    if (!did_fail) break;
+  }
+  print_message("%s %s: %lu allocations failed\n", method, path, n - 1);
+  assert_true(n > 3 && n < 5000);
+}
+
+static const char model[] =
+    "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0]],\"faces\":[[0,1,2,3]],"
+    "\"uvs\":[[0,0],[1,0],[1,1],[0,1]],\"creases\":[{\"edge\":[0,1],\"sharpness\":2}],"
+    "\"corners\":[{\"vertex\":0,\"sharpness\":1}]}],\"nodes\":[{\"name\":\"n\",\"mesh\":\"m\"}],"
+    "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"n\",\"path\":\"rotation\",\"times\":[0,1],"
+    "\"interpolation\":\"euler\",\"eulers\":[[0,0,0],[0,1,0]]}]}]}";
+
+static void storing_survives(void **state) {
+  (void)state;
+  fail_each("POST", "/v1/models", "", model, NULL);
+}
+
+static void describing_survives(void **state) {
+  (void)state;
+  fail_each("GET", "/v1/models/%s", "", NULL, model);
+  fail_each("GET", "/v1/models", "", NULL, model);
+  fail_each("GET", "/v1/models/%s/tracks", "", NULL, model);
+}
+
+static void surfaces_survive(void **state) {
+  (void)state;
+  fail_each("GET", "/v1/models/%s/surface.json", "", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.obj", "at=1", NULL, model);
+  fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
+}
+
+static void poses_survive(void **state) {
+  (void)state;
+  fail_each("GET", "/v1/models/%s/pose.json", "at=0,1&as=euler", NULL, model);
+  fail_each("GET", "/v1/models/%s/pose.bin", "fps=10000&nodes=n", NULL, model);
+  fail_each("POST", "/v1/models/%s/pose.csv", "", "{\"times\":[0,1,2]}", model);
+}
+
+static void *cjson_malloc(size_t size) {
+  return __wrap_malloc(size);
+}
+
+int main(void) {
+  cJSON_Hooks hooks = {cjson_malloc, free};
+  cJSON_InitHooks(&hooks);
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(storing_survives),
+      cmocka_unit_test(describing_survives),
+      cmocka_unit_test(surfaces_survive),
+      cmocka_unit_test(poses_survive),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
