@@ -38,6 +38,16 @@ alone() { [ "$(grep -ac '^HTTP/1.1 ' answer)" = 1 ]; }
   holds '.version | test("^[0-9]+\\.[0-9]+\\.[0-9]+")'
 }
 
+@test "metrics count the requests by route" {
+  get "$cube"
+  get /metrics
+  expect 200
+  [[ $(header content-type) == text/plain* ]]
+  grep -qE '^tweend_[a-z_]+(\{.*\})? [0-9]' answer
+  grep -F '/v1/models/{id}' answer
+  if grep -F "$id" answer; then false; fi
+}
+
 @test "openapi.json describes every path that answers" {
   get /openapi.json
   expect 200

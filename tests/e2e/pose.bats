@@ -205,6 +205,26 @@ agrees() { holds "$near $1"; }
   problem 404
 }
 
+@test "one pose a line, rows of numbers, a table" {
+  get "$tank/pose.ndjson?clip=drive&at=0,1,2"
+  expect 200
+  jq -e -s 'map(select(has("t"))) | map(.t) == [0, 1, 2]' answer
+  get "$tank/pose.csv?clip=drive&at=0,1,2&nodes=hull"
+  expect 200
+  [[ $(header content-type) == text/csv* ]]
+  [ "$(wc -l <answer)" -ge 4 ]
+  get "$tank/pose.bin?clip=drive&at=0,1,2&nodes=hull"
+  expect 200
+  [ "$(header content-length)" = "$(stat -c %s answer)" ]
+}
+
+@test "tracks tell the Euler track's long way from the quaternions' short one" {
+  get "$tank/tracks?clip=drive"
+  expect 200
+  holds '.clip == "drive" and (.tracks | length) >= 8'
+  holds '.tracks | all(has("node") and has("path") and has("kind") and has("keys"))'
+}
+
 @test "pose answers can be cached for ever" {
   get "$tank/pose.json?clip=drive&at=1"
   [[ $(header cache-control) == *immutable* ]]
