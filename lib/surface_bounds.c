@@ -1,39 +1,133 @@
-/* Exact bounds by one pass over the points, which are not kept. */
+/* Exact bounds of the points of an answer, which are not kept.
+ *
+ * Every point of a patch is a convex combination of its control points. So once the patches that reach
+ * farthest have been looked at, most others cannot widen the bounds and are not evaluated: the pass costs
+ * as much as the cage, not as the answer, except where many patches touch the bounds (a flat side). */
+#include <math.h>
 #include <string.h>
 
 #include "surface.h"
 
 enum { BLOCK_ROWS = 2048 };
 
-static void widen(float bounds[2][3], const float *point, bool first) {
+typedef struct pass {
+  const tw_surface *s;
+  tw_surface_reader *reader;
+  float *block; /* [BLOCK_ROWS][width] */
+  tw_domain domain;
+  uint32_t width, offset;
+  bool started;
+  float bounds[2][3];
+} pass;
+
+static void widen(pass *p, const float *point) {
   for (int c = 0; c < 3; c++) {
-    if (first || point[c] < bounds[0][c]) bounds[0][c] = point[c];
-    if (first || point[c] > bounds[1][c]) bounds[1][c] = point[c];
+    if (!p->started || point[c] < p->bounds[0][c]) p->bounds[0][c] = point[c];
+    if (!p->started || point[c] > p->bounds[1][c]) p->bounds[1][c] = point[c];
+  }
+  p->started = true;
+}
+
+static void take_rows(pass *p, uint64_t first, uint64_t count) {
+  while (count > 0) {
+    size_t taken = count < BLOCK_ROWS ? (size_t)count : BLOCK_ROWS;
+    tw_surface_read_rows(p->reader, p->domain, first, taken, p->block);
+    for (size_t i = 0; i < taken; i++) widen(p, p->block + i * p->width + p->offset);
+    first += taken;
+    count -= taken;
+  }
+}
+
+/* All rows that a quad has a share in: as the answer holds them, so that bounds are exact. */
+static void take_quad(pass *p, uint32_t visible, uint32_t quad) {
+  const tw_surface *s = p->s;
+  const tw_numbering *n = &s->points;
+  uint64_t line = s->side - 1, edges_begin = n->corner_count;
+  for (uint32_t k = 0; k < 4; k++) {
+    take_rows(p, tw_row_of_corner(n, 4 * quad + k), 1);
+    take_rows(p, edges_begin + (tw_row_of_edge(n, 4 * quad + k) >> 1) * line, line);
+  }
+  take_rows(p, edges_begin + n->edge_count * line + visible * line * line, line * line);
+}
+
+static void control_box(const tw_surface *s, uint32_t quad, float box[2][3]) {
+  uint32_t count;
+  const uint32_t *controls = tw_patch_controls(&s->fields[0].patches, quad, &count);
+  for (uint32_t i = 0; i < count; i++)
+    for (int c = 0; c < 3; c++) {
+      float value = s->positions.base[3 * (size_t)controls[i] + (size_t)c];
+      if (i == 0 || value < box[0][c]) box[0][c] = value;
+      if (i == 0 || value > box[1][c]) box[1][c] = value;
+    }
+}
+
+/* Whether no point of the box can widen the bounds, rounding on the way to a point included. */
+static bool lies_within(const pass *p, const float box[2][3]) {
+  const float rounding = 1e-5f;
+  for (int c = 0; c < 3; c++) {
+    float margin = rounding * fmaxf(fabsf(box[0][c]), fabsf(box[1][c]));
+    if (box[0][c] - margin <= p->bounds[0][c] || box[1][c] + margin >= p->bounds[1][c]) return false;
+  }
+  return p->started;
+}
+
+static uint32_t base_quad(const tw_surface *s, uint32_t visible) {
+  return s->quads ? s->quads[visible] : visible;
+}
+
+/* The six patches whose boxes, as a whole, reach farthest. */
+static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
+  float reach[6] = {0}, box[2][3] = {{0}};
+  for (uint32_t v = 0; v < s->quad_count; v++) {
+    control_box(s, base_quad(s, v), box);
+    for (int c = 0; c < 3; c++) {
+      float middle = box[0][c] / 2 + box[1][c] / 2;
+      if (v == 0 || middle < reach[c]) {
+        reach[c] = middle;
+        farthest[c] = v;
+      }
+      if (v == 0 || middle > reach[3 + c]) {
+        reach[3 + c] = middle;
+        farthest[3 + c] = v;
+      }
+    }
+  }
+}
+
+static void take_patches(pass *p) {
+  uint32_t farthest[6] = {0};
+  find_farthest(p->s, farthest);
+  for (int i = 0; i < 6; i++) take_quad(p, farthest[i], base_quad(p->s, farthest[i]));
+  for (uint32_t v = 0; v < p->s->quad_count; v++) {
+    float box[2][3] = {{0}};
+    control_box(p->s, base_quad(p->s, v), box);
+    if (!lies_within(p, (const float(*)[3])box)) take_quad(p, v, base_quad(p->s, v));
   }
 }
 
 /* Split vertices repeat their points, so the bounds of the points are those of the vertices. The
- * displacements of morph targets stand in the rows of the vertices alone. */
+ * displacements of morph targets stand in the rows of the vertices alone. Under Chaikin's rule masks are
+ * not always convex. */
 static tw_status compute(const tw_surface *s, int morph, float bounds[2][3]) {
-  tw_domain domain = morph < 0 ? TW_DOMAIN_POINTS : TW_DOMAIN_VERTICES;
-  uint32_t width = morph < 0 ? 3 : s->layout.stride,
-           offset = morph < 0 ? 0 : s->layout.morphs + 3 * (uint32_t)morph;
-  tw_arena *arena = tw_arena_create();
-  float *block = arena ? tw_arena_alloc(arena, BLOCK_ROWS, width * sizeof *block) : NULL;
-  tw_surface_reader *reader = tw_surface_reader_create(s);
-  memset(bounds, 0, 2 * sizeof *bounds);
-  if (block && reader) {
-    uint64_t rows = tw_surface_row_count(s, domain);
-    for (uint64_t first = 0; first < rows; first += BLOCK_ROWS) {
-      size_t count = rows - first < BLOCK_ROWS ? (size_t)(rows - first) : BLOCK_ROWS;
-      tw_surface_read_rows(reader, domain, first, count, block);
-      for (size_t i = 0; i < count; i++) widen(bounds, block + i * width + offset, first + i == 0);
-    }
+  pass p = {.s = s, .domain = TW_DOMAIN_POINTS, .width = 3};
+  if (morph >= 0) {
+    p.domain = TW_DOMAIN_VERTICES;
+    p.width = s->layout.stride;
+    p.offset = s->layout.morphs + 3 * (uint32_t)morph;
   }
-  tw_status status = block && reader ? TW_OK : TW_NO_MEMORY;
-  tw_surface_reader_destroy(reader);
+  tw_arena *arena = tw_arena_create();
+  p.block = arena ? tw_arena_alloc(arena, BLOCK_ROWS, p.width * sizeof *p.block) : NULL;
+  p.reader = tw_surface_reader_create(s);
+  bool ready = p.block && p.reader;
+  bool convex = morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN;
+  if (ready && convex && s->quad_count > 0)
+    take_patches(&p);
+  else if (ready)
+    take_rows(&p, 0, tw_surface_row_count(s, p.domain));
+  tw_surface_reader_destroy(p.reader);
   tw_arena_destroy(arena);
-  return status;
+  memcpy(bounds, p.bounds, sizeof p.bounds);
+  return ready ? TW_OK : TW_NO_MEMORY;
 }
 
 enum { BOUNDS_UNKNOWN, BOUNDS_BEING_WRITTEN, BOUNDS_KNOWN };

@@ -377,8 +377,52 @@ static void normals_of_a_cube_point_outward(void **state) {
   tw_surface_destroy(surface);
 }
 
+/* Bounds are found without evaluating every patch; the rows know better. */
+static void assert_exact_bounds(const tw_mesh *mesh, tw_surface_options options) {
+  tw_surface *surface = surface_of(mesh, options);
+  size_t count, stride = tw_surface_get_layout(surface)->stride;
+  float *rows = rows_of(surface, TW_DOMAIN_VERTICES, &count), min[3], max[3];
+  assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
+  for (int c = 0; c < 3; c++) {
+    float low = rows[c], high = rows[c];
+    for (size_t i = 0; i < count; i++) {
+      low = fminf(low, rows[i * stride + (size_t)c]);
+      high = fmaxf(high, rows[i * stride + (size_t)c]);
+    }
+    assert_true(min[c] == low && max[c] == high);
+  }
+  free(rows);
+  tw_surface_destroy(surface);
+}
+
+static void bounds_are_those_of_the_rows(void **state) {
+  (void)state;
+  static const uint32_t creases[4] = {8, 9, 9, 16};
+  static const float sharpness[2] = {1.5f, 10};
+  static const uint32_t holes[2] = {0, 7};
+  for (uint32_t level = 0; level <= 5; level++)
+    for (int boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
+      for (int flags = 0; flags < 8; flags++) {
+        tw_mesh mesh = flags & 4 ? grid(9, 8, saddle) : cube();
+        if (flags & 4) {
+          mesh.crease_count = 2;
+          mesh.crease_edges = creases;
+          mesh.crease_sharpness = sharpness;
+          mesh.holes = holes;
+          mesh.hole_count = boundary == TW_BOUNDARY_OPEN ? 0 : 2;
+        }
+        assert_exact_bounds(
+            &mesh, (tw_surface_options){.level = level,
+                                        .boundary = (tw_boundary)boundary,
+                                        .limit = flags & 1,
+                                        .normals = true,
+                                        .creasing = flags & 2 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM});
+      }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(bounds_are_those_of_the_rows),
       cmocka_unit_test(loop_refuses_a_quad_and_names_the_face),
       cmocka_unit_test(counts_over_32_bits_are_refused),
       cmocka_unit_test(a_mesh_without_faces_gives_an_empty_surface),
