@@ -2,6 +2,7 @@
  * no input makes it slower than n log n, and the result does not depend on them. */
 #include "weld.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -63,22 +64,44 @@ static tw_status sort_in_buckets(const uint32_t *bucket_of, uint32_t count, uint
 
 /* ---- equal positions ------------------------------------------------------------------------- */
 
+/* Positions to compare. A coordinate below `tiny` counts as 0: generators close their shapes at an angle
+ * of 2 pi, whose sine is 0 only nearly. Everywhere else equal means equal. */
+typedef struct places {
+  const float *positions;
+  float tiny;
+} places;
+
+/* The sine of 2 pi in 32 bits is off by 1.7e-7 of the radius. */
+static float tiny_coordinate(const tw_soup *soup) {
+  float greatest = 0;
+  for (size_t i = 0; i < 3 * (size_t)soup->vertex_count; i++)
+    greatest = fmaxf(greatest, fabsf(soup->positions[i]));
+  return greatest * 0x1p-20f;
+}
+
+static float coordinate(const places *at, uint32_t vertex, size_t axis) {
+  float value = at->positions[3 * (size_t)vertex + axis];
+  return fabsf(value) < at->tiny ? 0 : value;
+}
+
 static bool position_less(const void *context, uint32_t a, uint32_t b) {
-  const float *p = (const float *)context + 3 * (size_t)a, *q = (const float *)context + 3 * (size_t)b;
-  for (int i = 0; i < 3; i++)
-    if (p[i] != q[i]) return p[i] < q[i];
+  for (size_t axis = 0; axis < 3; axis++) {
+    float p = coordinate(context, a, axis), q = coordinate(context, b, axis);
+    if (p != q) return p < q;
+  }
   return a < b;
 }
 
-static bool same_position(const float *positions, uint32_t a, uint32_t b) {
-  const float *p = positions + 3 * (size_t)a, *q = positions + 3 * (size_t)b;
-  return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+static bool same_position(const places *at, uint32_t a, uint32_t b) {
+  for (size_t axis = 0; axis < 3; axis++)
+    if (coordinate(at, a, axis) != coordinate(at, b, axis)) return false;
+  return true;
 }
 
-static uint32_t hash_position(const float *position) {
+static uint32_t hash_position(const places *at, uint32_t vertex) {
   uint64_t hash = 0;
-  for (int i = 0; i < 3; i++) {
-    float value = position[i] + 0.0f; /* -0 and 0 are equal: -0 + 0 is 0 */
+  for (size_t axis = 0; axis < 3; axis++) {
+    float value = coordinate(at, vertex, axis) + 0.0f; /* -0 is equal to 0, and -0 + 0 is 0 */
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
@@ -94,12 +117,12 @@ static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, 
   while (buckets < count && buckets < 1u << 31) buckets *= 2;
   uint32_t *order = tw_alloc(count, sizeof *order);
   if (!order) return no_memory(error);
-  for (uint32_t i = 0; i < count; i++)
-    place[i] = hash_position(soup->positions + 3 * (size_t)i) & (buckets - 1);
-  tw_status status = sort_in_buckets(place, count, buckets, position_less, soup->positions, order, error);
+  places at = {soup->positions, tiny_coordinate(soup)};
+  for (uint32_t i = 0; i < count; i++) place[i] = hash_position(&at, i) & (buckets - 1);
+  tw_status status = sort_in_buckets(place, count, buckets, position_less, &at, order, error);
   *split = false;
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
-    bool again = i > 0 && same_position(soup->positions, order[i], order[i - 1]);
+    bool again = i > 0 && same_position(&at, order[i], order[i - 1]);
     place[order[i]] = again ? place[order[i - 1]] : order[i];
     *split |= again;
   }

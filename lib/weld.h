@@ -20,7 +20,7 @@ typedef struct tw_soup {
 
 /* Which vertices are one point. Two edges that run along the same two positions in opposite
  * directions are one edge, and their ends one point each, when no third edge runs there: so seams
- * close, and surfaces that only touch stay apart.
+ * close, and surfaces that only touch stay apart. Coordinates below a millionth of the largest are 0.
  * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex.
  * O(n log n) at worst. Errors: TW_NO_MEMORY. */
 tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,

@@ -76,7 +76,10 @@ public:
     if (parts_.degenerate > 0)
       tw_model_warn(document_.model, "%zu degenerate faces of mesh %zu are left out", parts_.degenerate,
                     index_);
-    if (document_.quads == TW_QUADS_AUTO)
+    // A file that says what its polygons are says so of its triangles too.
+    bool told = std::any_of(parts_.lists.begin(), parts_.lists.end(),
+                            [](const TriangleList &list) { return list.polygons; });
+    if (document_.quads == TW_QUADS_AUTO && !told)
       check_status(tw_pair_triangles(&mesh_, document_.model->arena, nullptr));
   }
 

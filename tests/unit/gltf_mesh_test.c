@@ -549,10 +549,27 @@ static void ngons_of_several_sizes_are_told_apart(void **state) {
       "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
       "\"indices\":1,\"extensions\":{\"FB_ngon_encoding\":{}}}]}]}";
   assert_int_equal(sizeof bin, 144);
-  tw_model *model = glb_read(json, &bin, sizeof bin);
   static const uint32_t offsets[] = {0, 3, 8, 12};
-  assert_int_equal(model->meshes[0].face_count, 3);
-  assert_memory_equal(model->meshes[0].face_offsets, offsets, sizeof offsets);
+  for (int quads = TW_QUADS_NGON; quads <= TW_QUADS_AUTO; quads++) {
+    tw_model *model = glb_read_with(json, &bin, sizeof bin, (tw_quads)quads);
+    assert_int_equal(model->meshes[0].face_count, 3);
+    assert_memory_equal(model->meshes[0].face_offsets, offsets, sizeof offsets);
+    tw_model_destroy(model);
+  }
+}
+
+/* Two triangles that are told to be two: the second begins from another vertex. */
+static void triangles_that_the_encoding_keeps_apart_stay_apart(void **state) {
+  (void)state;
+  square_bin bin = square;
+  static const uint16_t apart[6] = {0, 1, 2, 2, 3, 0};
+  memcpy(bin.indices, apart, sizeof apart);
+  static char json[2048];
+  snprintf(json, sizeof json,
+           "{" ASSET NGON "," SQUARE_BUFFER ",\"accessors\":[" POSITIONS "," INDICES
+           "],\"meshes\":[{\"primitives\":[" PRIMITIVE "]}]}");
+  tw_model *model = glb_read_with(json, &bin, sizeof bin, TW_QUADS_AUTO);
+  assert_int_equal(model->meshes[0].face_count, 2);
   tw_model_destroy(model);
 }
 
@@ -578,6 +595,7 @@ int main(void) {
       cmocka_unit_test(ngon_encoding_gives_the_quads_back),
       cmocka_unit_test(auto_gives_the_quads_back_without_being_told),
       cmocka_unit_test(ngons_of_several_sizes_are_told_apart),
+      cmocka_unit_test(triangles_that_the_encoding_keeps_apart_stay_apart),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -112,6 +112,36 @@ static void a_tube_of_loose_quads_closes_round(void **state) {
   assert_int_equal(count, ROUND * (LONG + 1));
 }
 
+/* As generators make it: (round + 1) x (tall + 1) vertices, the last column at an angle of 2 pi, a vertex
+ * for each triangle at the poles, sines in 32 bits. */
+static void a_sphere_closes_at_its_seam_and_poles(void **state) {
+  (void)state;
+  enum { ROUND = 32, TALL = 16, VERTICES = (ROUND + 1) * (TALL + 1), FACES = 2 * ROUND * (TALL - 1) };
+  static float positions[VERTICES][3];
+  static uint32_t offsets[FACES + 1], corners[3 * FACES], out[VERTICES];
+  uint32_t count = 0;
+  for (uint32_t v = 0; v < VERTICES; v++) {
+    float round = (float)(v % (ROUND + 1)) * 6.2831853f / ROUND,
+          down = (float)(v / (ROUND + 1)) * 3.1415927f / TALL;
+    positions[v][0] = -5 * cosf(round) * sinf(down);
+    positions[v][1] = 5 * cosf(down);
+    positions[v][2] = 5 * sinf(round) * sinf(down);
+  }
+  for (uint32_t y = 0; y < TALL; y++)
+    for (uint32_t x = 0; x < ROUND; x++) {
+      uint32_t b = y * (ROUND + 1) + x, a = b + 1, c = b + ROUND + 1, d = c + 1;
+      const uint32_t upper[3] = {a, b, d}, lower[3] = {b, c, d};
+      if (y > 0) memcpy(corners + 3 * count++, upper, sizeof upper);
+      if (y + 1 < TALL) memcpy(corners + 3 * count++, lower, sizeof lower);
+    }
+  for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
+  assert_int_equal(count, FACES);
+  tw_soup soup = {VERTICES, positions[0], FACES, 3 * FACES, offsets, corners};
+  assert_int_equal(tw_weld_points(&soup, out, &count, NULL), TW_OK);
+  /* Two vertices, the outer ones of the pole rows, are used by no triangle. */
+  assert_int_equal(count, ROUND * (TALL - 1) + 2 + 2);
+}
+
 /* Everything in one place: the worst case for anything that hashes. */
 static void a_million_vertices_in_one_place_take_no_longer(void **state) {
   (void)state;
@@ -268,6 +298,7 @@ int main(void) {
       cmocka_unit_test(sides_that_run_the_same_way_are_not_joined),
       cmocka_unit_test(negative_zero_is_zero),
       cmocka_unit_test(a_tube_of_loose_quads_closes_round),
+      cmocka_unit_test(a_sphere_closes_at_its_seam_and_poles),
       cmocka_unit_test(a_million_vertices_in_one_place_take_no_longer),
       cmocka_unit_test(a_continuous_texture_has_no_seam),
       cmocka_unit_test(an_edge_that_differs_at_one_end_is_a_seam),
