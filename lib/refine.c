@@ -133,9 +133,8 @@ static inline void refine_faces(const tw_topology *p, uint32_t width, const floa
   }
 }
 
-/* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles
- * (OpenSubdiv's 0.47 for those when asked for). */
-static float smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
+/* OpenSubdiv's 0.47 for triangles when asked for. */
+float tw_smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
   if (faces != 2) return 0.5f / (float)faces;
   if (!rules->smooth_triangles || triangles == 0) return 0.25f;
   return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
@@ -162,7 +161,7 @@ static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uin
       faces++;
       c = p->sibling[c];
     } while (c != first);
-    float face_weight = smooth_face_weight(rules, faces, triangles);
+    float face_weight = tw_smooth_face_weight(rules, faces, triangles);
     float end_weight = (1 - crease) * 0.5f * (1 - face_weight * (float)faces) + crease * 0.5f;
     for (uint32_t i = 0; i < width; i++)
       point[i] = end_weight * (a[i] + b[i]) + (1 - crease) * face_weight * point[i];

@@ -25,4 +25,7 @@ tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topol
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
                       float *out);
 
+/* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles. */
+float tw_smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles);
+
 #endif

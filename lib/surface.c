@@ -71,6 +71,17 @@ static tw_status start_points(build *b) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
+static tw_status start_influences(build *b) {
+  tw_surface *s = b->surface;
+  if (!b->mesh->skin.joints) return TW_OK;
+  const uint32_t *point_of = b->cage.point_of;
+  uint32_t vertices = b->topologies[0].vertex_count;
+  tw_status status = tw_influences_init(&s->influences, b->mesh, point_of, vertices);
+  if (status == TW_OK && s->options.level == 0)
+    status = tw_influences_init(&s->cage_influences, b->mesh, point_of, vertices);
+  return status;
+}
+
 static tw_status start_uvs(build *b) {
   tw_surface *s = b->surface;
   for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
@@ -146,6 +157,8 @@ static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena
     status = tw_open_cut(&full, quads, quad_count, arena, &b->topologies[f], &kept[f]);
   }
   if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
+  if (status == TW_OK && b->mesh->skin.joints)
+    status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
   for (uint32_t q = 0; !b->whole && q < quad_count && status == TW_OK; q++)
     b->source[q] = b->source[quads[q]];
   return status;
@@ -160,6 +173,8 @@ static tw_status refine_all(build *b, tw_arena *arena) {
   for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
     status = refine_field(b, parents, f, arena);
   if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
+  if (status == TW_OK && b->mesh->skin.joints)
+    status = tw_influences_refine(&s->influences, &parents[0], &b->rules);
   if (status != TW_OK) return status;
   if (!b->whole) {
     uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
@@ -357,6 +372,11 @@ static void lay_out_rows(build *b) {
     l->color = stride;
     stride += 4;
   }
+  if (b->mesh->skin.joints) {
+    l->joints = stride;
+    l->weights = stride + 4;
+    stride += 8;
+  }
   l->morph_count = s->morph_count;
   if (s->morph_count > 0) {
     l->morphs = stride;
@@ -424,8 +444,10 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  bool quads = b->cage.topology.face_size == 4, shallow = !quads && level <= GENERIC_LEVEL;
-  generic |= shrinks || (small && (shallow || crosses_seams(b->mesh, &s->options)));
+  /* A skinned vertex of the base has a list of joints: no more of those than the cage asks for. */
+  uint32_t shallow = b->mesh->skin.joints ? 1 : GENERIC_LEVEL;
+  bool quads = b->cage.topology.face_size == 4, few = !quads && level <= shallow;
+  generic |= shrinks || (small && (few || crosses_seams(b->mesh, &s->options)));
   b->levels = generic && level > 0 ? level : quads ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
@@ -450,6 +472,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   b->whole = is_whole(b);
   status = choose_levels(b, generic, error);
   if (status == TW_OK) status = start_points(b);
+  if (status == TW_OK) status = start_influences(b);
   if (status == TW_OK) status = start_uvs(b);
   if (status == TW_OK) status = start_sources(b);
   uint32_t cage_vertices[1 + TW_UV_SETS_MAX];
@@ -518,12 +541,15 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
 void tw_surface_destroy(tw_surface *surface) {
   if (!surface) return;
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
+  tw_influences_deinit(&surface->cage_influences);
+  tw_influences_deinit(&surface->influences);
   tw_arena_destroy(surface->arena);
   free(surface);
 }
 
 size_t tw_surface_size(const tw_surface *surface) {
-  size_t size = sizeof *surface + tw_arena_size(surface->arena);
+  size_t size = sizeof *surface + tw_arena_size(surface->arena) +
+                tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
   return size;
 }

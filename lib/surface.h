@@ -4,6 +4,7 @@
 
 #include <stdatomic.h>
 
+#include "influences.h"
 #include "patch.h"
 #include "refine.h"
 #include "tweend/subdiv.h"
@@ -68,6 +69,10 @@ struct tw_surface {
   tw_values positions, uvs[TW_UV_SETS_MAX], colors;
   uint32_t morph_count;
   tw_values *morphs;
+
+  /* Of skinned meshes; else zeroed. */
+  tw_influences cage_influences; /* only kept for level 0 */
+  tw_influences influences;      /* at the base level */
 
   uint8_t *mirrored; /* [base quads], where the answer has tangents; else NULL */
 

@@ -134,6 +134,7 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
     evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
     clamp_color(out + l->color);
   }
+  if (l->joints != UINT32_MAX) tw_corner_weights(r, shared, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * m, NULL);
 }
@@ -199,6 +200,7 @@ static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
     evaluate_edge(r, &s->colors, shared, against, false, out + l->color, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
   }
+  if (l->joints != UINT32_MAX) tw_edge_weights(r, shared, against, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_edge(r, &s->morphs[m], shared, against, false, out + l->morphs + 3 * m, l->stride);
 }
@@ -248,6 +250,7 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
     evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
     for (size_t k = 0; k < rows; k++) clamp_color(out + l->color + k * width);
   }
+  if (l->joints != UINT32_MAX) tw_inside_weights(r, quad, rect, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * m, NULL, width);
 }
@@ -441,29 +444,48 @@ static uint32_t piece_capacity(const tw_surface *surface) {
   return larger(surface->side, PIECE_ROWS);
 }
 
-tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
-  uint32_t points = 1, masks = 1, side = 1;
-  size_t floats = 1, slopes = 0;
-  for (size_t i = 0; i < count; i++) {
-    const tw_surface *s = surfaces[i];
-    points = larger(points, s->scratch_points);
-    masks = larger(masks, s->mask_capacity);
-    side = larger(side, s->side);
-    size_t piece = (size_t)piece_capacity(s) * larger(s->layout.stride, 4);
-    if (piece > floats) floats = piece;
-    if (s->mirrored && piece_capacity(s) > slopes) slopes = piece_capacity(s);
+/* The most of everything that any of several surfaces needs. */
+typedef struct reader_needs {
+  uint32_t points, masks, side, slopes;        /* slopes: rows with tangents */
+  uint32_t joints, joint_controls, joint_rows; /* of skinned surfaces */
+  size_t piece;                                /* floats */
+} reader_needs;
+
+static void need(reader_needs *n, const tw_surface *s) {
+  uint32_t rows = piece_capacity(s);
+  size_t piece = (size_t)rows * larger(s->layout.stride, 4);
+  n->points = larger(n->points, s->scratch_points);
+  n->masks = larger(n->masks, s->mask_capacity);
+  n->side = larger(n->side, s->side);
+  if (piece > n->piece) n->piece = piece;
+  if (s->mirrored) n->slopes = larger(n->slopes, rows);
+  if (s->layout.joints == UINT32_MAX) return;
+  n->joints = larger(n->joints, s->influences.joint_count);
+  n->joint_controls = larger(n->joint_controls, s->influences.vertex_count);
+  n->joint_rows = larger(n->joint_rows, rows);
+}
+
+static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
+  r->scratch = tw_alloc((size_t)n->points + 1, 4 * sizeof *r->scratch);
+  r->mask = tw_alloc((size_t)n->masks + 1, sizeof *r->mask);
+  r->line = tw_alloc((size_t)n->side + 1, 4 * sizeof(float));
+  r->piece = tw_alloc(n->piece, sizeof(float));
+  r->joint_controls = tw_alloc(n->joint_controls, 4 * sizeof(float));
+  r->joint_rows = tw_alloc(n->joint_rows, 4 * sizeof(float));
+  bool complete = r->scratch && r->mask && r->line && r->piece && r->joint_controls && r->joint_rows;
+  for (int i = 0; i < 2; i++) {
+    r->index_rows[i] = tw_alloc((size_t)n->side + 1, sizeof(uint32_t));
+    r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
+    complete = complete && r->index_rows[i] && r->slopes[i];
   }
+  return complete && tw_joint_sum_init(&r->joints, n->joints) == TW_OK;
+}
+
+tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
+  reader_needs needs = {0};
+  for (size_t i = 0; i < count; i++) need(&needs, surfaces[i]);
   tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
-  if (!r) return NULL;
-  r->scratch = tw_alloc(points, 4 * sizeof *r->scratch);
-  r->mask = tw_alloc(masks, sizeof *r->mask);
-  r->line = tw_alloc((size_t)side + 1, 4 * sizeof(float));
-  r->piece = tw_alloc(floats, sizeof(float));
-  for (int i = 0; i < 2; i++) r->index_rows[i] = tw_alloc((size_t)side + 1, sizeof(uint32_t));
-  for (int i = 0; i < 2; i++) r->slopes[i] = tw_alloc(slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
-  bool complete = r->scratch && r->mask && r->line && r->piece && r->index_rows[0] && r->index_rows[1] &&
-                  r->slopes[0] && r->slopes[1];
-  if (complete) return r;
+  if (!r || allocate_reader(r, &needs)) return r;
   tw_surface_reader_destroy(r);
   return NULL;
 }
@@ -487,9 +509,12 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   free(reader->mask);
   free(reader->line);
   free(reader->piece);
-  free(reader->index_rows[0]);
-  free(reader->index_rows[1]);
-  free(reader->slopes[0]);
-  free(reader->slopes[1]);
+  for (int i = 0; i < 2; i++) {
+    free(reader->index_rows[i]);
+    free(reader->slopes[i]);
+  }
+  free(reader->joint_controls);
+  free(reader->joint_rows);
+  tw_joint_sum_deinit(&reader->joints);
   free(reader);
 }

@@ -13,6 +13,10 @@ struct tw_surface_reader {
   float *line;             /* one edge, [side + 1][4] */
   uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
   float *slopes[2];        /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
+  /* Skinned surfaces: the joints of the patch at hand, the weights of four of them at its control points,
+   * [base vertices][4], and at its points, [piece_capacity][4]. */
+  tw_joint_sum joints;
+  float *joint_controls, *joint_rows;
   /* The last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
   tw_domain piece_domain;
@@ -30,5 +34,10 @@ tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *bac
 void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out);
 void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out);
 void tw_inside_tangents(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
+
+/* Joints and weights likewise. against: the edge runs from its far end. */
+void tw_corner_weights(tw_surface_reader *reader, uint32_t corner, float *out);
+void tw_edge_weights(tw_surface_reader *reader, uint32_t corner, bool against, float *out);
+void tw_inside_weights(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
 
 #endif

@@ -1,0 +1,22 @@
+/* The generic step as numbers: what each new vertex is made of. For values that are not rows of floats;
+ * those go faster through tw_refine_values, which follows the same rules. */
+#ifndef TWEEND_REFINE_MASK_H
+#define TWEEND_REFINE_MASK_H
+
+#include "refine.h"
+
+/* A share of one of the parent's vertices or, from vertex_count + edge_count on, of the child's vertex of
+ * that number, which is a face point. */
+typedef struct tw_share {
+  uint32_t vertex;
+  float weight;
+} tw_share;
+
+/* Shares that the largest mask has. O(parent). */
+uint32_t tw_refine_mask_capacity(const tw_topology *parent);
+
+/* Fills in the shares of a vertex of the child, which sum to 1, and returns their number. No vertex comes
+ * up twice but for the ends of doubled edges. */
+uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
+
+#endif

@@ -1,0 +1,438 @@
+/* Joint weights on surfaces: every joint's weight is a function that subdivides as positions do, and each
+ * row shows its four heaviest. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cage.h"
+#include "refine_mask.h"
+#include "tweend/subdiv.h"
+
+/* ---- meshes --------------------------------------------------------------------------------- */
+
+enum { SIDE = 5, POINTS = SIDE * SIDE, FACES_MAX = 64, CORNERS_MAX = 256 };
+
+/* A grid with a diagonal here and there, an extra face on an inner edge (not manifold), creases, and arrays
+ * for all that its points can bear. */
+typedef struct cage {
+  tw_mesh mesh;
+  float points[POINTS][3];
+  uint32_t corners[CORNERS_MAX], offsets[FACES_MAX];
+  uint32_t creases[6][2];
+  float sharpness[6];
+  uint16_t joints[POINTS][4];
+  float weights[POINTS][4];
+} cage;
+
+static void add_face(cage *c, uint32_t size, const uint32_t *points) {
+  memcpy(c->corners + c->mesh.corner_count, points, size * sizeof *points);
+  c->mesh.corner_count += size;
+  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
+}
+
+static cage *new_cage(bool creased) {
+  cage *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  tw_mesh_init(&c->mesh);
+  c->mesh.point_count = POINTS;
+  c->mesh.positions = c->points[0];
+  c->mesh.corners = c->corners;
+  c->mesh.face_offsets = c->offsets;
+  c->mesh.skin = (tw_skin_weights){c->joints[0], c->weights[0]};
+  for (uint32_t p = 0; p < POINTS; p++) {
+    c->points[p][0] = (float)(p % SIDE);
+    c->points[p][1] = (float)(p / SIDE);
+    c->points[p][2] = 0.1f * (float)(p * p % 7);
+  }
+  for (uint32_t y = 0; y + 1 < SIDE; y++)
+    for (uint32_t x = 0; x + 1 < SIDE; x++) {
+      uint32_t a = y * SIDE + x, b = a + 1, d = a + SIDE, e = d + 1;
+      if ((x + 2 * y) % 5 == 0) {
+        add_face(c, 3, (uint32_t[]){a, b, e});
+        add_face(c, 3, (uint32_t[]){a, e, d});
+      } else {
+        add_face(c, 4, (uint32_t[]){a, b, e, d});
+      }
+    }
+  if (!creased) return c;
+  add_face(c, 3, (uint32_t[]){6, 7, 22});
+  static const uint32_t edges[6][2] = {{10, 11}, {11, 12}, {12, 13}, {17, 18}, {18, 13}, {12, 17}};
+  static const float sharpness[6] = {10, 10, 1.3f, 0.4f, 2.6f, 0.8f};
+  memcpy(c->creases, edges, sizeof edges);
+  memcpy(c->sharpness, sharpness, sizeof sharpness);
+  c->mesh.crease_count = 6;
+  c->mesh.crease_edges = c->creases[0];
+  c->mesh.crease_sharpness = c->sharpness;
+  return c;
+}
+
+static float noise(uint32_t *seed) {
+  *seed = *seed * 1664525 + 1013904223;
+  return (float)(*seed >> 8) / (float)(1 << 24);
+}
+
+/* Four joints out of `joint_count` for each point, the first ones neighbours. */
+static void weigh(cage *c, uint32_t joint_count) {
+  uint32_t seed = joint_count;
+  for (uint32_t p = 0; p < POINTS; p++) {
+    float sum = 0;
+    for (uint32_t k = 0; k < 4; k++) {
+      c->joints[p][k] = (uint16_t)((p + k * 3) % joint_count);
+      c->weights[p][k] = k < joint_count ? 0.05f + noise(&seed) : 0;
+      sum += c->weights[p][k];
+    }
+    for (uint32_t k = 0; k < 4; k++) c->weights[p][k] /= sum;
+  }
+}
+
+/* ---- reading -------------------------------------------------------------------------------- */
+
+typedef struct rows {
+  tw_surface *surface;
+  const tw_surface_layout *layout;
+  float *values;
+  size_t count;
+} rows;
+
+static rows read_rows(const tw_mesh *mesh, tw_surface_options options) {
+  rows r = {0};
+  tw_error error;
+  assert_int_equal(tw_mesh_check(mesh, &error, NULL), TW_OK);
+  assert_int_equal(tw_surface_create(mesh, &options, &r.surface, &error), TW_OK);
+  r.layout = tw_surface_get_layout(r.surface);
+  r.count = (size_t)tw_surface_row_count(r.surface, TW_DOMAIN_VERTICES);
+  r.values = malloc(r.count * r.layout->stride * sizeof(float));
+  tw_surface_reader *reader = tw_surface_reader_create(r.surface);
+  assert_non_null(r.values);
+  assert_non_null(reader);
+  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, r.count, r.values);
+  tw_surface_reader_destroy(reader);
+  return r;
+}
+
+static void free_rows(rows *r) {
+  free(r->values);
+  tw_surface_destroy(r->surface);
+}
+
+static const float *row_of(const rows *r, size_t i) {
+  return r->values + i * r->layout->stride;
+}
+
+/* What holds of every row. */
+static void assert_four(const rows *r, size_t i, uint32_t joint_count) {
+  const float *joints = row_of(r, i) + r->layout->joints, *weights = row_of(r, i) + r->layout->weights;
+  double sum = 0;
+  for (int k = 0; k < 4; k++) {
+    sum += (double)weights[k];
+    assert_true(weights[k] >= 0 && weights[k] <= 1);
+    assert_true(joints[k] >= 0 && joints[k] < (float)joint_count && joints[k] == floorf(joints[k]));
+    if (weights[k] == 0) assert_true(joints[k] == 0);
+    for (int before = 0; before < k && weights[k] > 0; before++)
+      assert_true(weights[before] >= weights[k] && joints[before] != joints[k]);
+  }
+  assert_float_equal(sum, 1, 2e-7);
+}
+
+static float weight_of(const rows *r, size_t i, uint32_t joint) {
+  for (uint32_t k = 0; k < 4; k++)
+    if (row_of(r, i)[r->layout->joints + k] == (float)joint && row_of(r, i)[r->layout->weights + k] > 0)
+      return row_of(r, i)[r->layout->weights + k];
+  return 0;
+}
+
+static const tw_surface_options many_options[] = {
+    {.level = 0},
+    {.level = 0, .limit = true},
+    {.level = 1},
+    {.level = 1, .limit = true, .normals = true},
+    {.level = 2, .normals = true},
+    {.level = 3, .creasing = TW_CREASE_CHAIKIN},
+    {.level = 3, .limit = true},
+    {.level = 4, .triangles = TW_TRIANGLES_SMOOTH, .normals = true},
+    {.level = 2, .scheme = TW_BILINEAR, .normals = true},
+    {.level = 3, .boundary = TW_BOUNDARY_NONE},
+    {.level = 3, .boundary = TW_BOUNDARY_EDGE_ONLY},
+};
+enum { MANY_OPTIONS = sizeof many_options / sizeof *many_options };
+
+/* ---- masks ---------------------------------------------------------------------------------- */
+
+/* Two refinements of a creased mesh that is not manifold: its first has triangles, its second decayed
+ * sharpness. */
+static void masks_say_what_the_step_does(void **state) {
+  (void)state;
+  for (int variant = 0; variant < 8; variant++) {
+    cage *c = new_cage(true);
+    tw_surface_options options = {.creasing = variant & 1 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
+    tw_rules rules = {.linear = variant == 7, .chaikin = variant & 1, .smooth_triangles = variant & 2};
+    tw_arena *arena = tw_arena_create();
+    tw_cage read;
+    assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
+    tw_topology parent = read.topology, child;
+    float *in = tw_arena_alloc(arena, parent.vertex_count, 3 * sizeof *in);
+    memcpy(in, c->points, sizeof c->points);
+    for (int level = 0; level < 2; level++) {
+      assert_int_equal(tw_refine_topology(&parent, &rules, arena, &child), TW_OK);
+      float *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
+      tw_share *shares = tw_arena_alloc(arena, tw_refine_mask_capacity(&parent), sizeof *shares);
+      tw_refine_values(&parent, &rules, 3, in, out);
+      for (uint32_t v = 0; v < child.vertex_count; v++) {
+        uint32_t count = tw_refine_mask(&parent, &rules, v, shares);
+        assert_true(count <= tw_refine_mask_capacity(&parent));
+        double sum[3] = {0}, total = 0;
+        for (uint32_t i = 0; i < count; i++) {
+          const float *from = shares[i].vertex < parent.vertex_count ? in : out;
+          for (int k = 0; k < 3; k++)
+            sum[k] += (double)shares[i].weight * (double)from[3 * (size_t)shares[i].vertex + (size_t)k];
+          total += (double)shares[i].weight;
+        }
+        assert_float_equal(total, 1, 1e-6);
+        for (int k = 0; k < 3; k++) assert_float_equal(out[3 * (size_t)v + (size_t)k], sum[k], 2e-6);
+      }
+      parent = child;
+      in = out;
+    }
+    tw_arena_destroy(arena);
+    free(c);
+  }
+}
+
+/* ---- weights -------------------------------------------------------------------------------- */
+
+static void mesh_on_one_joint_stays_on_it(void **state) {
+  (void)state;
+  cage *c = new_cage(true);
+  for (uint32_t p = 0; p < POINTS; p++) {
+    c->joints[p][p % 4] = 300;
+    c->weights[p][p % 4] = 1;
+  }
+  for (int o = 0; o < MANY_OPTIONS; o++) {
+    rows r = read_rows(&c->mesh, many_options[o]);
+    for (size_t i = 0; i < r.count; i++) {
+      assert_four(&r, i, 301);
+      assert_true(row_of(&r, i)[r.layout->joints] == 300 && row_of(&r, i)[r.layout->weights] == 1);
+    }
+    free_rows(&r);
+  }
+  free(c);
+}
+
+static void four_joints_weigh_as_four_colours_do(void **state) {
+  (void)state;
+  static float colors[POINTS][4];
+  cage *c = new_cage(true);
+  weigh(c, 4);
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (int k = 0; k < 4; k++) colors[p][c->joints[p][k]] = c->weights[p][k];
+  c->mesh.colors = colors[0];
+  for (int o = 0; o < MANY_OPTIONS; o++) {
+    rows r = read_rows(&c->mesh, many_options[o]);
+    for (size_t i = 0; i < r.count; i++) {
+      assert_four(&r, i, 4);
+      for (uint32_t k = 0; k < 4; k++)
+        assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->color + k], 2e-6);
+    }
+    free_rows(&r);
+  }
+  free(c);
+}
+
+static int compare_falling(const void *left, const void *right) {
+  float a = *(const float *)left, b = *(const float *)right;
+  return a < b ? 1 : a > b ? -1 : 0;
+}
+
+/* Each joint's weights subdivided alone, as a displacement. */
+static void rows_keep_the_four_heaviest_of_many_joints(void **state) {
+  (void)state;
+  enum { JOINTS = 36, TARGETS = JOINTS / 3 };
+  static float values[TARGETS][POINTS][3];
+  const float *morphs[TARGETS];
+  cage *c = new_cage(true);
+  weigh(c, JOINTS);
+  memset(values, 0, sizeof values);
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (int k = 0; k < 4; k++) values[c->joints[p][k] / 3][p][c->joints[p][k] % 3] = c->weights[p][k];
+  for (int t = 0; t < TARGETS; t++) morphs[t] = values[t][0];
+  c->mesh.morph_count = TARGETS;
+  c->mesh.morphs = morphs;
+  for (int o = 0; o < MANY_OPTIONS; o++) {
+    rows r = read_rows(&c->mesh, many_options[o]);
+    for (size_t i = 0; i < r.count; i++) {
+      assert_four(&r, i, JOINTS);
+      const float *all = row_of(&r, i) + r.layout->morphs, *weights = row_of(&r, i) + r.layout->weights;
+      float sorted[JOINTS];
+      memcpy(sorted, all, sizeof sorted);
+      qsort(sorted, JOINTS, sizeof *sorted, compare_falling);
+      double sum = 0;
+      for (int k = 0; k < 4; k++) sum += sorted[k] > 1e-7f ? (double)sorted[k] : 0;
+      for (int k = 0; k < 4; k++) {
+        double wanted = sorted[k] > 1e-7f ? (double)sorted[k] / sum : 0;
+        assert_float_equal(weights[k], wanted, 5e-6);
+        if (weights[k] > 0) {
+          size_t joint = (size_t)row_of(&r, i)[r.layout->joints + (uint32_t)k];
+          /* It may be one of two that are equal. */
+          assert_float_equal(all[joint] / (float)sum, wanted, 5e-6);
+        }
+      }
+    }
+    free_rows(&r);
+  }
+  free(c);
+}
+
+static void sloppy_weights_are_put_right(void **state) {
+  (void)state;
+  cage *c = new_cage(false);
+  for (uint32_t p = 0; p < POINTS; p++) { /* a joint twice, a sum of 8, a negative weight; none at all */
+    static const uint16_t joints[4] = {2, 5, 2, 1};
+    static const float weights[4] = {1, 4, 3, -2};
+    memcpy(c->joints[p], joints, sizeof joints);
+    if (p != 12) memcpy(c->weights[p], weights, sizeof weights);
+  }
+  rows r = read_rows(&c->mesh, (tw_surface_options){.level = 0});
+  for (size_t i = 0; i < r.count; i++) {
+    assert_four(&r, i, 6);
+    assert_true(weight_of(&r, i, 2) == (i == 12 ? 0.0f : 0.5f));
+    assert_true(weight_of(&r, i, 5) == (i == 12 ? 0.0f : 0.5f));
+    assert_true(weight_of(&r, i, 0) == (i == 12 ? 1.0f : 0.0f));
+  }
+  free_rows(&r);
+  r = read_rows(&c->mesh, (tw_surface_options){.level = 3});
+  for (size_t i = 0; i < r.count; i++) assert_four(&r, i, 6);
+  free_rows(&r);
+  free(c);
+}
+
+static void weights_that_follow_a_coordinate_stay_with_it(void **state) {
+  (void)state;
+  cage *c = new_cage(true);
+  for (uint32_t p = 0; p < POINTS; p++) {
+    c->joints[p][0] = 7;
+    c->joints[p][1] = 9;
+    c->weights[p][0] = c->points[p][0] / (SIDE - 1);
+    c->weights[p][1] = 1 - c->weights[p][0];
+  }
+  for (int o = 0; o < MANY_OPTIONS; o++) {
+    rows r = read_rows(&c->mesh, many_options[o]);
+    for (size_t i = 0; i < r.count; i++)
+      assert_float_equal(weight_of(&r, i, 7), row_of(&r, i)[0] / (SIDE - 1), 1e-6);
+    free_rows(&r);
+  }
+  free(c);
+}
+
+static void same_weights_come_whatever_the_blocks(void **state) {
+  (void)state;
+  cage *c = new_cage(true);
+  weigh(c, 23);
+  for (int o = 0; o < MANY_OPTIONS; o++) {
+    rows r = read_rows(&c->mesh, many_options[o]);
+    float block[61 * 20];
+    assert_true(r.layout->stride <= 20);
+    tw_surface_reader *reader = tw_surface_reader_create(r.surface);
+    for (size_t first = 0, step = 1; first < r.count; first += step, step = step % 61 + 1) {
+      size_t taken = first + step > r.count ? r.count - first : step;
+      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
+      assert_memory_equal(block, row_of(&r, first), taken * r.layout->stride * sizeof *block);
+    }
+    tw_surface_reader_destroy(reader);
+    free_rows(&r);
+  }
+  free(c);
+}
+
+/* Rows that a crease has split are one point, and hang on the same joints to the last bit. */
+static void split_rows_share_their_weights(void **state) {
+  (void)state;
+  cage *c = new_cage(true);
+  weigh(c, 23);
+  rows r = read_rows(&c->mesh, (tw_surface_options){.level = 3, .normals = true});
+  size_t pairs = 0;
+  for (size_t i = 0; i < r.count; i++)
+    for (size_t k = i + 1; k < r.count; k++)
+      if (memcmp(row_of(&r, i), row_of(&r, k), 3 * sizeof(float)) == 0) {
+        assert_memory_equal(row_of(&r, i) + r.layout->joints, row_of(&r, k) + r.layout->joints,
+                            8 * sizeof(float));
+        pairs++;
+      }
+  assert_true(pairs > 8);
+  free_rows(&r);
+  free(c);
+}
+
+static void great_polygon_keeps_its_lists_short(void **state) {
+  (void)state;
+  enum { RIM = 300 };
+  static float points[RIM][3], weights[RIM][4];
+  static uint16_t joints[RIM][4];
+  static uint32_t corners[RIM];
+  static const uint32_t offsets[2] = {0, RIM};
+  for (uint32_t p = 0; p < RIM; p++) {
+    corners[p] = p;
+    points[p][0] = cosf(0.02094395f * (float)p);
+    points[p][1] = sinf(0.02094395f * (float)p);
+    for (uint32_t k = 0; k < 4; k++) {
+      joints[p][k] = (uint16_t)(4 * p + k);
+      weights[p][k] = 0.25f;
+    }
+  }
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = mesh.corner_count = RIM;
+  mesh.positions = points[0];
+  mesh.face_count = 1;
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  mesh.skin = (tw_skin_weights){joints[0], weights[0]};
+  rows plain = read_rows(&mesh, (tw_surface_options){.level = 1}), r = plain;
+  mesh.skin.joints = NULL;
+  rows without = read_rows(&mesh, (tw_surface_options){.level = 1});
+  /* 601 vertices of at most 64 joints: 6 bytes each, and an offset. */
+  assert_true(tw_surface_size(plain.surface) - tw_surface_size(without.surface) < 601 * (64 * 6 + 8 + 32));
+  for (size_t i = 0; i < r.count; i++) assert_four(&r, i, 4 * RIM);
+  free_rows(&plain);
+  free_rows(&without);
+}
+
+static void open_border_keeps_the_weights_of_what_is_left(void **state) {
+  (void)state;
+  cage *c = new_cage(false);
+  for (uint32_t p = 0; p < POINTS; p++) {
+    c->joints[p][0] = 1;
+    c->weights[p][0] = c->points[p][1] / (SIDE - 1);
+    c->weights[p][1] = 1 - c->weights[p][0];
+  }
+  for (uint32_t level = 1; level <= 3; level++) {
+    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level, .boundary = TW_BOUNDARY_OPEN});
+    assert_true(r.count > 0);
+    for (size_t i = 0; i < r.count; i++) {
+      assert_four(&r, i, 2);
+      assert_float_equal(weight_of(&r, i, 1), row_of(&r, i)[1] / (SIDE - 1), 1e-6);
+    }
+    free_rows(&r);
+  }
+  free(c);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(masks_say_what_the_step_does),
+      cmocka_unit_test(mesh_on_one_joint_stays_on_it),
+      cmocka_unit_test(four_joints_weigh_as_four_colours_do),
+      cmocka_unit_test(rows_keep_the_four_heaviest_of_many_joints),
+      cmocka_unit_test(sloppy_weights_are_put_right),
+      cmocka_unit_test(weights_that_follow_a_coordinate_stay_with_it),
+      cmocka_unit_test(same_weights_come_whatever_the_blocks),
+      cmocka_unit_test(split_rows_share_their_weights),
+      cmocka_unit_test(great_polygon_keeps_its_lists_short),
+      cmocka_unit_test(open_border_keeps_the_weights_of_what_is_left),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
