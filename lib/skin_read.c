@@ -96,7 +96,7 @@ static void write_by_mask(const skin_job *job, uint32_t corner) {
       if (r->mask[e].position != 0)
         tw_joint_sum_add(&r->joints, &s->influences, r->mask[e].vertex, r->mask[e].position);
   } else {
-    const tw_influences *own = s->options.level == 0 ? &s->cage_influences : &s->influences;
+    const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
     tw_joint_sum_add(&r->joints, own, field->base.corner_vertex[corner], 1);
   }
   clear_rows(job);

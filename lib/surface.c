@@ -77,7 +77,7 @@ static tw_status start_influences(build *b) {
   const uint32_t *point_of = b->cage.point_of;
   uint32_t vertices = b->topologies[0].vertex_count;
   tw_status status = tw_influences_init(&s->influences, b->mesh, point_of, vertices);
-  if (status == TW_OK && s->options.level == 0)
+  if (status == TW_OK && s->options.level == 0 && b->levels > 0)
     status = tw_influences_init(&s->cage_influences, b->mesh, point_of, vertices);
   return status;
 }

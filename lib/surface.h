@@ -71,7 +71,7 @@ struct tw_surface {
   tw_values *morphs;
 
   /* Of skinned meshes; else zeroed. */
-  tw_influences cage_influences; /* only kept for level 0 */
+  tw_influences cage_influences; /* only for level 0, unless the base is the cage */
   tw_influences influences;      /* at the base level */
 
   uint8_t *mirrored; /* [base quads], where the answer has tangents; else NULL */
