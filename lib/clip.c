@@ -71,6 +71,23 @@ static tw_status order_tracks(tw_clip *clip, tw_error *error) {
   return TW_OK;
 }
 
+static tw_status list_channels(tw_clip *clip, tw_error *error) {
+  clip->arcs = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->arcs);
+  clip->others = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->others);
+  if (!clip->arcs || !clip->others) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track *track = &clip->tracks[clip->by_timeline[i]];
+    if (track->kind == TRACK_ARC)
+      clip->arcs[clip->arc_count++] = (arc_channel){.timeline = *track->timeline,
+                                                    .arcs = track->segments.arcs,
+                                                    .timeline_index = track->timeline_index,
+                                                    .node = track->node};
+    else if (track->path != TW_WEIGHTS)
+      clip->others[clip->other_count++] = clip->by_timeline[i];
+  }
+  return TW_OK;
+}
+
 static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
   tw_arena *arena = tw_arena_create();
   tw_clip *clip = arena ? tw_arena_alloc(arena, 1, sizeof *clip) : NULL;
@@ -97,6 +114,7 @@ tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int forc
   status = build_timelines(clip, keys, error);
   if (status == TW_OK) status = build_tracks(clip, keys, force, error);
   if (status == TW_OK) status = order_tracks(clip, error);
+  if (status == TW_OK) status = list_channels(clip, error);
   if (status == TW_OK)
     *out = clip;
   else

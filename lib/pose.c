@@ -22,28 +22,27 @@ float tw_loop_time(float t, float duration, tw_loop loop) {
   return (float)time;
 }
 
-static float *moved_part(tw_trs *trs, tw_path path) {
+/* Where a path of node `node` is in each of `count` poses, and what goes there. The sizes are constants: a
+ * copy of unknown size would cost more than the sample. */
+static void scatter(tw_path path, const float *samples, size_t count, uint32_t node_count, uint32_t node,
+                    tw_trs *locals) {
+  tw_trs *target = locals + node;
   switch (path) {
-  case TW_TRANSLATION: return trs->translation;
-  case TW_ROTATION: return trs->rotation;
-  case TW_SCALE: return trs->scale;
+  case TW_TRANSLATION:
+    for (size_t i = 0; i < count; i++, target += node_count) memcpy(target->translation, samples + 3 * i, 12);
+    break;
+  case TW_ROTATION:
+    for (size_t i = 0; i < count; i++, target += node_count) memcpy(target->rotation, samples + 4 * i, 16);
+    break;
+  case TW_SCALE:
+    for (size_t i = 0; i < count; i++, target += node_count) memcpy(target->scale, samples + 3 * i, 12);
+    break;
   case TW_WEIGHTS: break;
   }
-  return NULL;
 }
 
 /* Times are taken this many at once, so that what one track writes stays in cache for the next. */
 enum { TIME_BLOCK = TW_ARC_BLOCK };
-
-/* Keys at or before each time, times clamped. */
-static void find_keys(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
-                      uint32_t *keys) {
-  uint32_t hint = 0;
-  for (size_t i = 0; i < count; i++) {
-    clamped[i] = timeline_clamp(timeline, times[i]);
-    keys[i] = hint = timeline_find_near(timeline, clamped[i], hint);
-  }
-}
 
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out) {
   const tw_track *sampled = &clip->tracks[track];
@@ -51,8 +50,63 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   uint32_t keys[TIME_BLOCK];
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
-    find_keys(sampled->timeline, times + done, count, clamped, keys);
+    tw_timeline_find_all(sampled->timeline, times + done, count, clamped, keys);
     tw_track_sample(sampled, clamped, keys, count, out + done * sampled->width);
+  }
+}
+
+static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *locals) {
+  for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
+}
+
+/* Where up to TW_ARC_BLOCK channels stand at a time. In passes, so that when the clip is larger than the
+ * cache the loads of all channels wait side by side, not one behind the other. */
+static void find_arcs(const arc_channel *channels, uint32_t count, float time, const arc_segment **arcs,
+                      float *angles) {
+  float clamped[TW_ARC_BLOCK];
+  uint32_t keys[TW_ARC_BLOCK], line_of[TW_ARC_BLOCK], line_count = 0;
+  for (uint32_t i = 0; i < count; i++) {
+    if (i == 0 || channels[i].timeline_index != channels[i - 1].timeline_index) {
+      clamped[line_count] = timeline_clamp(&channels[i].timeline, time);
+      keys[line_count] = timeline_find(&channels[i].timeline, clamped[line_count]);
+      line_count++;
+    }
+    line_of[i] = line_count - 1;
+  }
+  for (uint32_t i = 0; i < count; i++) {
+    arcs[i] = channels[i].arcs + keys[line_of[i]];
+    angles[i] = (clamped[line_of[i]] - arcs[i]->start) * arcs[i]->rate;
+  }
+}
+
+static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
+  const arc_segment *arcs[TW_ARC_BLOCK];
+  float angles[TW_ARC_BLOCK], rotations[TW_ARC_BLOCK][4];
+  for (uint32_t done = 0; done < clip->arc_count; done += TW_ARC_BLOCK) {
+    const arc_channel *channels = clip->arcs + done;
+    uint32_t count = clip->arc_count - done < TW_ARC_BLOCK ? clip->arc_count - done : TW_ARC_BLOCK;
+    find_arcs(channels, count, time, arcs, angles);
+    tw_arcs_sample(arcs, angles, count, rotations);
+    for (uint32_t i = 0; i < count; i++)
+      memcpy(locals[channels[i].node].rotation, rotations[i], sizeof rotations[i]);
+  }
+}
+
+void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
+                  tw_trs *locals) {
+  float clamped = 0, sample[4];
+  uint32_t timeline = TW_NO_INDEX, key = 0;
+  put_at_rest(nodes, node_count, locals);
+  pose_arcs(clip, time, locals);
+  for (uint32_t i = 0; i < clip->other_count; i++) {
+    const tw_track *track = &clip->tracks[clip->others[i]];
+    if (track->timeline_index != timeline) {
+      timeline = track->timeline_index;
+      clamped = timeline_clamp(track->timeline, time);
+      key = timeline_find(track->timeline, clamped);
+    }
+    tw_track_sample(track, &clamped, &key, 1, sample);
+    scatter(track->path, sample, 1, node_count, track->node, locals);
   }
 }
 
@@ -64,26 +118,19 @@ static void pose_block(const tw_clip *clip, const float *times, size_t count, tw
     if (track->path == TW_WEIGHTS) continue;
     if (track->timeline_index != timeline) {
       timeline = track->timeline_index;
-      find_keys(track->timeline, times, count, clamped, keys);
+      tw_timeline_find_all(track->timeline, times, count, clamped, keys);
     }
     tw_track_sample(track, clamped, keys, count, samples);
-    for (size_t j = 0; j < count; j++)
-      memcpy(moved_part(&locals[j * clip->node_count + track->node], track->path), samples + j * track->width,
-             track->width * sizeof *samples);
+    scatter(track->path, samples, count, clip->node_count, track->node, locals);
   }
 }
 
 void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals) {
-  for (size_t i = 0; i < time_count; i++)
-    for (uint32_t j = 0; j < node_count; j++) locals[i * node_count + j] = nodes[j].rest;
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
-    pose_block(clip, times + done, count, locals + done * node_count);
+    for (size_t i = 0; i < count; i++) put_at_rest(nodes, node_count, locals + i * node_count);
+    pose_block(clip, times + done, count, locals);
+    locals += count * node_count;
   }
-}
-
-void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
-                  tw_trs *locals) {
-  tw_clip_poses(clip, nodes, node_count, &time, 1, locals);
 }

@@ -7,24 +7,73 @@
 
 enum { BUCKETS_MAX = 1 << 24 };
 
+static void fill_buckets(const tw_timeline *timeline, tw_bucket *buckets, uint32_t bucket_count) {
+  uint32_t key = 0;
+  for (uint32_t i = 0; i < bucket_count + 2; i++) {
+    while (key < timeline->key_count && timeline_bucket(timeline, timeline->times[key]) < i) key++;
+    buckets[i].first_key = key;
+    for (uint32_t j = 0; j < 3; j++)
+      buckets[i].times[j] = j < timeline->key_count - key ? timeline->times[key + j] : INFINITY;
+  }
+}
+
 bool tw_timeline_init(tw_timeline *timeline, tw_arena *arena, const float *times, uint32_t key_count) {
   uint32_t bucket_count = key_count < BUCKETS_MAX ? key_count : BUCKETS_MAX;
   float *copy = tw_arena_alloc(arena, key_count, sizeof *copy);
-  uint32_t *first_key = tw_arena_alloc(arena, (size_t)bucket_count + 2, sizeof *first_key);
-  if (!copy || !first_key) return false;
+  tw_bucket *buckets = tw_arena_alloc(arena, (size_t)bucket_count + 2, sizeof *buckets);
+  if (!copy || !buckets) return false;
   memcpy(copy, times, key_count * sizeof *copy);
   double span = (double)times[key_count - 1] - (double)times[0];
   double rate = span > 0 ? bucket_count / span : 0;
   *timeline = (tw_timeline){.times = copy,
-                            .first_key = first_key,
+                            .buckets = buckets,
                             .key_count = key_count,
-                            .bucket_count = bucket_count,
+                            .first = times[0],
+                            .last = times[key_count - 1],
+                            .last_bucket = (float)bucket_count,
                             .buckets_per_second = (float)fmin(rate, (double)FLT_MAX)};
-  uint32_t key = 0;
-  for (uint32_t bucket = 0; bucket <= bucket_count; bucket++) {
-    while (key < key_count && timeline_bucket(timeline, copy[key]) < bucket) key++;
-    first_key[bucket] = key;
-  }
-  first_key[bucket_count + 1] = key_count;
+  fill_buckets(timeline, buckets, bucket_count);
   return true;
+}
+
+uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, uint32_t bucket) {
+  const float *times = timeline->times;
+  uint32_t low = timeline->buckets[bucket].first_key, high = timeline->buckets[bucket + 1].first_key;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (times[middle] <= clamped)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low - 1;
+}
+
+/* So many keys may begin within a block for comparing all of its times with each key to pay. */
+enum { KEYS_FEW = 12 };
+
+/* Keys at or before each clamped time; none is before key `first` or at or after the one after `last`. */
+static void count_keys(const float *key_times, uint32_t first, uint32_t last, const float *restrict clamped,
+                       size_t count, uint32_t *restrict keys) {
+  for (size_t i = 0; i < count; i++) keys[i] = first;
+  for (uint32_t key = first + 1; key <= last; key++) {
+    float time = key_times[key];
+    for (size_t i = 0; i < count; i++) keys[i] += clamped[i] >= time;
+  }
+}
+
+void tw_timeline_find_all(const tw_timeline *timeline, const float *restrict times, size_t count,
+                          float *restrict clamped, uint32_t *restrict keys) {
+  const tw_timeline line = *timeline;
+  uint32_t falls = 0;
+  for (size_t i = 0; i < count; i++) clamped[i] = timeline_clamp(&line, times[i]);
+  for (size_t i = 1; i < count; i++) falls += clamped[i] < clamped[i - 1];
+  if (falls == 0) {
+    uint32_t first = timeline_find(&line, clamped[0]), last = timeline_find(&line, clamped[count - 1]);
+    if (last - first <= KEYS_FEW) {
+      count_keys(line.times, first, last, clamped, count, keys);
+      return;
+    }
+  }
+  for (size_t i = 0; i < count; i++) keys[i] = timeline_find(&line, clamped[i]);
 }

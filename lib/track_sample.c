@@ -18,7 +18,10 @@ static inline float cosine(float v) {
          x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
 }
 
-void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
+/* The same source for every instruction set, and no contraction: all give the same bytes. */
+static inline __attribute__((always_inline)) void sample_block(const arc_segment *const *restrict arcs,
+                                                               const float *restrict angles, size_t count,
+                                                               float (*restrict out)[4]) {
   float c[TW_ARC_BLOCK], s[TW_ARC_BLOCK];
   for (size_t i = 0; i < count; i++) {
     c[i] = cosine(angles[i]);
@@ -28,6 +31,23 @@ void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t 
     const arc_segment *arc = arcs[i];
     for (int j = 0; j < 4; j++) out[i][j] = arc->from[j] * c[i] + arc->toward[j] * s[i];
   }
+}
+
+#ifdef __x86_64__
+static __attribute__((target("avx2"))) void
+sample_block_avx2(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
+  sample_block(arcs, angles, count, out);
+}
+#endif
+
+void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) {
+    sample_block_avx2(arcs, angles, count, out);
+    return;
+  }
+#endif
+  sample_block(arcs, angles, count, out);
 }
 
 static void sample_arcs(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
