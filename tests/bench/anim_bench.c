@@ -1,0 +1,273 @@
+/* Nanoseconds a joint and time: sampling clips in order, at random and in bulk, beside a plain binary search
+ * with libm slerp; local to world matrices of one pose and of sixteen. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "tweend/anim.h"
+
+enum { RUNS = 9, ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000, POSE_BLOCK = 64 };
+
+static double now(void) {
+  struct timespec time;
+  clock_gettime(CLOCK_MONOTONIC, &time);
+  return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static uint64_t seed = 1;
+
+static double random_unit(void) {
+  seed = seed * 6364136223846793005u + 1442695040888963407u;
+  return (double)(seed >> 11) / 9007199254740992.0;
+}
+
+static void *checked(void *memory) {
+  if (memory) return memory;
+  fprintf(stderr, "no memory\n");
+  exit(1);
+}
+
+/* ---- what is sampled ------------------------------------------------------------------------------ */
+
+/* Rotation tracks of `joint_count` joints with irregular keys over ten seconds. */
+typedef struct scene {
+  uint32_t joint_count, key_count;
+  float *times;  /* [joint_count][key_count] */
+  float *values; /* [joint_count][key_count][4] */
+  tw_track_keys *tracks;
+  tw_node *nodes;
+  uint32_t *order;
+  tw_clip *clip;
+} scene;
+
+static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool shared_times) {
+  size_t keys = (size_t)joint_count * key_count;
+  *s = (scene){.joint_count = joint_count, .key_count = key_count};
+  s->times = checked(tw_alloc(keys, sizeof *s->times));
+  s->values = checked(tw_alloc(keys, 4 * sizeof *s->values));
+  s->tracks = checked(tw_alloc_zero(joint_count, sizeof *s->tracks));
+  s->nodes = checked(tw_alloc_zero(joint_count, sizeof *s->nodes));
+  s->order = checked(tw_alloc(joint_count, sizeof *s->order));
+  for (uint32_t joint = 0; joint < joint_count; joint++) {
+    float *times = s->times + (size_t)joint * key_count;
+    double time = 0;
+    for (uint32_t key = 0; key < key_count; key++) {
+      times[key] = (float)time;
+      time += 0.05 + random_unit() * random_unit();
+    }
+    for (uint32_t key = 0; key < key_count; key++) times[key] *= 10 / times[key_count - 1];
+    if (shared_times) memcpy(times, s->times, key_count * sizeof *times);
+    float *values = s->values + 4 * (size_t)joint * key_count;
+    for (size_t i = 0; i < 4 * (size_t)key_count; i++) values[i] = (float)(random_unit() - 0.5);
+    s->tracks[joint] = (tw_track_keys){.node = joint,
+                                       .path = TW_ROTATION,
+                                       .interpolation = TW_LINEAR,
+                                       .form = TW_KEY_QUATERNION,
+                                       .width = 4,
+                                       .key_count = key_count,
+                                       .times = times,
+                                       .values = values};
+    s->nodes[joint] = (tw_node){.parent = joint ? (joint - 1) / 2 : TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+    s->nodes[joint].rest.translation[1] = 0.3f;
+  }
+  tw_clip_keys clip = {.track_count = joint_count, .tracks = s->tracks};
+  if (tw_clip_create(&clip, joint_count, -1, &s->clip, NULL) != TW_OK) checked(NULL);
+  if (tw_nodes_order(s->nodes, joint_count, s->order, NULL) != TW_OK) checked(NULL);
+}
+
+static void scene_deinit(scene *s) {
+  tw_clip_destroy(s->clip);
+  free(s->times);
+  free(s->values);
+  free(s->tracks);
+  free(s->nodes);
+  free(s->order);
+}
+
+/* ---- the plain way: bisection, acos, sin ------------------------------------------------------------ */
+
+static void plain_slerp(const float *a, const float *b, float u, float *out) {
+  float cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3], sign = cosine < 0 ? -1 : 1;
+  cosine = fminf(cosine * sign, 1);
+  float from = 1 - u, to = u;
+  if (cosine < 0.9995f) {
+    float angle = acosf(cosine), scale = 1 / sinf(angle);
+    from = sinf(from * angle) * scale;
+    to = sinf(to * angle) * scale;
+  }
+  for (int i = 0; i < 4; i++) out[i] = a[i] * from + b[i] * to * sign;
+}
+
+static void plain_sample(const float *times, const float *values, uint32_t key_count, float time,
+                         float *out) {
+  uint32_t low = 0, high = key_count - 1;
+  while (high - low > 1) {
+    uint32_t middle = (low + high) / 2;
+    if (times[middle] <= time)
+      low = middle;
+    else
+      high = middle;
+  }
+  float u = (time - times[low]) / (times[high] - times[low]);
+  plain_slerp(values + 4 * (size_t)low, values + 4 * (size_t)high, u, out);
+}
+
+static void plain_pose(const scene *s, float time, tw_trs *locals) {
+  for (uint32_t joint = 0; joint < s->joint_count; joint++) {
+    locals[joint] = s->nodes[joint].rest;
+    plain_sample(s->tracks[joint].times, s->tracks[joint].values, s->key_count, time, locals[joint].rotation);
+  }
+}
+
+/* ---- measuring ---------------------------------------------------------------------------------------- */
+
+/* One way to sample `count` times; results go to memory that is used again, as a server's are. */
+typedef void (*sampling)(const scene *s, const float *times, uint32_t count, tw_trs *locals);
+
+static void by_pose(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (uint32_t i = 0; i < count; i++) tw_clip_pose(s->clip, s->nodes, s->joint_count, times[i], locals);
+}
+
+static void by_plain_pose(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (uint32_t i = 0; i < count; i++) plain_pose(s, times[i], locals);
+}
+
+static void by_poses(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (uint32_t i = 0; i < count; i += POSE_BLOCK) {
+    uint32_t block = count - i < POSE_BLOCK ? count - i : POSE_BLOCK;
+    tw_clip_poses(s->clip, s->nodes, s->joint_count, times + i, block, locals);
+  }
+}
+
+static void by_track(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (uint32_t joint = 0; joint < s->joint_count; joint++)
+    tw_clip_sample(s->clip, joint, times, count, (float *)locals);
+}
+
+static void by_plain_track(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
+  for (uint32_t joint = 0; joint < s->joint_count; joint++)
+    for (uint32_t i = 0; i < count; i++)
+      plain_sample(s->tracks[joint].times, s->tracks[joint].values, s->key_count, times[i],
+                   (float *)locals + 4 * (size_t)i);
+}
+
+static int compare(const void *a, const void *b) {
+  double x = *(const double *)a, y = *(const double *)b;
+  return (x > y) - (x < y);
+}
+
+typedef struct timing {
+  double median, least, most; /* ns */
+} timing;
+
+static timing summary(double *runs) {
+  qsort(runs, RUNS, sizeof *runs, compare);
+  return (timing){runs[RUNS / 2], runs[0], runs[RUNS - 1]};
+}
+
+static timing measure(const scene *s, sampling sample, const float *times, uint32_t count, tw_trs *locals) {
+  double runs[RUNS];
+  sample(s, times, count, locals);
+  for (int run = 0; run < RUNS; run++) {
+    double start = now();
+    sample(s, times, count, locals);
+    runs[run] = (now() - start) * 1e9 / ((double)count * s->joint_count);
+  }
+  return summary(runs);
+}
+
+static void print_pair(const char *name, timing ours, timing plain) {
+  printf("  %-28s %7.2f ns (%.2f to %.2f)   plain %7.2f   %5.1f times\n", name, ours.median, ours.least,
+         ours.most, plain.median, plain.median / ours.median);
+}
+
+static void fill_times(float *times, uint32_t count, bool ascending) {
+  for (uint32_t i = 0; i < count; i++)
+    times[i] = (float)(10 * (ascending ? (double)i / count : random_unit()));
+}
+
+static void bench_sampling(uint32_t joint_count, uint32_t key_count, bool shared_times) {
+  scene s;
+  scene_init(&s, joint_count, key_count, shared_times);
+  float *times = checked(tw_alloc(BULK_TIMES, sizeof *times));
+  size_t room = (size_t)joint_count * POSE_BLOCK;
+  tw_trs *locals = checked(tw_alloc(room > BULK_TIMES ? room : BULK_TIMES, sizeof *locals));
+  printf("%u joints, %u keys each%s\n", joint_count, key_count, shared_times ? ", the same times" : "");
+  fill_times(times, ORDERED_TIMES, true);
+  print_pair("pose by pose, in order", measure(&s, by_pose, times, ORDERED_TIMES, locals),
+             measure(&s, by_plain_pose, times, ORDERED_TIMES, locals));
+  fill_times(times, RANDOM_TIMES, false);
+  print_pair("pose by pose, at random", measure(&s, by_pose, times, RANDOM_TIMES, locals),
+             measure(&s, by_plain_pose, times, RANDOM_TIMES, locals));
+  fill_times(times, BULK_TIMES, true);
+  timing plain = measure(&s, by_plain_track, times, BULK_TIMES, locals);
+  print_pair("10,000 times, by track", measure(&s, by_track, times, BULK_TIMES, locals), plain);
+  print_pair("10,000 times, whole poses", measure(&s, by_poses, times, BULK_TIMES, locals), plain);
+  free(times);
+  free(locals);
+  scene_deinit(&s);
+}
+
+/* Local transforms to world matrices: pose by pose, and sixteen poses at a time. */
+static void bench_worlds(uint32_t joint_count) {
+  enum { POSES = TW_LANES, ROUNDS = 64 };
+  scene s;
+  scene_init(&s, joint_count, 10, true);
+  float times[POSES];
+  tw_trs *locals = checked(tw_alloc((size_t)joint_count * POSES, sizeof *locals));
+  float *matrices = checked(tw_alloc((size_t)joint_count * POSES, 16 * sizeof *matrices));
+  float *lanes = checked(tw_alloc((size_t)joint_count * TW_LANES, TW_LANE_TRS * sizeof *lanes));
+  fill_times(times, POSES, true);
+  tw_clip_poses(s.clip, s.nodes, joint_count, times, POSES, locals);
+  tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
+  double plain[RUNS], side_by_side[RUNS], sampled[RUNS], per = 1e9 / ((double)ROUNDS * POSES * joint_count);
+  for (int run = 0; run < RUNS; run++) {
+    double start = now();
+    for (int round = 0; round < ROUNDS; round++)
+      for (uint32_t pose = 0; pose < POSES; pose++) {
+        tw_pose_locals(s.clip, s.nodes, joint_count, locals + (size_t)pose * joint_count, matrices);
+        tw_pose_world(s.nodes, s.order, joint_count, matrices, matrices);
+      }
+    double middle = now();
+    for (int round = 0; round < ROUNDS; round++)
+      tw_lanes_world(s.clip, s.nodes, s.order, joint_count, lanes, matrices);
+    double end = now();
+    for (int round = 0; round < ROUNDS; round++) tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
+    plain[run] = (middle - start) * per;
+    side_by_side[run] = (end - middle) * per;
+    sampled[run] = (now() - end) * per;
+  }
+  printf("%u joints, local to world\n", joint_count);
+  print_pair("sixteen poses at a time", summary(side_by_side), summary(plain));
+  timing lane_sampling = summary(sampled);
+  printf("  %-28s %7.2f ns (%.2f to %.2f)\n", "sampling sixteen side by side", lane_sampling.median,
+         lane_sampling.least, lane_sampling.most);
+  free(locals);
+  free(matrices);
+  free(lanes);
+  scene_deinit(&s);
+}
+
+static void print_machine(void) {
+  char line[256] = "";
+  FILE *info = fopen("/proc/cpuinfo", "r");
+  while (info && fgets(line, sizeof line, info))
+    if (strncmp(line, "model name", 10) == 0) break;
+  if (info) fclose(info);
+  printf("tweend %s, %s", tw_version(), line[0] ? line : "unknown machine\n");
+#ifdef __VERSION__
+  printf("compiler %s; median of %d runs (least to most)\n", __VERSION__, RUNS);
+#endif
+}
+
+int main(void) {
+  const uint32_t joints[] = {24, 100, 1000}, keys[] = {10, 1000};
+  print_machine();
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 2; j++) bench_sampling(joints[i], keys[j], false);
+  bench_sampling(1000, 1000, true);
+  for (int i = 0; i < 3; i++) bench_worlds(joints[i]);
+  return 0;
+}
