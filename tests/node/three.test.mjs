@@ -76,6 +76,25 @@ async function assertPoses(gltf, facts) {
   }
 }
 
+/** Vertices where joints and morph targets put them, in the world. */
+async function assertSkinned(gltf, wanted) {
+  const node = (await nodesOf(gltf))[0];
+  let skinned;
+  node.traverse((object) => (skinned ??= object.isSkinnedMesh ? object : undefined));
+  gltf.scene.updateMatrixWorld(true);
+  const { position, skinWeight, tangent, normal } = skinned.geometry.attributes;
+  assert.equal(position.count, wanted.length);
+  const [at, along, up] = [new Vector3(), new Vector3(), new Vector3()];
+  for (let i = 0; i < position.count; i++) {
+    skinned.getVertexPosition(i, at).applyMatrix4(skinned.matrixWorld);
+    assertNear(at.toArray(), wanted[i], 1e-6, `vertex ${i}`);
+    const sum = skinWeight.getX(i) + skinWeight.getY(i) + skinWeight.getZ(i) + skinWeight.getW(i);
+    assert.ok(Math.abs(sum - 1) < 1e-6, `weights of vertex ${i}`);
+    along.fromBufferAttribute(tangent, i);
+    assert.ok(Math.abs(along.dot(up.fromBufferAttribute(normal, i))) < 1e-6, `tangent of vertex ${i}`);
+  }
+}
+
 for (const { name, glb, gltf: json, facts } of writeSamples()) {
   for (const [suffix, bytes] of [['glb', glb], ['gltf', json]]) {
     test(`${name}.${suffix} holds what the library says`, async () => {
@@ -88,6 +107,10 @@ for (const { name, glb, gltf: json, facts } of writeSamples()) {
       assertMatrices(nodes.map((node) => node.matrix), facts.local, () => 1e-6, 'local transform');
       assertMatrices(nodes.map((node) => node.matrixWorld), facts.world, () => 1e-6, 'world transform');
     });
+  }
+  if (facts.skinned) {
+    test(`${name}.glb puts its vertices where the library does`, async () =>
+      assertSkinned(await load(glb), facts.skinned));
   }
   if (facts.poses) {
     test(`${name}.glb moves as the library says`, async () => assertPoses(await load(glb), facts));

@@ -29,6 +29,15 @@ static const char textured_text[] =
     "AACAvwAAAAAAAIC/AACAPwAAAAAAAIC/AACAPwAAAAAAAIA/AACAvwAAAAAAAIA/AAAAAAAAAAAAAIA/AAAAAAAAgD8AAIA/AAAAAAAA"
     "gD8AAAIAAQAAAAMAAgA=\"}]}";
 
+/* Three materials with a normal map, and nothing else. */
+static const char mapped_text[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"materials\":[{\"name\":\"red\",\"normalTexture\":{\"index\":0}},"
+    "{\"name\":\"green\",\"normalTexture\":{\"index\":0,\"scale\":0.5}},{\"name\":\"blue\",\"normalTexture\":"
+    "{\"index\":0}}],\"textures\":[{\"source\":0}],\"images\":[{\"mimeType\":\"image/png\",\"uri\":"
+    "\"data:image/"
+    "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAQAAAAECAIAAAAmkwkpAAAAHklEQVR4nGM4wSACRwwnjETgiOFEiggcMZyYJgJHA"
+    "LgbEnGcAso2AAAAAElFTkSuQmCC\"}]}";
+
 static const char *folder;
 
 static FILE *open_file(const char *name, const char *suffix) {
@@ -101,6 +110,51 @@ static void print_meshes(FILE *file, const tw_scene *scene) {
   fprintf(file, "],\n");
 }
 
+/* A row as the joints and morph targets of the first node put it. joints: [][16]. */
+static void move_row(const tw_scene *scene, const float *row, const float *joints, float out[3]) {
+  const tw_mesh *mesh = &scene->model->meshes[0];
+  const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[0]);
+  float point[3];
+  memcpy(point, row, sizeof point);
+  for (uint32_t m = 0; m < layout->morph_count; m++)
+    for (uint32_t c = 0; c < 3; c++) point[c] += mesh->morph_weights[m] * row[layout->morphs + 3 * m + c];
+  memset(out, 0, 3 * sizeof *out);
+  for (uint32_t k = 0; k < 4; k++) {
+    const float *matrix = joints + 16 * (size_t)row[layout->joints + k];
+    for (uint32_t c = 0; c < 3; c++)
+      out[c] += row[layout->weights + k] *
+                (matrix[c] * point[0] + matrix[4 + c] * point[1] + matrix[8 + c] * point[2] + matrix[12 + c]);
+  }
+}
+
+/* Where every vertex of the first node, which is skinned, is in the world. */
+static void print_skinned(FILE *file, const tw_scene *scene) {
+  const tw_model *model = scene->model;
+  const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[0]);
+  uint64_t count = tw_surface_row_count(scene->surfaces[0], TW_DOMAIN_VERTICES);
+  float *world = tw_alloc(model->node_count, 16 * sizeof *world);
+  float *joints = tw_alloc(model->skins[0].joint_count, 16 * sizeof *joints);
+  float *row = tw_alloc(layout->stride, sizeof *row);
+  tw_surface_reader *reader = tw_surface_reader_create(scene->surfaces[0]);
+  if (!world || !joints || !row || !reader) abort();
+  tw_pose_locals(scene->posed_by, model->nodes, model->node_count, scene->pose, world);
+  tw_pose_world(model->nodes, model->node_order, model->node_count, world, world);
+  tw_skin_matrices(&model->skins[0], world, joints);
+  fprintf(file, ",\n\"skinned\":[");
+  for (uint64_t i = 0; i < count; i++) {
+    float moved[3];
+    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
+    move_row(scene, row, joints, moved);
+    fprintf(file, "%s", i ? "," : "");
+    print_floats(file, moved, 3);
+  }
+  fprintf(file, "]");
+  tw_surface_reader_destroy(reader);
+  free(row);
+  free(joints);
+  free(world);
+}
+
 /* Nodes whose rotation glTF cannot interpolate as the clip does. */
 static void print_sampled_nodes(FILE *file, const tw_clip_keys *clip) {
   fprintf(file, ",\n\"sampled\":[");
@@ -137,6 +191,7 @@ static void write_facts(const tw_scene *scene, const char *name) {
   print_meshes(file, scene);
   fprintf(file, "\"nodes\":%u,", scene->model->node_count);
   print_matrices(file, scene, NULL, 0);
+  if (scene->pose && scene->model->skin_count > 0) print_skinned(file, scene);
   if (scene->clip) {
     print_sampled_nodes(file, scene->clip);
     print_poses(file, scene);
@@ -201,6 +256,33 @@ static void write_attributes(void) {
   write_sample(&f, "skinned");
 }
 
+/* Everything that a vertex can bear, with a bent knee. */
+static void write_mapped(uint32_t level) {
+  fixture f;
+  char name[40];
+  tw_error error;
+  tw_model *materials = NULL;
+  snprintf(name, sizeof name, "skinned_and_mapped_%u", level);
+  fixture_init(&f, patchwork_text);
+  if (tw_gltf_read((const uint8_t *)mapped_text, strlen(mapped_text), TW_QUADS_AUTO, NULL, &materials,
+                   &error) != TW_OK)
+    abort();
+  f.model->assets = materials->assets;
+  materials->assets = NULL;
+  tw_model_destroy(materials);
+  fixture_add_colors(&f);
+  fixture_add_morphs(&f, 3);
+  fixture_add_skin(&f);
+  f.model->meshes[0].has_tangents = true;
+  fixture_refine(&f, level, true);
+  tw_trs *pose = fixture_alloc(&f, f.model->node_count, sizeof *pose);
+  for (uint32_t i = 0; i < f.model->node_count; i++) pose[i] = f.model->nodes[i].rest;
+  pose[f.model->skins[0].joints[0]].translation[0] = 0.5f;
+  tw_quat_from_axis_angle((const double[3]){1, 2, 3}, 0.9, pose[f.model->skins[0].joints[1]].rotation);
+  f.scene.pose = pose;
+  write_sample(&f, name);
+}
+
 static void write_textured(void) {
   fixture f = {0};
   tw_error error;
@@ -256,6 +338,7 @@ int main(int count, char **arguments) {
   write_plain();
   write_polygons();
   write_attributes();
+  for (uint32_t level = 0; level < 4; level++) write_mapped(level);
   write_textured();
   write_hierarchy();
   return 0;

@@ -358,6 +358,31 @@ static void vertices_are_the_rows_of_the_surface(void **state) {
   fixture_deinit(&f);
 }
 
+static void joints_travel_as_unsigned_shorts(void **state) {
+  (void)state;
+  fixture f;
+  everything(&f, 2);
+  glb file = write_glb(&f.scene);
+  const tw_surface_layout *layout = tw_surface_get_layout(f.surfaces[0]);
+  tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
+  assert_true(layout->joints != UINT32_MAX && layout->stride <= 64);
+  uint64_t rows = tw_surface_row_count(f.surfaces[0], TW_DOMAIN_VERTICES);
+  for (uint64_t i = 0; i < rows; i++) {
+    float row[64] = {0}, found[4] = {0};
+    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
+    read_floats(&file, attribute(&file, 0, "WEIGHTS_0"), i, 4, found);
+    assert_memory_equal(found, row + layout->weights, sizeof found);
+    const uint8_t *joints = element(&file, attribute(&file, 0, "JOINTS_0"), i, 8);
+    for (uint32_t j = 0; j < 4; j++) { /* 0 where the weight is 0 */
+      uint32_t joint = found[j] > 0 ? (uint32_t)row[layout->joints + j] : 0;
+      assert_int_equal((uint32_t)joints[2 * j] | (uint32_t)joints[2 * j + 1] << 8, joint);
+    }
+  }
+  tw_surface_reader_destroy(reader);
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
 static void meshes_of_a_scene_do_not_mix(void **state) {
   (void)state;
   char text[sizeof cube_text + sizeof patchwork_text + 64];
@@ -773,6 +798,22 @@ static void animated_node_gives_up_its_matrix(void **state) {
   fixture_deinit(&f);
 }
 
+static void skin_stays_with_its_node(void **state) {
+  (void)state;
+  fixture f;
+  everything(&f, 1);
+  glb file = write_glb(&f.scene);
+  const cJSON *skin = at(&file, "skins", 0);
+  assert_int_equal(number(at(&file, "nodes", 0), "skin", 9), 0);
+  assert_int_equal(number(skin, "skeleton", 99), 1);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(skin, "joints")), 2);
+  float matrix[16] = {0};
+  read_floats(&file, (int)number(skin, "inverseBindMatrices", UINT32_MAX), 1, 16, matrix);
+  assert_memory_equal(matrix, f.model->skins[0].inverse_bind + 16, sizeof matrix);
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
 static void skin_goes_where_the_surface_has_no_joints(void **state) {
   (void)state;
   fixture f;
@@ -861,6 +902,7 @@ int main(void) {
       cmocka_unit_test(prediction_is_the_size),
       cmocka_unit_test(gltf_holds_the_same_as_glb),
       cmocka_unit_test(vertices_are_the_rows_of_the_surface),
+      cmocka_unit_test(joints_travel_as_unsigned_shorts),
       cmocka_unit_test(meshes_of_a_scene_do_not_mix),
       cmocka_unit_test(bounds_are_exact),
       cmocka_unit_test(many_targets_keep_strides_legal),
@@ -875,6 +917,7 @@ int main(void) {
       cmocka_unit_test(nodes_keep_names_order_and_transforms),
       cmocka_unit_test(pose_takes_the_place_of_rest),
       cmocka_unit_test(animated_node_gives_up_its_matrix),
+      cmocka_unit_test(skin_stays_with_its_node),
       cmocka_unit_test(skin_goes_where_the_surface_has_no_joints),
       cmocka_unit_test(clip_becomes_an_animation),
       cmocka_unit_test(weights_go_only_to_meshes_with_as_many_targets),

@@ -126,7 +126,7 @@ static inline void fixture_add_morphs(fixture *f, uint32_t count) {
 static inline void fixture_add_colors(fixture *f) {
   tw_mesh *mesh = &f->model->meshes[0];
   float *colors = fixture_alloc(f, mesh->point_count, 4 * sizeof *colors);
-  for (uint32_t i = 0; i < 4 * mesh->point_count; i++) colors[i] = (float)(1 + i % 7) / 9;
+  for (uint32_t i = 0; i < 4 * mesh->point_count; i++) colors[i] = i % 4 == 3 ? 1 : (float)(i % 7) / 6;
   mesh->colors = colors;
 }
 
