@@ -79,6 +79,19 @@ void tw_mesh_init(tw_mesh *mesh);
  * O(points + corners). */
 tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face);
 
+/* Where morph targets, and then joints, move the points of a checked mesh; normals follow from the surface
+ * that is made of them.
+ * morph_weights: [mesh->morph_count], or NULL for the mesh's own (0 where it has none).
+ * joint_matrices: [joint_count][16] from tw_skin_matrices, more than the mesh's greatest joint; they lead
+ * from the mesh to the world, so that the node's own transform plays no part. NULL: joints move nothing.
+ * A point's weights count relative to their sum; a point without any hangs on joint 0.
+ * out: [point_count][3]. With it in place of the positions, and without skin and morphs, the mesh is that of
+ * the pose. O(points * (morphs + 4)), allocates nothing.
+ * TW_INVALID, pointer "/positions/7/1", where a coordinate leaves TW_COORDINATE_MAX; out is then undefined.
+ */
+tw_status tw_mesh_deform(const tw_mesh *mesh, const float *morph_weights, const float *joint_matrices,
+                         uint32_t joint_count, float *out, tw_error *error);
+
 /* What a mesh is, for a person who looks at it. */
 typedef struct tw_mesh_facts {
   uint32_t vertices; /* points that a face uses */
