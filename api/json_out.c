@@ -154,3 +154,18 @@ void api_text_floats(api_text *text, const float *values, size_t count) {
   end[length++] = ']';
   advance(text, length);
 }
+
+void api_text_float32(api_text *text, const float *values, size_t count) {
+  if (count > SIZE_MAX / sizeof *values) {
+    text->failed = true;
+    return;
+  }
+  char *end = count ? reserve(text, count * sizeof *values) : NULL;
+  if (!end) return;
+  for (size_t i = 0; i < count; i++) {
+    uint32_t bits;
+    memcpy(&bits, &values[i], sizeof bits);
+    for (int byte = 0; byte < 4; byte++) *end++ = (char)(bits >> 8 * byte & 0xFF);
+  }
+  advance(text, count * sizeof *values);
+}

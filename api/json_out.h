@@ -37,4 +37,7 @@ void api_text_flag(api_text *text, bool value);
 /* [a,b,c] */
 void api_text_floats(api_text *text, const float *values, size_t count);
 
+/* [count] little-endian float32, whatever the machine's order. */
+void api_text_float32(api_text *text, const float *values, size_t count);
+
 #endif

@@ -148,36 +148,33 @@ tw_status api_json_index(const api_json *json, const api_place *at, const cJSON 
   return TW_OK;
 }
 
-tw_status api_json_numbers(const api_json *json, const api_place *at, const cJSON *item, uint32_t width,
-                           double *out) {
+static tw_status check_width(const api_json *json, const api_place *at, const cJSON *item, uint32_t width) {
   uint32_t count;
   tw_status status = api_json_array(json, at, item, &count);
-  if (status != TW_OK) return status;
-  if (count != width)
-    return api_json_fail(json, at, TW_SYNTAX, "%u numbers are expected, not %u", width, count);
-  uint32_t i = 0;
-  for (const cJSON *child = item->child; child; child = child->next, i++) {
-    api_place place = {at, NULL, i};
-    status = api_json_number(json, &place, child, &out[i]);
-    if (status != TW_OK) return status;
+  if (status != TW_OK || count == width) return status;
+  return api_json_fail(json, at, TW_SYNTAX, "%u numbers are expected, not %u", width, count);
+}
+
+tw_status api_json_numbers(const api_json *json, const api_place *at, const cJSON *item, uint32_t width,
+                           double *out) {
+  tw_status status = check_width(json, at, item, width);
+  api_place place = {at, NULL, 0};
+  for (const cJSON *child = item ? item->child : NULL; child && status == TW_OK; child = child->next) {
+    status = api_json_number(json, &place, child, &out[place.index]);
+    place.index++;
   }
-  return TW_OK;
+  return status;
 }
 
 tw_status api_json_floats(const api_json *json, const api_place *at, const cJSON *item, uint32_t width,
                           float *out) {
-  uint32_t count;
-  tw_status status = api_json_array(json, at, item, &count);
-  if (status != TW_OK) return status;
-  if (count != width)
-    return api_json_fail(json, at, TW_SYNTAX, "%u numbers are expected, not %u", width, count);
-  uint32_t i = 0;
-  for (const cJSON *child = item->child; child; child = child->next, i++) {
-    api_place place = {at, NULL, i};
-    status = api_json_float(json, &place, child, &out[i]);
-    if (status != TW_OK) return status;
+  tw_status status = check_width(json, at, item, width);
+  api_place place = {at, NULL, 0};
+  for (const cJSON *child = item ? item->child : NULL; child && status == TW_OK; child = child->next) {
+    status = api_json_float(json, &place, child, &out[place.index]);
+    place.index++;
   }
-  return TW_OK;
+  return status;
 }
 
 tw_status api_json_rows(const api_json *json, const api_place *at, const cJSON *item, uint32_t width,

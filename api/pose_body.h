@@ -38,7 +38,4 @@ uint64_t api_pose_body_size(const api_pose_body *body);
 /* As in api_body. */
 int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity);
 
-/* Numbers that one node has in a pose. */
-size_t api_pose_width(api_pose_as as);
-
 #endif

@@ -1,5 +1,5 @@
 /* Poses: a clip evaluated at the times of a request. */
-#include "pose_body.h"
+#include "pose_print.h"
 
 #include "handlers.h"
 #include "models.h"

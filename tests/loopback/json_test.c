@@ -1,7 +1,6 @@
 /* tweend JSON: what is refused, with the place, and what a good document becomes. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

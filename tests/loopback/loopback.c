@@ -1,7 +1,6 @@
 /* The harness of the loopback tests. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -336,6 +335,12 @@ void assert_problem(reply r, int status, const char *pointer, const char *word) 
   }
   cJSON_Delete(problem);
   reply_free(&r);
+}
+
+const cJSON *json_member(const cJSON *object, const char *name) {
+  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
+  if (!value) fail_msg("no member %s", name);
+  return value;
 }
 
 char *loopback_file(const char *path, size_t *size) {

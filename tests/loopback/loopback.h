@@ -7,6 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include <cjson/cJSON.h>
 #include <cmocka.h>
 
 #include "api.h"
@@ -64,6 +65,9 @@ const char *reply_header(const reply *r, const char *name);
 /* Asserts status and problem document; returns nothing but a failed test. pointer, word: NULL for
  * any; the word must stand in the detail. Frees the reply. */
 void assert_problem(reply r, int status, const char *pointer, const char *word);
+
+/* A member that must be there. */
+const cJSON *json_member(const cJSON *object, const char *name);
 
 /* The text of a file of the project, terminated; freed by the caller. */
 char *loopback_file(const char *path, size_t *size);

@@ -2,7 +2,6 @@
  * and the next request is answered as ever. Linked with malloc, calloc and realloc wrapped. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

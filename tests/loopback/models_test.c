@@ -1,7 +1,6 @@
 /* Models: uploads in every wrapping, descriptions, lists, sources, validators, deleting. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -231,35 +230,29 @@ static void broken_forms_are_400(void **state) {
 
 /* ---- descriptions, lists ------------------------------------------------------------------------ */
 
-static const cJSON *member(const cJSON *object, const char *name) {
-  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
-  if (!value) fail_msg("no member %s", name);
-  return value;
-}
-
 static void the_tank_is_described_in_full(void **state) {
   char *text = loopback_file("server/samples/tank.json", NULL);
   reply r = loopback_post(*state, "/v1/models", "application/json", text);
   cJSON *tank = cJSON_Parse(r.body);
-  assert_string_equal(member(tank, "format")->valuestring, "tweend");
-  assert_string_equal(member(tank, "name")->valuestring, "hull");
-  assert_int_equal(member(tank, "bytes")->valueint, strlen(text));
-  assert_int_equal(cJSON_GetArraySize(member(tank, "meshes")), 5);
-  const cJSON *hull = member(tank, "meshes")->child;
-  assert_int_equal(member(hull, "vertices")->valueint, 48);
-  assert_int_equal(member(hull, "faces")->valueint, 46);
-  assert_int_equal(member(hull, "edges")->valueint, 92);
-  assert_int_equal(member(member(hull, "face_sizes"), "4")->valueint, 46);
-  assert_int_equal(member(hull, "euler_characteristic")->valueint, 2);
-  assert_int_equal(cJSON_GetArraySize(member(member(hull, "bounds"), "max")), 3);
-  const cJSON *wheel = member(tank, "nodes")->child->next;
-  assert_string_equal(member(wheel, "name")->valuestring, "wheel_front_left");
-  assert_string_equal(member(wheel, "parent")->valuestring, "hull");
-  assert_int_equal(cJSON_GetArraySize(member(member(wheel, "rest"), "rotation")), 4);
-  const cJSON *drive = member(tank, "clips")->child;
-  assert_string_equal(member(drive, "name")->valuestring, "drive");
-  assert_true(member(drive, "duration")->valuedouble == 4);
-  assert_true(member(drive, "tracks")->valueint > 5 && member(drive, "keys")->valueint > 20);
+  assert_string_equal(json_member(tank, "format")->valuestring, "tweend");
+  assert_string_equal(json_member(tank, "name")->valuestring, "hull");
+  assert_int_equal(json_member(tank, "bytes")->valueint, strlen(text));
+  assert_int_equal(cJSON_GetArraySize(json_member(tank, "meshes")), 5);
+  const cJSON *hull = json_member(tank, "meshes")->child;
+  assert_int_equal(json_member(hull, "vertices")->valueint, 48);
+  assert_int_equal(json_member(hull, "faces")->valueint, 46);
+  assert_int_equal(json_member(hull, "edges")->valueint, 92);
+  assert_int_equal(json_member(json_member(hull, "face_sizes"), "4")->valueint, 46);
+  assert_int_equal(json_member(hull, "euler_characteristic")->valueint, 2);
+  assert_int_equal(cJSON_GetArraySize(json_member(json_member(hull, "bounds"), "max")), 3);
+  const cJSON *wheel = json_member(tank, "nodes")->child->next;
+  assert_string_equal(json_member(wheel, "name")->valuestring, "wheel_front_left");
+  assert_string_equal(json_member(wheel, "parent")->valuestring, "hull");
+  assert_int_equal(cJSON_GetArraySize(json_member(json_member(wheel, "rest"), "rotation")), 4);
+  const cJSON *drive = json_member(tank, "clips")->child;
+  assert_string_equal(json_member(drive, "name")->valuestring, "drive");
+  assert_true(json_member(drive, "duration")->valuedouble == 4);
+  assert_true(json_member(drive, "tracks")->valueint > 5 && json_member(drive, "keys")->valueint > 20);
   cJSON_Delete(tank);
   reply_free(&r);
   free(text);
@@ -297,16 +290,16 @@ static int walk_list(loopback *loop, const char *first) {
     assert_int_equal(r.status, 200);
     cJSON *page = cJSON_Parse(r.body);
     const cJSON *item;
-    cJSON_ArrayForEach(item, member(page, "models")) {
-      const char *id = member(item, "id")->valuestring;
+    cJSON_ArrayForEach(item, json_member(page, "models")) {
+      const char *id = json_member(item, "id")->valuestring;
       assert_true(strcmp(last, id) < 0);
       strcpy(last, id);
-      assert_int_equal(member(item, "name")->valuestring[0], 'n');
-      assert_string_equal(member(item, "format")->valuestring, "tweend");
-      assert_true(member(item, "bytes")->valueint > 20);
+      assert_int_equal(json_member(item, "name")->valuestring[0], 'n');
+      assert_string_equal(json_member(item, "format")->valuestring, "tweend");
+      assert_true(json_member(item, "bytes")->valueint > 20);
       seen++;
     }
-    const cJSON *next = member(page, "next");
+    const cJSON *next = json_member(page, "next");
     assert_int_equal(cJSON_IsString(next), reply_header(&r, "Link") != NULL);
     strcpy(url, cJSON_IsString(next) ? next->valuestring : "");
     cJSON_Delete(page);

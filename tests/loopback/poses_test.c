@@ -1,7 +1,6 @@
 /* Poses: times, forms, nodes, borrowed clips, refusals, validators, streaming. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -54,19 +53,13 @@ static cJSON *ask_json(const fixture *f, const char *rest) {
   return tree;
 }
 
-static const cJSON *get(const cJSON *object, const char *name) {
-  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
-  if (!value) fail_msg("no member %s", name);
-  return value;
-}
-
 static const cJSON *pose(const cJSON *answer, int index) {
-  return cJSON_GetArrayItem(get(answer, "poses"), index);
+  return cJSON_GetArrayItem(json_member(answer, "poses"), index);
 }
 
 /* Row `node` of a part equals the numbers, to single precision. */
 static void assert_row(const cJSON *pose, const char *part, int node, size_t count, const double *expected) {
-  const cJSON *row = cJSON_GetArrayItem(get(pose, part), node);
+  const cJSON *row = cJSON_GetArrayItem(json_member(pose, part), node);
   assert_int_equal(cJSON_GetArraySize(row), count);
   for (size_t i = 0; i < count; i++) {
     double value = cJSON_GetArrayItem(row, (int)i)->valuedouble;
@@ -127,16 +120,16 @@ static void names_that_are_not_there_are_404(void **state) {
 
 static void the_answer_has_the_contracts_shape(void **state) {
   cJSON *answer = ask_json(*state, "pose.json?at=0,0.5,1");
-  assert_string_equal(get(answer, "clip")->valuestring, "turn");
-  assert_true(get(answer, "duration")->valuedouble == 1);
-  assert_string_equal(get(answer, "space")->valuestring, "local");
-  assert_string_equal(get(answer, "as")->valuestring, "trs");
-  assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 4);
-  assert_string_equal(cJSON_GetArrayItem(get(answer, "nodes"), 3)->valuestring, "node_3");
-  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 3);
-  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 3);
+  assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
+  assert_true(json_member(answer, "duration")->valuedouble == 1);
+  assert_string_equal(json_member(answer, "space")->valuestring, "local");
+  assert_string_equal(json_member(answer, "as")->valuestring, "trs");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "nodes")), 4);
+  assert_string_equal(cJSON_GetArrayItem(json_member(answer, "nodes"), 3)->valuestring, "node_3");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 3);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 3);
   const cJSON *middle = pose(answer, 1);
-  assert_true(get(middle, "t")->valuedouble == 0.5);
+  assert_true(json_member(middle, "t")->valuedouble == 0.5);
   const double half = sin(atan(1) / 2); /* 45 degrees turn the half-angle by 22.5 */
   assert_row(middle, "rotation", 0, 4, (double[]){0, 0, half, sqrt(1 - half * half)});
   assert_row(middle, "translation", 0, 3, (double[]){0, 0, 1});
@@ -160,7 +153,7 @@ static void rotations_come_in_the_form_asked_for(void **state) {
   cJSON *answer = ask_json(*state, "pose?at=1&as=euler&order=ZYX&unit=degrees&nodes=base");
   assert_row(pose(answer, 0), "euler", 0, 3, (double[]){0, 0, 90});
   assert_null(cJSON_GetObjectItem(pose(answer, 0), "rotation"));
-  get(pose(answer, 0), "translation");
+  json_member(pose(answer, 0), "translation");
   cJSON_Delete(answer);
   answer = ask_json(*state, "pose?at=1&as=axis-angle&nodes=base");
   assert_row(pose(answer, 0), "axis_angle", 0, 4, (double[]){0, 0, 1, 2 * atan(1)});
@@ -179,7 +172,7 @@ static void euler_angles_are_continuous_over_the_times(void **state) {
   reply r = loopback_get(f->loop, rest);
   cJSON *answer = cJSON_Parse(r.body);
   for (int i = 0; i <= 36; i++) {
-    const cJSON *angles = cJSON_GetArrayItem(get(pose(answer, i), "euler"), 0);
+    const cJSON *angles = cJSON_GetArrayItem(json_member(pose(answer, i), "euler"), 0);
     assert_true(fabs(angles->child->valuedouble - 20 * i) < 1e-3);
   }
   cJSON_Delete(answer);
@@ -192,32 +185,32 @@ static void nodes_are_chosen_by_name_in_the_files_order(void **state) {
     char rest[64];
     snprintf(rest, sizeof rest, "pose?nodes=%s", lists[i]);
     cJSON *answer = ask_json(*state, rest);
-    assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 2);
-    assert_string_equal(get(answer, "nodes")->child->valuestring, "base");
+    assert_int_equal(cJSON_GetArraySize(json_member(answer, "nodes")), 2);
+    assert_string_equal(json_member(answer, "nodes")->child->valuestring, "base");
     cJSON_Delete(answer);
   }
   cJSON *answer = ask_json(*state, "pose?nodes=node_3,a,b,arm");
-  assert_int_equal(cJSON_GetArraySize(get(answer, "nodes")), 3);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "nodes")), 3);
   cJSON_Delete(answer);
 }
 
 static void times_may_be_spaced_evenly(void **state) {
   cJSON *answer = ask_json(*state, "pose?from=0.25&to=1&fps=4");
-  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 4);
-  assert_true(cJSON_GetArrayItem(get(answer, "times"), 3)->valuedouble == 1);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 4);
+  assert_true(cJSON_GetArrayItem(json_member(answer, "times"), 3)->valuedouble == 1);
   cJSON_Delete(answer);
   answer = ask_json(*state, "pose?fps=10"); /* up to the clip's end, rounding notwithstanding */
-  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 11);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 11);
   cJSON_Delete(answer);
   answer = ask_json(*state, "pose"); /* no time is 0 */
-  assert_true(get(answer, "times")->child->valuedouble == 0);
+  assert_true(json_member(answer, "times")->child->valuedouble == 0);
   cJSON_Delete(answer);
 }
 
 static void looping_folds_times(void **state) {
   cJSON *answer = ask_json(*state, "pose?at=1.5,2.5&loop=repeat&nodes=base");
   assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 1});
-  assert_true(get(pose(answer, 0), "t")->valuedouble == 1.5);
+  assert_true(json_member(pose(answer, 0), "t")->valuedouble == 1.5);
   cJSON_Delete(answer);
   answer = ask_json(*state, "pose?at=1.75&loop=pingpong&nodes=base");
   assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 0.5});
@@ -226,8 +219,8 @@ static void looping_folds_times(void **state) {
 
 static void a_clip_without_a_name_goes_by_its_index(void **state) {
   cJSON *answer = ask_json(*state, "pose?clip=clip_1&at=5");
-  assert_string_equal(get(answer, "clip")->valuestring, "clip_1");
-  assert_true(get(answer, "duration")->valuedouble == 0);
+  assert_string_equal(json_member(answer, "clip")->valuestring, "clip_1");
+  assert_true(json_member(answer, "duration")->valuedouble == 0);
   cJSON_Delete(answer);
 }
 
@@ -296,7 +289,7 @@ static reply post_times(const fixture *f, const char *query, const char *body) {
 static void times_may_come_in_a_body(void **state) {
   reply r = post_times(*state, "?nodes=base", "{\"times\":[0,0.5,2]}");
   cJSON *answer = cJSON_Parse(r.body);
-  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 3);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 3);
   assert_row(pose(answer, 2), "translation", 0, 3, (double[]){0, 0, 2});
   assert_null(reply_header(&r, "ETag"));
   cJSON_Delete(answer);
@@ -373,7 +366,7 @@ static void lines_are_the_poses_of_the_json(void **state) {
   assert_string_equal(reply_header(&r, "Content-Type"), "application/x-ndjson");
   char *line = r.body;
   const cJSON *item;
-  cJSON_ArrayForEach(item, get(answer, "poses")) {
+  cJSON_ArrayForEach(item, json_member(answer, "poses")) {
     char *end = strchr(line, '\n');
     assert_non_null(end);
     *end = '\0';
@@ -423,19 +416,19 @@ static void compare_binary(const fixture *f, const char *query, const char *cons
   uint32_t length = read_u32(r.body + 8);
   assert_int_equal(length % 4, 0);
   cJSON *header = cJSON_ParseWithLength(r.body + 12, length);
-  assert_true(cJSON_Compare(get(header, "times"), get(answer, "times"), true));
-  assert_true(cJSON_Compare(get(header, "nodes"), get(answer, "nodes"), true));
-  int poses = get(header, "poses")->valueint, stride = get(header, "stride")->valueint;
-  int node_stride = get(header, "node_stride")->valueint;
-  assert_int_equal(poses, cJSON_GetArraySize(get(answer, "poses")));
+  assert_true(cJSON_Compare(json_member(header, "times"), json_member(answer, "times"), true));
+  assert_true(cJSON_Compare(json_member(header, "nodes"), json_member(answer, "nodes"), true));
+  int poses = json_member(header, "poses")->valueint, stride = json_member(header, "stride")->valueint;
+  int node_stride = json_member(header, "node_stride")->valueint;
+  assert_int_equal(poses, cJSON_GetArraySize(json_member(answer, "poses")));
   assert_int_equal(r.size, 12 + length + (size_t)poses * (size_t)stride * 4);
-  const cJSON *layout = get(header, "layout")->child;
+  const cJSON *layout = json_member(header, "layout")->child;
   for (; *parts; parts++, layout = layout->next) {
-    assert_string_equal(get(layout, "name")->valuestring, *parts);
-    int offset = get(layout, "offset")->valueint;
-    assert_int_equal(get(layout, "byte_offset")->valueint, offset * 4);
+    assert_string_equal(json_member(layout, "name")->valuestring, *parts);
+    int offset = json_member(layout, "offset")->valueint;
+    assert_int_equal(json_member(layout, "byte_offset")->valueint, offset * 4);
     for (int p = 0; p < poses; p++) {
-      const cJSON *row = get(pose(answer, p), *parts)->child;
+      const cJSON *row = json_member(pose(answer, p), *parts)->child;
       for (int n = 0; row; row = row->next, n++) {
         const char *at = r.body + 12 + length + (p * stride + n * node_stride + offset) * 4;
         for (const cJSON *number = row->child; number; number = number->next, at += 4)
@@ -464,12 +457,12 @@ static void a_large_answer_is_streamed_and_the_same(void **state) {
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
   assert_non_null(r.answer.body.read);
   cJSON *answer = cJSON_Parse(r.body);
-  assert_int_equal(cJSON_GetArraySize(get(answer, "poses")), 5001);
-  assert_int_equal(cJSON_GetArraySize(get(answer, "times")), 5001);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 5001);
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 5001);
   const cJSON *item;
   int i = 0;
-  cJSON_ArrayForEach(item, get(answer, "poses")) {
-    assert_true((float)get(item, "t")->valuedouble == (float)(i / 5000.0));
+  cJSON_ArrayForEach(item, json_member(answer, "poses")) {
+    assert_true((float)json_member(item, "t")->valuedouble == (float)(i / 5000.0));
     assert_row(item, "translation", 0, 3, (double[]){0, 0, 2 * i++ / 5000.0});
   }
   cJSON_Delete(answer);
@@ -532,10 +525,10 @@ static void joint_matrices_are_world_times_inverse_bind(void **state) {
   reply r = loopback_post(f->loop, "/v1/pose?as=matrix&skinning=true", "model/gltf+json", skinned);
   if (r.status != 200) fail_msg("%s", r.body);
   cJSON *answer = cJSON_Parse(r.body);
-  assert_string_equal(get(answer, "nodes")->child->valuestring, "j1");
+  assert_string_equal(json_member(answer, "nodes")->child->valuestring, "j1");
   assert_row(pose(answer, 0), "matrix", 0, 16, (double[]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 2, 0, 1});
   assert_row(pose(answer, 0), "matrix", 1, 16, (double[]){1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 0, 0, 1});
-  assert_int_equal(get(get(answer, "skins")->child, "count")->valueint, 2);
+  assert_int_equal(json_member(json_member(answer, "skins")->child, "count")->valueint, 2);
   cJSON_Delete(answer);
   reply_free(&r);
 }
@@ -545,17 +538,17 @@ static void joint_matrices_are_world_times_inverse_bind(void **state) {
 static void tracks_are_reported(void **state) {
   fixture *f = *state;
   cJSON *answer = ask_json(f, "tracks");
-  assert_string_equal(get(answer, "clip")->valuestring, "turn");
-  assert_int_equal(cJSON_GetArraySize(get(answer, "tracks")), 1); /* the rotation alone */
-  const cJSON *track = get(answer, "tracks")->child;
-  assert_string_equal(get(track, "node")->valuestring, "base");
-  assert_string_equal(get(track, "kind")->valuestring, "axis-angle");
-  assert_int_equal(get(track, "keys")->valueint, 2);
-  assert_true(fabs(get(track, "total_degrees")->valuedouble - 90) < 1e-3);
-  const cJSON *gimbal = get(track, "gimbal");
-  assert_true(get(gimbal, "cos_middle")->valuedouble > 0.999);
-  assert_int_equal(cJSON_GetArraySize(get(track, "orders")), 6);
-  get(track, "best_order");
+  assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 1); /* the rotation alone */
+  const cJSON *track = json_member(answer, "tracks")->child;
+  assert_string_equal(json_member(track, "node")->valuestring, "base");
+  assert_string_equal(json_member(track, "kind")->valuestring, "axis-angle");
+  assert_int_equal(json_member(track, "keys")->valueint, 2);
+  assert_true(fabs(json_member(track, "total_degrees")->valuedouble - 90) < 1e-3);
+  const cJSON *gimbal = json_member(track, "gimbal");
+  assert_true(json_member(gimbal, "cos_middle")->valuedouble > 0.999);
+  assert_int_equal(cJSON_GetArraySize(json_member(track, "orders")), 6);
+  json_member(track, "best_order");
   cJSON_Delete(answer);
   assert_problem(ask(f, "tracks?clip=dance"), 404, NULL, "dance");
   assert_problem(ask(f, "tracks?at=1"), 400, NULL, "at");

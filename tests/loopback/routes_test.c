@@ -1,7 +1,6 @@
 /* The table of routes and openapi.json say the same: paths, methods, parameters, types, security. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

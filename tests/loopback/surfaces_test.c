@@ -1,7 +1,6 @@
 /* Surfaces: counts, forms, sizes, ranges, limits, posed and animated scenes, refusals. */
 #include "loopback.h"
 
-#include <cjson/cJSON.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -62,12 +61,6 @@ static cJSON *ask_json(const fixture *f, const char *id, const char *rest) {
   return tree;
 }
 
-static const cJSON *get(const cJSON *object, const char *name) {
-  const cJSON *value = cJSON_GetObjectItemCaseSensitive(object, name);
-  if (!value) fail_msg("no member %s", name);
-  return value;
-}
-
 /* The JSON chunk of a GLB. */
 static cJSON *glb_json(const reply *r) {
   assert_true(r->size > 20);
@@ -121,22 +114,22 @@ static void counts_are_exact_and_cost_no_surface(void **state) {
     char rest[64];
     snprintf(rest, sizeof rest, "surface.json?level=%d", expected[i][0]);
     cJSON *counts = ask_json(f, f->cube, rest);
-    const cJSON *both[] = {counts, get(counts, "meshes")->child};
+    const cJSON *both[] = {counts, json_member(counts, "meshes")->child};
     for (int j = 0; j < 2; j++) {
-      assert_int_equal(get(both[j], "level")->valueint, expected[i][0]);
-      assert_int_equal(get(both[j], "vertices")->valueint, expected[i][1]);
-      assert_int_equal(get(both[j], "edges")->valueint, expected[i][2]);
-      assert_int_equal(get(both[j], "faces")->valueint, expected[i][3]);
-      assert_true(get(both[j], "bytes")->valuedouble > 0);
+      assert_int_equal(json_member(both[j], "level")->valueint, expected[i][0]);
+      assert_int_equal(json_member(both[j], "vertices")->valueint, expected[i][1]);
+      assert_int_equal(json_member(both[j], "edges")->valueint, expected[i][2]);
+      assert_int_equal(json_member(both[j], "faces")->valueint, expected[i][3]);
+      assert_true(json_member(both[j], "bytes")->valuedouble > 0);
     }
     cJSON_Delete(counts);
   }
   cJSON *counts = ask_json(f, f->tank, "surface.json?level=2");
-  assert_int_equal(cJSON_GetArraySize(get(counts, "meshes")), 5);
+  assert_int_equal(cJSON_GetArraySize(json_member(counts, "meshes")), 5);
   int faces = 0;
   const cJSON *mesh;
-  cJSON_ArrayForEach(mesh, get(counts, "meshes")) faces += get(mesh, "faces")->valueint;
-  assert_int_equal(get(counts, "faces")->valueint, faces);
+  cJSON_ArrayForEach(mesh, json_member(counts, "meshes")) faces += json_member(mesh, "faces")->valueint;
+  assert_int_equal(json_member(counts, "faces")->valueint, faces);
   cJSON_Delete(counts);
 }
 
@@ -157,7 +150,7 @@ static void bytes_are_those_of_the_glb(void **state) {
     cJSON *counts = ask_json(f, f->tank, rest);
     snprintf(rest, sizeof rest, "surface.glb%s", options[i]);
     reply r = ask_ok(f, f->tank, rest);
-    assert_int_equal(r.size, (size_t)get(counts, "bytes")->valuedouble);
+    assert_int_equal(r.size, (size_t)json_member(counts, "bytes")->valuedouble);
     assert_int_equal(r.size, r.answer.body.size);
     assert_string_equal(reply_header(&r, "Content-Type"), "model/gltf-binary");
     reply_free(&r);
@@ -235,7 +228,7 @@ static void head_tells_the_size_alone(void **state) {
   cJSON *counts = ask_json(f, f->cube, "surface.json?level=10");
   reply head = loopback_ask(f->loop, "HEAD", target, NULL, NULL, 0);
   assert_int_equal(head.status, 200);
-  assert_true((double)head.answer.body.size == get(counts, "bytes")->valuedouble);
+  assert_true((double)head.answer.body.size == json_member(counts, "bytes")->valuedouble);
   assert_string_equal(reply_header(&head, "Content-Type"), "model/gltf-binary");
   uint8_t byte;
   assert_int_equal(head.answer.body.read(head.answer.body.context, &byte, 1), -1);
@@ -310,10 +303,10 @@ static void one_time_poses_the_nodes(void **state) {
   reply r = ask_ok(f, f->tank, "surface.glb?clip=drive&at=1.7&level=0");
   cJSON *scene = glb_json(&r);
   assert_null(cJSON_GetObjectItem(scene, "animations"));
-  const cJSON *turret = find_named(get(scene, "nodes"), "turret");
-  const cJSON *expected = get(get(poses, "poses")->child, "rotation")->child;
+  const cJSON *turret = find_named(json_member(scene, "nodes"), "turret");
+  const cJSON *expected = json_member(json_member(poses, "poses")->child, "rotation")->child;
   for (int i = 0; i < 4; i++)
-    assert_true(fabs(cJSON_GetArrayItem(get(turret, "rotation"), i)->valuedouble -
+    assert_true(fabs(cJSON_GetArrayItem(json_member(turret, "rotation"), i)->valuedouble -
                      cJSON_GetArrayItem(expected, i)->valuedouble) < 1e-6);
   cJSON_Delete(scene);
   cJSON_Delete(poses);
@@ -324,8 +317,8 @@ static void a_clip_alone_is_kept_as_animation(void **state) {
   fixture *f = *state;
   reply r = ask_ok(f, f->tank, "surface.glb?clip=aim&level=0");
   cJSON *scene = glb_json(&r);
-  const cJSON *animation = get(scene, "animations")->child;
-  assert_string_equal(get(animation, "name")->valuestring, "aim");
+  const cJSON *animation = json_member(scene, "animations")->child;
+  assert_string_equal(json_member(animation, "name")->valuestring, "aim");
   assert_null(animation->next);
   cJSON_Delete(scene);
   reply_free(&r);
@@ -339,11 +332,11 @@ static void several_times_are_the_keys_of_the_animation(void **state) {
     snprintf(rest, sizeof rest, "surface.glb?level=0&%s", queries[i]);
     reply r = ask_ok(f, f->tank, rest);
     cJSON *scene = glb_json(&r);
-    const cJSON *animation = get(scene, "animations")->child;
-    assert_string_equal(get(animation, "name")->valuestring, "aim");
-    int input = get(get(animation, "samplers")->child, "input")->valueint;
-    const cJSON *accessor = cJSON_GetArrayItem(get(scene, "accessors"), input);
-    assert_int_equal(get(accessor, "count")->valueint, 3);
+    const cJSON *animation = json_member(scene, "animations")->child;
+    assert_string_equal(json_member(animation, "name")->valuestring, "aim");
+    int input = json_member(json_member(animation, "samplers")->child, "input")->valueint;
+    const cJSON *accessor = cJSON_GetArrayItem(json_member(scene, "accessors"), input);
+    assert_int_equal(json_member(accessor, "count")->valueint, 3);
     cJSON_Delete(scene);
     reply_free(&r);
   }
@@ -402,10 +395,10 @@ static void a_tag_counts_until_the_query_says_otherwise(void **state) {
 
 static void assert_predicted(reply r, int faces, bool has_bytes) {
   cJSON *problem = cJSON_Parse(r.body);
-  const cJSON *predicted = get(problem, "predicted");
-  assert_int_equal(get(predicted, "faces")->valueint, faces);
-  assert_int_equal(get(predicted, "edges")->valueint, 2 * faces);
-  assert_int_equal(get(predicted, "vertices")->valueint, faces + 2);
+  const cJSON *predicted = json_member(problem, "predicted");
+  assert_int_equal(json_member(predicted, "faces")->valueint, faces);
+  assert_int_equal(json_member(predicted, "edges")->valueint, 2 * faces);
+  assert_int_equal(json_member(predicted, "vertices")->valueint, faces + 2);
   assert_int_equal(cJSON_GetObjectItem(predicted, "bytes") != NULL, has_bytes);
   cJSON_Delete(problem);
   assert_problem(r, 422, NULL, NULL);
@@ -428,6 +421,18 @@ static void results_over_the_limits_are_422_with_the_counts(void **state) {
   reply r = ask(f, f->cube, "surface.glb?level=2");
   assert_int_equal(r.status, 200);
   reply_free(&r);
+  loopback_stop(f->loop);
+  free(f);
+}
+
+static void counts_beyond_32_bits_are_told_exactly(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_level = 16;
+  fixture *f = start(&settings);
+  reply r = ask(f, f->cube, "surface.glb?level=16");
+  assert_non_null(strstr(r.body, "\"vertices\":25769803778,\"edges\":51539607552,\"faces\":25769803776"));
+  assert_problem(r, 422, NULL, "25769803776");
   loopback_stop(f->loop);
   free(f);
 }
@@ -492,6 +497,7 @@ int main(void) {
       with_models(a_body_is_answered_as_a_stored_model_and_not_kept),
       with_models(a_tag_counts_until_the_query_says_otherwise),
       cmocka_unit_test(results_over_the_limits_are_422_with_the_counts),
+      cmocka_unit_test(counts_beyond_32_bits_are_told_exactly),
       with_models(equal_questions_at_once_have_equal_answers),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
