@@ -199,6 +199,10 @@ static struct MHD_Response *create_response(delivery *d) {
     uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
+  if (answer->status == MHD_HTTP_NOT_MODIFIED) {
+    /* A length here would be that of the representation; with an unknown one the library gives none. */
+    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_block, d, free_delivery);
+  }
   /* The library takes the bytes as writable but does not write. */
   return MHD_create_response_from_buffer_with_free_callback_cls(
       answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);

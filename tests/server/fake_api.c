@@ -88,8 +88,8 @@ static bool is(const api_request *request, const char *path) {
 
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   (void)service;
-  static const char *const KNOWN[] = {"/light",  "/heavy",  "/echo",    "/pull",   "/endless",
-                                      "/chunks", "/broken", "/nothing", "/readyz", "/healthz"};
+  static const char *const KNOWN[] = {"/light",  "/heavy",   "/echo",      "/pull",   "/endless", "/chunks",
+                                      "/broken", "/nothing", "/unchanged", "/readyz", "/healthz"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -115,6 +115,8 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
     answer_stream(answer, 1000000, UINT64_MAX, size);
   } else if (is(request, "/nothing")) {
     *answer = (api_answer){.status = 204};
+  } else if (is(request, "/unchanged")) {
+    *answer = (api_answer){.status = 304};
   } else {
     answer_bytes(answer, 200, request->path + 1, strlen(request->path) - 1);
   }

@@ -8,6 +8,7 @@
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
  *   /nothing      204
+ *   /unchanged    304
  *   else          refused with 404 on the headers */
 #ifndef FAKE_API_H
 #define FAKE_API_H

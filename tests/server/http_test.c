@@ -291,6 +291,16 @@ static void no_content_has_no_length(void **state) {
   assert_false(has(f, "Content-Length"));
 }
 
+static void not_modified_tells_no_length_and_keeps_the_connection(void **state) {
+  fixture *f = *state;
+  assert_true(ask(f, "GET /unchanged HTTP/1.1\r\nHost: x\r\n\r\n"
+                     "GET /nothing HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
+  assert_int_equal(status(f), 304);
+  assert_int_equal(answers(f), 2);
+  assert_false(has(f, "Content-Length"));
+  assert_non_null(strstr(f->answer, "\r\n\r\nHTTP/1.1 204 "));
+}
+
 static void refusal_on_headers_keeps_the_connection_when_the_body_is_small(void **state) {
   fixture *f = *state;
   assert_true(ask(f, "POST /no HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc"
@@ -579,6 +589,26 @@ static void stop_cuts_what_is_being_sent(void **state) {
   start(f);
 }
 
+/* What was abandoned stays reachable, as it does until a process exits; volatile, or it would be left out. */
+static srv_http *volatile abandoned;
+
+static void stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so(void **state) {
+  fixture *f = *state;
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int fd = connect_client(f);
+  say(fd, "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n");
+  while (fake_api_started() == before) pause_ms(5);
+  abandoned = f->http;
+  assert_false(srv_http_stop(f->http));
+  fake_api_release();
+  srv_work_destroy(f->server.work);
+  srv_metrics_destroy(f->server.metrics);
+  close(f->server.temporary);
+  close(fd);
+  start(f);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(ambiguous_lengths_are_refused_and_nothing_is_read_behind_them, set_up,
@@ -597,6 +627,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(unknown_size_is_sent_in_chunks, set_up, tear_down),
       cmocka_unit_test_setup_teardown(body_that_breaks_cuts_the_connection, set_up, tear_down),
       cmocka_unit_test_setup_teardown(no_content_has_no_length, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(not_modified_tells_no_length_and_keeps_the_connection, set_up,
+                                      tear_down),
       cmocka_unit_test_setup_teardown(refusal_on_headers_keeps_the_connection_when_the_body_is_small, set_up,
                                       tear_down),
       cmocka_unit_test_setup_teardown(metrics_count_what_was_answered, set_up, tear_down),
@@ -619,6 +651,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up,
                                       tear_down),
       cmocka_unit_test_setup_teardown(stop_cuts_what_is_being_sent, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so,
+                                      set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
