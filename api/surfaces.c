@@ -371,6 +371,16 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 
 /* ---- stages -------------------------------------------------------------------------------------- */
 
+/* Whether a light call may answer: no pass over all points, no keys to make, little JSON to write. */
+static bool is_light(const api_call *call, const surface_request *request) {
+  enum { LIGHT_PARTS = 64 };
+  const api_plan *plan = api_entry_value(request->plan);
+  const tw_model *model = request->scene.model;
+  bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
+  return needs_no_pass && !request->has_clip &&
+         model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
+}
+
 /* From a held model to the answer. The request is released unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   tw_scene *scene = &request->scene;
@@ -388,10 +398,8 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
     outcome = API_DONE;
   }
   if (outcome != API_DONE) return outcome;
-  api_plan *plan = api_entry_value(request->plan);
-  /* A light call has no time for a pass over all points, nor for keys. */
-  bool is_cheap = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
-  if (call->effort == API_LIGHT && (!is_cheap || request->has_clip)) return API_LATER;
+  if (call->effort == API_LIGHT && !is_light(call, request)) return API_LATER;
+  const api_plan *plan = api_entry_value(request->plan);
   scene->surfaces = (const tw_surface *const *)plan->surfaces;
   if (request->has_clip) outcome = apply_clip(call, request);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
