@@ -8,6 +8,7 @@
 
 #include <cmocka.h>
 
+#include "surface_rows.h"
 #include "tangents.h"
 #include "tweend/subdiv.h"
 
@@ -118,37 +119,9 @@ static sheet *folded(void) {
 
 /* ---- reading -------------------------------------------------------------------------------- */
 
-typedef struct rows {
-  tw_surface *surface;
-  const tw_surface_layout *layout;
-  float *values;
-  size_t count;
-} rows;
-
-static rows read_rows(const sheet *s, tw_surface_options options) {
-  rows r = {0};
-  tw_error error;
+static rows read_sheet(const sheet *s, tw_surface_options options) {
   options.normals = true;
-  assert_int_equal(tw_mesh_check(&s->mesh, &error, NULL), TW_OK);
-  assert_int_equal(tw_surface_create(&s->mesh, &options, &r.surface, &error), TW_OK);
-  r.layout = tw_surface_get_layout(r.surface);
-  r.count = (size_t)tw_surface_row_count(r.surface, TW_DOMAIN_VERTICES);
-  r.values = malloc(r.count * r.layout->stride * sizeof(float));
-  tw_surface_reader *reader = tw_surface_reader_create(r.surface);
-  assert_non_null(r.values);
-  assert_non_null(reader);
-  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, r.count, r.values);
-  tw_surface_reader_destroy(reader);
-  return r;
-}
-
-static void free_rows(rows *r) {
-  free(r->values);
-  tw_surface_destroy(r->surface);
-}
-
-static const float *row_of(const rows *r, size_t i) {
-  return r->values + i * r->layout->stride;
+  return read_rows(&s->mesh, options);
 }
 
 static double dot(const float a[3], const float b[3]) {
@@ -249,7 +222,7 @@ static void plane_has_the_tangent_of_its_map_at_every_point(void **state) {
     sheet *s = patchwork(map);
     for (uint32_t level = 0; level <= 4; level++)
       for (int limit = 0; limit < 2; limit++) {
-        rows r = read_rows(s, (tw_surface_options){.level = level, .limit = limit});
+        rows r = read_sheet(s, (tw_surface_options){.level = level, .limit = limit});
         for (size_t i = 0; i < r.count; i++) {
           const float *tangent = row_of(&r, i) + r.layout->tangent;
           assert_frame(&r, i);
@@ -269,7 +242,7 @@ static void tube_has_tangents_round_its_axis(void **state) {
   sheet *s = tube(7, 5);
   for (size_t rule = 0; rule < sizeof rules / sizeof *rules; rule++)
     for (uint32_t level = 0; level <= 5; level++) {
-      rows r = read_rows(s, (tw_surface_options){.level = level, .limit = true, .uv = rules[rule]});
+      rows r = read_sheet(s, (tw_surface_options){.level = level, .limit = true, .uv = rules[rule]});
       for (size_t i = 0; i < r.count; i++) {
         const float *normal = row_of(&r, i) + r.layout->normal, *tangent = row_of(&r, i) + r.layout->tangent;
         assert_frame(&r, i);
@@ -287,7 +260,7 @@ static void map_folded_over_splits_its_middle_and_keeps_both_sides_whole(void **
   (void)state;
   sheet *s = folded();
   for (uint32_t level = 0; level <= 4; level++) {
-    rows r = read_rows(s, (tw_surface_options){.level = level});
+    rows r = read_sheet(s, (tw_surface_options){.level = level});
     size_t middle = (size_t)1 + (2u << level);
     assert_int_equal(r.count, tw_surface_get_counts(r.surface)->vertices + middle);
     size_t on_middle[2] = {0, 0};
@@ -310,7 +283,7 @@ static void map_folded_over_splits_its_middle_and_keeps_both_sides_whole(void **
 static void every_triangle_has_one_handedness(void **state) {
   (void)state;
   sheet *s = folded();
-  rows r = read_rows(s, (tw_surface_options){.level = 3});
+  rows r = read_sheet(s, (tw_surface_options){.level = 3});
   const tw_surface_counts *counts = tw_surface_get_counts(r.surface);
   uint32_t *corners = malloc((size_t)counts->corners * sizeof *corners);
   tw_surface_reader *reader = tw_surface_reader_create(r.surface);
@@ -344,10 +317,10 @@ static void tangents_stay_frames_on_any_mesh(void **state) {
     s->mesh.crease_count = 2;
     s->mesh.crease_edges = edges;
     s->mesh.crease_sharpness = sharpness;
-    rows r = read_rows(s, (tw_surface_options){.level = (uint32_t)round % 4,
-                                               .limit = round % 5 == 0,
-                                               .scheme = round % 7 == 0 ? TW_BILINEAR : TW_CATMULL_CLARK,
-                                               .uv = (tw_uv_rule)(round % 6)});
+    rows r = read_sheet(s, (tw_surface_options){.level = (uint32_t)round % 4,
+                                                .limit = round % 5 == 0,
+                                                .scheme = round % 7 == 0 ? TW_BILINEAR : TW_CATMULL_CLARK,
+                                                .uv = (tw_uv_rule)(round % 6)});
     for (size_t i = 0; i < r.count; i++) assert_frame(&r, i);
     free_rows(&r);
     free(s);
@@ -358,7 +331,7 @@ static void same_tangents_come_whatever_the_blocks(void **state) {
   (void)state;
   sheet *s = tube(7, 4);
   for (uint32_t level = 0; level <= 4; level++) {
-    rows r = read_rows(s, (tw_surface_options){.level = level});
+    rows r = read_sheet(s, (tw_surface_options){.level = level});
     float block[53 * 32];
     tw_surface_reader *reader = tw_surface_reader_create(r.surface);
     for (size_t first = 0, step = 1; first < r.count; first += step, step = step % 53 + 1) {
