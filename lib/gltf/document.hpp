@@ -22,6 +22,8 @@ struct Document {
   tw_quads quads;
   // Elements of a file may be named by many others; these keep a small file from becoming a large model.
   uint64_t corners_left = 0, values_left = 0;
+  // For the warnings.
+  size_t skipped_primitives = 0, degenerate_faces = 0, partly_textured = 0;
 };
 
 // [count] zeroed elements in the model's arena. Throws bad_alloc.

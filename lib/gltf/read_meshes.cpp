@@ -61,9 +61,6 @@ public:
   void read() {
     tw_mesh_init(&mesh_);
     mesh_.name = copy_name(document_, source_.name);
-    if (parts_.skipped > 0)
-      tw_model_warn(document_.model, "%zu primitives of points or lines in mesh %zu are left out",
-                    parts_.skipped, index_);
     if (!parts_.vertices.empty()) {
       build_faces();
       weld();
@@ -73,9 +70,8 @@ public:
       write_morph_weights();
     }
     write_faces();
-    if (parts_.degenerate > 0)
-      tw_model_warn(document_.model, "%zu degenerate faces of mesh %zu are left out", parts_.degenerate,
-                    index_);
+    document_.skipped_primitives += parts_.skipped;
+    document_.degenerate_faces += parts_.degenerate;
     // A file that says what its polygons are says so of its triangles too.
     bool told = std::any_of(parts_.lists.begin(), parts_.lists.end(),
                             [](const TriangleList &list) { return list.polygons; });
@@ -340,9 +336,7 @@ private:
         all &= source.uvs[set] != nullptr;
       }
       if (!any) return; // sets are numbered without gaps
-      if (!all)
-        tw_model_warn(document_.model,
-                      "some primitives of mesh %zu have no texture coordinates %zu and get 0 0", index_, set);
+      document_.partly_textured += !all;
       read_uvs(set, uvs);
       write_uv_set(uvs);
     }
@@ -382,6 +376,14 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->mesh_count = static_cast<uint32_t>(count);
   std::vector<uint32_t> scratch;
   for (size_t i = 0; i < count; i++) MeshReader(document, accessors, i, scratch).read();
+  if (document.skipped_primitives > 0)
+    tw_model_warn(document.model, "%zu primitives of points or lines are left out",
+                  document.skipped_primitives);
+  if (document.degenerate_faces > 0)
+    tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
+  if (document.partly_textured > 0)
+    tw_model_warn(document.model, "%zu sets of texture coordinates are 0 0 where a primitive lacks them",
+                  document.partly_textured);
 }
 
 } // namespace gltf

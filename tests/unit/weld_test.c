@@ -121,8 +121,8 @@ static void a_sphere_closes_at_its_seam_and_poles(void **state) {
   static uint32_t offsets[FACES + 1], corners[3 * FACES], out[VERTICES];
   uint32_t count = 0;
   for (uint32_t v = 0; v < VERTICES; v++) {
-    float round = (float)(v % (ROUND + 1)) * 6.2831853f / ROUND,
-          down = (float)(v / (ROUND + 1)) * 3.1415927f / TALL;
+    uint32_t column = v % (ROUND + 1), row = v / (ROUND + 1);
+    float round = (float)column * 6.2831853f / ROUND, down = (float)row * 3.1415927f / TALL;
     positions[v][0] = -5 * cosf(round) * sinf(down);
     positions[v][1] = 5 * cosf(down);
     positions[v][2] = 5 * sinf(round) * sinf(down);
