@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "loop.h"
 #include "open.h"
 #include "refine.h"
 
@@ -75,10 +76,11 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
   return TW_OK;
 }
 
-/* Faces of four corners need no offsets. */
-static const uint32_t *offsets_of(const tw_mesh *mesh) {
+/* Faces that stay of one size from here on, quads or Loop's triangles, need no offsets. */
+static const uint32_t *offsets_of(const tw_mesh *mesh, const tw_surface_options *options) {
+  uint32_t size = options->scheme == TW_LOOP ? 3 : 4;
   for (uint32_t f = 0; f < mesh->face_count; f++)
-    if (mesh->face_offsets[f + 1] != 4 * (f + 1)) return mesh->face_offsets;
+    if (mesh->face_offsets[f + 1] != size * (f + 1)) return mesh->face_offsets;
   return mesh->face_count > 0 ? NULL : mesh->face_offsets;
 }
 
@@ -89,7 +91,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   uint32_t vertex_count;
   tw_status status = compact(mesh, c, &corners, &vertex_count);
   if (status == TW_OK)
-    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, offsets_of(mesh),
+    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, offsets_of(mesh, options),
                                mesh->corner_count, corners);
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;
@@ -126,7 +128,9 @@ static void count_visible(const tw_cage *c, tw_surface_counts *out) {
 }
 
 /* One level further: every number follows from those of the level above. */
-static tw_surface_counts next_counts(tw_surface_counts c) {
+static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
+  if (loop)
+    return (tw_surface_counts){c.vertices + c.edges, 2 * c.edges + c.corners, 4 * c.faces, 4 * c.corners};
   tw_surface_counts next = {c.vertices + c.edges + c.faces, 2 * c.edges + c.corners, c.corners,
                             4 * c.corners};
   return next;
@@ -138,11 +142,13 @@ static tw_status check_counts(const tw_surface_counts *c, tw_error *error) {
   return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
 }
 
-static tw_status count_levels(const tw_cage *c, uint32_t level, tw_surface_counts *out, tw_error *error) {
+static tw_status count_levels(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
+                              tw_error *error) {
   count_visible(c, out);
   /* No cage in 32 bits comes near 64 within TW_LEVEL_MAX levels but the greatest; those stop early, far
    * over the limit. */
-  for (uint32_t i = 0; i < level && out->corners < UINT64_MAX / 16; i++) *out = next_counts(*out);
+  for (uint32_t i = 0; i < options->level && out->corners < UINT64_MAX / 16; i++)
+    *out = next_counts(*out, options->scheme == TW_LOOP);
   return check_counts(out, error);
 }
 
@@ -151,13 +157,15 @@ static tw_status count_open(const tw_surface_options *options, const tw_cage *c,
                             tw_error *error) {
   tw_rules rules = {options->scheme == TW_BILINEAR, options->creasing == TW_CREASE_CHAIKIN, false};
   tw_topology full, first;
-  uint32_t *quads, *vertices;
-  tw_status status = tw_refine_topology(&c->topology, &rules, c->arena, &full);
+  uint32_t *faces, *vertices;
+  bool loop = options->scheme == TW_LOOP;
+  tw_status status = loop ? tw_loop_topology(&c->topology, &rules, c->arena, &full)
+                          : tw_refine_topology(&c->topology, &rules, c->arena, &full);
   if (status != TW_OK) return status;
-  uint32_t quad_count = tw_open_quads(&c->topology, c->arena, &quads);
-  status = quads ? tw_open_cut(&full, quads, quad_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
+  uint32_t face_count = tw_open_faces(&c->topology, &full, c->arena, &faces);
+  status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
   if (status != TW_OK) return status;
-  *out = tw_open_count(&first, options->level);
+  *out = loop ? tw_loop_open_count(&first, options->level) : tw_open_count(&first, options->level);
   return check_counts(out, error);
 }
 
@@ -171,7 +179,7 @@ bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {
 
 tw_status tw_cage_count(const tw_mesh *mesh, const tw_surface_options *options, const tw_cage *c,
                         tw_surface_counts *out, tw_error *error) {
-  if (!tw_cage_shrinks(c, options)) return count_levels(c, options->level, out, error);
+  if (!tw_cage_shrinks(c, options)) return count_levels(options, c, out, error);
   if (mesh->hole_count > 0) return tw_fail(error, TW_UNSUPPORTED, "boundary=open does not go with holes");
   return count_open(options, c, out, error);
 }

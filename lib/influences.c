@@ -197,6 +197,7 @@ tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, con
 typedef struct step {
   const tw_topology *parent;
   const tw_rules *rules;
+  bool loop;
   const tw_influences *in;
   tw_influences faces; /* of the face points, which come last and are needed first */
   tw_influences out;
@@ -207,8 +208,9 @@ typedef struct step {
 
 static tw_status start_step(step *s) {
   const tw_topology *p = s->parent;
-  uint32_t joints = s->in->joint_count, children = p->vertex_count + p->edge_count + p->face_count;
-  tw_status status = start(&s->faces, p->face_count, joints, 4 * (size_t)p->face_count);
+  uint32_t faces = s->loop ? 0 : p->face_count; /* Loop has no face points */
+  uint32_t joints = s->in->joint_count, children = p->vertex_count + p->edge_count + faces;
+  tw_status status = start(&s->faces, faces, joints, 4 * (size_t)faces);
   if (status == TW_OK) status = start(&s->out, children, joints, 4 * (size_t)children);
   if (status == TW_OK) status = tw_joint_sum_init(&s->sum, joints);
   s->shares = tw_alloc(tw_refine_mask_capacity(p), sizeof *s->shares);
@@ -220,7 +222,8 @@ static tw_status start_step(step *s) {
 static bool refine_range(step *s, uint32_t first, uint32_t end, tw_influences *out) {
   uint32_t first_face = s->parent->vertex_count + s->parent->edge_count;
   for (uint32_t child = first; child < end; child++) {
-    uint32_t count = tw_refine_mask(s->parent, s->rules, child, s->shares);
+    uint32_t count = s->loop ? tw_loop_mask(s->parent, s->rules, child, s->shares)
+                             : tw_refine_mask(s->parent, s->rules, child, s->shares);
     for (uint32_t i = 0; i < count; i++) {
       uint32_t vertex = s->shares[i].vertex;
       if (vertex < first_face)
@@ -254,12 +257,12 @@ static void trim(tw_influences *out) {
   out->capacity = count;
 }
 
-tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules) {
-  step s = {.parent = parent, .rules = rules, .in = influences};
-  uint32_t first_face = parent->vertex_count + parent->edge_count;
+tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules,
+                               bool loop) {
+  step s = {.parent = parent, .rules = rules, .loop = loop, .in = influences};
+  uint32_t first_face = parent->vertex_count + parent->edge_count, faces = loop ? 0 : parent->face_count;
   tw_status status = start_step(&s);
-  bool complete = status == TW_OK &&
-                  refine_range(&s, first_face, first_face + parent->face_count, &s.faces) &&
+  bool complete = status == TW_OK && refine_range(&s, first_face, first_face + faces, &s.faces) &&
                   refine_range(&s, 0, first_face, &s.out) && append_all(&s.out, &s.faces);
   free(s.shares);
   free(s.scratch);

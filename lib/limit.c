@@ -1,98 +1,105 @@
 /* Limit masks for position and tangents at every kind of vertex. */
-#include "limit.h"
+#include "limit_mask.h"
 
 #include <math.h>
 
 #include "refine.h"
 
-/* The vertex of a mask with its neighbours: entry 0 is itself, then its ring, then the far corners
- * of its fan. */
-typedef struct mask {
-  const tw_topology *t;
-  uint32_t vertex, ring_count, fan_count;
-  tw_limit_entry *entries;
-} mask;
-
 static const double pi = 3.14159265358979323846;
 
-static tw_limit_entry *ring_entry(const mask *m, uint32_t i) {
-  return &m->entries[1 + i % m->ring_count];
-}
-static tw_limit_entry *fan_entry(const mask *m, uint32_t i) {
+static tw_limit_entry *fan_entry(const tw_limit_neighbours *m, uint32_t i) {
   return &m->entries[1 + m->ring_count + i % m->fan_count];
 }
 
-static float ring_sharpness(const mask *m, uint32_t i) {
+static float ring_sharpness(const tw_limit_neighbours *m, uint32_t i) {
   return m->t->edge_sharpness[m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count]];
 }
 
-static mask start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
+/* Of the scheme that refines to triangles: the others make quads. */
+static bool is_loop(const tw_topology *t) {
+  return t->face_size == 3;
+}
+
+static tw_limit_neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
   uint32_t ring = t->ring_offsets[vertex], fan = t->fan_offsets[vertex];
-  mask m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan, entries};
+  tw_limit_neighbours m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan,
+                           entries};
   entries[0] = (tw_limit_entry){vertex, 0, 0, 0};
   for (uint32_t i = 0; i < m.ring_count; i++) {
     const uint32_t *ends = t->edge_vertices[t->ring_edges[ring + i]];
-    *ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
+    *tw_ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
   }
-  for (uint32_t i = 0; i < m.fan_count; i++) {
+  for (uint32_t i = 0; i < m.fan_count && !is_loop(t); i++) {
     uint32_t opposite = tw_quad_next(tw_quad_next(t->fan_corners[fan + i]));
     *fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
   }
   return m;
 }
 
-static void position_smooth(const mask *m) {
+static void position_smooth(const tw_limit_neighbours *m) {
+  if (is_loop(m->t)) {
+    tw_loop_limit_smooth(m);
+    return;
+  }
   float n = (float)m->fan_count;
   float face = 1 / (n * (n + 5)), edge = 4 * face;
   for (uint32_t i = 0; i < m->fan_count; i++) fan_entry(m, i)->position = face;
-  for (uint32_t i = 0; i < m->ring_count; i++) ring_entry(m, i)->position = edge;
+  for (uint32_t i = 0; i < m->ring_count; i++) tw_ring_entry(m, i)->position = edge;
   m->entries[0].position = 1 - n * (edge + face);
 }
 
-static void position_crease(const mask *m, const uint32_t ends[2]) {
+static void position_crease(const tw_limit_neighbours *m, const uint32_t ends[2]) {
   m->entries[0].position = 2.0f / 3;
-  ring_entry(m, ends[0])->position = 1.0f / 6;
-  ring_entry(m, ends[1])->position = 1.0f / 6;
+  tw_ring_entry(m, ends[0])->position = 1.0f / 6;
+  tw_ring_entry(m, ends[1])->position = 1.0f / 6;
 }
 
 /* From the vertex along two edges of its ring. */
-static void tangents_along(const mask *m, uint32_t first, uint32_t second) {
+static void tangents_along(const tw_limit_neighbours *m, uint32_t first, uint32_t second) {
   m->entries[0].tangent1 = m->entries[0].tangent2 = -1;
-  ring_entry(m, first)->tangent1 = 1;
-  ring_entry(m, second)->tangent2 = 1;
+  tw_ring_entry(m, first)->tangent1 = 1;
+  tw_ring_entry(m, second)->tangent2 = 1;
 }
 
 /* The subdominant eigenvectors of the subdivision matrix. */
-static void tangents_smooth(const mask *m) {
+static void tangents_smooth(const tw_limit_neighbours *m) {
+  if (is_loop(m->t)) {
+    tw_loop_tangents_smooth(m);
+    return;
+  }
   uint32_t n = m->fan_count;
   double step = 2 * pi / n, cosine = cos(step);
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16;
   double face = 1 / (4 * lambda - 1);
   for (uint32_t i = 0; i < n; i++) {
-    ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
+    tw_ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
     fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
-    ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
+    tw_ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
     fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
   }
 }
 
 /* Along and across a crease that bounds `faces` faces, beginning at ring edge `first`. */
-static void tangents_crease(const mask *m, uint32_t first, uint32_t faces) {
-  ring_entry(m, first)->tangent1 += 0.5f;
-  ring_entry(m, first + faces)->tangent1 -= 0.5f;
+static void tangents_crease(const tw_limit_neighbours *m, uint32_t first, uint32_t faces) {
+  tw_ring_entry(m, first)->tangent1 += 0.5f;
+  tw_ring_entry(m, first + faces)->tangent1 -= 0.5f;
   if (faces == 1) { /* the mean of the two edges */
     m->entries[0].tangent2 = -6;
-    ring_entry(m, first)->tangent2 += 3;
-    ring_entry(m, first + 1)->tangent2 += 3;
+    tw_ring_entry(m, first)->tangent2 += 3;
+    tw_ring_entry(m, first + 1)->tangent2 += 3;
+    return;
+  }
+  if (is_loop(m->t)) {
+    tw_loop_tangents_across(m, first, faces);
     return;
   }
   double step = pi / faces, cosine = cos(step), sine = sin(step);
   double scale = 1 / (faces * (3 + cosine)), r = (cosine + 1) / sine;
   m->entries[0].tangent2 = (float)(scale * 4 * r * (cosine - 1));
-  ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
-  ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  tw_ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  tw_ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
   for (uint32_t i = 0; i < faces; i++) {
-    if (i > 0) ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
+    if (i > 0) tw_ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
     fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
   }
 }
@@ -103,7 +110,7 @@ typedef struct sector {
   bool bounded;          /* by two different edges */
 } sector;
 
-static sector find_sector(const mask *m, uint32_t place) {
+static sector find_sector(const tw_limit_neighbours *m, uint32_t place) {
   uint32_t n = m->fan_count;
   bool border = m->ring_count > n;
   uint32_t back = 0, ahead = 1;
@@ -118,44 +125,50 @@ static sector find_sector(const mask *m, uint32_t place) {
   return (sector){(place + m->ring_count - back) % m->ring_count, faces, true};
 }
 
-static uint32_t fan_place(const mask *m, uint32_t corner) {
+static uint32_t fan_place(const tw_limit_neighbours *m, uint32_t corner) {
   const uint32_t *fan = m->t->fan_corners + m->t->fan_offsets[m->vertex];
   uint32_t place = 0;
   while (place + 1 < m->fan_count && fan[place] != corner) place++;
   return place;
 }
 
-static uint32_t ring_place(const mask *m, uint32_t edge) {
+static uint32_t ring_place(const tw_limit_neighbours *m, uint32_t edge) {
   const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
   uint32_t place = 0;
   while (place + 1 < m->ring_count && ring[place] != edge) place++;
   return place;
 }
 
-static void tangents_of_face(const mask *m, uint32_t corner) {
+static void tangents_of_face(const tw_limit_neighbours *m, uint32_t corner) {
   tangents_along(m, ring_place(m, m->t->corner_edge[corner]),
-                 ring_place(m, m->t->corner_edge[tw_quad_previous(corner)]));
+                 ring_place(m, m->t->corner_edge[tw_corner_previous(m->t, corner)]));
+}
+
+static bool is_smooth(tw_vertex_rule rule) {
+  return rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
 }
 
 /* The rule that the masks follow; ends as in tw_vertex_rule_at. */
-static tw_vertex_rule mask_rule(const mask *m, bool linear, uint32_t ends[2]) {
+static tw_vertex_rule mask_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
   tw_vertex_rule rule = linear ? TW_RULE_CORNER : tw_vertex_rule_at(m->t, m->vertex, ends);
-  bool smooth = rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
-  return smooth && m->fan_count == 2 ? TW_RULE_CORNER : rule; /* the smooth masks begin at valence 3 */
+  /* Among quads the smooth masks begin at valence 3. */
+  return is_smooth(rule) && m->fan_count == 2 && !is_loop(m->t) ? TW_RULE_CORNER : rule;
 }
 
-static bool has_face_tangents(const mask *m, bool linear) {
-  return linear || (m->t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD);
+/* Where there is no tangent plane to choose from, or, between two triangles back to back, none at all. */
+static bool has_face_tangents(const tw_limit_neighbours *m, bool linear, tw_vertex_rule rule) {
+  if (linear || (m->t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD)) return true;
+  return is_smooth(rule) && m->fan_count == 2;
 }
 
 /* The side of a crease that its tangents are taken from. */
-static sector crease_side(const mask *m, uint32_t corner, const uint32_t ends[2]) {
+static sector crease_side(const tw_limit_neighbours *m, uint32_t corner, const uint32_t ends[2]) {
   sector s = find_sector(m, fan_place(m, corner));
   return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
 }
 
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
-  mask m = start_mask(topology, topology->corner_vertex[corner], entries);
+  tw_limit_neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = mask_rule(&m, linear, ends);
   if (rule == TW_RULE_CORNER)
@@ -165,7 +178,7 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
   else
     position_smooth(&m);
 
-  if (has_face_tangents(&m, linear)) {
+  if (has_face_tangents(&m, linear, rule)) {
     tangents_of_face(&m, corner);
   } else if (rule == TW_RULE_CORNER) {
     sector s = find_sector(&m, fan_place(&m, corner));
@@ -176,11 +189,11 @@ uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner
   } else {
     tangents_smooth(&m);
   }
-  return 1 + m.ring_count + m.fan_count;
+  return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
 }
 
 /* The tangents of tangents_smooth lie along edges 0 and 1 of the ring. */
-static void frame_smooth(const mask *m, uint32_t place, float frame[2][2]) {
+static void frame_smooth(const tw_limit_neighbours *m, uint32_t place, float frame[2][2]) {
   double step = 2 * pi / m->fan_count;
   for (uint32_t i = 0; i < 2; i++) {
     frame[i][0] = (float)(sin((1 - (double)(place + i)) * step) / sin(step));
@@ -190,7 +203,7 @@ static void frame_smooth(const mask *m, uint32_t place, float frame[2][2]) {
 
 /* Those of tangents_crease lie along the crease and, once the faces of a side share its half turn, at a
  * right angle to it. A face that has a side for itself has no inner edge to measure that by. */
-static bool frame_crease(const mask *m, uint32_t place, sector s, float frame[2][2]) {
+static bool frame_crease(const tw_limit_neighbours *m, uint32_t place, sector s, float frame[2][2]) {
   uint32_t n = m->fan_count, index = (place + n - s.first) % n, faces = s.faces;
   double begin = 0;
   if (index >= faces) {
@@ -208,12 +221,11 @@ static bool frame_crease(const mask *m, uint32_t place, sector s, float frame[2]
 
 bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]) {
   uint32_t v = topology->corner_vertex[corner];
-  mask m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
-            topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
-  if (has_face_tangents(&m, linear)) return false;
+  tw_limit_neighbours m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
+                           topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = mask_rule(&m, linear, ends);
-  if (rule == TW_RULE_CORNER) return false;
+  if (has_face_tangents(&m, linear, rule) || rule == TW_RULE_CORNER) return false;
   if (rule == TW_RULE_CREASE)
     return frame_crease(&m, fan_place(&m, corner), crease_side(&m, corner, ends), frame);
   frame_smooth(&m, fan_place(&m, corner), frame);

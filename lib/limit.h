@@ -1,6 +1,7 @@
-/* Where a vertex of a Catmull-Clark mesh of quads goes at infinite subdivision, and the tangents there.
+/* Where a vertex of a Catmull-Clark mesh of quads, or of a Loop mesh of triangles, goes at infinite
+ * subdivision, and the tangents there.
  *
- * Masks: Halstead, Kass and DeRose 1993 (interior), Biermann, Levin and Zorin 2000 (borders and
+ * Masks: Loop 1987; Halstead, Kass and DeRose 1993 (interior), Biermann, Levin and Zorin 2000 (borders and
  * creases), in the form OpenSubdiv uses. Sharpness that has not yet decayed counts as if it stayed. */
 #ifndef TWEEND_LIMIT_H
 #define TWEEND_LIMIT_H

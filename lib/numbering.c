@@ -35,7 +35,7 @@ tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_ar
     bool used = false;
     for (uint32_t i = base->fan_offsets[v]; i < base->fan_offsets[v + 1]; i++) {
       uint32_t corner = base->fan_corners[i];
-      if (!visible[corner / 4]) continue;
+      if (!visible[tw_corner_face(base, corner)]) continue;
       if (!used) out->corner_base[out->corner_count] = corner;
       used = true;
       out->corner_row[corner] = out->corner_count;
@@ -46,7 +46,7 @@ tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_ar
     bool used = false;
     uint32_t first = base->edge_corner[e], corner = first;
     do {
-      if (visible[corner / 4]) {
+      if (visible[tw_corner_face(base, corner)]) {
         if (!used) out->edge_base[out->edge_count] = corner;
         used = true;
         out->edge_row[corner] =
@@ -98,7 +98,7 @@ static void number_edge(vertex_numberer *n, uint32_t edge) {
   bool crowded = n->splits->uv_count > 0 && (n->base->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
   bool split = crowded || edge_splits(n, edge);
   do {
-    if (!n->visible || n->visible[corner / 4]) {
+    if (!n->visible || n->visible[tw_corner_face(n->base, corner)]) {
       uint32_t row = begun;
       if (split) row = out->edge_count;
       while (row < out->edge_count && !same_uv_edge(n, corner, out->edge_base[row])) row++;
@@ -124,10 +124,10 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], sectors = count;
   for (uint32_t i = 0; i < count; i++) n->sector[i] = i;
   for (uint32_t i = 0; i < count; i++) {
-    uint32_t back = tw_quad_previous(fan[i]);
+    uint32_t back = tw_corner_previous(base, fan[i]);
     if (edge_splits(n, base->corner_edge[back])) continue;
     uint32_t other = base->sibling[back];
-    if (base->corner_vertex[other] != vertex) other = tw_quad_next(other);
+    if (base->corner_vertex[other] != vertex) other = tw_corner_next(base, other);
     uint32_t a = sector_root(n->sector, i), b = sector_root(n->sector, n->place[other]);
     if (a == b) continue;
     n->sector[a > b ? a : b] = a > b ? b : a;
@@ -157,7 +157,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
   bool one_sector = !n->splits->normals || find_sectors(n, vertex) == 1;
   for (uint32_t i = 0; i < count; i++) {
-    if (n->visible && !n->visible[fan[i] / 4]) continue;
+    if (n->visible && !n->visible[tw_corner_face(base, fan[i])]) continue;
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];

@@ -1,22 +1,42 @@
 /* Cutting a refined mesh back to what the border leaves, and counting without doing so. */
 #include "open.h"
 
-uint32_t tw_open_quads(const tw_topology *parent, tw_arena *arena, uint32_t **quads) {
-  *quads = tw_arena_alloc(arena, parent->corner_count, sizeof **quads);
+static bool on_border(const tw_topology *t, uint32_t corner) {
+  return t->vertex_flags[t->corner_vertex[corner]] & TW_VERTEX_BORDER;
+}
+
+static bool along_border(const tw_topology *t, uint32_t corner) {
+  return t->edge_flags[t->corner_edge[corner]] & TW_EDGE_BORDER;
+}
+
+static bool is_loop(const tw_topology *child) {
+  return child->face_size == 3;
+}
+
+static bool has_parents(const tw_topology *parent, const tw_topology *child, uint32_t face) {
+  if (!is_loop(child)) return !on_border(parent, face);
+  uint32_t first = face / 4 * 3;
+  if (face % 4 < 3) return !on_border(parent, first + face % 4);
+  return !along_border(parent, first) && !along_border(parent, first + 1) && !along_border(parent, first + 2);
+}
+
+uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_arena *arena,
+                       uint32_t **faces) {
+  *faces = tw_arena_alloc(arena, child->face_count, sizeof **faces);
   uint32_t count = 0;
-  for (uint32_t c = 0; *quads && c < parent->corner_count; c++)
-    if (!(parent->vertex_flags[parent->corner_vertex[c]] & TW_VERTEX_BORDER)) (*quads)[count++] = c;
+  for (uint32_t f = 0; *faces && f < child->face_count; f++)
+    if (has_parents(parent, child, f)) (*faces)[count++] = f;
   return count;
 }
 
-/* Names the vertices of the quads anew, in the order of their old names. */
-static tw_status rename_vertices(const tw_topology *full, const uint32_t *quads, uint32_t quad_count,
+/* Names the vertices of the faces anew, in the order of their old names. */
+static tw_status rename_vertices(const tw_topology *full, const uint32_t *faces, uint32_t face_count,
                                  tw_arena *arena, uint32_t *corners, uint32_t **vertices,
                                  uint32_t *vertex_count) {
-  uint32_t *names = tw_arena_alloc(arena, full->vertex_count, sizeof *names);
+  uint32_t *names = tw_arena_alloc(arena, full->vertex_count, sizeof *names), size = full->face_size;
   if (!names) return TW_NO_MEMORY;
-  for (uint32_t q = 0; q < quad_count; q++)
-    for (uint32_t k = 0; k < 4; k++) names[full->corner_vertex[4 * quads[q] + k]] = 1;
+  for (uint32_t f = 0; f < face_count; f++)
+    for (uint32_t k = 0; k < size; k++) names[full->corner_vertex[size * faces[f] + k]] = 1;
   *vertex_count = 0;
   for (uint32_t v = 0; v < full->vertex_count; v++)
     if (names[v]) names[v] = ++*vertex_count;
@@ -24,23 +44,25 @@ static tw_status rename_vertices(const tw_topology *full, const uint32_t *quads,
   if (!*vertices) return TW_NO_MEMORY;
   for (uint32_t v = 0; v < full->vertex_count; v++)
     if (names[v]) (*vertices)[names[v] - 1] = v;
-  for (uint32_t q = 0; q < quad_count; q++)
-    for (uint32_t k = 0; k < 4; k++) corners[4 * q + k] = names[full->corner_vertex[4 * quads[q] + k]] - 1;
+  for (uint32_t f = 0; f < face_count; f++)
+    for (uint32_t k = 0; k < size; k++)
+      corners[size * f + k] = names[full->corner_vertex[size * faces[f] + k]] - 1;
   return TW_OK;
 }
 
-tw_status tw_open_cut(const tw_topology *full, const uint32_t *quads, uint32_t quad_count, tw_arena *arena,
+tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices) {
-  uint32_t *corners = tw_arena_alloc(arena, quad_count, sizeof(uint32_t[4]));
+  uint32_t size = full->face_size;
+  uint32_t *corners = tw_arena_alloc(arena, face_count, size * sizeof *corners);
   if (!corners) return TW_NO_MEMORY;
   uint32_t vertex_count;
-  tw_status status = rename_vertices(full, quads, quad_count, arena, corners, vertices, &vertex_count);
+  tw_status status = rename_vertices(full, faces, face_count, arena, corners, vertices, &vertex_count);
   if (status == TW_OK)
-    status = tw_topology_build(out, arena, vertex_count, quad_count, NULL, 4 * quad_count, corners);
+    status = tw_topology_build(out, arena, vertex_count, face_count, NULL, size * face_count, corners);
   if (status == TW_OK) status = tw_topology_soften(out, arena);
   if (status != TW_OK) return status;
   for (uint32_t c = 0; c < out->corner_count; c++) {
-    uint32_t old = 4 * quads[c / 4] + c % 4;
+    uint32_t old = size * faces[c / size] + c % size;
     out->edge_sharpness[out->corner_edge[c]] = full->edge_sharpness[full->corner_edge[old]];
   }
   for (uint32_t v = 0; v < vertex_count; v++)
@@ -49,52 +71,53 @@ tw_status tw_open_cut(const tw_topology *full, const uint32_t *quads, uint32_t q
   return full->semi_sum ? tw_topology_sum_semi(out, arena) : TW_OK;
 }
 
-/* Quads by how many of their corners are inner vertices. A quad with opposite inner corners alone does
- * not come up: every quad of a refined mesh has a corner whose neighbours lie between it and the
- * border. */
+/* Quads by how many of their corners are inner vertices, and edges by how many of their ends. A quad with
+ * opposite inner corners alone does not come up: every quad of a refined mesh has a corner whose neighbours
+ * lie between it and the border. */
 typedef struct border_kinds {
-  uint64_t inner[5];
+  uint64_t quads[5], edges[3], inner_vertices;
 } border_kinds;
 
-static border_kinds sort_quads(const tw_topology *t) {
-  border_kinds kinds = {{0}};
+static border_kinds sort_all(const tw_topology *t) {
+  border_kinds kinds = {{0}, {0}, 0};
   for (uint32_t q = 0; q < t->face_count; q++) {
     int inner = 0;
-    for (uint32_t k = 0; k < 4; k++)
-      inner += !(t->vertex_flags[t->corner_vertex[4 * q + k]] & TW_VERTEX_BORDER);
-    kinds.inner[inner]++;
+    for (uint32_t k = 0; k < 4; k++) inner += !on_border(t, 4 * q + k);
+    kinds.quads[inner]++;
   }
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    int inner = 0;
+    for (int end = 0; end < 2; end++)
+      inner += !(t->vertex_flags[t->edge_vertices[e][end]] & TW_VERTEX_BORDER);
+    kinds.edges[inner]++;
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    kinds.inner_vertices += !(t->vertex_flags[v] & TW_VERTEX_BORDER);
   return kinds;
 }
 
 /* One step: of a quad with two inner corners two strips of the border remain, of one with three two
- * strips and the same turn, of one with one inner corner the same. */
-static border_kinds next_kinds(border_kinds k) {
-  border_kinds next = {{0, k.inner[1], 2 * (k.inner[2] + k.inner[3]), k.inner[3], 4 * k.inner[4]}};
-  return next;
-}
-
-static uint64_t face_count(border_kinds k) {
-  return k.inner[1] + k.inner[2] + k.inner[3] + k.inner[4];
+ * strips and the same turn, of one with one inner corner the same. Edges from the middle of a side to the
+ * middle of the quad have as many inner ends as those middles have inner quads all round. */
+static border_kinds next_kinds(const border_kinds *k) {
+  const uint64_t *quads = k->quads, *edges = k->edges;
+  return (border_kinds){{0, quads[1], 2 * (quads[2] + quads[3]), quads[3], 4 * quads[4]},
+                        {2 * quads[1] + 2 * quads[2] + 2 * quads[3], edges[1] + quads[2] + 2 * quads[3],
+                         2 * edges[2] + 4 * quads[4]},
+                        k->inner_vertices + edges[2] + quads[4]};
 }
 
 tw_surface_counts tw_open_count(const tw_topology *first, uint32_t level) {
-  uint64_t border_vertices = 0, border_edges = 0;
-  for (uint32_t v = 0; v < first->vertex_count; v++)
-    border_vertices += (first->vertex_flags[v] & TW_VERTEX_BORDER) != 0;
-  for (uint32_t e = 0; e < first->edge_count; e++)
-    border_edges += (first->edge_flags[e] & TW_EDGE_BORDER) != 0;
   tw_surface_counts counts = {first->vertex_count, first->edge_count, first->face_count, first->corner_count};
-  border_kinds kinds = sort_quads(first);
-  for (uint32_t l = 1; l < level && counts.faces > 0; l++) {
-    counts.vertices =
-        counts.faces - kinds.inner[0] + (counts.edges - border_edges) + (counts.vertices - border_vertices);
-    kinds = next_kinds(kinds);
-    counts.faces = face_count(kinds);
+  border_kinds kinds = sort_all(first);
+  /* Stops where numbers near 64 bits, far over the limit. */
+  for (uint32_t l = 1; l < level && counts.faces > 0 && counts.corners < UINT64_MAX / 16; l++) {
+    uint64_t kept = kinds.quads[1] + kinds.quads[2] + kinds.quads[3] + kinds.quads[4];
+    counts.vertices = kinds.inner_vertices + kinds.edges[1] + kinds.edges[2] + kept;
+    kinds = next_kinds(&kinds);
+    counts.edges = kinds.edges[0] + kinds.edges[1] + kinds.edges[2];
+    counts.faces = kinds.quads[1] + kinds.quads[2] + kinds.quads[3] + kinds.quads[4];
     counts.corners = 4 * counts.faces;
-    /* A strip has one edge on the border, a lone corner two; border and vertices on it are as many. */
-    border_edges = border_vertices = kinds.inner[2] + 2 * kinds.inner[1];
-    counts.edges = (counts.corners + border_edges) / 2;
   }
   return counts;
 }

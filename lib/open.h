@@ -6,16 +6,19 @@
 #include "topology.h"
 #include "tweend/subdiv.h"
 
-/* Quads of a refined mesh whose parents all exist: those at an inner vertex of the parent.
- * *quads: [returned count], in the arena; NULL without memory. */
-uint32_t tw_open_quads(const tw_topology *parent, tw_arena *arena, uint32_t **quads);
+/* Faces of a refined mesh whose parents all exist: those at an inner vertex of the parent, and of Loop's
+ * middle triangles those with no edge on the border. *faces: [returned count], in the arena; NULL without
+ * memory. */
+uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_arena *arena,
+                       uint32_t **faces);
 
-/* A mesh of some quads of another, with their sharpness; new borders are sharp. *vertices:
- * [out->vertex_count], the vertex of `full` that each was. */
-tw_status tw_open_cut(const tw_topology *full, const uint32_t *quads, uint32_t quad_count, tw_arena *arena,
+/* A mesh of some faces of another, which are all of one size, with their sharpness; new borders are sharp.
+ * *vertices: [out->vertex_count], the vertex of `full` that each was. */
+tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices);
 
 /* Counts at `level` (1 or more) in closed form from the mesh at level 1. */
 tw_surface_counts tw_open_count(const tw_topology *first, uint32_t level);
+tw_surface_counts tw_loop_open_count(const tw_topology *first, uint32_t level);
 
 #endif

@@ -1,6 +1,8 @@
 /* Masks of the generic step, one vertex at a time. */
 #include "refine_mask.h"
 
+#include "loop.h"
+
 static uint32_t larger(uint32_t a, uint32_t b) {
   return a > b ? a : b;
 }
@@ -63,4 +65,39 @@ uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32
   child -= parent->vertex_count;
   if (child < parent->edge_count) return edge_mask(parent, rules, child, shares);
   return face_mask(parent, child - parent->edge_count, shares);
+}
+
+/* ---- Loop ----------------------------------------------------------------------------------- */
+
+static uint32_t loop_edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t edge, tw_share *shares) {
+  float crease = tw_crease_share(p, rules, edge), end_weight = (1 - crease) * 0.375f + crease * 0.5f;
+  uint32_t count = 2, first = p->edge_corner[edge], c = first;
+  for (uint32_t i = 0; i < 2; i++) shares[i] = (tw_share){p->edge_vertices[edge][i], end_weight};
+  if (crease == 1) return 2;
+  do {
+    shares[count++].vertex = p->corner_vertex[tw_triangle_previous(c)];
+    c = p->sibling[c];
+  } while (c != first);
+  for (uint32_t i = 2; i < count; i++) shares[i].weight = (1 - crease) * 0.25f / (float)(count - 2);
+  return count;
+}
+
+static uint32_t loop_vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_t vertex,
+                                 tw_share *shares) {
+  tw_vertex_blend blend = tw_blend_at(p, rules, vertex);
+  uint32_t ring = p->ring_offsets[vertex], valence = p->ring_offsets[vertex + 1] - ring;
+  double weight = blend.smooth > 0 ? tw_loop_weight(valence) : 0;
+  float own = blend.corner + 0.75f * blend.crease + blend.smooth * (float)(1 - valence * weight);
+  shares[0] = (tw_share){vertex, own};
+  if (blend.corner == 1) return 1;
+  for (uint32_t i = 0; i < valence; i++)
+    shares[1 + i] = (tw_share){tw_far_end(p, p->ring_edges[ring + i], vertex), blend.smooth * (float)weight};
+  if (blend.crease > 0)
+    for (int i = 0; i < 2; i++) shares[1 + blend.ends[i]].weight += 0.125f * blend.crease;
+  return 1 + valence;
+}
+
+uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares) {
+  if (child < parent->vertex_count) return loop_vertex_mask(parent, rules, child, shares);
+  return loop_edge_mask(parent, rules, child - parent->vertex_count, shares);
 }

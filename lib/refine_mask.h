@@ -19,4 +19,7 @@ uint32_t tw_refine_mask_capacity(const tw_topology *parent);
  * up twice but for the ends of doubled edges. */
 uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
 
+/* The same for Loop's scheme, whose children are all made of the parent's vertices. */
+uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
+
 #endif

@@ -7,6 +7,7 @@
 
 #include "cage.h"
 #include "limit.h"
+#include "loop.h"
 #include "open.h"
 #include "tangents.h"
 
@@ -25,6 +26,10 @@ typedef struct build {
   tw_topology topologies[1 + TW_UV_SETS_MAX];
   uint32_t *source; /* [faces] cage face of each face */
 } build;
+
+static bool is_loop(const build *b) {
+  return b->surface->options.scheme == TW_LOOP;
+}
 
 static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
   return mesh->face_materials ? mesh->face_materials[face] : -1;
@@ -124,18 +129,24 @@ static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_v
   float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = field_rules(b, values->field);
-  tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
+  if (is_loop(b))
+    tw_loop_values(&parents[values->field], &rules, values->width, values->base, out);
+  else
+    tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
   values->base = out;
   return TW_OK;
 }
 
 static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
+  const tw_topology *parent = &parents[field];
+  tw_topology *child = &b->topologies[field];
   tw_rules rules = field_rules(b, field);
   if (b->surface->plain && arena == b->surface->arena) /* the last level */
-    return tw_refine_corners(&parents[field], arena, &b->topologies[field]);
-  tw_status status = tw_refine_topology(&parents[field], &rules, arena, &b->topologies[field]);
+    return is_loop(b) ? tw_loop_corners(parent, arena, child) : tw_refine_corners(parent, arena, child);
+  tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, child)
+                                : tw_refine_topology(parent, &rules, arena, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
-    status = tw_topology_copy_semi(&b->topologies[field], &b->topologies[0], arena);
+    status = tw_topology_copy_semi(child, &b->topologies[0], arena);
   return status;
 }
 
@@ -147,20 +158,20 @@ static tw_status cut_set(build *b, const void *context, tw_arena *arena, tw_valu
   return values->base ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Cuts the level that refine_all has made back to the quads whose parents all exist. */
+/* Cuts the level that refine_all has made back to the faces whose parents all exist. */
 static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena) {
-  uint32_t *quads, *kept[1 + TW_UV_SETS_MAX];
-  uint32_t quad_count = tw_open_quads(parent, b->arena, &quads);
-  tw_status status = quads ? TW_OK : TW_NO_MEMORY;
+  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX];
+  uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
+  tw_status status = faces ? TW_OK : TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
     tw_topology full = b->topologies[f];
-    status = tw_open_cut(&full, quads, quad_count, arena, &b->topologies[f], &kept[f]);
+    status = tw_open_cut(&full, faces, face_count, arena, &b->topologies[f], &kept[f]);
   }
   if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
   if (status == TW_OK && b->mesh->skin.joints)
     status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
-  for (uint32_t q = 0; !b->whole && q < quad_count && status == TW_OK; q++)
-    b->source[q] = b->source[quads[q]];
+  for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
+    b->source[q] = b->source[faces[q]];
   return status;
 }
 
@@ -174,13 +185,13 @@ static tw_status refine_all(build *b, tw_arena *arena) {
     status = refine_field(b, parents, f, arena);
   if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
   if (status == TW_OK && b->mesh->skin.joints)
-    status = tw_influences_refine(&s->influences, &parents[0], &b->rules);
+    status = tw_influences_refine(&s->influences, &parents[0], &b->rules, is_loop(b));
   if (status != TW_OK) return status;
   if (!b->whole) {
     uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
     if (!source) return TW_NO_MEMORY;
     for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
-      source[q] = b->source[tw_corner_face(&parents[0], q)];
+      source[q] = b->source[is_loop(b) ? q / 4 : tw_corner_face(&parents[0], q)];
     b->source = source;
   }
   return tw_cage_shrinks(&b->cage, &s->options) ? cut_border(b, &parents[0], arena) : TW_OK;
@@ -209,7 +220,7 @@ static face_yield yield_of(const build *b, uint32_t face) {
   if (b->surface->options.level == 0)
     return (face_yield){1, b->mesh->face_offsets[face + 1] - b->mesh->face_offsets[face]};
   uint64_t cells = (uint64_t)b->surface->side * b->surface->side;
-  return (face_yield){cells, 4 * cells};
+  return (face_yield){cells, b->topologies[0].face_size * cells};
 }
 
 static tw_status make_groups(build *b, const ordered_face *order, uint32_t count) {
@@ -265,7 +276,7 @@ static tw_status order_answer(build *b) {
     s->group_count = 1;
     s->groups = tw_arena_alloc(s->arena, 1, sizeof *s->groups);
     if (!s->groups) return TW_NO_MEMORY;
-    *s->groups = (tw_surface_group){material_of(b->mesh, 0), 0, faces, 0, 4 * faces};
+    *s->groups = (tw_surface_group){material_of(b->mesh, 0), 0, faces, 0, b->topologies[0].face_size * faces};
     return TW_OK;
   }
   ordered_face *order = tw_alloc(all, sizeof *order);
@@ -439,6 +450,8 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   bool small = s->counts.faces <= GENERIC_FACES_MAX, shrinks = tw_cage_shrinks(&b->cage, &s->options);
   if (shrinks && !small)
     return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", GENERIC_FACES_MAX);
+  if (is_loop(b) && !small && level > 1)
+    return tw_fail(error, TW_LIMIT, "scheme loop is limited to %d faces", GENERIC_FACES_MAX);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
@@ -446,9 +459,9 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    level);
   /* A skinned vertex of the base has a list of joints: no more of those than the cage asks for. */
   uint32_t shallow = b->mesh->skin.joints ? 1 : GENERIC_LEVEL;
-  bool quads = b->cage.topology.face_size == 4, few = !quads && level <= shallow;
-  generic |= shrinks || (small && (few || crosses_seams(b->mesh, &s->options)));
-  b->levels = generic && level > 0 ? level : quads ? 0 : 1;
+  bool even = b->cage.topology.face_size != 0, few = !even && level <= shallow;
+  generic |= shrinks || is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
+  b->levels = generic && level > 0 ? level : even ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;

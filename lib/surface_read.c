@@ -68,9 +68,13 @@ static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32
   for (uint32_t c = 0; c < width; c++) limit[c] += own[c];
   if (out && s->options.limit) memcpy(out, limit, width * sizeof *out);
   if (!normal) return;
+  /* A triangle is a quad with its last corner twice. */
   const float *quad[4];
-  for (uint32_t k = 0; k < 4; k++)
-    quad[k] = values->base + (size_t)base->corner_vertex[(corner & ~3u) + k] * width;
+  uint32_t begin = tw_face_begin(base, tw_corner_face(base, corner));
+  for (uint32_t k = 0; k < 4; k++) {
+    uint32_t place = k < base->face_size ? k : base->face_size - 1;
+    quad[k] = values->base + (size_t)base->corner_vertex[begin + place] * width;
+  }
   tw_normal_from_tangents(tangent1, tangent2, quad, normal);
 }
 
@@ -348,8 +352,13 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
 
 /* ---- faces ---------------------------------------------------------------------------------- */
 
+/* Above level 0. */
+static uint32_t corners_a_face(const tw_surface *s) {
+  return s->fields[0].base.face_size;
+}
+
 uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
-  return surface->options.level == 0 ? surface->corners_before[face] : 4 * face;
+  return surface->options.level == 0 ? surface->corners_before[face] : corners_a_face(surface) * face;
 }
 
 /* Rows of line j of a quad's grid: out[side + 1]. */
@@ -409,6 +418,21 @@ static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t f
   return 4 * count;
 }
 
+/* Where the base is the answer. */
+static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
+                              uint32_t *out) {
+  uint32_t size = corners_a_face(s);
+  if (s->plain) {
+    memcpy(out, s->fields[0].base.corner_vertex + size * (size_t)first, count * size * sizeof *out);
+    return size * count;
+  }
+  for (size_t i = 0; i < count; i++) {
+    uint32_t corner = size * base_quad(s, (uint32_t)(first + i));
+    for (uint32_t k = 0; k < size; k++) *out++ = tw_row_of_corner(n, corner + k);
+  }
+  return size * count;
+}
+
 static size_t read_cage_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *sizes, uint32_t *out) {
   size_t written = 0;
@@ -426,11 +450,8 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   const tw_surface *s = reader->surface;
   const tw_numbering *n = numbering_of(s, domain);
   if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
-  for (size_t i = 0; sizes && i < count; i++) sizes[i] = 4;
-  if (s->plain) {
-    memcpy(out, s->fields[0].base.corner_vertex + 4 * (size_t)first, count * 4 * sizeof *out);
-    return 4 * count;
-  }
+  for (size_t i = 0; sizes && i < count; i++) sizes[i] = corners_a_face(s);
+  if (s->depth == 0) return read_base_faces(s, n, first, count, out);
   return read_quads(reader, n, first, count, out);
 }
 

@@ -23,8 +23,8 @@ static void evaluate_by_mask(tw_surface_reader *r, const tw_values *values, int 
   float *first = r->slopes[s], *second = first + TW_DERIVATIVE_SECOND, frame[2][2];
   const float *own = values->base + (size_t)base->corner_vertex[corner] * width;
   if (!tw_limit_frame(base, field->linear, corner, frame)) {
-    const float *next = values->base + (size_t)base->corner_vertex[tw_quad_next(corner)] * width;
-    const float *previous = values->base + (size_t)base->corner_vertex[tw_quad_previous(corner)] * width;
+    const float *next = values->base + (size_t)base->corner_vertex[tw_corner_next(base, corner)] * width;
+    const float *previous = values->base + (size_t)base->corner_vertex[tw_corner_previous(base, corner)] * width;
     for (uint32_t c = 0; c < width; c++) {
       first[c] = next[c] - own[c];
       second[c] = previous[c] - own[c];
@@ -66,7 +66,7 @@ void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out) {
     evaluate(reader, &s->positions, 0, corner / 4, tw_corner_rect(s, corner));
     evaluate(reader, &s->uvs[0], 1, corner / 4, tw_corner_rect(s, corner));
   }
-  write_tangents(reader, corner / 4, 1, false, out);
+  write_tangents(reader, tw_corner_face(&s->fields[0].base, corner), 1, false, out);
 }
 
 void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out) {

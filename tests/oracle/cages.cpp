@@ -165,6 +165,78 @@ std::vector<Cage> hand_made() {
   return cages;
 }
 
+static std::vector<std::vector<int>> fans(const std::vector<std::vector<int>> &faces) {
+  std::vector<std::vector<int>> triangles;
+  for (const auto &face : faces)
+    for (size_t i = 1; i + 1 < face.size(); i++) triangles.push_back({face[0], face[i], face[i + 1]});
+  return triangles;
+}
+
+// Every face as a fan of triangles. A hole's triangles are all holes.
+static Cage triangulated(Cage cage) {
+  std::vector<int> holes;
+  int first = 0;
+  for (size_t f = 0; f < cage.faces.size(); f++) {
+    int count = static_cast<int>(cage.faces[f].size()) - 2;
+    if (std::count(cage.holes.begin(), cage.holes.end(), static_cast<int>(f)))
+      for (int i = 0; i < count; i++) holes.push_back(first + i);
+    first += count;
+  }
+  cage.holes = holes;
+  cage.faces = fans(cage.faces);
+  cage.face_uvs = fans(cage.face_uvs);
+  return cage;
+}
+
+// Triangles round a point, as many as `faces`; a closed cone, or a fan with a border.
+static Cage cone(int faces, bool closed) {
+  Cage cage;
+  cage.points = {0, 0, 1};
+  int rim = closed ? faces : faces + 1;
+  const double turn = 2 * std::acos(-1.0);
+  for (int i = 0; i < rim; i++) {
+    double angle = turn * i / (closed ? faces : faces + 3);
+    cage.points.push_back(static_cast<float>(std::cos(angle)));
+    cage.points.push_back(static_cast<float>(std::sin(angle)));
+    cage.points.push_back(0.1f * static_cast<float>(i % 3));
+  }
+  for (int i = 0; i < faces; i++) cage.faces.push_back({0, 1 + i, 1 + (i + 1) % rim});
+  cage.name = (closed ? "cone of " : "fan of ") + std::to_string(faces) + " triangles";
+  return cage;
+}
+
+std::vector<Cage> hand_made_triangles() {
+  std::vector<Cage> cages;
+  for (const Cage &cage : hand_made()) cages.push_back(triangulated(cage));
+  for (int faces : {3, 4, 5, 6, 7, 12}) cages.push_back(cone(faces, true));
+  for (int faces : {1, 2, 3, 4, 6}) cages.push_back(cone(faces, false));
+  Cage tetrahedron;
+  tetrahedron.name = "tetrahedron";
+  tetrahedron.points = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  tetrahedron.faces = {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}};
+  cages.push_back(tetrahedron);
+  cages.push_back(named(with_crease(icosahedron(), {0, 11, 10, 0}, 10), "icosahedron with a sharp face"));
+  cages.push_back(
+      named(with_crease(icosahedron(), {0, 5, 9, 8}, 1.6f), "icosahedron with a semi-sharp path"));
+  cages.push_back(named(with_crease(icosahedron(), {3, 4}, 10), "icosahedron with two darts"));
+  cages.push_back(named(with_crease(with_crease(icosahedron(), {5, 0, 10}, 2.3f), {1, 0, 11}, 0.8f),
+                        "icosahedron with two creases that cross"));
+  Cage cornered = named(icosahedron(), "icosahedron with sharp points");
+  cornered.corners = {0, 3, 5};
+  cornered.corner_sharpness = {10, 1.5f, 0.4f};
+  cages.push_back(cornered);
+  Cage pillow;
+  pillow.name = "two triangles back to back";
+  pillow.points = {0, 0, 0, 1, 0, 0, 0, 1, 0.5f};
+  pillow.faces = {{0, 1, 2}, {0, 2, 1}};
+  cages.push_back(pillow);
+  Cage pages = named(cone(2, false), "three triangles on an edge");
+  pages.points.insert(pages.points.end(), {0.5f, 0.2f, 2});
+  pages.faces.push_back({2, 0, 4});
+  cages.push_back(pages);
+  return cages;
+}
+
 // ---- random ones ---------------------------------------------------------------------------
 
 namespace {
@@ -188,6 +260,20 @@ public:
       if (cage_.faces[f].size() < 4) continue;
       cut(cage_.faces, f);
       if (!cage_.face_uvs.empty()) cut(cage_.face_uvs, f);
+    }
+  }
+
+  // Every face into triangles, by diagonals from a corner that chance picks.
+  void triangulate() {
+    for (size_t f = 0; f < cage_.faces.size(); f++) {
+      int turn = pick(static_cast<int>(cage_.faces[f].size()));
+      std::rotate(cage_.faces[f].begin(), cage_.faces[f].begin() + turn, cage_.faces[f].end());
+      if (!cage_.face_uvs.empty())
+        std::rotate(cage_.face_uvs[f].begin(), cage_.face_uvs[f].begin() + turn, cage_.face_uvs[f].end());
+      while (cage_.faces[f].size() > 3) {
+        cut(cage_.faces, f);
+        if (!cage_.face_uvs.empty()) cut(cage_.face_uvs, f);
+      }
     }
   }
 
@@ -297,7 +383,7 @@ private:
 
 } // namespace
 
-Cage random_cage(std::mt19937 &random) {
+static Cage random_shape(std::mt19937 &random, bool triangles) {
   int kind = static_cast<int>(random() % 4), columns = 3 + static_cast<int>(random() % 5),
       rows = 3 + static_cast<int>(random() % 4);
   Shaper shaper(kind == 0 ? cube() : kind == 1 ? torus(columns, rows) : grid(columns, rows), random);
@@ -305,6 +391,7 @@ Cage random_cage(std::mt19937 &random) {
   shaper.cut_faces(shaper.pick(scale));
   shaper.merge_faces(shaper.pick(20));
   shaper.cut_faces(shaper.pick(scale));
+  if (triangles) shaper.triangulate();
   if (shaper.pick(2)) shaper.remove_faces(shaper.pick(scale));
   shaper.tear_uvs(shaper.pick(5));
   if (shaper.pick(3)) shaper.make_holes(shaper.pick(3));
@@ -313,6 +400,14 @@ Cage random_cage(std::mt19937 &random) {
   Shaper tagger(cage, random);
   if (tagger.pick(4)) tagger.tag(tagger.pick(8));
   cage = tagger.finish();
-  cage.name = "random cage";
+  cage.name = triangles ? "random triangles" : "random cage";
   return cage;
+}
+
+Cage random_cage(std::mt19937 &random) {
+  return random_shape(random, false);
+}
+
+Cage random_triangle_cage(std::mt19937 &random) {
+  return random_shape(random, true);
 }

@@ -41,5 +41,9 @@ Cage torus(int columns, int rows);
 Cage icosahedron();
 std::vector<Cage> hand_made();
 
+// The same for Loop's scheme: all faces are triangles.
+std::vector<Cage> hand_made_triangles();
+
 // Cuts, merges and removes faces, moves points, adds tags and UVs with seams.
 Cage random_cage(std::mt19937 &random);
+Cage random_triangle_cage(std::mt19937 &random);

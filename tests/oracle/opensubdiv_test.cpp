@@ -154,11 +154,14 @@ public:
     for (int f = 0; f < cage.GetNumFaces(); f++) {
       int size = cage.GetFaceVertices(f).size();
       auto children = cage.GetFaceChildFaces(f);
+      if (refiner.GetSchemeType() == Sdc::SCHEME_LOOP) {
+        walk_children(0, f, 0);
+        continue;
+      }
       if (order == Order::CagePatches && size == 4) {
         walk_quad(0, f, 0);
         continue;
       }
-      if (size == 3 && refiner.GetSchemeType() == Sdc::SCHEME_LOOP) continue;
       for (int corner = 0; corner < size; corner++) {
         int turn = size == 4 ? corner : 0;
         if (order == Order::Patches)
@@ -177,7 +180,11 @@ private:
       return;
     }
     auto children = refiner_.GetLevel(level).GetFaceChildFaces(face);
-    for (int k = 0; k < 4; k++) walk_children(level + 1, children[(turn + k) % 4], (turn + k) % 4);
+    bool triangles = refiner_.GetSchemeType() == Sdc::SCHEME_LOOP;
+    for (int k = 0; k < 4; k++) {
+      int child = triangles ? k : (turn + k) % 4;
+      walk_children(level + 1, children[child], triangles ? 0 : child);
+    }
   }
 
   void walk_quad(int level, int face, int turn) {
@@ -376,7 +383,7 @@ void report(const std::string &name, const std::string &first_failure) {
   if (!first_failure.empty()) std::printf("# %s\n", first_failure.c_str());
 }
 
-Options options_of(uint32_t level, int boundary, int uv, bool chaikin, bool smooth, bool bilinear,
+Options options_of(tw_scheme scheme, uint32_t level, int boundary, int uv, bool chaikin, bool smooth,
                    bool limit) {
   Options options{};
   options.tw.level = level;
@@ -384,10 +391,53 @@ Options options_of(uint32_t level, int boundary, int uv, bool chaikin, bool smoo
   options.tw.uv = static_cast<tw_uv_rule>(uv);
   options.tw.creasing = chaikin ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM;
   options.tw.triangles = smooth ? TW_TRIANGLES_SMOOTH : TW_TRIANGLES_CATMULL_CLARK;
-  options.tw.scheme = bilinear ? TW_BILINEAR : TW_CATMULL_CLARK;
+  options.tw.scheme = scheme;
   options.tw.limit = limit;
-  options.tw.normals = !bilinear;
+  options.tw.normals = scheme != TW_BILINEAR;
   return options;
+}
+
+void compare_hand_made(uint32_t levels) {
+  for (const Cage &cage : hand_made()) {
+    std::string failure;
+    for (uint32_t level = 1; level <= levels; level++)
+      for (int boundary = 0; boundary < 3; boundary++)
+        for (int uv = 0; uv < (cage.face_uvs.empty() ? 1 : 6); uv++)
+          for (int flags = 0; flags < 8; flags++)
+            compare(cage, options_of(TW_CATMULL_CLARK, level, boundary, uv, flags & 1, flags & 2, flags & 4),
+                    failure);
+    for (uint32_t level = 1; level <= levels; level++)
+      compare(cage, options_of(TW_BILINEAR, level, 0, 0, false, false, false), failure);
+    report("opensubdiv agrees on " + cage.name, failure);
+  }
+  for (const Cage &cage : hand_made_triangles()) {
+    std::string failure;
+    for (uint32_t level = 1; level <= levels; level++)
+      for (int boundary = 0; boundary < 3; boundary++)
+        for (int uv = 0; uv < (cage.face_uvs.empty() ? 1 : 6); uv++)
+          for (int flags = 0; flags < 4; flags++)
+            compare(cage, options_of(TW_LOOP, level, boundary, uv, flags & 1, false, flags & 2), failure);
+    report("opensubdiv agrees by loop on " + cage.name, failure);
+  }
+}
+
+void compare_random(tw_scheme scheme, int count) {
+  std::mt19937 random(20261121);
+  std::string failure;
+  int failed_before = failures;
+  for (int i = 0; i < count; i++) {
+    Cage cage = scheme == TW_LOOP ? random_triangle_cage(random) : random_cage(random);
+    uint32_t level = 1 + static_cast<uint32_t>(random() % 4);
+    unsigned flags = static_cast<unsigned>(random() % 8);
+    compare(cage,
+            options_of(scheme, level, static_cast<int>(random() % 3), static_cast<int>(random() % 6),
+                       flags & 1, flags & 2, flags & 4),
+            failure);
+  }
+  report(std::string("opensubdiv agrees ") + (scheme == TW_LOOP ? "by loop " : "") + "on " +
+             std::to_string(count) + " random cages",
+         failure);
+  if (failures > failed_before) std::printf("# %d of the random cages differ\n", failures - failed_before);
 }
 
 } // namespace
@@ -395,33 +445,10 @@ Options options_of(uint32_t level, int boundary, int uv, bool chaikin, bool smoo
 int main(int argc, char **argv) {
   // A sanitizer makes each case ten times slower, and sees enough in fewer.
   bool sanitized = std::getenv("TWEEND_SANITIZED") != nullptr;
-  uint32_t levels = sanitized ? 2 : 4;
   int random_count = argc > 1 ? std::atoi(argv[1]) : sanitized ? 300 : 3000;
-  for (const Cage &cage : hand_made()) {
-    std::string failure;
-    for (uint32_t level = 1; level <= levels; level++)
-      for (int boundary = 0; boundary < 3; boundary++)
-        for (int uv = 0; uv < (cage.face_uvs.empty() ? 1 : 6); uv++)
-          for (int flags = 0; flags < 8; flags++)
-            compare(cage, options_of(level, boundary, uv, flags & 1, flags & 2, false, flags & 4), failure);
-    for (uint32_t level = 1; level <= levels; level++)
-      compare(cage, options_of(level, 0, 0, false, false, true, false), failure);
-    report("opensubdiv agrees on " + cage.name, failure);
-  }
-  std::mt19937 random(20261121);
-  std::string failure;
-  int failed_before = failures;
-  for (int i = 0; i < random_count; i++) {
-    Cage cage = random_cage(random);
-    uint32_t level = 1 + static_cast<uint32_t>(random() % 4);
-    unsigned flags = static_cast<unsigned>(random() % 8);
-    compare(cage,
-            options_of(level, static_cast<int>(random() % 3), static_cast<int>(random() % 6), flags & 1,
-                       flags & 2, false, flags & 4),
-            failure);
-  }
-  report("opensubdiv agrees on " + std::to_string(random_count) + " random cages", failure);
-  if (failures > failed_before) std::printf("# %d of the random cages differ\n", failures - failed_before);
+  compare_hand_made(sanitized ? 2 : 4);
+  compare_random(TW_CATMULL_CLARK, random_count);
+  compare_random(TW_LOOP, random_count);
   std::printf("1..%d\n# %d cases compared\n", tests, cases);
   return failures ? 1 : 0;
 }

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "cage.h"
+#include "loop.h"
 #include "refine_mask.h"
 #include "surface_rows.h"
 #include "tweend/subdiv.h"
@@ -70,6 +71,20 @@ static cage *new_cage(bool creased) {
   c->mesh.crease_edges = c->creases[0];
   c->mesh.crease_sharpness = c->sharpness;
   return c;
+}
+
+/* Cuts every face of four in two. */
+static void triangulate(cage *c) {
+  static uint32_t corners[CORNERS_MAX], offsets[FACES_MAX];
+  uint32_t faces = c->mesh.face_count;
+  memcpy(corners, c->corners, sizeof corners);
+  memcpy(offsets, c->offsets, sizeof offsets);
+  c->mesh.face_count = c->mesh.corner_count = 0;
+  for (uint32_t f = 0; f < faces; f++) {
+    const uint32_t *face = corners + offsets[f];
+    for (uint32_t i = 1; i + 1 < offsets[f + 1] - offsets[f]; i++)
+      add_face(c, 3, (uint32_t[]){face[0], face[i], face[i + 1]});
+  }
 }
 
 static float noise(uint32_t *seed) {
@@ -170,6 +185,41 @@ static void masks_say_what_the_step_does(void **state) {
   }
 }
 
+static void loop_masks_say_what_the_step_does(void **state) {
+  (void)state;
+  cage *c = new_cage(true);
+  triangulate(c);
+  for (int chaikin = 0; chaikin < 2; chaikin++) {
+    tw_surface_options options = {.scheme = TW_LOOP, .creasing = (tw_creasing)chaikin};
+    tw_rules rules = {.chaikin = chaikin};
+    tw_arena *arena = tw_arena_create();
+    tw_cage read;
+    assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
+    tw_topology parent = read.topology, child;
+    const float *in = c->points[0];
+    for (int level = 0; level < 2; level++) {
+      assert_int_equal(tw_loop_topology(&parent, &rules, arena, &child), TW_OK);
+      float *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
+      tw_share *shares = tw_arena_alloc(arena, tw_refine_mask_capacity(&parent), sizeof *shares);
+      tw_loop_values(&parent, &rules, 3, in, out);
+      for (uint32_t v = 0; v < child.vertex_count; v++) {
+        uint32_t count = tw_loop_mask(&parent, &rules, v, shares);
+        assert_true(count <= tw_refine_mask_capacity(&parent));
+        for (size_t k = 0; k < 3; k++) {
+          double sum = 0;
+          for (uint32_t i = 0; i < count; i++)
+            sum += (double)shares[i].weight * (double)in[3 * (size_t)shares[i].vertex + k];
+          assert_float_equal(out[3 * (size_t)v + k], sum, 2e-6);
+        }
+      }
+      parent = child;
+      in = out;
+    }
+    tw_arena_destroy(arena);
+  }
+  free(c);
+}
+
 /* ---- weights -------------------------------------------------------------------------------- */
 
 static void mesh_on_one_joint_stays_on_it(void **state) {
@@ -207,6 +257,29 @@ static void four_joints_weigh_as_four_colours_do(void **state) {
     }
     free_rows(&r);
   }
+  free(c);
+}
+
+static void joints_follow_loop_as_colours_do(void **state) {
+  (void)state;
+  static float colors[POINTS][4];
+  cage *c = new_cage(true);
+  triangulate(c);
+  weigh(c, 4);
+  memset(colors, 0, sizeof colors);
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (int k = 0; k < 4; k++) colors[p][c->joints[p][k]] = c->weights[p][k];
+  c->mesh.colors = colors[0];
+  for (uint32_t level = 0; level <= 3; level++)
+    for (int limit = 0; limit < 2; limit++) {
+      rows r = read_rows(&c->mesh, (tw_surface_options){.level = level, .scheme = TW_LOOP, .limit = limit});
+      for (size_t i = 0; i < r.count; i++) {
+        assert_four(&r, i, 4);
+        for (uint32_t k = 0; k < 4; k++)
+          assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->color + k], 2e-6);
+      }
+      free_rows(&r);
+    }
   free(c);
 }
 
@@ -391,6 +464,8 @@ static void open_border_keeps_the_weights_of_what_is_left(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(masks_say_what_the_step_does),
+      cmocka_unit_test(loop_masks_say_what_the_step_does),
+      cmocka_unit_test(joints_follow_loop_as_colours_do),
       cmocka_unit_test(mesh_on_one_joint_stays_on_it),
       cmocka_unit_test(four_joints_weigh_as_four_colours_do),
       cmocka_unit_test(rows_keep_the_four_heaviest_of_many_joints),

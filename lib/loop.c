@@ -1,0 +1,193 @@
+/* Loop's subdivision step. */
+#include "loop.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "child.h"
+
+/* ---- topology ------------------------------------------------------------------------------- */
+
+static tw_status count_child(const tw_topology *p, tw_topology *child) {
+  memset(child, 0, sizeof *child);
+  uint64_t vertices = (uint64_t)p->vertex_count + p->edge_count;
+  uint64_t edges = 2 * (uint64_t)p->edge_count + p->corner_count;
+  uint64_t faces = 4 * (uint64_t)p->face_count, corners = 3 * faces;
+  if (vertices >= UINT32_MAX || edges >= UINT32_MAX || corners >= UINT32_MAX) return TW_LIMIT;
+  child->vertex_count = (uint32_t)vertices;
+  child->edge_count = (uint32_t)edges;
+  child->face_count = (uint32_t)faces;
+  child->face_size = 3;
+  child->corner_count = (uint32_t)corners;
+  return TW_OK;
+}
+
+/* The corner of the middle child that lies on the edge of corner c. */
+static uint32_t middle_corner(uint32_t c) {
+  return 9 * (c / 3 + 1) + tw_triangle_previous(c);
+}
+
+/* Vertices of the four children of one face. */
+static void split_corners(const tw_topology *p, uint32_t face, tw_topology *child) {
+  uint32_t middles[3], *corners = child->corner_vertex + 12 * (size_t)face;
+  for (uint32_t i = 0; i < 3; i++) middles[i] = p->vertex_count + p->corner_edge[3 * face + i];
+  for (uint32_t i = 0; i < 3; i++) {
+    uint32_t next = (i + 1) % 3, previous = (i + 2) % 3;
+    corners[3 * i + i] = p->corner_vertex[3 * face + i];
+    corners[3 * i + next] = middles[i];
+    corners[3 * i + previous] = middles[previous];
+    corners[9 + i] = middles[next];
+  }
+}
+
+/* Edges and inner siblings of the four children of one face. */
+static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
+  uint32_t begin = 3 * face, first = 12 * face, E = p->edge_count;
+  for (uint32_t i = 0; i < 3; i++) {
+    uint32_t next = (i + 1) % 3, previous = (i + 2) % 3;
+    uint32_t c = begin + i, vertex = p->corner_vertex[c], edge = p->corner_edge[c],
+             before = p->corner_edge[begin + previous], across = 2 * E + c;
+    uint32_t outer = first + 3 * i + next, inner = first + 9 + next;
+    child->corner_edge[first + 3 * i + i] = 2 * edge + (p->edge_vertices[edge][0] != vertex);
+    child->corner_edge[first + 3 * i + previous] = 2 * before + (p->edge_vertices[before][0] != vertex);
+    child->corner_edge[outer] = across;
+    child->corner_edge[inner] = across;
+    child->sibling[outer] = inner;
+    child->sibling[inner] = outer;
+    child->edge_corner[across] = outer;
+    child->edge_vertices[across][0] = p->vertex_count + edge;
+    child->edge_vertices[across][1] = p->vertex_count + before;
+  }
+}
+
+/* Round the middle of an edge, counter-clockwise from the half that has the edge's first face on its left:
+ * that half, two edges across that face, the other half, two edges across the second face. */
+static void link_edge(tw_child_fans *fans, uint32_t edge) {
+  const tw_topology *p = fans->parent;
+  uint32_t first = p->edge_corner[edge], corner = first, across = 2 * p->edge_count;
+  bool manifold = !(p->edge_flags[edge] & TW_EDGE_NONMANIFOLD);
+  if (!manifold) {
+    tw_put_edge(fans, 2 * edge);
+    tw_put_edge(fans, 2 * edge + 1);
+  }
+  uint32_t half = 2 * edge + 1; /* edge_vertices run as the first corner does */
+  do {
+    uint32_t next = tw_triangle_next(corner);
+    tw_put_corner(fans, tw_triangle_previous(4 * next));
+    tw_put_corner(fans, middle_corner(corner));
+    tw_put_corner(fans, tw_triangle_next(4 * corner));
+    if (manifold) {
+      tw_put_edge(fans, half);
+      half ^= 1;
+    }
+    tw_put_edge(fans, across + next);
+    tw_put_edge(fans, across + corner);
+    corner = p->sibling[corner];
+  } while (corner != first);
+  if (p->edge_flags[edge] & TW_EDGE_BORDER) tw_put_edge(fans, half);
+  tw_end_fan(fans, p->vertex_count + edge, tw_middle_flags(p->edge_flags[edge]));
+}
+
+tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                           tw_topology *child) {
+  tw_status status = count_child(parent, child);
+  if (status == TW_OK) status = tw_child_allocate(child, arena);
+  if (status != TW_OK) return status;
+  for (uint32_t f = 0; f < parent->face_count; f++) {
+    split_corners(parent, f, child);
+    split_face(parent, f, child);
+  }
+  tw_child_split_edges(parent, child);
+  tw_decay(parent, rules, child);
+  tw_child_fans fans = tw_child_link_vertices(parent, child);
+  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&fans, e);
+  return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
+}
+
+tw_status tw_loop_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child) {
+  tw_status status = count_child(parent, child);
+  if (status != TW_OK) return status;
+  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
+  if (!child->corner_vertex) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < parent->face_count; f++) split_corners(parent, f, child);
+  return TW_OK;
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+enum { WIDTH_MAX = 4 };
+
+double tw_loop_weight(uint32_t valence) {
+  static const double turn = 2 * 3.14159265358979323846;
+  if (valence == 6) return 0.0625;
+  double towards = 0.375 + 0.25 * cos(turn / valence);
+  return (0.625 - towards * towards) / valence;
+}
+
+static void add(float *sum, const float *in, uint32_t width) {
+  for (uint32_t i = 0; i < width; i++) sum[i] += in[i];
+}
+
+/* Ends 3/8 each, and 1/4 for the points that face the edge: one each of two triangles, all in equal parts
+ * where the mesh is not manifold. */
+static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
+                         float *out) {
+  for (uint32_t e = 0; e < p->edge_count; e++, out += width) {
+    const float *a = in + (size_t)p->edge_vertices[e][0] * width,
+                *b = in + (size_t)p->edge_vertices[e][1] * width;
+    float crease = tw_crease_share(p, rules, e);
+    if (crease == 1) {
+      for (uint32_t i = 0; i < width; i++) out[i] = 0.5f * (a[i] + b[i]);
+      continue;
+    }
+    float facing[WIDTH_MAX] = {0};
+    uint32_t faces = 0, first = p->edge_corner[e], c = first;
+    do {
+      add(facing, in + (size_t)p->corner_vertex[tw_triangle_previous(c)] * width, width);
+      faces++;
+      c = p->sibling[c];
+    } while (c != first);
+    float end_weight = (1 - crease) * 0.375f + crease * 0.5f,
+          facing_weight = (1 - crease) * 0.25f / (float)faces;
+    for (uint32_t i = 0; i < width; i++) out[i] = end_weight * (a[i] + b[i]) + facing_weight * facing[i];
+  }
+}
+
+static const float *neighbour(const tw_topology *p, uint32_t vertex, uint32_t place, uint32_t width,
+                              const float *in) {
+  uint32_t edge = p->ring_edges[p->ring_offsets[vertex] + place];
+  return in + (size_t)tw_far_end(p, edge, vertex) * width;
+}
+
+static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
+                            float *out) {
+  for (uint32_t v = 0; v < p->vertex_count; v++, out += width) {
+    const float *own = in + (size_t)v * width;
+    tw_vertex_blend blend = tw_blend_at(p, rules, v);
+    uint32_t valence = p->ring_offsets[v + 1] - p->ring_offsets[v];
+    float own_weight = blend.corner, ring_weight = 0, ends_weight = 0.125f * blend.crease;
+    float ring[WIDTH_MAX] = {0}, ends[WIDTH_MAX] = {0};
+    if (blend.smooth > 0) {
+      double weight = tw_loop_weight(valence);
+      ring_weight = blend.smooth * (float)weight;
+      own_weight += blend.smooth * (float)(1 - valence * weight);
+      for (uint32_t i = 0; i < valence; i++) add(ring, neighbour(p, v, i, width, in), width);
+    }
+    if (blend.crease > 0) {
+      own_weight += 0.75f * blend.crease;
+      for (int i = 0; i < 2; i++) add(ends, neighbour(p, v, blend.ends[i], width, in), width);
+    }
+    for (uint32_t i = 0; i < width; i++)
+      out[i] = own_weight * own[i] + ring_weight * ring[i] + ends_weight * ends[i];
+  }
+}
+
+static void refine(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in, float *out) {
+  refine_vertices(p, rules, width, in, out);
+  refine_edges(p, rules, width, in, out + (size_t)p->vertex_count * width);
+}
+
+void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
+                    float *out) {
+  refine(parent, rules, width, in, out);
+}

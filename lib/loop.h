@@ -1,0 +1,30 @@
+/* One level of Loop's subdivision of a mesh of triangles, with creases.
+ *
+ * Numbers of a level follow from those of the level above by arithmetic (V, E its counts):
+ * vertices: 0.. of vertices, V.. of the middles of edges;
+ * faces:    4f + i at corner i of face f, which stays the child's corner i; 4f + 3 amid those, whose corner
+ *           i faces child i;
+ * edges:    2e and 2e + 1 of edge e (at its first and second end), 2E + c across the face of corner c,
+ *           between the middles of the edges that meet there.
+ *
+ * Rules: Loop 1987; the masks at creases, corners and borders are those of all schemes (crease.h). */
+#ifndef TWEEND_LOOP_H
+#define TWEEND_LOOP_H
+
+#include "crease.h"
+
+/* Topology and sharpness of the next level; TW_LIMIT, TW_NO_MEMORY. The parent's sharpness must be set. */
+tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                           tw_topology *child);
+
+/* The same, but of the child only its counts and corner_vertex: enough to draw a last level. */
+tw_status tw_loop_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child);
+
+/* Values of the next level: in [parent vertices][width], out [child vertices][width]; width 1 to 4. */
+void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
+                    float *out);
+
+/* How far the smooth rule at a vertex of this valence moves it towards the sum of its neighbours. */
+double tw_loop_weight(uint32_t valence);
+
+#endif
