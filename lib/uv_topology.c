@@ -112,13 +112,14 @@ static void pin_dependent(tw_topology *uv, uint32_t first) {
   if ((one > 0) == (other > 0)) return;
   uint32_t dependent = one > 0 ? first + 1 : first;
   float sharpness = one > 0 ? one : other;
-  if (uv->vertex_sharpness[dependent] < sharpness) uv->vertex_sharpness[dependent] = sharpness;
+  if (!(uv->vertex_sharpness[dependent] > 0)) uv->vertex_sharpness[dependent] = sharpness;
 }
 
 static void pin_values(const tw_topology *cage, uint32_t vertex, tw_uv_rule rule, uint32_t first,
                        uint32_t end, tw_topology *uv) {
   value_facts facts = inspect_values(uv, first, end);
-  bool all = pins_all(&facts, rule, cage->vertex_flags[vertex] & TW_VERTEX_BORDER);
+  bool all = pins_all(&facts, rule, cage->vertex_flags[vertex] & TW_VERTEX_BORDER) ||
+             (facts.count > 1 && (cage->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD));
   bool plus = rule == TW_UV_CORNERS_PLUS1 || rule == TW_UV_CORNERS_PLUS2;
   if (plus && !all && facts.count == 2) pin_dependent(uv, first);
   for (uint32_t v = first; v < end; v++)
