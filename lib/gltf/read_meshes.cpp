@@ -1,4 +1,5 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together, welded into a surface.
+#include "gltf/assets.hpp"
 #include "gltf/primitive.hpp"
 
 #include <algorithm>
@@ -216,9 +217,20 @@ private:
       skin |= source.joints[0] != nullptr;
       mesh_.has_tangents |= source.has_tangents;
     }
+    for (const TriangleList &list : parts_.lists) mesh_.has_tangents |= bears_normal_map(list.material);
     if (colors) write_colors();
     if (skin) write_skin();
     write_morphs();
+  }
+
+  // A renderer that makes tangents up itself may make them otherwise than the map was baked for.
+  bool bears_normal_map(int32_t material) const {
+    if (material < 0) return false;
+    const tinygltf::Material &source = document_.model->assets->materials[static_cast<size_t>(material)];
+    if (source.normalTexture.index >= 0) return true;
+    auto coat = source.extensions.find("KHR_materials_clearcoat");
+    return coat != source.extensions.end() && coat->second.IsObject() &&
+           coat->second.Has("clearcoatNormalTexture");
   }
 
   // Points without a colour are white, as a renderer shows them.

@@ -363,6 +363,31 @@ static void primitives_of_a_mesh_become_one_with_materials(void **state) {
   tw_model_destroy(model);
 }
 
+static void a_normal_map_asks_for_tangents(void **state) {
+  (void)state;
+  static const struct {
+    const char *material;
+    bool tangents;
+  } cases[] = {
+      {"{}", false},
+      {"{\"normalTexture\":{\"index\":0}}", true},
+      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0}}}}", true},
+      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatTexture\":{\"index\":0}}}}", false},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    static char json[4096];
+    snprintf(
+        json, sizeof json,
+        "{" ASSET "," SQUARE_BUFFER ",\"textures\":[{}],\"materials\":[%s],\"accessors\":[" POSITIONS
+        "," INDICES
+        "],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0}]}]}",
+        cases[i].material);
+    tw_model *model = glb_read(json, &square, sizeof square);
+    assert_int_equal(model->meshes[0].has_tangents, cases[i].tangents);
+    tw_model_destroy(model);
+  }
+}
+
 static void only_vertices_in_use_become_points(void **state) {
   (void)state;
   tw_model *model =
@@ -588,6 +613,7 @@ int main(void) {
       cmocka_unit_test(strips_and_fans_become_triangles),
       cmocka_unit_test(points_and_lines_are_left_out_with_a_warning),
       cmocka_unit_test(primitives_of_a_mesh_become_one_with_materials),
+      cmocka_unit_test(a_normal_map_asks_for_tangents),
       cmocka_unit_test(only_vertices_in_use_become_points),
       cmocka_unit_test(the_four_largest_weights_are_kept_with_sum_1),
       cmocka_unit_test(morph_weights_must_fit_the_targets),

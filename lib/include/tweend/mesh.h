@@ -63,7 +63,7 @@ typedef struct tw_mesh {
   uint32_t morph_count;
   const float *const *morphs; /* [morph_count] arrays [point_count][3] of displacements */
   const float *morph_weights; /* [morph_count] defaults, or NULL */
-  bool has_tangents;          /* the source bore tangents: the answer needs them too */
+  bool has_tangents;          /* the source bore tangents or a normal map: the answer needs them */
 
   /* The file's own subdivision tags, TW_TAG_UNSET or a value of the enums in subdiv.h. */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
