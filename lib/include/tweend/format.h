@@ -22,11 +22,18 @@ typedef struct tw_read_limits {
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
+ * The file is one mesh with the name of its first `o` or `g`; objects that share no points (and a file
+ * without tags) are a mesh and a node each. Elements may be named before they are defined. Face corners
+ * without `vt` among others that have one get 0 0. Colours behind points are sRGB and become linear.
+ * Normals, lines, points, free-form geometry and MTL files are read over.
  * *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
  * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
+ * A glTF mesh is one tw_mesh: its triangles become polygons as `quads` says, vertices that were split for
+ * the renderer become one point again (lib/weld.h), texture coordinates face-varying with v up. Elements
+ * that are named over and over may not make a small file a large model (TW_LIMIT). limits may be NULL.
  * *out: a finished model. */
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
                        tw_model **out, tw_error *error);
