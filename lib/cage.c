@@ -59,19 +59,33 @@ static void apply_tags(const tw_mesh *mesh, tw_cage *c) {
   }
 }
 
-static bool touches_border(const tw_topology *t, uint32_t face) {
+/* Vertices with an edge on the border that no infinite crease holds: their faces have no surface. */
+static tw_status mark_loose(const tw_cage *c, uint8_t **loose) {
+  const tw_topology *t = &c->topology;
+  *loose = tw_arena_alloc(c->arena, t->vertex_count, 1);
+  if (!*loose) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if ((t->edge_flags[e] & TW_EDGE_BORDER) && !tw_is_infinite(t->edge_sharpness[e]))
+      (*loose)[t->edge_vertices[e][0]] = (*loose)[t->edge_vertices[e][1]] = 1;
+  return TW_OK;
+}
+
+static bool touches(const tw_topology *t, uint32_t face, const uint8_t *marked) {
   for (uint32_t i = 0; i < tw_face_size(t, face); i++)
-    if (t->vertex_flags[t->corner_vertex[tw_face_begin(t, face) + i]] & TW_VERTEX_BORDER) return true;
+    if (marked[t->corner_vertex[tw_face_begin(t, face) + i]]) return true;
   return false;
 }
 
+/* Before sharpening: looks at the creases that the mesh itself has. */
 static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *options, tw_cage *c) {
   c->visible = tw_arena_alloc(c->arena, mesh->face_count, 1);
   if (!c->visible) return TW_NO_MEMORY;
-  bool inner_only =
-      options->boundary == TW_BOUNDARY_NONE && options->scheme != TW_BILINEAR && options->level > 0;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    c->visible[f] = !inner_only || !touches_border(&c->topology, f);
+  uint8_t *loose = NULL;
+  if (options->boundary == TW_BOUNDARY_NONE && options->scheme != TW_BILINEAR && options->level > 0) {
+    tw_status status = mark_loose(c, &loose);
+    if (status != TW_OK) return status;
+  }
+  for (uint32_t f = 0; f < mesh->face_count; f++) c->visible[f] = !loose || !touches(&c->topology, f, loose);
   for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
   return TW_OK;
 }
@@ -96,9 +110,10 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;
   apply_tags(mesh, c);
+  status = choose_visible(mesh, options, c);
+  if (status != TW_OK) return status;
   tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
-  if (options->creasing == TW_CREASE_CHAIKIN) status = tw_topology_sum_semi(&c->topology, arena);
-  return status == TW_OK ? choose_visible(mesh, options, c) : status;
+  return options->creasing == TW_CREASE_CHAIKIN ? tw_topology_sum_semi(&c->topology, arena) : TW_OK;
 }
 
 /* ---- counts --------------------------------------------------------------------------------- */
