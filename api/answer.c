@@ -13,6 +13,7 @@ tw_arena *api_answer_arena(const api_answer *answer) {
 
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy) answer->body.destroy(answer->body.context);
+  if (answer->live.destroy) answer->live.destroy(answer->live.context);
   free((void *)answer->bytes.data);
   tw_arena_destroy(answer->memory);
   *answer = (api_answer){0};

@@ -42,7 +42,9 @@ struct api_pose_body {
   float *matrices;   /* [nodes of the model][16]; NULL where local transforms are told as they are */
   float *joints;     /* [node_count][16] with is_skinning */
   float (*euler)[3]; /* [node_count], the pose before; NULL unless asked for */
+  bool has_euler;    /* there was a pose before */
   float *row;        /* [node_count][width] */
+  float at;          /* of api_pose_body_print */
 };
 
 /* ---- evaluating ------------------------------------------------------------------------------- */
@@ -81,10 +83,10 @@ static void evaluate_matrices(api_pose_body *body, const tw_trs *locals) {
 static void put_euler(api_pose_body *body, const tw_trs *local, uint32_t index, float *out) {
   const api_pose_query *query = &body->query;
   float *previous = body->euler[index];
-  if (body->next == 0)
-    tw_quat_to_euler(local->rotation, query->order, out);
-  else
+  if (body->has_euler)
     tw_quat_to_euler_near(local->rotation, query->order, previous, out);
+  else
+    tw_quat_to_euler(local->rotation, query->order, out);
   memcpy(previous, out, sizeof body->euler[index]);
   for (int i = 0; query->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
 }
@@ -133,6 +135,7 @@ static void evaluate_pose(api_pose_body *body) {
       put_node(body, &world, i, out);
     }
   }
+  body->has_euler = true;
 }
 
 /* ---- phases ------------------------------------------------------------------------------------ */
@@ -215,6 +218,16 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
   if (count) memcpy(out, body->text.data + body->read, count);
   body->read += count;
   return (int64_t)count;
+}
+
+bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
+  body->at = time;
+  body->query.times = (api_times){.is_given = true, .count = 1, .list = &body->at};
+  body->next = 0;
+  body->block_next = body->block_count = 0;
+  evaluate_pose(body);
+  api_pose_print_row(&body->query, time, body->row, text);
+  return !text->failed;
 }
 
 /* ---- making and freeing ------------------------------------------------------------------------- */

@@ -38,4 +38,8 @@ uint64_t api_pose_body_size(const api_pose_body *body);
 /* As in api_body. */
 int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity);
 
+/* Prints the pose at one time on the clip in the query's form; its own times do not matter. Angles go on from
+ * the pose printed before. False without memory. */
+bool api_pose_body_print(api_pose_body *body, float time, api_text *text);
+
 #endif

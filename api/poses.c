@@ -1,5 +1,6 @@
 /* Poses: a clip evaluated at the times of a request. */
 #include "pose_print.h"
+#include "pose_request.h"
 
 #include "handlers.h"
 #include "models.h"
@@ -17,133 +18,11 @@ enum { SMALL_NUMBERS = 20000 };
 /* About what a number takes in text. */
 enum { NUMBER_BYTES = 10 };
 
-/* A request for poses: parameters as read, before the model is known. */
-typedef struct pose_request {
-  const char *clip_name;
-  const char *nodes; /* NULL: all */
-  int force;
-  api_pose_query query;
-} pose_request;
-
 /* What an answer holds on to. */
 typedef struct pose_answer {
   api_entry *model, *clip;
   api_pose_body *body;
 } pose_answer;
-
-/* ---- parameters --------------------------------------------------------------------------------- */
-
-/* Parameters that need another one. */
-static tw_status check_together(const api_query *query, const api_pose_query *pose, tw_error *error) {
-  bool has_angles = pose->as == API_AS_EULER || pose->as == API_AS_AXIS_ANGLE;
-  if (api_query_get(query, "order") && pose->as != API_AS_EULER)
-    return tw_fail(error, TW_SYNTAX, "order goes with as=euler");
-  if (api_query_get(query, "unit") && !has_angles)
-    return tw_fail(error, TW_SYNTAX, "unit goes with as=euler and as=axis-angle");
-  if (pose->is_skinning && pose->as != API_AS_MATRIX)
-    return tw_fail(error, TW_SYNTAX, "skinning=true goes with as=matrix");
-  if (pose->is_skinning && api_query_get(query, "nodes"))
-    return tw_fail(error, TW_SYNTAX,
-                   "skinning=true gives all joints of all skins: nodes has no place with it");
-  return TW_OK;
-}
-
-static api_outcome read_request(api_call *call, pose_request *out) {
-  static const char *const spaces[] = {"local", "world", NULL};
-  static const char *const forms[] = {"trs", "matrix", "euler", "axis-angle", NULL};
-  static const char *const orders[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", NULL};
-  static const char *const units[] = {"radians", "degrees", NULL};
-  static const char *const loops[] = {"clamp", "repeat", "pingpong", NULL};
-  const api_query *query = &call->query;
-  tw_error *error = &call->fault.error;
-  int space = 0, as = 0, order = 0, unit = 0, loop = 0, interpolation = -1;
-  bool is_skinning = false;
-  *out = (pose_request){.clip_name = api_query_get(query, "clip"), .nodes = api_query_get(query, "nodes")};
-  tw_status status =
-      api_times_read(query, call->service->limits.max_times, call->arena, &out->query.times, error);
-  if (status == TW_OK) status = api_query_choice(query, "space", spaces, &space, error);
-  if (status == TW_OK) status = api_query_choice(query, "as", forms, &as, error);
-  if (status == TW_OK) status = api_query_choice(query, "order", orders, &order, error);
-  if (status == TW_OK) status = api_query_choice(query, "unit", units, &unit, error);
-  if (status == TW_OK) status = api_query_choice(query, "loop", loops, &loop, error);
-  if (status == TW_OK)
-    status = api_query_choice(query, "interpolation", api_interpolations, &interpolation, error);
-  if (status == TW_OK) status = api_query_flag(query, "skinning", &is_skinning, error);
-  if (status != TW_OK) return api_fail(call);
-  out->force = api_interpolation_force(interpolation);
-  out->query.form = (api_pose_form)(call->offer - call->route->offers);
-  out->query.as = (api_pose_as)as;
-  out->query.is_world = space == 1;
-  out->query.order = (tw_euler_order)order;
-  out->query.in_degrees = unit == 1;
-  out->query.loop = (tw_loop)loop;
-  out->query.is_skinning = is_skinning;
-  if (check_together(query, &out->query, error) != TW_OK) return api_fail(call);
-  return API_DONE;
-}
-
-/* ---- nodes --------------------------------------------------------------------------------------- */
-
-/* The node whose name the list begins with, and the length of that name. A name may itself hold
- * commas, which the list has no way to tell: the shortest name that exists counts. */
-static uint32_t find_listed(const tw_model *model, const char *list, size_t *length) {
-  enum { COMMAS_IN_A_NAME = 8 };
-  size_t end = strcspn(list, ",");
-  for (int commas = 0; commas <= COMMAS_IN_A_NAME; commas++) {
-    uint32_t node = tw_model_find_node(model, list, end);
-    *length = end;
-    if (node != TW_NO_INDEX) return node;
-    if (list[end] == '\0') break;
-    end += 1 + strcspn(list + end + 1, ",");
-  }
-  return TW_NO_INDEX;
-}
-
-static api_outcome choose_listed(api_call *call, const tw_model *model, const char *list, bool *chosen) {
-  for (;;) {
-    size_t length;
-    uint32_t node = find_listed(model, list, &length);
-    if (node == TW_NO_INDEX) {
-      length = strcspn(list, ",");
-      return api_fail_with(call, 404, "no node is called \"%.*s\"", length < 60 ? (int)length : 60, list);
-    }
-    chosen[node] = true;
-    if (list[length] == '\0') return API_DONE;
-    list += length + 1;
-  }
-}
-
-/* The nodes that the answer tells of, in the file's order. */
-static api_outcome choose_nodes(api_call *call, const tw_model *model, pose_request *request) {
-  bool *chosen = tw_arena_alloc(call->arena, model->node_count, sizeof *chosen);
-  uint32_t *nodes = tw_arena_alloc(call->arena, model->node_count, sizeof *nodes);
-  if (!chosen || !nodes) return api_fail_without_memory(call);
-  if (request->nodes) {
-    api_outcome outcome = choose_listed(call, model, request->nodes, chosen);
-    if (outcome != API_DONE) return outcome;
-  }
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < model->node_count; i++)
-    if (!request->nodes || chosen[i]) nodes[count++] = i;
-  request->query.nodes = nodes;
-  request->query.node_count = count;
-  return API_DONE;
-}
-
-/* The joints of all skins, skin by skin. */
-static api_outcome choose_joints(api_call *call, const tw_model *model, pose_request *request) {
-  if (model->skin_count == 0) return api_fail_with(call, 422, "the model has no skin");
-  uint64_t count = 0;
-  for (uint32_t i = 0; i < model->skin_count; i++) count += model->skins[i].joint_count;
-  if (count >= UINT32_MAX) return api_fail_with(call, 422, "the skins have too many joints");
-  uint32_t *nodes = tw_arena_alloc(call->arena, (size_t)count, sizeof *nodes), *end = nodes;
-  if (!nodes) return api_fail_without_memory(call);
-  for (uint32_t i = 0; i < model->skin_count; i++)
-    for (uint32_t j = 0; j < model->skins[i].joint_count; j++) *end++ = model->skins[i].joints[j];
-  request->query.nodes = nodes;
-  request->query.node_count = (uint32_t)count;
-  return API_DONE;
-}
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
@@ -164,21 +43,11 @@ static api_outcome check_size(api_call *call, const api_pose_query *query) {
 }
 
 /* All parameters with their defaults, as text; NULL without memory. */
-static const char *canonical(api_call *call, const pose_request *request, const api_clip_choice *choice) {
-  const api_pose_query *query = &request->query;
+static const char *canonical(api_call *call, const api_pose_request *request, const api_clip_choice *choice) {
   api_text text = {0};
-  char parts[160];
-  snprintf(parts, sizeof parts, "clip=%s/%u&force=%d&as=%d&world=%d&order=%d&degrees=%d&loop=%d&skin=%d",
-           choice->lender, choice->index, choice->force, query->as, query->is_world, query->order,
-           query->in_degrees, query->loop, query->is_skinning);
-  api_text_add(&text, parts);
-  api_text_add(&text, "&nodes=");
-  for (uint32_t i = 0; i < query->node_count; i++) {
-    api_text_count(&text, query->nodes[i]);
-    api_text_add(&text, ",");
-  }
+  api_pose_request_print(request, choice, &text);
   api_text_add(&text, "&times=");
-  api_times_print(&query->times, &text);
+  api_times_print(&request->query.times, &text);
   const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
   return copy;
@@ -208,7 +77,7 @@ static api_outcome print_now(api_call *call, pose_answer *answer) {
 }
 
 /* Fills the answer; takes over the entries in any case. */
-static api_outcome reply_poses(api_call *call, const pose_request *request, api_entry *model,
+static api_outcome reply_poses(api_call *call, const api_pose_request *request, api_entry *model,
                                api_entry *clip) {
   pose_answer *answer = tw_arena_alloc(call->arena, 1, sizeof *answer);
   api_pose_body *body = answer ? api_pose_body_create(&request->query, call->arena) : NULL;
@@ -228,14 +97,14 @@ static api_outcome reply_poses(api_call *call, const pose_request *request, api_
 }
 
 /* A light call answers what is small and needs nothing built. */
-static bool is_too_much(const api_call *call, const pose_request *request, const tw_model *model) {
+static bool is_too_much(const api_call *call, const api_pose_request *request, const tw_model *model) {
   if (call->effort == API_HEAVY) return false;
   uint64_t transforms = request->query.times.count * (uint64_t)model->node_count;
   return count_numbers(&request->query) > SMALL_NUMBERS || transforms > SMALL_NUMBERS;
 }
 
 /* From a request and a model, which is held, to the answer. Takes over the model's entry. */
-static api_outcome answer_poses(api_call *call, pose_request *request, api_entry *entry, bool is_stored) {
+static api_outcome answer_poses(api_call *call, api_pose_request *request, api_entry *entry, bool is_stored) {
   tw_model *model = api_entry_value(entry);
   api_clip_choice choice;
   api_entry *clip = NULL;
@@ -252,9 +121,7 @@ static api_outcome answer_poses(api_call *call, pose_request *request, api_entry
     if (api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error) != TW_OK)
       outcome = api_fail(call);
   }
-  if (outcome == API_DONE)
-    outcome =
-        request->query.is_skinning ? choose_joints(call, model, request) : choose_nodes(call, model, request);
+  if (outcome == API_DONE) outcome = api_pose_choose_nodes(call, model, request);
   if (outcome == API_DONE) outcome = check_size(call, &request->query);
   if (outcome == API_DONE && is_too_much(call, request, model)) outcome = API_LATER;
   if (outcome == API_DONE && is_stored && call->request->body.size == 0) {
@@ -271,8 +138,17 @@ static api_outcome answer_poses(api_call *call, pose_request *request, api_entry
   return outcome;
 }
 
+static api_outcome read_request(api_call *call, api_pose_request *out) {
+  api_outcome outcome = api_pose_request_read(call, out);
+  if (outcome != API_DONE) return outcome;
+  out->query.form = (api_pose_form)(call->offer - call->route->offers);
+  tw_status status = api_times_read(&call->query, call->service->limits.max_times, call->arena,
+                                    &out->query.times, &call->fault.error);
+  return status == TW_OK ? API_DONE : api_fail(call);
+}
+
 api_outcome api_get_pose(api_call *call) {
-  pose_request request;
+  api_pose_request request;
   api_entry *entry;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
@@ -295,7 +171,7 @@ static api_outcome read_times(api_call *call, api_times *out) {
 
 api_outcome api_post_times(api_call *call) {
   if (call->effort == API_LIGHT) return API_LATER;
-  pose_request request;
+  api_pose_request request;
   api_entry *entry;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = read_times(call, &request.query.times);
@@ -305,7 +181,7 @@ api_outcome api_post_times(api_call *call) {
 
 api_outcome api_post_pose(api_call *call) {
   if (call->effort == API_LIGHT) return API_LATER;
-  pose_request request;
+  api_pose_request request;
   api_entry *entry;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &entry);

@@ -19,6 +19,9 @@ static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};
+static const char *const live_parameters[] = {"clip",          "speed",    "fps",   "from", "loop",
+                                              "space",         "as",       "order", "unit", "nodes",
+                                              "interpolation", "skinning", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
 /* The source's own type is known when it is read: any will do. */
@@ -35,12 +38,14 @@ static const api_offer pose_offers[] = {{"json", "application/json"},
                                         {"bin", "application/octet-stream"},
                                         {"csv", "text/csv"},
                                         {0}};
+static const api_offer live_offers[] = {{"", "text/event-stream"}, {0}};
 
 #define MODEL   "/v1/models/{id}"
 #define SOURCE  MODEL "/source"
 #define SURFACE MODEL "/surface"
 #define POSE    MODEL "/pose"
 #define TRACKS  MODEL "/tracks"
+#define LIVE    MODEL "/live"
 
 static const api_route routes[] = {
     {"GET", "/healthz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
@@ -58,6 +63,7 @@ static const api_route routes[] = {
     {"GET", TRACKS, API_TAKES_NOTHING, false, false, json_offers, tracks_parameters, api_get_tracks},
     {"GET", POSE, API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
     {"POST", POSE, API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
+    {"GET", LIVE, API_TAKES_NOTHING, false, false, live_offers, live_parameters, api_get_live},
     {"POST", "/v1/pose", API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
 };
 

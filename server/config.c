@@ -49,6 +49,8 @@ static const setting SETTINGS[] = {
      "heavy requests that may wait before 503 (default: 4 a compute thread)"},
     {"max-connections", KIND_COUNT, offsetof(srv_config, max_connections), "1024", 1, 1000000, NULL, "COUNT",
      "open connections; more are answered 503"},
+    {"max-listeners", KIND_COUNT, offsetof(srv_config, max_listeners), "1000", 0, 1000000, NULL, "COUNT",
+     "live streams; more are answered 503"},
     {"max-upload", KIND_SIZE, offsetof(srv_config, max_upload), "256MiB", 1, UINT64_C(1) << 40, NULL, "SIZE",
      "longest request body, before and after decoding"},
     {"max-level", KIND_COUNT, offsetof(srv_config, max_level), "10", 0, 16, NULL, "COUNT",

@@ -167,7 +167,8 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
 static void answer_metrics(srv_exchange *exchange) {
   srv_server *server = exchange->server;
   srv_gauges gauges = {.connections = atomic_load(&server->connections),
-                       .requests_in_flight = atomic_load(&server->in_flight)};
+                       .requests_in_flight = atomic_load(&server->in_flight),
+                       .live = srv_live_look(server->live)};
   srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
   size_t size = 0;
   char *text = srv_metrics_print(server->metrics, &gauges, &size);

@@ -9,6 +9,7 @@
 #include "body.h"
 #include "config.h"
 #include "framing.h"
+#include "live.h"
 #include "metrics.h"
 #include "work.h"
 
@@ -19,6 +20,7 @@ typedef struct srv_server {
   const srv_config *config;
   api_service *service;
   srv_work *work;
+  srv_live *live;
   srv_metrics *metrics;
   int temporary;             /* folder for long bodies */
   atomic_bool draining;      /* new requests get 503 */

@@ -27,10 +27,14 @@
 enum {
   CONNECTION_MEMORY = 32 << 10, /* the library's pool: headers in and out, and the window of a body */
   BLOCK_SIZE = 256 << 10,       /* of an answer that is pulled */
+  LIVE_BLOCK = 16 << 10,        /* of a stream */
+  LIVE_BUFFER = 128 << 10,      /* in the kernel, of a stream: what a slow client is behind at most */
   ACCEPT_MAX = 8,               /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
   PEER_SIZE = 64
 };
+
+static const unsigned LISTENER_RETRY_S = 5;
 
 typedef struct loop loop;
 
@@ -56,7 +60,7 @@ struct loop {
   connection *connections;
   uint64_t swept_ms;
   pthread_mutex_t lock;
-  connection *done; /* answered by compute threads; guarded by lock */
+  connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */
 };
 
 struct srv_http {
@@ -168,10 +172,13 @@ static void sweep(loop *l) {
 typedef struct delivery {
   api_answer answer;
   uint64_t *bytes_out;
+  srv_listener *listener; /* of a stream, NULL for HEAD */
+  struct MHD_Connection *mhd;
 } delivery;
 
 static void free_delivery(void *context) {
   delivery *d = context;
+  srv_listener_leave(d->listener);
   api_answer_deinit(&d->answer);
   free(d);
 }
@@ -189,12 +196,26 @@ static ssize_t read_block(void *context, uint64_t position, char *out, size_t ca
   return (ssize_t)size;
 }
 
+/* Between two frames the connection is suspended, until `hand_back`. */
+static ssize_t read_stream(void *context, uint64_t position, char *out, size_t capacity) {
+  (void)position;
+  delivery *d = context;
+  int64_t size = srv_listener_read(d->listener, (uint8_t *)out, capacity);
+  if (size < 0) return MHD_CONTENT_READER_END_OF_STREAM;
+  if (size == 0) MHD_suspend_connection(d->mhd);
+  *d->bytes_out += (uint64_t)size;
+  return (ssize_t)size;
+}
+
 static size_t block_size(uint64_t body_size) {
   return body_size < BLOCK_SIZE ? (size_t)(body_size > 0 ? body_size : 1) : BLOCK_SIZE;
 }
 
 static struct MHD_Response *create_response(delivery *d) {
   const api_answer *answer = &d->answer;
+  if (answer->live.frame != NULL || d->listener != NULL) {
+    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, LIVE_BLOCK, read_stream, d, free_delivery);
+  }
   if (answer->body.read != NULL) {
     uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
@@ -224,12 +245,44 @@ static void add_headers(struct MHD_Response *response, const delivery *d, const 
   if (close) MHD_add_response_header(response, "Connection", "close");
 }
 
+/* Gives the connection back to its thread, which resumes it. On any thread. */
+static void hand_back(void *owner) {
+  connection *c = owner;
+  loop *l = c->owner;
+  pthread_mutex_lock(&l->lock);
+  bool was_empty = l->done == NULL;
+  c->next_done = l->done;
+  l->done = c;
+  pthread_mutex_unlock(&l->lock);
+  if (was_empty) wake(l);
+}
+
+/* Joins a stream that is the answer; without a place in it the answer becomes a refusal. */
+static srv_listener *join_stream(connection *c) {
+  srv_exchange *exchange = &c->exchange;
+  if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
+  srv_listener *listener = srv_live_join(exchange->server->live, &exchange->answer.live, hand_back, c);
+  if (listener == NULL) {
+    srv_exchange_refuse(exchange, 503, "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
+    return NULL;
+  }
+  exchange->close = true; /* the buffer below suits nothing else */
+  int buffer = LIVE_BUFFER;
+  setsockopt(c->fd, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  return listener;
+}
+
+static bool is_sized(const api_answer *answer) {
+  return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
+}
+
 /* Hands the exchange's answer over to the library. */
 static enum MHD_Result deliver(connection *c) {
   srv_exchange *exchange = &c->exchange;
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return MHD_NO;
-  *d = (delivery){.answer = exchange->answer, .bytes_out = &exchange->bytes_out};
+  srv_listener *listener = join_stream(c);
+  *d = (delivery){exchange->answer, &exchange->bytes_out, listener, c->mhd};
   exchange->answer = (api_answer){0};
   exchange->answered = false;
   struct MHD_Response *response = create_response(d);
@@ -237,12 +290,17 @@ static enum MHD_Result deliver(connection *c) {
     free_delivery(d);
     return MHD_NO;
   }
-  if (d->answer.body.read == NULL && strcmp(exchange->method, "HEAD") != 0)
-    exchange->bytes_out = d->answer.bytes.size;
+  bool is_head = strcmp(exchange->method, "HEAD") == 0;
+  /* In chunks the library ends even an answer to HEAD with a last chunk, which the client would take for the
+   * beginning of the next answer. */
+  if (is_head && !is_sized(&d->answer))
+    MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+  bool is_whole = d->answer.body.read == NULL && listener == NULL;
+  if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
   add_headers(response, d, exchange, exchange->close || atomic_load(&exchange->server->draining));
   enum MHD_Result queued = MHD_queue_response(c->mhd, (unsigned)exchange->status, response);
   MHD_destroy_response(response);
-  enter(c, SRV_PHASE_SEND);
+  enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
   return queued;
 }
 
@@ -281,15 +339,9 @@ static bool client_waits(srv_exchange *exchange) {
   return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
 }
 
-/* On a compute thread. The connection may be resumed, and freed, as soon as the lock is released. */
+/* On a compute thread. The connection may be resumed, and freed, as soon as it is back. */
 static void come_back(srv_exchange *exchange) {
-  connection *c = (connection *)(void *)exchange;
-  loop *l = c->owner;
-  pthread_mutex_lock(&l->lock);
-  c->next_done = l->done;
-  l->done = c;
-  pthread_mutex_unlock(&l->lock);
-  wake(l);
+  hand_back(exchange);
 }
 
 static enum MHD_Result open_request(connection *c, const char *method, const char *version) {
@@ -591,6 +643,7 @@ void srv_http_drain(srv_http *http) {
 }
 
 bool srv_http_stop(srv_http *http) {
+  srv_live_end(http->server->live); /* hands every suspended stream back */
   atomic_store(&http->stop, true);
   for (size_t i = 0; i < http->loop_count; i++) {
     loop *l = &http->loops[i];

@@ -95,7 +95,9 @@ static bool prepare(process *p, char *error) {
   p->server.metrics = srv_metrics_create();
   p->server.service = api_service_create(&service_settings);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
-  return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL;
+  p->server.live = srv_live_create((size_t)p->config.max_listeners);
+  return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL &&
+         p->server.live != NULL;
 }
 
 static bool store_samples(process *p, char *error) {
@@ -130,6 +132,7 @@ static void drain(process *p, const sigset_t *ending) {
   static const struct timespec STEP = {.tv_nsec = 10000000};
   atomic_store(&p->server.draining, true);
   api_service_drain(p->server.service);
+  srv_live_end(p->server.live);
   srv_http_drain(p->http);
   for (uint64_t waited_ms = 0; waited_ms < p->config.drain_timeout; waited_ms += 10) {
     if (atomic_load(&p->server.in_flight) == 0) return;
@@ -141,6 +144,7 @@ static void drain(process *p, const sigset_t *ending) {
 static bool stop(process *p) {
   atomic_store(&p->server.stopping, true);
   if (p->http != NULL && !srv_http_stop(p->http)) return false;
+  srv_live_destroy(p->server.live);
   srv_work_destroy(p->server.work);
   api_service_destroy(p->server.service);
   srv_metrics_destroy(p->server.metrics);

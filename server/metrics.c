@@ -147,6 +147,14 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *
                gauges->requests_in_flight);
   print_number(out, "jobs_waiting", "gauge", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
   print_number(out, "jobs_running", "gauge", "Heavy requests on a thread.", gauges->jobs_running);
+  print_number(out, "live_listeners", "gauge", "Open live streams.", gauges->live.listeners);
+  print_number(out, "live_channels", "gauge", "What live streams share: equal frames at equal times.",
+               gauges->live.channels);
+  print_number(out, "live_frames_printed_total", "counter", "Frames evaluated and printed for live streams.",
+               gauges->live.printed);
+  print_number(out, "live_frames_sent_total", "counter", "Frames sent to listeners.", gauges->live.sent);
+  print_number(out, "live_frames_skipped_total", "counter", "Frames that slow listeners did not get.",
+               gauges->live.skipped);
   fprintf(out,
           "# HELP process_resident_memory_bytes Resident memory.\n"
           "# TYPE process_resident_memory_bytes gauge\nprocess_resident_memory_bytes %" PRIu64 "\n",

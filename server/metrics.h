@@ -2,6 +2,8 @@
 #ifndef SRV_METRICS_H
 #define SRV_METRICS_H
 
+#include "live.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -18,6 +20,7 @@ void srv_metrics_request(srv_metrics *metrics, const char *route, int status, do
 typedef struct srv_gauges {
   uint64_t connections, requests_in_flight;
   size_t jobs_waiting, jobs_running;
+  srv_live_load live;
 } srv_gauges;
 
 /* The whole text, malloc'ed, its size in *size; NULL without memory. */

@@ -13,6 +13,7 @@ typedef enum srv_phase {
   SRV_PHASE_BODY,    /* a body is arriving */
   SRV_PHASE_WORK,    /* the daemon's turn */
   SRV_PHASE_SEND,    /* an answer is leaving */
+  SRV_PHASE_LIVE,    /* a stream is leaving, in its own time */
   SRV_PHASE_LINGER,  /* refused half-way: the rest of the request is thrown away */
   SRV_PHASE_DISCARD, /* and so is what follows it */
   SRV_PHASE_OVER     /* to be closed */
@@ -32,7 +33,7 @@ typedef struct srv_watch {
 
 void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms);
 
-/* Whether the client has to keep the minimum rate now. */
+/* Whether the client has to take or give bytes now: at the minimum rate, or some at least of a stream. */
 bool srv_watch_paces(const srv_watch *watch);
 
 /* Bytes that the client has sent and acknowledged on this socket, by the kernel's count: what waits in send

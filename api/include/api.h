@@ -100,6 +100,22 @@ typedef struct api_body {
   void (*destroy)(void *context);
 } api_body;
 
+/* Frames that are sent as their time comes, frame n at n / fps seconds after frame 0. Knows no clock. Whoever
+ * holds one destroys it; a zeroed one is none. */
+typedef struct api_live {
+  const char *key; /* equal keys mean equal frames; lives as long as the context */
+  double fps;      /* above 0 */
+  uint64_t first;  /* the frame to begin with */
+  uint64_t last;   /* the frame to end with; UINT64_MAX: endless */
+  bool joins;      /* begins with a later frame where others of the key have got that far */
+  const char *opening, *pulse, *closing; /* sent first, when nothing else is to be sent, and at the end */
+  void *context;
+  /* The bytes of a frame, malloc'ed for the caller; false without memory. By one thread at a time, and
+   * cheapest in ascending order. */
+  bool (*frame)(void *context, uint64_t index, api_bytes *out);
+  void (*destroy)(void *context);
+} api_live;
+
 enum { API_HEADERS_MAX = 24 };
 
 typedef struct api_answer {
@@ -107,11 +123,12 @@ typedef struct api_answer {
   size_t header_count;
   api_header headers[API_HEADERS_MAX]; /* Content-Type and all others but Content-Length, Date, Connection,
                                           X-Request-Id and Server-Timing, which the server adds */
-  /* Either bytes (body.read NULL), freed with the answer, or a body. HEAD gives what GET would: the
-   * server sends the size and none of it. */
+  /* Either bytes (body.read and live.frame NULL), freed with the answer, or a body, or frames. HEAD gives
+   * what GET would: the server sends the size and none of it. */
   api_bytes bytes;
   api_body body;
-  void *memory; /* what the answer owns */
+  api_live live; /* the server may take it out of the answer */
+  void *memory;  /* what the answer owns */
 } api_answer;
 
 /* The stage before the body is read. */

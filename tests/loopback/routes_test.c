@@ -166,8 +166,8 @@ static void documented_values_are_known(void **state) {
   char id[API_ID_TEXT], path[64];
   char *tank = loopback_file("server/samples/tank.json", NULL);
   loopback_upload(loop, "application/json", tank, id);
-  const char *const families[] = {"surface", "pose"};
-  for (int i = 0; i < 2; i++) {
+  const char *const families[] = {"surface", "pose", "live"};
+  for (int i = 0; i < 3; i++) {
     snprintf(path, sizeof path, "/v1/models/{id}/%s", families[i]);
     const cJSON *operation = get(get(get(*state, "paths"), path), "get"), *item;
     snprintf(path, sizeof path, "/v1/models/%s/%s", id, families[i]);

@@ -82,6 +82,37 @@ static void answer_stream(api_answer *answer, uint64_t size, uint64_t end, uint6
       .status = 200, .body = {.size = size, .context = s, .read = read_stream, .destroy = destroy_stream}};
 }
 
+static bool print_frame(void *context, uint64_t index, api_bytes *out) {
+  const stream *s = context;
+  char *text = malloc(32 + s->end);
+  if (text == NULL) return false;
+  int size = snprintf(text, 32, "frame %llu\n", (unsigned long long)index);
+  memset(text + size, 'x', s->end);
+  *out = (api_bytes){(uint8_t *)text, (size_t)size + s->end};
+  return true;
+}
+
+static void answer_live(api_answer *answer, const char *query) {
+  stream *s = malloc(sizeof *s);
+  char *rest;
+  if (s == NULL) abort();
+  uint64_t last = strtoull(query, &rest, 10);
+  *s = (stream){.end = *rest == ',' ? strtoull(rest + 1, NULL, 10) : 0};
+  atomic_fetch_add(&open_bodies, 1);
+  *answer = (api_answer){.status = 200,
+                         .header_count = 1,
+                         .headers = {{"Content-Type", "text/event-stream"}},
+                         .live = {.key = "live",
+                                  .fps = 100,
+                                  .last = last,
+                                  .opening = "opening\n",
+                                  .pulse = ":\n",
+                                  .closing = "closing\n",
+                                  .context = s,
+                                  .frame = print_frame,
+                                  .destroy = destroy_stream}};
+}
+
 static bool is(const api_request *request, const char *path) {
   return strcmp(request->path, path) == 0;
 }
@@ -89,7 +120,7 @@ static bool is(const api_request *request, const char *path) {
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   (void)service;
   static const char *const KNOWN[] = {"/light",  "/heavy",   "/echo",      "/pull",   "/endless", "/chunks",
-                                      "/broken", "/nothing", "/unchanged", "/readyz", "/healthz"};
+                                      "/broken", "/nothing", "/unchanged", "/readyz", "/healthz", "/live"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -113,6 +144,8 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
     answer_stream(answer, API_SIZE_UNKNOWN, size, UINT64_MAX);
   } else if (is(request, "/broken")) {
     answer_stream(answer, 1000000, UINT64_MAX, size);
+  } else if (is(request, "/live")) {
+    answer_live(answer, request->query);
   } else if (is(request, "/nothing")) {
     *answer = (api_answer){.status = 204};
   } else if (is(request, "/unchanged")) {
@@ -133,6 +166,7 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
 
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy != NULL) answer->body.destroy(answer->body.context);
+  if (answer->live.destroy != NULL) answer->live.destroy(answer->live.context);
   free((void *)(uintptr_t)answer->bytes.data);
   *answer = (api_answer){0};
 }

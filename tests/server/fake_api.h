@@ -9,6 +9,7 @@
  *   /broken?N     claims 1,000,000 bytes, fails after N
  *   /nothing      204
  *   /unchanged    304
+ *   /live?N,M     a stream, 100 frames a second up to number N, each followed by M letters
  *   else          refused with 404 on the headers */
 #ifndef FAKE_API_H
 #define FAKE_API_H

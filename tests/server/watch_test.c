@@ -78,6 +78,16 @@ static void count_that_shrinks_is_not_taken_for_slowness(void **state) {
   assert_false(srv_watch_expired(&watch, &PATIENCE, false, 20000, 10));
 }
 
+static void stream_may_be_slow_but_not_stand_still(void **state) {
+  (void)state;
+  srv_watch watch;
+  srv_watch_enter(&watch, SRV_PHASE_LIVE, 0);
+  for (uint64_t now = 0; now <= 600000; now += 15000)
+    assert_false(srv_watch_expired(&watch, &PATIENCE, true, now, now / 5000));
+  assert_false(srv_watch_expired(&watch, &PATIENCE, false, 640000, 120));
+  assert_true(srv_watch_expired(&watch, &PATIENCE, false, 646000, 120));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(headers_have_their_time),
@@ -86,6 +96,7 @@ int main(void) {
       cmocka_unit_test(work_and_fast_answers_never_expire),
       cmocka_unit_test(clients_below_the_minimum_rate_are_cut_off),
       cmocka_unit_test(client_that_stops_after_a_burst_is_cut_off),
+      cmocka_unit_test(stream_may_be_slow_but_not_stand_still),
       cmocka_unit_test(count_that_shrinks_is_not_taken_for_slowness),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,0 +1,242 @@
+/* Live poses: a clip played in real time as an event stream (WHATWG HTML, section 9.2). Frame n shows the
+ * clip at from + n * speed / fps seconds; its number is the event's id. When frames are due is the server's
+ * part. */
+#include "handlers.h"
+#include "models.h"
+#include "pose_print.h"
+#include "pose_request.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* What one frame may hold, and what it may evaluate: some milliseconds, because many streams share a thread.
+ */
+enum { FRAME_NUMBERS = 50000, FRAME_NODES = 10000 };
+
+static const double FPS_MIN = 0.01, FPS_MAX = 240;
+static const double SPEED_MAX = 1000;
+
+/* Frames are counted in doubles, exactly, up to here; an id has no more digits. */
+static const double FRAMES_MAX = 1e15;
+enum { ID_DIGITS = 15 };
+
+typedef struct live_request {
+  api_pose_request pose;
+  double speed, fps, from;
+  bool has_from, has_last;
+  uint64_t last_id; /* of Last-Event-ID */
+} live_request;
+
+/* What a stream holds on to; lives in its own arena. */
+typedef struct live_poses {
+  tw_arena *arena;
+  api_entry *model, *clip;
+  api_pose_body *body;
+  double speed, fps, from, duration;
+  tw_loop loop;
+} live_poses;
+
+/* ---- parameters --------------------------------------------------------------------------------- */
+
+/* The frame that a client has seen last. */
+static api_outcome read_last_id(api_call *call, live_request *request) {
+  const char *text = api_call_header(call, "Last-Event-ID");
+  if (!text || !*text) return API_DONE;
+  size_t digits = strspn(text, "0123456789");
+  if (digits > ID_DIGITS || text[digits] != '\0')
+    return api_fail_with(call, 400, "Last-Event-ID is not the id of an event of this stream");
+  request->has_last = true;
+  request->last_id = strtoull(text, NULL, 10);
+  return API_DONE;
+}
+
+static api_outcome read_request(api_call *call, live_request *out) {
+  const api_query *query = &call->query;
+  tw_error *error = &call->fault.error;
+  *out = (live_request){.speed = 1, .fps = 30, .has_from = api_query_get(query, "from") != NULL};
+  api_outcome outcome = api_pose_request_read(call, &out->pose);
+  if (outcome != API_DONE) return outcome;
+  tw_status status = api_query_number(query, "speed", &out->speed, error);
+  if (status == TW_OK) status = api_query_number(query, "fps", &out->fps, error);
+  if (status == TW_OK) status = api_query_number(query, "from", &out->from, error);
+  if (status != TW_OK) return api_fail(call);
+  if (out->speed == 0 || fabs(out->speed) > SPEED_MAX)
+    return api_fail_with(call, 400, "speed must not be 0, nor beyond %g", SPEED_MAX);
+  if (out->fps < FPS_MIN || out->fps > FPS_MAX)
+    return api_fail_with(call, 400, "fps must be from %g to %g", FPS_MIN, FPS_MAX);
+  if (!isfinite((float)out->from)) return api_fail_with(call, 400, "from must fit a float");
+  return read_last_id(call, out);
+}
+
+/* ---- frames ------------------------------------------------------------------------------------- */
+
+/* Onto the clip, in double precision: after hours a float would stutter. */
+static double fold(const live_poses *live, double time) {
+  double duration = live->duration;
+  if (live->loop == TW_CLAMP) {
+    /* The last frame is the clip's end, where it does not fall on a step too. */
+    double end = live->speed > 0 ? fmax(duration, live->from) : fmin(0, live->from);
+    return live->speed > 0 ? fmin(time, end) : fmax(time, end);
+  }
+  if (duration <= 0) return 0;
+  double period = live->loop == TW_PINGPONG ? 2 * duration : duration;
+  double phase = fmod(time, period);
+  if (phase < 0) phase += period;
+  return phase > duration ? period - phase : phase;
+}
+
+/* The last frame, UINT64_MAX when there is none. */
+static uint64_t last_frame(const live_poses *live) {
+  if (live->loop != TW_CLAMP) return UINT64_MAX;
+  double way = live->speed > 0 ? live->duration - live->from : live->from;
+  /* A step may miss the end by the rounding of a product. */
+  double frames = ceil(way * live->fps / fabs(live->speed) - 1e-6);
+  return frames >= FRAMES_MAX ? UINT64_MAX : frames > 0 ? (uint64_t)frames : 0;
+}
+
+static bool print_frame(void *context, uint64_t index, api_bytes *out) {
+  live_poses *live = context;
+  double time = fold(live, live->from + (double)index * live->speed / live->fps);
+  api_text text = {0};
+  api_text_add(&text, "id: ");
+  api_text_count(&text, index);
+  api_text_add(&text, "\ndata: ");
+  api_pose_body_print(live->body, (float)time, &text);
+  api_text_add(&text, "\n");
+  if (text.failed) {
+    api_text_deinit(&text);
+    return false;
+  }
+  *out = (api_bytes){(const uint8_t *)text.data, text.size};
+  return true;
+}
+
+static void destroy_live(void *context) {
+  live_poses *live = context;
+  api_pose_body_deinit(live->body);
+  api_entry_release(live->clip);
+  api_entry_release(live->model);
+  tw_arena_destroy(live->arena); /* holds the struct itself */
+}
+
+/* ---- the answer ---------------------------------------------------------------------------------- */
+
+/* A short text for all that makes out the frames; NULL without memory. */
+static const char *make_key(api_call *call, const live_request *request, const api_clip_choice *choice) {
+  api_text text = {0};
+  api_pose_request_print(&request->pose, choice, &text);
+  const double numbers[] = {request->speed, request->fps, request->from};
+  for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
+    api_text_add(&text, "&");
+    api_text_double(&text, numbers[i]);
+  }
+  api_text_bytes(&text, "", 1);
+  const char *key = text.failed ? NULL : api_etag(call, call->id, "live", text.data);
+  api_text_deinit(&text);
+  return key;
+}
+
+/* Takes over the entries. NULL without memory. */
+static live_poses *create_live(const live_request *request, api_entry *model, api_entry *clip) {
+  tw_arena *arena = tw_arena_create();
+  live_poses *live = arena ? tw_arena_alloc(arena, 1, sizeof *live) : NULL;
+  api_pose_query query = request->pose.query;
+  uint32_t *nodes = live ? tw_arena_alloc(arena, query.node_count, sizeof *nodes) : NULL;
+  if (nodes) {
+    memcpy(nodes, query.nodes, query.node_count * sizeof *nodes);
+    query.nodes = nodes;
+    query.form = API_POSE_NDJSON;
+    query.loop = TW_CLAMP; /* times come folded */
+    query.times = (api_times){.is_given = true, .count = 1};
+    *live = (live_poses){.arena = arena,
+                         .model = model,
+                         .clip = clip,
+                         .body = api_pose_body_create(&query, arena),
+                         .speed = request->speed,
+                         .fps = request->fps,
+                         .from = request->from,
+                         .duration = query.clip ? (double)tw_clip_duration(query.clip->compiled) : 0,
+                         .loop = request->pose.query.loop};
+    if (live->body) return live;
+  }
+  tw_arena_destroy(arena);
+  api_entry_release(clip);
+  api_entry_release(model);
+  return NULL;
+}
+
+static api_outcome check_size(api_call *call, const api_pose_query *query) {
+  uint64_t numbers = query->node_count * (uint64_t)api_pose_width(query->as);
+  if (query->model->node_count > FRAME_NODES)
+    return api_fail_with(call, 422, "the model has %u nodes, over the limit of %d for live poses",
+                         query->model->node_count, FRAME_NODES);
+  if (numbers > FRAME_NUMBERS)
+    return api_fail_with(call, 422, "a pose has %llu numbers, over the limit of %d for live poses",
+                         (unsigned long long)numbers, FRAME_NUMBERS);
+  return API_DONE;
+}
+
+/* Fills the answer; takes over the entries. */
+static api_outcome reply_live(api_call *call, const live_request *request, const api_clip_choice *choice,
+                              api_entry *model, api_entry *clip) {
+  const char *key = make_key(call, request, choice);
+  live_poses *live = create_live(request, model, clip);
+  const char *copy = live && key ? tw_arena_text(live->arena, key, strlen(key)) : NULL;
+  if (!copy) {
+    if (live) destroy_live(live);
+    return api_fail_without_memory(call);
+  }
+  uint64_t last = last_frame(live);
+  api_answer_header(&call->answer, "Cache-Control", "no-store");
+  if (request->has_last && request->last_id >= last) {
+    destroy_live(live);
+    call->answer.status = 204; /* which tells an EventSource not to come again */
+    return API_DONE;
+  }
+  const api_clip *played = request->pose.query.clip;
+  if (played && played->missing_count > 0) api_clip_warning(call, played);
+  call->answer.status = 200;
+  api_answer_header(&call->answer, "Content-Type", call->offer->type);
+  api_answer_header(&call->answer, "X-Accel-Buffering", "no"); /* for proxies that would wait for more */
+  call->answer.live = (api_live){
+      .key = copy,
+      .fps = request->fps,
+      .first = request->has_last ? request->last_id + 1 : 0,
+      .last = last,
+      .joins = request->pose.query.loop != TW_CLAMP && !request->has_from && !request->has_last,
+      .opening = "retry: 1000\n\n",
+      .pulse = ":\n\n",
+      .closing = "event: end\ndata: {}\n\n",
+      .context = live,
+      .frame = print_frame,
+      .destroy = destroy_live,
+  };
+  return API_DONE;
+}
+
+api_outcome api_get_live(api_call *call) {
+  live_request request;
+  api_clip_choice choice;
+  api_entry *entry, *clip = NULL;
+  api_outcome outcome = read_request(call, &request);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
+  if (outcome != API_DONE) return outcome;
+  const tw_model *model = api_entry_value(entry);
+  request.pose.query.model = model;
+  outcome = api_clip_find(call, model, request.pose.clip_name, request.pose.force, &choice);
+  if (outcome == API_DONE && choice.index != TW_NO_INDEX)
+    outcome = api_clip_take(call, model, true, &choice, &clip);
+  if (outcome == API_DONE) {
+    request.pose.query.clip = clip ? api_entry_value(clip) : NULL;
+    if (!request.has_from && request.speed < 0 && clip)
+      request.from = (double)tw_clip_duration(request.pose.query.clip->compiled);
+    outcome = api_pose_choose_nodes(call, model, &request.pose);
+  }
+  if (outcome == API_DONE) outcome = check_size(call, &request.pose.query);
+  if (outcome == API_DONE) return reply_live(call, &request, &choice, entry, clip);
+  api_entry_release(clip);
+  api_entry_release(entry);
+  return outcome;
+}

@@ -1,0 +1,418 @@
+/* Everything but a listener's current frame is guarded by one lock, which is never held while a frame is
+ * printed. Channels are freed by the live thread alone, so that it may let the lock go in between. */
+#include "live.h"
+
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* Frames that a channel keeps for listeners behind: so many, of so many bytes. */
+enum { KEPT_MAX = 128, KEPT_BYTES = 128 << 10 };
+
+/* Proxies close streams that are silent for half a minute or more. */
+static const uint64_t PULSE_NS = UINT64_C(15000000000);
+
+typedef struct frame {
+  size_t references;
+  uint64_t number;
+  api_bytes bytes;
+} frame;
+
+typedef struct channel {
+  struct channel *next;
+  api_live source;
+  uint64_t start_ns; /* when frame `base` of lag 0 was due */
+  uint64_t base;
+  uint64_t due_ns;       /* when there is something to do next */
+  uint32_t depth;        /* frames kept; 0: none is printed yet */
+  uint64_t newest;       /* printed last, when depth > 0 */
+  frame *kept[KEPT_MAX]; /* [depth], by number modulo depth; NULL where there is none */
+  srv_listener *listeners;
+} channel;
+
+struct srv_listener {
+  srv_live *live;
+  channel *channel;
+  srv_listener *previous, *next; /* among the channel's */
+  int64_t lag;                   /* frames behind the channel's grid */
+  bool has_shown;
+  uint64_t shown; /* the frame offered last */
+  uint64_t offered_ns;
+  frame *pending; /* offered, not yet taken */
+  bool pulse;     /* a sign of life is due */
+  bool finished;  /* after `pending` comes the closing */
+  bool cut;       /* nothing comes any more */
+  bool waiting;   /* has read 0 */
+  void (*ready)(void *owner);
+  void *owner;
+
+  /* The reader's own: what it is sending. */
+  frame *current;
+  api_bytes bytes;
+  size_t offset;
+  bool opened, closed;
+};
+
+struct srv_live {
+  pthread_mutex_t lock;
+  pthread_cond_t wake;
+  pthread_t thread;
+  channel *channels;
+  size_t max_listeners, listeners;
+  bool ending, stopping;
+  uint64_t printed, sent, skipped;
+};
+
+static uint64_t now_ns(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
+}
+
+/* ---- frames ---------------------------------------------------------------------------------- */
+
+static void release_frame(frame *f) {
+  if (f == NULL || --f->references > 0) return;
+  free((void *)(uintptr_t)f->bytes.data);
+  free(f);
+}
+
+static frame *hold_frame(frame *f) {
+  f->references++;
+  return f;
+}
+
+static frame *find_frame(const channel *c, uint64_t number) {
+  frame *f = c->depth > 0 ? c->kept[number % c->depth] : NULL;
+  return f != NULL && f->number == number ? f : NULL;
+}
+
+/* Takes the frame over. */
+static void keep_frame(channel *c, frame *f) {
+  if (c->depth == 0) {
+    size_t depth = KEPT_BYTES / (f->bytes.size + 1);
+    c->depth = depth < 1 ? 1 : depth > KEPT_MAX ? KEPT_MAX : (uint32_t)depth;
+  }
+  frame **slot = &c->kept[f->number % c->depth];
+  release_frame(*slot);
+  *slot = f;
+  c->newest = f->number;
+}
+
+/* Prints a frame without the lock, which is held before and after. */
+static void print_frame(srv_live *live, channel *c, uint64_t number) {
+  pthread_mutex_unlock(&live->lock);
+  frame *f = malloc(sizeof *f);
+  if (f != NULL) {
+    *f = (frame){.references = 1, .number = number};
+    if (!c->source.frame(c->source.context, number, &f->bytes)) {
+      free(f);
+      f = NULL;
+    }
+  }
+  pthread_mutex_lock(&live->lock);
+  if (f == NULL) return; /* left out, as one that comes too late */
+  live->printed++;
+  keep_frame(c, f);
+}
+
+/* ---- schedule -------------------------------------------------------------------------------- */
+
+/* When a step of the grid is due: counted from the start, so that nothing adds up. */
+static uint64_t step_ns(const channel *c, uint64_t step) {
+  return c->start_ns + (uint64_t)ceil((double)step * 1e9 / c->source.fps);
+}
+
+static uint64_t step_at(const channel *c, uint64_t now) {
+  uint64_t step = (uint64_t)((double)(now - c->start_ns) * c->source.fps / 1e9);
+  while (step > 0 && step_ns(c, step) > now) step--;
+  while (step_ns(c, step + 1) <= now) step++;
+  return step;
+}
+
+/* The frame that somebody at this lag is to see. */
+static uint64_t frame_at(const channel *c, uint64_t step, int64_t lag) {
+  uint64_t number = (uint64_t)((int64_t)(c->base + step) - lag);
+  return number < c->source.last ? number : c->source.last;
+}
+
+static int64_t least_lag(const channel *c) {
+  int64_t least = INT64_MAX;
+  for (const srv_listener *l = c->listeners; l != NULL; l = l->next)
+    if (l->lag < least) least = l->lag;
+  return least;
+}
+
+/* ---- the live thread ------------------------------------------------------------------------- */
+
+static void wake_listener(srv_listener *l) {
+  if (!l->waiting) return;
+  l->waiting = false;
+  l->ready(l->owner);
+}
+
+static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
+  if (l->cut || l->finished) return;
+  frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
+  if (f != NULL) {
+    if (l->pending != NULL) live->skipped++;
+    release_frame(l->pending);
+    l->pending = hold_frame(f);
+    l->has_shown = true;
+    l->shown = number;
+    l->finished = number == l->channel->source.last;
+  } else if (now - l->offered_ns >= PULSE_NS) {
+    l->pulse = true;
+  } else {
+    return;
+  }
+  l->offered_ns = now;
+  wake_listener(l);
+}
+
+/* Shows each listener its frame. What those behind need has been printed for those before them. */
+static void play(srv_live *live, channel *c, uint64_t now) {
+  uint64_t step = step_at(c, now);
+  uint64_t front = frame_at(c, step, least_lag(c));
+  if (c->depth == 0 || front > c->newest) print_frame(live, c, front);
+  for (srv_listener *l = c->listeners; l != NULL; l = l->next) offer(live, l, frame_at(c, step, l->lag), now);
+  uint64_t next = step_ns(c, step + 1);
+  c->due_ns = next < now + PULSE_NS ? next : now + PULSE_NS;
+}
+
+static void destroy_channel(channel *c) {
+  for (uint32_t i = 0; i < c->depth; i++) release_frame(c->kept[i]);
+  c->source.destroy(c->source.context);
+  free(c);
+}
+
+/* Plays what is due, frees what nobody listens to; returns when there is something to do next. */
+static uint64_t run_channels(srv_live *live) {
+  uint64_t next = UINT64_MAX;
+  for (channel **place = &live->channels; *place != NULL;) {
+    channel *c = *place;
+    uint64_t now = now_ns();
+    if (c->listeners != NULL && c->due_ns <= now) play(live, c, now);
+    if (c->listeners == NULL) {
+      *place = c->next;
+      destroy_channel(c);
+      continue;
+    }
+    if (c->due_ns < next) next = c->due_ns;
+    place = &c->next;
+  }
+  return next;
+}
+
+static void *run(void *context) {
+  srv_live *live = context;
+  pthread_mutex_lock(&live->lock);
+  while (!live->stopping) {
+    uint64_t next = run_channels(live);
+    if (next == UINT64_MAX) {
+      if (!live->stopping) pthread_cond_wait(&live->wake, &live->lock);
+      continue;
+    }
+    struct timespec due = {.tv_sec = (time_t)(next / 1000000000), .tv_nsec = (long)(next % 1000000000)};
+    if (!live->stopping) pthread_cond_timedwait(&live->wake, &live->lock, &due);
+  }
+  pthread_mutex_unlock(&live->lock);
+  return NULL;
+}
+
+/* ---- joining and leaving --------------------------------------------------------------------- */
+
+/* Whether somebody who is to see frame `first` now can share the channel; *lag: where. Only frames that are
+ * printed, or the one that is next, can be had: it is never printed backwards. */
+static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
+  if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
+  int64_t least = least_lag(c);
+  uint64_t step = step_at(c, now);
+  *lag = source->joins ? least : (int64_t)(c->base + step) - (int64_t)source->first;
+  if (*lag == least) return true;
+  return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
+}
+
+/* Without sharing: takes the source over. NULL without memory. */
+static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
+  channel *c = calloc(1, sizeof *c);
+  if (c == NULL) return NULL;
+  c->source = *source;
+  *source = (api_live){0};
+  c->start_ns = now;
+  c->base = c->source.first;
+  channel **place = &live->channels; /* at the end: the oldest is found first */
+  while (*place != NULL) place = &(*place)->next;
+  *place = c;
+  return c;
+}
+
+static channel *find_channel(srv_live *live, api_live *source, int64_t *lag) {
+  uint64_t now = now_ns();
+  for (channel *c = live->channels; c != NULL; c = c->next)
+    if (can_share(c, source, now, lag)) return c;
+  *lag = 0;
+  return create_channel(live, source, now);
+}
+
+static void link_listener(channel *c, srv_listener *l) {
+  l->channel = c;
+  l->next = c->listeners;
+  if (l->next != NULL) l->next->previous = l;
+  c->listeners = l;
+  c->due_ns = 0; /* its first frame is due now */
+}
+
+srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner) {
+  srv_listener *l = calloc(1, sizeof *l);
+  pthread_mutex_lock(&live->lock);
+  bool welcome = l != NULL && !live->ending && live->listeners < live->max_listeners;
+  channel *c = welcome ? find_channel(live, source, &l->lag) : NULL;
+  if (c != NULL) {
+    l->live = live;
+    l->ready = ready;
+    l->owner = owner;
+    l->offered_ns = now_ns();
+    link_listener(c, l);
+    live->listeners++;
+    pthread_cond_signal(&live->wake);
+  }
+  pthread_mutex_unlock(&live->lock);
+  if (source->destroy != NULL) source->destroy(source->context);
+  *source = (api_live){0};
+  if (c != NULL) return l;
+  free(l);
+  return NULL;
+}
+
+void srv_listener_leave(srv_listener *l) {
+  if (l == NULL) return;
+  srv_live *live = l->live;
+  pthread_mutex_lock(&live->lock);
+  if (l->previous != NULL) {
+    l->previous->next = l->next;
+  } else {
+    l->channel->listeners = l->next;
+  }
+  if (l->next != NULL) l->next->previous = l->previous;
+  release_frame(l->pending);
+  release_frame(l->current);
+  live->listeners--;
+  if (l->channel->listeners == NULL) pthread_cond_signal(&live->wake);
+  pthread_mutex_unlock(&live->lock);
+  free(l);
+}
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+static void send_text(srv_listener *l, const char *text) {
+  l->bytes = (api_bytes){(const uint8_t *)text, strlen(text)};
+}
+
+/* Finds what to send next. 1: it is in `bytes`; 0: nothing yet; -1: the end. */
+static int take_next(srv_listener *l) {
+  const api_live *source = &l->channel->source;
+  release_frame(l->current);
+  l->current = NULL;
+  l->offset = 0;
+  if (l->cut || l->closed) return -1;
+  if (!l->opened) {
+    l->opened = true;
+    send_text(l, source->opening);
+  } else if (l->pending != NULL) {
+    l->current = l->pending;
+    l->pending = NULL;
+    l->bytes = l->current->bytes;
+    l->live->sent++;
+  } else if (l->finished) {
+    l->closed = true;
+    send_text(l, source->closing);
+  } else if (l->pulse) {
+    send_text(l, source->pulse);
+  } else {
+    l->waiting = true;
+    return 0;
+  }
+  l->pulse = false;
+  return 1;
+}
+
+int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
+  if (l->offset == l->bytes.size) {
+    pthread_mutex_lock(&l->live->lock);
+    int taken = take_next(l);
+    pthread_mutex_unlock(&l->live->lock);
+    if (taken <= 0) {
+      l->bytes.size = 0;
+      return taken;
+    }
+  }
+  size_t left = l->bytes.size - l->offset;
+  size_t size = left < capacity ? left : capacity;
+  memcpy(out, l->bytes.data + l->offset, size);
+  l->offset += size;
+  return (int64_t)size;
+}
+
+/* ---- all of them ----------------------------------------------------------------------------- */
+
+srv_live *srv_live_create(size_t max_listeners) {
+  srv_live *live = calloc(1, sizeof *live);
+  if (live == NULL) return NULL;
+  live->max_listeners = max_listeners;
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_cond_init(&live->wake, &monotonic);
+  pthread_condattr_destroy(&monotonic);
+  pthread_mutex_init(&live->lock, NULL);
+  if (pthread_create(&live->thread, NULL, run, live) == 0) return live;
+  pthread_cond_destroy(&live->wake);
+  pthread_mutex_destroy(&live->lock);
+  free(live);
+  return NULL;
+}
+
+void srv_live_end(srv_live *live) {
+  if (live == NULL) return;
+  pthread_mutex_lock(&live->lock);
+  live->ending = true;
+  for (channel *c = live->channels; c != NULL; c = c->next) {
+    for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
+      l->cut = true;
+      wake_listener(l);
+    }
+  }
+  pthread_mutex_unlock(&live->lock);
+}
+
+void srv_live_destroy(srv_live *live) {
+  if (live == NULL) return;
+  pthread_mutex_lock(&live->lock);
+  live->stopping = true;
+  pthread_cond_signal(&live->wake);
+  pthread_mutex_unlock(&live->lock);
+  pthread_join(live->thread, NULL);
+  while (live->channels != NULL) {
+    channel *c = live->channels;
+    live->channels = c->next;
+    destroy_channel(c);
+  }
+  pthread_cond_destroy(&live->wake);
+  pthread_mutex_destroy(&live->lock);
+  free(live);
+}
+
+srv_live_load srv_live_look(srv_live *live) {
+  srv_live_load load = {0};
+  if (live == NULL) return load;
+  pthread_mutex_lock(&live->lock);
+  load = (srv_live_load){
+      .listeners = live->listeners, .printed = live->printed, .sent = live->sent, .skipped = live->skipped};
+  for (const channel *c = live->channels; c != NULL; c = c->next) load.channels++;
+  pthread_mutex_unlock(&live->lock);
+  return load;
+}

@@ -1,0 +1,309 @@
+/* Live poses: what the frames are; when they are due is the server's part. */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A node that turns by a full turn about z and moves by 2 along x in 2 seconds. */
+static const char spinner[] =
+    "{\"nodes\":[{\"name\":\"spinner\"},{\"name\":\"still\"}],"
+    "\"clips\":[{\"name\":\"spin\",\"tracks\":["
+    "{\"node\":\"spinner\",\"path\":\"rotation\",\"times\":[0,2],\"unit\":\"degrees\","
+    "\"axis_angles\":[[0,0,1,0],[0,0,1,360]]},"
+    "{\"node\":\"spinner\",\"path\":\"translation\",\"times\":[0,2],\"values\":[[0,0,0],[2,0,0]]}]}]}";
+
+typedef struct fixture {
+  loopback *loop;
+  char id[API_ID_TEXT];
+} fixture;
+
+static int setup(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  api_settings settings = loopback_settings();
+  f->loop = loopback_start(&settings);
+  loopback_upload(f->loop, "application/json", spinner, f->id);
+  *state = f;
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+static reply ask_with(const fixture *f, const char *method, const char *query, const char *headers) {
+  char target[512];
+  snprintf(target, sizeof target, "/v1/models/%s/live?%s", f->id, query);
+  return loopback_ask(f->loop, method, target, headers, NULL, 0);
+}
+
+static reply ask(const fixture *f, const char *query) {
+  return ask_with(f, "GET", query, NULL);
+}
+
+/* A stream's answer. */
+static reply open_stream(const fixture *f, const char *query) {
+  reply r = ask(f, query);
+  if (r.status != 200) fail_msg("%s: %d %s", query, r.status, r.body);
+  assert_non_null(r.answer.live.frame);
+  return r;
+}
+
+/* One frame's bytes, terminated. */
+static char *print_frame(const reply *r, uint64_t index) {
+  api_bytes bytes;
+  assert_true(r->answer.live.frame(r->answer.live.context, index, &bytes));
+  char *text = malloc(bytes.size + 1);
+  memcpy(text, bytes.data, bytes.size);
+  text[bytes.size] = '\0';
+  free((void *)(uintptr_t)bytes.data);
+  return text;
+}
+
+/* The pose of a frame, after its form was looked at. */
+static cJSON *read_frame(const reply *r, uint64_t index) {
+  char *text = print_frame(r, index), head[64];
+  size_t length = (size_t)snprintf(head, sizeof head, "id: %llu\ndata: {", (unsigned long long)index);
+  assert_memory_equal(text, head, length);
+  size_t size = strlen(text);
+  assert_string_equal(text + size - 3, "}\n\n");
+  assert_ptr_equal(strchr(text + length, '\n'), text + size - 2);
+  cJSON *pose = cJSON_Parse(text + length - 1);
+  assert_non_null(pose);
+  free(text);
+  return pose;
+}
+
+static double time_of(const reply *r, uint64_t index) {
+  cJSON *pose = read_frame(r, index);
+  double t = cJSON_GetObjectItem(pose, "t")->valuedouble;
+  double x =
+      cJSON_GetArrayItem(cJSON_GetArrayItem(cJSON_GetObjectItem(pose, "translation"), 0), 0)->valuedouble;
+  assert_true(fabs(x - t) < 1e-5); /* the node's way is the clip's time */
+  cJSON_Delete(pose);
+  return t;
+}
+
+static void assert_times(const fixture *f, const char *query, size_t count, const double *expected) {
+  reply r = open_stream(f, query);
+  for (size_t i = 0; i < count; i++) {
+    double t = time_of(&r, i);
+    if (fabs(t - expected[i]) > 1e-6) fail_msg("%s: frame %zu is at %g, not %g", query, i, t, expected[i]);
+  }
+  reply_free(&r);
+}
+
+static void bad_parameters_are_400(void **state) {
+  const char *const bad[] = {
+      "speed=0",     "speed=1001", "speed=nan",  "fps=0",        "fps=241",
+      "fps=-1",      "fps=x",      "from=inf",   "from=1e39",    "loop=on",
+      "at=1",        "to=1",       "as=degrees", "unit=degrees", "as=trs&skinning=true",
+      "space=screen"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) assert_problem(ask(*state, bad[i]), 400, NULL, NULL);
+  const char *const ids[] = {"Last-Event-ID: -1\n", "Last-Event-ID: 1x\n",
+                             "Last-Event-ID: 1234567890123456\n"};
+  for (size_t i = 0; i < sizeof ids / sizeof *ids; i++)
+    assert_problem(ask_with(*state, "GET", "", ids[i]), 400, NULL, "Last-Event-ID");
+}
+
+static void names_that_are_not_there_are_404(void **state) {
+  assert_problem(ask(*state, "clip=dance"), 404, NULL, "spin");
+  assert_problem(ask(*state, "nodes=leg"), 404, NULL, "leg");
+  reply r = ask_with(*state, "GET", "", "Accept: application/json\n");
+  assert_problem(r, 406, NULL, NULL);
+}
+
+static void too_large_a_pose_is_422(void **state) {
+  const fixture *f = *state;
+  enum { NODES = 6000 };
+  char *text = malloc(NODES * 3 + 32), *end = text + sprintf(text, "{\"nodes\":[{}");
+  for (int i = 1; i < NODES; i++) end += sprintf(end, ",{}");
+  strcpy(end, "]}");
+  char id[API_ID_TEXT], target[128];
+  loopback_upload(f->loop, "application/json", text, id);
+  free(text);
+  snprintf(target, sizeof target, "/v1/models/%s/live", id);
+  assert_problem(loopback_get(f->loop, target), 422, NULL, "60000 numbers");
+  strcat(target, "?nodes=node_7,node_9");
+  reply r = loopback_get(f->loop, target);
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+}
+
+static void a_clamped_stream_ends_exactly_at_the_clips_end(void **state) {
+  assert_times(*state, "fps=0.7", 3, (double[]){0, 1 / 0.7, 2});
+  reply r = open_stream(*state, "fps=0.7");
+  assert_int_equal(r.answer.live.last, 2);
+  assert_string_equal(r.answer.live.closing, "event: end\ndata: {}\n\n");
+  reply_free(&r);
+  r = open_stream(*state, "fps=60&speed=2");
+  assert_int_equal(r.answer.live.last, 60);
+  reply_free(&r);
+  r = open_stream(*state, "from=5"); /* behind the end: one frame, which shows the last keys */
+  assert_int_equal(r.answer.live.last, 0);
+  reply_free(&r);
+}
+
+static void loops_fold_the_time(void **state) {
+  assert_times(*state, "fps=2&speed=3&loop=repeat", 4, (double[]){0, 1.5, 1, 0.5});
+  assert_times(*state, "fps=2&speed=3&loop=pingpong", 5, (double[]){0, 1.5, 1, 0.5, 2});
+  assert_times(*state, "fps=2&from=1.25&loop=repeat", 3, (double[]){1.25, 1.75, 0.25});
+  reply r = open_stream(*state, "loop=repeat");
+  assert_true(r.answer.live.last == UINT64_MAX);
+  reply_free(&r);
+}
+
+static void time_goes_backwards_from_the_end(void **state) {
+  assert_times(*state, "fps=1&speed=-0.75", 4, (double[]){2, 1.25, 0.5, 0});
+  assert_times(*state, "fps=1&speed=-1.5&loop=repeat&from=1", 3, (double[]){1, 1.5, 0});
+  reply r = open_stream(*state, "fps=1&speed=-0.75");
+  assert_int_equal(r.answer.live.last, 3);
+  reply_free(&r);
+}
+
+/* A year at 60 frames a second: single precision would stand still for minutes. */
+static void time_is_exact_after_a_year(void **state) {
+  reply r = open_stream(*state, "fps=60&loop=repeat");
+  const uint64_t frame = UINT64_C(60) * 86400 * 365 + 31;
+  assert_true(fabs(time_of(&r, frame) - 31 / 60.0) < 1e-6);
+  reply_free(&r);
+}
+
+static void angles_go_on_from_frame_to_frame(void **state) {
+  reply r = open_stream(*state, "fps=4&as=euler&unit=degrees&nodes=spinner");
+  for (uint64_t i = 0; i <= 8; i++) {
+    cJSON *pose = read_frame(&r, i);
+    const cJSON *angles = cJSON_GetArrayItem(cJSON_GetObjectItem(pose, "euler"), 0);
+    double z = cJSON_GetArrayItem(angles, 2)->valuedouble;
+    if (fabs(z - 45 * (double)i) > 1e-3) fail_msg("frame %d is at %g degrees", (int)i, z);
+    cJSON_Delete(pose);
+  }
+  reply_free(&r);
+}
+
+static void a_frame_is_a_line_of_ndjson(void **state) {
+  const fixture *f = *state;
+  reply r = open_stream(f, "fps=4&as=matrix&space=world");
+  char *frame = print_frame(&r, 3), target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/pose.ndjson?at=0.75&as=matrix&space=world", f->id);
+  reply line = loopback_get(f->loop, target);
+  assert_string_equal(strchr(frame, '{'), strcat(line.body, "\n"));
+  free(frame);
+  reply_free(&line);
+  reply_free(&r);
+}
+
+static void streams_are_not_stored_and_show_their_kind(void **state) {
+  reply r = ask_with(*state, "GET", "", "Accept: text/event-stream\n");
+  assert_string_equal(reply_header(&r, "Content-Type"), "text/event-stream");
+  assert_string_equal(reply_header(&r, "Cache-Control"), "no-store");
+  assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+  assert_null(reply_header(&r, "ETag"));
+  reply_free(&r);
+  r = ask_with(*state, "HEAD", "", NULL);
+  assert_int_equal(r.status, 200);
+  assert_string_equal(reply_header(&r, "Content-Type"), "text/event-stream");
+  reply_free(&r);
+}
+
+static void last_event_id_goes_on_behind_it(void **state) {
+  reply r = ask_with(*state, "GET", "fps=30", "Last-Event-ID: 41\n");
+  assert_int_equal(r.status, 200);
+  assert_int_equal(r.answer.live.first, 42);
+  assert_false(r.answer.live.joins);
+  reply_free(&r);
+  r = ask_with(*state, "GET", "fps=30", "Last-Event-ID: 60\n");
+  assert_int_equal(r.status, 204);
+  assert_null(r.answer.live.frame);
+  reply_free(&r);
+}
+
+static bool shares(const fixture *f, const char *one, const char *other) {
+  reply a = open_stream(f, one), b = open_stream(f, other);
+  bool same = strcmp(a.answer.live.key, b.answer.live.key) == 0;
+  reply_free(&a);
+  reply_free(&b);
+  return same;
+}
+
+static void equal_parameters_have_equal_keys(void **state) {
+  assert_true(shares(*state, "", "fps=30&from=0&speed=1.0&loop=clamp&nodes=still,spinner"));
+  const char *const others[] = {"fps=29",   "from=0.5",  "speed=2",     "loop=repeat",        "nodes=still",
+                                "as=euler", "as=matrix", "space=world", "interpolation=nlerp"};
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+    if (shares(*state, "", others[i])) fail_msg("%s has the key of the defaults", others[i]);
+}
+
+static void looping_streams_join_unless_told_where_to_begin(void **state) {
+  const struct {
+    const char *query;
+    bool joins;
+  } cases[] = {{"loop=repeat", true}, {"loop=pingpong", true}, {"loop=repeat&from=0", false}, {"", false}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    reply r = open_stream(*state, cases[i].query);
+    assert_int_equal(r.answer.live.joins, cases[i].joins);
+    assert_int_equal(r.answer.live.first, 0);
+    reply_free(&r);
+  }
+}
+
+static void a_model_without_clips_rests(void **state) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT], target[128];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"a\",\"translation\":[1,2,3]}]}", id);
+  snprintf(target, sizeof target, "/v1/models/%s/live", id);
+  reply r = loopback_get(f->loop, target);
+  assert_int_equal(r.answer.live.last, 0);
+  char *text = print_frame(&r, 0);
+  assert_non_null(strstr(text, "\"translation\":[[1,2,3]]"));
+  free(text);
+  reply_free(&r);
+}
+
+static void a_borrowed_clip_names_what_is_missing(void **state) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT], target[160];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"}]}", id);
+  snprintf(target, sizeof target, "/v1/models/%s/live?clip=%s/spin", id, f->id);
+  reply r = loopback_get(f->loop, target);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "spinner"));
+  reply_free(&r);
+}
+
+static void a_played_model_needs_no_thread(void **state) {
+  const fixture *f = *state;
+  char target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/live", f->id);
+  reply r = loopback_get(f->loop, target);
+  reply_free(&r);
+  assert_true(loopback_is_light(f->loop, target));
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+  const struct CMUnitTest tests[] = {
+      TEST(bad_parameters_are_400),
+      TEST(names_that_are_not_there_are_404),
+      TEST(too_large_a_pose_is_422),
+      TEST(a_clamped_stream_ends_exactly_at_the_clips_end),
+      TEST(loops_fold_the_time),
+      TEST(time_goes_backwards_from_the_end),
+      TEST(time_is_exact_after_a_year),
+      TEST(angles_go_on_from_frame_to_frame),
+      TEST(a_frame_is_a_line_of_ndjson),
+      TEST(streams_are_not_stored_and_show_their_kind),
+      TEST(last_event_id_goes_on_behind_it),
+      TEST(equal_parameters_have_equal_keys),
+      TEST(looping_streams_join_unless_told_where_to_begin),
+      TEST(a_model_without_clips_rests),
+      TEST(a_borrowed_clip_names_what_is_missing),
+      TEST(a_played_model_needs_no_thread),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}

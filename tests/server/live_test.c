@@ -1,0 +1,317 @@
+/* Channels and listeners: who shares, who skips, when it ends. Times are in hundredths of seconds, so that a
+ * busy machine does not matter. */
+#include "live.h"
+
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cmocka.h>
+
+enum { TEXT_MAX = 1 << 16, PATIENCE_MS = 10000 };
+
+static atomic_int sources, prints;
+
+static void pause_ms(long ms) {
+  nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
+}
+
+static bool print_number(void *context, uint64_t index, api_bytes *out) {
+  const size_t *padding = context;
+  char *text = malloc(32 + *padding);
+  int size = snprintf(text, 32, "%llu\n", (unsigned long long)index);
+  memset(text + size, '.', *padding);
+  *out = (api_bytes){(uint8_t *)text, (size_t)size + *padding};
+  atomic_fetch_add(&prints, 1);
+  return true;
+}
+
+static void destroy_source(void *context) {
+  free(context);
+  atomic_fetch_sub(&sources, 1);
+}
+
+/* Numbers as frames, each followed by so many dots. */
+static api_live source(const char *key, double fps, uint64_t last, size_t padding) {
+  size_t *context = malloc(sizeof *context);
+  *context = padding;
+  atomic_fetch_add(&sources, 1);
+  return (api_live){.key = key,
+                    .fps = fps,
+                    .last = last,
+                    .opening = "open\n",
+                    .pulse = ":\n",
+                    .closing = "close\n",
+                    .context = context,
+                    .frame = print_number,
+                    .destroy = destroy_source};
+}
+
+/* A client that waits on a condition for `ready`. */
+typedef struct client {
+  pthread_mutex_t lock;
+  pthread_cond_t wake;
+  bool ready;
+  srv_listener *listener;
+  char text[TEXT_MAX]; /* all that it has read, terminated */
+  size_t size;
+} client;
+
+static void on_ready(void *owner) {
+  client *c = owner;
+  pthread_mutex_lock(&c->lock);
+  c->ready = true;
+  pthread_cond_signal(&c->wake);
+  pthread_mutex_unlock(&c->lock);
+}
+
+static client *join(srv_live *live, api_live from) {
+  client *c = calloc(1, sizeof *c);
+  pthread_mutex_init(&c->lock, NULL);
+  pthread_cond_init(&c->wake, NULL);
+  c->listener = srv_live_join(live, &from, on_ready, c);
+  assert_null(from.frame);
+  return c;
+}
+
+static void leave(client *c) {
+  srv_listener_leave(c->listener);
+  pthread_mutex_destroy(&c->lock);
+  pthread_cond_destroy(&c->wake);
+  free(c);
+}
+
+/* As srv_listener_read, and waits instead of returning 0. */
+static int64_t wait_read(client *c, size_t capacity) {
+  for (;;) {
+    assert_true(c->size + capacity < TEXT_MAX);
+    int64_t size = srv_listener_read(c->listener, (uint8_t *)c->text + c->size, capacity);
+    if (size > 0) c->size += (size_t)size;
+    c->text[c->size] = '\0';
+    if (size != 0) return size;
+    pthread_mutex_lock(&c->lock);
+    while (!c->ready) pthread_cond_wait(&c->wake, &c->lock);
+    c->ready = false;
+    pthread_mutex_unlock(&c->lock);
+  }
+}
+
+/* The number in the last whole line, -1 when it is none. */
+static long last_number(const client *c) {
+  size_t end = c->size;
+  while (end > 0 && c->text[end - 1] != '\n') end--;
+  size_t start = end > 0 ? end - 1 : 0;
+  while (start > 0 && c->text[start - 1] != '\n') start--;
+  return c->text[start] >= '0' && c->text[start] <= '9' ? strtol(c->text + start, NULL, 10) : -1;
+}
+
+/* Frames may be left out on a busy machine, so it is read up to this one or a later one. */
+static void read_up_to(client *c, long number) {
+  while (last_number(c) < number) assert_true(wait_read(c, 7) > 0);
+}
+
+static void read_all(client *c) {
+  while (wait_read(c, 200) > 0) continue;
+}
+
+static void *read_in_thread(void *context) {
+  read_all(context);
+  return NULL;
+}
+
+/* Both at once: who waits skips frames. */
+static void read_both(client *a, client *b) {
+  pthread_t thread;
+  assert_int_equal(pthread_create(&thread, NULL, read_in_thread, a), 0);
+  read_all(b);
+  pthread_join(thread, NULL);
+}
+
+/* Numbers rise from `first` to `last`, between opening and closing. */
+static void assert_whole(const client *c, long first, long last) {
+  const char *line = c->text;
+  assert_memory_equal(line, "open\n", 5);
+  long before = -1;
+  for (line += 5; *line >= '0' && *line <= '9'; line = strchr(line, '\n') + 1) {
+    long number = strtol(line, NULL, 10);
+    if (before < 0) assert_int_equal(number, first);
+    assert_true(number > before);
+    before = number;
+  }
+  assert_int_equal(before, last);
+  assert_string_equal(line, "close\n");
+}
+
+/* Between a read of 0 and `ready` nobody may leave. */
+static void end_all(srv_live *live, client **clients, int count) {
+  srv_live_end(live);
+  for (int i = 0; i < count; i++) {
+    read_all(clients[i]);
+    leave(clients[i]);
+  }
+}
+
+static double seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + (double)now.tv_nsec / 1e9;
+}
+
+static int set_up(void **state) {
+  atomic_store(&prints, 0);
+  *state = srv_live_create(3);
+  return *state != NULL ? 0 : -1;
+}
+
+static int tear_down(void **state) {
+  srv_live_destroy(*state);
+  return atomic_load(&sources) == 0 ? 0 : -1;
+}
+
+static void frames_come_in_order_and_the_stream_ends(void **state) {
+  client *c = join(*state, source("a", 50, 3, 0));
+  double start = seconds();
+  read_all(c);
+  assert_whole(c, 0, 3);
+  assert_true(seconds() - start >= 0.06); /* when frame 3 is due */
+  leave(c);
+}
+
+static void equal_keys_share_what_is_printed(void **state) {
+  client *a = join(*state, source("a", 50, 20, 0)), *b = join(*state, source("a", 50, 20, 0));
+  assert_int_equal(srv_live_look(*state).channels, 1);
+  read_both(a, b);
+  assert_whole(a, 0, 20);
+  assert_whole(b, 0, 20);
+  assert_true(atomic_load(&prints) <= 21);
+  leave(a);
+  leave(b);
+}
+
+static void one_who_comes_later_gets_what_is_kept(void **state) {
+  client *c[2] = {join(*state, source("a", 50, 30, 0))};
+  read_up_to(c[0], 3);
+  c[1] = join(*state, source("a", 50, 30, 0));
+  assert_int_equal(srv_live_look(*state).channels, 1);
+  double start = seconds();
+  read_both(c[0], c[1]);
+  assert_whole(c[0], 0, 30);
+  assert_whole(c[1], 0, 30);
+  assert_true(seconds() - start >= 0.58);  /* at its own pace, not at once */
+  assert_true(atomic_load(&prints) <= 31); /* and not printed again */
+  for (int i = 0; i < 2; i++) leave(c[i]);
+}
+
+static void one_who_joins_begins_where_the_others_are(void **state) {
+  client *c[2] = {join(*state, source("a", 50, UINT64_MAX, 0))};
+  read_up_to(c[0], 4);
+  api_live joining = source("a", 50, UINT64_MAX, 0);
+  joining.joins = true;
+  c[1] = join(*state, joining);
+  read_up_to(c[1], 9);
+  assert_int_equal(srv_live_look(*state).channels, 1);
+  assert_true(strtol(c[1]->text + strlen("open\n"), NULL, 10) >= 4);
+  end_all(*state, c, 2);
+}
+
+static void what_cannot_be_shared_has_its_own_channel(void **state) {
+  client *c[3] = {join(*state, source("a", 50, UINT64_MAX, 0)), join(*state, source("b", 50, UINT64_MAX, 0))};
+  api_live ahead = source("a", 50, UINT64_MAX, 0);
+  ahead.first = 1000000;
+  c[2] = join(*state, ahead);
+  assert_int_equal(srv_live_look(*state).channels, 3);
+  read_up_to(c[2], 1000002);
+  assert_memory_equal(c[2]->text, "open\n1000000\n", 13);
+  end_all(*state, c, 3);
+}
+
+static void a_channel_without_listeners_is_freed(void **state) {
+  client *c = join(*state, source("a", 0.01, 0, 0));
+  read_all(c);
+  leave(c);
+  for (int waited = 0; waited < PATIENCE_MS && atomic_load(&sources) > 0; waited += 10) pause_ms(10);
+  assert_int_equal(atomic_load(&sources), 0);
+  assert_int_equal(srv_live_look(*state).channels, 0);
+}
+
+static void more_listeners_than_allowed_are_refused(void **state) {
+  client *c[4];
+  for (int i = 0; i < 4; i++) c[i] = join(*state, source("a", 50, 0, 0));
+  assert_non_null(c[2]->listener);
+  assert_null(c[3]->listener);
+  for (int i = 0; i < 4; i++) leave(c[i]);
+}
+
+static void a_slow_listener_skips_frames_and_delays_nobody(void **state) {
+  client *slow = join(*state, source("a", 100, 40, 20)), *quick = join(*state, source("a", 100, 40, 20));
+  read_up_to(slow, 0); /* and a part of its dots */
+  double start = seconds();
+  read_all(quick);
+  assert_true(seconds() - start < 2);
+  read_all(slow);
+  assert_string_equal(slow->text, "open\n0\n....................40\n....................close\n");
+  assert_true(srv_live_look(*state).sent > 2 + 10);
+  assert_true(srv_live_look(*state).skipped > 0);
+  leave(slow);
+  leave(quick);
+}
+
+static void the_end_cuts_streams_and_refuses_new_ones(void **state) {
+  client *c = join(*state, source("a", 0.01, UINT64_MAX, 0));
+  read_up_to(c, 0);
+  srv_live_end(*state);
+  assert_int_equal(wait_read(c, 100), -1);
+  assert_null(strstr(c->text, "close"));
+  leave(c);
+  client *late = join(*state, source("a", 1, UINT64_MAX, 0));
+  assert_null(late->listener);
+  leave(late);
+}
+
+static void ten_seconds_at_sixty_frames_drift_less_than_a_frame(void **state) {
+  client *c = join(*state, source("a", 60, 600, 0));
+  double late[601], first = 1e9;
+  int seen = 0;
+  memset(late, 0, sizeof late);
+  double start = seconds();
+  while (wait_read(c, 100) > 0) {
+    double now = seconds() - start;
+    const char *line = c->text;
+    c->size = 0;
+    if (*line < '0' || *line > '9') continue;
+    long number = strtol(line, NULL, 10);
+    late[seen++] = now - (double)number / 60;
+  }
+  assert_true(seen > 300);
+  /* The least delay is what the machine's other work did not touch. */
+  double last = 1e9;
+  for (int i = 0; i < seen / 4; i++) {
+    if (late[i] < first) first = late[i];
+    if (late[seen - 1 - i] < last) last = late[seen - 1 - i];
+  }
+  print_message("%d of 601 frames in time, drift %.3f ms\n", seen, (last - first) * 1e3);
+  assert_true(last - first < 1.0 / 60 && first - last < 1.0 / 60);
+  leave(c);
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
+  const struct CMUnitTest tests[] = {
+      TEST(frames_come_in_order_and_the_stream_ends),
+      TEST(equal_keys_share_what_is_printed),
+      TEST(one_who_comes_later_gets_what_is_kept),
+      TEST(one_who_joins_begins_where_the_others_are),
+      TEST(what_cannot_be_shared_has_its_own_channel),
+      TEST(a_channel_without_listeners_is_freed),
+      TEST(more_listeners_than_allowed_are_refused),
+      TEST(a_slow_listener_skips_frames_and_delays_nobody),
+      TEST(the_end_cuts_streams_and_refuses_new_ones),
+      TEST(ten_seconds_at_sixty_frames_drift_less_than_a_frame),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
