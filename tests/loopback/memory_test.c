@@ -125,6 +125,7 @@ static void poses_survive(void **state) {
   (void)state;
   fail_each("GET", "/v1/models/%s/pose.json", "at=0,1&as=euler", NULL, model);
   fail_each("GET", "/v1/models/%s/pose.bin", "fps=10000&nodes=n", NULL, model);
+  fail_each("GET", "/v1/models/%s/live", "as=euler", NULL, model);
   fail_each("POST", "/v1/models/%s/pose.csv", "", "{\"times\":[0,1,2]}", model);
 }
 
