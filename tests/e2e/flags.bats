@@ -91,6 +91,32 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   wait "$unix"
 }
 
+@test "with a certificate it speaks https" {
+  command -v openssl >/dev/null || skip "needs openssl to make a certificate"
+  openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj /CN=localhost -addext subjectAltName=IP:127.0.0.1 \
+    -keyout key.pem -out cert.pem 2>/dev/null
+  start_daemon --tls-cert cert.pem --tls-key key.pem
+  [[ $url == https://* ]]
+  get /readyz --cacert cert.pem
+  expect 200
+  get /readyz
+  [ "$status" = 000 ]
+}
+
+@test "server/run builds what is missing and serves the samples" {
+  needs_plain_build
+  [[ -z ${TWEEND_BINARY-} || $TWEEND_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
+  export TWEEND_INSTALL=no
+  launch "$root/server/run" --listen 127.0.0.1:0 --data "$PWD/data"
+  [ "$(wc -l <"$ready")" = 1 ]
+  get /v1/models
+  holds '[.models[].format] | sort == ["obj", "obj", "tweend"]'
+  for id in $(value '.models[].id'); do
+    get "/v1/models/$id/surface.glb?level=2"
+    expect 200
+  done
+}
+
 @test "one line a request is logged, with its id" {
   start_daemon --log-format json
   get /version --header 'X-Request-Id: seen-in-the-log'
