@@ -124,70 +124,66 @@ double tw_loop_weight(uint32_t valence) {
   return (0.625 - towards * towards) / valence;
 }
 
-static void add(float *sum, const float *in, uint32_t width) {
+static inline void add(double *restrict sum, const double *restrict in, uint32_t width) {
   for (uint32_t i = 0; i < width; i++) sum[i] += in[i];
 }
 
 /* Ends 3/8 each, and 1/4 for the points that face the edge: one each of two triangles, all in equal parts
  * where the mesh is not manifold. */
-static void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
-                         float *out) {
+static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width,
+                                const double *restrict in, double *restrict out) {
   for (uint32_t e = 0; e < p->edge_count; e++, out += width) {
-    const float *a = in + (size_t)p->edge_vertices[e][0] * width,
-                *b = in + (size_t)p->edge_vertices[e][1] * width;
-    float crease = tw_crease_share(p, rules, e);
-    if (crease == 1) {
-      for (uint32_t i = 0; i < width; i++) out[i] = 0.5f * (a[i] + b[i]);
-      continue;
-    }
-    float facing[WIDTH_MAX] = {0};
+    const double *a = in + (size_t)p->edge_vertices[e][0] * width,
+                 *b = in + (size_t)p->edge_vertices[e][1] * width;
+    double crease = (double)tw_crease_share(p, rules, e);
+    double facing[WIDTH_MAX] = {0};
     uint32_t faces = 0, first = p->edge_corner[e], c = first;
     do {
       add(facing, in + (size_t)p->corner_vertex[tw_triangle_previous(c)] * width, width);
       faces++;
       c = p->sibling[c];
     } while (c != first);
-    float end_weight = (1 - crease) * 0.375f + crease * 0.5f,
-          facing_weight = (1 - crease) * 0.25f / (float)faces;
+    double end_weight = 0.375 + 0.125 * crease, facing_weight = 0.25 * (1 - crease) / faces;
     for (uint32_t i = 0; i < width; i++) out[i] = end_weight * (a[i] + b[i]) + facing_weight * facing[i];
   }
 }
 
-static const float *neighbour(const tw_topology *p, uint32_t vertex, uint32_t place, uint32_t width,
-                              const float *in) {
+static inline const double *neighbour(const tw_topology *p, uint32_t vertex, uint32_t place, uint32_t width,
+                                      const double *in) {
   uint32_t edge = p->ring_edges[p->ring_offsets[vertex] + place];
   return in + (size_t)tw_far_end(p, edge, vertex) * width;
 }
 
-static void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
-                            float *out) {
+static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
+                                   const double *restrict in, double *restrict out) {
   for (uint32_t v = 0; v < p->vertex_count; v++, out += width) {
-    const float *own = in + (size_t)v * width;
+    const double *own = in + (size_t)v * width;
     tw_vertex_blend blend = tw_blend_at(p, rules, v);
     uint32_t valence = p->ring_offsets[v + 1] - p->ring_offsets[v];
-    float own_weight = blend.corner, ring_weight = 0, ends_weight = 0.125f * blend.crease;
-    float ring[WIDTH_MAX] = {0}, ends[WIDTH_MAX] = {0};
-    if (blend.smooth > 0) {
-      double weight = tw_loop_weight(valence);
-      ring_weight = blend.smooth * (float)weight;
-      own_weight += blend.smooth * (float)(1 - valence * weight);
+    double smooth = (double)blend.smooth, crease = (double)blend.crease, weight = 0;
+    double ring[WIDTH_MAX] = {0}, ends[WIDTH_MAX] = {0};
+    if (smooth > 0) {
+      weight = tw_loop_weight(valence);
       for (uint32_t i = 0; i < valence; i++) add(ring, neighbour(p, v, i, width, in), width);
     }
-    if (blend.crease > 0) {
-      own_weight += 0.75f * blend.crease;
+    if (crease > 0)
       for (int i = 0; i < 2; i++) add(ends, neighbour(p, v, blend.ends[i], width, in), width);
-    }
+    double own_weight = (double)blend.corner + 0.75 * crease + smooth * (1 - valence * weight);
     for (uint32_t i = 0; i < width; i++)
-      out[i] = own_weight * own[i] + ring_weight * ring[i] + ends_weight * ends[i];
+      out[i] = own_weight * own[i] + smooth * weight * ring[i] + 0.125 * crease * ends[i];
   }
 }
 
-static void refine(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in, float *out) {
+static inline void refine(const tw_topology *p, const tw_rules *rules, uint32_t width, const double *in,
+                          double *out) {
   refine_vertices(p, rules, width, in, out);
   refine_edges(p, rules, width, in, out + (size_t)p->vertex_count * width);
 }
 
-void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
-                    float *out) {
-  refine(parent, rules, width, in, out);
+void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
+                    double *out) {
+  if (width == 3) /* points; a known width lets the compiler unroll */
+    refine(parent, rules, 3, in, out);
+  else
+    refine(parent, rules, width, in, out);
 }

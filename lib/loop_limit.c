@@ -14,10 +14,13 @@ void tw_loop_limit_smooth(const tw_limit_neighbours *n) {
 
 /* The subdominant eigenvectors of the subdivision matrix, along edges 0 and 1. */
 void tw_loop_tangents_smooth(const tw_limit_neighbours *n) {
-  double step = 2 * pi / n->ring_count;
-  for (uint32_t i = 0; i < n->ring_count; i++) {
-    tw_ring_entry(n, i)->tangent1 = (float)cos(i * step);
-    tw_ring_entry(n, i + 1)->tangent2 = (float)cos(i * step);
+  static const float regular[6] = {1, 0.5f, -0.5f, -1, -0.5f, 0.5f};
+  uint32_t count = n->ring_count;
+  double step = 2 * pi / count;
+  for (uint32_t i = 0; i < count; i++) {
+    float weight = count == 6 ? regular[i] : (float)cos(i * step);
+    tw_ring_entry(n, i)->tangent1 = weight;
+    tw_ring_entry(n, i + 1)->tangent2 = weight;
   }
 }
 

@@ -41,11 +41,12 @@ static bool is_whole(const build *b) {
   return b->mesh->face_count > 0;
 }
 
-static float *gather_values(tw_arena *arena, const float *in, const uint32_t *indices, uint32_t count,
-                            uint32_t width) {
-  float *out = tw_arena_alloc(arena, count, width * sizeof(float));
+/* Some rows of `size` bytes, all where indices is NULL. */
+static void *gather_rows(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
+                         size_t size) {
+  char *out = tw_arena_alloc(arena, count, size);
   for (uint32_t i = 0; out && i < count; i++)
-    memcpy(out + (size_t)i * width, in + (size_t)(indices ? indices[i] : i) * width, width * sizeof(float));
+    memcpy(out + i * size, (const char *)in + (indices ? indices[i] : i) * size, size);
   return out;
 }
 
@@ -56,7 +57,7 @@ static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t w
   values->width = width;
   bool stays = b->levels == 0 || b->surface->options.level == 0;
   tw_arena *arena = stays ? b->surface->arena : b->arena;
-  values->cage = gather_values(arena, in, indices, b->topologies[field].vertex_count, width);
+  values->cage = gather_rows(arena, in, indices, b->topologies[field].vertex_count, width * sizeof *in);
   values->base = values->cage;
   return values->cage != NULL;
 }
@@ -123,16 +124,34 @@ static tw_status change_values(build *b, value_change *change, const void *conte
   return status;
 }
 
+/* As refine_set, in double. The last level's own are kept for normals alone, which live on differences. */
+static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
+  const tw_topology *parent = &parents[values->field];
+  size_t before = (size_t)parent->vertex_count * values->width,
+         after = (size_t)b->topologies[values->field].vertex_count * values->width;
+  bool last = arena == b->surface->arena,
+       kept = values == &b->surface->positions && b->surface->options.normals;
+  double *in = values->exact ? values->exact : tw_arena_alloc(b->arena, before, sizeof *in);
+  double *out = tw_arena_alloc(last && kept ? arena : b->arena, after, sizeof *out);
+  float *rounded = tw_arena_alloc(arena, after, sizeof *rounded);
+  if (!in || !out || !rounded) return TW_NO_MEMORY;
+  for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
+  tw_rules rules = field_rules(b, values->field);
+  tw_loop_values(parent, &rules, values->width, in, out);
+  for (size_t i = 0; i < after; i++) rounded[i] = (float)out[i];
+  values->base = rounded;
+  values->exact = last && !kept ? NULL : out;
+  return TW_OK;
+}
+
 /* context: the topologies of the level above. */
 static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
   const tw_topology *parents = context, *child = &b->topologies[values->field];
+  if (is_loop(b)) return refine_exact(b, parents, arena, values);
   float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = field_rules(b, values->field);
-  if (is_loop(b))
-    tw_loop_values(&parents[values->field], &rules, values->width, values->base, out);
-  else
-    tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
+  tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
   values->base = out;
   return TW_OK;
 }
@@ -154,8 +173,11 @@ static tw_status refine_field(build *b, const tw_topology *parents, uint32_t fie
 static tw_status cut_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
   uint32_t *const *kept = context;
   uint32_t count = b->topologies[values->field].vertex_count;
-  values->base = gather_values(arena, values->base, kept[values->field], count, values->width);
-  return values->base ? TW_OK : TW_NO_MEMORY;
+  const uint32_t *rows = kept[values->field];
+  values->base = gather_rows(arena, values->base, rows, count, values->width * sizeof *values->base);
+  bool exact = values->exact;
+  if (exact) values->exact = gather_rows(arena, values->exact, rows, count, values->width * sizeof(double));
+  return values->base && (!exact || values->exact) ? TW_OK : TW_NO_MEMORY;
 }
 
 /* Cuts the level that refine_all has made back to the faces whose parents all exist. */

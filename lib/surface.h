@@ -22,6 +22,8 @@ typedef struct tw_values {
   uint32_t field, width;
   float *cage; /* [cage vertices][width]; only kept for level 0 */
   float *base; /* [base vertices][width] */
+  /* The base unrounded, where it was refined in double; else NULL. */
+  double *exact;
 } tw_values;
 
 /* A numbering of everything that visible quads have: corners, then the insides of edges, then of quads.

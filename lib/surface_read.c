@@ -44,6 +44,11 @@ static uint32_t base_quad(const tw_surface *s, uint32_t visible) {
 
 /* ---- values at corners ---------------------------------------------------------------------- */
 
+static double base_value(const tw_values *values, uint32_t vertex, uint32_t component) {
+  size_t place = (size_t)vertex * values->width + component;
+  return values->exact ? values->exact[place] : (double)values->base[place];
+}
+
 /* Where patches are not split further, a vertex is its own value or its limit mask. */
 static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
                            float *normal) {
@@ -55,19 +60,23 @@ static void corner_by_mask(tw_surface_reader *r, const tw_values *values, uint32
   if (out) memcpy(out, at_level + (size_t)vertex * width, width * sizeof *out);
   if (!normal && !s->options.limit) return;
   uint32_t count = tw_limit_mask(base, field->linear, corner, r->mask);
-  float limit[4] = {0}, tangent1[4] = {0}, tangent2[4] = {0};
-  const float *own = values->base + (size_t)vertex * width;
+  double limit[4] = {0}, tangents[2][4] = {{0}, {0}};
   for (uint32_t e = 0; e < count; e++)
     for (uint32_t c = 0; c < width; c++) {
       /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
-      float offset = values->base[(size_t)r->mask[e].vertex * width + c] - own[c];
-      limit[c] += r->mask[e].position * offset;
-      tangent1[c] += r->mask[e].tangent1 * offset;
-      tangent2[c] += r->mask[e].tangent2 * offset;
+      double offset = base_value(values, r->mask[e].vertex, c) - base_value(values, vertex, c);
+      limit[c] += (double)r->mask[e].position * offset;
+      tangents[0][c] += (double)r->mask[e].tangent1 * offset;
+      tangents[1][c] += (double)r->mask[e].tangent2 * offset;
     }
-  for (uint32_t c = 0; c < width; c++) limit[c] += own[c];
-  if (out && s->options.limit) memcpy(out, limit, width * sizeof *out);
+  for (uint32_t c = 0; out && s->options.limit && c < width; c++)
+    out[c] = (float)(base_value(values, vertex, c) + limit[c]);
   if (!normal) return;
+  float tangent1[4], tangent2[4];
+  for (int c = 0; c < 4; c++) {
+    tangent1[c] = (float)tangents[0][c];
+    tangent2[c] = (float)tangents[1][c];
+  }
   /* A triangle is a quad with its last corner twice. */
   const float *quad[4];
   uint32_t begin = tw_face_begin(base, tw_corner_face(base, corner));

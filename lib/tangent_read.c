@@ -24,7 +24,8 @@ static void evaluate_by_mask(tw_surface_reader *r, const tw_values *values, int 
   const float *own = values->base + (size_t)base->corner_vertex[corner] * width;
   if (!tw_limit_frame(base, field->linear, corner, frame)) {
     const float *next = values->base + (size_t)base->corner_vertex[tw_corner_next(base, corner)] * width;
-    const float *previous = values->base + (size_t)base->corner_vertex[tw_corner_previous(base, corner)] * width;
+    const float *previous =
+        values->base + (size_t)base->corner_vertex[tw_corner_previous(base, corner)] * width;
     for (uint32_t c = 0; c < width; c++) {
       first[c] = next[c] - own[c];
       second[c] = previous[c] - own[c];

@@ -196,10 +196,11 @@ static void loop_masks_say_what_the_step_does(void **state) {
     tw_cage read;
     assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
     tw_topology parent = read.topology, child;
-    const float *in = c->points[0];
+    double *in = tw_arena_alloc(arena, parent.vertex_count, 3 * sizeof *in);
+    for (size_t i = 0; i < 3 * (size_t)parent.vertex_count; i++) in[i] = (double)c->points[0][i];
     for (int level = 0; level < 2; level++) {
       assert_int_equal(tw_loop_topology(&parent, &rules, arena, &child), TW_OK);
-      float *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
+      double *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
       tw_share *shares = tw_arena_alloc(arena, tw_refine_mask_capacity(&parent), sizeof *shares);
       tw_loop_values(&parent, &rules, 3, in, out);
       for (uint32_t v = 0; v < child.vertex_count; v++) {
@@ -208,7 +209,7 @@ static void loop_masks_say_what_the_step_does(void **state) {
         for (size_t k = 0; k < 3; k++) {
           double sum = 0;
           for (uint32_t i = 0; i < count; i++)
-            sum += (double)shares[i].weight * (double)in[3 * (size_t)shares[i].vertex + k];
+            sum += (double)shares[i].weight * in[3 * (size_t)shares[i].vertex + k];
           assert_float_equal(out[3 * (size_t)v + k], sum, 2e-6);
         }
       }
