@@ -1,8 +1,9 @@
 /* Layout: objects/ab/ID and objects/ab/ID.json (the summary), where ab begins ID, and tmp/.
  *
- * Every file is written under tmp/, synced, renamed into place, and then the folder is synced. The
- * object's name appears last, and a model exists exactly when that name does: a kill at any moment leaves
- * either nothing visible or the whole model. What is left in tmp/ is removed at the next start; a writer
+ * Every file is written under tmp/, synced, renamed into place, and then the folder is synced. A model
+ * exists exactly when the object's name does: a kill at any moment leaves either nothing or the whole
+ * model. Its summary follows; one that a kill kept from following is lost, which api makes good, and no
+ * summary is ever left without its model. What is left in tmp/ is removed at the next start; a writer
  * holds a lock on its file, so that several daemons may share one folder. */
 #include "store_fs.h"
 
@@ -172,11 +173,15 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
     return API_STORE_OK;
   }
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  placed outcome = PLACED_BEFORE;
   if (!make_prefix_folder(store, folder)) return unavailable("cannot make a folder");
-  if (place(store, beside, text) == PLACE_FAILED) return unavailable("cannot write a summary");
-  if (!object_there) outcome = place(store, object, bytes);
+  placed outcome = object_there ? PLACED_BEFORE : place(store, object, bytes);
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
+  if (place(store, beside, text) == PLACE_FAILED) {
+    int reason = errno;
+    if (outcome == PLACED) unlinkat(store->objects, object, 0);
+    errno = reason;
+    return unavailable("cannot write a summary");
+  }
   if (!sync_folder(store->objects, folder)) return unavailable("cannot sync");
   *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;

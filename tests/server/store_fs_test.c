@@ -292,8 +292,7 @@ static void kill_at_any_moment_leaves_whole_models(void **state) {
     if (count == 0) break;
     memcpy(after, listed[0].id, sizeof after);
     assert_true(is_stored(f, after, text));
-    assert_non_null(listed[0].summary);
-    free(listed[0].summary);
+    free(listed[0].summary); /* NULL where the kill came between the model and its summary */
   }
   free(text);
   char temporary[128];
