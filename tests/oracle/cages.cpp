@@ -137,6 +137,10 @@ std::vector<Cage> hand_made() {
             "grid with two creases that cross"));
   cages.push_back(
       named(with_crease(grid(6, 6), {7, 8, 9, 15, 21}, 10), "grid with an infinite crease that turns"));
+  const std::vector<int> rim = {0, 1, 2, 3, 4, 9, 14, 19, 18, 17, 16, 15, 10, 5, 0};
+  cages.push_back(named(with_crease(grid(5, 4), rim, 10), "grid held by creases on its border"));
+  cages.push_back(named(with_crease(grid(5, 4), {0, 1, 2, 3, 4, 9, 14}, 10), "grid half held by creases"));
+  cages.push_back(named(with_crease(grid(5, 4), rim, 3), "grid with semi-sharp creases on its border"));
   Cage cornered = named(cube(), "cube with sharp points");
   cornered.corners = {0, 3, 5};
   cornered.corner_sharpness = {10, 1.5f, 0.4f};
