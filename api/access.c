@@ -76,7 +76,7 @@ void api_cors_headers(const api_service *service, const api_request *request, ap
   }
   api_answer_header(answer, "Access-Control-Expose-Headers",
                     "Accept-Ranges, Content-Length, Content-Range, ETag, Link, Location, Retry-After, "
-                    "Server-Timing, X-Request-Id, X-Tweend-Warning");
+                    "Server-Timing, X-Request-Id, X-Tweend-Error, X-Tweend-Warning");
 }
 
 void api_cors_options(api_call *call, const char *allow) {

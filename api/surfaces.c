@@ -1,12 +1,10 @@
 /* Surfaces: counts, glTF and OBJ of a model, posed, animated or at rest. */
-#include "clips.h"
 #include "handlers.h"
 #include "models.h"
 #include "plans.h"
 #include "routes.h"
 #include "service.h"
-#include "times.h"
-#include "tweend/bake.h"
+#include "shown.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -19,15 +17,9 @@ typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON } surface_f
 typedef struct surface_request {
   surface_form form;
   api_surface_query surface;
-  const char *clip_name;
-  bool has_clip; /* clip or a time was given */
-  api_times times;
+  api_shown shown;
   tw_polygons polygons;
-
-  api_clip_choice choice;
-  tw_clip_keys animation;
-  tw_scene scene;
-  api_entry *model, *plan, *clip;
+  api_entry *model, *plan;
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
   uint64_t left; /* of a range */
@@ -36,7 +28,7 @@ typedef struct surface_request {
 static void release(surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
-  api_entry_release(request->clip);
+  api_entry_release(request->shown.clip);
   api_entry_release(request->plan);
   api_entry_release(request->model);
 }
@@ -76,15 +68,13 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
 }
 
 /* Values of the contract that this version does not have yet. */
-static tw_status refuse_unsupported(int skin, int encoding, tw_error *error) {
-  if (skin != 0) return tw_fail(error, TW_UNSUPPORTED, "skin=bake is not supported by this version");
+static tw_status refuse_unsupported(int encoding, tw_error *error) {
   if (encoding != 0) return tw_fail(error, TW_UNSUPPORTED, "this version knows encoding=float alone");
   return TW_OK;
 }
 
 /* The parameters of the call; NULL: the fault says why. */
 static surface_request *read_request(api_call *call) {
-  static const char *const skins[] = {"keep", "bake", NULL};
   static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
   static const char *const polygons[] = {"triangles", "ngon", NULL};
   const api_query *query = &call->query;
@@ -94,21 +84,17 @@ static surface_request *read_request(api_call *call) {
     api_fail_without_memory(call);
     return NULL;
   }
-  int skin = 0, encoding = 0, polygon = 0;
+  int encoding = 0, polygon = 0;
   tw_status status = read_surface(query, &request->surface, error);
-  if (status == TW_OK) status = api_query_choice(query, "skin", skins, &skin, error);
   if (status == TW_OK) status = api_query_choice(query, "encoding", encodings, &encoding, error);
   if (status == TW_OK) status = api_query_choice(query, "polygons", polygons, &polygon, error);
-  if (status == TW_OK)
-    status = api_times_read(query, call->service->limits.max_times, call->arena, &request->times, error);
-  if (status == TW_OK) status = refuse_unsupported(skin, encoding, error);
+  if (status == TW_OK) status = refuse_unsupported(encoding, error);
   if (status != TW_OK) {
     api_fail(call);
     return NULL;
   }
+  if (api_shown_read(call, &request->shown.query) != API_DONE) return NULL;
   request->form = (surface_form)(call->offer - call->route->offers);
-  request->clip_name = api_query_get(query, "clip");
-  request->has_clip = request->clip_name || request->times.is_given;
   request->polygons = (tw_polygons)polygon;
   return request;
 }
@@ -118,72 +104,10 @@ static const char *canonical(api_call *call, const surface_request *request) {
   api_text text = {0};
   api_surface_query_print(&request->surface, &text);
   api_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
-  if (request->has_clip) {
-    char clip[80];
-    snprintf(clip, sizeof clip, "&clip=%s/%u&times=", request->choice.lender, request->choice.index);
-    api_text_add(&text, clip);
-    api_times_print(&request->times, &text);
-  }
+  api_shown_print(&request->shown, &text);
   const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
   return copy;
-}
-
-/* ---- the scene ----------------------------------------------------------------------------------- */
-
-static api_outcome take_clip(api_call *call, surface_request *request, bool is_stored) {
-  const tw_model *model = request->scene.model;
-  api_outcome outcome = api_clip_find(call, model, request->clip_name, -1, &request->choice);
-  if (outcome != API_DONE) return outcome;
-  if (request->choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
-  outcome = api_clip_take(call, model, is_stored, &request->choice, &request->clip);
-  if (outcome != API_DONE) return outcome;
-  const api_clip *clip = api_entry_value(request->clip);
-  if (clip->missing_count > 0) api_clip_warning(call, clip);
-  if (api_times_complete(&request->times, tw_clip_duration(clip->compiled), call->service->limits.max_times,
-                         &call->fault.error) != TW_OK)
-    return api_fail(call);
-  return API_DONE;
-}
-
-/* The nodes of the scene at one time. */
-static api_outcome pose_scene(api_call *call, surface_request *request) {
-  const api_clip *clip = api_entry_value(request->clip);
-  const tw_model *model = request->scene.model;
-  tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
-  if (!locals) return api_fail_without_memory(call);
-  tw_clip_pose(clip->compiled, model->nodes, model->node_count, api_times_get(&request->times, 0), locals);
-  request->scene.pose = locals;
-  request->scene.posed_by = clip->compiled;
-  return API_DONE;
-}
-
-/* The clip as keys at exactly the times asked for. */
-static api_outcome bake_clip(api_call *call, surface_request *request) {
-  const api_clip *clip = api_entry_value(request->clip);
-  if (request->times.count >= UINT32_MAX) return api_fail_with(call, 422, "too many times");
-  uint32_t count = (uint32_t)request->times.count;
-  float *times = tw_arena_alloc(call->arena, count, sizeof *times);
-  if (!times) return api_fail_without_memory(call);
-  for (uint32_t i = 0; i < count; i++) times[i] = api_times_get(&request->times, i);
-  if (tw_clip_bake(clip->compiled, times, count, call->arena, &request->animation, &call->fault.error) !=
-      TW_OK)
-    return api_fail(call);
-  request->animation.name = clip->name;
-  request->scene.clip = &request->animation;
-  return API_DONE;
-}
-
-/* Poses or animates the scene as clip and times say. */
-static api_outcome apply_clip(api_call *call, surface_request *request) {
-  const api_clip *clip = api_entry_value(request->clip);
-  bool is_one_time = request->times.list && request->times.count == 1;
-  if (is_one_time) return pose_scene(call, request);
-  if (request->times.is_given) return bake_clip(call, request);
-  request->animation = *api_clip_keys(clip, request->scene.model, &request->choice);
-  request->animation.name = clip->name;
-  request->scene.clip = &request->animation;
-  return API_DONE;
 }
 
 /* ---- counts -------------------------------------------------------------------------------------- */
@@ -208,12 +132,12 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
   uint32_t order = 0;
   tw_model model = {.format = TW_FORMAT_JSON,
                     .mesh_count = 1,
-                    .meshes = &request->scene.model->meshes[mesh],
+                    .meshes = &request->shown.scene.model->meshes[mesh],
                     .node_count = 1,
                     .nodes = &node,
                     .node_order = &order};
   tw_scene scene = {
-      .model = &model, .surfaces = request->scene.surfaces + mesh, .polygons = request->polygons};
+      .model = &model, .surfaces = request->shown.scene.surfaces + mesh, .polygons = request->polygons};
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
@@ -233,7 +157,7 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
     api_text_element(&text);
     api_text_add(&text, "{");
     api_text_member(&text, "name");
-    api_text_string(&text, request->scene.model->meshes[i].name);
+    api_text_string(&text, request->shown.scene.model->meshes[i].name);
     print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
     api_text_add(&text, "}");
   }
@@ -253,8 +177,8 @@ static uint64_t obj_size_bound(const surface_request *request) {
     uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
     uint64_t of_one = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11;
     uint64_t shown = 0;
-    for (uint32_t n = 0; n < request->scene.model->node_count; n++)
-      shown += request->scene.model->nodes[n].mesh == i;
+    for (uint32_t n = 0; n < request->shown.scene.model->node_count; n++)
+      shown += request->shown.scene.model->nodes[n].mesh == i;
     if (shown && of_one > UINT64_MAX / 2 / shown - size / shown) return UINT64_MAX;
     size += of_one * shown;
   }
@@ -289,7 +213,7 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   if (request->form == FORM_OBJ)
     *size = obj_size_bound(request);
   else
-    status = tw_gltf_stream_predict(&request->scene, container_of(request), size, &call->fault.error);
+    status = tw_gltf_stream_predict(&request->shown.scene, container_of(request), size, &call->fault.error);
   return check_size(call, request, status, *size);
 }
 
@@ -320,7 +244,7 @@ static api_outcome warm(api_call *call, const surface_request *request) {
 
 static api_outcome reply_gltf(api_call *call, surface_request *request) {
   tw_status status =
-      tw_gltf_stream_create(&request->scene, container_of(request), &request->gltf, &call->fault.error);
+      tw_gltf_stream_create(&request->shown.scene, container_of(request), &request->gltf, &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
   api_outcome outcome = check_size(call, request, status, size);
   if (outcome == API_DONE) outcome = warm(call, request);
@@ -338,7 +262,7 @@ static api_outcome reply_obj(api_call *call, surface_request *request) {
   uint64_t bound;
   api_outcome outcome = predict(call, request, &bound);
   if (outcome != API_DONE) return outcome;
-  if (tw_obj_stream_create(&request->scene, &request->obj, &call->fault.error) != TW_OK)
+  if (tw_obj_stream_create(&request->shown.scene, &request->obj, &call->fault.error) != TW_OK)
     return api_fail(call);
   call->answer.body = (api_body){API_SIZE_UNKNOWN, request, read_obj, destroy_request};
   return API_DONE;
@@ -371,24 +295,32 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 
 /* ---- stages -------------------------------------------------------------------------------------- */
 
-/* Whether a light call may answer: no pass over all points, no keys to make, little JSON to write. */
+/* Whether a light call may answer: no pass over all points, little JSON to write. Clips never come here. */
 static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
   const api_plan *plan = api_entry_value(request->plan);
-  const tw_model *model = request->scene.model;
+  const tw_model *model = request->shown.scene.model;
   bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
-  return needs_no_pass && !request->has_clip &&
-         model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
+  return needs_no_pass && model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
+}
+
+/* The scene without surfaces, and the plan of those. */
+static api_outcome prepare(api_call *call, surface_request *request, bool is_stored) {
+  const tw_model *model = api_entry_value(request->model);
+  api_shown *shown = &request->shown;
+  api_outcome outcome = shown->query.has_clip ? api_shown_take_clip(call, model, is_stored, shown) : API_DONE;
+  if (outcome != API_DONE) return outcome;
+  if (call->effort == API_LIGHT && shown->query.has_clip) return API_LATER;
+  outcome = api_shown_pose(call, model, shown);
+  shown->scene.polygons = request->polygons;
+  if (outcome != API_DONE) return outcome;
+  return api_plan_take(call, shown->scene.model, is_stored && !shown->is_own, &request->surface,
+                       &request->plan);
 }
 
 /* From a held model to the answer. The request is released unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
-  tw_scene *scene = &request->scene;
-  scene->model = api_entry_value(request->model);
-  scene->polygons = request->polygons;
-  api_outcome outcome = request->has_clip ? take_clip(call, request, is_stored) : API_DONE;
-  if (outcome == API_DONE)
-    outcome = api_plan_take(call, scene->model, is_stored, &request->surface, &request->plan);
+  api_outcome outcome = prepare(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
     const char *text = canonical(call, request);
     char representation[20];
@@ -400,8 +332,8 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (outcome != API_DONE) return outcome;
   if (call->effort == API_LIGHT && !is_light(call, request)) return API_LATER;
   const api_plan *plan = api_entry_value(request->plan);
-  scene->surfaces = (const tw_surface *const *)plan->surfaces;
-  if (request->has_clip) outcome = apply_clip(call, request);
+  request->shown.scene.surfaces = (const tw_surface *const *)plan->surfaces;
+  outcome = api_shown_animate(call, api_entry_value(request->model), &request->shown);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
 }
 

@@ -118,6 +118,9 @@ static void surfaces_survive(void **state) {
   (void)state;
   fail_each("GET", "/v1/models/%s/surface.json", "", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.obj", "at=1", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.glb", "clip=c&tolerance=1", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.obj", "at=1&skin=bake", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.gltf", "at=1&meshes=none", NULL, model);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
 }
 

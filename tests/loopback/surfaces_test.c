@@ -92,7 +92,6 @@ static void bad_parameters_are_400(void **state) {
 
 static void what_this_version_lacks_is_422(void **state) {
   fixture *f = *state;
-  assert_problem(ask(f, f->cube, "surface?skin=bake"), 422, NULL, "skin=bake");
   assert_problem(ask(f, f->cube, "surface?encoding=meshopt"), 422, NULL, "encoding=float");
   assert_problem(ask(f, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
 }

@@ -1,0 +1,315 @@
+/* What surfaces show of a clip: keys at given times, fewest keys, the animation alone, meshes moved by skins.
+ */
+#include "loopback.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A rectangle from (0, 0, 0) to (2, 1, 0) whose points all hang on the joint "bone", under a node that is
+ * moved away by (100, 0, 0). In a second the clip "wave" turns the bone by 90 degrees about z, and its weight
+ * brings a morph target of (0, 0, 1) to a half. "shown" shows the mesh without the skin. */
+static const char flag[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1,2]}],"
+    "\"nodes\":[{\"name\":\"bone\"},{\"name\":\"skinned\",\"mesh\":0,\"skin\":0,\"translation\":[100,0,0]},"
+    "{\"name\":\"shown\",\"mesh\":0,\"translation\":[10,0,0]}],"
+    "\"skins\":[{\"joints\":[0]}],"
+    "\"meshes\":[{\"name\":\"cloth\",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":2,"
+    "\"WEIGHTS_0\":3},\"indices\":1,\"targets\":[{\"POSITION\":4}]}]}],"
+    "\"animations\":[{\"name\":\"wave\",\"samplers\":[{\"input\":5,\"output\":6},{\"input\":5,\"output\":7}],"
+    "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}},"
+    "{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"weights\"}}]}],"
+    "\"accessors\":["
+    "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[2,1,0]},"
+    "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"},"
+    "{\"bufferView\":2,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
+    "{\"bufferView\":3,\"componentType\":5126,\"count\":4,\"type\":\"VEC4\"},"
+    "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"min\":[0,0,1],\"max\":[0,0,1]},"
+    "{\"bufferView\":5,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"min\":[0],\"max\":[1]},"
+    "{\"bufferView\":6,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"},"
+    "{\"bufferView\":7,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"}],"
+    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":48,\"byteLength\":12},"
+    "{\"buffer\":0,\"byteOffset\":60,\"byteLength\":16},{\"buffer\":0,\"byteOffset\":76,\"byteLength\":64},"
+    "{\"buffer\":0,\"byteOffset\":140,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":188,\"byteLength\":8},"
+    "{\"buffer\":0,\"byteOffset\":196,\"byteLength\":32},{\"buffer\":0,\"byteOffset\":228,\"byteLength\":8}],"
+    "\"buffers\":[{\"byteLength\":236,\"uri\":\"data:application/octet-stream;base64,"
+    "AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAQAAAgD8AAAAAAAAAAAAAgD8AAAAAAAABAAIAAAACAAMAAAAAAAAAAAAAAAAAAAAAAAAA"
+    "gD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAA"
+    "AAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAPMENT/zBDU/AAAAAAAA"
+    "AD8=\"}]}";
+
+/* Keys of every kind: eleven of a slerp on one great circle, Euler angles, a step, and a straight way. */
+static const char keyed[] =
+    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"},{\"name\":\"c\"},{\"name\":\"d\"}],"
+    "\"clips\":[{\"name\":\"all\",\"tracks\":["
+    "{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1],\"unit\":"
+    "\"degrees\","
+    "\"interpolation\":\"slerp\",\"eulers\":[[0,0,0],[0,0,9],[0,0,18],[0,0,27],[0,0,36],[0,0,45],[0,0,54],"
+    "[0,0,63],[0,0,72],[0,0,81],[0,0,90]]},"
+    "{\"node\":\"b\",\"path\":\"rotation\",\"times\":[0,1],\"unit\":\"degrees\",\"interpolation\":\"euler\","
+    "\"eulers\":[[-170,0,0],[170,80,30]]},"
+    "{\"node\":\"c\",\"path\":\"rotation\",\"times\":[0,0.5,1],\"interpolation\":\"step\","
+    "\"quaternions\":[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
+    "{\"node\":\"d\",\"path\":\"translation\",\"times\":[0,0.5,1],\"values\":[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
+
+typedef struct fixture {
+  loopback *loop;
+  char flag[API_ID_TEXT], keyed[API_ID_TEXT];
+} fixture;
+
+static int setup(void **state) {
+  fixture *f = calloc(1, sizeof *f);
+  api_settings settings = loopback_settings();
+  f->loop = loopback_start(&settings);
+  loopback_upload(f->loop, "model/gltf+json", flag, f->flag);
+  loopback_upload(f->loop, "application/json", keyed, f->keyed);
+  *state = f;
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+static reply ask(const fixture *f, const char *id, const char *rest) {
+  char target[256];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
+  return loopback_get(f->loop, target);
+}
+
+/* The document of a glTF answer. */
+static cJSON *ask_gltf(const fixture *f, const char *id, const char *rest) {
+  reply r = ask(f, id, rest);
+  if (r.status != 200) fail_msg("%s: %d %s", rest, r.status, r.body);
+  cJSON *document = cJSON_Parse(r.body);
+  assert_non_null(document);
+  reply_free(&r);
+  return document;
+}
+
+static const cJSON *sampler(const cJSON *document, int track) {
+  return cJSON_GetArrayItem(
+      json_member(cJSON_GetArrayItem(json_member(document, "animations"), 0), "samplers"), track);
+}
+
+static int key_count(const cJSON *document, int track) {
+  int input = json_member(sampler(document, track), "input")->valueint;
+  return json_member(cJSON_GetArrayItem(json_member(document, "accessors"), input), "count")->valueint;
+}
+
+static void assert_kind(const cJSON *document, int track, const char *kind) {
+  const cJSON *said = cJSON_GetObjectItem(sampler(document, track), "interpolation");
+  assert_string_equal(said ? said->valuestring : "LINEAR", kind);
+}
+
+/* X-Tweend-Error of an answer. */
+static void read_error(const fixture *f, const char *rest, double *degrees, double *metres) {
+  reply r = ask(f, f->keyed, rest);
+  const char *text = reply_header(&r, "X-Tweend-Error");
+  assert_non_null(text);
+  assert_int_equal(sscanf(text, "degrees=%lf, metres=%lf", degrees, metres), 2);
+  reply_free(&r);
+}
+
+/* The n-th "v x y z" line of an OBJ answer. */
+static void assert_point(const reply *r, int n, double x, double y, double z) {
+  const char *line = r->body;
+  for (int i = -1;; line++) {
+    line = strstr(line, "v ");
+    assert_non_null(line);
+    if ((line == r->body || line[-1] == '\n') && ++i == n) break;
+  }
+  double found[3];
+  assert_int_equal(sscanf(line, "v %lf %lf %lf", &found[0], &found[1], &found[2]), 3);
+  if (fabs(found[0] - x) + fabs(found[1] - y) + fabs(found[2] - z) > 1e-5)
+    fail_msg("point %d is at %g %g %g", n, found[0], found[1], found[2]);
+}
+
+static void parameters_that_do_not_fit_are_400(void **state) {
+  const fixture *f = *state;
+  const char *const bad[] = {"skin=bake",
+                             "skin=bake&clip=wave",
+                             "skin=bake&at=0,1",
+                             "skin=bake&at=1&meshes=none",
+                             "meshes=some",
+                             "tolerance=1",
+                             "clip=wave&tolerance=0",
+                             "clip=wave&tolerance=181",
+                             "clip=wave&tolerance_m=0",
+                             "clip=wave&tolerance_m=nan",
+                             "clip=wave&at=1&tolerance=1"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    char rest[128];
+    snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
+    reply r = ask(f, f->flag, rest);
+    if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
+    assert_problem(r, 400, NULL, NULL);
+  }
+}
+
+static void times_that_fall_or_are_negative_cannot_be_baked(void **state) {
+  const fixture *f = *state;
+  assert_problem(ask(f, f->keyed, "surface.glb?at=1,0.5"), 422, NULL, NULL);
+  assert_problem(ask(f, f->keyed, "surface.glb?at=-1,0.5"), 422, NULL, NULL);
+}
+
+static void baked_keys_stand_at_the_times_asked_for(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&at=0,0.25,0.375,2");
+  for (int track = 0; track < 4; track++) {
+    assert_int_equal(key_count(document, track), 4);
+    assert_kind(document, track, track == 2 ? "STEP" : "LINEAR");
+  }
+  cJSON_Delete(document);
+  document = ask_gltf(f, f->keyed, "surface.gltf?from=0&to=1&fps=8");
+  assert_int_equal(key_count(document, 1), 9);
+  cJSON_Delete(document);
+}
+
+static void a_kept_clip_keeps_the_keys_that_gltf_has(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all");
+  assert_int_equal(key_count(document, 0), 11);
+  assert_int_equal(key_count(document, 2), 3);
+  assert_int_equal(key_count(document, 3), 3);
+  assert_true(key_count(document, 1) > 2); /* Euler angles are made of slerps */
+  assert_kind(document, 1, "LINEAR");
+  assert_kind(document, 2, "STEP");
+  cJSON_Delete(document);
+  double degrees, metres;
+  read_error(f, "surface.gltf?clip=all", &degrees, &metres);
+  assert_true(degrees > 0 && degrees <= 0.1 && metres == 0);
+}
+
+static void a_tolerance_leaves_the_fewest_keys(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&tolerance=0.05&tolerance_m=0.01");
+  assert_int_equal(key_count(document, 0), 2); /* one great circle at one speed */
+  assert_int_equal(key_count(document, 2), 3);
+  assert_int_equal(key_count(document, 3), 2);
+  int fine = key_count(document, 1);
+  cJSON_Delete(document);
+  document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&tolerance=5");
+  assert_true(key_count(document, 1) < fine);
+  cJSON_Delete(document);
+  double degrees, metres;
+  read_error(f, "surface.gltf?clip=all&tolerance=0.05", &degrees, &metres);
+  assert_true(degrees > 0 && degrees <= 0.05 && metres < 0.001);
+}
+
+static void without_meshes_the_tree_and_the_animation_are_left(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?clip=wave&meshes=none");
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "nodes")), 3);
+  assert_null(cJSON_GetObjectItem(document, "meshes"));
+  assert_null(cJSON_GetObjectItem(document, "skins"));
+  assert_int_equal(
+      cJSON_GetArraySize(json_member(cJSON_GetArrayItem(json_member(document, "animations"), 0), "channels")),
+      1); /* weights need a mesh */
+  assert_int_equal(key_count(document, 0), 2);
+  cJSON_Delete(document);
+  /* Nothing is subdivided, so no level is too deep. */
+  document = ask_gltf(f, f->flag, "surface.gltf?meshes=none&at=1");
+  const cJSON *bone = cJSON_GetArrayItem(json_member(document, "nodes"), 0);
+  assert_true(fabs(cJSON_GetArrayItem(json_member(bone, "rotation"), 2)->valuedouble - sqrt(0.5)) < 1e-6);
+  cJSON_Delete(document);
+}
+
+static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT], rest[128];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"bone\"}]}", id);
+  snprintf(rest, sizeof rest, "surface.gltf?clip=%s/wave", f->flag);
+  reply r = ask(f, id, rest);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "skinned"));
+  reply_free(&r);
+  cJSON *document = ask_gltf(f, id, rest);
+  assert_int_equal(key_count(document, 0), 2);
+  cJSON_Delete(document);
+}
+
+/* (x, y, z) of the cage goes to (-y, x, z) where the bone has turned, after the half morph has lifted it. */
+static void baked_skins_are_where_the_joints_put_them(void **state) {
+  const fixture *f = *state;
+  reply r = ask(f, f->flag, "surface.obj?level=0&at=1&skin=bake&normals=none");
+  if (r.status != 200) fail_msg("%d %s", r.status, r.body);
+  /* "shown" comes first, by the mesh's own weights (0) and moved by (10, 0, 0); the skinned one's own node
+   * plays no part. */
+  assert_point(&r, 0, 10, 0, 0);
+  assert_point(&r, 1, 12, 0, 0);
+  assert_point(&r, 4, 0, 0, 0.5);
+  assert_point(&r, 5, 0, 2, 0.5);
+  assert_point(&r, 6, -1, 2, 0.5);
+  assert_point(&r, 7, -1, 0, 0.5);
+  reply_free(&r);
+}
+
+static void baked_answers_have_no_skins_and_no_targets(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?level=1&at=0.5&skin=bake");
+  assert_null(cJSON_GetObjectItem(document, "skins"));
+  assert_null(cJSON_GetObjectItem(document, "animations"));
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "meshes")), 2);
+  const cJSON *mesh = cJSON_GetArrayItem(json_member(document, "meshes"), 1);
+  const cJSON *primitive = cJSON_GetArrayItem(json_member(mesh, "primitives"), 0);
+  assert_null(cJSON_GetObjectItem(primitive, "targets"));
+  assert_null(cJSON_GetObjectItem(json_member(primitive, "attributes"), "JOINTS_0"));
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "nodes")), 4);
+  cJSON_Delete(document);
+}
+
+static void what_a_bake_would_move_is_limited(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_output = 50;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], target[128];
+  loopback_upload(loop, "model/gltf+json", flag, id);
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?at=1&skin=bake", id);
+  assert_problem(loopback_get(loop, target), 422, NULL, "8 points");
+  loopback_stop(loop);
+}
+
+static void every_choice_has_its_own_tag(void **state) {
+  const fixture *f = *state;
+  const char *const choices[] = {"clip=wave",
+                                 "clip=wave&tolerance=0.1",
+                                 "clip=wave&tolerance=0.2",
+                                 "clip=wave&tolerance_m=0.1",
+                                 "clip=wave&meshes=none",
+                                 "at=1",
+                                 "at=1&skin=bake"};
+  enum { COUNT = sizeof choices / sizeof *choices };
+  char tags[COUNT][128], rest[128];
+  for (int i = 0; i < COUNT; i++) {
+    snprintf(rest, sizeof rest, "surface.glb?%s", choices[i]);
+    reply r = ask(f, f->flag, rest);
+    snprintf(tags[i], sizeof tags[i], "%s", reply_header(&r, "ETag"));
+    reply_free(&r);
+    for (int j = 0; j < i; j++) assert_string_not_equal(tags[i], tags[j]);
+  }
+}
+
+int main(void) {
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+  const struct CMUnitTest tests[] = {
+      TEST(parameters_that_do_not_fit_are_400),
+      TEST(times_that_fall_or_are_negative_cannot_be_baked),
+      TEST(baked_keys_stand_at_the_times_asked_for),
+      TEST(a_kept_clip_keeps_the_keys_that_gltf_has),
+      TEST(a_tolerance_leaves_the_fewest_keys),
+      TEST(without_meshes_the_tree_and_the_animation_are_left),
+      TEST(a_clip_is_borrowed_by_the_names_of_nodes),
+      TEST(baked_skins_are_where_the_joints_put_them),
+      TEST(baked_answers_have_no_skins_and_no_targets),
+      TEST(what_a_bake_would_move_is_limited),
+      TEST(every_choice_has_its_own_tag),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
