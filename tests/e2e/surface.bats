@@ -307,3 +307,22 @@ corner() {
   [[ $status == 400 || $status == 422 ]]
   problem "$status"
 }
+
+@test "times bake keys, a tolerance leaves few, meshes=none leaves the animation" {
+  upload "$samples/tank.json"
+  tank=/v1/models/$id
+  get "$tank/surface.glb?level=0&clip=drive&from=0&to=4&fps=2"
+  expect 200
+  glb_json answer | jq -e '. as $g | [.animations[0].samplers[].input] | unique | all($g.accessors[.] | .count == 9 and .min == [0] and .max == [4])'
+  get "$tank/surface.glb?meshes=none&clip=drive"
+  expect 200
+  [[ $(header x-tweend-error) =~ ^degrees=0\.0[0-9]+,\ metres=0\.0+$ ]]
+  kept=$(header content-length)
+  glb_json answer | jq -e 'has("meshes") == false and (.nodes | length) == 9 and (.animations | length) == 1'
+  get "$tank/surface.glb?meshes=none&clip=drive&tolerance=2&tolerance_m=0.1"
+  expect 200
+  (($(header content-length) <= kept))
+  awk -F"[=,]" "{ exit !(\$2 > 0.1 && \$2 <= 2) }" <<<"$(header x-tweend-error)"
+  get "$tank/surface.glb?level=1&at=1&skin=bake"
+  expect 200
+}
