@@ -151,10 +151,15 @@ static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
   return next;
 }
 
-static tw_status check_counts(const tw_surface_counts *c, tw_error *error) {
+static tw_status check_counts(const tw_surface_options *options, bool shrinks, const tw_surface_counts *c,
+                              tw_error *error) {
   uint64_t limit = UINT32_MAX - 1;
-  if (c->vertices <= limit && c->edges <= limit && c->faces <= limit) return TW_OK;
-  return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+  if (c->vertices > limit || c->edges > limit || c->faces > limit)
+    return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
+  if (c->faces <= TW_GENERIC_FACES_MAX || options->level < 2) return TW_OK;
+  if (shrinks) return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", TW_GENERIC_FACES_MAX);
+  if (options->scheme != TW_LOOP) return TW_OK;
+  return tw_fail(error, TW_LIMIT, "scheme loop is limited to %d faces", TW_GENERIC_FACES_MAX);
 }
 
 static tw_status count_levels(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
@@ -164,7 +169,7 @@ static tw_status count_levels(const tw_surface_options *options, const tw_cage *
    * over the limit. */
   for (uint32_t i = 0; i < options->level && out->corners < UINT64_MAX / 16; i++)
     *out = next_counts(*out, options->scheme == TW_LOOP);
-  return check_counts(out, error);
+  return check_counts(options, false, out, error);
 }
 
 /* An open mesh with a border: its first level is made, the others follow. */
@@ -181,7 +186,7 @@ static tw_status count_open(const tw_surface_options *options, const tw_cage *c,
   status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
   if (status != TW_OK) return status;
   *out = loop ? tw_loop_open_count(&first, options->level) : tw_open_count(&first, options->level);
-  return check_counts(out, error);
+  return check_counts(options, true, out, error);
 }
 
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {

@@ -5,6 +5,10 @@
 #include "topology.h"
 #include "tweend/subdiv.h"
 
+/* The greatest answer that is refined in the generic way to its end, which takes memory in proportion to
+ * it. */
+enum { TW_GENERIC_FACES_MAX = 16 << 20 };
+
 /* Arrays live in `arena`. */
 typedef struct tw_cage {
   tw_arena *arena;

@@ -33,7 +33,7 @@ void tw_decay(const tw_topology *parent, const tw_rules *rules, tw_topology *chi
 /* How much of the crease's midpoint an edge takes: all where both halves stay sharp, else as much as it
  * is sharp. Under Chaikin's rule that may be a little over 1 (a half can decay from 1.3 to 0 next to
  * smoother ones), and is taken so, as OpenSubdiv does. */
-float tw_crease_share(const tw_topology *topology, const tw_rules *rules, uint32_t edge);
+float tw_crease_share(const tw_topology *parent, const tw_rules *rules, uint32_t edge);
 
 /* Shares of the three masks that meet at a vertex while sharpness decays; they sum to 1. */
 typedef struct tw_vertex_blend {
@@ -41,6 +41,6 @@ typedef struct tw_vertex_blend {
   uint32_t ends[2]; /* sharp edges of the crease mask, as indices into the ring */
 } tw_vertex_blend;
 
-tw_vertex_blend tw_blend_at(const tw_topology *topology, const tw_rules *rules, uint32_t vertex);
+tw_vertex_blend tw_blend_at(const tw_topology *parent, const tw_rules *rules, uint32_t vertex);
 
 #endif

@@ -451,9 +451,8 @@ static tw_status start_sources(build *b) {
   return TW_OK;
 }
 
-/* Levels refined in the generic way before patches take over, and the greatest answer that is refined
- * so to its end. */
-enum { GENERIC_LEVEL = 2, GENERIC_FACES_MAX = 16 << 20 };
+/* Up to this level the generic way is as good as patches. */
+enum { GENERIC_LEVEL = 2 };
 
 /* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
 static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
@@ -469,11 +468,7 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
 static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level;
-  bool small = s->counts.faces <= GENERIC_FACES_MAX, shrinks = tw_cage_shrinks(&b->cage, &s->options);
-  if (shrinks && !small)
-    return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", GENERIC_FACES_MAX);
-  if (is_loop(b) && !small && level > 1)
-    return tw_fail(error, TW_LIMIT, "scheme loop is limited to %d faces", GENERIC_FACES_MAX);
+  bool small = s->counts.faces <= TW_GENERIC_FACES_MAX, shrinks = tw_cage_shrinks(&b->cage, &s->options);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "

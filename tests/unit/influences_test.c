@@ -197,7 +197,7 @@ static void loop_masks_say_what_the_step_does(void **state) {
     assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
     tw_topology parent = read.topology, child;
     double *in = tw_arena_alloc(arena, parent.vertex_count, 3 * sizeof *in);
-    for (size_t i = 0; i < 3 * (size_t)parent.vertex_count; i++) in[i] = (double)c->points[0][i];
+    for (size_t i = 0; i < 3 * (size_t)parent.vertex_count; i++) in[i] = (double)c->points[i / 3][i % 3];
     for (int level = 0; level < 2; level++) {
       assert_int_equal(tw_loop_topology(&parent, &rules, arena, &child), TW_OK);
       double *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);

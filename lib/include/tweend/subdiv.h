@@ -50,8 +50,9 @@ typedef struct tw_surface_counts {
 } tw_surface_counts;
 
 /* Counts in closed form, 64 bits. O(cage) whatever the level.
- * TW_INVALID: loop on a face that is not a triangle. TW_LIMIT: over 2^32 - 2 of anything; *out then
- * tells of how many, or is all 0 when the level itself is over TW_LEVEL_MAX. */
+ * TW_INVALID: loop on a face that is not a triangle. TW_LIMIT: over 2^32 - 2 of anything, or over 2^24
+ * faces by loop or with an open border from level 2 on; *out then tells of how many, or is all 0 when the
+ * level itself is over TW_LEVEL_MAX. */
 tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
                            tw_error *error);
 
