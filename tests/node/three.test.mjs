@@ -2,26 +2,12 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 
-import { AnimationMixer, Box3, LoopOnce, Texture, Vector3 } from 'three';
-import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { Box3, Vector3 } from 'three';
 
+import { load, nodesOf, playerOf } from './player.mjs';
 import { writeSamples } from './samples.mjs';
 
 const A_TENTH_OF_A_DEGREE = Math.PI / 1800;
-
-globalThis.self = globalThis; // the loader looks for a browser's names
-globalThis.ProgressEvent ??= class extends Event {};
-
-/** Pixels play no part here, and node has no decoder for them. */
-const withoutPixels = () => ({ name: 'without-pixels', loadTexture: async () => new Texture() });
-
-async function load(bytes) {
-  const loader = new GLTFLoader().register(withoutPixels);
-  const text = bytes[0] === '{'.charCodeAt(0);
-  return loader.parseAsync(text ? bytes.toString() : new Uint8Array(bytes).buffer, '');
-}
-
-const nodesOf = (gltf) => gltf.parser.getDependencies('node');
 
 /** Geometries of a mesh, one a material; three makes a group of several. */
 async function geometriesOf(gltf, index) {
@@ -63,14 +49,9 @@ async function assertMeshes(gltf, meshes) {
 
 async function assertPoses(gltf, facts) {
   const nodes = await nodesOf(gltf);
-  const mixer = new AnimationMixer(gltf.scene);
-  const action = mixer.clipAction(gltf.animations[0]);
-  action.setLoop(LoopOnce).clampWhenFinished = true;
-  action.play();
+  const moveTo = playerOf(gltf);
   for (const pose of facts.poses) {
-    action.paused = false;
-    mixer.setTime(pose.t);
-    gltf.scene.updateMatrixWorld(true);
+    moveTo(pose.t);
     const tolerance = (node) => (facts.sampled.includes(node) ? A_TENTH_OF_A_DEGREE : 1e-5);
     assertMatrices(nodes.map((node) => node.matrix), pose.local, tolerance, `pose at ${pose.t}`);
   }

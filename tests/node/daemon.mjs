@@ -1,0 +1,52 @@
+// The daemon of a test: on a port and in a folder that last over a restart.
+import { spawn } from 'node:child_process';
+import { once } from 'node:events';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { dirname, join } from 'node:path';
+import { createInterface } from 'node:readline';
+import { fileURLToPath } from 'node:url';
+
+export const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
+
+export class Daemon {
+  folder = mkdtempSync(join(tmpdir(), 'tweend-test-'));
+  listen = '127.0.0.1:0';
+
+  async start() {
+    const binary = process.env.TWEEND_BINARY ?? join(root, 'build/tweend');
+    const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn'];
+    this.process = spawn(binary, flags, { stdio: ['ignore', 'pipe', 'inherit'] });
+    this.exit = once(this.process, 'exit');
+    const ready = once(createInterface(this.process.stdout), 'line');
+    const [line] = await Promise.race([ready, this.exit.then(([code]) => [`it ended with ${code}`])]);
+    if (typeof line !== 'string' || !line.includes(' listening on http')) throw new Error(`no ready line: ${line}`);
+    this.url = line.slice(line.indexOf('http'));
+    this.listen = this.url.slice('http://'.length);
+  }
+
+  /** Ends it as an operator would; it must do so without complaint. */
+  async stop() {
+    this.process.kill('SIGTERM');
+    const [code] = await this.exit;
+    if (code !== 0) throw new Error(`the daemon ended with ${code}`);
+  }
+
+  /** Stops it if it runs, and forgets its models. */
+  async remove() {
+    try {
+      if (this.url) await this.stop();
+    } finally {
+      rmSync(this.folder, { recursive: true });
+    }
+  }
+
+  /** Stores bytes and returns the model's address. */
+  async upload(bytes) {
+    const headers = { 'Content-Type': 'application/octet-stream' }; // the bytes decide
+    const answer = await fetch(`${this.url}/v1/models`, { method: 'POST', headers, body: bytes });
+    const { id, detail } = await answer.json();
+    if (!id) throw new Error(detail);
+    return `${this.url}/v1/models/${id}`;
+  }
+}

@@ -1,0 +1,180 @@
+// Poses of generated clips against three.js, and the binary form by the reader that openapi.json shows.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { Quaternion } from 'three';
+
+import { Daemon, root } from './daemon.mjs';
+import { load, nodesOf, playerOf } from './player.mjs';
+
+const daemon = new Daemon();
+before(() => daemon.start());
+after(() => daemon.remove());
+
+/** Numbers from 0 to 1 that are the same in every run (Marsaglia's xorshift). */
+function randomOf(seed) {
+  let state = seed;
+  return () => {
+    state ^= state << 13;
+    state ^= state >>> 17;
+    state ^= state << 5;
+    return (state >>> 0) / 4294967296;
+  };
+}
+
+// ---- generated files ------------------------------------------------------------------------------
+
+const FLOAT = 5126;
+const COMPONENTS = { 5120: [Int8Array, 127], 5122: [Int16Array, 32767], 5126: [Float32Array, 1] };
+
+/** A glTF file in the making: accessors into one buffer. */
+class File {
+  document = { asset: { version: '2.0' }, accessors: [], bufferViews: [], buffers: [], animations: [], nodes: [] };
+  pieces = [];
+  size = 0;
+
+  accessor(type, numbers, componentType = FLOAT) {
+    const [Kind, scale] = COMPONENTS[componentType];
+    const width = { SCALAR: 1, VEC4: 4 }[type];
+    const values = Kind.from(numbers, (number) => (scale === 1 ? number : Math.round(number * scale)));
+    const bytes = Buffer.alloc(Math.ceil(values.byteLength / 4) * 4);
+    bytes.set(new Uint8Array(values.buffer));
+    const view = { buffer: 0, byteOffset: this.size, byteLength: values.byteLength };
+    const accessor = { bufferView: this.document.bufferViews.push(view) - 1, componentType, count: values.length / width, type };
+    if (scale !== 1) accessor.normalized = true;
+    if (type === 'SCALAR') Object.assign(accessor, { min: [values[0]], max: [values.at(-1)] });
+    this.pieces.push(bytes);
+    this.size += bytes.length;
+    return this.document.accessors.push(accessor) - 1;
+  }
+
+  toString() {
+    const uri = `data:application/octet-stream;base64,${Buffer.concat(this.pieces).toString('base64')}`;
+    this.document.buffers = [{ byteLength: this.size, uri }];
+    return JSON.stringify(this.document);
+  }
+}
+
+function irregularTimes(random, count) {
+  let time = random() * 0.1;
+  return Array.from({ length: count }, () => (time += 0.02 + random() * random()));
+}
+
+/** Unit quaternions any way round; for splines on the side of the one before, as exporters write them. */
+function quaternions(random, count, continuous) {
+  const keys = [];
+  for (let i = 0; i < count; i++) {
+    const q = new Quaternion(...Array.from({ length: 4 }, () => random() * 2 - 1)).normalize();
+    const turned = continuous && i > 0 && q.dot(keys[i - 1]) < 0;
+    keys.push(turned ? new Quaternion(-q.x, -q.y, -q.z, -q.w) : q);
+  }
+  return keys.map((q) => q.toArray());
+}
+
+/** A chain of nodes, each scaled unevenly and turned by a track of its own. */
+function generate(kind, componentType, seed) {
+  const random = randomOf(seed);
+  const file = new File();
+  const [channels, samplers] = [[], []];
+  for (let node = 0; node < 6; node++) {
+    const times = irregularTimes(random, 2 + Math.floor(random() * 40));
+    const keys = quaternions(random, times.length, kind === 'CUBICSPLINE');
+    const tangent = () => Array.from({ length: 4 }, () => (random() * 2 - 1) * 0.8);
+    const values = kind === 'CUBICSPLINE' ? keys.flatMap((key) => [...tangent(), ...key, ...tangent()]) : keys.flat();
+    const output = file.accessor('VEC4', values, componentType);
+    samplers.push({ input: file.accessor('SCALAR', times), output, interpolation: kind });
+    channels.push({ sampler: node, target: { node, path: 'rotation' } });
+    file.document.nodes.push({ name: `n${node}`, translation: [random(), 1, random()], scale: [1, 0.8 + random() / 2, 1.1] });
+    if (node < 5) file.document.nodes[node].children = [node + 1];
+  }
+  Object.assign(file.document, { animations: [{ name: 'clip', channels, samplers }], scenes: [{ nodes: [0] }], scene: 0 });
+  return file.toString();
+}
+
+// ---- three.js -------------------------------------------------------------------------------------
+
+function normalise(values) {
+  const q = new Quaternion();
+  for (let i = 0; i < values.length; i += 4) q.fromArray(values, i).normalize().toArray(values, i);
+}
+
+async function play(text, quantised) {
+  const gltf = await load(text);
+  const nodes = await nodesOf(gltf);
+  // Keys in whole numbers are off unit length by their rounding; three.js leaves them so.
+  if (quantised) gltf.animations[0].tracks.forEach(({ values }) => normalise(values));
+  return { duration: gltf.animations[0].duration, nodes, moveTo: playerOf(gltf) };
+}
+
+/** The lesser way round: q and -q turn alike. */
+const distance = (a, b) => Math.min(...[1, -1].map((sign) => Math.max(...a.map((x, i) => Math.abs(x - sign * b[i])))));
+
+async function pose(model, query, times) {
+  const answer = await fetch(`${model}/pose.json?${query}`, {
+    method: 'POST',
+    headers: { 'Content-Type': 'application/json' },
+    body: JSON.stringify({ times }),
+  });
+  assert.equal(answer.status, 200);
+  return (await answer.json()).poses;
+}
+
+for (const [kind, componentType] of [
+  ['LINEAR', FLOAT], ['LINEAR', 5122], ['LINEAR', 5120],
+  ['STEP', FLOAT], ['STEP', 5122], ['CUBICSPLINE', FLOAT],
+]) {
+  const stored = { 5120: 'bytes', 5122: 'shorts', 5126: 'floats' }[componentType];
+  test(`rotations of ${kind} keys in ${stored} are those of three.js`, async () => {
+    for (let seed = 1; seed <= 5; seed++) {
+      const text = generate(kind, componentType, seed * 7919);
+      const three = await play(text, componentType !== FLOAT);
+      const model = await daemon.upload(text);
+      const random = randomOf(seed);
+      const times = Array.from({ length: 200 }, () => Math.fround(random() * three.duration));
+      const [locals, worlds] = [await pose(model, '', times), await pose(model, 'space=world&as=matrix', times)];
+      times.forEach((time, i) => {
+        three.moveTo(time);
+        three.nodes.forEach((node, n) => {
+          const off = distance(node.quaternion.toArray(), locals[i].rotation[n]);
+          assert.ok(off < 1e-5, `seed ${seed}, node ${n} at ${time} is ${off} off`);
+          const size = Math.max(...node.matrixWorld.elements.map(Math.abs));
+          const matrixOff = Math.max(...node.matrixWorld.elements.map((x, e) => Math.abs(x - worlds[i].matrix[n][e])));
+          assert.ok(matrixOff < 1e-5 * size, `seed ${seed}, matrix ${n} at ${time} is ${matrixOff} off`);
+        });
+      });
+    }
+  });
+}
+
+// ---- the binary form ------------------------------------------------------------------------------
+
+/** The reader that openapi.json shows, as a function of the buffer. */
+function documentedReader() {
+  const document = JSON.parse(readFileSync(join(root, 'api/openapi.json')));
+  const [, code] = document.paths['/v1/models/{id}/pose'].get.description.match(/```js\n([^]*?)```/);
+  assert.ok(code.trim().split('\n').length <= 10, 'ten lines');
+  return new Function('buffer', `${code}; return { header, rows, part };`);
+}
+
+test('ten lines of JavaScript read pose.bin', async () => {
+  const model = await daemon.upload(readFileSync(join(root, 'server/samples/tank.json')));
+  const read = documentedReader();
+  for (const query of ['from=0&to=4&fps=7', 'at=1.3,0&as=matrix&space=world', 'at=2&as=euler&nodes=turret,hull']) {
+    const binary = await fetch(`${model}/pose.bin?${query}`);
+    const { header, rows, part } = read(await binary.arrayBuffer());
+    const wanted = await (await fetch(`${model}/pose.json?${query}`)).json();
+    assert.deepEqual(header.nodes, wanted.nodes);
+    assert.deepEqual(header.times, wanted.times);
+    assert.equal(header.poses, wanted.poses.length);
+    assert.equal(rows.length, header.poses * header.stride);
+    wanted.poses.forEach((wantedPose, p) =>
+      header.layout.forEach(({ name }) =>
+        wantedPose[name].forEach((numbers, n) => {
+          const found = part(p, n, name);
+          assert.equal(found.length, numbers.length);
+          found.forEach((x, i) => assert.ok(x === Math.fround(numbers[i]), `${name} of node ${n} in pose ${p}`));
+        })));
+  }
+});
