@@ -13,12 +13,13 @@
 
 /* ---- building ------------------------------------------------------------------------------- */
 
-/* A surface on its way from the cage to the base level. Arrays of the current level live in `arena`. */
+/* A surface on its way from the cage to the base level. What only the next level needs lives in `arena`. */
 typedef struct build {
   const tw_mesh *mesh;
   tw_surface *surface;
   tw_rules rules;
   tw_arena *arena;
+  tw_arena *points_arena; /* the cage, and the points' topologies between it and the base */
   tw_cage cage;
   uint32_t levels;    /* from the cage to the base */
   bool whole;         /* the answer holds all faces in the order of the cage */
@@ -41,12 +42,10 @@ static bool is_whole(const build *b) {
   return b->mesh->face_count > 0;
 }
 
-/* Some rows of `size` bytes, all where indices is NULL. */
 static void *gather_rows(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
                          size_t size) {
-  char *out = tw_arena_alloc(arena, count, size);
-  for (uint32_t i = 0; out && i < count; i++)
-    memcpy(out + i * size, (const char *)in + (indices ? indices[i] : i) * size, size);
+  void *out = tw_arena_alloc(arena, count, size);
+  if (out) tw_gather_rows(in, indices, count, size, out);
   return out;
 }
 
@@ -156,11 +155,21 @@ static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_v
   return TW_OK;
 }
 
-static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *arena) {
+static bool is_last(const build *b, const tw_arena *arena) {
+  return arena == b->surface->arena;
+}
+
+/* Where the topology of a field belongs at the level that goes to `arena`. */
+static tw_arena *topology_arena(const build *b, uint32_t field, tw_arena *arena) {
+  return field == 0 && !is_last(b, arena) ? b->points_arena : arena;
+}
+
+static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *level_arena) {
+  tw_arena *arena = topology_arena(b, field, level_arena);
   const tw_topology *parent = &parents[field];
   tw_topology *child = &b->topologies[field];
   tw_rules rules = field_rules(b, field);
-  if (b->surface->plain && arena == b->surface->arena) /* the last level */
+  if (b->surface->plain && is_last(b, level_arena))
     return is_loop(b) ? tw_loop_corners(parent, arena, child) : tw_refine_corners(parent, arena, child);
   tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, child)
                                 : tw_refine_topology(parent, &rules, arena, child);
@@ -182,13 +191,17 @@ static tw_status cut_set(build *b, const void *context, tw_arena *arena, tw_valu
 
 /* Cuts the level that refine_all has made back to the faces whose parents all exist. */
 static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena) {
-  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX];
+  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX] = {NULL};
   uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
   tw_status status = faces ? TW_OK : TW_NO_MEMORY;
   for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
     tw_topology full = b->topologies[f];
-    status = tw_open_cut(&full, faces, face_count, arena, &b->topologies[f], &kept[f]);
+    tw_arena *own = topology_arena(b, f, arena);
+    status = tw_open_cut(&full, faces, face_count, own, &b->topologies[f], &kept[f]);
   }
+  tw_surface_step *step = &b->surface->steps[b->surface->step_count - 1];
+  step->vertex_count = b->topologies[0].vertex_count;
+  step->kept = kept[0];
   if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
   if (status == TW_OK && b->mesh->skin.joints)
     status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
@@ -205,6 +218,7 @@ static tw_status refine_all(build *b, tw_arena *arena) {
   tw_status status = TW_OK;
   for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
     status = refine_field(b, parents, f, arena);
+  s->steps[s->step_count++] = (tw_surface_step){parents[0], b->topologies[0].vertex_count, NULL};
   if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
   if (status == TW_OK && b->mesh->skin.joints)
     status = tw_influences_refine(&s->influences, &parents[0], &b->rules, is_loop(b));
@@ -486,21 +500,35 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
   s->plain =
       generic && level > 0 && b->whole && !shrinks && !s->options.normals && !s->options.limit && points_only;
-  if (b->levels == 0) { /* the cage itself stays: nothing has been put into the surface's arena yet */
-    tw_arena *cage = b->arena;
-    b->arena = s->arena;
-    s->arena = cage;
-  }
-  return TW_OK;
+  s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
+  return s->steps ? TW_OK : TW_NO_MEMORY;
+}
+
+/* The cage outlives the mesh where it is the base, and where it is what positions are refined by. */
+static tw_status keep_cage(build *b) {
+  tw_surface *s = b->surface;
+  if (b->levels > 0 && !s->options.movable) return TW_OK;
+  tw_topology *t = &b->cage.topology;
+  s->points_arena = b->points_arena;
+  s->rules = b->rules;
+  s->point_of = b->cage.point_of;
+  t->corner_vertex = gather_rows(b->points_arena, t->corner_vertex, NULL, t->corner_count, sizeof(uint32_t));
+  if (t->face_offsets)
+    t->face_offsets =
+        gather_rows(b->points_arena, t->face_offsets, NULL, t->face_count + 1, sizeof(uint32_t));
+  bool complete = t->corner_vertex && (t->face_size != 0 || t->face_offsets);
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
-  tw_status status = tw_cage_read(b->mesh, &s->options, b->arena, &b->cage);
+  tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
+  b->cage.arena = b->arena;
   if (status == TW_OK) status = tw_cage_count(b->mesh, &s->options, &b->cage, &s->counts, error);
   if (status != TW_OK) return status;
   b->whole = is_whole(b);
   status = choose_levels(b, generic, error);
+  if (status == TW_OK) status = keep_cage(b);
   if (status == TW_OK) status = start_points(b);
   if (status == TW_OK) status = start_influences(b);
   if (status == TW_OK) status = start_uvs(b);
@@ -530,12 +558,17 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, 
   s->arena = tw_arena_create();
   s->field_count = 1 + mesh->uv_set_count;
   s->fields[0].linear = options->scheme == TW_BILINEAR;
-  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create()};
+  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create(), .points_arena = tw_arena_create()};
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
                        .chaikin = options->creasing == TW_CREASE_CHAIKIN,
                        .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
-  tw_status status = s->arena && b.arena ? build_surface(&b, generic, error) : TW_NO_MEMORY;
+  bool ready = s->arena && b.arena && b.points_arena;
+  tw_status status = ready ? build_surface(&b, generic, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
+  if (!s->points_arena) {
+    tw_arena_destroy(b.points_arena);
+    s->step_count = 0;
+  }
   *too_irregular = b.too_irregular;
   if (status == TW_OK)
     *out = s;
@@ -570,16 +603,23 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
 
 void tw_surface_destroy(tw_surface *surface) {
   if (!surface) return;
+  if (surface->plan) {
+    tw_surface_free_moved(surface);
+    return;
+  }
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
   tw_influences_deinit(&surface->cage_influences);
   tw_influences_deinit(&surface->influences);
+  tw_arena_destroy(surface->points_arena);
   tw_arena_destroy(surface->arena);
   free(surface);
 }
 
 size_t tw_surface_size(const tw_surface *surface) {
+  if (surface->plan) return tw_surface_size_moved(surface);
   size_t size = sizeof *surface + tw_arena_size(surface->arena) +
                 tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
+  if (surface->points_arena) size += tw_arena_size(surface->points_arena);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
   return size;
 }

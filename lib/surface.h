@@ -3,6 +3,7 @@
 #define TWEEND_SURFACE_H
 
 #include <stdatomic.h>
+#include <string.h>
 
 #include "influences.h"
 #include "patch.h"
@@ -54,11 +55,29 @@ static inline uint32_t tw_corner_of_edge(const tw_numbering *n, uint32_t edge) {
   return n->same_as ? n->same_as->edge_corner[edge] : n->edge_base[edge];
 }
 
+/* A generic step of the points, on the way from the cage to the base. */
+typedef struct tw_surface_step {
+  tw_topology parent;
+  uint32_t vertex_count; /* after it */
+  const uint32_t *kept;  /* vertices that an open border leaves of those, ascending; NULL: all */
+} tw_surface_step;
+
 struct tw_surface {
   tw_surface_options options;
   tw_surface_counts counts;
   tw_surface_layout layout;
   tw_arena *arena;
+  tw_arena *points_arena; /* the cage and the steps' topologies; NULL where nothing needs them any more */
+
+  /* From whose memory everything but positions and bounds is borrowed; NULL: all is its own. */
+  const tw_surface *plan;
+
+  /* Where the points of the cage come from, and how they are refined; beyond the first, steps live in
+   * points_arena. */
+  tw_rules rules;
+  const uint32_t *point_of; /* [vertices of the cage], NULL when all points are used */
+  uint32_t step_count;
+  tw_surface_step *steps;
 
   /* Rows are the base's values as they stand: nothing is left to compute. Of the base's connectivity only
    * corner_vertex is there. */
@@ -97,6 +116,19 @@ struct tw_surface {
   float (*bounds)[2][3];
   uint32_t scratch_points, mask_capacity;
 };
+
+/* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */
+void tw_surface_free_moved(tw_surface *surface);
+size_t tw_surface_size_moved(const tw_surface *surface);
+
+/* Some rows of `size` bytes, the first ones where indices is NULL. Ascending indices may be gathered in
+ * place. */
+static inline void tw_gather_rows(const void *in, const uint32_t *indices, uint32_t count, size_t size,
+                                  void *out) {
+  if (!indices && count > 0) memcpy(out, in, count * size);
+  for (uint32_t i = 0; indices && i < count; i++)
+    memmove((char *)out + i * size, (const char *)in + indices[i] * size, size);
+}
 
 /* Numbers the vertices and edges that visible quads of one field use, in the field's order. visible NULL:
  * all are; `base` then has to outlive the numbering. */

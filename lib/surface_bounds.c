@@ -133,6 +133,8 @@ static tw_status compute(const tw_surface *s, int morph, float bounds[2][3]) {
 enum { BOUNDS_UNKNOWN, BOUNDS_BEING_WRITTEN, BOUNDS_KNOWN };
 
 tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]) {
+  /* Displacements are the plan's own. */
+  if (morph >= 0 && surface->plan) return tw_surface_bounds(surface->plan, morph, min, max);
   size_t slot = (size_t)(morph + 1);
   float bounds[2][3];
   if (atomic_load(&surface->bounds_ready[slot]) == BOUNDS_KNOWN) {

@@ -41,6 +41,7 @@ typedef struct tw_surface_options {
   tw_triangles triangles;
   bool limit;   /* points on the limit surface */
   bool normals; /* from exact limit tangents; false: none */
+  bool movable; /* keeps what tw_surface_with_positions needs */
 } tw_surface_options;
 
 /* Exact sizes of a surface, known before any of it is computed. */
@@ -64,8 +65,16 @@ typedef struct tw_surface tw_surface;
  * Errors as tw_surface_count, and TW_NO_MEMORY. */
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error);
+/* The same surface over other positions: topology, patches and numbering are the plan's, which was made with
+ * `movable` (or is the result of this call) and outlives *out; only the points of the base are computed, and
+ * bounds are known anew. The same bytes as those of a surface made of the mesh with these positions.
+ * positions: [mesh point_count][3] of the mesh that the plan was made of, each at most TW_COORDINATE_MAX.
+ * O(points of the cage) where the cage is all quads, and of the first level or two where it is not; of the
+ * answer for loop and open borders. Any thread, many at once on one plan. TW_NO_MEMORY. */
+tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out);
+
 void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
-size_t tw_surface_size(const tw_surface *surface); /* bytes held */
+size_t tw_surface_size(const tw_surface *surface); /* bytes held; of a plan's none */
 
 /* Three numberings of the same surface. */
 typedef enum tw_domain {

@@ -1,0 +1,120 @@
+/* One surface over many positions: the base of new ones is made by the steps that the plan was made by, in
+ * the same arithmetic, so that not a bit tells how a surface came about. */
+#include <assert.h>
+#include <stdlib.h>
+
+#include "loop.h"
+#include "surface.h"
+
+/* Positions of the cage's vertices; NULL without memory. */
+static float *gather_cage(const tw_surface *s, const float *positions) {
+  uint32_t count = s->step_count > 0 ? s->steps[0].parent.vertex_count : s->fields[0].base.vertex_count;
+  float *cage = tw_alloc(count, 3 * sizeof *cage);
+  if (cage) tw_gather_rows(positions, s->point_of, count, 3 * sizeof *cage, cage);
+  return cage;
+}
+
+static uint32_t refined_count(const tw_surface *s, const tw_surface_step *step) {
+  const tw_topology *p = &step->parent;
+  return p->vertex_count + p->edge_count + (s->options.scheme == TW_LOOP ? 0 : p->face_count);
+}
+
+/* The base from the cage by at least one step; NULL without memory. */
+static float *refine_floats(const tw_surface *s, const float *cage) {
+  float *at = NULL;
+  for (uint32_t i = 0; i < s->step_count; i++) {
+    const tw_surface_step *step = &s->steps[i];
+    float *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
+    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, next);
+    if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
+    free(at);
+    if (!next) return NULL;
+    at = next;
+  }
+  return at;
+}
+
+/* The same in double, as Loop's scheme asks for. */
+static double *refine_doubles(const tw_surface *s, const float *cage) {
+  size_t count = 3 * (size_t)s->steps[0].parent.vertex_count;
+  double *at = tw_alloc(count, sizeof *at);
+  for (size_t i = 0; at && i < count; i++) at[i] = (double)cage[i];
+  for (uint32_t i = 0; at && i < s->step_count; i++) {
+    const tw_surface_step *step = &s->steps[i];
+    double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
+    if (next) tw_loop_values(&step->parent, &s->rules, 3, at, next);
+    if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
+    free(at);
+    at = next;
+  }
+  return at;
+}
+
+static tw_status refine_loop(tw_surface *s, const float *cage) {
+  double *exact = refine_doubles(s, cage);
+  size_t count = 3 * (size_t)s->fields[0].base.vertex_count;
+  float *base = exact ? tw_alloc(count, sizeof *base) : NULL;
+  for (size_t i = 0; base && i < count; i++) base[i] = (float)exact[i];
+  s->positions.base = base;
+  if (base && s->options.normals)
+    s->positions.exact = exact;
+  else
+    free(exact);
+  return base ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status move_points(tw_surface *s, const float *positions) {
+  float *cage = gather_cage(s, positions);
+  if (!cage) return TW_NO_MEMORY;
+  if (s->step_count == 0) {
+    s->positions.cage = s->positions.base = cage;
+    return TW_OK;
+  }
+  tw_status status = TW_OK;
+  if (s->options.scheme == TW_LOOP)
+    status = refine_loop(s, cage);
+  else if (!(s->positions.base = refine_floats(s, cage)))
+    status = TW_NO_MEMORY;
+  if (s->options.level == 0)
+    s->positions.cage = cage;
+  else
+    free(cage);
+  return status;
+}
+
+tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out) {
+  assert(plan->options.movable);
+  tw_surface *s = tw_alloc(1, sizeof *s);
+  if (!s) return TW_NO_MEMORY;
+  *s = *plan;
+  if (!plan->plan) s->plan = plan;
+  s->positions = (tw_values){.width = 3};
+  s->bounds_ready = tw_alloc_zero(1, sizeof *s->bounds_ready);
+  s->bounds = tw_alloc_zero(1, sizeof *s->bounds);
+  tw_status status = s->bounds_ready && s->bounds ? move_points(s, positions) : TW_NO_MEMORY;
+  if (status == TW_OK)
+    *out = s;
+  else
+    tw_surface_destroy(s);
+  return status;
+}
+
+void tw_surface_free_moved(tw_surface *surface) {
+  if (surface->positions.cage != surface->positions.base) free(surface->positions.cage);
+  free(surface->positions.base);
+  free(surface->positions.exact);
+  free(surface->bounds_ready);
+  free(surface->bounds);
+  free(surface);
+}
+
+size_t tw_surface_size_moved(const tw_surface *surface) {
+  const tw_values *positions = &surface->positions;
+  size_t base = 3 * (size_t)surface->fields[0].base.vertex_count;
+  size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds;
+  size += base * sizeof *positions->base;
+  if (positions->exact) size += base * sizeof *positions->exact;
+  if (positions->cage && positions->cage != positions->base)
+    size += 3 * (size_t)surface->steps[0].parent.vertex_count * sizeof *positions->cage;
+  return size;
+}
