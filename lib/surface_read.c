@@ -282,30 +282,29 @@ static uint32_t at_most(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
-/* The piece that holds a row. Pieces depend on the surface alone, so that the same row is always
- * computed the same way. */
-static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row) {
+/* As many whole items as are wanted, one if only part of it is. */
+static piece whole_items(int kind, uint64_t first, uint64_t item, uint64_t rows_an_item, uint64_t items,
+                         size_t wanted) {
+  uint32_t taken = at_most(wanted / rows_an_item, items - item);
+  if (taken == 0) taken = 1;
+  return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken};
+}
+
+/* The piece at a row of which `wanted` are asked for: it begins at the row, or before it where the row is
+ * amid an item. An item is computed the same way whatever the piece. */
+static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_t wanted) {
   const tw_numbering *n = numbering_of(s, domain);
   uint64_t corners = s->options.level == 0 ? tw_surface_row_count(s, domain) : n->corner_count;
-  if (row < corners) {
-    uint32_t item = (uint32_t)(row / PIECE_ROWS * PIECE_ROWS), items = at_most(PIECE_ROWS, corners - item);
-    return (piece){PIECE_CORNERS, item, items, item, items};
-  }
+  if (row < corners) return whole_items(PIECE_CORNERS, row, row, 1, corners, wanted);
   uint64_t edge_rows = rows_inside_edge(s), in_edges = row - corners;
-  if (in_edges < n->edge_count * edge_rows) {
-    uint32_t together = edge_rows > PIECE_ROWS ? 1 : (uint32_t)(PIECE_ROWS / edge_rows);
-    uint32_t item = (uint32_t)(in_edges / edge_rows / together * together);
-    uint32_t items = at_most(together, n->edge_count - item);
-    return (piece){PIECE_EDGES, corners + item * edge_rows, items * (uint32_t)edge_rows, item, items};
-  }
+  if (in_edges < n->edge_count * edge_rows)
+    return whole_items(PIECE_EDGES, row - in_edges % edge_rows, in_edges / edge_rows, edge_rows,
+                       n->edge_count, in_edges % edge_rows == 0 ? wanted : 0);
   uint64_t quads_begin = corners + n->edge_count * edge_rows, quad_rows = rows_inside_quad(s);
   uint64_t in_quads = row - quads_begin;
-  if (quad_rows <= PIECE_ROWS) {
-    uint32_t together = (uint32_t)(PIECE_ROWS / quad_rows);
-    uint32_t item = (uint32_t)(in_quads / quad_rows / together * together);
-    uint32_t items = at_most(together, s->quad_count - item);
-    return (piece){PIECE_QUADS, quads_begin + item * quad_rows, items * (uint32_t)quad_rows, item, items};
-  }
+  if (quad_rows <= PIECE_ROWS)
+    return whole_items(PIECE_QUADS, row - in_quads % quad_rows, in_quads / quad_rows, quad_rows,
+                       s->quad_count, in_quads % quad_rows == 0 ? wanted : 0);
   uint32_t quad = (uint32_t)(in_quads / quad_rows), lines = PIECE_ROWS / (uint32_t)edge_rows;
   if (lines == 0) lines = 1;
   uint32_t line = (uint32_t)(in_quads % quad_rows / edge_rows) / lines * lines;
@@ -346,7 +345,7 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
   const tw_surface *s = reader->surface;
   uint32_t width = row_width(s, domain);
   while (count > 0) {
-    piece p = piece_at(s, domain, first);
+    piece p = piece_at(s, domain, first, count);
     size_t skip = (size_t)(first - p.first), take = p.count - skip;
     if (take > count) take = count;
     if (take == p.count)
