@@ -1,0 +1,133 @@
+#include "opensubdiv_peer.hpp"
+
+#include <opensubdiv/far/primvarRefiner.h>
+#include <opensubdiv/far/stencilTableFactory.h>
+#include <opensubdiv/far/topologyDescriptor.h>
+#include <opensubdiv/far/topologyRefinerFactory.h>
+#include <opensubdiv/osd/cpuEvaluator.h>
+#include <opensubdiv/osd/ompEvaluator.h>
+
+#include <omp.h>
+
+#include <cstring>
+
+namespace Far = OpenSubdiv::Far;
+namespace Osd = OpenSubdiv::Osd;
+namespace Sdc = OpenSubdiv::Sdc;
+
+namespace {
+
+struct Point {
+  float v[3];
+  void Clear(void * = nullptr) { v[0] = v[1] = v[2] = 0; }
+  void AddWithWeight(const Point &other, float weight) {
+    for (int i = 0; i < 3; i++) v[i] += weight * other.v[i];
+  }
+};
+
+using Refiner = std::unique_ptr<Far::TopologyRefiner>;
+
+Refiner refine(const tw_mesh &mesh, unsigned level, bool full) {
+  std::vector<int> sizes(mesh.face_count);
+  for (uint32_t f = 0; f < mesh.face_count; f++)
+    sizes[f] = static_cast<int>(mesh.face_offsets[f + 1] - mesh.face_offsets[f]);
+  Far::TopologyDescriptor d;
+  d.numVertices = static_cast<int>(mesh.point_count);
+  d.numFaces = static_cast<int>(mesh.face_count);
+  d.numVertsPerFace = sizes.data();
+  d.vertIndicesPerFace = reinterpret_cast<const int *>(mesh.corners);
+  Sdc::Options options;
+  options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
+  using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
+  Refiner refiner(Factory::Create(d, Factory::Options(Sdc::SCHEME_CATMARK, options)));
+  Far::TopologyRefiner::UniformOptions uniform(static_cast<int>(level));
+  uniform.fullTopologyInLastLevel = full;
+  refiner->RefineUniform(uniform);
+  return refiner;
+}
+
+std::vector<Point> points_of(const float *positions, uint32_t count) {
+  std::vector<Point> points(count);
+  std::memcpy(points.data(), positions, points.size() * sizeof(Point));
+  return points;
+}
+
+} // namespace
+
+namespace opensubdiv {
+
+Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals) {
+  return measure([&] {
+    Refiner refiner = refine(mesh, level, normals);
+    Far::PrimvarRefiner primvar(*refiner);
+    std::vector<Point> points = points_of(mesh.positions, mesh.point_count);
+    for (int l = 1; l <= refiner->GetMaxLevel(); l++) {
+      std::vector<Point> next(static_cast<size_t>(refiner->GetLevel(l).GetNumVertices()));
+      primvar.Interpolate(l, points, next);
+      points.swap(next);
+    }
+    if (normals) {
+      std::vector<Point> limit(points.size()), t1(points.size()), t2(points.size());
+      primvar.Limit(points, limit, t1, t2);
+    }
+    const auto &last = refiner->GetLevel(refiner->GetMaxLevel());
+    std::vector<int> faces(static_cast<size_t>(4 * last.GetNumFaces()));
+    for (int f = 0; f < last.GetNumFaces(); f++)
+      std::memcpy(&faces[static_cast<size_t>(4 * f)], &last.GetFaceVertices(f)[0], 4 * sizeof(int));
+  });
+}
+
+struct Moved::Tables {
+  Refiner refiner;
+  std::unique_ptr<const Far::StencilTable> stencils;
+  std::vector<float> out;                 // of the stencils
+  std::vector<std::vector<Point>> levels; // of the interpolation, used again as a careful caller would
+  uint32_t cage_points;
+};
+
+Moved::Moved(const tw_mesh &mesh, unsigned level) : tables_(std::make_unique<Tables>()) {
+  tables_->refiner = refine(mesh, level, false);
+  Far::StencilTableFactory::Options options;
+  options.generateIntermediateLevels = false;
+  options.generateOffsets = true;
+  tables_->stencils.reset(Far::StencilTableFactory::Create(*tables_->refiner, options));
+  tables_->out.resize(3 * static_cast<size_t>(tables_->stencils->GetNumStencils()));
+  for (int l = 0; l <= tables_->refiner->GetMaxLevel(); l++)
+    tables_->levels.emplace_back(static_cast<size_t>(tables_->refiner->GetLevel(l).GetNumVertices()));
+  tables_->cage_points = mesh.point_count;
+}
+
+Moved::~Moved() = default;
+
+Timing Moved::stencils(const float *positions) {
+  const Far::StencilTable &table = *tables_->stencils;
+  Osd::BufferDescriptor xyz(0, 3, 3);
+  return measure([&] {
+    Osd::CpuEvaluator::EvalStencils(positions, xyz, tables_->out.data(), xyz, table.GetSizes().data(),
+                                    table.GetOffsets().data(), table.GetControlIndices().data(),
+                                    table.GetWeights().data(), 0, table.GetNumStencils());
+  });
+}
+
+Timing Moved::stencils_on_threads(const float *positions, int threads) {
+  const Far::StencilTable &table = *tables_->stencils;
+  Osd::BufferDescriptor xyz(0, 3, 3);
+  omp_set_num_threads(threads);
+  return measure([&] {
+    Osd::OmpEvaluator::EvalStencils(positions, xyz, tables_->out.data(), xyz, table.GetSizes().data(),
+                                    table.GetOffsets().data(), table.GetControlIndices().data(),
+                                    table.GetWeights().data(), 0, table.GetNumStencils());
+  });
+}
+
+Timing Moved::interpolation(const float *positions) {
+  Far::PrimvarRefiner primvar(*tables_->refiner);
+  std::vector<std::vector<Point>> &levels = tables_->levels;
+  return measure([&] {
+    std::memcpy(levels[0].data(), positions, levels[0].size() * sizeof(Point));
+    for (size_t l = 1; l < levels.size(); l++)
+      primvar.Interpolate(static_cast<int>(l), levels[l - 1], levels[l]);
+  });
+}
+
+} // namespace opensubdiv
