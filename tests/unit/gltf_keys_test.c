@@ -78,11 +78,31 @@ static tw_track_keys rotation(tw_interpolation interpolation) {
                          .values = quaternions[0]};
 }
 
+static tw_track_keys angles(tw_interpolation interpolation, tw_key_form form, uint32_t count,
+                            const double *angles) {
+  return (tw_track_keys){.path = TW_ROTATION,
+                         .interpolation = interpolation,
+                         .form = form,
+                         .width = form == TW_KEY_EULER ? 3 : 4,
+                         .key_count = count,
+                         .times = times,
+                         .angles = angles};
+}
+
+static int set_up(void **state) {
+  *state = tw_arena_create();
+  return *state ? 0 : -1;
+}
+
+static int tear_down(void **state) {
+  tw_arena_destroy(*state);
+  return 0;
+}
+
 static void quaternions_come_out_unit_and_continuous(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 4; k++) {
-    tw_arena *arena = tw_arena_create();
     tw_track_keys track = rotation(kinds[k]);
     tw_track_keys keys = convert(arena, &track);
     assert_int_equal(keys.interpolation, kinds[k] == TW_STEP ? TW_STEP : TW_LINEAR);
@@ -95,15 +115,13 @@ static void quaternions_come_out_unit_and_continuous(void **state) {
       assert_true(fabs(square - 1) < 1e-6);
       assert_true(dot >= 0);
     }
-    tw_arena_destroy(arena);
   }
 }
 
 static void slerp_and_step_keep_their_keys(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR};
   for (int k = 0; k < 2; k++) {
-    tw_arena *arena = tw_arena_create();
     tw_track_keys track = rotation(kinds[k]);
     tw_track_keys keys = convert(arena, &track);
     assert_int_equal(keys.key_count, 4);
@@ -114,62 +132,38 @@ static void slerp_and_step_keep_their_keys(void **state) {
       for (int j = 0; j < 4; j++) unit[j] = (float)((double)quaternions[i][j] / length);
       assert_true(angle_between(keys.values + 4 * i, unit) < 1e-3);
     }
-    tw_arena_destroy(arena);
   }
 }
 
 static void euler_track_strays_less_than_a_tenth_of_a_degree(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const double eulers[4][3] = {{-170 * DEGREE, 10 * DEGREE, 0},
                                {170 * DEGREE, 89 * DEGREE, 40 * DEGREE},
                                {-300 * DEGREE, -95 * DEGREE, 700 * DEGREE},
                                {0, 0, 0}};
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
-    tw_arena *arena = tw_arena_create();
-    tw_track_keys track = {.path = TW_ROTATION,
-                           .interpolation = TW_EULER,
-                           .form = TW_KEY_EULER,
-                           .order = (tw_euler_order)order,
-                           .width = 3,
-                           .key_count = 4,
-                           .times = times,
-                           .angles = eulers[0]};
+    tw_track_keys track = angles(TW_EULER, TW_KEY_EULER, 4, eulers[0]);
+    track.order = (tw_euler_order)order;
     tw_track_keys keys = convert(arena, &track);
     assert_true(largest_error(&track, &keys) <= 0.1);
     assert_true(keys.key_count > 4 && keys.key_count < 300);
-    tw_arena_destroy(arena);
   }
 }
 
 static void euler_keys_with_slerp_need_no_more_keys(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const double eulers[2][3] = {{-170 * DEGREE, 0, 0}, {170 * DEGREE, 0, 0}};
-  tw_arena *arena = tw_arena_create();
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_EULER,
-                         .width = 3,
-                         .key_count = 2,
-                         .times = times,
-                         .angles = eulers[0]};
+  tw_track_keys track = angles(TW_LINEAR, TW_KEY_EULER, 2, eulers[0]);
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.key_count, 2);
   assert_true(largest_error(&track, &keys) < 0.001);
   assert_true(fabs(angle_between(keys.values, keys.values + 4) / DEGREE - 20) < 0.001);
-  tw_arena_destroy(arena);
 }
 
 static void wheel_turns_as_often_as_it_says(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const double turns[2][4] = {{1, 2, 0, 0}, {1, 2, 0, 720 * DEGREE}};
-  tw_arena *arena = tw_arena_create();
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_AXIS_ANGLE,
-                         .width = 4,
-                         .key_count = 2,
-                         .times = times,
-                         .angles = turns[0]};
+  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
   tw_track_keys keys = convert(arena, &track);
   double travelled = 0;
   for (uint32_t i = 1; i < keys.key_count; i++)
@@ -177,92 +171,63 @@ static void wheel_turns_as_often_as_it_says(void **state) {
   assert_true(fabs(travelled / DEGREE - 720) < 0.1);
   assert_true(largest_error(&track, &keys) <= 0.1);
   assert_true(keys.key_count <= 33);
-  tw_arena_destroy(arena);
 }
 
 static void axis_that_turns_is_followed(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const double turns[3][4] = {{1, 0, 0, 1}, {0, 1, 0, 9}, {0, 0, 1, -2}};
-  tw_arena *arena = tw_arena_create();
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_AXIS_ANGLE,
-                         .width = 4,
-                         .key_count = 3,
-                         .times = times,
-                         .angles = turns[0]};
+  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 3, turns[0]);
   tw_track_keys keys = convert(arena, &track);
   assert_true(largest_error(&track, &keys) <= 0.1);
-  tw_arena_destroy(arena);
 }
 
 static void nlerp_and_squad_stray_less_than_a_tenth_of_a_degree(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 2; k++) {
-    tw_arena *arena = tw_arena_create();
     tw_track_keys track = rotation(kinds[k]);
     tw_track_keys keys = convert(arena, &track);
     assert_true(largest_error(&track, &keys) <= 0.1);
     assert_true(keys.key_count > 4);
-    tw_arena_destroy(arena);
   }
 }
 
 static void times_rise_however_near_the_keys(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const float near[3] = {1, 1.0000001f, 1.0000004f};
   const double eulers[3][3] = {{0, 0, 0}, {3, 1, 2}, {0, -1, 5}};
-  tw_arena *arena = tw_arena_create();
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_EULER,
-                         .form = TW_KEY_EULER,
-                         .width = 3,
-                         .key_count = 3,
-                         .times = near,
-                         .angles = eulers[0]};
+  tw_track_keys track = angles(TW_EULER, TW_KEY_EULER, 3, eulers[0]);
+  track.times = near;
   tw_track_keys keys = convert(arena, &track);
   assert_true(keys.key_count >= 3);
   for (uint32_t i = 1; i < keys.key_count; i++) assert_true(keys.times[i] > keys.times[i - 1]);
   assert_true(keys.times[keys.key_count - 1] == near[2]);
-  tw_arena_destroy(arena);
 }
 
 static void more_turns_than_keys_are_refused(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e9}};
-  tw_arena *arena = tw_arena_create();
-  tw_track_keys track = {.path = TW_ROTATION,
-                         .interpolation = TW_LINEAR,
-                         .form = TW_KEY_AXIS_ANGLE,
-                         .width = 4,
-                         .key_count = 2,
-                         .times = times,
-                         .angles = turns[0]};
+  tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
   tw_track_keys keys;
   assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, arena, &keys, NULL), TW_LIMIT);
-  tw_arena_destroy(arena);
 }
 
 static void single_key_is_a_key(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 4; k++) {
-    tw_arena *arena = tw_arena_create();
     tw_track_keys track = rotation(kinds[k]);
     track.key_count = 1;
     tw_track_keys keys = convert(arena, &track);
     assert_int_equal(keys.key_count, 1);
     assert_memory_equal(keys.values, quaternions[0], 16);
-    tw_arena_destroy(arena);
   }
 }
 
 static void spline_tangents_follow_their_value(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 2}, {4, 0, 0, 0}},
                                 {{0, 3, 0, 0}, {0, 0, 0, -1}, {1, 0, 0, 0}}};
-  tw_arena *arena = tw_arena_create();
   tw_track_keys track = {.path = TW_ROTATION,
                          .interpolation = TW_CUBICSPLINE,
                          .form = TW_KEY_QUATERNION,
@@ -275,13 +240,11 @@ static void spline_tangents_follow_their_value(void **state) {
                             0, -3, 0, 0, 0, 0, 0, 1, -1, 0, 0, 0};
   assert_int_equal(keys.interpolation, TW_CUBICSPLINE);
   for (int i = 0; i < 24; i++) assert_true(keys.values[i] == wanted[i]);
-  tw_arena_destroy(arena);
 }
 
 static void spline_of_one_key_is_a_step(void **state) {
-  (void)state;
+  tw_arena *arena = *state;
   const float keyed[3][3] = {{1, 1, 1}, {2, 3, 4}, {5, 5, 5}};
-  tw_arena *arena = tw_arena_create();
   tw_track_keys track = {.path = TW_SCALE,
                          .interpolation = TW_CUBICSPLINE,
                          .width = 3,
@@ -291,23 +254,22 @@ static void spline_of_one_key_is_a_step(void **state) {
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.interpolation, TW_STEP);
   assert_ptr_equal(keys.values, keyed[1]);
-  tw_arena_destroy(arena);
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(quaternions_come_out_unit_and_continuous),
-      cmocka_unit_test(slerp_and_step_keep_their_keys),
-      cmocka_unit_test(euler_track_strays_less_than_a_tenth_of_a_degree),
-      cmocka_unit_test(euler_keys_with_slerp_need_no_more_keys),
-      cmocka_unit_test(wheel_turns_as_often_as_it_says),
-      cmocka_unit_test(axis_that_turns_is_followed),
-      cmocka_unit_test(nlerp_and_squad_stray_less_than_a_tenth_of_a_degree),
-      cmocka_unit_test(times_rise_however_near_the_keys),
-      cmocka_unit_test(more_turns_than_keys_are_refused),
-      cmocka_unit_test(single_key_is_a_key),
-      cmocka_unit_test(spline_tangents_follow_their_value),
-      cmocka_unit_test(spline_of_one_key_is_a_step),
+      cmocka_unit_test_setup_teardown(quaternions_come_out_unit_and_continuous, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(slerp_and_step_keep_their_keys, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(wheel_turns_as_often_as_it_says, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(axis_that_turns_is_followed, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(nlerp_and_squad_stray_less_than_a_tenth_of_a_degree, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(times_rise_however_near_the_keys, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(more_turns_than_keys_are_refused, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(single_key_is_a_key, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(spline_tangents_follow_their_value, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(spline_of_one_key_is_a_step, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
