@@ -44,29 +44,41 @@ void api_surface_query_print(const api_surface_query *query, api_text *text) {
 /* ---- limits ------------------------------------------------------------------------------------ */
 
 typedef struct plan_source {
-  const tw_model *model;
+  const api_plan_meshes *meshes;
   const api_surface_query *query;
   const api_limits *limits;
 } plan_source;
 
-static void add_counts(tw_surface_counts *total, const tw_surface_counts *more) {
-  total->vertices += more->vertices;
-  total->edges += more->edges;
-  total->faces += more->faces;
-  total->corners += more->corners;
+/* Stops at half of 64 bits, far over every limit. */
+static void add_times(uint64_t *sum, uint64_t value, uint32_t times) {
+  uint64_t room = UINT64_MAX / 2 - *sum;
+  *sum = times > 0 && value > room / times ? UINT64_MAX / 2 : *sum + value * times;
+}
+
+static void add_counts(tw_surface_counts *total, const tw_surface_counts *more, uint32_t times) {
+  add_times(&total->vertices, more->vertices, times);
+  add_times(&total->edges, more->edges, times);
+  add_times(&total->faces, more->faces, times);
+  add_times(&total->corners, more->corners, times);
+}
+
+api_plan_meshes api_plan_all(const tw_model *model) {
+  return (api_plan_meshes){
+      .count = model->mesh_count, .meshes = model->meshes, .still_count = model->mesh_count};
 }
 
 /* Exact counts of all meshes; TW_LIMIT as long as one of them is over 32 bits, counted all the same. */
 static tw_status count_all(const plan_source *source, tw_surface_counts *total, tw_error *error) {
   tw_status result = TW_OK;
   *total = (tw_surface_counts){0};
-  for (uint32_t i = 0; i < source->model->mesh_count; i++) {
-    tw_surface_options options = api_surface_options(source->query, &source->model->meshes[i]);
+  const api_plan_meshes *all = source->meshes;
+  for (uint32_t i = 0; i < all->count; i++) {
+    tw_surface_options options = api_surface_options(source->query, &all->meshes[i]);
     tw_surface_counts counts = {0};
-    tw_status status = tw_surface_count(&source->model->meshes[i], &options, &counts, error);
+    tw_status status = tw_surface_count(&all->meshes[i], &options, &counts, error);
     if (status != TW_OK && status != TW_LIMIT) return status;
     if (status == TW_LIMIT) result = status;
-    add_counts(total, &counts);
+    add_counts(total, &counts, all->uses ? all->uses[i] : 1);
   }
   return result;
 }
@@ -93,23 +105,29 @@ static bool check_limits(const plan_source *source, const tw_surface_counts *tot
 
 static void destroy_plan(void *value) {
   api_plan *plan = value;
-  for (uint32_t i = 0; i < plan->count; i++) tw_surface_destroy(plan->surfaces[i]);
+  for (uint32_t i = 0; i < plan->count; i++)
+    if (!plan->borrows || !plan->borrows[i]) tw_surface_destroy(plan->surfaces[i]);
   free(plan->surfaces);
+  free(plan->borrows);
+  api_entry_release(plan->source);
   free(plan);
 }
 
 static size_t plan_size(const api_plan *plan) {
   size_t size = sizeof *plan + plan->count * sizeof(void *);
-  for (uint32_t i = 0; i < plan->count; i++) size += tw_surface_size(plan->surfaces[i]);
+  for (uint32_t i = 0; i < plan->count; i++)
+    if (!plan->borrows || !plan->borrows[i]) size += tw_surface_size(plan->surfaces[i]);
   return size;
 }
 
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
-  plan->surfaces = tw_alloc_zero(source->model->mesh_count, sizeof(tw_surface *));
+  const api_plan_meshes *all = source->meshes;
+  plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   if (!plan->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  for (; plan->count < source->model->mesh_count; plan->count++) {
-    const tw_mesh *mesh = &source->model->meshes[plan->count];
+  for (; plan->count < all->count; plan->count++) {
+    const tw_mesh *mesh = &all->meshes[plan->count];
     tw_surface_options options = api_surface_options(source->query, mesh);
+    options.movable = plan->count >= all->still_count;
     tw_status status = tw_surface_create(mesh, &options, &plan->surfaces[plan->count], error);
     if (status != TW_OK) return status;
   }
@@ -141,9 +159,10 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
-                          const api_surface_query *query, api_entry **out) {
-  plan_source source = {model, query, &call->service->limits};
+/* A plan of one request's own, or one that stays for others. */
+static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
+                               const api_surface_query *query, api_entry **out) {
+  plan_source source = {meshes, query, &call->service->limits};
   if (!is_stored) {
     api_built built;
     if (!build_plan(&source, &built, &call->fault)) return API_FAILED;
@@ -152,7 +171,7 @@ api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
   }
   api_text key = {0};
   api_text_add(&key, call->id);
-  api_text_add(&key, "/surface?");
+  api_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");
   api_surface_query_print(query, &key);
   api_text_bytes(&key, "", 1);
   if (key.failed) {
@@ -164,6 +183,53 @@ api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
                   : api_cache_take(call->service->cache, key.data, build_plan, &source, &call->fault);
   api_text_deinit(&key);
   return *out ? API_DONE : is_light ? API_LATER : API_FAILED;
+}
+
+/* ---- moving ------------------------------------------------------------------------------------ */
+
+static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves, api_plan *plan) {
+  plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
+  plan->borrows = tw_alloc_zero(moves->count, sizeof *plan->borrows);
+  if (!plan->surfaces || !plan->borrows) return TW_NO_MEMORY;
+  for (; plan->count < moves->count; plan->count++) {
+    uint32_t i = plan->count;
+    tw_surface *surface = source->surfaces[moves->of[i]];
+    plan->borrows[i] = !moves->positions[i];
+    plan->surfaces[i] = surface;
+    if (plan->borrows[i]) continue;
+    tw_status status = tw_surface_with_positions(surface, moves->positions[i], &plan->surfaces[i]);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+/* Takes the reference to the source over. */
+static api_entry *move_plan(api_entry *source, const api_plan_moves *moves) {
+  const api_plan *still = api_entry_value(source);
+  api_plan *plan = tw_alloc_zero(1, sizeof *plan);
+  if (!plan) {
+    api_entry_release(source);
+    return NULL;
+  }
+  plan->source = source;
+  plan->total = still->total;
+  atomic_init(&plan->is_warm, false);
+  if (move_surfaces(still, moves, plan) != TW_OK) {
+    destroy_plan(plan);
+    return NULL;
+  }
+  const api_built built = {plan, plan_size(plan), destroy_plan};
+  return api_entry_create(&built);
+}
+
+api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
+                          bool is_stored, const api_surface_query *query, api_entry **out) {
+  api_entry *plan = NULL;
+  api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
+  if (outcome != API_DONE) return outcome;
+  if (moves->count > 0) plan = move_plan(plan, moves);
+  *out = plan;
+  return plan ? API_DONE : api_fail_without_memory(call);
 }
 
 tw_status api_plan_warm(api_plan *plan, tw_error *error) {

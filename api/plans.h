@@ -16,21 +16,42 @@ typedef struct api_surface_query {
   bool limit, normals;
 } api_surface_query;
 
+/* The meshes that a plan is of. */
+typedef struct api_plan_meshes {
+  uint32_t count;
+  const tw_mesh *meshes; /* [count] */
+  uint32_t still_count;  /* those after it can be moved */
+  const uint32_t *uses;  /* [count] how often each is in the answer; NULL: each once */
+} api_plan_meshes;
+
+/* The meshes of an answer, as a plan's at other places. */
+typedef struct api_plan_moves {
+  uint32_t count;                /* 0: the plan's meshes are the answer's */
+  const uint32_t *of;            /* [count] meshes of the plan */
+  const float *const *positions; /* [count] of all points, or NULL: as it is */
+} api_plan_moves;
+
 /* Immutable but for is_warm. */
 typedef struct api_plan {
   uint32_t count;
   tw_surface **surfaces; /* [count], one a mesh */
   tw_surface_counts total;
   atomic_bool is_warm; /* bounds are known: reading it costs no pass of its own */
+  api_entry *source;   /* the plan that this one moves, or NULL */
+  bool *borrows;       /* [count] surfaces that are the source's, or NULL */
 } api_plan;
+
+/* All meshes of a model, none of which moves. */
+api_plan_meshes api_plan_all(const tw_model *model);
 
 /* The options of one mesh: the request's, else the mesh's tags, else the defaults. */
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
 
-/* The plan: *out holds an api_plan. is_stored as in api_clip_take. 422 with the predicted counts over a
- * limit; API_LATER in a light call when it is not at hand. */
-api_outcome api_plan_take(api_call *call, const tw_model *model, bool is_stored,
-                          const api_surface_query *query, api_entry **out);
+/* The plan: *out holds an api_plan. is_stored as in api_clip_take: plans of stored models are kept, one for
+ * all moves; what moves is the request's own. 422 with the predicted counts over a limit; API_LATER in a
+ * light call when it is not at hand. */
+api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
+                          bool is_stored, const api_surface_query *query, api_entry **out);
 
 /* Computes the bounds of all surfaces, unless they are known. */
 tw_status api_plan_warm(api_plan *plan, tw_error *error);

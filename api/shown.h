@@ -4,6 +4,7 @@
 #define API_SHOWN_H
 
 #include "clips.h"
+#include "plans.h"
 #include "times.h"
 #include "tweend/bake.h"
 #include "tweend/format.h"
@@ -24,8 +25,9 @@ typedef struct api_shown {
   api_shown_query query;
   api_clip_choice choice;
   api_entry *clip; /* NULL without a clip; released by whoever holds this */
-  bool is_own;     /* the model is changed from the stored one: its plan is this request's alone */
   tw_scene scene;  /* model, pose, posed_by, clip; the rest is the caller's */
+  api_plan_meshes meshes;
+  api_plan_moves moves;
   tw_clip_keys animation;
 } api_shown;
 
@@ -37,7 +39,8 @@ api_outcome api_shown_take_clip(api_call *call, const tw_model *model, bool is_s
 /* Prints the parameters with their defaults, once the clip is taken. */
 void api_shown_print(const api_shown *shown, api_text *text);
 
-/* Fills scene.model, pose and posed_by, once the clip is taken. Not for a light call with a clip. */
+/* Fills scene.model, pose and posed_by, meshes and moves, once the clip is taken. Not for a light call with a
+ * clip. */
 api_outcome api_shown_pose(api_call *call, const tw_model *model, api_shown *shown);
 
 /* Fills scene.clip where the clip is kept or baked to keys, and tells the error that is left. */

@@ -314,8 +314,8 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   outcome = api_shown_pose(call, model, shown);
   shown->scene.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
-  return api_plan_take(call, shown->scene.model, is_stored && !shown->is_own, &request->surface,
-                       &request->plan);
+  bool is_kept = is_stored && shown->meshes.count > 0;
+  return api_plan_take(call, &shown->meshes, &shown->moves, is_kept, &request->surface, &request->plan);
 }
 
 /* From a held model to the answer. The request is released unless the answer's body took it over. */

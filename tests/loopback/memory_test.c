@@ -1,5 +1,6 @@
 /* Every allocation of a request fails once: the answer is then 503, nothing leaks, nothing is stored,
  * and the next request is answered as ever. Linked with malloc, calloc and realloc wrapped. */
+#include "flag.h"
 #include "loopback.h"
 
 #include <stdio.h>
@@ -68,13 +69,14 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
 /* Fails each allocation of a request in turn, on a service of its own that knows what `prepare` told it. */
 static void fail_each(const char *method, const char *path, const char *query, const char *body,
                       const char *stored) {
+  const char *type = stored == flag ? "model/gltf+json" : "application/json";
   unsigned long n = 1;
   for (; n < 5000; n++) {
     api_settings settings = loopback_settings();
     settings.limits.plan_cache = 0;
     loopback *loop = loopback_start(&settings);
     char id[API_ID_TEXT] = "", full[128];
-    if (stored) loopback_upload(loop, "application/json", stored, id);
+    if (stored) loopback_upload(loop, type, stored, id);
     snprintf(full, sizeof full, path, id);
     api_request request = {
         .method = method, .path = full, .query = query, .id = "request-1", .header = no_header};
@@ -120,6 +122,7 @@ static void surfaces_survive(void **state) {
   fail_each("GET", "/v1/models/%s/surface.obj", "at=1", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.glb", "clip=c&tolerance=1", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.obj", "at=1&skin=bake", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.glb", "at=1&skin=bake&level=3", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.gltf", "at=1&meshes=none", NULL, model);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
 }

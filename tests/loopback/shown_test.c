@@ -1,44 +1,14 @@
 /* What surfaces show of a clip: keys at given times, fewest keys, the animation alone, meshes moved by skins.
  */
+#include "flag.h"
 #include "loopback.h"
+#include "tweend/subdiv.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-/* A rectangle from (0, 0, 0) to (2, 1, 0) whose points all hang on the joint "bone", under a node that is
- * moved away by (100, 0, 0). In a second the clip "wave" turns the bone by 90 degrees about z, and its weight
- * brings a morph target of (0, 0, 1) to a half. "shown" shows the mesh without the skin. */
-static const char flag[] =
-    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0,1,2]}],"
-    "\"nodes\":[{\"name\":\"bone\"},{\"name\":\"skinned\",\"mesh\":0,\"skin\":0,\"translation\":[100,0,0]},"
-    "{\"name\":\"shown\",\"mesh\":0,\"translation\":[10,0,0]}],"
-    "\"skins\":[{\"joints\":[0]}],"
-    "\"meshes\":[{\"name\":\"cloth\",\"primitives\":[{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":2,"
-    "\"WEIGHTS_0\":3},\"indices\":1,\"targets\":[{\"POSITION\":4}]}]}],"
-    "\"animations\":[{\"name\":\"wave\",\"samplers\":[{\"input\":5,\"output\":6},{\"input\":5,\"output\":7}],"
-    "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\"}},"
-    "{\"sampler\":1,\"target\":{\"node\":1,\"path\":\"weights\"}}]}],"
-    "\"accessors\":["
-    "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[2,1,0]},"
-    "{\"bufferView\":1,\"componentType\":5123,\"count\":6,\"type\":\"SCALAR\"},"
-    "{\"bufferView\":2,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
-    "{\"bufferView\":3,\"componentType\":5126,\"count\":4,\"type\":\"VEC4\"},"
-    "{\"bufferView\":4,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"min\":[0,0,1],\"max\":[0,0,1]},"
-    "{\"bufferView\":5,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"min\":[0],\"max\":[1]},"
-    "{\"bufferView\":6,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"},"
-    "{\"bufferView\":7,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"}],"
-    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":48,\"byteLength\":12},"
-    "{\"buffer\":0,\"byteOffset\":60,\"byteLength\":16},{\"buffer\":0,\"byteOffset\":76,\"byteLength\":64},"
-    "{\"buffer\":0,\"byteOffset\":140,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":188,\"byteLength\":8},"
-    "{\"buffer\":0,\"byteOffset\":196,\"byteLength\":32},{\"buffer\":0,\"byteOffset\":228,\"byteLength\":8}],"
-    "\"buffers\":[{\"byteLength\":236,\"uri\":\"data:application/octet-stream;base64,"
-    "AAAAAAAAAAAAAAAAAAAAQAAAAAAAAAAAAAAAQAAAgD8AAAAAAAAAAAAAgD8AAAAAAAABAAIAAAACAAMAAAAAAAAAAAAAAAAAAAAAAAAA"
-    "gD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAA"
-    "AAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAAAAAAAAgD8AAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAPMENT/zBDU/AAAAAAAA"
-    "AD8=\"}]}";
 
 /* Keys of every kind: eleven of a slerp on one great circle, Euler angles, a step, and a straight way. */
 static const char keyed[] =
@@ -53,6 +23,32 @@ static const char keyed[] =
     "{\"node\":\"c\",\"path\":\"rotation\",\"times\":[0,0.5,1],\"interpolation\":\"step\","
     "\"quaternions\":[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
     "{\"node\":\"d\",\"path\":\"translation\",\"times\":[0,0.5,1],\"values\":[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
+
+static int meshes_read; /* to count or to make a surface: both build a topology */
+
+/* Linked with --wrap, which gives these names.
+ * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+tw_status __real_tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                                   tw_error *error);
+tw_status __real_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
+                                  tw_surface_counts *out, tw_error *error);
+tw_status __wrap_tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                                   tw_error *error);
+tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
+                                  tw_surface_counts *out, tw_error *error);
+
+tw_status __wrap_tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                                   tw_error *error) {
+  meshes_read++;
+  return __real_tw_surface_create(mesh, options, out, error);
+}
+
+tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
+                                  tw_surface_counts *out, tw_error *error) {
+  meshes_read++;
+  return __real_tw_surface_count(mesh, options, out, error);
+}
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
 
 typedef struct fixture {
   loopback *loop;
@@ -264,6 +260,27 @@ static void baked_answers_have_no_skins_and_no_targets(void **state) {
   cJSON_Delete(document);
 }
 
+static void a_bake_at_another_time_builds_no_topology(void **state) {
+  const fixture *f = *state;
+  const char *const forms[] = {"surface.glb?level=3", "surface.obj?level=2&normals=none"};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    char rest[64];
+    reply replies[3];
+    for (int n = 0; n < 3; n++) { /* the last one asks again for the first */
+      snprintf(rest, sizeof rest, "%s&skin=bake&at=0.%d", forms[i], n % 2 ? 7 : 4);
+      meshes_read = 0;
+      replies[n] = ask(f, f->flag, rest);
+      assert_int_equal(replies[n].status, 200);
+      assert_true((meshes_read > 0) == (n == 0));
+    }
+    assert_int_equal(replies[0].size, replies[2].size);
+    assert_memory_equal(replies[0].body, replies[2].body, replies[0].size);
+    assert_true(replies[0].size != replies[1].size ||
+                memcmp(replies[0].body, replies[1].body, replies[0].size) != 0);
+    for (int n = 0; n < 3; n++) reply_free(&replies[n]);
+  }
+}
+
 static void what_a_bake_would_move_is_limited(void **state) {
   (void)state;
   api_settings settings = loopback_settings();
@@ -308,6 +325,7 @@ int main(void) {
       TEST(a_clip_is_borrowed_by_the_names_of_nodes),
       TEST(baked_skins_are_where_the_joints_put_them),
       TEST(baked_answers_have_no_skins_and_no_targets),
+      TEST(a_bake_at_another_time_builds_no_topology),
       TEST(what_a_bake_would_move_is_limited),
       TEST(every_choice_has_its_own_tag),
   };

@@ -1,0 +1,234 @@
+/* Baking is of two parts. Which meshes are moved, and what they look like without skins and targets, follows
+ * from the model alone: that is what the plan is of, one for all times. Where their points are at one time
+ * comes on top. */
+#include "baked.h"
+
+#include "service.h"
+
+#include <string.h>
+
+tw_model *api_copy_nodes(tw_arena *arena, const tw_model *model, uint32_t more) {
+  tw_model *copy = tw_arena_alloc(arena, 1, sizeof *copy);
+  size_t nodes = (size_t)model->node_count + more;
+  tw_node *node = tw_arena_alloc(arena, nodes, sizeof *node);
+  uint32_t *order = tw_arena_alloc(arena, nodes, sizeof *order);
+  if (!copy || !node || !order) return NULL;
+  if (model->node_count) memcpy(node, model->nodes, model->node_count * sizeof *node);
+  if (model->node_count) memcpy(order, model->node_order, model->node_count * sizeof *order);
+  *copy = *model;
+  copy->nodes = node;
+  copy->node_order = order;
+  return copy;
+}
+
+/* ---- what moves --------------------------------------------------------------------------------- */
+
+static bool is_skinned(const tw_model *model, const tw_node *node) {
+  return node->skin != TW_NO_INDEX && model->meshes[node->mesh].skin.joints;
+}
+
+static bool is_moved(const tw_model *model, const tw_node *node) {
+  return node->mesh != TW_NO_INDEX && (is_skinned(model, node) || model->meshes[node->mesh].morph_count);
+}
+
+/* How many meshes are moved; what they would take is judged before it is allocated. */
+static api_outcome count_moved(api_call *call, const tw_model *model, uint32_t *out) {
+  uint64_t points = 0, limit = call->service->limits.max_output / (3 * sizeof(float));
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    if (!is_moved(model, &model->nodes[i])) continue;
+    points += model->meshes[model->nodes[i].mesh].point_count;
+    count++;
+  }
+  if (points > limit || count > UINT32_MAX - model->node_count - 1 ||
+      count > UINT32_MAX - model->mesh_count - 1)
+    return api_fail_with(call, 422, "skin=bake would move %llu points, over the limit of %llu",
+                         (unsigned long long)points, (unsigned long long)limit);
+  *out = count;
+  return API_DONE;
+}
+
+/* What the plan is of, and where in it the meshes of the model are. */
+typedef struct cast {
+  tw_mesh *meshes;  /* the still ones, then the moved ones, each once */
+  uint32_t *uses;   /* of each of those */
+  uint32_t *still;  /* [model meshes] place of each as it is, TW_NO_INDEX where only moved nodes show it */
+  uint32_t *moving; /* [model meshes] place of each to be moved, else TW_NO_INDEX */
+  uint32_t still_count, count;
+} cast;
+
+static bool create_cast(tw_arena *arena, uint32_t mesh_count, cast *c) {
+  c->meshes = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *c->meshes);
+  c->uses = tw_arena_alloc(arena, 2 * (size_t)mesh_count, sizeof *c->uses);
+  c->still = tw_arena_alloc(arena, mesh_count, sizeof *c->still);
+  c->moving = tw_arena_alloc(arena, mesh_count, sizeof *c->moving);
+  return c->meshes && c->uses && c->still && c->moving;
+}
+
+static tw_mesh without_movers(const tw_mesh *mesh) {
+  tw_mesh bare = *mesh;
+  bare.skin = (tw_skin_weights){0};
+  bare.morph_count = 0;
+  bare.morphs = NULL;
+  bare.morph_weights = NULL;
+  return bare;
+}
+
+static void fill_cast(const tw_model *model, cast *c) {
+  uint32_t *moved = c->moving, *shown = c->still; /* by how many nodes, for now */
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    if (node->mesh != TW_NO_INDEX) (is_moved(model, node) ? moved : shown)[node->mesh]++;
+  }
+  for (uint32_t m = 0; m < model->mesh_count; m++) {
+    bool stays = shown[m] || !moved[m]; /* one that no node shows stays as well */
+    c->still[m] = stays ? c->count : TW_NO_INDEX;
+    if (!stays) continue;
+    c->meshes[c->count] = model->meshes[m];
+    c->uses[c->count++] = 1;
+  }
+  c->still_count = c->count;
+  for (uint32_t m = 0; m < model->mesh_count; m++) {
+    uint32_t uses = moved[m];
+    c->moving[m] = uses ? c->count : TW_NO_INDEX;
+    if (!uses) continue;
+    c->meshes[c->count] = without_movers(&model->meshes[m]);
+    c->uses[c->count++] = uses;
+  }
+}
+
+/* ---- where to ----------------------------------------------------------------------------------- */
+
+/* What deforming needs beside the model. */
+typedef struct deformer {
+  const tw_clip *clip;
+  float time;
+  tw_trs *locals;  /* [nodes, and as many more as there are moved meshes] */
+  float *matrices; /* [nodes][16], to the world */
+  float *weights;  /* [TW_MORPH_TARGETS_MAX] */
+  float *joints;   /* [joints of the largest skin][16] */
+} deformer;
+
+static bool create_deformer(tw_arena *arena, const tw_model *model, uint32_t moved, deformer *d) {
+  uint32_t joints = 0;
+  for (uint32_t i = 0; i < model->skin_count; i++)
+    if (model->skins[i].joint_count > joints) joints = model->skins[i].joint_count;
+  d->locals = tw_arena_alloc(arena, (size_t)model->node_count + moved, sizeof *d->locals);
+  d->matrices = tw_arena_alloc(arena, model->node_count, 16 * sizeof *d->matrices);
+  d->weights = tw_arena_alloc(arena, TW_MORPH_TARGETS_MAX, sizeof *d->weights);
+  d->joints = tw_arena_alloc(arena, joints, 16 * sizeof *d->joints);
+  return d->locals && d->matrices && d->weights && d->joints;
+}
+
+static void pose_nodes(const tw_model *model, deformer *d) {
+  tw_clip_pose(d->clip, model->nodes, model->node_count, d->time, d->locals);
+  tw_pose_locals(d->clip, model->nodes, model->node_count, d->locals, d->matrices);
+  tw_pose_world(model->nodes, model->node_order, model->node_count, d->matrices, d->matrices);
+}
+
+/* The points of a node's mesh where weights and joints put them. */
+static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const deformer *d, uint32_t index,
+                             float **out, tw_error *error) {
+  const tw_node *node = &model->nodes[index];
+  const tw_mesh *mesh = &model->meshes[node->mesh];
+  uint32_t track = tw_clip_find(d->clip, index, TW_WEIGHTS), joint_count = 0;
+  bool has_weights = track != TW_NO_INDEX && tw_clip_width(d->clip, track) == mesh->morph_count;
+  *out = tw_arena_alloc(arena, mesh->point_count, 3 * sizeof **out);
+  if (!*out) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (has_weights) tw_clip_sample(d->clip, track, &d->time, 1, d->weights);
+  if (is_skinned(model, node)) {
+    tw_skin_matrices(&model->skins[node->skin], d->matrices, d->joints);
+    joint_count = model->skins[node->skin].joint_count;
+  }
+  return tw_mesh_deform(mesh, has_weights ? d->weights : NULL, joint_count ? d->joints : NULL, joint_count,
+                        *out, error);
+}
+
+/* ---- the scene ---------------------------------------------------------------------------------- */
+
+/* The meshes of the answer: the still ones of the cast, then one for each moved node. */
+typedef struct meshes {
+  tw_mesh *meshes;
+  uint32_t *of;
+  const float **positions;
+  uint32_t count;
+} meshes;
+
+static bool create_meshes(tw_arena *arena, const cast *c, uint32_t moved, meshes *out) {
+  size_t most = (size_t)c->still_count + moved;
+  out->meshes = tw_arena_alloc(arena, most, sizeof *out->meshes);
+  out->of = tw_arena_alloc(arena, most, sizeof *out->of);
+  out->positions = tw_arena_alloc(arena, most, sizeof *out->positions);
+  if (!out->meshes || !out->of || !out->positions) return false;
+  for (; out->count < c->still_count; out->count++) {
+    out->meshes[out->count] = c->meshes[out->count];
+    out->of[out->count] = out->count;
+  }
+  return true;
+}
+
+static uint32_t add_moved(meshes *out, const cast *c, uint32_t place, const float *positions) {
+  out->meshes[out->count] = c->meshes[place];
+  out->meshes[out->count].positions = positions;
+  out->of[out->count] = place;
+  out->positions[out->count] = positions;
+  return out->count++;
+}
+
+/* Gives a moved mesh to its node, or, as joints lead to the world, to a new root in the node's place. */
+static void hang_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_world, tw_trs *locals) {
+  tw_node *node = &baked->nodes[index];
+  node->skin = TW_NO_INDEX;
+  node->mesh = is_world ? TW_NO_INDEX : mesh;
+  if (!is_world) return;
+  uint32_t added = baked->node_count++;
+  baked->nodes[added] = (tw_node){
+      .name = node->name, .parent = TW_NO_INDEX, .mesh = mesh, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  baked->node_order[added] = added;
+  locals[added] = TW_TRS_IDENTITY;
+}
+
+static tw_status place_meshes(tw_arena *arena, const tw_model *model, const deformer *d, const cast *c,
+                              tw_model *baked, meshes *out, tw_error *error) {
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    if (node->mesh == TW_NO_INDEX) continue;
+    if (!is_moved(model, node)) {
+      baked->nodes[i].mesh = c->still[node->mesh];
+      continue;
+    }
+    float *positions;
+    tw_status status = deform_mesh(arena, model, d, i, &positions, error);
+    if (status != TW_OK) return status;
+    uint32_t mesh = add_moved(out, c, c->moving[node->mesh], positions);
+    hang_mesh(baked, i, mesh, is_skinned(model, node), d->locals);
+  }
+  return TW_OK;
+}
+
+api_outcome api_bake(api_call *call, const tw_model *model, const tw_clip *clip, float time, api_baked *out) {
+  deformer d = {.clip = clip, .time = time};
+  cast c = {0};
+  meshes all = {0};
+  uint32_t moved = 0;
+  api_outcome outcome = count_moved(call, model, &moved);
+  if (outcome != API_DONE) return outcome;
+  tw_model *baked = api_copy_nodes(call->arena, model, moved);
+  if (!baked || !create_deformer(call->arena, model, moved, &d) ||
+      !create_cast(call->arena, model->mesh_count, &c))
+    return api_fail_without_memory(call);
+  fill_cast(model, &c);
+  if (!create_meshes(call->arena, &c, moved, &all)) return api_fail_without_memory(call);
+  pose_nodes(model, &d);
+  if (place_meshes(call->arena, model, &d, &c, baked, &all, &call->fault.error) != TW_OK)
+    return api_fail(call);
+  baked->meshes = all.meshes;
+  baked->mesh_count = all.count;
+  baked->skin_count = 0;
+  *out = (api_baked){baked, d.locals, api_plan_all(model), {0}};
+  if (moved > 0) {
+    out->meshes = (api_plan_meshes){c.count, c.meshes, c.still_count, c.uses};
+    out->moves = (api_plan_moves){all.count, all.of, all.positions};
+  }
+  return API_DONE;
+}
