@@ -70,10 +70,11 @@ void read_all(const tw_surface *surface, bool faces, unsigned shares) {
   std::exit(1);
 }
 
-tw_surface *create(const tw_mesh &mesh, unsigned level, bool normals) {
+tw_surface *create(const tw_mesh &mesh, unsigned level, bool normals, bool movable) {
   tw_surface_options options{};
   options.level = level;
   options.normals = normals;
+  options.movable = movable;
   tw_surface *surface = nullptr;
   tw_error error{};
   if (tw_surface_create(&mesh, &options, &surface, &error) != TW_OK) give_up(error);
@@ -82,8 +83,18 @@ tw_surface *create(const tw_mesh &mesh, unsigned level, bool normals) {
 
 Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals, unsigned threads) {
   return measure([&] {
-    tw_surface *surface = create(mesh, level, normals);
+    tw_surface *surface = create(mesh, level, normals, false);
     read_all(surface, true, threads);
+    tw_surface_destroy(surface);
+  });
+}
+
+Timing move(const tw_surface *known, const float *positions, unsigned threads) {
+  return measure([&] {
+    tw_surface *surface = nullptr;
+    tw_error error{};
+    if (tw_surface_with_positions(known, positions, &surface) != TW_OK) give_up(error);
+    read_all(surface, false, threads);
     tw_surface_destroy(surface);
   });
 }
@@ -187,6 +198,33 @@ void compare_normals(Report &report, const std::vector<Case> &cases) {
   }
 }
 
+void compare_moves(Report &report, const std::vector<Case> &cases) {
+  report.title("new positions on a plan, Mfaces/s",
+               {"tweend", "2 threads", "stencils", "stencils, 2", "interpolation", "ratio", "ratio, 2 thr."});
+  for (const Case &c : cases)
+    for (unsigned level : c.levels) {
+      tw_mesh mesh = c.soup.mesh();
+      std::vector<float> positions = c.soup.moved();
+      tw_surface *known = create(mesh, level, false, true);
+      Timing one = move(known, positions.data(), 1), two = move(known, positions.data(), 2);
+      tw_surface_destroy(known);
+      opensubdiv::Moved peer(mesh, level);
+      Timing stencils = peer.stencils(positions.data());
+      Timing threads = peer.stencils_on_threads(positions.data(), 2);
+      Timing interpolation = peer.interpolation(positions.data());
+      report.row(label(c, level), face_count(mesh, level),
+                 {{"tweend", one},
+                  {"tweend_2_threads", two},
+                  {"stencils", stencils},
+                  {"stencils_2_threads", threads},
+                  {"interpolation", interpolation}});
+      double best = std::min(stencils.median, interpolation.median);
+      report.ratio("ratio", best / one.median);
+      report.ratio("ratio_2_threads", std::min(best, threads.median) / two.median);
+      report.end({one, two, stencils, threads, interpolation});
+    }
+}
+
 int print_obj(const Soup &soup) {
   for (size_t i = 0; i < soup.points.size(); i += 3)
     std::printf("v %.9g %.9g %.9g\n", static_cast<double>(soup.points[i]),
@@ -224,5 +262,6 @@ int main(int argc, char **argv) {
   Report report(json);
   compare_soups(report, cases);
   compare_normals(report, cases);
+  compare_moves(report, cases);
   return 0;
 }
