@@ -90,12 +90,14 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
   return TW_OK;
 }
 
-/* Faces that stay of one size from here on, quads or Loop's triangles, need no offsets. */
-static const uint32_t *offsets_of(const tw_mesh *mesh, const tw_surface_options *options) {
-  uint32_t size = options->scheme == TW_LOOP ? 3 : 4;
+/* Faces that are all triangles or all quads need no offsets. */
+static const uint32_t *offsets_of(const tw_mesh *mesh) {
+  if (mesh->face_count == 0) return mesh->face_offsets;
+  uint32_t size = mesh->face_offsets[1];
+  if (size != 3 && size != 4) return mesh->face_offsets;
   for (uint32_t f = 0; f < mesh->face_count; f++)
     if (mesh->face_offsets[f + 1] != size * (f + 1)) return mesh->face_offsets;
-  return mesh->face_count > 0 ? NULL : mesh->face_offsets;
+  return NULL;
 }
 
 tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, tw_cage *c) {
@@ -105,7 +107,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   uint32_t vertex_count;
   tw_status status = compact(mesh, c, &corners, &vertex_count);
   if (status == TW_OK)
-    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, offsets_of(mesh, options),
+    status = tw_topology_build(&c->topology, arena, vertex_count, mesh->face_count, offsets_of(mesh),
                                mesh->corner_count, corners);
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;

@@ -490,7 +490,7 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    level);
   /* A skinned vertex of the base has a list of joints: no more of those than the cage asks for. */
   uint32_t shallow = b->mesh->skin.joints ? 1 : GENERIC_LEVEL;
-  bool even = b->cage.topology.face_size != 0, few = !even && level <= shallow;
+  bool even = b->cage.topology.face_size == (is_loop(b) ? 3 : 4), few = !even && level <= shallow;
   generic |= shrinks || is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
   b->levels = generic && level > 0 ? level : even ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;

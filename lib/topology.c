@@ -1,4 +1,5 @@
-/* Polygon soup to half-edges: edges are matched in buckets of their lower vertex, in linear time. */
+/* Polygon soup to half-edges, in linear time: vertex by vertex where the mesh is manifold (manifold.c), else
+ * by matching edges in buckets of their lower vertex. */
 #include "topology.h"
 
 #include <stdlib.h>
@@ -151,29 +152,34 @@ static bool order_fan(tw_topology *t, uint32_t vertex) {
   return true;
 }
 
-tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
-  tw_topology *t = topology;
+static bool allocate_fans(tw_topology *t, uint64_t ring_size, tw_arena *arena) {
   t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->fan_corners = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
-  t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
+  t->ring_edges = tw_arena_alloc(arena, (size_t)ring_size, sizeof(uint32_t));
   t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
-  bool complete = t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
-  return complete ? TW_OK : TW_NO_MEMORY;
+  return t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
 }
 
-/* Fills fans, rings and flags from corner_vertex, corner_edge, sibling and the edge arrays. */
-static tw_status link_fans(tw_topology *t, tw_arena *arena) {
-  tw_status status = tw_topology_allocate_fans(t, arena);
-  if (status != TW_OK) return status;
+tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
+  return allocate_fans(topology, 2 * (uint64_t)topology->edge_count, arena) ? TW_OK : TW_NO_MEMORY;
+}
 
-  /* Counting sort twice: offsets are shifted by one place while they serve as cursors. */
+/* Sorts the corners by their vertices; fan_offsets are zero before. */
+static void file_corners(tw_topology *t) {
+  /* Counting sort: offsets are shifted by one place while they serve as cursors. */
   for (uint32_t c = 0; c < t->corner_count; c++) t->fan_offsets[t->corner_vertex[c]]++;
   counts_to_offsets(t->fan_offsets, t->vertex_count);
   for (uint32_t c = 0; c < t->corner_count; c++) t->fan_corners[t->fan_offsets[t->corner_vertex[c]]++] = c;
   memmove(t->fan_offsets + 1, t->fan_offsets, t->vertex_count * sizeof(uint32_t));
   t->fan_offsets[0] = 0;
+}
 
+/* Fills rings, orders fans and sets flags from corner_vertex, corner_edge, sibling, the edge arrays and the
+ * filed corners. */
+static void link_fans(tw_topology *t) {
+  memset(t->ring_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
+  memset(t->vertex_flags, 0, t->vertex_count);
   for (uint32_t e = 0; e < t->edge_count; e++) {
     t->ring_offsets[t->edge_vertices[e][0]]++;
     t->ring_offsets[t->edge_vertices[e][1]]++;
@@ -190,7 +196,30 @@ static tw_status link_fans(tw_topology *t, tw_arena *arena) {
     for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
       if (t->edge_flags[t->ring_edges[i]] & TW_EDGE_BORDER) t->vertex_flags[v] |= TW_VERTEX_BORDER;
   }
-  return TW_OK;
+}
+
+/* Edges, siblings, fans and rings of any mesh. */
+static tw_status link_any(tw_topology *t, tw_arena *arena) {
+  uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
+  half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
+  tw_status status = TW_NO_MEMORY;
+  if (buckets && halves) {
+    t->edge_count = 0;
+    memset(t->edge_flags, 0, t->corner_count);
+    file_half_edges(t, buckets, halves);
+    for (uint32_t v = 0; v < t->vertex_count; v++)
+      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
+    memset(t->fan_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
+    file_corners(t);
+    t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
+    if (t->ring_edges) {
+      link_fans(t);
+      status = TW_OK;
+    }
+  }
+  free(buckets);
+  free(halves);
+  return status;
 }
 
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
@@ -210,19 +239,11 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
   t->edge_vertices = tw_arena_alloc(arena, corner_count, sizeof(uint32_t[2]));
   t->edge_corner = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
   t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
-  uint32_t *buckets = tw_alloc_zero((size_t)vertex_count + 1, sizeof *buckets);
-  half_edge *halves = tw_alloc(corner_count, sizeof *halves);
-  tw_status status = TW_NO_MEMORY;
-  if (map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices && t->edge_corner &&
-      t->edge_flags && buckets && halves) {
-    file_half_edges(t, buckets, halves);
-    for (uint32_t v = 0; v < vertex_count; v++)
-      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
-    status = link_fans(t, arena);
-  }
-  free(buckets);
-  free(halves);
-  return status;
+  if (!map_corners(t, arena) || !t->corner_edge || !t->sibling || !t->edge_vertices || !t->edge_corner ||
+      !t->edge_flags || !allocate_fans(t, (uint64_t)corner_count + vertex_count, arena))
+    return TW_NO_MEMORY;
+  file_corners(t);
+  return tw_topology_link_manifold(t) ? TW_OK : link_any(t, arena);
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
