@@ -47,8 +47,8 @@ static uint32_t vertex_of_point(const tw_cage *c, uint32_t point) {
 /* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */
 static void apply_tags(const tw_mesh *mesh, tw_cage *c) {
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
-    uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * i]),
-             b = vertex_of_point(c, mesh->crease_edges[2 * i + 1]);
+    uint32_t a = vertex_of_point(c, mesh->crease_edges[2 * (size_t)i]),
+             b = vertex_of_point(c, mesh->crease_edges[2 * (size_t)i + 1]);
     uint32_t edge =
         a == UINT32_MAX || b == UINT32_MAX ? UINT32_MAX : tw_topology_find_edge(&c->topology, a, b);
     if (edge != UINT32_MAX) c->topology.edge_sharpness[edge] = mesh->crease_sharpness[i];
@@ -120,30 +120,6 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
 
 /* ---- counts --------------------------------------------------------------------------------- */
 
-/* Counts of the part of the cage that is answered. */
-static void count_visible(const tw_cage *c, tw_surface_counts *out) {
-  const tw_topology *t = &c->topology;
-  memset(out, 0, sizeof *out);
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    out->faces += c->visible[f];
-    out->corners += c->visible[f] ? tw_face_size(t, f) : 0;
-  }
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t i = t->fan_offsets[v], end = t->fan_offsets[v + 1];
-    while (i < end && !c->visible[tw_corner_face(t, t->fan_corners[i])]) i++;
-    out->vertices += i < end;
-  }
-  for (uint32_t e = 0; e < t->edge_count; e++) {
-    uint32_t first = t->edge_corner[e], corner = first;
-    bool used = false;
-    do {
-      used |= c->visible[tw_corner_face(t, corner)] != 0;
-      corner = t->sibling[corner];
-    } while (corner != first);
-    out->edges += used;
-  }
-}
-
 /* One level further: every number follows from those of the level above. */
 static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
   if (loop)
@@ -153,30 +129,37 @@ static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
   return next;
 }
 
+static tw_surface_counts counts_at(tw_surface_counts cage, const tw_surface_options *options) {
+  /* No cage in 32 bits comes near 64 within TW_LEVEL_MAX levels but the greatest; those stop early, far
+   * over the limit. */
+  for (uint32_t i = 0; i < options->level && cage.corners < UINT64_MAX / 16; i++)
+    cage = next_counts(cage, options->scheme == TW_LOOP);
+  return cage;
+}
+
+/* What is left out of the answer is refined with the rest. */
 static tw_status check_counts(const tw_surface_options *options, bool shrinks, const tw_surface_counts *c,
-                              tw_error *error) {
+                              uint64_t refined_faces, tw_error *error) {
   uint64_t limit = UINT32_MAX - 1;
   if (c->vertices > limit || c->edges > limit || c->faces > limit)
     return tw_fail(error, TW_LIMIT, "the surface would have over 4,294,967,294 vertices, edges or faces");
-  if (c->faces <= TW_GENERIC_FACES_MAX || options->level < 2) return TW_OK;
-  if (shrinks) return tw_fail(error, TW_LIMIT, "boundary=open is limited to %d faces", TW_GENERIC_FACES_MAX);
-  if (options->scheme != TW_LOOP) return TW_OK;
-  return tw_fail(error, TW_LIMIT, "scheme loop is limited to %d faces", TW_GENERIC_FACES_MAX);
+  if (refined_faces <= TW_GENERIC_FACES_MAX || options->level < 2) return TW_OK;
+  if (!shrinks && options->scheme != TW_LOOP) return TW_OK;
+  return tw_fail(error, TW_LIMIT, "%s is limited to %d faces, holes included",
+                 shrinks ? "boundary=open" : "scheme loop", TW_GENERIC_FACES_MAX);
 }
 
-static tw_status count_levels(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
-                              tw_error *error) {
-  count_visible(c, out);
-  /* No cage in 32 bits comes near 64 within TW_LEVEL_MAX levels but the greatest; those stop early, far
-   * over the limit. */
-  for (uint32_t i = 0; i < options->level && out->corners < UINT64_MAX / 16; i++)
-    *out = next_counts(*out, options->scheme == TW_LOOP);
-  return check_counts(options, false, out, error);
+/* Which faces of a first level are children of visible ones. */
+static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *faces, uint32_t face_count) {
+  uint8_t *visible = tw_arena_alloc(c->arena, face_count, 1);
+  for (uint32_t f = 0; visible && f < face_count; f++)
+    visible[f] = c->visible[loop ? faces[f] / 4 : tw_corner_face(&c->topology, faces[f])];
+  return visible;
 }
 
 /* An open mesh with a border: its first level is made, the others follow. */
 static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
-                            tw_error *error) {
+                            uint64_t *refined_faces) {
   tw_rules rules = {options->scheme == TW_BILINEAR, options->creasing == TW_CREASE_CHAIKIN, false};
   tw_topology full, first;
   uint32_t *faces, *vertices;
@@ -187,8 +170,13 @@ static tw_status count_open(const tw_surface_options *options, const tw_cage *c,
   uint32_t face_count = tw_open_faces(&c->topology, &full, c->arena, &faces);
   status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
   if (status != TW_OK) return status;
-  *out = loop ? tw_loop_open_count(&first, options->level) : tw_open_count(&first, options->level);
-  return check_counts(options, true, out, error);
+  uint8_t *visible = pass_on_visible(c, loop, faces, face_count);
+  if (!visible) return TW_NO_MEMORY;
+  uint32_t level = options->level;
+  *out = loop ? tw_loop_open_count(&first, visible, level) : tw_open_count(&first, visible, level);
+  tw_surface_counts all = loop ? tw_loop_open_count(&first, NULL, level) : tw_open_count(&first, NULL, level);
+  *refined_faces = all.faces;
+  return TW_OK;
 }
 
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {
@@ -199,11 +187,17 @@ bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options) {
   return false;
 }
 
-tw_status tw_cage_count(const tw_mesh *mesh, const tw_surface_options *options, const tw_cage *c,
-                        tw_surface_counts *out, tw_error *error) {
-  if (!tw_cage_shrinks(c, options)) return count_levels(options, c, out, error);
-  if (mesh->hole_count > 0) return tw_fail(error, TW_UNSUPPORTED, "boundary=open does not go with holes");
-  return count_open(options, c, out, error);
+tw_status tw_cage_count(const tw_surface_options *options, tw_cage *c, tw_surface_counts *out,
+                        tw_error *error) {
+  bool shrinks = tw_cage_shrinks(c, options);
+  if (shrinks) {
+    tw_status status = count_open(options, c, out, &c->refined_faces);
+    if (status != TW_OK) return status;
+  } else {
+    *out = counts_at(tw_count_faces(&c->topology, c->visible), options);
+    c->refined_faces = counts_at(tw_count_faces(&c->topology, NULL), options).faces;
+  }
+  return check_counts(options, shrinks, out, c->refined_faces, error);
 }
 
 tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error) {

@@ -5,8 +5,8 @@
 #include "topology.h"
 #include "tweend/subdiv.h"
 
-/* The greatest answer that is refined in the generic way to its end, which takes memory in proportion to
- * it. */
+/* Most faces that are refined in the generic way to the end, holes included: that takes memory in
+ * proportion to them. */
 enum { TW_GENERIC_FACES_MAX = 16 << 20 };
 
 /* Arrays live in `arena`. */
@@ -15,6 +15,8 @@ typedef struct tw_cage {
   tw_topology topology; /* sharpened */
   uint32_t *point_of;   /* [vertices] point of the mesh, ascending; NULL when all points are used */
   uint8_t *visible;     /* [faces] */
+  /* At the answer's level, with those that are left out of the answer; set by tw_cage_count. */
+  uint64_t refined_faces;
 } tw_cage;
 
 /* Whether the options fit the mesh at all: level in range, triangles for loop. */
@@ -28,7 +30,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options);
 
 /* Exact counts of the answer, in closed form. */
-tw_status tw_cage_count(const tw_mesh *mesh, const tw_surface_options *options, const tw_cage *cage,
-                        tw_surface_counts *out, tw_error *error);
+tw_status tw_cage_count(const tw_surface_options *options, tw_cage *cage, tw_surface_counts *out,
+                        tw_error *error);
 
 #endif

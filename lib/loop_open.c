@@ -32,11 +32,14 @@ static void sort_triangle(const tw_topology *t, uint32_t face, border_kinds *kin
     *(vertices ? &kinds->one : &kinds->inside) += 1;
 }
 
-static border_kinds sort_all(const tw_topology *t) {
+static border_kinds sort_all(const tw_topology *t, const uint8_t *visible) {
   border_kinds kinds = {0};
-  for (uint32_t f = 0; f < t->face_count; f++) sort_triangle(t, f, &kinds);
-  for (uint32_t v = 0; v < t->vertex_count; v++) kinds.inner_vertices += is_inner(t, v);
+  for (uint32_t f = 0; f < t->face_count; f++)
+    if (!visible || visible[f]) sort_triangle(t, f, &kinds);
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    kinds.inner_vertices += is_inner(t, v) && tw_topology_touches_vertex(t, visible, v);
   for (uint32_t e = 0; e < t->edge_count; e++) {
+    if (!tw_topology_touches_edge(t, visible, e)) continue;
     uint32_t ends = is_inner(t, t->edge_vertices[e][0]) + is_inner(t, t->edge_vertices[e][1]);
     kinds.inner_edges += ends == 2;
     kinds.half_edges += ends == 1;
@@ -64,16 +67,18 @@ static uint64_t next_edges(const border_kinds *k) {
   return 2 * k->inner_edges + k->half_edges + across;
 }
 
-tw_surface_counts tw_loop_open_count(const tw_topology *first, uint32_t level) {
+tw_surface_counts tw_loop_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level) {
   uint64_t border_edges = 0;
   for (uint32_t e = 0; e < first->edge_count; e++)
-    border_edges += (first->edge_flags[e] & TW_EDGE_BORDER) != 0;
-  tw_surface_counts counts = {first->vertex_count, first->edge_count, first->face_count, first->corner_count};
-  border_kinds kinds = sort_all(first);
+    border_edges +=
+        (first->edge_flags[e] & TW_EDGE_BORDER) != 0 && tw_topology_touches_edge(first, visible, e);
+  tw_surface_counts counts = tw_count_faces(first, visible);
+  border_kinds kinds = sort_all(first, visible);
   /* Stops where numbers near 64 bits, far over the limit. */
   for (uint32_t l = 1; l < level && counts.faces > 0 && counts.corners < UINT64_MAX / 16; l++) {
-    /* Every edge off the border has its middle: a mesh that was cut before has none whose triangles all
-     * stay behind. */
+    /* Every edge off the border has its middle: a triangle that stays behind whole was the middle of one in
+     * a mesh that was cut, so that its edges off the border lead to children of the same triangle, which go
+     * on. */
     counts.vertices = kinds.inner_vertices + (counts.edges - border_edges);
     counts.edges = next_edges(&kinds);
     border_edges = kinds.one + 2 * kinds.two + kinds.strip + 3 * kinds.middle;

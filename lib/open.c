@@ -71,6 +71,19 @@ tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t f
   return full->semi_sum ? tw_topology_sum_semi(out, arena) : TW_OK;
 }
 
+tw_surface_counts tw_count_faces(const tw_topology *topology, const uint8_t *visible) {
+  const tw_topology *t = topology;
+  tw_surface_counts counts = {0, 0, 0, 0};
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    if (visible && !visible[f]) continue;
+    counts.faces++;
+    counts.corners += tw_face_size(t, f);
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++) counts.vertices += tw_topology_touches_vertex(t, visible, v);
+  for (uint32_t e = 0; e < t->edge_count; e++) counts.edges += tw_topology_touches_edge(t, visible, e);
+  return counts;
+}
+
 /* Quads by how many of their corners are inner vertices, and edges by how many of their ends. A quad with
  * opposite inner corners alone does not come up: every quad of a refined mesh has a corner whose neighbours
  * lie between it and the border. */
@@ -78,21 +91,24 @@ typedef struct border_kinds {
   uint64_t quads[5], edges[3], inner_vertices;
 } border_kinds;
 
-static border_kinds sort_all(const tw_topology *t) {
+static border_kinds sort_all(const tw_topology *t, const uint8_t *visible) {
   border_kinds kinds = {{0}, {0}, 0};
   for (uint32_t q = 0; q < t->face_count; q++) {
+    if (visible && !visible[q]) continue;
     int inner = 0;
     for (uint32_t k = 0; k < 4; k++) inner += !on_border(t, 4 * q + k);
     kinds.quads[inner]++;
   }
   for (uint32_t e = 0; e < t->edge_count; e++) {
+    if (!tw_topology_touches_edge(t, visible, e)) continue;
     int inner = 0;
     for (int end = 0; end < 2; end++)
       inner += !(t->vertex_flags[t->edge_vertices[e][end]] & TW_VERTEX_BORDER);
     kinds.edges[inner]++;
   }
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    kinds.inner_vertices += !(t->vertex_flags[v] & TW_VERTEX_BORDER);
+    kinds.inner_vertices +=
+        !(t->vertex_flags[v] & TW_VERTEX_BORDER) && tw_topology_touches_vertex(t, visible, v);
   return kinds;
 }
 
@@ -107,9 +123,9 @@ static border_kinds next_kinds(const border_kinds *k) {
                         k->inner_vertices + edges[2] + quads[4]};
 }
 
-tw_surface_counts tw_open_count(const tw_topology *first, uint32_t level) {
-  tw_surface_counts counts = {first->vertex_count, first->edge_count, first->face_count, first->corner_count};
-  border_kinds kinds = sort_all(first);
+tw_surface_counts tw_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level) {
+  tw_surface_counts counts = tw_count_faces(first, visible);
+  border_kinds kinds = sort_all(first, visible);
   /* Stops where numbers near 64 bits, far over the limit. */
   for (uint32_t l = 1; l < level && counts.faces > 0 && counts.corners < UINT64_MAX / 16; l++) {
     uint64_t kept = kinds.quads[1] + kinds.quads[2] + kinds.quads[3] + kinds.quads[4];

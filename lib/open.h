@@ -17,8 +17,12 @@ uint32_t tw_open_faces(const tw_topology *parent, const tw_topology *child, tw_a
 tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices);
 
-/* Counts at `level` (1 or more) in closed form from the mesh at level 1. */
-tw_surface_counts tw_open_count(const tw_topology *first, uint32_t level);
-tw_surface_counts tw_loop_open_count(const tw_topology *first, uint32_t level);
+/* Counts at `level` (1 or more) of what some faces of the mesh at level 1 leave, in closed form. visible:
+ * [first->face_count], the same for all children of a face of the cage; NULL: all are. */
+tw_surface_counts tw_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level);
+tw_surface_counts tw_loop_open_count(const tw_topology *first, const uint8_t *visible, uint32_t level);
+
+/* Counts of some faces of a mesh; visible as above. */
+tw_surface_counts tw_count_faces(const tw_topology *topology, const uint8_t *visible);
 
 #endif

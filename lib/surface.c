@@ -482,7 +482,8 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
 static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level;
-  bool small = s->counts.faces <= TW_GENERIC_FACES_MAX, shrinks = tw_cage_shrinks(&b->cage, &s->options);
+  bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX,
+       shrinks = tw_cage_shrinks(&b->cage, &s->options);
   if (generic && !small)
     return tw_fail(error, TW_LIMIT,
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
@@ -524,7 +525,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
   b->cage.arena = b->arena;
-  if (status == TW_OK) status = tw_cage_count(b->mesh, &s->options, &b->cage, &s->counts, error);
+  if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status != TW_OK) return status;
   b->whole = is_whole(b);
   status = choose_levels(b, generic, error);
@@ -595,7 +596,7 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
   tw_cage cage;
   tw_surface_counts counts = {0, 0, 0, 0};
   status = arena ? tw_cage_read(mesh, options, arena, &cage) : TW_NO_MEMORY;
-  if (status == TW_OK) status = tw_cage_count(mesh, options, &cage, &counts, error);
+  if (status == TW_OK) status = tw_cage_count(options, &cage, &counts, error);
   tw_arena_destroy(arena);
   if (status == TW_OK || status == TW_LIMIT) *out = counts;
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;

@@ -326,3 +326,20 @@ uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t
   }
   return UINT32_MAX;
 }
+
+bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex) {
+  const tw_topology *t = topology;
+  uint32_t i = t->fan_offsets[vertex], end = t->fan_offsets[vertex + 1];
+  while (faces && i < end && !faces[tw_corner_face(t, t->fan_corners[i])]) i++;
+  return i < end;
+}
+
+bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces, uint32_t edge) {
+  const tw_topology *t = topology;
+  uint32_t first = t->edge_corner[edge], corner = first;
+  do {
+    if (!faces || faces[tw_corner_face(t, corner)]) return true;
+    corner = t->sibling[corner];
+  } while (corner != first);
+  return false;
+}

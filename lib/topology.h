@@ -82,6 +82,10 @@ tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, 
 /* Edge between two vertices of a topology that tw_topology_build made, or UINT32_MAX. O(log edges). */
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 
+/* Whether one of some faces is at a vertex, or at an edge. faces: [face_count] flags, NULL for all. */
+bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex);
+bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces, uint32_t edge);
+
 static inline uint32_t tw_face_begin(const tw_topology *t, uint32_t face) {
   return t->face_offsets ? t->face_offsets[face] : t->face_size * face;
 }

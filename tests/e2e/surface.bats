@@ -75,6 +75,21 @@ obj_faces() { grep -c '^f ' "$1"; }
   done
 }
 
+@test "open borders shrink from the mesh's border and not from a hole" {
+  { grid 6; printf 't hole 1/0/0 12\n'; } >holed.obj
+  upload holed.obj
+  # 9 x 9 points, the middle of the hole missing; then 15 x 15 without 3 x 3.
+  for expected in 1:80:60 2:216:180; do
+    IFS=: read -r level vertices faces <<<"$expected"
+    get "/v1/models/$id/surface.json?level=$level&boundary=open"
+    expect 200
+    holds ".vertices == $vertices and .faces == $faces"
+    get "/v1/models/$id/surface.obj?level=$level&boundary=open"
+    [ "$(obj_points answer)" = "$vertices" ]
+    [ "$(obj_faces answer)" = "$faces" ]
+  done
+}
+
 # extent FILE: the largest x among the points of an OBJ; of a grid of 4 points it is 3 at most.
 extent() { awk '$1 == "v" && $2 > x { x = $2 } END { printf "%.4f\n", x }' "$1"; }
 

@@ -1,54 +1,9 @@
-/* Loop's scheme, and open borders in all schemes: closed forms and invariants. OpenSubdiv's opinion is asked
- * in tests/oracle. */
+/* Loop's scheme: closed forms and invariants. OpenSubdiv's opinion is asked in tests/oracle. */
 #include <math.h>
-#include <string.h>
 
-#include "surface_rows.h"
+#include "built_cage.h"
 
 /* ---- cages ---------------------------------------------------------------------------------- */
-
-enum { POINTS_MAX = 256, FACES_MAX = 512 };
-
-typedef struct cage {
-  float points[POINTS_MAX][3];
-  uint32_t corners[4 * FACES_MAX], offsets[FACES_MAX + 1];
-  tw_mesh mesh;
-} cage;
-
-static cage *new_cage(void) {
-  cage *c = calloc(1, sizeof *c);
-  assert_non_null(c);
-  tw_mesh_init(&c->mesh);
-  c->mesh.positions = c->points[0];
-  c->mesh.corners = c->corners;
-  c->mesh.face_offsets = c->offsets;
-  return c;
-}
-
-static uint32_t add_point(cage *c, float x, float y, float z) {
-  float point[3] = {x, y, z};
-  assert_true(c->mesh.point_count < POINTS_MAX);
-  memcpy(c->points[c->mesh.point_count], point, sizeof point);
-  return c->mesh.point_count++;
-}
-
-static void add_face(cage *c, const uint32_t *corners, uint32_t size) {
-  assert_true(c->mesh.face_count < FACES_MAX);
-  memcpy(c->corners + c->mesh.corner_count, corners, size * sizeof *corners);
-  c->mesh.corner_count += size;
-  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
-}
-
-/* A quad as it is, or cut along the diagonal from its first corner. */
-static void add_quad(cage *c, const uint32_t quad[4], bool cut) {
-  const uint32_t halves[2][3] = {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}};
-  if (!cut) {
-    add_face(c, quad, 4);
-    return;
-  }
-  add_face(c, halves[0], 3);
-  add_face(c, halves[1], 3);
-}
 
 static cage *icosahedron(void) {
   static const float g = 1.618034f;
@@ -65,20 +20,6 @@ static cage *icosahedron(void) {
       add_point(c, point[0], point[1], point[2]);
     }
   for (uint32_t f = 0; f < 20; f++) add_face(c, faces[f], 3);
-  return c;
-}
-
-/* Triangles over columns x rows points, six round each inner one, over height(x, y). */
-static cage *grid(uint32_t columns, uint32_t rows, float (*height)(float, float)) {
-  cage *c = new_cage();
-  for (uint32_t y = 0; y < rows; y++)
-    for (uint32_t x = 0; x < columns; x++)
-      add_point(c, (float)x, (float)y, height ? height((float)x, (float)y) : 0);
-  for (uint32_t y = 0; y + 1 < rows; y++)
-    for (uint32_t x = 0; x + 1 < columns; x++) {
-      uint32_t a = y * columns + x, quad[4] = {a, a + 1, a + columns + 1, a + columns};
-      add_quad(c, quad, true);
-    }
   return c;
 }
 
@@ -101,18 +42,6 @@ static tw_surface_options loop_at(uint32_t level) {
   return (tw_surface_options){.level = level, .scheme = TW_LOOP};
 }
 
-static uint32_t *faces_of(const rows *r, tw_domain domain) {
-  const tw_surface_counts *counts = tw_surface_get_counts(r->surface);
-  uint32_t *faces = malloc((counts->corners + 1) * sizeof *faces);
-  tw_surface_reader *reader = tw_surface_reader_create(r->surface);
-  assert_non_null(faces);
-  assert_non_null(reader);
-  size_t written = tw_surface_read_faces(reader, domain, 0, (size_t)counts->faces, NULL, faces);
-  assert_int_equal(written, counts->corners);
-  tw_surface_reader_destroy(reader);
-  return faces;
-}
-
 /* ---- bad input ------------------------------------------------------------------------------ */
 
 static void over_sixteen_million_triangles_are_refused(void **state) {
@@ -127,6 +56,23 @@ static void over_sixteen_million_triangles_are_refused(void **state) {
   assert_null(surface);
   assert_int_equal(tw_surface_count(&c->mesh, &options, &counts, NULL), TW_LIMIT);
   assert_int_equal(counts.faces, 20u << 20);
+  free(c);
+}
+
+/* What is left out of the answer is refined all the same. */
+static void holes_do_not_hide_how_many_triangles_are_refined(void **state) {
+  (void)state;
+  cage *c = icosahedron();
+  uint32_t holes[19];
+  for (uint32_t i = 0; i < 19; i++) holes[i] = i;
+  c->mesh.holes = holes;
+  c->mesh.hole_count = 19;
+  tw_surface *surface = NULL;
+  tw_surface_options options = loop_at(10);
+  tw_surface_counts counts;
+  assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_LIMIT);
+  assert_int_equal(tw_surface_count(&c->mesh, &options, &counts, NULL), TW_LIMIT);
+  assert_int_equal(counts.faces, 1u << 20);
   free(c);
 }
 
@@ -212,7 +158,7 @@ static float along_x(float x, float y) {
  * spline's own third in the end. Points lie on the finer grid. */
 static void regular_grid_is_the_quartic_box_spline(void **state) {
   (void)state;
-  cage *c = grid(8, 8, mixed);
+  cage *c = grid(8, 8, true, mixed);
   for (uint32_t level = 1; level <= 4; level++) {
     rows r = read_rows(&c->mesh, loop_at(level));
     float fine = (float)(1u << level), raised = (1 - 1 / (fine * fine)) / 3;
@@ -233,7 +179,7 @@ static void regular_grid_is_the_quartic_box_spline(void **state) {
 
 static void limit_of_a_regular_grid_is_the_box_spline_with_its_normals(void **state) {
   (void)state;
-  cage *c = grid(8, 8, mixed);
+  cage *c = grid(8, 8, true, mixed);
   for (uint32_t level = 0; level <= 4; level++) {
     tw_surface_options options = loop_at(level);
     options.limit = options.normals = true;
@@ -257,7 +203,7 @@ static void limit_of_a_regular_grid_is_the_box_spline_with_its_normals(void **st
 
 static void border_is_the_cubic_spline_of_its_points(void **state) {
   (void)state;
-  cage *c = grid(9, 3, along_x);
+  cage *c = grid(9, 3, true, along_x);
   for (uint32_t level = 1; level <= 5; level++) {
     rows r = read_rows(&c->mesh, loop_at(level));
     float fine = (float)(1u << level), raised = (1 - 1 / (fine * fine)) / 3;
@@ -456,7 +402,7 @@ static void blocks_of_any_size_hold_the_same_bytes(void **state) {
 
 static void bounds_are_those_of_the_rows(void **state) {
   (void)state;
-  cage *c = grid(6, 5, mixed);
+  cage *c = grid(6, 5, true, mixed);
   for (uint32_t level = 0; level < 5; level++)
     for (int boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
       for (int limit = 0; limit < 2; limit++) {
@@ -479,122 +425,10 @@ static void bounds_are_those_of_the_rows(void **state) {
   free(c);
 }
 
-/* ---- open borders --------------------------------------------------------------------------- */
-
-static int compare_pairs(const void *left, const void *right) {
-  return memcmp(left, right, sizeof(uint32_t[2]));
-}
-
-static uint64_t count_edges(const uint32_t *faces, uint64_t face_count, uint32_t size) {
-  uint64_t count = face_count * size, distinct = 0;
-  uint32_t(*pairs)[2] = malloc((count + 1) * sizeof *pairs);
-  assert_non_null(pairs);
-  for (uint64_t i = 0; i < count; i++) {
-    uint32_t a = faces[i], b = faces[i / size * size + (i + 1) % size];
-    pairs[i][0] = a < b ? a : b;
-    pairs[i][1] = a < b ? b : a;
-  }
-  qsort(pairs, (size_t)count, sizeof *pairs, compare_pairs);
-  for (uint64_t i = 0; i < count; i++) distinct += i == 0 || compare_pairs(pairs[i], pairs[i - 1]) != 0;
-  free(pairs);
-  return distinct;
-}
-
-/* What the counts foretell against what is there. Returns the faces. */
-static uint64_t assert_open_counts(const cage *c, tw_scheme scheme, uint32_t level) {
-  tw_surface_options options = {.level = level, .scheme = scheme, .boundary = TW_BOUNDARY_OPEN};
-  rows r = read_rows(&c->mesh, options);
-  const tw_surface_counts *counts = tw_surface_get_counts(r.surface);
-  uint64_t built = 0;
-  for (uint32_t g = 0; g < tw_surface_group_count(r.surface); g++)
-    built += tw_surface_get_group(r.surface, g)->face_count;
-  assert_int_equal(built, counts->faces);
-  assert_int_equal(tw_surface_row_count(r.surface, TW_DOMAIN_POINTS), counts->vertices);
-  uint32_t *faces = faces_of(&r, TW_DOMAIN_POINTS);
-  assert_int_equal(count_edges(faces, counts->faces, scheme == TW_LOOP ? 3 : 4), counts->edges);
-  free(faces);
-  free_rows(&r);
-  return built;
-}
-
-/* Faces left out so that every kind of border comes up, with points that two borders share. */
-static cage *ragged_sheet(bool triangles) {
-  static const uint32_t left_out[2][15] = {{0, 7, 11, 12, 28, 39, 40, 60, 61, UINT32_MAX},
-                                           {0, 9, 17, 18, 30, 31, 52, 55, 77, 78, 79, 101, 120, 121, 140}};
-  enum { COLUMNS = 10, ROWS = 9 };
-  cage *whole = grid(COLUMNS, ROWS, NULL), *c = new_cage();
-  memcpy(c->points, whole->points, sizeof c->points);
-  c->mesh.point_count = whole->mesh.point_count;
-  uint32_t faces = (COLUMNS - 1) * (ROWS - 1) * (triangles ? 2 : 1);
-  for (uint32_t f = 0, skipped = 0; f < faces; f++) {
-    bool skip = skipped < 15 && left_out[triangles][skipped] == f;
-    skipped += skip;
-    if (skip) continue;
-    uint32_t a = f / (COLUMNS - 1) * COLUMNS + f % (COLUMNS - 1),
-             quad[4] = {a, a + 1, a + COLUMNS + 1, a + COLUMNS};
-    if (triangles)
-      add_face(c, whole->corners + 3 * f, 3);
-    else
-      add_face(c, quad, 4);
-  }
-  free(whole);
-  return c;
-}
-
-static void open_counts_match_what_is_built_on_a_ragged_border(void **state) {
-  (void)state;
-  for (int triangles = 0; triangles < 2; triangles++) {
-    cage *c = ragged_sheet(triangles);
-    for (uint32_t level = 1; level <= 5; level++)
-      assert_true(assert_open_counts(c, triangles ? TW_LOOP : TW_CATMULL_CLARK, level) > 0);
-    free(c);
-  }
-}
-
-/* Three half planes that meet on a line. */
-static cage *three_sheets(bool triangles) {
-  enum { WIDE = 5, LONG = 6 };
-  uint32_t names[3][WIDE][LONG];
-  cage *c = new_cage();
-  for (uint32_t sheet = 0; sheet < 3; sheet++)
-    for (uint32_t i = 0; i < WIDE; i++)
-      for (uint32_t j = 0; j < LONG; j++) {
-        float out = (float)i;
-        names[sheet][i][j] = i == 0 && sheet > 0 ? names[0][0][j]
-                             : sheet == 0        ? add_point(c, out, (float)j, 0)
-                                                 : add_point(c, 0, (float)j, sheet == 1 ? out : -out);
-      }
-  for (uint32_t sheet = 0; sheet < 3; sheet++)
-    for (uint32_t i = 0; i + 1 < WIDE; i++)
-      for (uint32_t j = 0; j + 1 < LONG; j++) {
-        uint32_t quad[4] = {names[sheet][i][j], names[sheet][i + 1][j], names[sheet][i + 1][j + 1],
-                            names[sheet][i][j + 1]};
-        add_quad(c, quad, triangles);
-      }
-  return c;
-}
-
-static void open_counts_hold_where_three_sheets_meet(void **state) {
-  (void)state;
-  for (int triangles = 0; triangles < 2; triangles++) {
-    cage *c = three_sheets(triangles);
-    for (uint32_t level = 1; level <= 5; level++)
-      assert_true(assert_open_counts(c, triangles ? TW_LOOP : TW_CATMULL_CLARK, level) > 0);
-    free(c);
-  }
-}
-
-static void open_border_leaves_nothing_of_a_lone_triangle_fan(void **state) {
-  (void)state;
-  cage *c = grid(2, 2, NULL);
-  assert_int_equal(assert_open_counts(c, TW_LOOP, 1), 0);
-  assert_int_equal(assert_open_counts(c, TW_LOOP, 3), 0);
-  free(c);
-}
-
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(over_sixteen_million_triangles_are_refused),
+      cmocka_unit_test(holes_do_not_hide_how_many_triangles_are_refined),
       cmocka_unit_test(mesh_without_faces_gives_an_empty_surface),
       cmocka_unit_test(icosahedron_has_10_times_4_to_the_level_and_2_points),
       cmocka_unit_test(lone_triangle_has_triangular_numbers_of_points),
@@ -611,9 +445,6 @@ int main(void) {
       cmocka_unit_test(normals_are_unit_even_where_there_is_no_tangent_plane),
       cmocka_unit_test(blocks_of_any_size_hold_the_same_bytes),
       cmocka_unit_test(bounds_are_those_of_the_rows),
-      cmocka_unit_test(open_counts_match_what_is_built_on_a_ragged_border),
-      cmocka_unit_test(open_counts_hold_where_three_sheets_meet),
-      cmocka_unit_test(open_border_leaves_nothing_of_a_lone_triangle_fan),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

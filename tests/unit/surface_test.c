@@ -160,57 +160,6 @@ static void cube_approaches_its_limit_monotonically(void **state) {
   assert_float_equal(before, limit, 1e-4);
 }
 
-static void open_grid_of_16_points_has_25_then_49(void **state) {
-  (void)state;
-  tw_mesh mesh = grid(4, 4, NULL);
-  uint64_t side = 5;
-  for (uint32_t level = 1; level <= 6; level++, side = 2 * side - 3) {
-    tw_surface_options options = {.level = level, .boundary = TW_BOUNDARY_OPEN, .normals = true};
-    assert_counts(&mesh, options, side * side, 2 * side * (side - 1), (side - 1) * (side - 1));
-    tw_surface *surface = surface_of(&mesh, options);
-    assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_POINTS), side * side);
-    float min[3], max[3];
-    assert_int_equal(tw_surface_bounds(surface, -1, min, max), TW_OK);
-    /* The plane stays where it was, and shrinks towards its middle face. */
-    assert_float_equal(min[0], 1 - 1 / (float)(1u << level), 1e-5);
-    assert_float_equal(max[1], 2 + 1 / (float)(1u << level), 1e-5);
-    tw_surface_destroy(surface);
-  }
-}
-
-static void open_counts_match_what_is_built_on_a_ragged_border(void **state) {
-  (void)state;
-  /* Faces left out so that strips, turns both ways and lone corners come up. */
-  static const uint32_t left_out[] = {0, 7, 11, 12, 28, 39, 40, 60, 61};
-  tw_mesh mesh = grid(10, 9, NULL);
-  static uint32_t corners[400], offsets[100];
-  uint32_t faces = 0, skip = 0;
-  for (uint32_t f = 0; f < mesh.face_count; f++) {
-    if (skip < sizeof left_out / sizeof *left_out && left_out[skip] == f) {
-      skip++;
-      continue;
-    }
-    memcpy(corners + 4 * faces, mesh.corners + 4 * f, 4 * sizeof *corners);
-    faces++;
-    offsets[faces] = 4 * faces;
-  }
-  mesh.corners = corners;
-  mesh.face_offsets = offsets;
-  mesh.face_count = faces;
-  mesh.corner_count = 4 * faces;
-  for (uint32_t level = 1; level <= 5; level++) {
-    tw_surface *surface =
-        surface_of(&mesh, (tw_surface_options){.level = level, .boundary = TW_BOUNDARY_OPEN});
-    const tw_surface_counts *counts = tw_surface_get_counts(surface);
-    assert_int_equal(tw_surface_row_count(surface, TW_DOMAIN_POINTS), counts->vertices);
-    uint64_t group_faces = 0;
-    for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
-      group_faces += tw_surface_get_group(surface, g)->face_count;
-    assert_int_equal(group_faces, counts->faces);
-    tw_surface_destroy(surface);
-  }
-}
-
 /* ---- invariants ----------------------------------------------------------------------------- */
 
 static float saddle(float x, float y) {
@@ -392,7 +341,7 @@ static void bounds_are_those_of_the_rows(void **state) {
           mesh.crease_edges = creases;
           mesh.crease_sharpness = sharpness;
           mesh.holes = holes;
-          mesh.hole_count = boundary == TW_BOUNDARY_OPEN ? 0 : 2;
+          mesh.hole_count = 2;
         }
         assert_exact_bounds(
             &mesh, (tw_surface_options){.level = level,
@@ -412,8 +361,6 @@ int main(void) {
       cmocka_unit_test(cube_has_26_then_98_vertices),
       cmocka_unit_test(cube_corner_moves_to_five_ninths),
       cmocka_unit_test(cube_approaches_its_limit_monotonically),
-      cmocka_unit_test(open_grid_of_16_points_has_25_then_49),
-      cmocka_unit_test(open_counts_match_what_is_built_on_a_ragged_border),
       cmocka_unit_test(the_same_bytes_come_whatever_the_blocks),
       cmocka_unit_test(faces_use_every_row_and_no_other),
       cmocka_unit_test(a_plane_stays_a_plane_with_its_normal),

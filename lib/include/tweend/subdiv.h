@@ -16,7 +16,9 @@ typedef enum tw_boundary {
   TW_BOUNDARY_EDGE_AND_CORNER,
   TW_BOUNDARY_EDGE_ONLY,
   TW_BOUNDARY_NONE, /* faces at the border take part in the rules and are left out of the answer */
-  TW_BOUNDARY_OPEN  /* new points only where every parent exists: the answer shrinks */
+  /* New points only where every parent exists: the answer shrinks from the border of the mesh. Holes are
+   * faces like all others here, and left out of the answer: it does not shrink from them. */
+  TW_BOUNDARY_OPEN
 } tw_boundary;
 
 /* OpenSubdiv's face-varying linear interpolation rules. */
@@ -52,8 +54,8 @@ typedef struct tw_surface_counts {
 
 /* Counts in closed form, 64 bits. O(cage) whatever the level.
  * TW_INVALID: loop on a face that is not a triangle. TW_LIMIT: over 2^32 - 2 of anything, or over 2^24
- * faces by loop or with an open border from level 2 on; *out then tells of how many, or is all 0 when the
- * level itself is over TW_LEVEL_MAX. */
+ * faces, holes included, by loop or with an open border from level 2 on; *out then tells of how many the
+ * answer would have, or is all 0 when the level itself is over TW_LEVEL_MAX. */
 tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,
                            tw_error *error);
 

@@ -1,0 +1,79 @@
+/* Cages put together face by face. */
+#ifndef BUILT_CAGE_H
+#define BUILT_CAGE_H
+
+#include <string.h>
+
+#include "surface_rows.h"
+
+enum { POINTS_MAX = 256, FACES_MAX = 512 };
+
+typedef struct cage {
+  float points[POINTS_MAX][3];
+  uint32_t corners[4 * FACES_MAX], offsets[FACES_MAX + 1];
+  tw_mesh mesh;
+} cage;
+
+static inline cage *new_cage(void) {
+  cage *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  tw_mesh_init(&c->mesh);
+  c->mesh.positions = c->points[0];
+  c->mesh.corners = c->corners;
+  c->mesh.face_offsets = c->offsets;
+  return c;
+}
+
+static inline uint32_t add_point(cage *c, float x, float y, float z) {
+  float point[3] = {x, y, z};
+  assert_true(c->mesh.point_count < POINTS_MAX);
+  memcpy(c->points[c->mesh.point_count], point, sizeof point);
+  return c->mesh.point_count++;
+}
+
+static inline void add_face(cage *c, const uint32_t *corners, uint32_t size) {
+  assert_true(c->mesh.face_count < FACES_MAX);
+  memcpy(c->corners + c->mesh.corner_count, corners, size * sizeof *corners);
+  c->mesh.corner_count += size;
+  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
+}
+
+/* A quad as it is, or cut along the diagonal from its first corner. */
+static inline void add_quad(cage *c, const uint32_t quad[4], bool cut) {
+  const uint32_t halves[2][3] = {{quad[0], quad[1], quad[2]}, {quad[0], quad[2], quad[3]}};
+  if (!cut) {
+    add_face(c, quad, 4);
+    return;
+  }
+  add_face(c, halves[0], 3);
+  add_face(c, halves[1], 3);
+}
+
+/* Quads over columns x rows points at height(x, y), 0 for NULL; cut: triangles, six round each inner point.
+ */
+static inline cage *grid(uint32_t columns, uint32_t rows, bool cut, float (*height)(float, float)) {
+  cage *c = new_cage();
+  for (uint32_t y = 0; y < rows; y++)
+    for (uint32_t x = 0; x < columns; x++)
+      add_point(c, (float)x, (float)y, height ? height((float)x, (float)y) : 0);
+  for (uint32_t y = 0; y + 1 < rows; y++)
+    for (uint32_t x = 0; x + 1 < columns; x++) {
+      uint32_t a = y * columns + x, quad[4] = {a, a + 1, a + columns + 1, a + columns};
+      add_quad(c, quad, cut);
+    }
+  return c;
+}
+
+static inline uint32_t *faces_of(const rows *r, tw_domain domain) {
+  const tw_surface_counts *counts = tw_surface_get_counts(r->surface);
+  uint32_t *faces = malloc((counts->corners + 1) * sizeof *faces);
+  tw_surface_reader *reader = tw_surface_reader_create(r->surface);
+  assert_non_null(faces);
+  assert_non_null(reader);
+  size_t written = tw_surface_read_faces(reader, domain, 0, (size_t)counts->faces, NULL, faces);
+  assert_int_equal(written, counts->corners);
+  tw_surface_reader_destroy(reader);
+  return faces;
+}
+
+#endif
