@@ -2,6 +2,7 @@
 #include "models.h"
 
 #include <stdio.h>
+#include <string.h>
 
 static void member_count(api_text *out, const char *name, uint64_t value) {
   api_text_member(out, name);
@@ -11,6 +12,11 @@ static void member_count(api_text *out, const char *name, uint64_t value) {
 static void member_floats(api_text *out, const char *name, const float *values, size_t count) {
   api_text_member(out, name);
   api_text_floats(out, values, count);
+}
+
+static void open_array(api_text *out, const char *name) {
+  api_text_member(out, name);
+  api_text_add(out, "[");
 }
 
 /* {"3":2,"4":6}: how many there are of each size. */
@@ -76,7 +82,37 @@ static void print_facts(api_text *out, const tw_mesh_facts *facts) {
   member_count(out, "holes", facts->holes);
 }
 
-static tw_status print_mesh(api_text *out, const tw_mesh *mesh, tw_error *error) {
+/* Of names with a blank between two. */
+static void print_words(api_text *out, const char *names) {
+  api_text_add(out, "[");
+  while (*names) {
+    size_t length = strcspn(names, " ");
+    if (length > 0) {
+      api_text_element(out);
+      api_text_quoted(out, names, length);
+    }
+    names += length + (names[length] == ' ');
+  }
+  api_text_add(out, "]");
+}
+
+static void member_groups(api_text *out, const tw_model *model, const tw_mesh_facts *facts) {
+  enum { LISTED_MAX = 64 };
+  member_count(out, "group_count", facts->group_count);
+  open_array(out, "groups");
+  for (uint32_t i = 0; i < facts->group_count && i < LISTED_MAX; i++) {
+    api_text_element(out);
+    api_text_add(out, "{");
+    api_text_member(out, "names");
+    print_words(out, model->group_names[facts->groups[i]]);
+    member_count(out, "faces", facts->group_faces[i]);
+    api_text_add(out, "}");
+  }
+  api_text_add(out, "]");
+}
+
+static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index, tw_error *error) {
+  const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_facts facts = {0};
   tw_status status = tw_mesh_describe(mesh, &facts, error);
   if (status != TW_OK) return status;
@@ -85,6 +121,7 @@ static tw_status print_mesh(api_text *out, const tw_mesh *mesh, tw_error *error)
   api_text_member(out, "name");
   api_text_string(out, mesh->name);
   print_facts(out, &facts);
+  member_groups(out, model, &facts);
   member_count(out, "uv_sets", mesh->uv_set_count);
   member_count(out, "morph_targets", mesh->morph_count);
   api_text_member(out, "skinned");
@@ -165,11 +202,6 @@ static void print_clip(api_text *out, const tw_model *model, uint32_t index) {
   api_text_add(out, "}");
 }
 
-static void open_array(api_text *out, const char *name) {
-  api_text_member(out, name);
-  api_text_add(out, "[");
-}
-
 bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault) {
   api_text_add(out, "{");
   api_text_member(out, "id");
@@ -182,7 +214,7 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text
   open_array(out, "meshes");
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
-    status = print_mesh(out, &model->meshes[i], &fault->error);
+    status = print_mesh(out, model, i, &fault->error);
   api_text_add(out, "]");
   open_array(out, "nodes");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);

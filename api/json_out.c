@@ -75,13 +75,8 @@ static void escape(api_text *text, unsigned char byte) {
   }
 }
 
-void api_text_string(api_text *text, const char *value) {
-  if (!value) {
-    api_text_bytes(text, "null", 4);
-    return;
-  }
+void api_text_quoted(api_text *text, const char *value, size_t length) {
   api_text_bytes(text, "\"", 1);
-  size_t length = strlen(value);
   size_t plain = 0; /* start of the run that goes out as it is */
   for (size_t i = 0; i < length;) {
     unsigned char byte = (unsigned char)value[i];
@@ -101,6 +96,13 @@ void api_text_string(api_text *text, const char *value) {
   }
   api_text_bytes(text, value + plain, length - plain);
   api_text_bytes(text, "\"", 1);
+}
+
+void api_text_string(api_text *text, const char *value) {
+  if (value)
+    api_text_quoted(text, value, strlen(value));
+  else
+    api_text_bytes(text, "null", 4);
 }
 
 void api_text_count(api_text *text, uint64_t value) {

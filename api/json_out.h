@@ -27,7 +27,9 @@ void api_text_element(api_text *text);
 /* The comma and `"name":`; the name is written as it stands. */
 void api_text_member(api_text *text, const char *name);
 
-/* A quoted string, or null for NULL. Bytes that are not UTF-8 become U+FFFD. */
+/* A quoted string. Bytes that are not UTF-8 become U+FFFD. */
+void api_text_quoted(api_text *text, const char *value, size_t length);
+/* The same of a terminated one, or null for NULL. */
 void api_text_string(api_text *text, const char *value);
 void api_text_count(api_text *text, uint64_t value);
 void api_text_integer(api_text *text, int64_t value);

@@ -133,6 +133,8 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
   tw_model model = {.format = TW_FORMAT_JSON,
                     .mesh_count = 1,
                     .meshes = &request->shown.scene.model->meshes[mesh],
+                    .group_count = request->shown.scene.model->group_count,
+                    .group_names = request->shown.scene.model->group_names,
                     .node_count = 1,
                     .nodes = &node,
                     .node_order = &order};
@@ -167,22 +169,44 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
 
 /* ---- bytes --------------------------------------------------------------------------------------- */
 
-/* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an
- * index, of which a corner has three. */
-static uint64_t obj_size_bound(const surface_request *request) {
-  const api_plan *plan = api_entry_value(request->plan);
+static uint64_t line_size(const char *name) {
+  enum { KEYWORD = 32 }; /* and a made-up name */
+  return KEYWORD + (name ? strlen(name) : 0);
+}
+
+/* Names of materials and groups come again with each group of the surface. Stops soon after `limit`. */
+static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface, uint64_t limit) {
   uint64_t size = 0;
+  for (uint32_t g = 0; g < tw_surface_group_count(surface) && size <= limit; g++) {
+    const tw_surface_group *group = tw_surface_get_group(surface, g);
+    size += line_size(group->material < 0 ? NULL : model->material_names[group->material]);
+    size += line_size(group->names == TW_NO_INDEX ? NULL : model->group_names[group->names]);
+  }
+  return size;
+}
+
+/* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an
+ * index, of which a corner has three. Not counted much further than the limit. */
+static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
+  const api_plan *plan = api_entry_value(request->plan);
+  const tw_model *model = request->shown.scene.model;
+  uint64_t limit = call->service->limits.max_output;
+  uint64_t *of_mesh = tw_arena_alloc(call->arena, plan->count, sizeof *of_mesh);
+  if (!of_mesh) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
   for (uint32_t i = 0; i < plan->count; i++) {
     const tw_surface *surface = plan->surfaces[i];
     uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-    uint64_t of_one = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11;
-    uint64_t shown = 0;
-    for (uint32_t n = 0; n < request->shown.scene.model->node_count; n++)
-      shown += request->shown.scene.model->nodes[n].mesh == i;
-    if (shown && of_one > UINT64_MAX / 2 / shown - size / shown) return UINT64_MAX;
-    size += of_one * shown;
+    of_mesh[i] = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11 +
+                 obj_names_bound(model, surface, limit);
   }
-  return size;
+  *size = 0;
+  for (uint32_t n = 0; n < model->node_count && *size <= limit; n++) {
+    const tw_node *node = &model->nodes[n];
+    if (node->mesh == TW_NO_INDEX) continue;
+    const char *name = model->meshes[node->mesh].name;
+    *size += line_size(name ? name : node->name) + of_mesh[node->mesh];
+  }
+  return TW_OK;
 }
 
 /* Judges the size of the answer, or that it cannot be had (status TW_LIMIT, its error filled). */
@@ -211,7 +235,7 @@ static tw_format container_of(const surface_request *request) {
 static api_outcome predict(api_call *call, const surface_request *request, uint64_t *size) {
   tw_status status = TW_OK;
   if (request->form == FORM_OBJ)
-    *size = obj_size_bound(request);
+    status = obj_size_bound(call, request, size);
   else
     status = tw_gltf_stream_predict(&request->shown.scene, container_of(request), size, &call->fault.error);
   return check_size(call, request, status, *size);

@@ -189,7 +189,7 @@ static void narrow(const uint32_t *indices, size_t count, uint16_t *out) {
 static void fill_triangles(tw_gltf_filler *filler, const tw_gltf_view *view, uint64_t first, size_t count,
                            uint8_t *out) {
   const tw_surface *surface = filler->scene->surfaces[view->mesh];
-  const tw_surface_group *group = tw_surface_get_group(surface, view->group);
+  const tw_surface_group *group = &view->faces;
   bool wide = view->element_size == 3 * sizeof(uint32_t);
   uint64_t face = find_face(surface, group, first);
   uint32_t from = (uint32_t)(first - triangles_before(surface, group, face));

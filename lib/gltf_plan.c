@@ -135,20 +135,31 @@ static void add_vertices(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surfac
   }
 }
 
+/* All faces of a material from group *i on, which is moved past them. */
+static tw_surface_group take_material(const tw_surface *surface, uint32_t *i) {
+  tw_surface_group faces = *tw_surface_get_group(surface, *i);
+  while (++*i < tw_surface_group_count(surface)) {
+    const tw_surface_group *next = tw_surface_get_group(surface, *i);
+    if (next->material != faces.material) break;
+    faces.face_count += next->face_count;
+    faces.corner_count += next->corner_count;
+  }
+  return faces;
+}
+
 static void add_triangles(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
   mesh->first_indices = plan->accessor_count;
-  for (uint32_t i = 0; i < tw_surface_group_count(surface); i++) {
-    const tw_surface_group *group = tw_surface_get_group(surface, i);
-    if (group->face_count == 0) continue;
-    uint64_t triangles = group->corner_count - 2 * group->face_count;
+  for (uint32_t i = 0; i < tw_surface_group_count(surface); mesh->primitive_count++) {
+    tw_surface_group faces = take_material(surface, &i);
+    uint64_t triangles = faces.corner_count - 2 * faces.face_count;
     uint32_t view = add_view(plan, (tw_gltf_view){.size = triangles * 3 * index_size,
                                                   .element_size = 3 * index_size,
                                                   .target = TW_GLTF_INDICES,
                                                   .source = TW_GLTF_TRIANGLES,
                                                   .mesh = mesh->source,
-                                                  .group = i});
+                                                  .faces = faces});
     add_accessor(plan, (tw_gltf_accessor){.view = view,
                                           .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
                                           .width = 1,
@@ -244,6 +255,23 @@ static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_err
   return TW_OK;
 }
 
+/* ---- groups ----------------------------------------------------------------------------------- */
+
+/* Whether the groups of all meshes together have a reasonable place in the JSON. */
+static bool names_groups(const tw_scene *scene) {
+  enum { RANGES_MAX = 16384, TEXT_MAX = 1 << 20 };
+  uint32_t ranges = 0;
+  size_t text = 0;
+  for (uint32_t i = 0; i < scene->model->mesh_count; i++)
+    for (uint32_t g = 0; g < tw_surface_group_count(scene->surfaces[i]); g++) {
+      uint32_t names = tw_surface_get_group(scene->surfaces[i], g)->names;
+      if (names == TW_NO_INDEX) continue;
+      text += strlen(scene->model->group_names[names]);
+      if (++ranges > RANGES_MAX || text > TEXT_MAX) return false;
+    }
+  return true;
+}
+
 /* ---- the whole -------------------------------------------------------------------------------- */
 
 /* No more views, and no more accessors, than the scene can ask for. */
@@ -287,6 +315,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   *plan = (tw_gltf_plan){0};
   tw_status status = allocate(plan, scene, error);
   if (status == TW_OK) {
+    plan->names_groups = names_groups(scene);
     add_images(plan, scene->model);
     add_meshes(plan, scene);
     add_skins(plan, scene);

@@ -1,11 +1,9 @@
-/* Checks a control mesh on entry and describes it for a person. */
+/* Checks a control mesh on entry. */
 #include "tweend/mesh.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "topology.h"
 
 void tw_mesh_init(tw_mesh *mesh) {
   memset(mesh, 0, sizeof *mesh);
@@ -101,7 +99,7 @@ static tw_status check_sharpness(float sharpness, const char *what, uint32_t ind
 
 static tw_status check_tags(const tw_mesh *mesh, tw_error *error) {
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
-    const uint32_t *ends = &mesh->crease_edges[2 * i];
+    const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
     tw_status status = check_index(ends[0], mesh->point_count, "points", error);
     if (status == TW_OK) status = check_index(ends[1], mesh->point_count, "points", error);
     if (status != TW_OK) return tw_error_at(error, "/creases/%u/edge", i);
@@ -141,173 +139,4 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face) {
   if (status == TW_OK) status = check_uvs(mesh, error, face);
   if (status == TW_OK) status = check_tags(mesh, error);
   return status;
-}
-
-/* ---- describe ------------------------------------------------------------------------------- */
-
-enum { LISTED_MAX = 64 };
-
-/* Follows `parents` to the root, halving the path on the way. */
-static uint32_t find_root(uint32_t *parents, uint32_t item) {
-  while (parents[item] != item) {
-    parents[item] = parents[parents[item]];
-    item = parents[item];
-  }
-  return item;
-}
-
-static void join_sets(uint32_t *parents, uint32_t a, uint32_t b) {
-  uint32_t root_a = find_root(parents, a), root_b = find_root(parents, b);
-  if (root_a < root_b)
-    parents[root_b] = root_a;
-  else
-    parents[root_a] = root_b;
-}
-
-/* Roots among the vertices that `wanted` flags, after joining along the edges that `through` flags
- * (0: all edges). UINT32_MAX without memory. */
-static uint32_t count_components(const tw_topology *t, uint8_t edge_flag, uint8_t vertex_flag) {
-  uint32_t *parents = tw_alloc(t->vertex_count, sizeof *parents);
-  if (!parents) return UINT32_MAX;
-  for (uint32_t v = 0; v < t->vertex_count; v++) parents[v] = v;
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    if (!edge_flag || (t->edge_flags[e] & edge_flag))
-      join_sets(parents, t->edge_vertices[e][0], t->edge_vertices[e][1]);
-  uint32_t count = 0;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    bool used = t->fan_offsets[v + 1] > t->fan_offsets[v];
-    count += used && parents[v] == v && (!vertex_flag || (t->vertex_flags[v] & vertex_flag));
-  }
-  free(parents);
-  return count;
-}
-
-static int compare_uint32(const void *left, const void *right) {
-  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-  return a < b ? -1 : a > b;
-}
-
-/* Sorts values and counts equal ones into fresh arrays. */
-static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32_t **counts,
-                       uint32_t *key_count) {
-  qsort(values, count, sizeof *values, compare_uint32);
-  uint32_t distinct = 0;
-  for (uint32_t i = 0; i < count; i++) distinct += i == 0 || values[i] != values[i - 1];
-  *keys = tw_alloc(distinct, sizeof **keys);
-  *counts = tw_alloc_zero(distinct, sizeof **counts);
-  *key_count = 0;
-  if (!*keys || !*counts) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < count; i++) {
-    if (i == 0 || values[i] != values[i - 1]) (*keys)[(*key_count)++] = values[i];
-    (*counts)[*key_count - 1]++;
-  }
-  return TW_OK;
-}
-
-static bool is_extraordinary(const tw_topology *t, uint32_t v, uint32_t *valence) {
-  uint32_t faces = t->fan_offsets[v + 1] - t->fan_offsets[v];
-  *valence = t->ring_offsets[v + 1] - t->ring_offsets[v];
-  if (faces == 0 || (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) return false;
-  return t->vertex_flags[v] & TW_VERTEX_BORDER ? *valence != 3 && *valence != 2 : *valence != 4;
-}
-
-static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_facts *facts) {
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (t->fan_offsets[v + 1] == t->fan_offsets[v]) {
-      facts->unused_points++;
-      continue;
-    }
-    const float *p = &mesh->positions[3 * (size_t)v];
-    for (int i = 0; i < 3; i++) {
-      if (facts->vertices == 0 || p[i] < facts->min[i]) facts->min[i] = p[i];
-      if (facts->vertices == 0 || p[i] > facts->max[i]) facts->max[i] = p[i];
-    }
-    facts->vertices++;
-    if (!(t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) continue;
-    facts->nonmanifold_vertices++;
-    if (facts->listed_nonmanifold_vertices < LISTED_MAX)
-      facts->nonmanifold_vertex_points[facts->listed_nonmanifold_vertices++] = v;
-  }
-}
-
-static void describe_edges(const tw_topology *t, tw_mesh_facts *facts) {
-  facts->edges = t->edge_count;
-  for (uint32_t e = 0; e < t->edge_count; e++) {
-    facts->boundary_edges += (t->edge_flags[e] & TW_EDGE_BORDER) != 0;
-    if (!(t->edge_flags[e] & TW_EDGE_NONMANIFOLD)) continue;
-    facts->nonmanifold_edges++;
-    if (facts->listed_nonmanifold_edges < LISTED_MAX)
-      memcpy(facts->nonmanifold_edge_points[facts->listed_nonmanifold_edges++], t->edge_vertices[e],
-             sizeof *t->edge_vertices);
-  }
-}
-
-static tw_status describe_valences(const tw_topology *t, tw_mesh_facts *facts) {
-  uint32_t *values = tw_alloc(t->vertex_count, sizeof *values);
-  if (!values) return TW_NO_MEMORY;
-  uint32_t valence;
-  for (uint32_t v = 0; v < t->vertex_count; v++)
-    if (is_extraordinary(t, v, &valence)) values[facts->extraordinary_vertices++] = valence;
-  tw_status status = tally(values, facts->extraordinary_vertices, &facts->valences, &facts->valence_vertices,
-                           &facts->valence_count);
-  free(values);
-  return status;
-}
-
-static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_facts *facts) {
-  facts->faces = mesh->face_count;
-  uint32_t *sizes = tw_alloc(mesh->face_count, sizeof *sizes);
-  if (!sizes) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < mesh->face_count; f++) {
-    sizes[f] = mesh->face_offsets[f + 1] - mesh->face_offsets[f];
-    facts->triangles += sizes[f] == 3;
-    facts->quads += sizes[f] == 4;
-    facts->ngons += sizes[f] > 4;
-  }
-  tw_status status =
-      tally(sizes, mesh->face_count, &facts->face_sizes, &facts->face_size_faces, &facts->face_size_count);
-  free(sizes);
-  return status;
-}
-
-static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_facts *facts) {
-  tw_topology topology;
-  tw_status status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
-                                       mesh->face_offsets, mesh->corner_count, mesh->corners);
-  if (status != TW_OK) return status;
-  facts->nonmanifold_edge_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_edge_points);
-  facts->nonmanifold_vertex_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_vertex_points);
-  if (!facts->nonmanifold_edge_points || !facts->nonmanifold_vertex_points) return TW_NO_MEMORY;
-  describe_points(mesh, &topology, facts);
-  describe_edges(&topology, facts);
-  status = describe_valences(&topology, facts);
-  if (status == TW_OK) status = describe_faces(mesh, facts);
-  facts->components = count_components(&topology, 0, 0);
-  facts->boundary_loops = count_components(&topology, TW_EDGE_BORDER, TW_VERTEX_BORDER);
-  if (facts->components == UINT32_MAX || facts->boundary_loops == UINT32_MAX) return TW_NO_MEMORY;
-  facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;
-  facts->creases = mesh->crease_count;
-  facts->sharp_points = mesh->sharp_point_count;
-  facts->holes = mesh->hole_count;
-  return status;
-}
-
-tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_facts *facts, tw_error *error) {
-  memset(facts, 0, sizeof *facts);
-  tw_arena *arena = tw_arena_create();
-  tw_status status = arena ? describe(mesh, arena, facts) : TW_NO_MEMORY;
-  tw_arena_destroy(arena);
-  if (status == TW_OK) return TW_OK;
-  tw_mesh_facts_deinit(facts);
-  return tw_fail(error, status, "out of memory");
-}
-
-void tw_mesh_facts_deinit(tw_mesh_facts *facts) {
-  free(facts->valences);
-  free(facts->valence_vertices);
-  free(facts->face_sizes);
-  free(facts->face_size_faces);
-  free(facts->nonmanifold_edge_points);
-  free(facts->nonmanifold_vertex_points);
-  memset(facts, 0, sizeof *facts);
 }

@@ -102,6 +102,11 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
       if (material >= -1 && (material < 0 || (uint32_t)material < model->material_count)) continue;
       return fail_at(error, "meshes", i, "/materials", "a face names a material that does not exist");
     }
+    for (uint32_t face = 0; mesh->face_groups && face < mesh->face_count; face++) {
+      uint32_t group = mesh->face_groups[face];
+      if (group == TW_NO_INDEX || group < model->group_count) continue;
+      return fail_at(error, "meshes", i, "/groups", "a face names a group that does not exist");
+    }
   }
   return TW_OK;
 }

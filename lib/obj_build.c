@@ -37,6 +37,22 @@ static tw_status copy_name(tw_arena *arena, obj_word word, const char **out, tw_
   return TW_OK;
 }
 
+/* The words of a name, one blank between two. */
+static tw_status copy_words(tw_arena *arena, obj_word name, const char **out, tw_error *error) {
+  char *words = tw_alloc(name.length + 1, 1);
+  if (!words) return no_memory(error);
+  size_t length = 0;
+  obj_text text = obj_text_of(name);
+  for (obj_word word = obj_read_word(&text); word.length > 0; word = obj_read_word(&text)) {
+    if (length > 0) words[length++] = ' ';
+    memcpy(words + length, word.text, word.length);
+    length += word.length;
+  }
+  tw_status status = copy_name(arena, (obj_word){words, length}, out, error);
+  free(words);
+  return status;
+}
+
 static void *copy_array(tw_arena *arena, const void *values, size_t count, size_t size) {
   void *copy = tw_arena_alloc(arena, count, size);
   if (copy && count) memcpy(copy, values, count * size);
@@ -203,15 +219,28 @@ static tw_status build_faces(const building *b, tw_mesh *mesh) {
     corners[i] = point_of(b, parts->corners.values[b->first_corner + i]);
   mesh->face_offsets = offsets;
   mesh->corners = corners;
-  if (parts->materials.count == 0) return TW_OK;
+  return TW_OK;
+}
+
+static tw_status build_materials(const building *b, tw_mesh *mesh) {
+  const obj_indices *labels = &b->parts->materials;
+  if (labels->count == 0) return TW_OK;
   int32_t *materials = tw_arena_alloc(b->arena, mesh->face_count, sizeof *materials);
   if (!materials) return no_memory(b->error);
   for (size_t i = 0; i < mesh->face_count; i++) {
-    uint32_t material = parts->materials.values[b->first_face + i];
-    materials[i] = material == OBJ_NO_MATERIAL ? -1 : (int32_t)material;
+    uint32_t material = labels->values[b->first_face + i];
+    materials[i] = material == OBJ_NO_NAME ? -1 : (int32_t)material;
   }
   mesh->face_materials = materials;
   return TW_OK;
+}
+
+static tw_status build_groups(const building *b, tw_mesh *mesh) {
+  const obj_indices *labels = &b->parts->groups;
+  if (labels->count == 0) return TW_OK;
+  mesh->face_groups =
+      copy_array(b->arena, labels->values + b->first_face, mesh->face_count, sizeof *labels->values);
+  return mesh->face_groups ? TW_OK : no_memory(b->error);
 }
 
 /* Numbers the UVs that the mesh's corners use, in the order of their first use. Corners without one
@@ -296,10 +325,12 @@ static tw_status build_mesh(building *b, tw_mesh *mesh) {
   face_range(parts, b->deal, b->index, &b->first_face, &b->face_stop);
   b->first_corner = parts->face_starts.values[b->first_face];
   b->corner_stop = face_end(parts, b->face_stop - 1);
-  obj_word name = b->index < parts->object_count ? parts->objects[b->index].name : parts->group;
+  obj_word name = b->index < parts->object_count ? parts->objects[b->index].name : parts->first_group;
   tw_status status = copy_name(b->arena, name, &mesh->name, b->error);
   if (status == TW_OK) status = build_points(b, mesh);
   if (status == TW_OK) status = build_faces(b, mesh);
+  if (status == TW_OK) status = build_materials(b, mesh);
+  if (status == TW_OK) status = build_groups(b, mesh);
   if (status == TW_OK) status = build_uvs(b, mesh);
   if (status == TW_OK) status = build_tags(b, mesh);
   return status;
@@ -307,14 +338,17 @@ static tw_status build_mesh(building *b, tw_mesh *mesh) {
 
 /* ---- the whole ------------------------------------------------------------------------------ */
 
-static tw_status build_materials(const obj_parts *parts, tw_model *model, tw_error *error) {
-  model->material_count = (uint32_t)parts->material_count;
-  if (model->material_count == 0) return TW_OK;
-  model->material_names = tw_arena_alloc(model->arena, parts->material_count, sizeof(char *));
-  if (!model->material_names) return no_memory(error);
+typedef tw_status copy_text(tw_arena *arena, obj_word text, const char **out, tw_error *error);
+
+/* *out: [names->count]. */
+static tw_status copy_names(const obj_names *names, copy_text *copy, tw_arena *arena, const char ***out,
+                            tw_error *error) {
+  if (names->count == 0) return TW_OK;
+  *out = tw_arena_alloc(arena, names->count, sizeof **out);
+  if (!*out) return no_memory(error);
   tw_status status = TW_OK;
-  for (size_t i = 0; i < parts->material_count && status == TW_OK; i++)
-    status = copy_name(model->arena, parts->material_names[i], &model->material_names[i], error);
+  for (size_t i = 0; i < names->count && status == TW_OK; i++)
+    status = copy(arena, names->names[i], &(*out)[i], error);
   return status;
 }
 
@@ -336,7 +370,12 @@ static tw_status build_meshes(const obj_parts *parts, dealing *deal, tw_model *m
 }
 
 tw_status obj_build_model(const obj_parts *parts, tw_model *model, tw_error *error) {
-  tw_status status = build_materials(parts, model, error);
+  model->material_count = (uint32_t)parts->material_names.count;
+  model->group_count = (uint32_t)parts->group_names.count;
+  tw_status status =
+      copy_names(&parts->material_names, copy_name, model->arena, &model->material_names, error);
+  if (status == TW_OK)
+    status = copy_names(&parts->group_names, copy_words, model->arena, &model->group_names, error);
   if (status != TW_OK) return status;
   dealing deal = {.mesh_count = 1};
   status = build_meshes(parts, &deal, model, error);

@@ -2,6 +2,7 @@
 #ifndef TWEEND_OBJ_PARTS_H
 #define TWEEND_OBJ_PARTS_H
 
+#include "obj_names.h"
 #include "obj_scan.h"
 #include "tweend/model.h"
 
@@ -38,15 +39,14 @@ typedef struct obj_parts {
   obj_indices corners;
   obj_indices corner_uvs;  /* empty, or one for each corner so far; OBJ_NO_UV without vt */
   obj_indices face_starts; /* first corner of each face */
-  obj_indices materials;   /* empty, or one for each face so far; OBJ_NO_MATERIAL */
+  obj_indices materials;   /* empty, or one for each face so far; OBJ_NO_NAME */
+  obj_indices groups;      /* likewise: sets of groups */
   obj_object *objects;     /* by ascending first_face */
   size_t object_count, object_capacity;
-  obj_word group; /* the first `g` */
+  obj_word first_group;
 
-  uint32_t material; /* of the faces to come */
-  obj_word *material_names;
-  size_t material_count, material_capacity;
-  obj_indices material_slots; /* hash table of material numbers + 1 */
+  uint32_t material, group; /* of the faces to come */
+  obj_names material_names, group_names;
 
   obj_indices crease_points; /* 2 each */
   obj_floats crease_sharpness;
@@ -60,10 +60,11 @@ typedef struct obj_parts {
   uint64_t ignored_elements; /* lines, points, free-form */
   uint64_t ignored_tags;
   uint64_t missing_uvs; /* corners without vt */
+  uint64_t long_groups; /* `g` with more text than is kept */
 } obj_parts;
 
-#define OBJ_NO_UV       UINT32_MAX
-#define OBJ_NO_MATERIAL UINT32_MAX
+#define OBJ_NO_UV   UINT32_MAX
+#define OBJ_NO_NAME UINT32_MAX
 
 /* Room for `more` elements after count. TW_LIMIT over 32 bits. */
 tw_status obj_floats_reserve(obj_floats *floats, size_t more, tw_error *error);
@@ -72,9 +73,6 @@ void obj_parts_deinit(obj_parts *parts);
 
 /* A subdivision tag: the text stands behind `t`. */
 tw_status obj_read_tag(obj_parts *parts, obj_text *text, tw_error *error);
-
-/* `usemtl`: makes `name` the material of the faces to come. */
-tw_status obj_use_material(obj_parts *parts, obj_word name, tw_error *error);
 
 /* Fills the model's meshes and material names. Indices in parts are in range. */
 tw_status obj_build_model(const obj_parts *parts, tw_model *model, tw_error *error);

@@ -57,9 +57,10 @@ void obj_parts_deinit(obj_parts *parts) {
   free(parts->corner_uvs.values);
   free(parts->face_starts.values);
   free(parts->materials.values);
+  free(parts->groups.values);
   free(parts->objects);
-  free(parts->material_names);
-  free(parts->material_slots.values);
+  obj_names_deinit(&parts->material_names);
+  obj_names_deinit(&parts->group_names);
   free(parts->crease_points.values);
   free(parts->crease_sharpness.values);
   free(parts->sharp_points.values);
@@ -221,14 +222,13 @@ static tw_status find_repeat(const uint32_t *corners, size_t count, bool *repeat
   return TW_OK;
 }
 
-static tw_status add_material(obj_parts *parts, tw_error *error) {
-  obj_indices *materials = &parts->materials;
-  if (materials->count == 0 && parts->material == OBJ_NO_MATERIAL) return TW_OK;
-  tw_status status = obj_indices_reserve(materials, parts->face_starts.count - materials->count, error);
+/* The material or groups of the newest face. Nothing is stored before the first face that has some. */
+static tw_status label_face(const obj_parts *parts, obj_indices *labels, uint32_t label, tw_error *error) {
+  if (labels->count == 0 && label == OBJ_NO_NAME) return TW_OK;
+  tw_status status = obj_indices_reserve(labels, parts->face_starts.count - labels->count, error);
   if (status != TW_OK) return status;
-  while (materials->count + 1 < parts->face_starts.count)
-    materials->values[materials->count++] = OBJ_NO_MATERIAL;
-  materials->values[materials->count++] = parts->material;
+  while (labels->count + 1 < parts->face_starts.count) labels->values[labels->count++] = OBJ_NO_NAME;
+  labels->values[labels->count++] = label;
   return TW_OK;
 }
 
@@ -257,7 +257,8 @@ static tw_status read_face(obj_parts *parts, obj_text *text, tw_error *error) {
   status = obj_indices_reserve(&parts->face_starts, 1, error);
   if (status != TW_OK) return status;
   parts->face_starts.values[parts->face_starts.count++] = (uint32_t)first;
-  return add_material(parts, error);
+  status = label_face(parts, &parts->materials, parts->material, error);
+  return status == TW_OK ? label_face(parts, &parts->groups, parts->group, error) : status;
 }
 
 /* ---- o, g and the rest ---------------------------------------------------------------------- */
@@ -281,9 +282,29 @@ static tw_status begin_object(obj_parts *parts, obj_text *text, tw_error *error)
   return TW_OK;
 }
 
+/* The set of groups that the faces to come are in. `default` is the group of faces that are in none. */
+static tw_status begin_groups(obj_parts *parts, obj_text *text, tw_error *error) {
+  enum { TEXT_MAX = 1024 }; /* each part of an answer may name its groups again */
+  obj_word names = obj_read_words(text);
+  if (parts->first_group.length == 0) parts->first_group = names;
+  parts->group = OBJ_NO_NAME;
+  if (names.length > TEXT_MAX) {
+    parts->long_groups++;
+    return TW_OK;
+  }
+  if (names.length == 0 || obj_word_is(names, "default")) return TW_OK;
+  return obj_number_name(&parts->group_names, names, &parts->group, error);
+}
+
+static tw_status use_material(obj_parts *parts, obj_text *text, tw_error *error) {
+  obj_word name = obj_read_rest(text);
+  parts->material = OBJ_NO_NAME;
+  return name.length > 0 ? obj_number_name(&parts->material_names, name, &parts->material, error) : TW_OK;
+}
+
 /* Statements of this kind that tweend has no use for, by their whole word. */
 static tw_status read_other(obj_parts *parts, obj_text *text, obj_word word, tw_error *error) {
-  if (obj_word_is(word, "usemtl")) return obj_use_material(parts, obj_read_rest(text), error);
+  if (obj_word_is(word, "usemtl")) return use_material(parts, text, error);
   if (obj_word_is(word, "l") || obj_word_is(word, "p") || obj_word_is(word, "curv") ||
       obj_word_is(word, "curv2") || obj_word_is(word, "surf"))
     parts->ignored_elements++;
@@ -303,9 +324,7 @@ static tw_status read_statement(obj_parts *parts, obj_text *text, tw_error *erro
     case 'f': return read_face(parts, text, error);
     case 't': return obj_read_tag(parts, text, error);
     case 'o': return begin_object(parts, text, error);
-    case 'g':
-      if (parts->group.length == 0) parts->group = obj_read_rest(text);
-      return TW_OK;
+    case 'g': return begin_groups(parts, text, error);
     default: break;
     }
   }
@@ -369,6 +388,9 @@ static void warn(const obj_parts *parts, tw_model *model) {
   if (parts->missing_uvs > 0 && parts->corner_uvs.count > 0)
     tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
                   (unsigned long long)parts->missing_uvs);
+  if (parts->long_groups > 0)
+    tw_model_warn(model, "%llu sets of groups are left out: their names have over 1024 bytes",
+                  (unsigned long long)parts->long_groups);
 }
 
 static tw_status read_model(obj_parts *parts, obj_text *text, tw_model *model, tw_error *error) {
@@ -384,7 +406,8 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_OBJ;
-  obj_parts parts = {.material = OBJ_NO_MATERIAL,
+  obj_parts parts = {.material = OBJ_NO_NAME,
+                     .group = OBJ_NO_NAME,
                      .tag_boundary = TW_TAG_UNSET,
                      .tag_uv = TW_TAG_UNSET,
                      .tag_creasing = TW_TAG_UNSET,

@@ -46,6 +46,15 @@ obj_word obj_read_rest(obj_text *text) {
   return (obj_word){(const char *)start, (size_t)(end - start)};
 }
 
+obj_word obj_read_words(obj_text *text) {
+  obj_word all = obj_read_word(text), word = all;
+  while (word.length > 0) {
+    all.length = (size_t)(word.text + word.length - all.text);
+    word = obj_read_word(text);
+  }
+  return all;
+}
+
 bool obj_word_is(obj_word word, const char *text) {
   return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
 }

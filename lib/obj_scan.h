@@ -44,6 +44,11 @@ static inline bool obj_statement_ends(obj_text *text) {
   return text->at == text->end || obj_is_line_end(*text->at) || *text->at == '#';
 }
 
+static inline obj_text obj_text_of(obj_word word) {
+  const uint8_t *start = (const uint8_t *)word.text;
+  return (obj_text){start, start + word.length, 0};
+}
+
 /* Moves to the beginning of the next line; a statement's continuation lines belong to it. */
 void obj_next_statement(obj_text *text);
 
@@ -55,6 +60,9 @@ obj_word obj_read_word(obj_text *text);
 
 /* The rest of the line without blanks at its ends. */
 obj_word obj_read_rest(obj_text *text);
+
+/* The words up to the end of the statement as one piece of the text, continued lines and all. */
+obj_word obj_read_words(obj_text *text);
 
 /* A number that ends at a blank, line end or comment. False, without moving, when there is none. */
 bool obj_read_number(obj_text *text, double *out);

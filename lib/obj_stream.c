@@ -1,4 +1,5 @@
-/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material.
+/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material
+ * and groups.
  * Text is made in pieces; a piece that the caller has no room for waits for the next call. */
 #include <math.h>
 #include <stdio.h>
@@ -33,6 +34,7 @@ struct tw_obj_stream {
   uint64_t next;
   uint32_t group;
   int32_t material;       /* the last one written, -1 before the first */
+  uint32_t names;         /* likewise: set of groups, TW_NO_INDEX */
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
 
   float floats[FLOATS_SCRATCH];
@@ -195,6 +197,12 @@ static void put_material(tw_obj_stream *stream, int32_t material) {
   put_name(stream, "usemtl ", name ? name : buffer);
 }
 
+static void put_groups(tw_obj_stream *stream, uint32_t names) {
+  if (names == stream->names) return;
+  stream->names = names;
+  put_name(stream, "g ", names == TW_NO_INDEX ? "default" : stream->scene.model->group_names[names]);
+}
+
 /* "v/vt/vn", "v/vt", "v//vn" or "v". */
 static char *write_corner(const tw_obj_stream *stream, const tw_surface *surface, size_t corner, char *out) {
   bool uvs = listed_rows(surface, TW_DOMAIN_UVS) > 0, normals = has_normals(surface);
@@ -228,6 +236,7 @@ static void put_faces(tw_obj_stream *stream) {
   while (stream->next == group->first_face + group->face_count)
     group = tw_surface_get_group(surface, ++stream->group);
   put_material(stream, group->material);
+  put_groups(stream, group->names);
   double ignored[9];
   bool mirrored = cofactors(stream->world + (size_t)stream->node * 16, ignored) < 0;
   size_t count = read_face_piece(stream, group), first = 0;
@@ -321,8 +330,9 @@ static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
   for (uint32_t i = 0; i < model->node_count; i++) name = longer(name, model->nodes[i].name);
   for (uint32_t i = 0; i < model->mesh_count; i++) name = longer(name, model->meshes[i].name);
   for (uint32_t i = 0; i < model->material_count; i++) name = longer(name, model->material_names[i]);
+  for (uint32_t i = 0; i < model->group_count; i++) name = longer(name, model->group_names[i]);
   size_t rows = (size_t)ROWS_A_PIECE * ROW_TEXT;
-  size_t faces = name + 16 + corner_capacity * CORNER_TEXT + (size_t)FACES_A_PIECE * 2;
+  size_t faces = 2 * (name + 16) + corner_capacity * CORNER_TEXT + (size_t)FACES_A_PIECE * 2;
   return rows > faces ? rows : faces;
 }
 
@@ -363,6 +373,7 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
   if (stream) {
     stream->scene = *scene;
     stream->material = -1;
+    stream->names = TW_NO_INDEX;
     if (allocate(stream)) {
       put_name(stream, "# tweend ", tw_version());
       *out = stream;

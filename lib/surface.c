@@ -36,10 +36,17 @@ static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
   return mesh->face_materials ? mesh->face_materials[face] : -1;
 }
 
+static uint32_t names_of(const tw_mesh *mesh, uint32_t face) {
+  return mesh->face_groups ? mesh->face_groups[face] : UINT32_MAX;
+}
+
 static bool is_whole(const build *b) {
-  for (uint32_t f = 0; f < b->mesh->face_count; f++)
-    if (!b->cage.visible[f] || material_of(b->mesh, f) != material_of(b->mesh, 0)) return false;
-  return b->mesh->face_count > 0;
+  const tw_mesh *mesh = b->mesh;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    if (!b->cage.visible[f] || material_of(mesh, f) != material_of(mesh, 0) ||
+        names_of(mesh, f) != names_of(mesh, 0))
+      return false;
+  return mesh->face_count > 0;
 }
 
 static void *gather_rows(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
@@ -238,13 +245,28 @@ static tw_status refine_all(build *b, tw_arena *arena) {
 /* Faces of one kind (cage faces at level 0, base quads above) in the order of the answer. */
 typedef struct ordered_face {
   int32_t material;
-  uint32_t face;
+  uint32_t names, face;
 } ordered_face;
+
+static int compare_groups(const ordered_face *a, const ordered_face *b) {
+  if (a->material != b->material) return a->material < b->material ? -1 : 1;
+  return a->names < b->names ? -1 : a->names > b->names;
+}
 
 static int compare_ordered(const void *left, const void *right) {
   const ordered_face *a = left, *b = right;
-  if (a->material != b->material) return a->material < b->material ? -1 : 1;
+  int groups = compare_groups(a, b);
+  if (groups != 0) return groups;
   return a->face < b->face ? -1 : a->face > b->face;
+}
+
+/* Files often have their faces in order. */
+static void sort_ordered(ordered_face *order, uint32_t count) {
+  for (uint32_t i = 1; i < count; i++)
+    if (compare_groups(&order[i - 1], &order[i]) > 0) {
+      qsort(order, count, sizeof *order, compare_ordered);
+      return;
+    }
 }
 
 /* Sizes of what one ordered face becomes in the answer. */
@@ -261,15 +283,16 @@ static face_yield yield_of(const build *b, uint32_t face) {
 
 static tw_status make_groups(build *b, const ordered_face *order, uint32_t count) {
   tw_surface *s = b->surface;
-  for (uint32_t i = 0; i < count; i++) s->group_count += i == 0 || order[i].material != order[i - 1].material;
+  for (uint32_t i = 0; i < count; i++)
+    s->group_count += i == 0 || compare_groups(&order[i], &order[i - 1]) != 0;
   s->groups = tw_arena_alloc(s->arena, s->group_count, sizeof *s->groups);
   if (!s->groups) return TW_NO_MEMORY;
   uint32_t group = 0;
   uint64_t faces = 0, corners = 0;
   for (uint32_t i = 0; i < count; i++) {
-    if (i > 0 && order[i].material != order[i - 1].material) group++;
+    if (i > 0 && compare_groups(&order[i], &order[i - 1]) != 0) group++;
     tw_surface_group *g = &s->groups[group];
-    if (g->face_count == 0) *g = (tw_surface_group){order[i].material, faces, 0, corners, 0};
+    if (g->face_count == 0) *g = (tw_surface_group){order[i].material, order[i].names, faces, 0, corners, 0};
     face_yield yield = yield_of(b, order[i].face);
     g->face_count += yield.faces;
     g->corner_count += yield.corners;
@@ -279,7 +302,7 @@ static tw_status make_groups(build *b, const ordered_face *order, uint32_t count
   return TW_OK;
 }
 
-/* Visible faces of the cage, materials together, for level 0. */
+/* Visible faces of the cage, groups together, for level 0. */
 static tw_status list_faces(build *b, const ordered_face *order, uint32_t count) {
   tw_surface *s = b->surface;
   s->face_count = count;
@@ -312,16 +335,18 @@ static tw_status order_answer(build *b) {
     s->group_count = 1;
     s->groups = tw_arena_alloc(s->arena, 1, sizeof *s->groups);
     if (!s->groups) return TW_NO_MEMORY;
-    *s->groups = (tw_surface_group){material_of(b->mesh, 0), 0, faces, 0, b->topologies[0].face_size * faces};
+    *s->groups = (tw_surface_group){material_of(b->mesh, 0),           names_of(b->mesh, 0), 0, faces, 0,
+                                    b->topologies[0].face_size * faces};
     return TW_OK;
   }
   ordered_face *order = tw_alloc(all, sizeof *order);
   if (!order) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < all; f++) {
     uint32_t source = cage_level ? f : b->source[f];
-    if (b->cage.visible[source]) order[count++] = (ordered_face){material_of(b->mesh, source), f};
+    if (b->cage.visible[source])
+      order[count++] = (ordered_face){material_of(b->mesh, source), names_of(b->mesh, source), f};
   }
-  if (b->mesh->face_materials) qsort(order, count, sizeof *order, compare_ordered);
+  sort_ordered(order, count);
   tw_status status = make_groups(b, order, count);
   if (status == TW_OK) status = cage_level ? list_faces(b, order, count) : list_quads(b, order, count);
   free(order);

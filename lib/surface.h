@@ -98,7 +98,7 @@ struct tw_surface {
   uint8_t *mirrored; /* [base quads], where the answer has tangents; else NULL */
 
   uint32_t quad_count; /* visible ones */
-  uint32_t *quads;     /* [quad_count] base quads, materials together */
+  uint32_t *quads;     /* [quad_count] base quads, groups together */
   uint32_t group_count;
   tw_surface_group *groups;
 

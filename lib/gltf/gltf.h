@@ -24,7 +24,7 @@ enum {
 typedef enum tw_gltf_source {
   TW_GLTF_MEMORY,   /* as they are */
   TW_GLTF_ROWS,     /* columns of TW_DOMAIN_VERTICES */
-  TW_GLTF_TRIANGLES /* faces of one surface group */
+  TW_GLTF_TRIANGLES /* faces of one material */
 } tw_gltf_source;
 
 /* One buffer view, and how to fill it. Views follow each other in the BIN chunk, each at a multiple of
@@ -37,7 +37,7 @@ typedef struct tw_gltf_view {
   const void *memory;
   uint32_t mesh;                       /* ROWS, TRIANGLES: of the model */
   uint32_t first_column, column_count; /* ROWS: floats of the surface's row */
-  uint32_t group;                      /* TRIANGLES */
+  tw_surface_group faces;              /* TRIANGLES: all of one material, whatever their names */
 } tw_gltf_view;
 
 typedef enum tw_gltf_bounds { TW_GLTF_UNBOUNDED, TW_GLTF_BOUNDED, TW_GLTF_BOUNDED_LATER } tw_gltf_bounds;
@@ -62,8 +62,8 @@ typedef struct tw_gltf_mesh {
   uint32_t source; /* mesh of the model */
   uint32_t attribute_count;
   tw_gltf_attribute attributes[TW_GLTF_ATTRIBUTES_MAX];
-  uint32_t target_count, first_target; /* accessors of displacements, one after the other */
-  uint32_t first_indices;              /* accessors, one a group of the surface that has faces */
+  uint32_t target_count, first_target;     /* accessors of displacements, one after the other */
+  uint32_t primitive_count, first_indices; /* accessors, one a material that faces have */
 } tw_gltf_mesh;
 
 typedef struct tw_gltf_channel {
@@ -84,6 +84,7 @@ typedef struct tw_gltf_plan {
   uint32_t *mesh_numbers;  /* [model's meshes]: in `meshes`, or TW_NO_INDEX when it has no faces */
   uint32_t *skin_numbers;  /* [model's skins]: in the answer, or TW_NO_INDEX when no node uses it */
   uint32_t *skin_matrices; /* [model's skins]: accessors */
+  bool names_groups;       /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
 /* Lays out everything that the scene holds. TW_LIMIT: more views than 32 bits count. */

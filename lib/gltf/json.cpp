@@ -3,6 +3,7 @@
 #include "gltf/gltf.h"
 
 #include "gltf/assets.hpp"
+#include "gltf/groups.hpp"
 
 #include <cmath>
 #include <cstdlib>
@@ -76,22 +77,24 @@ std::map<std::string, int> attributes_of(const tw_gltf_mesh &mesh) {
   return attributes;
 }
 
-void add_primitives(tinygltf::Mesh &out, const tw_gltf_mesh &mesh, const tw_scene &scene) {
+void add_primitives(tinygltf::Mesh &out, const tw_gltf_mesh &mesh, const tw_gltf_plan &plan,
+                    const tw_scene &scene) {
   const tw_surface *surface = scene.surfaces[mesh.source];
   const std::map<std::string, int> attributes = attributes_of(mesh);
-  uint32_t indices = mesh.first_indices;
-  for (uint32_t group = 0; group < tw_surface_group_count(surface); group++) {
-    const tw_surface_group *faces = tw_surface_get_group(surface, group);
-    if (faces->face_count == 0) continue;
+  uint32_t group = 0;
+  for (uint32_t i = 0; i < mesh.primitive_count; i++) {
+    const uint32_t indices = mesh.first_indices + i;
+    const tw_surface_group &faces = plan.views[plan.accessors[indices].view].faces;
     tinygltf::Primitive primitive;
     primitive.attributes = attributes;
-    primitive.indices = static_cast<int>(indices++);
-    primitive.material = faces->material;
+    primitive.indices = static_cast<int>(indices);
+    primitive.material = faces.material;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     for (uint32_t target = 0; target < mesh.target_count; target++)
       primitive.targets.push_back({{"POSITION", static_cast<int>(mesh.first_target + target)}});
     if (scene.polygons == TW_POLYGONS_NGON)
       primitive.extensions["FB_ngon_encoding"] = tinygltf::Value(tinygltf::Value::Object());
+    if (plan.names_groups) primitive.extras = gltf::group_ranges(*scene.model, *surface, faces, group);
     out.primitives.push_back(std::move(primitive));
   }
 }
@@ -104,7 +107,7 @@ void add_meshes(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &
     out.meshes[i].name = text_or_empty(source.name);
     if (mesh.target_count && source.morph_weights)
       out.meshes[i].weights.assign(source.morph_weights, source.morph_weights + mesh.target_count);
-    add_primitives(out.meshes[i], mesh, scene);
+    add_primitives(out.meshes[i], mesh, plan, scene);
   }
   if (plan.mesh_count && scene.polygons == TW_POLYGONS_NGON) out.extensionsUsed.push_back("FB_ngon_encoding");
 }

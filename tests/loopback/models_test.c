@@ -228,47 +228,7 @@ static void broken_forms_are_400(void **state) {
   assert_int_equal(loopback_store_count(*state), 0);
 }
 
-/* ---- descriptions, lists ------------------------------------------------------------------------ */
-
-static void the_tank_is_described_in_full(void **state) {
-  char *text = loopback_file("server/samples/tank.json", NULL);
-  reply r = loopback_post(*state, "/v1/models", "application/json", text);
-  cJSON *tank = cJSON_Parse(r.body);
-  assert_string_equal(json_member(tank, "format")->valuestring, "tweend");
-  assert_string_equal(json_member(tank, "name")->valuestring, "hull");
-  assert_int_equal(json_member(tank, "bytes")->valueint, strlen(text));
-  assert_int_equal(cJSON_GetArraySize(json_member(tank, "meshes")), 5);
-  const cJSON *hull = json_member(tank, "meshes")->child;
-  assert_int_equal(json_member(hull, "vertices")->valueint, 48);
-  assert_int_equal(json_member(hull, "faces")->valueint, 46);
-  assert_int_equal(json_member(hull, "edges")->valueint, 92);
-  assert_int_equal(json_member(json_member(hull, "face_sizes"), "4")->valueint, 46);
-  assert_int_equal(json_member(hull, "euler_characteristic")->valueint, 2);
-  assert_int_equal(cJSON_GetArraySize(json_member(json_member(hull, "bounds"), "max")), 3);
-  const cJSON *wheel = json_member(tank, "nodes")->child->next;
-  assert_string_equal(json_member(wheel, "name")->valuestring, "wheel_front_left");
-  assert_string_equal(json_member(wheel, "parent")->valuestring, "hull");
-  assert_int_equal(cJSON_GetArraySize(json_member(json_member(wheel, "rest"), "rotation")), 4);
-  const cJSON *drive = json_member(tank, "clips")->child;
-  assert_string_equal(json_member(drive, "name")->valuestring, "drive");
-  assert_true(json_member(drive, "duration")->valuedouble == 4);
-  assert_true(json_member(drive, "tracks")->valueint > 5 && json_member(drive, "keys")->valueint > 20);
-  cJSON_Delete(tank);
-  reply_free(&r);
-  free(text);
-}
-
-static void nameless_things_are_called_by_their_index(void **state) {
-  char id[API_ID_TEXT], path[64];
-  loopback_upload(*state, "application/json",
-                  "{\"nodes\":[{},{\"parent\":\"node_0\"}],\"clips\":[{\"tracks\":[]}]}", id);
-  snprintf(path, sizeof path, "/v1/models/%s", id);
-  reply r = loopback_get(*state, path);
-  assert_non_null(strstr(r.body, "\"name\":\"node_1\",\"parent\":\"node_0\""));
-  assert_non_null(strstr(r.body, "\"name\":\"clip_0\",\"duration\":0"));
-  assert_non_null(strstr(r.body, "\"name\":null,\"format\":\"tweend\""));
-  reply_free(&r);
-}
+/* ---- lists -------------------------------------------------------------------------------------- */
 
 /* Uploads `count` models that differ. */
 static void upload_many(loopback *loop, int count) {
@@ -574,8 +534,6 @@ int main(void) {
       with_loop(a_bomb_is_413_at_the_limit),
       with_loop(a_form_gives_its_one_file),
       with_loop(broken_forms_are_400),
-      with_loop(the_tank_is_described_in_full),
-      with_loop(nameless_things_are_called_by_their_index),
       with_loop(the_list_is_walked_page_by_page),
       with_loop(lost_summaries_are_made_again),
       with_loop(bad_paging_is_400),

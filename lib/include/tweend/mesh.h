@@ -57,6 +57,9 @@ typedef struct tw_mesh {
 
   /* Materials: groups of faces. NULL: all faces have material -1 (none). */
   const int32_t *face_materials; /* [face_count] index into the model's materials, or -1 */
+  /* Groups that the modeller named. A face may be in several: it has a set of them. NULL: no face is in
+   * any. */
+  const uint32_t *face_groups; /* [face_count] index into the model's sets of groups, or UINT32_MAX */
 
   const float *colors;  /* [point_count][4] linear, or NULL */
   tw_skin_weights skin; /* joints NULL when the mesh is not skinned */
@@ -98,19 +101,22 @@ typedef struct tw_mesh_facts {
   uint32_t unused_points;
   uint32_t edges, faces;
   uint32_t triangles, quads, ngons; /* faces of 3, 4, more corners */
-  uint32_t boundary_edges, boundary_loops;
+  uint32_t boundary_edges;
+  uint32_t boundary_loops; /* two that meet in a mere point are two */
   uint32_t nonmanifold_edges, nonmanifold_vertices;
   uint32_t extraordinary_vertices; /* interior valence other than 4, boundary other than 3 (corners: 2) */
-  uint32_t components;             /* joined by edges */
+  uint32_t components;             /* without a point in common */
   int64_t euler_characteristic;    /* vertices - edges + faces */
-  uint32_t creases, sharp_points, holes;
-  float min[3], max[3]; /* of the used points; all 0 when there are none */
+  uint32_t creases, sharp_points, holes; /* edges, points and faces that bear a tag above 0 */
+  float min[3], max[3];                  /* of the used points; all 0 when there are none */
   /* Allocated by the call, freed by tw_mesh_facts_deinit. */
   uint32_t valence_count;
   uint32_t *valences, *valence_vertices; /* [valence_count]: extraordinary valence, how many */
   uint32_t face_size_count;
   uint32_t *face_sizes, *face_size_faces; /* [face_size_count]: size, how many */
-  uint32_t listed_nonmanifold_edges;      /* at most 64 */
+  uint32_t group_count;
+  uint32_t *groups, *group_faces;    /* [group_count]: set of the model's named groups, how many faces */
+  uint32_t listed_nonmanifold_edges; /* at most 64 */
   uint32_t (*nonmanifold_edge_points)[2];
   uint32_t listed_nonmanifold_vertices; /* at most 64 */
   uint32_t *nonmanifold_vertex_points;

@@ -32,7 +32,9 @@ typedef struct tw_model {
   uint32_t clip_count;
   tw_clip_keys *clips;
   uint32_t material_count;     /* of assets, or of names an OBJ uses */
+  uint32_t group_count;        /* sets of groups that faces are in */
   const char **material_names; /* [material_count], entries may be NULL */
+  const char **group_names;    /* [group_count] the names of a set, a blank between two */
   tw_gltf_assets *assets;      /* or NULL */
   uint32_t warning_count;
   const char **warnings; /* [warning_count] sentences */

@@ -105,9 +105,11 @@ typedef struct tw_surface_layout {
   uint32_t morph_count, morphs;           /* morph_count x 3 floats, one after the other */
 } tw_surface_layout;
 
-/* Faces of one material, next to each other in face order. */
+/* Faces of one material and one set of named groups, next to each other in face order: by ascending
+ * material, then set. Each pair occurs once. */
 typedef struct tw_surface_group {
   int32_t material; /* of the cage's faces, -1 for none */
+  uint32_t names;   /* their set of named groups, UINT32_MAX for none (it comes last) */
   uint64_t first_face, face_count;
   uint64_t first_corner, corner_count;
 } tw_surface_group;

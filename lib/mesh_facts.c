@@ -1,0 +1,250 @@
+/* Describes a control mesh for a person: counts, and where it is not a surface. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "topology.h"
+
+enum { LISTED_MAX = 64 };
+
+/* ---- pieces ----------------------------------------------------------------------------------- */
+
+/* Follows `parents` to the root, halving the path on the way. */
+static uint32_t find_root(uint32_t *parents, uint32_t item) {
+  while (parents[item] != item) {
+    parents[item] = parents[parents[item]];
+    item = parents[item];
+  }
+  return item;
+}
+
+static void join_sets(uint32_t *parents, uint32_t a, uint32_t b) {
+  uint32_t root_a = find_root(parents, a), root_b = find_root(parents, b);
+  if (root_a < root_b)
+    parents[root_b] = root_a;
+  else
+    parents[root_a] = root_b;
+}
+
+static uint32_t *start_sets(uint32_t count) {
+  uint32_t *parents = tw_alloc(count, sizeof *parents);
+  for (uint32_t i = 0; parents && i < count; i++) parents[i] = i;
+  return parents;
+}
+
+static tw_status count_components(const tw_topology *t, uint32_t *out) {
+  uint32_t *parents = start_sets(t->vertex_count);
+  if (!parents) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    join_sets(parents, t->edge_vertices[e][0], t->edge_vertices[e][1]);
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && parents[v] == v;
+  free(parents);
+  return TW_OK;
+}
+
+/* The corner of `corner`'s face at one end of its edge. */
+static uint32_t corner_at(const tw_topology *t, uint32_t corner, uint32_t vertex) {
+  return t->corner_vertex[corner] == vertex ? corner : tw_corner_next(t, corner);
+}
+
+/* Joins the corners at each end of an edge: their faces hang together there. */
+static void join_across(const tw_topology *t, uint32_t *parents, uint32_t edge) {
+  uint32_t first = t->edge_corner[edge];
+  for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other])
+    for (int end = 0; end < 2; end++) {
+      uint32_t vertex = t->edge_vertices[edge][end];
+      join_sets(parents, corner_at(t, first, vertex), corner_at(t, other, vertex));
+    }
+}
+
+/* Walks round the border turn at a point with the faces that hang together: two loops that meet in a mere
+ * point are two. */
+static tw_status count_loops(const tw_topology *t, uint32_t *out) {
+  uint32_t *parents = start_sets(t->corner_count);
+  if (!parents) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, parents, e);
+  uint32_t sectors = 0, joined = 0;
+  uint8_t *met = tw_alloc_zero(t->corner_count, 1);
+  for (uint32_t e = 0; met && e < t->edge_count; e++) {
+    if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
+    uint32_t ends[2] = {t->edge_corner[e], tw_corner_next(t, t->edge_corner[e])};
+    for (int i = 0; i < 2; i++) {
+      uint32_t sector = find_root(parents, ends[i]);
+      sectors += !met[sector];
+      met[sector] = 1;
+    }
+  }
+  for (uint32_t e = 0; met && e < t->edge_count; e++) {
+    if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
+    uint32_t a = find_root(parents, t->edge_corner[e]),
+             b = find_root(parents, tw_corner_next(t, t->edge_corner[e]));
+    joined += a != b;
+    join_sets(parents, a, b);
+  }
+  *out = sectors - joined;
+  free(parents);
+  free(met);
+  return met ? TW_OK : TW_NO_MEMORY;
+}
+
+/* ---- numbers ---------------------------------------------------------------------------------- */
+
+static int compare_uint32(const void *left, const void *right) {
+  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
+  return a < b ? -1 : a > b;
+}
+
+/* Sorts values and counts equal ones into fresh arrays, NULL before. */
+static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32_t **counts,
+                       uint32_t *key_count) {
+  qsort(values, count, sizeof *values, compare_uint32);
+  uint32_t distinct = 0;
+  for (uint32_t i = 0; i < count; i++) distinct += i == 0 || values[i] != values[i - 1];
+  *keys = tw_alloc(distinct, sizeof **keys);
+  *counts = tw_alloc_zero(distinct, sizeof **counts);
+  *key_count = 0;
+  if (!*keys || !*counts) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count; i++) {
+    if (i == 0 || values[i] != values[i - 1]) (*keys)[(*key_count)++] = values[i];
+    (*counts)[*key_count - 1]++;
+  }
+  return TW_OK;
+}
+
+static bool is_extraordinary(const tw_topology *t, uint32_t v, uint32_t *valence) {
+  uint32_t faces = t->fan_offsets[v + 1] - t->fan_offsets[v];
+  *valence = t->ring_offsets[v + 1] - t->ring_offsets[v];
+  if (faces == 0 || (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) return false;
+  return t->vertex_flags[v] & TW_VERTEX_BORDER ? *valence != 3 && *valence != 2 : *valence != 4;
+}
+
+static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_facts *facts) {
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    if (t->fan_offsets[v + 1] == t->fan_offsets[v]) {
+      facts->unused_points++;
+      continue;
+    }
+    const float *p = &mesh->positions[3 * (size_t)v];
+    for (int i = 0; i < 3; i++) {
+      if (facts->vertices == 0 || p[i] < facts->min[i]) facts->min[i] = p[i];
+      if (facts->vertices == 0 || p[i] > facts->max[i]) facts->max[i] = p[i];
+    }
+    facts->vertices++;
+    if (!(t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) continue;
+    facts->nonmanifold_vertices++;
+    if (facts->listed_nonmanifold_vertices < LISTED_MAX)
+      facts->nonmanifold_vertex_points[facts->listed_nonmanifold_vertices++] = v;
+  }
+}
+
+static void describe_edges(const tw_topology *t, tw_mesh_facts *facts) {
+  facts->edges = t->edge_count;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    facts->boundary_edges += (t->edge_flags[e] & TW_EDGE_BORDER) != 0;
+    if (!(t->edge_flags[e] & TW_EDGE_NONMANIFOLD)) continue;
+    facts->nonmanifold_edges++;
+    if (facts->listed_nonmanifold_edges < LISTED_MAX)
+      memcpy(facts->nonmanifold_edge_points[facts->listed_nonmanifold_edges++], t->edge_vertices[e],
+             sizeof *t->edge_vertices);
+  }
+}
+
+static tw_status describe_valences(const tw_topology *t, tw_mesh_facts *facts) {
+  uint32_t *values = tw_alloc(t->vertex_count, sizeof *values);
+  if (!values) return TW_NO_MEMORY;
+  uint32_t valence;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    if (is_extraordinary(t, v, &valence)) values[facts->extraordinary_vertices++] = valence;
+  tw_status status = tally(values, facts->extraordinary_vertices, &facts->valences, &facts->valence_vertices,
+                           &facts->valence_count);
+  free(values);
+  return status;
+}
+
+static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_facts *facts) {
+  facts->faces = mesh->face_count;
+  uint32_t *sizes = tw_alloc(mesh->face_count, sizeof *sizes);
+  if (!sizes) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    sizes[f] = mesh->face_offsets[f + 1] - mesh->face_offsets[f];
+    facts->triangles += sizes[f] == 3;
+    facts->quads += sizes[f] == 4;
+    facts->ngons += sizes[f] > 4;
+  }
+  tw_status status =
+      tally(sizes, mesh->face_count, &facts->face_sizes, &facts->face_size_faces, &facts->face_size_count);
+  free(sizes);
+  return status;
+}
+
+static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_facts *facts) {
+  if (!mesh->face_groups) return TW_OK;
+  uint32_t *values = tw_alloc(mesh->face_count, sizeof *values), count = 0;
+  if (!values) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    if (mesh->face_groups[f] != UINT32_MAX) values[count++] = mesh->face_groups[f];
+  tw_status status = tally(values, count, &facts->groups, &facts->group_faces, &facts->group_count);
+  free(values);
+  return status;
+}
+
+/* Of tags on edges, points and faces that are there; the last of several on one holds. */
+static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *arena, tw_mesh_facts *facts) {
+  uint8_t *is_hole = tw_arena_alloc(arena, mesh->face_count, 1);
+  if (!is_hole || tw_topology_soften(t, arena) != TW_OK) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
+    uint32_t edge = tw_topology_find_edge(t, ends[0], ends[1]);
+    if (edge != UINT32_MAX) t->edge_sharpness[edge] = mesh->crease_sharpness[i];
+  }
+  for (uint32_t i = 0; i < mesh->sharp_point_count; i++)
+    t->vertex_sharpness[mesh->sharp_points[i]] = mesh->point_sharpness[i];
+  for (uint32_t i = 0; i < mesh->hole_count; i++) is_hole[mesh->holes[i]] = 1;
+  for (uint32_t e = 0; e < t->edge_count; e++) facts->creases += t->edge_sharpness[e] > 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    facts->sharp_points += t->vertex_sharpness[v] > 0 && t->fan_offsets[v + 1] > t->fan_offsets[v];
+  for (uint32_t f = 0; f < mesh->face_count; f++) facts->holes += is_hole[f];
+  return TW_OK;
+}
+
+static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_facts *facts) {
+  tw_topology topology;
+  tw_status status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
+                                       mesh->face_offsets, mesh->corner_count, mesh->corners);
+  if (status != TW_OK) return status;
+  facts->nonmanifold_edge_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_edge_points);
+  facts->nonmanifold_vertex_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_vertex_points);
+  if (!facts->nonmanifold_edge_points || !facts->nonmanifold_vertex_points) return TW_NO_MEMORY;
+  describe_points(mesh, &topology, facts);
+  describe_edges(&topology, facts);
+  status = describe_valences(&topology, facts);
+  if (status == TW_OK) status = describe_faces(mesh, facts);
+  if (status == TW_OK) status = describe_groups(mesh, facts);
+  if (status == TW_OK) status = describe_tags(mesh, &topology, arena, facts);
+  if (status == TW_OK) status = count_components(&topology, &facts->components);
+  if (status == TW_OK) status = count_loops(&topology, &facts->boundary_loops);
+  facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;
+  return status;
+}
+
+tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_facts *facts, tw_error *error) {
+  memset(facts, 0, sizeof *facts);
+  tw_arena *arena = tw_arena_create();
+  tw_status status = arena ? describe(mesh, arena, facts) : TW_NO_MEMORY;
+  tw_arena_destroy(arena);
+  if (status == TW_OK) return TW_OK;
+  tw_mesh_facts_deinit(facts);
+  return tw_fail(error, status, "out of memory");
+}
+
+void tw_mesh_facts_deinit(tw_mesh_facts *facts) {
+  free(facts->valences);
+  free(facts->valence_vertices);
+  free(facts->face_sizes);
+  free(facts->face_size_faces);
+  free(facts->groups);
+  free(facts->group_faces);
+  free(facts->nonmanifold_edge_points);
+  free(facts->nonmanifold_vertex_points);
+  memset(facts, 0, sizeof *facts);
+}

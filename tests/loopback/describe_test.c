@@ -1,0 +1,130 @@
+/* Descriptions of models. */
+#include "loopback.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void the_tank_is_described_in_full(void **state) {
+  char *text = loopback_file("server/samples/tank.json", NULL);
+  reply r = loopback_post(*state, "/v1/models", "application/json", text);
+  cJSON *tank = cJSON_Parse(r.body);
+  assert_string_equal(json_member(tank, "format")->valuestring, "tweend");
+  assert_string_equal(json_member(tank, "name")->valuestring, "hull");
+  assert_int_equal(json_member(tank, "bytes")->valueint, strlen(text));
+  assert_int_equal(cJSON_GetArraySize(json_member(tank, "meshes")), 5);
+  const cJSON *hull = json_member(tank, "meshes")->child;
+  assert_int_equal(json_member(hull, "vertices")->valueint, 48);
+  assert_int_equal(json_member(hull, "faces")->valueint, 46);
+  assert_int_equal(json_member(hull, "edges")->valueint, 92);
+  assert_int_equal(json_member(json_member(hull, "face_sizes"), "4")->valueint, 46);
+  assert_int_equal(json_member(hull, "euler_characteristic")->valueint, 2);
+  assert_int_equal(cJSON_GetArraySize(json_member(json_member(hull, "bounds"), "max")), 3);
+  const cJSON *wheel = json_member(tank, "nodes")->child->next;
+  assert_string_equal(json_member(wheel, "name")->valuestring, "wheel_front_left");
+  assert_string_equal(json_member(wheel, "parent")->valuestring, "hull");
+  assert_int_equal(cJSON_GetArraySize(json_member(json_member(wheel, "rest"), "rotation")), 4);
+  const cJSON *drive = json_member(tank, "clips")->child;
+  assert_string_equal(json_member(drive, "name")->valuestring, "drive");
+  assert_true(json_member(drive, "duration")->valuedouble == 4);
+  assert_true(json_member(drive, "tracks")->valueint > 5 && json_member(drive, "keys")->valueint > 20);
+  cJSON_Delete(tank);
+  reply_free(&r);
+  free(text);
+}
+
+/* Uploads it; the facts of its first mesh, in text. Freed by the caller. */
+static char *facts_of(loopback *loop, const char *type, const void *body, size_t size) {
+  char headers[64];
+  snprintf(headers, sizeof headers, "Content-Type: %s\n", type);
+  reply r = loopback_ask(loop, "POST", "/v1/models", headers, body, size);
+  assert_int_equal(r.status, 201);
+  cJSON *model = cJSON_Parse(r.body);
+  char *text = cJSON_PrintUnformatted(json_member(model, "meshes")->child);
+  cJSON_Delete(model);
+  reply_free(&r);
+  return text;
+}
+
+static void a_cube_is_the_same_in_every_format(void **state) {
+  static const char obj[] = "o cube\nv -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\n"
+                            "v 1 1 1\nv -1 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
+                            "f 4 1 5 8\n";
+  static const char json[] =
+      "{\"meshes\":[{\"name\":\"cube\",\"positions\":[[-1,-1,-1],[1,-1,-1],[1,1,-1],[-1,1,-1],[-1,-1,1],"
+      "[1,-1,1],[1,1,1],[-1,1,1]],\"faces\":[[0,3,2,1],[4,5,6,7],[0,1,5,4],[1,2,6,5],[2,3,7,6],[3,0,4,7]]}]}";
+  static const char expected[] =
+      "{\"name\":\"cube\",\"vertices\":8,\"edges\":12,\"faces\":6,\"face_sizes\":{\"4\":6},"
+      "\"boundary_edges\":0,\"boundary_loops\":0,\"nonmanifold_edges\":0,\"nonmanifold_vertices\":0,"
+      "\"extraordinary_vertices\":8,\"extraordinary_valences\":{\"3\":8},\"components\":1,"
+      "\"euler_characteristic\":2,\"bounds\":{\"min\":[-1,-1,-1],\"max\":[1,1,1]},\"unused_points\":0,"
+      "\"creases\":0,\"corners\":0,\"holes\":0,\"group_count\":0,\"groups\":[],\"uv_sets\":0,"
+      "\"morph_targets\":0,\"skinned\":false}";
+  static const char *const forms[] = {"glb", "gltf"};
+  static const char *const types[] = {"model/gltf-binary", "model/gltf+json"};
+  char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
+  assert_string_equal(facts, expected);
+  free(facts);
+  facts = facts_of(*state, "application/json", json, strlen(json));
+  assert_string_equal(facts, expected);
+  free(facts);
+  for (int i = 0; i < 2; i++) {
+    char target[80];
+    snprintf(target, sizeof target, "/v1/surface.%s?level=0&polygons=ngon", forms[i]);
+    reply cube = loopback_post(*state, target, "model/obj", obj);
+    facts = facts_of(*state, types[i], cube.body, cube.size);
+    assert_string_equal(facts, expected);
+    free(facts);
+    reply_free(&cube);
+  }
+}
+
+static void places_that_are_not_manifold_are_named(void **state) {
+  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n"
+                            "t crease 2/1/0 0 2 3\nt corner 1/1/0 4 1\nt hole 1/0/0 2\n";
+  char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
+  assert_non_null(strstr(facts, "\"nonmanifold_edges\":1,\"nonmanifold_vertices\":2,"
+                                "\"nonmanifold\":{\"edges\":[[0,1]],\"vertices\":[0,1]}"));
+  assert_non_null(strstr(facts, "\"creases\":1,\"corners\":1,\"holes\":1,"));
+  free(facts);
+}
+
+static void groups_are_listed_with_their_faces(void **state) {
+  static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\ng arm left\nf 1 2 3\nf 3 2 1\n"
+                            "g \"leg\"\nf 2 3 1\n";
+  char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
+  assert_non_null(strstr(facts, "\"group_count\":2,\"groups\":[{\"names\":[\"arm\",\"left\"],\"faces\":2},"
+                                "{\"names\":[\"\\\"leg\\\"\"],\"faces\":1}]"));
+  free(facts);
+  char many[8192] = "v 0 0 0\nv 0 1 0\nv 1 0 0\n", *at = many + strlen(many);
+  for (int i = 0; i < 65; i++) at += sprintf(at, "g part%d\nf 1 2 3\n", i);
+  facts = facts_of(*state, "model/obj", many, strlen(many));
+  assert_non_null(strstr(facts, "\"group_count\":65,"));
+  assert_non_null(strstr(facts, "{\"names\":[\"part63\"],\"faces\":1}]"));
+  free(facts);
+}
+
+static void nameless_things_are_called_by_their_index(void **state) {
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(*state, "application/json",
+                  "{\"nodes\":[{},{\"parent\":\"node_0\"}],\"clips\":[{\"tracks\":[]}]}", id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply r = loopback_get(*state, path);
+  assert_non_null(strstr(r.body, "\"name\":\"node_1\",\"parent\":\"node_0\""));
+  assert_non_null(strstr(r.body, "\"name\":\"clip_0\",\"duration\":0"));
+  assert_non_null(strstr(r.body, "\"name\":null,\"format\":\"tweend\""));
+  reply_free(&r);
+}
+
+#define with_loop(test) cmocka_unit_test_setup_teardown(test, loopback_setup, loopback_teardown)
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      with_loop(the_tank_is_described_in_full),
+      with_loop(a_cube_is_the_same_in_every_format),
+      with_loop(places_that_are_not_manifold_are_named),
+      with_loop(groups_are_listed_with_their_faces),
+      with_loop(nameless_things_are_called_by_their_index),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
