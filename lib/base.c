@@ -86,7 +86,9 @@ struct tw_arena {
 };
 
 tw_arena *tw_arena_create(void) {
-  return tw_alloc_zero(1, sizeof(tw_arena));
+  tw_arena *arena = tw_alloc_zero(1, sizeof *arena);
+  if (arena) arena->next_block = ARENA_FIRST;
+  return arena;
 }
 
 void tw_arena_destroy(tw_arena *arena) {
