@@ -140,21 +140,19 @@ void api_text_flag(api_text *text, bool value) {
   api_text_add(text, value ? "true" : "false");
 }
 
-void api_text_floats(api_text *text, const float *values, size_t count) {
-  if (count > SIZE_MAX / (TW_NUMBER_TEXT + 1) - 2) {
+void api_text_list(api_text *text, const float *values, size_t count) {
+  if (count > SIZE_MAX / (TW_NUMBER_TEXT + 1) - 1) {
     text->failed = true;
     return;
   }
-  char *end = reserve(text, count * (TW_NUMBER_TEXT + 1) + 2);
-  if (!end) return;
-  size_t length = 0;
-  end[length++] = '[';
-  for (size_t i = 0; i < count; i++) {
-    if (i) end[length++] = ',';
-    length += tw_print_float(end + length, values[i]);
-  }
-  end[length++] = ']';
-  advance(text, length);
+  char *end = count ? reserve(text, count * (TW_NUMBER_TEXT + 1)) : NULL;
+  if (end) advance(text, tw_print_floats(end, values, count));
+}
+
+void api_text_floats(api_text *text, const float *values, size_t count) {
+  api_text_bytes(text, "[", 1);
+  api_text_list(text, values, count);
+  api_text_bytes(text, "]", 1);
 }
 
 void api_text_float32(api_text *text, const float *values, size_t count) {

@@ -170,16 +170,15 @@ static void print_csv_text(api_text *text, const char *value) {
 
 static void print_csv_pose(const api_pose_query *query, float time, const float *row, api_text *text) {
   size_t width = api_pose_width(query->as);
-  char buffer[24];
+  char buffer[24], number[TW_NUMBER_TEXT];
+  size_t digits = tw_print_float(number, time);
   for (uint32_t i = 0; i < query->node_count; i++) {
-    api_text_float(text, time);
-    api_text_add(text, ",");
+    api_text_bytes(text, number, digits);
+    api_text_bytes(text, ",", 1);
     print_csv_text(text, tw_model_node_name(query->model, query->nodes[i], buffer));
-    for (size_t j = 0; j < width; j++) {
-      api_text_add(text, ",");
-      api_text_float(text, row[i * width + j]);
-    }
-    api_text_add(text, "\r\n");
+    api_text_bytes(text, ",", 1);
+    api_text_list(text, row + i * width, width);
+    api_text_bytes(text, "\r\n", 2);
   }
 }
 

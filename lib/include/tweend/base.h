@@ -79,6 +79,10 @@ enum { TW_NUMBER_TEXT = 32 };
 size_t tw_print_float(char *out, float value);
 size_t tw_print_double(char *out, double value);
 
+/* Several, as tw_print_float prints each, with commas between them. Room for TW_NUMBER_TEXT + 1 bytes a
+ * number is asked for. */
+size_t tw_print_floats(char *out, const float *values, size_t count);
+
 /* Reads a decimal number (JSON's grammar, and a leading '+' or '.', as OBJ files have) from the
  * start of text[0..length). Returns bytes used, 0 when there is no number. Overflow gives
  * infinity. Locale plays no part. */

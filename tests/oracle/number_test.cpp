@@ -1,0 +1,111 @@
+// Floats as text: std::to_chars defines right, to the byte. TAP; with the argument "all" every float is
+// printed, which takes minutes.
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <random>
+#include <string>
+
+#include "tweend/base.h"
+
+namespace {
+
+int tests = 0, failures = 0;
+uint64_t compared = 0;
+
+float float_of(uint32_t bits) {
+  float value = 0;
+  std::memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+std::string printed(float value) {
+  char text[TW_NUMBER_TEXT];
+  return std::string(text, tw_print_float(text, value));
+}
+
+std::string expected(float value) {
+  if (!std::isfinite(value)) return "null";
+  if (value == 0) return "0";
+  char text[64];
+  return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
+}
+
+void compare(float value, std::string &failure) {
+  compared++;
+  std::string text = printed(value), right = expected(value);
+  if (text != right && failure.empty()) failure = text + " in place of " + right;
+}
+
+void report(const char *name, const std::string &failure) {
+  bool passed = failure.empty();
+  failures += passed ? 0 : 1;
+  std::printf("%sok %d - %s\n", passed ? "" : "not ", ++tests, name);
+  if (!passed) std::printf("# %s\n", failure.c_str());
+}
+
+// Of any magnitude; of those that poses have; and with few digits, whose zeros must go.
+void compare_random(int count) {
+  std::mt19937 random(20261121);
+  std::string any, near, few;
+  for (int i = 0; i < count; i++) {
+    compare(float_of(static_cast<uint32_t>(random())), any);
+    compare(std::ldexp(static_cast<float>(static_cast<int32_t>(random())), -static_cast<int>(random() % 50)),
+            near);
+    float divisor = std::pow(10.0F, static_cast<float>(random() % 8));
+    compare(static_cast<float>(random() % 100000) / divisor, few);
+  }
+  report("random floats print as to_chars prints them", any);
+  report("random floats of a pose's magnitude print as to_chars prints them", near);
+  report("random short decimals print as to_chars prints them", few);
+}
+
+void compare_edges() {
+  std::string powers, special;
+  for (uint32_t exponent = 0; exponent < 512; exponent++)
+    for (uint32_t step = 0; step < 64; step++) compare(float_of((exponent << 23) + step - 32), powers);
+  report("floats around powers of two print as to_chars prints them", powers);
+  for (int power = -45; power <= 38; power++)
+    for (int factor = 1; factor < 100; factor++) {
+      float value = std::strtof((std::to_string(factor) + "e" + std::to_string(power)).c_str(), nullptr);
+      for (float sign : {1.0F, -1.0F})
+        for (float near : {std::nextafter(value, 0.0F), value, std::nextafter(value, INFINITY)})
+          compare(sign * near, special);
+    }
+  for (float value : {0.0F, -0.0F, INFINITY, -INFINITY, NAN}) compare(value, special);
+  report("floats around powers of ten, and what is no number, print as to_chars prints them", special);
+}
+
+void compare_rows() {
+  const float values[] = {0, -0.0F, 1, -1, 0.1F, 1e-5F, 1e30F, 16777216, 99999.99F, NAN, 0.001F};
+  std::string failure;
+  for (size_t count = 0; count <= sizeof values / sizeof *values; count++) {
+    char text[12 * (TW_NUMBER_TEXT + 1)];
+    std::string right;
+    for (size_t i = 0; i < count; i++) right.append(i ? "," : "").append(expected(values[i]));
+    std::string row(text, tw_print_floats(text, values, count));
+    if (row != right) failure.assign(row).append(" in place of ").append(right);
+  }
+  report("floats in a row have commas between them", failure);
+}
+
+void compare_all() {
+  std::string failure;
+  uint32_t bits = 0;
+  do compare(float_of(bits), failure);
+  while (++bits != 0);
+  report("every float prints as to_chars prints it", failure);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+  compare_random(200000);
+  compare_edges();
+  compare_rows();
+  if (argc > 1 && std::strcmp(argv[1], "all") == 0) compare_all();
+  std::printf("1..%d\n# %llu floats compared\n", tests, static_cast<unsigned long long>(compared));
+  return failures ? 1 : 0;
+}
