@@ -1,0 +1,175 @@
+/* Requests a second of pose.json and pose.bin, every one for another time, beside a bare libmicrohttpd
+ * handler that sends as many bytes; both serve on one thread, and the client has one of its own. usage:
+ * request_bench TWEEND [JSON] */
+#include "bare.h"
+#include "load.h"
+#include "model.h"
+#include "report.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+enum { CONNECTIONS = 16, KEYS = 100, BARE_HEAD = 120 };
+
+static const double RUN_SECONDS = 0.12;
+
+static void fail(const char *what) {
+  fprintf(stderr, "request_bench: %s\n", what);
+  exit(1);
+}
+
+/* ---- the daemon -------------------------------------------------------------------------------------- */
+
+typedef struct daemon_process {
+  pid_t process;
+  uint16_t port;
+  char folder[64];
+} daemon_process;
+
+static void run_daemon(const char *program, const char *folder, int out) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  dup2(out, STDOUT_FILENO);
+  execl(program, program, "--listen", "127.0.0.1:0", "--data", folder, "--io-threads", "1", "--threads", "1",
+        "--log-level", "warn", (char *)NULL);
+  _exit(127);
+}
+
+static daemon_process start_daemon(const char *program) {
+  daemon_process daemon = {.folder = "/tmp/tweend-bench-XXXXXX"};
+  int out[2];
+  if (!mkdtemp(daemon.folder) || pipe(out) != 0) fail("no folder");
+  fflush(NULL);
+  daemon.process = fork();
+  if (daemon.process == 0) run_daemon(program, daemon.folder, out[1]);
+  close(out[1]);
+  char line[256] = "";
+  FILE *ready = fdopen(out[0], "r");
+  if (!ready || !fgets(line, sizeof line, ready) || !strrchr(line, ':')) fail("the daemon did not start");
+  fclose(ready);
+  daemon.port = (uint16_t)atoi(strrchr(line, ':') + 1);
+  return daemon;
+}
+
+static void stop_daemon(const daemon_process *daemon) {
+  kill(daemon->process, SIGTERM);
+  waitpid(daemon->process, NULL, 0);
+  pid_t removal = fork();
+  if (removal == 0) {
+    execlp("rm", "rm", "-r", daemon->folder, (char *)NULL);
+    _exit(127);
+  }
+  waitpid(removal, NULL, 0);
+}
+
+/* Seconds that a process has spent. */
+static double cpu_seconds(pid_t process) {
+  char path[64], text[1024] = "";
+  snprintf(path, sizeof path, "/proc/%d/stat", (int)process);
+  FILE *file = fopen(path, "r");
+  if (!file || !fgets(text, sizeof text, file)) fail("no /proc");
+  fclose(file);
+  unsigned long user = 0, kernel = 0;
+  const char *fields = strrchr(text, ')');
+  if (!fields || sscanf(fields, ") %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %lu %lu", &user, &kernel) != 2)
+    fail("no times in /proc");
+  return (double)(user + kernel) / (double)sysconf(_SC_CLK_TCK);
+}
+
+/* ---- the model --------------------------------------------------------------------------------------- */
+
+/* Stores the model and copies its id. */
+static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
+  struct sockaddr_in address = {.sin_family = AF_INET, .sin_port = htons(port)};
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  char head[256], answer[64 << 10];
+  int fd = socket(AF_INET, SOCK_STREAM, 0);
+  if (fd < 0 || connect(fd, (struct sockaddr *)&address, sizeof address) != 0) fail("no connection");
+  int length = snprintf(head, sizeof head,
+                        "POST /v1/models HTTP/1.1\r\nHost: bench\r\nContent-Type: application/json\r\n"
+                        "Connection: close\r\nContent-Length: %zu\r\n\r\n",
+                        size);
+  if (send(fd, head, (size_t)length, 0) != length || send(fd, model, size, MSG_WAITALL) != (ssize_t)size)
+    fail("no upload");
+  size_t got = 0;
+  ssize_t piece;
+  while ((piece = recv(fd, answer + got, sizeof answer - 1 - got, 0)) > 0) got += (size_t)piece;
+  answer[got] = '\0';
+  close(fd);
+  const char *found = strstr(answer, "\"id\":\"");
+  if (!found || sscanf(found, "\"id\":\"%32[0-9a-f]\"", id) != 1) fail(answer);
+}
+
+/* ---- measuring ---------------------------------------------------------------------------------------- */
+
+typedef struct pose_target {
+  const char *id, *form;
+} pose_target;
+
+static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
+  const pose_target *target = context;
+  return (size_t)snprintf(out, LOAD_REQUEST_SIZE,
+                          "GET /v1/models/%s/pose.%s?at=%.5f HTTP/1.1\r\nHost: bench\r\n\r\n", target->id,
+                          target->form, (double)(n * 7919 % 1000000) * 1e-5);
+}
+
+static size_t plain_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
+  (void)context;
+  (void)n;
+  return (size_t)snprintf(out, LOAD_REQUEST_SIZE, "GET / HTTP/1.1\r\nHost: bench\r\n\r\n");
+}
+
+static void bench_requests(bench_report *report, const daemon_process *daemon, const char *id,
+                           const char *form) {
+  const pose_target target = {id, form};
+  load ours = {.port = daemon->port, .request = pose_request, .context = &target};
+  load bare = {.request = plain_request};
+  load_run(&ours, 1, 0.01);
+  pid_t peer = bare_start(ours.answer_size - BARE_HEAD, &bare.port);
+  load_run(&bare, 1, 0.01);
+  double our_rates[BENCH_RUNS], bare_rates[BENCH_RUNS], our_start = cpu_seconds(daemon->process),
+                                                        bare_start_s = cpu_seconds(peer);
+  uint64_t our_first = ours.sent, bare_first = bare.sent;
+  for (int run = 0; run < BENCH_RUNS; run++) {
+    our_rates[run] = load_run(&ours, CONNECTIONS, RUN_SECONDS);
+    bare_rates[run] = load_run(&bare, CONNECTIONS, RUN_SECONDS);
+  }
+  double our_cpu = (cpu_seconds(daemon->process) - our_start) * 1e6 / (double)(ours.sent - our_first);
+  double bare_cpu = (cpu_seconds(peer) - bare_start_s) * 1e6 / (double)(bare.sent - bare_first);
+  bare_stop(peer);
+  char name[64];
+  snprintf(name, sizeof name, "pose.%s, %llu bytes", form, (unsigned long long)ours.answer_size);
+  bench_row(report, name, "requests/s", bench_summary(our_rates), "bare handler", bench_summary(bare_rates),
+            true);
+  snprintf(name, sizeof name, "pose.%s, of the core", form);
+  bench_row(report, name, "us a request", (bench_timing){our_cpu, our_cpu, our_cpu}, "bare handler",
+            (bench_timing){bare_cpu, bare_cpu, bare_cpu}, false);
+}
+
+int main(int argc, char **argv) {
+  static const int joints[] = {1, 24, 100};
+  if (argc < 2) fail("usage: request_bench TWEEND [JSON]");
+  bench_report report;
+  bench_open(&report, argc > 2 ? argv[2] : NULL);
+  daemon_process daemon = start_daemon(argv[1]);
+  for (int i = 0; i < 3; i++) {
+    size_t size;
+    char id[33];
+    char *model = bench_model(joints[i], KEYS, &size);
+    upload(daemon.port, model, size, id);
+    free(model);
+    bench_scene(&report, "%d joints, one pose a request", joints[i]);
+    bench_requests(&report, &daemon, id, "json");
+    bench_requests(&report, &daemon, id, "bin");
+  }
+  stop_daemon(&daemon);
+  bench_close(&report);
+  return 0;
+}
