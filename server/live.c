@@ -12,9 +12,6 @@
 /* Frames that a channel keeps for listeners behind: so many, of so many bytes. */
 enum { KEPT_MAX = 128, KEPT_BYTES = 128 << 10 };
 
-/* Proxies close streams that are silent for half a minute or more. */
-static const uint64_t PULSE_NS = UINT64_C(15000000000);
-
 typedef struct frame {
   size_t references;
   uint64_t number;
@@ -38,6 +35,7 @@ struct srv_listener {
   channel *channel;
   srv_listener *previous, *next; /* among the channel's */
   int64_t lag;                   /* frames behind the channel's grid */
+  uint64_t first;                /* the frame to begin with, even when it comes late */
   bool has_shown;
   uint64_t shown; /* the frame offered last */
   uint64_t offered_ns;
@@ -62,6 +60,7 @@ struct srv_live {
   pthread_t thread;
   channel *channels;
   size_t max_listeners, listeners;
+  uint64_t pulse_ns;
   bool ending, stopping;
   uint64_t printed, sent, skipped;
 };
@@ -154,8 +153,13 @@ static void wake_listener(srv_listener *l) {
   l->ready(l->owner);
 }
 
+static bool is_over(const srv_listener *l) {
+  return l->cut || l->finished;
+}
+
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
-  if (l->cut || l->finished) return;
+  if (is_over(l)) return;
+  if (!l->has_shown && find_frame(l->channel, l->first) != NULL) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
   if (f != NULL) {
     if (l->pending != NULL) live->skipped++;
@@ -164,7 +168,7 @@ static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now
     l->has_shown = true;
     l->shown = number;
     l->finished = number == l->channel->source.last;
-  } else if (now - l->offered_ns >= PULSE_NS) {
+  } else if (now - l->offered_ns >= live->pulse_ns) {
     l->pulse = true;
   } else {
     return;
@@ -176,11 +180,14 @@ static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now
 /* Shows each listener its frame. What those behind need has been printed for those before them. */
 static void play(srv_live *live, channel *c, uint64_t now) {
   uint64_t step = step_at(c, now);
-  uint64_t front = frame_at(c, step, least_lag(c));
+  uint64_t front = c->depth == 0 ? c->base : frame_at(c, step, least_lag(c));
   if (c->depth == 0 || front > c->newest) print_frame(live, c, front);
-  for (srv_listener *l = c->listeners; l != NULL; l = l->next) offer(live, l, frame_at(c, step, l->lag), now);
-  uint64_t next = step_ns(c, step + 1);
-  c->due_ns = next < now + PULSE_NS ? next : now + PULSE_NS;
+  c->due_ns = step_ns(c, step + 1);
+  for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
+    offer(live, l, frame_at(c, step, l->lag), now);
+    uint64_t pulse = l->offered_ns + live->pulse_ns;
+    if (!is_over(l) && pulse < c->due_ns) c->due_ns = pulse;
+  }
 }
 
 static void destroy_channel(channel *c) {
@@ -231,7 +238,8 @@ static bool can_share(const channel *c, const api_live *source, uint64_t now, in
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
   uint64_t step = step_at(c, now);
-  *lag = source->joins ? least : (int64_t)(c->base + step) - (int64_t)source->first;
+  bool is_begun = c->depth > 0 || source->first != c->base; /* else all begin together */
+  *lag = source->joins || !is_begun ? least : (int64_t)(c->base + step) - (int64_t)source->first;
   if (*lag == least) return true;
   return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
 }
@@ -250,8 +258,7 @@ static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   return c;
 }
 
-static channel *find_channel(srv_live *live, api_live *source, int64_t *lag) {
-  uint64_t now = now_ns();
+static channel *find_channel(srv_live *live, api_live *source, uint64_t now, int64_t *lag) {
   for (channel *c = live->channels; c != NULL; c = c->next)
     if (can_share(c, source, now, lag)) return c;
   *lag = 0;
@@ -270,12 +277,14 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   srv_listener *l = calloc(1, sizeof *l);
   pthread_mutex_lock(&live->lock);
   bool welcome = l != NULL && !live->ending && live->listeners < live->max_listeners;
-  channel *c = welcome ? find_channel(live, source, &l->lag) : NULL;
+  uint64_t now = now_ns();
+  channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
+    l->first = c->depth == 0 ? c->base : frame_at(c, step_at(c, now), l->lag);
     l->live = live;
     l->ready = ready;
     l->owner = owner;
-    l->offered_ns = now_ns();
+    l->offered_ns = now;
     link_listener(c, l);
     live->listeners++;
     pthread_cond_signal(&live->wake);
@@ -359,10 +368,11 @@ int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
 
 /* ---- all of them ----------------------------------------------------------------------------- */
 
-srv_live *srv_live_create(size_t max_listeners) {
+srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns) {
   srv_live *live = calloc(1, sizeof *live);
   if (live == NULL) return NULL;
   live->max_listeners = max_listeners;
+  live->pulse_ns = pulse_ns;
   pthread_condattr_t monotonic;
   pthread_condattr_init(&monotonic);
   pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);

@@ -13,7 +13,12 @@
 typedef struct srv_live srv_live;
 typedef struct srv_listener srv_listener;
 
-srv_live *srv_live_create(size_t max_listeners); /* NULL without memory or thread */
+/* Proxies close streams that are silent for half a minute or more. */
+#define SRV_LIVE_PULSE_NS UINT64_C(15000000000)
+
+/* pulse_ns: a listener that gets nothing for so long gets a sign of life, which also finds those that have
+ * gone. NULL without memory or thread. */
+srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns);
 void srv_live_destroy(srv_live *live);           /* NULL accepted; all listeners have left */
 
 /* Ends all streams, and refuses new ones. NULL accepted. */

@@ -95,7 +95,7 @@ static bool prepare(process *p, char *error) {
   p->server.metrics = srv_metrics_create();
   p->server.service = api_service_create(&service_settings);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
-  p->server.live = srv_live_create((size_t)p->config.max_listeners);
+  p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
   return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL &&
          p->server.live != NULL;
 }

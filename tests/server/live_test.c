@@ -164,7 +164,7 @@ static double seconds(void) {
 
 static int set_up(void **state) {
   atomic_store(&prints, 0);
-  *state = srv_live_create(3);
+  *state = srv_live_create(3, SRV_LIVE_PULSE_NS);
   return *state != NULL ? 0 : -1;
 }
 
@@ -261,6 +261,72 @@ static void a_slow_listener_skips_frames_and_delays_nobody(void **state) {
   leave(quick);
 }
 
+static void silent_streams_send_a_sign_of_life(void **state) {
+  (void)state;
+  srv_live *live = srv_live_create(2, 400000000);
+  client *c[2] = {join(live, source("a", 0.01, UINT64_MAX, 0))};
+  double start = seconds();
+  read_up_to(c[0], 0);
+  pause_ms(250);
+  c[1] = join(live, source("a", 0.01, UINT64_MAX, 0)); /* does not put the other one's off */
+  assert_int_equal(srv_live_look(live).channels, 1);
+  assert_true(wait_read(c[0], 7) > 0);
+  assert_string_equal(c[0]->text, "open\n0\n:\n");
+  double waited = seconds() - start;
+  assert_true(waited > 0.35 && waited < 0.6);
+  while (strstr(c[1]->text, ":\n:\n") == NULL) assert_true(wait_read(c[1], 7) > 0);
+  end_all(live, c, 2);
+  srv_live_destroy(live);
+}
+
+/* Reads what there is; true at the end. */
+static bool read_some(client *c) {
+  pthread_mutex_lock(&c->lock);
+  bool ready = c->ready;
+  c->ready = false;
+  pthread_mutex_unlock(&c->lock);
+  int64_t size = ready ? 1 : 0;
+  while (size > 0) {
+    size = srv_listener_read(c->listener, (uint8_t *)c->text + c->size, 64);
+    if (size > 0) c->size += (size_t)size;
+  }
+  return size < 0;
+}
+
+/* Reads what there is for each; returns how many are at the end. */
+static int sweep(client **clients, bool *over, int count) {
+  int ended = 0;
+  for (int i = 0; i < count; i++) {
+    if (!over[i]) over[i] = read_some(clients[i]);
+    ended += over[i];
+  }
+  return ended;
+}
+
+static void a_thousand_listeners_cost_one_evaluation_a_frame(void **state) {
+  (void)state;
+  enum { LISTENERS = 1000 };
+  static client *c[LISTENERS];
+  static bool over[LISTENERS];
+  srv_live *live = srv_live_create(LISTENERS, SRV_LIVE_PULSE_NS);
+  double start = seconds();
+  for (int i = 0; i < LISTENERS; i++) {
+    while (seconds() - start < 0.0003 * i) pause_ms(1); /* they start apart, over six frames */
+    c[i] = join(live, source("a", 20, 20, 0));
+    c[i]->ready = true;
+    if (i % 20 == 19) sweep(c, over, i + 1);
+  }
+  assert_int_equal(srv_live_look(live).channels, 1);
+  while (sweep(c, over, LISTENERS) < LISTENERS) pause_ms(1);
+  assert_true(atomic_load(&prints) <= 21);
+  for (int i = 0; i < LISTENERS; i++) {
+    /* Read in turns, a listener may skip a frame. */
+    assert_whole(c[i], strtol(c[i]->text + strlen("open\n"), NULL, 10), 20);
+    leave(c[i]);
+  }
+  srv_live_destroy(live);
+}
+
 static void the_end_cuts_streams_and_refuses_new_ones(void **state) {
   client *c = join(*state, source("a", 0.01, UINT64_MAX, 0));
   read_up_to(c, 0);
@@ -310,6 +376,8 @@ int main(void) {
       TEST(a_channel_without_listeners_is_freed),
       TEST(more_listeners_than_allowed_are_refused),
       TEST(a_slow_listener_skips_frames_and_delays_nobody),
+      TEST(silent_streams_send_a_sign_of_life),
+      TEST(a_thousand_listeners_cost_one_evaluation_a_frame),
       TEST(the_end_cuts_streams_and_refuses_new_ones),
       TEST(ten_seconds_at_sixty_frames_drift_less_than_a_frame),
   };

@@ -32,7 +32,7 @@ void start(fixture *f) {
   f->server = (srv_server){.config = &f->config, .temporary = open("/tmp", O_RDONLY | O_DIRECTORY)};
   f->server.metrics = srv_metrics_create();
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
-  f->server.live = srv_live_create((size_t)f->config.max_listeners);
+  f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
   f->http = srv_http_start(&f->server, listener, NULL, NULL, error, sizeof error);
   assert_non_null(f->http);
 }
