@@ -132,10 +132,18 @@ static uint64_t step_at(const channel *c, uint64_t now) {
   return step;
 }
 
-/* The frame that somebody at this lag is to see. */
+/* Who begins in the latter half of a step begins with the next one, so that the first frame is not replaced
+ * at once. */
+static uint64_t nearest_step(const channel *c, uint64_t now) {
+  uint64_t step = step_at(c, now);
+  return step_ns(c, step + 1) - now < now - step_ns(c, step) ? step + 1 : step;
+}
+
+/* The frame that somebody at this lag is to see; before the first one of all there is none. */
 static uint64_t frame_at(const channel *c, uint64_t step, int64_t lag) {
-  uint64_t number = (uint64_t)((int64_t)(c->base + step) - lag);
-  return number < c->source.last ? number : c->source.last;
+  int64_t number = (int64_t)(c->base + step) - lag;
+  if (number < 0) return 0;
+  return (uint64_t)number < c->source.last ? (uint64_t)number : c->source.last;
 }
 
 static int64_t least_lag(const channel *c) {
@@ -159,7 +167,7 @@ static bool is_over(const srv_listener *l) {
 
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
   if (is_over(l)) return;
-  if (!l->has_shown && find_frame(l->channel, l->first) != NULL) number = l->first;
+  if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first) != NULL)) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
   if (f != NULL) {
     if (l->pending != NULL) live->skipped++;
@@ -237,9 +245,9 @@ static void *run(void *context) {
 static bool can_share(const channel *c, const api_live *source, uint64_t now, int64_t *lag) {
   if (c->listeners == NULL || strcmp(c->source.key, source->key) != 0) return false;
   int64_t least = least_lag(c);
-  uint64_t step = step_at(c, now);
   bool is_begun = c->depth > 0 || source->first != c->base; /* else all begin together */
-  *lag = source->joins || !is_begun ? least : (int64_t)(c->base + step) - (int64_t)source->first;
+  *lag =
+      source->joins || !is_begun ? least : (int64_t)(c->base + nearest_step(c, now)) - (int64_t)source->first;
   if (*lag == least) return true;
   return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
 }
@@ -275,12 +283,14 @@ static void link_listener(channel *c, srv_listener *l) {
 
 srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void *owner), void *owner) {
   srv_listener *l = calloc(1, sizeof *l);
+  uint64_t first = source->first;
+  bool joins = source->joins;
   pthread_mutex_lock(&live->lock);
   bool welcome = l != NULL && !live->ending && live->listeners < live->max_listeners;
   uint64_t now = now_ns();
   channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
-    l->first = c->depth == 0 ? c->base : frame_at(c, step_at(c, now), l->lag);
+    l->first = joins ? frame_at(c, step_at(c, now), l->lag) : first;
     l->live = live;
     l->ready = ready;
     l->owner = owner;
