@@ -177,16 +177,35 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_shown
   return API_DONE;
 }
 
+/* Morph weights of the nodes that the clip has such tracks of. */
+static api_outcome pose_weights(api_call *call, const tw_model *model, float time, api_shown *shown) {
+  const api_clip *clip = api_entry_value(shown->clip);
+  const tw_clip_keys *keys = api_clip_keys(clip, model, &shown->choice);
+  const float **weights = NULL;
+  for (uint32_t i = 0; i < keys->track_count; i++) {
+    const tw_track_keys *track = &keys->tracks[i];
+    uint32_t mesh = model->nodes[track->node].mesh;
+    if (track->path != TW_WEIGHTS || mesh == TW_NO_INDEX) continue;
+    if (!weights) weights = tw_arena_alloc(call->arena, model->node_count, sizeof *weights);
+    float *sample = tw_arena_alloc(call->arena, track->width, sizeof *sample);
+    if (!weights || !sample) return api_fail_without_memory(call);
+    tw_clip_sample(clip->compiled, i, &time, 1, sample);
+    weights[track->node] = sample;
+  }
+  shown->scene.weights = weights;
+  return API_DONE;
+}
+
 /* The nodes at one time. */
 static api_outcome pose_model(api_call *call, const tw_model *model, api_shown *shown) {
   const api_clip *clip = api_entry_value(shown->clip);
   tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
   if (!locals) return api_fail_without_memory(call);
-  tw_clip_pose(clip->compiled, model->nodes, model->node_count, api_times_get(&shown->query.times, 0),
-               locals);
+  float time = api_times_get(&shown->query.times, 0);
+  tw_clip_pose(clip->compiled, model->nodes, model->node_count, time, locals);
   shown->scene.pose = locals;
   shown->scene.posed_by = clip->compiled;
-  return API_DONE;
+  return pose_weights(call, model, time, shown);
 }
 
 static api_outcome bake_model(api_call *call, const tw_model *model, api_shown *shown) {

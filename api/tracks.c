@@ -59,6 +59,7 @@ static void print_motion(api_text *text, const tw_track_report *report) {
   member_number(text, "peak_time", report->peak_time);
   member_count(text, "sign_flips", report->sign_flips);
   member_count(text, "non_unit_keys", report->non_unit_keys);
+  member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
   member_count(text, "half_turns", report->half_turns);
   member_count(text, "steps_over_180", report->long_steps);
   member_count(text, "euler_wraps", report->euler_wraps);

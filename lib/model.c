@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clip.h"
+#include "turns.h"
 #include "tweend/utf8.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb"};
@@ -224,6 +226,24 @@ static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_e
   return TW_OK;
 }
 
+/* Names the tracks with steps of 180 degrees and more: they load, but may not move as meant. */
+static void warn_of_turns(tw_model *model, uint32_t index, const tw_clip *clip) {
+  char clip_name[24], node_name[24];
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track *track = &clip->tracks[i];
+    if (track->path != TW_ROTATION) continue;
+    uint32_t count = 0;
+    for (uint32_t key = 0; key + 1 < track->timeline->key_count; key++)
+      count += tw_track_turn(track, key) != TURN_SHORT;
+    if (count == 0) continue;
+    tw_model_warn(model, "clip \"%.40s\", node \"%.40s\": %u %s", tw_model_clip_name(model, index, clip_name),
+                  tw_model_node_name(model, track->node, node_name), count,
+                  tw_track_says_angles(track)
+                      ? "steps turn 180 degrees or more, which quaternions would do another way"
+                      : "steps are of exactly 180 degrees, whose way is arbitrary");
+  }
+}
+
 static tw_status check_clips(tw_model *model, tw_error *error) {
   for (uint32_t i = 0; i < model->clip_count; i++) {
     tw_status status = check_name(&model->clips[i].name, "clips", i, error);
@@ -234,6 +254,7 @@ static tw_status check_clips(tw_model *model, tw_error *error) {
       prefix_pointer(error, "clips", i);
       return status;
     }
+    warn_of_turns(model, i, clip);
     tw_clip_destroy(clip);
     status = check_weight_tracks(model, i, error);
     if (status != TW_OK) return status;

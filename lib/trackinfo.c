@@ -6,12 +6,13 @@
 #include <string.h>
 
 #include "clip.h"
+#include "turns.h"
 
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 36;
-static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding leaves a tenth of it */
 static const double UNIT_TOLERANCE = 1e-5;
-static const double LOCKED = 1e-7; /* nearer to lock is not worth looking for */
+static const double SIGN_ROOM = 1e-6; /* about half turns neither sign is the opposite one */
+static const double LOCKED = 1e-7;    /* nearer to lock is not worth looking for */
 
 enum { STEPS_MIN = 4, STEPS_MAX = 512, REFINEMENTS = 40 };
 
@@ -175,7 +176,10 @@ static void follow_path(const tw_track *track, bool jumps, tw_track_report *repo
     segment.slerp = short_arc(here, next);
     double travelled = follow_segment(&segment, report);
     note_step(report, key, travelled);
-    if (travelled > PI * (1 + 1e-6)) report->long_steps++;
+    if (travelled > PI * (1 + 1e-6))
+      report->long_steps++;
+    else if (tw_track_turn(track, key) == TURN_HALF)
+      report->half_turns++;
   }
 }
 
@@ -183,15 +187,12 @@ static void follow_path(const tw_track *track, bool jumps, tw_track_report *repo
 
 static void read_quaternions(const tw_track_keys *keys, tw_track_report *report) {
   bool cubic = keys->interpolation == TW_CUBICSPLINE;
-  bool slerps = keys->interpolation != TW_STEP && !cubic;
   double before[4] = {0, 0, 0, 0}, q[4];
   for (uint32_t key = 0; key < keys->key_count; key++) {
     quat_widen(keys->values + 4 * (cubic ? 3 * (size_t)key + 1 : (size_t)key), q);
     if (fabs(tw_normalize(q, 4) - 1) > UNIT_TOLERANCE) report->non_unit_keys++;
     double cosine = quat_dot(before, q);
-    bool half_turn = key > 0 && fabs(cosine) < HALF_TURN_COSINE;
-    if (half_turn && slerps) report->half_turns++;
-    if (!half_turn && cosine < 0) report->sign_flips++;
+    if (cosine < -SIGN_ROOM) report->sign_flips++;
     memcpy(before, q, sizeof before);
   }
 }
@@ -237,8 +238,10 @@ static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
              "%u keys have the opposite sign of the key before; the short way is taken all the same",
              report->sign_flips);
   if (report->half_turns)
-    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u steps are of exactly 180 degrees: which way they turn is arbitrary", report->half_turns);
+    snprintf(
+        next_warning(report), TW_TRACK_WARNING_SIZE,
+        "%u steps are of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary",
+        report->half_turns);
   if (report->long_steps)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
              "%u steps turn more than 180 degrees, the largest %.6g: as quaternions they would be cut short",

@@ -133,6 +133,15 @@ void add_transform(tinygltf::Node &out, const tw_scene &scene, uint32_t index, b
   if (!is(local.scale, {1, 1, 1})) out.scale = numbers(local.scale);
 }
 
+void add_mesh(tinygltf::Node &out, const tw_gltf_plan &plan, const tw_scene &scene, uint32_t index) {
+  const uint32_t source = scene.model->nodes[index].mesh;
+  const uint32_t number = source == TW_NO_INDEX ? TW_NO_INDEX : plan.mesh_numbers[source];
+  if (number == TW_NO_INDEX) return;
+  out.mesh = static_cast<int>(number);
+  const float *weights = scene.weights ? scene.weights[index] : nullptr;
+  if (weights) out.weights.assign(weights, weights + plan.meshes[number].target_count);
+}
+
 void add_nodes(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &scene) {
   const tw_model &model = *scene.model;
   const std::vector<bool> animated = animated_nodes(scene);
@@ -142,8 +151,7 @@ void add_nodes(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &s
     const tw_node &node = model.nodes[i];
     tinygltf::Node &written = out.nodes[i];
     written.name = text_or_empty(node.name);
-    if (node.mesh != TW_NO_INDEX && plan.mesh_numbers[node.mesh] != TW_NO_INDEX)
-      written.mesh = static_cast<int>(plan.mesh_numbers[node.mesh]);
+    add_mesh(written, plan, scene, i);
     if (tw_gltf_node_is_skinned(&scene, &node)) written.skin = static_cast<int>(plan.skin_numbers[node.skin]);
     add_transform(written, scene, i, animated[i]);
     if (node.parent == TW_NO_INDEX)

@@ -559,6 +559,35 @@ static void tracks_are_reported(void **state) {
   reply_free(&r);
 }
 
+/* The description that a model's storing answers with. */
+static void assert_warning(const fixture *f, const char *track, const char *warning) {
+  char body[512];
+  snprintf(body, sizeof body,
+           "{\"nodes\":[{\"name\":\"arm\"}],\"clips\":[{\"name\":\"wave\",\"tracks\":[{\"node\":\"arm\","
+           "\"path\":\"rotation\",%s\"times\":[0,1,2],%s}]}]}",
+           strstr(track, "quaternions") ? "" : "\"unit\":\"degrees\",", track);
+  reply r = loopback_post(f->loop, "/v1/models", "application/json", body);
+  cJSON *answer = cJSON_Parse(r.body);
+  const cJSON *warnings = json_member(answer, "warnings");
+  assert_int_equal(cJSON_GetArraySize(warnings), warning ? 1 : 0);
+  if (warning) assert_non_null(strstr(warnings->child->valuestring, warning));
+  if (warning) assert_non_null(strstr(warnings->child->valuestring, "clip \"wave\", node \"arm\": "));
+  cJSON_Delete(answer);
+  reply_free(&r);
+}
+
+static void half_turns_and_longer_ones_are_warned_of_when_they_are_stored(void **state) {
+  assert_warning(*state, "\"eulers\":[[0,0,0],[0,170,0],[0,300,0]]", NULL);
+  assert_warning(*state, "\"eulers\":[[0,0,0],[0,180,0],[0,360,0]]", "2 steps are of exactly 180 degrees");
+  assert_warning(*state, "\"interpolation\":\"step\",\"eulers\":[[0,0,0],[0,180,0],[0,0,0]]", NULL);
+  assert_warning(*state, "\"interpolation\":\"euler\",\"eulers\":[[-170,0,0],[170,0,0],[171,0,0]]",
+                 "1 steps turn 180 degrees or more");
+  assert_warning(*state, "\"axis_angles\":[[0,0,1,0],[0,0,1,180],[0,0,1,900]]",
+                 "2 steps turn 180 degrees or more");
+  assert_warning(*state, "\"quaternions\":[[0,0,0,1],[1,0,0,0],[1,0,0,0]]",
+                 "1 steps are of exactly 180 degrees");
+}
+
 #define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
 
 int main(void) {
@@ -588,6 +617,7 @@ int main(void) {
       with_arm(what_is_known_is_answered_lightly),
       with_arm(joint_matrices_are_world_times_inverse_bind),
       with_arm(tracks_are_reported),
+      with_arm(half_turns_and_longer_ones_are_warned_of_when_they_are_stored),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -230,6 +230,22 @@ static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
   cJSON_Delete(document);
 }
 
+static void a_moment_bears_the_clips_morph_weights(void **state) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->flag, "surface.gltf?at=0.5");
+  const cJSON *nodes = json_member(document, "nodes");
+  const cJSON *weights = json_member(cJSON_GetArrayItem(nodes, 1), "weights");
+  assert_int_equal(cJSON_GetArraySize(weights), 1);
+  assert_true(weights->child->valuedouble == 0.25);
+  /* Another node shows the same mesh, which no track moves. */
+  assert_null(cJSON_GetObjectItem(cJSON_GetArrayItem(nodes, 2), "weights"));
+  assert_null(cJSON_GetObjectItem(document, "animations"));
+  cJSON_Delete(document);
+  document = ask_gltf(f, f->flag, "surface.gltf?at=0.5&meshes=none");
+  assert_null(cJSON_GetObjectItem(cJSON_GetArrayItem(json_member(document, "nodes"), 1), "weights"));
+  cJSON_Delete(document);
+}
+
 /* (x, y, z) of the cage goes to (-y, x, z) where the bone has turned, after the half morph has lifted it. */
 static void baked_skins_are_where_the_joints_put_them(void **state) {
   const fixture *f = *state;
@@ -323,6 +339,7 @@ int main(void) {
       TEST(a_tolerance_leaves_the_fewest_keys),
       TEST(without_meshes_the_tree_and_the_animation_are_left),
       TEST(a_clip_is_borrowed_by_the_names_of_nodes),
+      TEST(a_moment_bears_the_clips_morph_weights),
       TEST(baked_skins_are_where_the_joints_put_them),
       TEST(baked_answers_have_no_skins_and_no_targets),
       TEST(a_bake_at_another_time_builds_no_topology),

@@ -186,6 +186,28 @@ static void keys_that_hide_something_are_counted(void **state) {
   assert_int_equal(report.warning_count, 3);
 }
 
+static void half_turns_are_counted_in_every_form_of_key(void **state) {
+  (void)state;
+  const double quarter = REF_PI / 2, eulers[] = {-quarter, 0, 0, quarter, 0, 0};
+  const double turns[] = {0, 0, 1, 0, 0, 0, 1, REF_PI};
+  tw_track_keys keys[] = {euler_track(eulers, 2, TW_XYZ), euler_track(eulers, 2, TW_XYZ), {0}};
+  keys[1].interpolation = TW_LINEAR; /* slerp, whose way is arbitrary */
+  keys[2] = keys[0];
+  keys[2].form = TW_KEY_AXIS_ANGLE;
+  keys[2].interpolation = TW_LINEAR;
+  keys[2].width = 4;
+  keys[2].angles = turns;
+  for (int i = 0; i < 3; i++) {
+    tw_track_report report = inspect(keys[i]);
+    assert_int_equal(report.half_turns, 1);
+    assert_int_equal(report.long_steps, 0);
+    assert_int_equal(report.sign_flips, 0);
+    assert_non_null(strstr(report.warnings[0], "180 degrees"));
+  }
+  keys[0].interpolation = TW_STEP;
+  assert_int_equal(inspect(keys[0]).half_turns, 0);
+}
+
 static void many_turns_are_counted_whole(void **state) {
   (void)state;
   for (int turns = 1; turns <= 100000; turns *= 10) {
@@ -237,6 +259,7 @@ int main(void) {
       cmocka_unit_test(angle_and_speed_of_slerp_are_those_of_its_keys),
       cmocka_unit_test(nlerp_is_fastest_in_the_middle),
       cmocka_unit_test(keys_that_hide_something_are_counted),
+      cmocka_unit_test(half_turns_are_counted_in_every_form_of_key),
       cmocka_unit_test(many_turns_are_counted_whole),
       cmocka_unit_test(steps_jump_and_have_no_speed),
       cmocka_unit_test(a_single_key_has_a_place_but_no_way),

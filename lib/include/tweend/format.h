@@ -51,6 +51,9 @@ typedef struct tw_scene {
   const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
   const tw_trs *pose;                /* [node_count] local transforms, or NULL for rest */
   const tw_clip *posed_by;           /* the clip of the pose (its nodes lose their matrix), or NULL */
+  /* [node_count] morph weights of the pose, as many as the node's mesh has targets; NULL, for a node or for
+   * all: the mesh's own. */
+  const float *const *weights;
   /* Kept as glTF animation, or NULL; outlives the stream. Has passed tw_clip_create. What glTF does
    * not know (nlerp, squad, Euler and axis-angle keys) becomes LINEAR keys, as dense as they need. */
   const tw_clip_keys *clip;
