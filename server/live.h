@@ -19,7 +19,7 @@ typedef struct srv_listener srv_listener;
 /* pulse_ns: a listener that gets nothing for so long gets a sign of life, which also finds those that have
  * gone. NULL without memory or thread. */
 srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns);
-void srv_live_destroy(srv_live *live);           /* NULL accepted; all listeners have left */
+void srv_live_destroy(srv_live *live); /* NULL accepted; all listeners have left */
 
 /* Ends all streams, and refuses new ones. NULL accepted. */
 void srv_live_end(srv_live *live);

@@ -30,9 +30,9 @@ typedef struct tw_track_report {
 
   uint32_t sign_flips; /* quaternion keys on the other side than the key before: q and -q are one rotation */
   uint32_t non_unit_keys; /* quaternion keys whose length is off 1 by more than 1e-5 */
-  uint32_t half_turns; /* steps of exactly 180 degrees: on which side slerp would pass is arbitrary */
-  uint32_t long_steps; /* steps over 180 degrees, which quaternions would shorten */
-  uint32_t euler_wraps; /* Euler keys with an angle more than 180 degrees from the key before's */
+  uint32_t half_turns;    /* steps of exactly 180 degrees: on which side slerp would pass is arbitrary */
+  uint32_t long_steps;    /* steps over 180 degrees, which quaternions would shorten */
+  uint32_t euler_wraps;   /* Euler keys with an angle more than 180 degrees from the key before's */
 
   tw_euler_order order;               /* the track's own where its keys are Euler angles, else XYZ */
   tw_gimbal gimbals[TW_EULER_ORDERS]; /* for each order, least cos_middle along the path, not only at keys */
