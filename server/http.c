@@ -8,6 +8,8 @@
  * it; the finished request comes back through `done` and the eventfd. */
 #include "http.h"
 
+#include "ahead.h"
+#include "bypass.h"
 #include "listen.h"
 #include "log.h"
 #include "watch.h"
@@ -26,11 +28,11 @@
 
 enum {
   CONNECTION_MEMORY = 32 << 10, /* the library's pool: headers in and out, and the window of a body */
-  BLOCK_SIZE = 256 << 10,       /* of an answer that is pulled */
   LIVE_BLOCK = 16 << 10,        /* of a stream */
   LIVE_BUFFER = 128 << 10,      /* in the kernel, of a stream: what a slow client is behind at most */
   ACCEPT_MAX = 8,               /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
+  STOP_MS = 2000, /* for what compute threads have begun of answers that are cut off */
   PEER_SIZE = 64
 };
 
@@ -47,6 +49,7 @@ typedef struct connection {
   srv_watch watch;
   struct connection *previous, *next; /* among the owner's */
   struct connection *next_done;
+  bool waits; /* suspended in the middle of an answer, until `hand_back` */
   char peer[PEER_SIZE];
 } connection;
 
@@ -105,7 +108,7 @@ static enum MHD_Result refuse_midway(connection *c) {
   const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
   size_t size = 0;
   char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
-  bool sent = text != NULL && send(c->fd, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size;
+  bool sent = text != NULL && srv_bypass_say(c->fd, text, size);
   free(text);
   shutdown(c->fd, sent ? SHUT_WR : SHUT_RDWR);
   enter(c, SRV_PHASE_LINGER);
@@ -118,17 +121,6 @@ static enum MHD_Result discard_rest(connection *c) {
   c->watch.phase = SRV_PHASE_DISCARD;
   MHD_suspend_connection(c->mhd);
   return MHD_YES;
-}
-
-/* False when the client has closed. */
-static bool discard(const connection *c) {
-  char rest[16 << 10];
-  ssize_t got = 0;
-  for (int i = 0; i < 64; i++) {
-    got = recv(c->fd, rest, sizeof rest, MSG_DONTWAIT);
-    if (got <= 0) break;
-  }
-  return got > 0 || (got < 0 && errno == EAGAIN);
 }
 
 static void end_discarding(connection *c) {
@@ -158,7 +150,7 @@ static void sweep(loop *l) {
   l->swept_ms = now;
   bool draining = atomic_load(&l->http->server->draining);
   for (connection *c = l->connections; c != NULL; c = c->next) {
-    if (c->watch.phase == SRV_PHASE_DISCARD && !discard(c)) {
+    if (c->watch.phase == SRV_PHASE_DISCARD && !srv_bypass_discard(c->fd)) {
       end_discarding(c);
     } else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) {
       expire(c);
@@ -171,28 +163,39 @@ static void sweep(loop *l) {
 /* What a response of the library refers to until it is freed. */
 typedef struct delivery {
   api_answer answer;
-  uint64_t *bytes_out;
+  connection *to;
   srv_listener *listener; /* of a stream, NULL for HEAD */
-  struct MHD_Connection *mhd;
+  srv_ahead *ahead;       /* of a large body, NULL for HEAD; then the answer is freed by it */
 } delivery;
 
 static void free_delivery(void *context) {
   delivery *d = context;
   srv_listener_leave(d->listener);
-  api_answer_deinit(&d->answer);
+  if (d->ahead == NULL) api_answer_deinit(&d->answer);
+  srv_ahead_leave(d->ahead);
   free(d);
+}
+
+/* Leaves the connection alone until `hand_back`. */
+static ssize_t wait_for_more(connection *c) {
+  c->waits = true;
+  MHD_suspend_connection(c->mhd);
+  return 0;
 }
 
 static ssize_t read_block(void *context, uint64_t position, char *out, size_t capacity) {
   (void)position; /* blocks are asked for in order, each once */
   delivery *d = context;
-  int64_t size = d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
+  if (atomic_load(&d->to->owner->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
+  int64_t size = d->ahead != NULL ? srv_ahead_read(d->ahead, (uint8_t *)out, capacity)
+                                  : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
+  if (size == SRV_AHEAD_LATER) return wait_for_more(d->to);
   if (size < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
   if (size == 0) {
     return d->answer.body.size == API_SIZE_UNKNOWN ? MHD_CONTENT_READER_END_OF_STREAM
                                                    : MHD_CONTENT_READER_END_WITH_ERROR;
   }
-  *d->bytes_out += (uint64_t)size;
+  d->to->exchange.bytes_out += (uint64_t)size;
   return (ssize_t)size;
 }
 
@@ -202,13 +205,13 @@ static ssize_t read_stream(void *context, uint64_t position, char *out, size_t c
   delivery *d = context;
   int64_t size = srv_listener_read(d->listener, (uint8_t *)out, capacity);
   if (size < 0) return MHD_CONTENT_READER_END_OF_STREAM;
-  if (size == 0) MHD_suspend_connection(d->mhd);
-  *d->bytes_out += (uint64_t)size;
+  if (size == 0) return wait_for_more(d->to);
+  d->to->exchange.bytes_out += (uint64_t)size;
   return (ssize_t)size;
 }
 
 static size_t block_size(uint64_t body_size) {
-  return body_size < BLOCK_SIZE ? (size_t)(body_size > 0 ? body_size : 1) : BLOCK_SIZE;
+  return body_size < SRV_BLOCK_SIZE ? (size_t)(body_size > 0 ? body_size : 1) : SRV_BLOCK_SIZE;
 }
 
 static struct MHD_Response *create_response(delivery *d) {
@@ -272,6 +275,13 @@ static srv_listener *join_stream(connection *c) {
   return listener;
 }
 
+/* Only what has some blocks to come; without memory it goes without. */
+static srv_ahead *go_ahead(connection *c, const api_answer *answer) {
+  bool is_large = answer->body.read != NULL && answer->body.size > SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE;
+  if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
+  return srv_ahead_create(c->exchange.server->work, answer, hand_back, c);
+}
+
 static bool is_sized(const api_answer *answer) {
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
@@ -282,7 +292,7 @@ static enum MHD_Result deliver(connection *c) {
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return MHD_NO;
   srv_listener *listener = join_stream(c);
-  *d = (delivery){exchange->answer, &exchange->bytes_out, listener, c->mhd};
+  *d = (delivery){exchange->answer, c, listener, go_ahead(c, &exchange->answer)};
   exchange->answer = (api_answer){0};
   exchange->answered = false;
   struct MHD_Response *response = create_response(d);
@@ -334,9 +344,7 @@ static const char *find_header(void *context, const char *name) {
 }
 
 static bool client_waits(srv_exchange *exchange) {
-  connection *c = (connection *)(void *)exchange;
-  struct pollfd state = {.fd = c->fd, .events = POLLRDHUP};
-  return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
+  return srv_bypass_waits(((connection *)(void *)exchange)->fd);
 }
 
 /* On a compute thread. The connection may be resumed, and freed, as soon as it is back. */
@@ -452,8 +460,7 @@ static void turn_away(const loop *l, int fd) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
   if (!l->http->tls) {
-    ssize_t sent = send(fd, BUSY, sizeof BUSY - 1, MSG_DONTWAIT | MSG_NOSIGNAL);
-    (void)sent; /* a fresh socket has room, and a client that is gone needs no word */
+    srv_bypass_say(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
     shutdown(fd, SHUT_WR);
   }
   close(fd);
@@ -499,6 +506,7 @@ static void resume_done(loop *l) {
   pthread_mutex_unlock(&l->lock);
   while (c != NULL) {
     connection *next = c->next_done;
+    c->waits = false;
     MHD_resume_connection(c->mhd);
     c = next;
   }
@@ -514,6 +522,7 @@ static int wait_ms(const loop *l) {
 static void turn(loop *l) {
   struct epoll_event events[3];
   int count = epoll_wait(l->epoll, events, 3, wait_ms(l));
+  srv_work_outside(l->http->server->work, true);
   for (int i = 0; i < count; i++) {
     if (events[i].data.fd == l->http->listener) accept_some(l);
     if (events[i].data.fd == l->event) resume_done(l);
@@ -521,17 +530,30 @@ static void turn(loop *l) {
   MHD_run(l->daemon);
   sweep(l);
   if (!l->accepting) watch_listener(l);
+  srv_work_outside(l->http->server->work, false);
+}
+
+/* Streams have been handed back by now; a block that is under way takes no time to speak of. */
+static void await_waiting(loop *l) {
+  bool waits = true;
+  for (int i = 0; waits && i < STOP_MS; i++) {
+    struct pollfd event = {.fd = l->event, .events = POLLIN};
+    if (i > 0) poll(&event, 1, 1);
+    resume_done(l);
+    waits = false;
+    for (const connection *c = l->connections; c != NULL; c = c->next) waits |= c->waits;
+  }
 }
 
 /* The library panics when it is stopped with a suspended connection. */
 static bool all_back(loop *l) {
-  resume_done(l);
+  await_waiting(l);
   for (connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_DISCARD) end_discarding(c);
   }
   MHD_run(l->daemon);
   for (const connection *c = l->connections; c != NULL; c = c->next) {
-    if (c->watch.phase == SRV_PHASE_WORK) return false;
+    if (c->watch.phase == SRV_PHASE_WORK || c->waits) return false;
   }
   return true;
 }

@@ -1,43 +1,96 @@
-/* One lock, one list: jobs take milliseconds, so the lock is never contended enough to matter. */
+/* One lock, one list of jobs and one of shared work: jobs take milliseconds and parts not much less, so the
+ * lock is never contended enough to matter. */
 #include "work.h"
 
 #include <pthread.h>
-#include <stdint.h>
+#include <stdatomic.h>
 #include <stdlib.h>
+
+/* Work in parts, on the stack of the thread that shares it: listed as long as parts are left to begin, kept
+ * by it until those that others have begun are done. Guarded by the pool's lock. */
+typedef struct shared {
+  void (*part)(void *context, uint32_t index);
+  void *context;
+  uint32_t begun, count;
+  size_t helpers; /* other threads in a part */
+  pthread_cond_t idle;
+  struct shared *next;
+} shared;
 
 struct srv_work {
   pthread_mutex_t lock;
   pthread_cond_t wake;
   srv_job *first, *last;
+  shared *shares;
   size_t queue_max, waiting, running;
+  atomic_size_t outside; /* threads of others at work; not guarded */
   bool stopping;
   size_t thread_count;
   pthread_t threads[];
 };
 
+/* ---- threads; under the lock ----------------------------------------------------------------- */
+
 static srv_job *take(srv_work *work) {
-  while (work->first == NULL && !work->stopping) pthread_cond_wait(&work->wake, &work->lock);
   srv_job *job = work->first;
-  if (job == NULL) return NULL;
   work->first = job->next;
   if (work->first == NULL) work->last = NULL;
   work->waiting--;
   return job;
 }
 
-static void *run_jobs(void *context) {
+static void put(srv_work *work, srv_job *job) {
+  job->next = NULL;
+  *(work->last == NULL ? &work->first : &work->last->next) = job;
+  work->last = job;
+  work->waiting++;
+  pthread_cond_signal(&work->wake);
+}
+
+static void unlist(srv_work *work, const shared *share) {
+  shared **link = &work->shares;
+  while (*link != share) link = &(*link)->next;
+  *link = share->next;
+}
+
+/* The next part of a listed share. */
+static void run_part(srv_work *work, shared *share) {
+  uint32_t index = share->begun++;
+  if (share->begun == share->count) unlist(work, share);
+  pthread_mutex_unlock(&work->lock);
+  share->part(share->context, index);
+  pthread_mutex_lock(&work->lock);
+}
+
+static void help(srv_work *work, shared *share) {
+  share->helpers++;
+  run_part(work, share);
+  if (--share->helpers == 0) pthread_cond_signal(&share->idle);
+}
+
+static void *run_threads(void *context) {
   srv_work *work = context;
   pthread_mutex_lock(&work->lock);
-  for (srv_job *job = take(work); job != NULL; job = take(work)) {
+  for (;;) {
+    while (work->first == NULL && work->shares == NULL && !work->stopping)
+      pthread_cond_wait(&work->wake, &work->lock);
+    if (work->first == NULL && work->shares == NULL) break;
     work->running++;
-    pthread_mutex_unlock(&work->lock);
-    job->run(job);
-    pthread_mutex_lock(&work->lock);
+    if (work->first != NULL) {
+      srv_job *job = take(work);
+      pthread_mutex_unlock(&work->lock);
+      job->run(job);
+      pthread_mutex_lock(&work->lock);
+    } else {
+      help(work, work->shares);
+    }
     work->running--;
   }
   pthread_mutex_unlock(&work->lock);
   return NULL;
 }
+
+/* ---- the pool -------------------------------------------------------------------------------- */
 
 srv_work *srv_work_create(size_t threads, size_t queue_max) {
   if (threads == 0 || threads > (SIZE_MAX - sizeof(srv_work)) / sizeof(pthread_t)) return NULL;
@@ -47,7 +100,7 @@ srv_work *srv_work_create(size_t threads, size_t queue_max) {
   pthread_cond_init(&work->wake, NULL);
   work->queue_max = queue_max;
   for (; work->thread_count < threads; work->thread_count++) {
-    if (pthread_create(&work->threads[work->thread_count], NULL, run_jobs, work) != 0) {
+    if (pthread_create(&work->threads[work->thread_count], NULL, run_threads, work) != 0) {
       srv_work_destroy(work);
       return NULL;
     }
@@ -68,23 +121,44 @@ void srv_work_destroy(srv_work *work) {
 }
 
 bool srv_work_submit(srv_work *work, srv_job *job) {
-  job->next = NULL;
   pthread_mutex_lock(&work->lock);
   /* Jobs that an idle thread is about to take do not count as waiting. */
   size_t idle = work->thread_count - work->running;
   bool accepted = work->waiting < work->queue_max + idle;
-  if (accepted) {
-    if (work->last == NULL) {
-      work->first = job;
-    } else {
-      work->last->next = job;
-    }
-    work->last = job;
-    work->waiting++;
-    pthread_cond_signal(&work->wake);
-  }
+  if (accepted) put(work, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
+}
+
+bool srv_work_spare(srv_work *work, srv_job *job) {
+  pthread_mutex_lock(&work->lock);
+  size_t busy = work->running + work->waiting + atomic_load(&work->outside);
+  bool accepted = !work->stopping && busy < work->thread_count;
+  if (accepted) put(work, job);
+  pthread_mutex_unlock(&work->lock);
+  return accepted;
+}
+
+void srv_work_outside(srv_work *work, bool begins) {
+  if (begins)
+    atomic_fetch_add(&work->outside, 1);
+  else
+    atomic_fetch_sub(&work->outside, 1);
+}
+
+void srv_work_share(srv_work *work, uint32_t count, void (*part)(void *context, uint32_t index),
+                    void *context) {
+  if (count == 0) return;
+  shared share = {.part = part, .context = context, .count = count};
+  pthread_cond_init(&share.idle, NULL);
+  pthread_mutex_lock(&work->lock);
+  share.next = work->shares;
+  work->shares = &share;
+  if (count > 1 && work->running < work->thread_count) pthread_cond_broadcast(&work->wake);
+  while (share.begun < count) run_part(work, &share);
+  while (share.helpers > 0) pthread_cond_wait(&share.idle, &work->lock);
+  pthread_mutex_unlock(&work->lock);
+  pthread_cond_destroy(&share.idle);
 }
 
 void srv_work_load(srv_work *work, size_t *waiting, size_t *running) {

@@ -4,6 +4,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 /* Lives in the struct of whoever submits it, until run has been called. */
 typedef struct srv_job {
@@ -21,6 +22,19 @@ void srv_work_destroy(srv_work *work);
 
 /* False at once when the queue is full. Any thread. */
 bool srv_work_submit(srv_work *work, srv_job *job);
+
+/* The same for work that only pays on a core that has nothing else to do: false when there is none. The pool
+ * has a thread a core; those outside it that are at work count as well. */
+bool srv_work_spare(srv_work *work, srv_job *job);
+
+/* A thread outside the pool begins work, or ends it. */
+void srv_work_outside(srv_work *work, bool begins);
+
+/* Calls part(context, i) once for each i below count, in any order, on this thread and on those that are idle
+ * or become so; returns when all calls have. Never waits for a thread: jobs go first, and parts call it as
+ * well as jobs do. */
+void srv_work_share(srv_work *work, uint32_t count, void (*part)(void *context, uint32_t index),
+                    void *context);
 
 /* For /metrics. */
 void srv_work_load(srv_work *work, size_t *waiting, size_t *running);

@@ -111,6 +111,20 @@ static void pulled_answer_has_its_size_first_and_all_its_bytes(void **state) {
   for (size_t i = 0; i < 1000000; i++) assert_int_equal((uint8_t)body(f)[i], i % 251);
 }
 
+/* Long enough for compute threads to go ahead of it. */
+static void large_answer_is_whole_however_often_it_is_pulled(void **state) {
+  fixture *f = *state;
+  enum { SIZE = 4000000 };
+  for (int round = 0; round < 5; round++) {
+    ask(f, round % 2 ? "GET /chunks?4000000 HTTP/1.0\r\n\r\n"
+                     : "GET /pull?4000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    assert_int_equal(body_size(f), SIZE);
+    for (size_t i = 0; i < SIZE; i++)
+      if ((uint8_t)body(f)[i] != i % 251) fail_msg("wrong at %zu", i);
+  }
+  assert_int_equal(fake_api_open_bodies(), 0);
+}
+
 static void head_tells_the_size_and_pulls_nothing(void **state) {
   fixture *f = *state;
   ask(f, "HEAD /pull?1000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
@@ -426,15 +440,19 @@ static void drain_closes_idle_connections_and_finishes_what_is_under_way(void **
   close(working);
 }
 
+/* Whatever the moment: blocks are being made ahead, or the reader has had enough of them. */
 static void stop_cuts_what_is_being_sent(void **state) {
   fixture *f = *state;
-  int fd = connect_client(f);
-  say(fd, "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
-  read_until(f, fd, "\r\n\r\n");
-  assert_true(stop(f));
-  assert_int_equal(fake_api_open_bodies(), 0);
-  close(fd);
-  start(f);
+  for (int round = 0; round < 8; round++) {
+    int fd = connect_client(f);
+    say(fd, "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, fd, "\r\n\r\n");
+    pause_ms(round);
+    assert_true(stop(f));
+    assert_int_equal(fake_api_open_bodies(), 0);
+    close(fd);
+    start(f);
+  }
 }
 
 /* What was abandoned stays reachable, as it does until a process exits; volatile, or it would be left out. */
@@ -471,6 +489,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(light_and_heavy_answer_in_turn_on_one_connection, set_up, tear_down),
       cmocka_unit_test_setup_teardown(request_id_is_taken_over_when_sane, set_up, tear_down),
       cmocka_unit_test_setup_teardown(pulled_answer_has_its_size_first_and_all_its_bytes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(large_answer_is_whole_however_often_it_is_pulled, set_up, tear_down),
       cmocka_unit_test_setup_teardown(head_tells_the_size_and_pulls_nothing, set_up, tear_down),
       cmocka_unit_test_setup_teardown(unknown_size_is_sent_in_chunks, set_up, tear_down),
       cmocka_unit_test_setup_teardown(body_that_breaks_cuts_the_connection, set_up, tear_down),

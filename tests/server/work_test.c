@@ -71,11 +71,118 @@ static void without_a_queue_idle_threads_still_work(void **state) {
   assert_int_equal(atomic_load(&done), 1);
 }
 
+/* ---- spare cores and shared work --------------------------------------------------------------- */
+
+static void spare_work_is_refused_where_no_core_is_idle(void **state) {
+  (void)state;
+  srv_work *work = srv_work_create(2, 4);
+  srv_job jobs[3] = {{.run = run_at_gate}, {.run = run_at_gate}, {.run = run_at_gate}};
+  pthread_mutex_lock(&gate);
+  assert_true(srv_work_spare(work, &jobs[0]));
+  srv_work_outside(work, true); /* a thread that is not the pool's takes the other core */
+  assert_false(srv_work_spare(work, &jobs[1]));
+  srv_work_outside(work, false);
+  assert_true(srv_work_spare(work, &jobs[1]));
+  assert_false(srv_work_spare(work, &jobs[2]));
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+  assert_int_equal(atomic_load(&done), 2);
+}
+
+enum { PARTS = 1000 };
+
+typedef struct parts {
+  atomic_uint calls[PARTS];
+  atomic_size_t in, most; /* at the same time */
+  bool meet;              /* each waits a while for another one */
+} parts;
+
+static void run_part(void *context, uint32_t index) {
+  parts *p = context;
+  atomic_fetch_add(&p->calls[index], 1);
+  size_t in = atomic_fetch_add(&p->in, 1) + 1;
+  for (int i = 0; p->meet && i < 2000 && atomic_load(&p->most) < 2; i++) {
+    nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
+    in = atomic_load(&p->in);
+    if (in > atomic_load(&p->most)) atomic_store(&p->most, in);
+  }
+  atomic_fetch_sub(&p->in, 1);
+}
+
+static void every_part_is_called_once(void **state) {
+  (void)state;
+  srv_work *work = srv_work_create(3, 4);
+  static const uint32_t counts[] = {0, 1, 2, PARTS};
+  for (int i = 0; i < 4; i++) {
+    parts p = {.meet = false};
+    srv_work_share(work, counts[i], run_part, &p);
+    for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&p.calls[k]), k < counts[i]);
+    assert_int_equal(atomic_load(&p.in), 0);
+  }
+  srv_work_destroy(work);
+}
+
+static void idle_threads_join_in(void **state) {
+  (void)state;
+  srv_work *work = srv_work_create(1, 4);
+  parts p = {.meet = true};
+  srv_work_share(work, 2, run_part, &p);
+  assert_int_equal(atomic_load(&p.most), 2);
+  srv_work_destroy(work);
+}
+
+static void a_busy_pool_leaves_all_parts_to_the_caller(void **state) {
+  (void)state;
+  srv_work *work = srv_work_create(1, 4);
+  srv_job job = {.run = run_at_gate};
+  pthread_mutex_lock(&gate);
+  assert_true(srv_work_submit(work, &job));
+  wait_until_begun(1);
+  parts p = {.meet = false};
+  srv_work_share(work, PARTS, run_part, &p);
+  for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&p.calls[k]), 1);
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+}
+
+/* Jobs that share work of their own, on all threads at once: each helps or does without help. */
+typedef struct sharing_job {
+  srv_job job;
+  srv_work *work;
+  parts parts;
+} sharing_job;
+
+static void share_in_job(srv_job *job) {
+  sharing_job *s = (sharing_job *)(void *)job;
+  srv_work_share(s->work, PARTS, run_part, &s->parts);
+  atomic_fetch_add(&done, 1);
+}
+
+static void jobs_that_share_at_once_all_end(void **state) {
+  (void)state;
+  enum { JOBS = 8 };
+  srv_work *work = srv_work_create(2, JOBS);
+  static sharing_job jobs[JOBS];
+  for (int i = 0; i < JOBS; i++) {
+    jobs[i] = (sharing_job){.job = {.run = share_in_job}, .work = work};
+    assert_true(srv_work_submit(work, &jobs[i].job));
+  }
+  srv_work_destroy(work);
+  assert_int_equal(atomic_load(&done), JOBS);
+  for (int i = 0; i < JOBS; i++)
+    for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&jobs[i].parts.calls[k]), 1);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup(no_threads_is_refused, reset),
       cmocka_unit_test_setup(queue_takes_what_waits_and_no_more, reset),
       cmocka_unit_test_setup(without_a_queue_idle_threads_still_work, reset),
+      cmocka_unit_test_setup(spare_work_is_refused_where_no_core_is_idle, reset),
+      cmocka_unit_test_setup(every_part_is_called_once, reset),
+      cmocka_unit_test_setup(idle_threads_join_in, reset),
+      cmocka_unit_test_setup(a_busy_pool_leaves_all_parts_to_the_caller, reset),
+      cmocka_unit_test_setup(jobs_that_share_at_once_all_end, reset),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,155 @@
+/* A ring of blocks between the thread that reads and the one that goes ahead. Whoever holds `going`, or finds
+ * it false under the lock, owns the body. */
+#include "ahead.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+/* A client that takes longer over a block would not notice how fast the next one is made. */
+static const uint64_t QUICK_MS = 10;
+
+struct srv_ahead {
+  srv_job job; /* first: the pool hands it back */
+  srv_work *work;
+  api_answer answer;
+  void (*ready)(void *owner);
+  void *owner;
+  uint64_t asked_ms; /* when the last block was read */
+
+  pthread_mutex_t lock;
+  bool going;      /* a compute thread goes ahead, or is about to */
+  bool waits;      /* the reader does, for `ready` */
+  bool left;       /* the reader has */
+  bool ended;      /* the body said `last` */
+  int64_t last;    /* 0 or -1 */
+  unsigned first;  /* block of the ring */
+  unsigned filled; /* blocks from there on */
+  size_t taken;    /* bytes of the first one */
+  size_t sizes[SRV_AHEAD_BLOCKS];
+  uint8_t *ring; /* [SRV_AHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
+};
+
+static uint64_t now_ms(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
+}
+
+static void destroy(srv_ahead *ahead) {
+  api_answer_deinit(&ahead->answer);
+  pthread_mutex_destroy(&ahead->lock);
+  free(ahead->ring);
+  free(ahead);
+}
+
+/* ---- going ahead ----------------------------------------------------------------------------- */
+
+/* Makes one block, under the lock but for the work itself. */
+static void fill(srv_ahead *ahead) {
+  unsigned place = (ahead->first + ahead->filled) % SRV_AHEAD_BLOCKS;
+  pthread_mutex_unlock(&ahead->lock);
+  uint8_t *block = ahead->ring + (size_t)place * SRV_BLOCK_SIZE;
+  int64_t size = ahead->answer.body.read(ahead->answer.body.context, block, SRV_BLOCK_SIZE);
+  pthread_mutex_lock(&ahead->lock);
+  if (size > 0) {
+    ahead->sizes[place] = (size_t)size;
+    ahead->filled++;
+  } else {
+    ahead->ended = true;
+    ahead->last = size;
+  }
+  if (ahead->waits) {
+    ahead->waits = false;
+    ahead->ready(ahead->owner);
+  }
+}
+
+/* On a compute thread. */
+static void go(srv_job *job) {
+  srv_ahead *ahead = (srv_ahead *)(void *)job;
+  pthread_mutex_lock(&ahead->lock);
+  while (!ahead->left && !ahead->ended && ahead->filled < SRV_AHEAD_BLOCKS) fill(ahead);
+  ahead->going = false;
+  bool left = ahead->left;
+  pthread_mutex_unlock(&ahead->lock);
+  if (left) destroy(ahead);
+}
+
+/* Under the lock, when nobody goes ahead: sends someone, or gives back what nobody fills. */
+static void consider(srv_ahead *ahead, bool quick) {
+  if (quick && !ahead->ended && ahead->filled <= SRV_AHEAD_BLOCKS / 2) {
+    if (ahead->ring == NULL) ahead->ring = malloc((size_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE);
+    ahead->going = ahead->ring != NULL && srv_work_spare(ahead->work, &ahead->job);
+  }
+  if (ahead->going || ahead->filled > 0) return;
+  free(ahead->ring);
+  ahead->ring = NULL;
+}
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+srv_ahead *srv_ahead_create(srv_work *work, const api_answer *answer, void (*ready)(void *owner),
+                            void *owner) {
+  srv_ahead *ahead = malloc(sizeof *ahead);
+  if (ahead == NULL) return NULL;
+  *ahead = (srv_ahead){.job = {.run = go}, .work = work, .answer = *answer, .ready = ready, .owner = owner};
+  pthread_mutex_init(&ahead->lock, NULL);
+  return ahead;
+}
+
+/* Under the lock. */
+static size_t take(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+  unsigned place = ahead->first;
+  size_t left = ahead->sizes[place] - ahead->taken, size = left < capacity ? left : capacity;
+  const uint8_t *from = ahead->ring + (size_t)place * SRV_BLOCK_SIZE + ahead->taken;
+  pthread_mutex_unlock(&ahead->lock); /* nobody else touches a filled block */
+  memcpy(out, from, size);
+  pthread_mutex_lock(&ahead->lock);
+  ahead->taken += size;
+  if (size < left) return size;
+  ahead->taken = 0;
+  ahead->first = (place + 1) % SRV_AHEAD_BLOCKS;
+  ahead->filled--;
+  return size;
+}
+
+/* Under the lock, with nobody ahead. */
+static int64_t compute(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+  pthread_mutex_unlock(&ahead->lock);
+  int64_t size = ahead->answer.body.read(ahead->answer.body.context, out, capacity);
+  pthread_mutex_lock(&ahead->lock);
+  ahead->ended = size <= 0;
+  ahead->last = size;
+  return size;
+}
+
+int64_t srv_ahead_read(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+  uint64_t now = now_ms();
+  bool quick = ahead->asked_ms != 0 && now - ahead->asked_ms <= QUICK_MS;
+  ahead->asked_ms = now;
+  int64_t size = SRV_AHEAD_LATER;
+  pthread_mutex_lock(&ahead->lock);
+  if (ahead->filled > 0) {
+    size = (int64_t)take(ahead, out, capacity);
+  } else if (ahead->ended) {
+    size = ahead->last;
+  } else if (ahead->going) {
+    ahead->waits = true;
+  } else {
+    size = compute(ahead, out, capacity);
+  }
+  if (!ahead->going) consider(ahead, quick);
+  pthread_mutex_unlock(&ahead->lock);
+  return size;
+}
+
+void srv_ahead_leave(srv_ahead *ahead) {
+  if (ahead == NULL) return;
+  pthread_mutex_lock(&ahead->lock);
+  ahead->left = true;
+  bool going = ahead->going;
+  pthread_mutex_unlock(&ahead->lock);
+  if (!going) destroy(ahead);
+}
