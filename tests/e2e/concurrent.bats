@@ -42,6 +42,17 @@ identical() {
   for n in 1 2 3 4 5 6 7 8 9; do identical $n 8; done
 }
 
+@test "large surfaces at once, while other readers leave" {
+  upload "$samples/cube.obj"
+  cube=/v1/models/$id
+  for _ in $(seq 6); do
+    curl --silent --output /dev/null --max-time 0.05 "$url$cube/surface.glb?level=9" 3>&- &
+  done
+  together 3 "$cube/surface.glb?level=7" "$cube/surface.glb?level=7&normals=none" "$cube/surface.gltf?level=6"
+  for n in 1 2 3; do identical "$n" 3; done
+  wait $(jobs -p | grep -vx "${daemon:-0}") || true
+}
+
 @test "racing uploads of the same bytes make one model" {
   { cat "$samples/cube.obj"; echo "# $RANDOM$RANDOM"; } >same.obj
   for i in $(seq 8); do
