@@ -32,21 +32,10 @@ static bool is_loop(const build *b) {
   return b->surface->options.scheme == TW_LOOP;
 }
 
-static int32_t material_of(const tw_mesh *mesh, uint32_t face) {
-  return mesh->face_materials ? mesh->face_materials[face] : -1;
-}
-
-static uint32_t names_of(const tw_mesh *mesh, uint32_t face) {
-  return mesh->face_groups ? mesh->face_groups[face] : UINT32_MAX;
-}
-
+/* Where the border eats into the mesh, only one group is sure to stay in place. */
 static bool is_whole(const build *b) {
-  const tw_mesh *mesh = b->mesh;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    if (!b->cage.visible[f] || material_of(mesh, f) != material_of(mesh, 0) ||
-        names_of(mesh, f) != names_of(mesh, 0))
-      return false;
-  return mesh->face_count > 0;
+  uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
+  return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
 }
 
 static void *gather_rows(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
@@ -238,119 +227,6 @@ static tw_status refine_all(build *b, tw_arena *arena) {
     b->source = source;
   }
   return tw_cage_shrinks(&b->cage, &s->options) ? cut_border(b, &parents[0], arena) : TW_OK;
-}
-
-/* ---- order of the answer -------------------------------------------------------------------- */
-
-/* Faces of one kind (cage faces at level 0, base quads above) in the order of the answer. */
-typedef struct ordered_face {
-  int32_t material;
-  uint32_t names, face;
-} ordered_face;
-
-static int compare_groups(const ordered_face *a, const ordered_face *b) {
-  if (a->material != b->material) return a->material < b->material ? -1 : 1;
-  return a->names < b->names ? -1 : a->names > b->names;
-}
-
-static int compare_ordered(const void *left, const void *right) {
-  const ordered_face *a = left, *b = right;
-  int groups = compare_groups(a, b);
-  if (groups != 0) return groups;
-  return a->face < b->face ? -1 : a->face > b->face;
-}
-
-/* Files often have their faces in order. */
-static void sort_ordered(ordered_face *order, uint32_t count) {
-  for (uint32_t i = 1; i < count; i++)
-    if (compare_groups(&order[i - 1], &order[i]) > 0) {
-      qsort(order, count, sizeof *order, compare_ordered);
-      return;
-    }
-}
-
-/* Sizes of what one ordered face becomes in the answer. */
-typedef struct face_yield {
-  uint64_t faces, corners;
-} face_yield;
-
-static face_yield yield_of(const build *b, uint32_t face) {
-  if (b->surface->options.level == 0)
-    return (face_yield){1, b->mesh->face_offsets[face + 1] - b->mesh->face_offsets[face]};
-  uint64_t cells = (uint64_t)b->surface->side * b->surface->side;
-  return (face_yield){cells, b->topologies[0].face_size * cells};
-}
-
-static tw_status make_groups(build *b, const ordered_face *order, uint32_t count) {
-  tw_surface *s = b->surface;
-  for (uint32_t i = 0; i < count; i++)
-    s->group_count += i == 0 || compare_groups(&order[i], &order[i - 1]) != 0;
-  s->groups = tw_arena_alloc(s->arena, s->group_count, sizeof *s->groups);
-  if (!s->groups) return TW_NO_MEMORY;
-  uint32_t group = 0;
-  uint64_t faces = 0, corners = 0;
-  for (uint32_t i = 0; i < count; i++) {
-    if (i > 0 && compare_groups(&order[i], &order[i - 1]) != 0) group++;
-    tw_surface_group *g = &s->groups[group];
-    if (g->face_count == 0) *g = (tw_surface_group){order[i].material, order[i].names, faces, 0, corners, 0};
-    face_yield yield = yield_of(b, order[i].face);
-    g->face_count += yield.faces;
-    g->corner_count += yield.corners;
-    faces += yield.faces;
-    corners += yield.corners;
-  }
-  return TW_OK;
-}
-
-/* Visible faces of the cage, groups together, for level 0. */
-static tw_status list_faces(build *b, const ordered_face *order, uint32_t count) {
-  tw_surface *s = b->surface;
-  s->face_count = count;
-  s->face_first = tw_arena_alloc(s->arena, count, sizeof *s->face_first);
-  s->corners_before = tw_arena_alloc(s->arena, (size_t)count + 1, sizeof *s->corners_before);
-  if (!s->face_first || !s->corners_before) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < count; i++) {
-    s->face_first[i] = b->mesh->face_offsets[order[i].face];
-    s->corners_before[i + 1] = s->corners_before[i] + yield_of(b, order[i].face).corners;
-  }
-  return TW_OK;
-}
-
-static tw_status list_quads(build *b, const ordered_face *order, uint32_t count) {
-  tw_surface *s = b->surface;
-  s->quad_count = count;
-  s->quads = tw_arena_alloc(s->arena, count, sizeof *s->quads);
-  if (!s->quads) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < count; i++) s->quads[i] = order[i].face;
-  return TW_OK;
-}
-
-static tw_status order_answer(build *b) {
-  tw_surface *s = b->surface;
-  bool cage_level = s->options.level == 0;
-  uint32_t all = cage_level ? b->mesh->face_count : b->topologies[0].face_count, count = 0;
-  if (!cage_level && all > 0 && b->whole) {
-    uint64_t faces = (uint64_t)all * s->side * s->side;
-    s->quad_count = all;
-    s->group_count = 1;
-    s->groups = tw_arena_alloc(s->arena, 1, sizeof *s->groups);
-    if (!s->groups) return TW_NO_MEMORY;
-    *s->groups = (tw_surface_group){material_of(b->mesh, 0),           names_of(b->mesh, 0), 0, faces, 0,
-                                    b->topologies[0].face_size * faces};
-    return TW_OK;
-  }
-  ordered_face *order = tw_alloc(all, sizeof *order);
-  if (!order) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < all; f++) {
-    uint32_t source = cage_level ? f : b->source[f];
-    if (b->cage.visible[source])
-      order[count++] = (ordered_face){material_of(b->mesh, source), names_of(b->mesh, source), f};
-  }
-  sort_ordered(order, count);
-  tw_status status = make_groups(b, order, count);
-  if (status == TW_OK) status = cage_level ? list_faces(b, order, count) : list_quads(b, order, count);
-  free(order);
-  return status;
 }
 
 /* ---- numbering ------------------------------------------------------------------------------ */
@@ -564,7 +440,8 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = refine_all(b, level == b->levels ? s->arena : b->arena);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  if (status == TW_OK) status = order_answer(b);
+  tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels};
+  if (status == TW_OK) status = tw_surface_order(s, &order);
   if (status == TW_OK) status = number_answer(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);
   if (status == TW_OK) status = prepare_bounds(s);

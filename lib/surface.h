@@ -130,6 +130,21 @@ static inline void tw_gather_rows(const void *in, const uint32_t *indices, uint3
     memmove((char *)out + i * size, (const char *)in + indices[i] * size, size);
 }
 
+/* How many groups the mesh's faces make where all are visible and stand in the order of an answer; else 0. */
+uint32_t tw_ordered_groups(const tw_mesh *mesh, const uint8_t *visible);
+
+/* What a surface's faces come from. */
+typedef struct tw_face_order {
+  const tw_mesh *mesh;
+  const uint8_t *visible;  /* [faces of the mesh] */
+  const uint32_t *sources; /* [base faces] face of the mesh; NULL: they stand as tw_ordered_groups found */
+  uint32_t levels;         /* from the mesh to the base */
+} tw_face_order;
+
+/* Fills groups, and quads or faces, of a surface with its base. With an open border that eats into the mesh
+ * there are sources, or one group. TW_NO_MEMORY. */
+tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from);
+
 /* Numbers the vertices and edges that visible quads of one field use, in the field's order. visible NULL:
  * all are; `base` then has to outlive the numbering. */
 tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,

@@ -113,11 +113,7 @@ static void bounds_of_displacements_are_exact(void **state) {
 
 /* ---- materials ------------------------------------------------------------------------------ */
 
-static void groups_hold_the_faces_of_each_material_next_to_each_other(void **state) {
-  (void)state;
-  fixture f;
-  fixture_init(&f, patchwork_text);
-  tw_mesh *mesh = &f.model->meshes[0];
+static void groups_hold_the_faces_of_each_material(tw_mesh *mesh) {
   for (uint32_t level = 0; level <= 3; level++) {
     rows r = read_rows(mesh, (tw_surface_options){.level = level});
     assert_int_equal(tw_surface_group_count(r.surface), 3);
@@ -141,6 +137,17 @@ static void groups_hold_the_faces_of_each_material_next_to_each_other(void **sta
     assert_int_equal(face, tw_surface_get_counts(r.surface)->faces);
     free_rows(&r);
   }
+}
+
+static void faces_of_each_material_lie_next_to_each_other(void **state) {
+  (void)state;
+  static const int32_t in_order[] = {0, 0, 1, 1, 1, 2, 2};
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  groups_hold_the_faces_of_each_material(mesh);
+  mesh->face_materials = in_order;
+  groups_hold_the_faces_of_each_material(mesh);
   fixture_deinit(&f);
 }
 
@@ -150,7 +157,7 @@ int main(void) {
       cmocka_unit_test(colours_that_follow_the_points_stay_with_them),
       cmocka_unit_test(displacements_move_the_surface_as_they_move_the_cage),
       cmocka_unit_test(bounds_of_displacements_are_exact),
-      cmocka_unit_test(groups_hold_the_faces_of_each_material_next_to_each_other),
+      cmocka_unit_test(faces_of_each_material_lie_next_to_each_other),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

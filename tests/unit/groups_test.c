@@ -193,24 +193,30 @@ static void faces_are_in_the_groups_of_their_cage_face(const tw_mesh *mesh, tw_s
 static void children_are_in_the_groups_of_their_parents(void **state) {
   (void)state;
   static const uint32_t holes[] = {1, 4};
+  static const uint32_t in_order[] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2, UINT32_MAX, UINT32_MAX};
   tw_model *quads = read_obj(quads_text), *triangles = read_obj(triangles_text);
-  for (uint32_t level = 0; level <= 4; level++)
-    for (int cut = 0; cut < 2; cut++) {
-      tw_mesh mesh = quads->meshes[0];
-      mesh.holes = holes;
-      mesh.hole_count = cut ? 2 : 0;
-      faces_are_in_the_groups_of_their_cage_face(&mesh, (tw_surface_options){.level = level});
-      faces_are_in_the_groups_of_their_cage_face(
-          &mesh, (tw_surface_options){.level = level, .scheme = TW_BILINEAR, .normals = true});
-      mesh = triangles->meshes[0];
-      faces_are_in_the_groups_of_their_cage_face(
-          &mesh,
-          (tw_surface_options){.level = level, .scheme = TW_LOOP, .boundary = TW_BOUNDARY_EDGE_AND_CORNER});
-      faces_are_in_the_groups_of_their_cage_face(&mesh,
-                                                 (tw_surface_options){.level = level, .scheme = TW_BILINEAR});
+  for (int i = 0; i < 2; i++) {
+    tw_mesh mesh = quads->meshes[0], parted = triangles->meshes[0];
+    if (i == 1) { /* as many files have them */
+      mesh.face_materials = NULL;
+      mesh.face_groups = parted.face_groups = in_order;
     }
-  faces_are_in_the_groups_of_their_cage_face(&quads->meshes[0],
-                                             (tw_surface_options){.level = 2, .boundary = TW_BOUNDARY_OPEN});
+    for (uint32_t level = 0; level <= 4; level++)
+      for (int cut = 0; cut < 2; cut++) {
+        mesh.holes = holes;
+        mesh.hole_count = cut ? 2 : 0;
+        faces_are_in_the_groups_of_their_cage_face(&mesh, (tw_surface_options){.level = level});
+        faces_are_in_the_groups_of_their_cage_face(
+            &mesh, (tw_surface_options){.level = level, .scheme = TW_BILINEAR, .normals = true});
+        faces_are_in_the_groups_of_their_cage_face(&parted,
+                                                   (tw_surface_options){.level = level, .scheme = TW_LOOP});
+        faces_are_in_the_groups_of_their_cage_face(
+            &parted, (tw_surface_options){.level = level, .scheme = TW_BILINEAR});
+      }
+    mesh.hole_count = 0;
+    faces_are_in_the_groups_of_their_cage_face(
+        &mesh, (tw_surface_options){.level = 2, .boundary = TW_BOUNDARY_OPEN});
+  }
   tw_model_destroy(quads);
   tw_model_destroy(triangles);
 }
