@@ -12,8 +12,8 @@ enum {
       1 << 20 /* of all tracks of a clip that cannot keep their own: two keys may say many turns */
 };
 
-/* JSON's indices are ints in tinygltf. */
-static const uint64_t VIEWS_MAX = INT32_MAX;
+/* tinygltf takes kilobytes of memory for each view, accessor, node and material. */
+static const uint64_t PARTS_MAX = 1 << 18;
 
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
@@ -274,6 +274,20 @@ static bool names_groups(const tw_scene *scene) {
 
 /* ---- the whole -------------------------------------------------------------------------------- */
 
+static uint32_t count_attributes(const tw_surface_layout *layout) {
+  uint32_t count = 1 + layout->uv_count;
+  count += layout->normal != UINT32_MAX;
+  count += layout->tangent != UINT32_MAX;
+  count += layout->color != UINT32_MAX;
+  return layout->joints != UINT32_MAX ? count + 2 : count;
+}
+
+static uint32_t count_materials(const tw_surface *surface) {
+  uint32_t count = 0;
+  for (uint32_t group = 0; group < tw_surface_group_count(surface); count++) take_material(surface, &group);
+  return count;
+}
+
 /* No more views, and no more accessors, than the scene can ask for. */
 static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
   const tw_model *model = scene->model;
@@ -281,10 +295,10 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
   *views = tw_gltf_image_count(model->assets) + model->skin_count + 2 * tracks;
   *accessors = model->skin_count + 2 * tracks;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
-    uint64_t groups = tw_surface_group_count(scene->surfaces[i]);
-    uint64_t targets = tw_surface_get_layout(scene->surfaces[i])->morph_count;
-    *views += 1 + targets + groups;
-    *accessors += TW_GLTF_ATTRIBUTES_MAX + targets + groups;
+    const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
+    uint64_t materials = count_materials(scene->surfaces[i]);
+    *views += 1 + layout->morph_count + materials;
+    *accessors += count_attributes(layout) + layout->morph_count + materials;
   }
 }
 
@@ -292,8 +306,12 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   const tw_model *model = scene->model;
   uint64_t views, accessors;
   count_most(scene, &views, &accessors);
-  if (views > VIEWS_MAX || accessors > VIEWS_MAX)
-    return tw_fail(error, TW_LIMIT, "The model has more parts than a glTF file can number.");
+  uint64_t parts = views + accessors + model->node_count + model->material_count;
+  if (parts > PARTS_MAX)
+    return tw_fail(error, TW_LIMIT,
+                   "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
+                   "the limit of %llu",
+                   (unsigned long long)parts, (unsigned long long)PARTS_MAX);
   plan->arena = tw_arena_create();
   if (!plan->arena) return no_memory(error);
   plan->image_count = tw_gltf_image_count(model->assets);

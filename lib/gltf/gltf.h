@@ -87,7 +87,7 @@ typedef struct tw_gltf_plan {
   bool names_groups;       /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
-/* Lays out everything that the scene holds. TW_LIMIT: more views than 32 bits count. */
+/* Lays out everything that the scene holds. TW_LIMIT: more parts than are written. */
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error);
 void tw_gltf_plan_deinit(tw_gltf_plan *plan); /* a zeroed one is fine */
 

@@ -446,6 +446,21 @@ static void bounds_are_exact(void **state) {
   fixture_deinit(&f);
 }
 
+static void too_many_parts_are_over_a_limit(void **state) {
+  (void)state;
+  fixture f = {.model = tw_model_create()};
+  assert_non_null(f.model);
+  fixture_refine(&f, 1, true);
+  f.model->node_count = (1 << 18) + 1;
+  f.model->nodes = fixture_alloc(&f, f.model->node_count, sizeof *f.model->nodes);
+  uint64_t size = 7;
+  tw_error error;
+  assert_int_equal(tw_gltf_stream_predict(&f.scene, TW_FORMAT_GLB, &size, &error), TW_LIMIT);
+  assert_non_null(strstr(error.detail, "262145 nodes, materials, accessors and buffer views"));
+  assert_int_equal(size, 7);
+  fixture_deinit(&f);
+}
+
 static void many_targets_keep_strides_legal(void **state) {
   (void)state;
   fixture f;
@@ -905,6 +920,7 @@ int main(void) {
       cmocka_unit_test(joints_travel_as_unsigned_shorts),
       cmocka_unit_test(meshes_of_a_scene_do_not_mix),
       cmocka_unit_test(bounds_are_exact),
+      cmocka_unit_test(too_many_parts_are_over_a_limit),
       cmocka_unit_test(many_targets_keep_strides_legal),
       cmocka_unit_test(faces_become_fans_by_material),
       cmocka_unit_test(polygons_read_back_as_they_were),

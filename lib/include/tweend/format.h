@@ -65,7 +65,7 @@ typedef struct tw_scene {
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
- * TW_LIMIT: over 4 GiB - 1 for a GLB. */
+ * TW_LIMIT: over 4 GiB - 1 for a GLB; over 262,144 nodes, materials, accessors and buffer views. */
 tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_gltf_stream **out,
                                 tw_error *error);
 void tw_gltf_stream_destroy(tw_gltf_stream *stream); /* NULL accepted */
