@@ -13,9 +13,14 @@ export class Daemon {
   folder = mkdtempSync(join(tmpdir(), 'tweend-test-'));
   listen = '127.0.0.1:0';
 
+  /** flags: besides those that every test needs. */
+  constructor(flags = []) {
+    this.flags = flags;
+  }
+
   async start() {
     const binary = process.env.TWEEND_BINARY ?? join(root, 'build/tweend');
-    const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn'];
+    const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn', ...this.flags];
     this.process = spawn(binary, flags, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.exit = once(this.process, 'exit');
     const ready = once(createInterface(this.process.stdout), 'line');
