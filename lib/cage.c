@@ -100,6 +100,13 @@ static const uint32_t *offsets_of(const tw_mesh *mesh) {
   return NULL;
 }
 
+/* Whether all vertices, and with them all edges, are inside of a manifold. */
+static bool is_closed(const tw_topology *t) {
+  uint8_t flags = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) flags |= t->vertex_flags[v];
+  return flags == 0;
+}
+
 tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena, tw_cage *c) {
   memset(c, 0, sizeof *c);
   c->arena = arena;
@@ -115,6 +122,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   status = choose_visible(mesh, options, c);
   if (status != TW_OK) return status;
   tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
+  c->topology.smooth = mesh->crease_count == 0 && mesh->sharp_point_count == 0 && is_closed(&c->topology);
   return options->creasing == TW_CREASE_CHAIKIN ? tw_topology_sum_semi(&c->topology, arena) : TW_OK;
 }
 
@@ -194,8 +202,10 @@ tw_status tw_cage_count(const tw_surface_options *options, tw_cage *c, tw_surfac
     tw_status status = count_open(options, c, out, &c->refined_faces);
     if (status != TW_OK) return status;
   } else {
-    *out = counts_at(tw_count_faces(&c->topology, c->visible), options);
-    c->refined_faces = counts_at(tw_count_faces(&c->topology, NULL), options).faces;
+    tw_surface_counts all = counts_at(tw_count_faces(&c->topology, NULL), options);
+    bool whole = !memchr(c->visible, 0, c->topology.face_count);
+    *out = whole ? all : counts_at(tw_count_faces(&c->topology, c->visible), options);
+    c->refined_faces = all.faces;
   }
   return check_counts(options, shrinks, out, c->refined_faces, error);
 }

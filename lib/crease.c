@@ -32,6 +32,7 @@ void tw_decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
     for (uint32_t end = 0; end < 2; end++)
       child->edge_sharpness[2 * e + end] = child_sharpness(p, rules, e, p->edge_vertices[e][end]);
   for (uint32_t v = 0; v < p->vertex_count; v++) child->vertex_sharpness[v] = decayed(p->vertex_sharpness[v]);
+  child->smooth = p->smooth;
 }
 
 float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge) {

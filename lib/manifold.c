@@ -2,91 +2,99 @@
  * put in order, are its fan, and tell both sides of every edge there. Each edge is numbered at its lower
  * vertex, so that edges come out in the order that tw_topology_build promises.
  *
- * Every edge is looked at from its lower vertex, where at most one face may leave along it and at most one
- * arrive: all that is not manifold shows either there or as faces that do not form one fan. */
+ * What is not manifold shows at a vertex: as two faces that leave it along the same edge, or as faces that
+ * are not one fan. */
+#include <stdlib.h>
+
 #include "topology.h"
 
-/* Faces round one vertex: matching them takes time by the square. */
+/* Faces of a greater pole are left to others. */
 enum { SPOKES_MAX = 64 };
 
-/* The faces round one vertex, in order once they are chained. */
+/* The faces round one vertex, as they come, and their order. */
 typedef struct spokes {
-  uint32_t count;
-  bool border;                     /* the last face's trailing edge has no other face */
-  uint32_t corners[SPOKES_MAX];    /* of the faces, at the vertex */
-  uint32_t leading[SPOKES_MAX];    /* vertex after the corner */
-  uint32_t trailing[SPOKES_MAX];   /* vertex before it */
-  uint32_t upper[SPOKES_MAX + 1];  /* neighbours of a greater number, ascending */
-  uint32_t places[SPOKES_MAX + 1]; /* their places in the ring */
+  uint32_t vertex, count;
+  bool border;                   /* the last face's trailing edge has no other face */
+  uint32_t corners[SPOKES_MAX];  /* at the vertex */
+  uint32_t before[SPOKES_MAX];   /* corner before that, in the face */
+  uint32_t leading[SPOKES_MAX];  /* vertex that the face leaves for */
+  uint32_t trailing[SPOKES_MAX]; /* vertex that it comes from */
+  uint8_t next[SPOKES_MAX];      /* face that leaves for its trailing vertex; itself where none does */
+  uint8_t previous[SPOKES_MAX];  /* the other way round; where none is, nothing */
+  uint8_t order[SPOKES_MAX];
+  uint32_t upper_count;           /* edges to greater vertices */
+  uint32_t upper[SPOKES_MAX + 1]; /* those */
+  uint8_t faces[SPOKES_MAX + 1];  /* faces that leave along them; count for the trailing edge of a border */
 } spokes;
 
-static void gather(const tw_topology *t, uint32_t vertex, spokes *s) {
-  const uint32_t *fan = t->fan_corners + t->fan_offsets[vertex];
+static void gather(const tw_topology *t, spokes *s, uint8_t *face_to) {
+  const uint32_t *fan = t->fan_corners + t->fan_offsets[s->vertex];
+  s->upper_count = 0;
   for (uint32_t i = 0; i < s->count; i++) {
+    uint32_t before = tw_corner_previous(t, fan[i]), to = t->corner_vertex[tw_corner_next(t, fan[i])];
     s->corners[i] = fan[i];
-    s->leading[i] = t->corner_vertex[tw_corner_next(t, fan[i])];
-    s->trailing[i] = t->corner_vertex[tw_corner_previous(t, fan[i])];
+    s->before[i] = before;
+    s->leading[i] = to;
+    s->trailing[i] = t->corner_vertex[before];
+    face_to[to] = (uint8_t)i;
+    /* Written whether it counts or not: which it is nobody could guess. */
+    s->upper[s->upper_count] = to;
+    s->faces[s->upper_count] = (uint8_t)i;
+    s->upper_count += to > s->vertex;
   }
 }
 
-/* Brings face `from` to place `to`, which it swaps with or, when the others are in order, moves behind. */
-static void swap_faces(spokes *s, uint32_t from, uint32_t to) {
-  uint32_t corner = s->corners[from], leading = s->leading[from], trailing = s->trailing[from];
-  s->corners[from] = s->corners[to];
-  s->leading[from] = s->leading[to];
-  s->trailing[from] = s->trailing[to];
-  s->corners[to] = corner;
-  s->leading[to] = leading;
-  s->trailing[to] = trailing;
-}
-static void move_to_front(spokes *s, uint32_t from) {
-  for (; from > 0; from--) swap_faces(s, from, from - 1);
-}
-
-static uint32_t find(const uint32_t *vertices, uint32_t begin, uint32_t end, uint32_t vertex) {
-  while (begin < end && vertices[begin] != vertex) begin++;
-  return begin;
-}
-
-/* Puts the faces in counter-clockwise order from the first of them or, on a border, from the one that leads.
- * False when they are not one fan. */
-static bool chain(spokes *s) {
-  uint32_t chained = 1;
-  for (; chained < s->count; chained++) {
-    uint32_t next = find(s->leading, chained, s->count, s->trailing[chained - 1]);
-    if (next == s->count) break;
-    swap_faces(s, next, chained);
+/* Finds the face after each. face_to has stale entries, so what it says is looked up. *last: one that none
+ * follows. */
+static void match(spokes *s, const uint8_t *face_to, uint32_t *last) {
+  s->border = false;
+  for (uint32_t i = 0; i < s->count; i++) {
+    uint8_t next = face_to[s->trailing[i]];
+    if (next >= s->count || s->leading[next] != s->trailing[i]) {
+      next = (uint8_t)i;
+      *last = i;
+      s->border = true;
+    } else {
+      s->previous[next] = (uint8_t)i;
+    }
+    s->next[i] = next;
   }
-  for (; chained < s->count; chained++) {
-    uint32_t before = find(s->trailing, chained, s->count, s->leading[0]);
-    if (before == s->count) return false;
-    move_to_front(s, before);
-  }
-  s->border = s->trailing[s->count - 1] != s->leading[0];
-  return true;
 }
 
-static uint32_t insert_upper(spokes *s, uint32_t count, uint32_t vertex, uint32_t place) {
-  uint32_t at = count;
-  for (; at > 0 && s->upper[at - 1] > vertex; at--) {
-    s->upper[at] = s->upper[at - 1];
-    s->places[at] = s->places[at - 1];
-  }
-  s->upper[at] = vertex;
-  s->places[at] = place;
-  return count + 1;
+/* A face that follows none, when none follows `last`. */
+static uint32_t find_first(const spokes *s, uint32_t last) {
+  uint64_t followed = 0;
+  for (uint32_t i = 0; i < s->count; i++)
+    if (i != last) followed |= 1ull << s->next[i];
+  for (uint32_t i = 0; i < s->count; i++)
+    if (!(followed >> i & 1)) return i;
+  return 0; /* does not come up: fewer are followed than there are */
 }
 
-/* The edge at a place of the ring, whose lower vertex is the ring's. */
-static void start_edge(tw_topology *t, const spokes *s, uint32_t vertex, uint32_t upper, uint32_t place) {
-  uint32_t edge = t->edge_count++, last = s->count - 1;
-  bool leads = place<s->count, trails = place> 0 || !s->border;
-  uint32_t out = leads ? s->corners[place] : 0;
-  uint32_t in = trails ? tw_corner_previous(t, s->corners[place > 0 ? place - 1 : last]) : out;
-  if (!leads) out = in;
-  bool outward = leads && out <= in;
-  t->edge_vertices[edge][0] = outward ? vertex : upper;
-  t->edge_vertices[edge][1] = outward ? upper : vertex;
+/* Walks the faces counter-clockwise from the first that came or, on a border, from the one that leads. False
+ * when not all are met. */
+static bool walk(spokes *s, uint32_t last) {
+  uint32_t first = s->border ? find_first(s, last) : 0, at = first;
+  uint64_t met = 0;
+  for (uint32_t i = 0; i < s->count; i++) {
+    s->order[i] = (uint8_t)at;
+    met |= 1ull << at;
+    at = s->next[at];
+  }
+  return met == UINT64_MAX >> (64 - s->count) && (s->border || at == first);
+}
+
+/* The nth edge to a greater vertex gets the number that its rank among them says. */
+static void start_edge(tw_topology *t, const spokes *s, uint32_t n, uint32_t first_face) {
+  uint32_t upper = s->upper[n], face = s->faces[n], edge = t->edge_count;
+  for (uint32_t i = 0; i < s->upper_count; i++) edge += s->upper[i] < upper;
+  bool leaves = face < s->count, arrives = !(s->border && face == first_face);
+  uint32_t out = leaves ? s->corners[face] : 0;
+  uint32_t in = arrives ? s->before[leaves ? s->previous[face] : s->order[s->count - 1]] : out;
+  if (!leaves) out = in;
+  bool outward = leaves && out <= in;
+  t->edge_vertices[edge][0] = outward ? s->vertex : upper;
+  t->edge_vertices[edge][1] = outward ? upper : s->vertex;
   t->edge_corner[edge] = outward ? out : in;
   t->edge_flags[edge] = out == in ? TW_EDGE_BORDER : 0;
   t->corner_edge[out] = t->corner_edge[in] = edge;
@@ -94,45 +102,48 @@ static void start_edge(tw_topology *t, const spokes *s, uint32_t vertex, uint32_
   t->sibling[in] = out;
 }
 
-/* Numbers the edges to greater vertices; false when two of them are the same. */
-static bool start_edges(tw_topology *t, spokes *s, uint32_t vertex) {
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < s->count; i++)
-    if (s->leading[i] > vertex) count = insert_upper(s, count, s->leading[i], i);
-  if (s->border && s->trailing[s->count - 1] > vertex)
-    count = insert_upper(s, count, s->trailing[s->count - 1], s->count);
-  for (uint32_t i = 0; i < count; i++) {
-    if (i > 0 && s->upper[i] == s->upper[i - 1]) return false;
-    start_edge(t, s, vertex, s->upper[i], s->places[i]);
+static void start_edges(tw_topology *t, spokes *s) {
+  uint32_t trailing = s->trailing[s->order[s->count - 1]];
+  if (s->border && trailing > s->vertex) {
+    s->upper[s->upper_count] = trailing;
+    s->faces[s->upper_count++] = (uint8_t)s->count;
   }
-  return true;
+  for (uint32_t n = 0; n < s->upper_count; n++) start_edge(t, s, n, s->order[0]);
+  t->edge_count += s->upper_count;
 }
 
-static bool link_vertex(tw_topology *t, uint32_t vertex) {
+static bool link_vertex(tw_topology *t, uint32_t vertex, uint8_t *face_to) {
   spokes s;
-  uint32_t *fan = t->fan_corners + t->fan_offsets[vertex], *ring = t->ring_edges + t->ring_offsets[vertex];
-  s.count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
-  t->ring_offsets[vertex + 1] = t->ring_offsets[vertex];
+  uint32_t first = t->fan_offsets[vertex], ring_first = t->ring_offsets[vertex], last = 0;
+  s.vertex = vertex;
+  s.count = t->fan_offsets[vertex + 1] - first;
+  t->ring_offsets[vertex + 1] = ring_first + s.count;
   t->vertex_flags[vertex] = s.count > 0 ? 0 : TW_VERTEX_NONMANIFOLD; /* as of no fan at all */
   if (s.count == 0) return true;
   if (s.count > SPOKES_MAX) return false;
-  gather(t, vertex, &s);
-  if (!chain(&s) || !start_edges(t, &s, vertex)) return false;
+  gather(t, &s, face_to);
+  match(&s, face_to, &last);
+  if (!walk(&s, last)) return false;
+  start_edges(t, &s);
+  uint32_t *fan = t->fan_corners + first, *ring = t->ring_edges + ring_first;
   for (uint32_t i = 0; i < s.count; i++) {
-    fan[i] = s.corners[i];
-    ring[i] = t->corner_edge[s.corners[i]];
+    fan[i] = s.corners[s.order[i]];
+    ring[i] = t->corner_edge[fan[i]];
   }
-  t->ring_offsets[vertex + 1] += s.count;
   if (!s.border) return true;
-  ring[s.count] = t->corner_edge[tw_corner_previous(t, s.corners[s.count - 1])];
+  ring[s.count] = t->corner_edge[s.before[last]];
   t->ring_offsets[vertex + 1]++;
   t->vertex_flags[vertex] = TW_VERTEX_BORDER;
   return true;
 }
 
 bool tw_topology_link_manifold(tw_topology *topology) {
-  topology->edge_count = 0;
-  for (uint32_t v = 0; v < topology->vertex_count; v++)
-    if (!link_vertex(topology, v)) return false;
-  return true;
+  tw_topology *t = topology;
+  uint8_t *face_to = tw_alloc_zero(t->vertex_count, 1); /* face of the vertex at hand that leaves for each */
+  if (!face_to) return false;
+  t->edge_count = 0;
+  bool linked = true;
+  for (uint32_t v = 0; v < t->vertex_count && linked; v++) linked = link_vertex(t, v, face_to);
+  free(face_to);
+  return linked;
 }

@@ -74,12 +74,13 @@ tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t f
 tw_surface_counts tw_count_faces(const tw_topology *topology, const uint8_t *visible) {
   const tw_topology *t = topology;
   tw_surface_counts counts = {0, 0, 0, 0};
+  for (uint32_t v = 0; v < t->vertex_count; v++) counts.vertices += tw_topology_touches_vertex(t, visible, v);
+  if (!visible) return (tw_surface_counts){counts.vertices, t->edge_count, t->face_count, t->corner_count};
   for (uint32_t f = 0; f < t->face_count; f++) {
-    if (visible && !visible[f]) continue;
+    if (!visible[f]) continue;
     counts.faces++;
     counts.corners += tw_face_size(t, f);
   }
-  for (uint32_t v = 0; v < t->vertex_count; v++) counts.vertices += tw_topology_touches_vertex(t, visible, v);
   for (uint32_t e = 0; e < t->edge_count; e++) counts.edges += tw_topology_touches_edge(t, visible, e);
   return counts;
 }

@@ -126,8 +126,8 @@ static inline void refine_faces(const tw_topology *p, uint32_t width, const floa
   for (uint32_t f = 0; f < p->face_count; f++) {
     uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
     float *point = face_points + (size_t)f * width;
-    memset(point, 0, width * sizeof *point);
-    for (uint32_t i = 0; i < size; i++)
+    memcpy(point, in + (size_t)p->corner_vertex[begin] * width, width * sizeof *point);
+    for (uint32_t i = 1; i < size; i++)
       add_scaled(point, in + (size_t)p->corner_vertex[begin + i] * width, 1, width);
     for (uint32_t i = 0; i < width; i++) point[i] /= (float)size;
   }
@@ -140,14 +140,28 @@ float tw_smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t tria
   return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
 }
 
+/* Where nothing is sharp all edges have two faces. */
+static inline void refine_smooth_edge(const tw_topology *p, uint32_t edge, uint32_t width, const float *a,
+                                      const float *b, const float *face_points, float *restrict point) {
+  uint32_t corner = p->edge_corner[edge];
+  const float *left = face_points + (size_t)tw_corner_face(p, corner) * width,
+              *right = face_points + (size_t)tw_corner_face(p, p->sibling[corner]) * width;
+  for (uint32_t i = 0; i < width; i++) point[i] = 0.25f * (a[i] + b[i]) + 0.25f * (left[i] + right[i]);
+}
+
 static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                const float *restrict in, const float *restrict face_points,
-                                float *restrict edge_points) {
-  for (uint32_t e = 0; e < p->edge_count; e++) {
-    float crease = tw_crease_share(p, rules, e);
-    float *point = edge_points + (size_t)e * width;
+                                const float *restrict in, const float *restrict face_points, uint32_t begin,
+                                uint32_t end, float *restrict out) {
+  bool smooth = p->smooth && !rules->linear && !rules->smooth_triangles;
+  for (uint32_t e = begin; e < end; e++) {
+    float *point = out + (size_t)(e - begin) * width;
     const float *a = in + (size_t)p->edge_vertices[e][0] * width,
                 *b = in + (size_t)p->edge_vertices[e][1] * width;
+    if (smooth) {
+      refine_smooth_edge(p, e, width, a, b, face_points, point);
+      continue;
+    }
+    float crease = tw_crease_share(p, rules, e);
     if (crease == 1) {
       for (uint32_t i = 0; i < width; i++) point[i] = 0.5f * (a[i] + b[i]);
       continue;
@@ -187,10 +201,16 @@ static inline void add_smooth(const tw_topology *p, uint32_t vertex, float share
 
 static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
                                    const float *restrict in, const float *restrict face_points,
-                                   float *restrict out) {
-  for (uint32_t v = 0; v < p->vertex_count; v++) {
-    float *point = out + (size_t)v * width;
+                                   uint32_t begin, uint32_t end, float *restrict out) {
+  bool smooth = p->smooth && !rules->linear;
+  for (uint32_t v = begin; v < end; v++) {
+    float *point = out + (size_t)(v - begin) * width, sum[4] = {0};
     const float *own = in + (size_t)v * width;
+    if (smooth && width <= 4) { /* summed up in registers */
+      add_smooth(p, v, 1, width, in, face_points, sum);
+      memcpy(point, sum, width * sizeof *point);
+      continue;
+    }
     tw_vertex_blend blend = tw_blend_at(p, rules, v);
     if (blend.corner == 1 || p->fan_offsets[v] == p->fan_offsets[v + 1]) {
       memcpy(point, own, width * sizeof *point);
@@ -214,8 +234,8 @@ static inline void refine_rows(const tw_topology *p, const tw_rules *rules, uint
   float *edge_points = out + (size_t)p->vertex_count * width;
   float *face_points = edge_points + (size_t)p->edge_count * width;
   refine_faces(p, width, in, face_points);
-  refine_edges(p, rules, width, in, face_points, edge_points);
-  refine_vertices(p, rules, width, in, face_points, out);
+  refine_edges(p, rules, width, in, face_points, 0, p->edge_count, edge_points);
+  refine_vertices(p, rules, width, in, face_points, 0, p->vertex_count, out);
 }
 
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
@@ -224,4 +244,27 @@ void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t
     refine_rows(parent, rules, 3, in, out);
   else
     refine_rows(parent, rules, width, in, out);
+}
+
+void tw_refine_face_points(const tw_topology *parent, const float *in, float *face_points) {
+  refine_faces(parent, 3, in, face_points);
+}
+
+void tw_refine_points(const tw_topology *parent, const tw_rules *rules, const float *in,
+                      const float *face_points, uint32_t first, uint32_t count, float *out) {
+  uint32_t end = first + count, vertices = parent->vertex_count, edges = vertices + parent->edge_count;
+  if (first < vertices) {
+    uint32_t stop = end < vertices ? end : vertices;
+    refine_vertices(parent, rules, 3, in, face_points, first, stop, out);
+    out += 3 * (size_t)(stop - first);
+    first = stop;
+  }
+  if (first < end && first < edges) {
+    uint32_t stop = end < edges ? end : edges;
+    refine_edges(parent, rules, 3, in, face_points, first - vertices, stop - vertices, out);
+    out += 3 * (size_t)(stop - first);
+    first = stop;
+  }
+  if (first < end)
+    memcpy(out, face_points + 3 * (size_t)(first - edges), 3 * (size_t)(end - first) * sizeof *out);
 }

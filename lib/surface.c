@@ -402,6 +402,10 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
   s->plain =
       generic && level > 0 && b->whole && !shrinks && !s->options.normals && !s->options.limit && points_only;
+  if (s->plain && few && !is_loop(b) && tw_shallow_fits(&b->cage.topology, &b->rules, level)) {
+    s->shallow.level = level;
+    b->levels = 0;
+  }
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }
@@ -422,6 +426,29 @@ static tw_status keep_cage(build *b) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
+static tw_status start_shallow(build *b) {
+  tw_surface *s = b->surface;
+  const float *points = b->mesh->positions;
+  s->shallow.cage = b->cage.topology;
+  s->shallow.rules = b->rules;
+  if (s->point_of)
+    points = gather_rows(b->arena, points, s->point_of, s->shallow.cage.vertex_count, 3 * sizeof *points);
+  float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_count(&s->shallow), 3 * sizeof *kept);
+  if (!points || !kept) return TW_NO_MEMORY;
+  tw_shallow_keep(&s->shallow, points, kept);
+  s->positions = (tw_values){.width = 3, .base = kept};
+  b->topologies[0] = tw_shallow_counts(&s->shallow);
+  return TW_OK;
+}
+
+/* All values at the cage. */
+static tw_status start_fields(build *b) {
+  tw_status status = start_points(b);
+  if (status == TW_OK) status = start_influences(b);
+  if (status == TW_OK) status = start_uvs(b);
+  return status == TW_OK ? start_sources(b) : status;
+}
+
 static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -431,11 +458,8 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   b->whole = is_whole(b);
   status = choose_levels(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
-  if (status == TW_OK) status = start_points(b);
-  if (status == TW_OK) status = start_influences(b);
-  if (status == TW_OK) status = start_uvs(b);
-  if (status == TW_OK) status = start_sources(b);
-  uint32_t cage_vertices[1 + TW_UV_SETS_MAX];
+  if (status == TW_OK) status = s->shallow.level > 0 ? start_shallow(b) : start_fields(b);
+  uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = refine_all(b, level == b->levels ? s->arena : b->arena);

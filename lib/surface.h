@@ -8,6 +8,7 @@
 #include "influences.h"
 #include "patch.h"
 #include "refine.h"
+#include "shallow.h"
 #include "tweend/subdiv.h"
 
 /* A connectivity with the values that live on it: the points' own, or that of one UV set, in which
@@ -74,10 +75,14 @@ struct tw_surface {
 
   /* Where the points of the cage come from, and how they are refined; beyond the first, steps live in
    * points_arena. */
-  tw_rules rules;
   const uint32_t *point_of; /* [vertices of the cage], NULL when all points are used */
-  uint32_t step_count;
   tw_surface_step *steps;
+  uint32_t step_count;
+  tw_rules rules;
+
+  /* Rows follow from the cage itself: positions.base holds what is kept for it, and of the base's
+   * connectivity only the counts are there. */
+  tw_shallow shallow;
 
   /* Rows are the base's values as they stand: nothing is left to compute. Of the base's connectivity only
    * corner_vertex is there. */

@@ -6,9 +6,19 @@
 #include "loop.h"
 #include "surface.h"
 
+static uint32_t cage_vertices(const tw_surface *s) {
+  if (s->shallow.level > 0) return s->shallow.cage.vertex_count;
+  return s->step_count > 0 ? s->steps[0].parent.vertex_count : s->fields[0].base.vertex_count;
+}
+
+/* Points that positions.base holds. */
+static size_t base_count(const tw_surface *s) {
+  return s->shallow.level > 0 ? tw_shallow_kept_count(&s->shallow) : s->fields[0].base.vertex_count;
+}
+
 /* Positions of the cage's vertices; NULL without memory. */
 static float *gather_cage(const tw_surface *s, const float *positions) {
-  uint32_t count = s->step_count > 0 ? s->steps[0].parent.vertex_count : s->fields[0].base.vertex_count;
+  uint32_t count = cage_vertices(s);
   float *cage = tw_alloc(count, 3 * sizeof *cage);
   if (cage) tw_gather_rows(positions, s->point_of, count, 3 * sizeof *cage, cage);
   return cage;
@@ -63,9 +73,21 @@ static tw_status refine_loop(tw_surface *s, const float *cage) {
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
+static tw_status move_shallow(tw_surface *s, const float *cage) {
+  float *kept = tw_alloc(base_count(s), 3 * sizeof *kept);
+  if (kept) tw_shallow_keep(&s->shallow, cage, kept);
+  s->positions.base = kept;
+  return kept ? TW_OK : TW_NO_MEMORY;
+}
+
 static tw_status move_points(tw_surface *s, const float *positions) {
   float *cage = gather_cage(s, positions);
   if (!cage) return TW_NO_MEMORY;
+  if (s->shallow.level > 0) {
+    tw_status status = move_shallow(s, cage);
+    free(cage);
+    return status;
+  }
   if (s->step_count == 0) {
     s->positions.cage = s->positions.base = cage;
     return TW_OK;
@@ -110,11 +132,11 @@ void tw_surface_free_moved(tw_surface *surface) {
 
 size_t tw_surface_size_moved(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
-  size_t base = 3 * (size_t)surface->fields[0].base.vertex_count;
+  size_t base = 3 * base_count(surface);
   size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds;
   size += base * sizeof *positions->base;
   if (positions->exact) size += base * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
-    size += 3 * (size_t)surface->steps[0].parent.vertex_count * sizeof *positions->cage;
+    size += 3 * (size_t)cage_vertices(surface) * sizeof *positions->cage;
   return size;
 }

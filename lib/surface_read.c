@@ -155,6 +155,10 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
 static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   uint32_t width = row_width(s, domain);
+  if (s->shallow.level > 0) {
+    tw_shallow_points(&s->shallow, s->positions.base, first, count, out);
+    return;
+  }
   if (s->plain) {
     memcpy(out, s->positions.base + 3 * (size_t)first, (size_t)count * 3 * sizeof *out);
     return;
@@ -430,6 +434,10 @@ static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t f
 static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *out) {
   uint32_t size = corners_a_face(s);
+  if (s->shallow.level > 0) {
+    tw_shallow_quads(&s->shallow, (uint32_t)first, (uint32_t)count, out);
+    return size * count;
+  }
   if (s->plain) {
     memcpy(out, s->fields[0].base.corner_vertex + size * (size_t)first, count * size * sizeof *out);
     return size * count;

@@ -23,6 +23,7 @@ enum {
 typedef struct tw_topology {
   uint32_t vertex_count, edge_count, face_count, corner_count;
   uint32_t face_size;           /* corners of every face, 3 or 4; 0 when they differ */
+  bool smooth;                  /* known to have nothing sharp: no borders, creases, corners; manifold */
   const uint32_t *face_offsets; /* [face_count + 1]; NULL when face_size is set */
 
   uint32_t *corner_face;   /* [corner_count]; NULL when face_size is set */

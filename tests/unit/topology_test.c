@@ -272,11 +272,13 @@ static void great_poles_are_fans_like_all_others(void **state) {
   }
 }
 
-static void two_triangles_back_to_back_are_closed(void **state) {
+static void two_triangles_back_to_back_are_closed_and_a_third_is_one_too_many(void **state) {
   (void)state;
   soup s = {.vertex_count = 4}; /* vertex 3 is not used */
   add_face(&s, 3, (uint32_t[]){0, 1, 2});
   add_face(&s, 3, (uint32_t[]){2, 1, 0});
+  check(&s);
+  add_face(&s, 3, (uint32_t[]){0, 1, 2});
   check(&s);
 }
 
@@ -289,7 +291,7 @@ int main(void) {
       cmocka_unit_test(soup_without_any_order_keeps_to_the_definitions),
       cmocka_unit_test(closed_meshes_that_share_an_edge_are_not_manifold),
       cmocka_unit_test(great_poles_are_fans_like_all_others),
-      cmocka_unit_test(two_triangles_back_to_back_are_closed),
+      cmocka_unit_test(two_triangles_back_to_back_are_closed_and_a_third_is_one_too_many),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,36 @@
+/* The first two levels of a mesh of any faces, where patches would have next to nothing to do: rows of points
+ * and faces straight from the cage's connectivity. Nothing is built of the refined meshes but their points
+ * above the level asked for and its face points; how those are joined follows from the cage by the arithmetic
+ * that refine.h tells of. */
+#ifndef TWEEND_SHALLOW_H
+#define TWEEND_SHALLOW_H
+
+#include "refine.h"
+
+typedef struct tw_shallow {
+  tw_topology cage;
+  tw_rules rules;
+  uint32_t level; /* 1 or 2; 0: not in use */
+} tw_shallow;
+
+/* Whether a level can be read so: what is sharp at the cage has to be so for ever at the level above. */
+bool tw_shallow_fits(const tw_topology *cage, const tw_rules *rules, uint32_t level);
+
+/* Counts of the level, without arrays. Those of the answer must be within 32 bits. */
+tw_topology tw_shallow_counts(const tw_shallow *shallow);
+
+/* Points that are kept: all of the level above, then the face points of this one. */
+size_t tw_shallow_kept_count(const tw_shallow *shallow);
+
+/* Computes them. points: [cage vertices][3]; kept: [tw_shallow_kept_count][3]. */
+void tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept);
+
+/* Points [first, first + count) of the level, in the order of refine.h: the same bytes as tw_refine_values
+ * gives. */
+void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
+                       float *out);
+
+/* Corners of quads [first, first + count). out: [count][4]. */
+void tw_shallow_quads(const tw_shallow *shallow, uint32_t first, uint32_t count, uint32_t *out);
+
+#endif

@@ -1,0 +1,184 @@
+/* Shallow surfaces: levels 1 and 2 read from the cage are, to the last bit, those that the generic step
+ * builds. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cage.h"
+#include "shallow.h"
+
+enum { SIDE = 6, POINTS = SIDE * SIDE + 2, FACES_MAX = 100, CORNERS_MAX = 400 };
+
+/* A torus of triangles, or of triangles and quads. */
+typedef struct cage {
+  tw_mesh mesh;
+  float points[POINTS][3];
+  uint32_t corners[CORNERS_MAX], offsets[FACES_MAX + 1];
+  uint32_t creases[4][2];
+  float sharpness[4];
+} cage;
+
+static void add_face(cage *c, uint32_t size, const uint32_t *points) {
+  memcpy(c->corners + c->mesh.corner_count, points, size * sizeof *points);
+  c->mesh.corner_count += size;
+  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
+}
+
+/* sizes: 3, or 0 for all kinds. open: some faces are missing. fin: one edge has a third face. */
+static cage *new_cage(uint32_t sizes, bool open, bool fin) {
+  cage *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  tw_mesh_init(&c->mesh);
+  c->mesh.point_count = POINTS;
+  c->mesh.positions = c->points[0];
+  c->mesh.corners = c->corners;
+  c->mesh.face_offsets = c->offsets;
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (uint32_t i = 0; i < 3; i++) c->points[p][i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
+  for (uint32_t y = 0; y < SIDE; y++)
+    for (uint32_t x = 0; x < SIDE; x++) {
+      uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
+               e = (y + 1) % SIDE * SIDE + (x + 1) % SIDE;
+      if (open && (x + y) % 5 == 0) continue;
+      if (sizes == 0 && (x + 2 * y) % 3 > 0) {
+        add_face(c, 4, (uint32_t[]){b, e, d, a});
+        continue;
+      }
+      add_face(c, 3, (uint32_t[]){e, a, b});
+      add_face(c, 3, (uint32_t[]){a, e, d});
+    }
+  if (fin) add_face(c, 3, (uint32_t[]){c->corners[0], c->corners[1], POINTS - 1});
+  return c;
+}
+
+static void crease(cage *c, float sharpness) {
+  c->mesh.crease_edges = c->creases[0];
+  c->mesh.crease_sharpness = c->sharpness;
+  for (uint32_t i = 0; i < 4; i++) {
+    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
+    c->sharpness[i] = sharpness;
+  }
+  c->mesh.crease_count = 4;
+}
+
+/* The same rows in blocks of many sizes. */
+static void check_points(const tw_shallow *s, const float *kept, const float *expected, uint32_t count) {
+  for (uint32_t block = count; block > 0; block /= 3) {
+    float *rows = calloc(count, 3 * sizeof *rows);
+    assert_non_null(rows);
+    for (uint32_t first = 0; first < count; first += block)
+      tw_shallow_points(s, kept, first, block < count - first ? block : count - first,
+                        rows + 3 * (size_t)first);
+    assert_memory_equal(rows, expected, (size_t)count * 3 * sizeof *rows);
+    free(rows);
+  }
+}
+
+static void check_quads(const tw_shallow *s, const uint32_t *expected, uint32_t count) {
+  for (uint32_t block = count; block > 0; block /= 5) {
+    uint32_t *quads = calloc(count, 4 * sizeof *quads);
+    assert_non_null(quads);
+    for (uint32_t first = 0; first < count; first += block)
+      tw_shallow_quads(s, first, block < count - first ? block : count - first, quads + 4 * (size_t)first);
+    assert_memory_equal(quads, expected, (size_t)count * 4 * sizeof *quads);
+    free(quads);
+  }
+}
+
+static void check(cage *c, tw_surface_options options) {
+  assert_int_equal(tw_mesh_check(&c->mesh, NULL, NULL), TW_OK);
+  tw_arena *arena = tw_arena_create();
+  tw_rules rules = {options.scheme == TW_BILINEAR, false, options.triangles == TW_TRIANGLES_SMOOTH};
+  tw_cage read;
+  options.level = 2;
+  assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
+  tw_topology at = read.topology;
+  float *values = tw_arena_alloc(arena, at.vertex_count, 3 * sizeof *values), *cage_values = values;
+  for (uint32_t v = 0; v < at.vertex_count; v++)
+    memcpy(values + 3 * (size_t)v, c->points[read.point_of ? read.point_of[v] : v], sizeof c->points[0]);
+  for (uint32_t level = 1; level <= 2; level++) {
+    tw_topology child;
+    assert_int_equal(tw_refine_topology(&at, &rules, arena, &child), TW_OK);
+    float *next = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *next);
+    tw_refine_values(&at, &rules, 3, values, next);
+    assert_true(tw_shallow_fits(&read.topology, &rules, level));
+    tw_shallow s = {read.topology, rules, level};
+    tw_topology counts = tw_shallow_counts(&s);
+    assert_int_equal(counts.vertex_count, child.vertex_count);
+    assert_int_equal(counts.edge_count, child.edge_count);
+    assert_int_equal(counts.face_count, child.face_count);
+    assert_int_equal(counts.corner_count, child.corner_count);
+    float *kept = tw_arena_alloc(arena, tw_shallow_kept_count(&s), 3 * sizeof *kept);
+    tw_shallow_keep(&s, cage_values, kept);
+    check_points(&s, kept, next, child.vertex_count);
+    check_quads(&s, child.corner_vertex, child.face_count);
+    at = child;
+    values = next;
+  }
+  tw_arena_destroy(arena);
+  free(c);
+}
+
+static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
+  (void)state;
+  check(new_cage(3, false, false), (tw_surface_options){0});
+  check(new_cage(0, false, false), (tw_surface_options){0});
+}
+
+static void borders_corners_and_fins_are_too(void **state) {
+  (void)state;
+  check(new_cage(3, true, false), (tw_surface_options){0});
+  check(new_cage(0, true, true), (tw_surface_options){0});
+  check(new_cage(0, true, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY});
+  check(new_cage(3, false, true), (tw_surface_options){0});
+}
+
+static void infinite_creases_and_corners_are_too(void **state) {
+  (void)state;
+  static const uint32_t sharp_points[] = {7, 20};
+  static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
+  for (uint32_t sizes = 0; sizes <= 3; sizes += 3) {
+    cage *c = new_cage(sizes, false, false);
+    crease(c, TW_SHARPNESS_INFINITE);
+    c->mesh.sharp_point_count = 2;
+    c->mesh.sharp_points = sharp_points;
+    c->mesh.point_sharpness = point_sharpness;
+    check(c, (tw_surface_options){0});
+  }
+}
+
+static void bilinear_and_smooth_triangles_are_too(void **state) {
+  (void)state;
+  check(new_cage(0, true, true), (tw_surface_options){.scheme = TW_BILINEAR});
+  check(new_cage(3, false, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
+  check(new_cage(0, false, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
+}
+
+static void what_decays_fits_for_one_level_alone(void **state) {
+  (void)state;
+  cage *c = new_cage(0, false, false);
+  crease(c, 2.5f);
+  tw_arena *arena = tw_arena_create();
+  tw_cage read;
+  assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 2}, arena, &read), TW_OK);
+  assert_true(tw_shallow_fits(&read.topology, &(tw_rules){0}, 1));
+  assert_false(tw_shallow_fits(&read.topology, &(tw_rules){0}, 2));
+  assert_false(tw_shallow_fits(&read.topology, &(tw_rules){0}, 0));
+  tw_arena_destroy(arena);
+  free(c);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
+      cmocka_unit_test(borders_corners_and_fins_are_too),
+      cmocka_unit_test(infinite_creases_and_corners_are_too),
+      cmocka_unit_test(bilinear_and_smooth_triangles_are_too),
+      cmocka_unit_test(what_decays_fits_for_one_level_alone),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
