@@ -24,6 +24,12 @@ void api_answer_header(api_answer *answer, const char *name, const char *value) 
   answer->headers[answer->header_count++] = (api_header){name, value};
 }
 
+const char *api_answer_find(const api_answer *answer, const char *name) {
+  for (size_t i = 0; i < answer->header_count; i++)
+    if (strcmp(answer->headers[i].name, name) == 0) return answer->headers[i].value;
+  return NULL;
+}
+
 void api_answer_headerf(api_answer *answer, const char *name, const char *format, ...) {
   char value[512];
   va_list arguments;

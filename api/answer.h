@@ -11,6 +11,8 @@ tw_arena *api_answer_arena(const api_answer *answer);
 
 /* Adds a header; the value must live as long as the answer. */
 void api_answer_header(api_answer *answer, const char *name, const char *value);
+/* The value of a header, NULL when the answer does not bear it. */
+const char *api_answer_find(const api_answer *answer, const char *name);
 /* Adds a printed header; lost without memory. */
 void api_answer_headerf(api_answer *answer, const char *name, const char *format, ...) TW_PRINTF(3, 4);
 

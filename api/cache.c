@@ -48,11 +48,15 @@ api_cache *api_cache_create(uint64_t budget) {
 
 /* ---- the table and the list; under the lock --------------------------------------------------- */
 
-/* FNV-1a: keys are ours, and begin with a digest. */
-static api_entry **bucket_of(api_cache *cache, const char *key) {
+/* FNV-1a: keys are ours, or bear the id of a model that is there. */
+uint32_t api_cache_hash(const char *key) {
   uint32_t hash = 2166136261u;
   for (; *key; key++) hash = (hash ^ (unsigned char)*key) * 16777619u;
-  return &cache->buckets[hash % BUCKETS];
+  return hash;
+}
+
+static api_entry **bucket_of(api_cache *cache, const char *key) {
+  return &cache->buckets[api_cache_hash(key) % BUCKETS];
 }
 
 static api_entry *find(api_cache *cache, const char *key) {

@@ -41,6 +41,9 @@ void api_entry_release(api_entry *entry); /* NULL accepted */
 /* Forgets every key in which `part` stands. Who holds such an entry keeps it. */
 void api_cache_forget(api_cache *cache, const char *part);
 
+/* Of a key, for tables beside the cache. */
+uint32_t api_cache_hash(const char *key);
+
 /* Bytes of the complete entries. */
 uint64_t api_cache_size(api_cache *cache);
 

@@ -74,7 +74,10 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
   const char *etag = api_etag(call, call->id, representation, canonical);
-  if (!etag) return api_fail_without_memory(call);
+  return etag ? api_validate_tag(call, etag) : api_fail_without_memory(call);
+}
+
+api_outcome api_validate_tag(api_call *call, const char *etag) {
   const char *if_match = api_call_header(call, "If-Match");
   if (if_match && !api_etag_matches(if_match, etag, false))
     return api_fail_with(call, 412, "If-Match names another representation than %s", etag);
@@ -90,10 +93,8 @@ api_outcome api_validate(api_call *call, const char *representation, const char 
 static bool range_counts(const api_call *call) {
   const char *if_range = api_call_header(call, "If-Range");
   if (!if_range) return true;
-  for (size_t i = 0; i < call->answer.header_count; i++)
-    if (strcmp(call->answer.headers[i].name, "ETag") == 0)
-      return strcmp(if_range, call->answer.headers[i].value) == 0;
-  return false;
+  const char *etag = api_answer_find(&call->answer, "ETag");
+  return etag && strcmp(if_range, etag) == 0;
 }
 
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {

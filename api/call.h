@@ -51,6 +51,9 @@ api_outcome api_reply(api_call *call, api_text *text);
  * API_DONE when the answer is 304 already, API_FAILED for 412, API_LATER to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
+/* The same with a tag that is known; it lives as long as the answer. */
+api_outcome api_validate_tag(api_call *call, const char *etag);
+
 /* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
  * 206 and the headers, and *range; API_LATER to go on, API_FAILED for 416. */
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);

@@ -141,15 +141,35 @@ typedef struct clip_source {
   const api_clip_choice *choice;
 } clip_source;
 
+void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, api_text *text) {
+  char buffer[24];
+  api_text_add(text, "[");
+  for (uint32_t i = 0; i < count; i++) {
+    api_text_element(text);
+    api_text_string(text, tw_model_node_name(model, nodes ? nodes[i] : i, buffer));
+  }
+  api_text_add(text, "]");
+}
+
+/* Most answers bear all names: they are printed once. NULL without memory. */
+static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
+  api_text text = {0};
+  api_node_names_print(model, NULL, model->node_count, &text);
+  const char *kept = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
+  api_text_deinit(&text);
+  return kept;
+}
+
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   const tw_clip_keys *keys = &source->lender->clips[source->choice->index];
   char buffer[24];
   const char *name = tw_model_clip_name(source->lender, source->choice->index, buffer);
   clip->name = tw_arena_text(clip->arena, name, strlen(name));
+  clip->node_names = keep_node_names(source->model, clip->arena);
   /* A model's own keys are not kept: the cache may drop the model before the clip. */
   bool is_carried = source->lender == source->model || carry_over(clip, source->model, source->lender, keys);
   if (clip->keys) keys = clip->keys;
-  if (!clip->name || !is_carried) {
+  if (!clip->name || !clip->node_names || !is_carried) {
     api_fault_without_memory(fault);
     return false;
   }

@@ -10,6 +10,7 @@
 typedef struct api_clip {
   tw_arena *arena; /* of what follows */
   const char *name;
+  const char *node_names;   /* of all of the model's nodes, as api_node_names_print prints them */
   const tw_clip_keys *keys; /* of a borrowed clip, carried over to the model; NULL for the model's own */
   tw_clip *compiled;
   uint32_t missing_count; /* nodes of a borrowed clip that the model does not have */
@@ -32,6 +33,9 @@ api_outcome api_clip_find(api_call *call, const tw_model *model, const char *nam
  * clip may be cached; a model out of the body is not. */
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choice *choice, api_entry **out);
+
+/* The names of nodes as an array of JSON. nodes: [count]; NULL for the first `count`. */
+void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, api_text *text);
 
 /* The keys of a taken clip: those it carried over, or the model's own. */
 const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, const api_clip_choice *choice);

@@ -2,6 +2,7 @@
 #include "models.h"
 
 #include "handlers.h"
+#include "kept_answer.h"
 #include "kept_text.h"
 #include "service.h"
 #include "upload.h"
@@ -80,8 +81,10 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
 enum { KEY_TEXT = 64 };
 
 static void model_key(const char *id, tw_quads quads, char out[KEY_TEXT]) {
-  static const char *const names[] = {"ngon", "auto", "off"};
-  snprintf(out, KEY_TEXT, "%s/model?quads=%s", id, names[quads]);
+  static const char *const names[] = {"/model?quads=ngon", "/model?quads=auto", "/model?quads=off"};
+  size_t length = strlen(id);
+  memcpy(out, id, length);
+  memcpy(out + length, names[quads], strlen(names[quads]) + 1);
 }
 
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out) {
@@ -94,6 +97,12 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
   model_source source = {call->service, id, quads};
   *out = api_cache_take(call->service->cache, key, build_model, &source, &call->fault);
   return *out ? API_DONE : API_FAILED;
+}
+
+api_entry *api_model_peek(api_service *service, const char *id) {
+  char key[KEY_TEXT];
+  model_key(id, TW_QUADS_NGON, key);
+  return api_cache_peek(service->cache, key);
 }
 
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
@@ -353,6 +362,7 @@ api_outcome api_delete_model(api_call *call) {
   const api_store *store = &call->service->store;
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
+  api_kept_answers_forget(call->service->answers, call->id);
   if (status == API_STORE_ABSENT) return api_fail_with(call, 404, "no model has the id %s", call->id);
   if (status == API_STORE_UNAVAILABLE) {
     fail_unavailable(&call->fault);

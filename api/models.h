@@ -14,6 +14,9 @@ bool api_is_model_id(const char *text, size_t length);
  * api_entry_release. 404, 503; API_LATER in a light call when it is not at hand. */
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
 
+/* The same where it is in the cache, else NULL. */
+api_entry *api_model_peek(api_service *service, const char *id);
+
 /* The model in the request's body, parsed for this request alone. */
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);
 

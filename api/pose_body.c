@@ -15,7 +15,7 @@ enum { PIECE = 32 * 1024 };
 static const double DEGREES = 57.295779513082320877;
 
 /* Of the binary form: magic, version, length of the JSON. */
-enum { BIN_PREFIX = 12 };
+enum { BIN_PREFIX = 12, BIN_LENGTH = 8 };
 
 /* What of the answer comes next. */
 typedef enum pose_phase {
@@ -145,24 +145,42 @@ static void print_head(api_pose_body *body, api_text *text) {
   switch (body->query.form) {
   case API_POSE_NDJSON: return;
   case API_POSE_CSV: api_pose_print_columns(&body->query, text); return;
-  case API_POSE_JSON: api_pose_print_heading(&body->query, text); break;
-  case API_POSE_BIN: {
-    uint64_t rows = body->query.times.count * (api_pose_width(body->query.as) * body->query.node_count * 4);
-    api_text_add(text, "TWPB");
-    api_pose_print_u32(1, text);
-    api_pose_print_u32((uint32_t)(body->size - rows - BIN_PREFIX), text);
+  case API_POSE_BIN: /* print_bin_head has */ break;
+  case API_POSE_JSON:
     api_pose_print_heading(&body->query, text);
-    api_pose_print_layout(&body->query, text);
+    api_text_member(text, "times");
+    api_text_add(text, "[");
+    body->phase = PHASE_TIMES;
     break;
   }
-  }
+}
+
+/* What the binary form says before its times, and the size of the whole answer, which stands in it. False
+ * when there is no memory or the header is too long. */
+static bool print_bin_head(api_pose_body *body) {
+  const api_pose_query *query = &body->query;
+  api_text *text = &body->text;
+  api_text_add(text, "TWPB");
+  api_pose_print_u32(1, text);
+  api_pose_print_u32(0, text); /* the length, below */
+  api_pose_print_heading(query, text);
+  api_pose_print_layout(query, text);
   api_text_member(text, "times");
   api_text_add(text, "[");
+  uint64_t header = text->size - BIN_PREFIX + api_pose_measure_times(query) + strlen("]}");
+  if (text->failed || header > UINT32_MAX - 4) return false;
+  body->padding = (uint32_t)((4 - header % 4) % 4);
+  header += body->padding;
+  for (int i = 0; i < 4; i++) text->data[BIN_LENGTH + i] = (char)(header >> 8 * i & 0xFF);
+  body->size = BIN_PREFIX + header +
+               query->times.count * (api_pose_width(query->as) * query->node_count * sizeof(float));
   body->phase = PHASE_TIMES;
+  return true;
 }
 
 static void print_times(api_pose_body *body, api_text *text) {
-  while (body->next < body->query.times.count && text->size < PIECE) {
+  size_t end = text->size + PIECE;
+  while (body->next < body->query.times.count && text->size < end && !text->failed) {
     api_text_element(text);
     api_text_float(text, api_times_get(&body->query.times, body->next++));
   }
@@ -181,7 +199,8 @@ static void open_poses(api_pose_body *body, api_text *text) {
 }
 
 static void print_poses(api_pose_body *body, api_text *text) {
-  while (body->next < body->query.times.count && text->size < PIECE) {
+  size_t end = text->size + PIECE;
+  while (body->next < body->query.times.count && text->size < end && !text->failed) {
     evaluate_pose(body);
     api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, text);
     body->next++;
@@ -189,9 +208,7 @@ static void print_poses(api_pose_body *body, api_text *text) {
   if (body->next == body->query.times.count) body->phase = PHASE_TAIL;
 }
 
-/* Prints the next piece into the empty text. */
-static void print_piece(api_pose_body *body) {
-  api_text *text = &body->text;
+static void print_piece(api_pose_body *body, api_text *text) {
   switch (body->phase) {
   case PHASE_HEAD: print_head(body, text); break;
   case PHASE_TIMES: print_times(body, text); break;
@@ -210,7 +227,7 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
   while (body->read == body->text.size && body->phase != PHASE_END) {
     api_text_clear(&body->text);
     body->read = 0;
-    print_piece(body);
+    print_piece(body, &body->text);
     if (body->text.failed) return -1;
   }
   size_t left = body->text.size - body->read;
@@ -218,6 +235,12 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
   if (count) memcpy(out, body->text.data + body->read, count);
   body->read += count;
   return (int64_t)count;
+}
+
+void api_pose_body_print_whole(api_pose_body *body, api_text *text) {
+  *text = body->text; /* the head of the binary form */
+  body->text = (api_text){0};
+  while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
 }
 
 bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
@@ -264,13 +287,9 @@ api_pose_body *api_pose_body_create(const api_pose_query *query, tw_arena *arena
   body->query = *query;
   body->size = API_SIZE_UNKNOWN;
   if (!allocate(body, arena)) return NULL;
-  if (query->form != API_POSE_BIN) return body;
-  uint64_t header;
-  if (!api_pose_measure_header(query, &header) || header > UINT32_MAX - 4) return NULL;
-  body->padding = (uint32_t)((4 - header % 4) % 4);
-  body->size = BIN_PREFIX + header + body->padding +
-               query->times.count * (api_pose_width(query->as) * query->node_count * sizeof(float));
-  return body;
+  if (query->form != API_POSE_BIN || print_bin_head(body)) return body;
+  api_text_deinit(&body->text);
+  return NULL;
 }
 
 void api_pose_body_deinit(api_pose_body *body) {

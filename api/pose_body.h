@@ -26,6 +26,11 @@ typedef struct api_pose_query {
   const uint32_t *nodes; /* [node_count], what the answer tells of; ascending unless is_skinning */
 } api_pose_query;
 
+/* Whether the answer tells of all nodes, each once. */
+static inline bool api_pose_has_all_nodes(const api_pose_query *query) {
+  return query->node_count == query->model->node_count && !query->is_skinning;
+}
+
 typedef struct api_pose_body api_pose_body;
 
 /* NULL without memory. arena: scratch in proportion to the model's nodes. */
@@ -34,6 +39,9 @@ void api_pose_body_deinit(api_pose_body *body);
 
 /* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */
 uint64_t api_pose_body_size(const api_pose_body *body);
+
+/* Prints the whole answer, in place of reading it. */
+void api_pose_body_print_whole(api_pose_body *body, api_text *text);
 
 /* As in api_body. */
 int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity);

@@ -35,14 +35,11 @@ size_t api_pose_width(api_pose_as as) {
 }
 
 static void print_node_names(const api_pose_query *query, api_text *text) {
-  char buffer[24];
   api_text_member(text, "nodes");
-  api_text_add(text, "[");
-  for (uint32_t i = 0; i < query->node_count; i++) {
-    api_text_element(text);
-    api_text_string(text, tw_model_node_name(query->model, query->nodes[i], buffer));
-  }
-  api_text_add(text, "]");
+  if (query->clip && api_pose_has_all_nodes(query))
+    api_text_add(text, query->clip->node_names);
+  else
+    api_node_names_print(query->model, query->nodes, query->node_count, text);
 }
 
 /* Which of the joints are whose. */
@@ -212,17 +209,10 @@ void api_pose_print_columns(const api_pose_query *query, api_text *text) {
   api_text_add(text, "\r\n");
 }
 
-bool api_pose_measure_header(const api_pose_query *query, uint64_t *size) {
-  api_text text = {0};
-  api_pose_print_heading(query, &text);
-  api_pose_print_layout(query, &text);
-  api_text_add(&text, ",\"times\":[]}");
-  uint64_t total = text.size + (query->times.count > 0 ? query->times.count - 1 : 0);
-  bool failed = text.failed;
-  api_text_deinit(&text);
+uint64_t api_pose_measure_times(const api_pose_query *query) {
+  uint64_t size = query->times.count > 0 ? query->times.count - 1 : 0;
   char number[TW_NUMBER_TEXT];
   for (uint64_t i = 0; i < query->times.count; i++)
-    total += tw_print_float(number, api_times_get(&query->times, i));
-  *size = total;
-  return !failed;
+    size += tw_print_float(number, api_times_get(&query->times, i));
+  return size;
 }

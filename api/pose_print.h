@@ -13,9 +13,8 @@ void api_pose_print_heading(const api_pose_query *query, api_text *text);
 /* More members, of the binary form's header: where a node's numbers stand in a row. */
 void api_pose_print_layout(const api_pose_query *query, api_text *text);
 
-/* Bytes of the binary form's header: both of the above, and the times, which are counted one by one.
- * False without memory. */
-bool api_pose_measure_header(const api_pose_query *query, uint64_t *size);
+/* Bytes that the times take in a list, counted one by one. */
+uint64_t api_pose_measure_times(const api_pose_query *query);
 
 /* CSV's line of column names. */
 void api_pose_print_columns(const api_pose_query *query, api_text *text);

@@ -88,16 +88,16 @@ static api_outcome choose_listed(api_call *call, const tw_model *model, const ch
 
 /* The nodes of the list, or all, in the file's order. */
 static api_outcome choose_named(api_call *call, const tw_model *model, api_pose_request *request) {
-  bool *chosen = tw_arena_alloc(call->arena, model->node_count, sizeof *chosen);
+  bool *chosen = request->nodes ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
   uint32_t *nodes = tw_arena_alloc(call->arena, model->node_count, sizeof *nodes);
-  if (!chosen || !nodes) return api_fail_without_memory(call);
-  if (request->nodes) {
+  if ((request->nodes && !chosen) || !nodes) return api_fail_without_memory(call);
+  if (chosen) {
     api_outcome outcome = choose_listed(call, model, request->nodes, chosen);
     if (outcome != API_DONE) return outcome;
   }
   uint32_t count = 0;
   for (uint32_t i = 0; i < model->node_count; i++)
-    if (!request->nodes || chosen[i]) nodes[count++] = i;
+    if (!chosen || chosen[i]) nodes[count++] = i;
   request->query.nodes = nodes;
   request->query.node_count = count;
   return API_DONE;
@@ -125,12 +125,20 @@ api_outcome api_pose_choose_nodes(api_call *call, const tw_model *model, api_pos
 
 void api_pose_request_print(const api_pose_request *request, const api_clip_choice *choice, api_text *text) {
   const api_pose_query *query = &request->query;
-  char parts[160];
-  snprintf(parts, sizeof parts, "clip=%s/%u&force=%d&as=%d&world=%d&order=%d&degrees=%d&loop=%d&skin=%d",
-           choice->lender, choice->index, choice->force, query->as, query->is_world, query->order,
-           query->in_degrees, query->loop, query->is_skinning);
-  api_text_add(text, parts);
+  const uint32_t facts[] = {choice->index, (uint32_t)(choice->force + 1),
+                            query->as,     query->is_world,
+                            query->order,  query->in_degrees,
+                            query->loop,   query->is_skinning};
+  api_text_add(text, choice->lender);
+  for (size_t i = 0; i < sizeof facts / sizeof *facts; i++) {
+    api_text_add(text, "&");
+    api_text_count(text, facts[i]);
+  }
   api_text_add(text, "&nodes=");
+  if (api_pose_has_all_nodes(query)) {
+    api_text_add(text, "*");
+    return;
+  }
   for (uint32_t i = 0; i < query->node_count; i++) {
     api_text_count(text, query->nodes[i]);
     api_text_add(text, ",");

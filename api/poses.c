@@ -3,6 +3,7 @@
 #include "pose_request.h"
 
 #include "handlers.h"
+#include "kept_answer.h"
 #include "models.h"
 #include "routes.h"
 #include "service.h"
@@ -66,12 +67,8 @@ static int64_t read_answer(void *context, uint8_t *out, size_t capacity) {
 
 /* Prints a small answer at once: its length is then known, and nothing is held. */
 static api_outcome print_now(api_call *call, pose_answer *answer) {
-  api_text text = {0};
-  uint8_t piece[4096];
-  int64_t count;
-  while ((count = read_answer(answer, piece, sizeof piece)) > 0)
-    api_text_bytes(&text, (const char *)piece, (size_t)count);
-  text.failed |= count < 0;
+  api_text text;
+  api_pose_body_print_whole(answer->body, &text);
   destroy_answer(answer);
   return api_reply(call, &text);
 }
@@ -87,9 +84,14 @@ static api_outcome reply_poses(api_call *call, const api_pose_request *request, 
     return api_fail_without_memory(call);
   }
   *answer = (pose_answer){model, clip, body};
-  if (request->query.clip && request->query.clip->missing_count > 0)
-    api_clip_warning(call, request->query.clip);
-  if (count_numbers(&request->query) <= SMALL_NUMBERS) return print_now(call, answer);
+  bool is_borrowed = request->query.clip && request->query.clip->keys;
+  if (is_borrowed && request->query.clip->missing_count > 0) api_clip_warning(call, request->query.clip);
+  if (count_numbers(&request->query) <= SMALL_NUMBERS) {
+    api_outcome outcome = print_now(call, answer);
+    /* What is borrowed goes with its lender, whose id the key need not bear. */
+    if (!is_borrowed) api_keep_answer(call);
+    return outcome;
+  }
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   call->answer.body = (api_body){api_pose_body_size(body), answer, read_answer, destroy_answer};

@@ -4,6 +4,8 @@
 
 #include "access.h"
 #include "handlers.h"
+#include "kept_answer.h"
+#include "models.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -79,33 +81,40 @@ const api_route *api_routes(size_t *count) {
 
 enum { ID_LENGTH = API_ID_TEXT - 1 };
 
-/* Bytes of `path` that the pattern covers; 0 when it does not match. id: gets what {id} stands for. */
-static size_t match_pattern(const char *pattern, const char *path, char id[API_ID_TEXT]) {
-  const char *start = path;
-  while (*pattern) {
-    if (*pattern == '{') {
-      if (strspn(path, "0123456789abcdef") < ID_LENGTH) return 0;
-      memcpy(id, path, ID_LENGTH);
-      path += ID_LENGTH;
-      pattern += strcspn(pattern, "}") + 1;
-    } else if (*pattern++ != *path++) {
-      return 0;
-    }
-  }
-  return (size_t)(path - start);
+/* A path, cut once for all routes that it is held against. */
+typedef struct cut_path {
+  const char *whole;
+  const char *id, *rest; /* of a path like MODEL: its id and what follows; else NULL */
+} cut_path;
+
+static cut_path cut(const char *path) {
+  static const char models[] = "/v1/models/";
+  size_t head = strlen(models);
+  if (strncmp(path, models, head) != 0) return (cut_path){path, NULL, NULL};
+  const char *id = path + head;
+  bool is_model = api_is_model_id(id, strnlen(id, ID_LENGTH));
+  return is_model ? (cut_path){path, id, id + ID_LENGTH} : (cut_path){path, NULL, NULL};
+}
+
+/* What of the path follows the pattern; NULL when it does not begin with it. */
+static const char *match_pattern(const char *pattern, const cut_path *path) {
+  bool names_model = strncmp(pattern, MODEL, strlen(MODEL)) == 0;
+  if (names_model && !path->id) return NULL;
+  const char *text = names_model ? path->rest : path->whole;
+  if (names_model) pattern += strlen(MODEL);
+  size_t length = strlen(pattern);
+  return strncmp(text, pattern, length) == 0 ? text + length : NULL;
 }
 
 /* Whether the path is this route's. *offer: what its extension asks for, NULL without one. */
-static bool match_route(const api_route *route, const char *path, char id[API_ID_TEXT],
-                        const api_offer **offer) {
+static bool match_route(const api_route *route, const cut_path *path, const api_offer **offer) {
   *offer = NULL;
-  memset(id, 0, API_ID_TEXT);
-  size_t length = match_pattern(route->path, path, id);
-  if (length == 0) return false;
-  if (path[length] == '\0') return true;
-  if (!route->has_extensions || path[length] != '.') return false;
+  const char *rest = match_pattern(route->path, path);
+  if (!rest) return false;
+  if (*rest == '\0') return true;
+  if (!route->has_extensions || *rest != '.') return false;
   for (const api_offer *o = route->offers; o->type; o++) {
-    if (strcmp(path + length + 1, o->extension) != 0) continue;
+    if (strcmp(rest + 1, o->extension) != 0) continue;
     *offer = o;
     return true;
   }
@@ -113,19 +122,21 @@ static bool match_route(const api_route *route, const char *path, char id[API_ID
 }
 
 const char *api_route_name(const char *path) {
-  char id[API_ID_TEXT];
+  const cut_path pieces = cut(path);
   const api_offer *offer;
   for (size_t i = 0; i < ROUTES; i++)
-    if (match_route(&routes[i], path, id, &offer)) return routes[i].path;
+    if (match_route(&routes[i], &pieces, &offer)) return routes[i].path;
   return "other";
 }
 
 /* Finds the route of method and path; false when the path has none of that method. */
 static bool find_route(api_call *call, const char *method) {
+  const cut_path path = cut(call->request->path);
   for (size_t i = 0; i < ROUTES; i++) {
     if (strcmp(routes[i].method, method) != 0) continue;
-    if (!match_route(&routes[i], call->request->path, call->id, &call->offer)) continue;
+    if (!match_route(&routes[i], &path, &call->offer)) continue;
     call->route = &routes[i];
+    if (path.id) memcpy(call->id, path.id, ID_LENGTH);
     return true;
   }
   return false;
@@ -133,12 +144,12 @@ static bool find_route(api_call *call, const char *method) {
 
 /* The methods that a path has, as Allow lists them; NULL when nothing is there, or without memory. */
 static const char *list_methods(const api_call *call) {
+  const cut_path path = cut(call->request->path);
   char allow[64];
   size_t length = 0;
   for (size_t i = 0; i < ROUTES; i++) {
-    char id[API_ID_TEXT];
     const api_offer *offer;
-    if (!match_route(&routes[i], call->request->path, id, &offer)) continue;
+    if (!match_route(&routes[i], &path, &offer)) continue;
     bool is_get = strcmp(routes[i].method, "GET") == 0;
     length += (size_t)snprintf(allow + length, sizeof allow - length, "%s%s", routes[i].method,
                                is_get ? ", HEAD, " : ", ");
@@ -207,11 +218,15 @@ static api_outcome answer_methods(api_call *call) {
   return api_fail_with(call, 405, "this path answers %s", methods);
 }
 
-/* All that method, path and headers decide. API_LATER: let the body come. */
-static api_outcome admit(api_call *call) {
+/* What path and key decide. API_LATER: go on with the rest. */
+static api_outcome admit_route(api_call *call) {
   call->is_head = strcmp(call->request->method, "HEAD") == 0;
   if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
-  if (!call->route->is_open && !api_access_allowed(call)) return API_FAILED;
+  return call->route->is_open || api_access_allowed(call) ? API_LATER : API_FAILED;
+}
+
+/* What query and headers decide. API_LATER: let the body come. */
+static api_outcome admit_rest(api_call *call) {
   if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
                      &call->fault.error) != TW_OK)
     return api_fail(call);
@@ -249,7 +264,8 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
     api_problem(503, "out of memory", request->id, 1, answer);
     return API_REFUSED;
   }
-  api_outcome outcome = admit(&call);
+  api_outcome outcome = admit_route(&call);
+  if (outcome == API_LATER) outcome = admit_rest(&call);
   if (outcome == API_LATER) {
     api_answer_deinit(&call.answer);
     return API_READ_BODY;
@@ -264,7 +280,9 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
     api_problem(503, "out of memory", request->id, 1, answer);
     return true;
   }
-  api_outcome outcome = admit(&call);
+  api_outcome outcome = admit_route(&call);
+  if (outcome == API_LATER) outcome = api_kept_answer(&call);
+  if (outcome == API_LATER) outcome = admit_rest(&call);
   if (outcome == API_LATER) outcome = call.route->handle(&call);
   if (outcome == API_LATER) {
     api_answer_deinit(&call.answer);

@@ -2,9 +2,13 @@
 #include "service.h"
 
 #include "access.h"
+#include "kept_answer.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+/* One part in so many of the cache's budget is for kept answers. */
+enum { ANSWERS_PART = 16 };
 
 /* Copies the keys as digests. */
 static bool copy_keys(api_service *service, const char *const *keys) {
@@ -26,8 +30,11 @@ api_service *api_service_create(const api_settings *settings) {
   service->arena = tw_arena_create();
   const char *origins = settings->cors_origins ? settings->cors_origins : "";
   if (service->arena) service->cors_origins = tw_arena_text(service->arena, origins, strlen(origins));
-  service->cache = api_cache_create(settings->limits.plan_cache);
-  if (!service->cache || !service->cors_origins || !copy_keys(service, settings->api_keys)) {
+  uint64_t for_answers = settings->limits.plan_cache / ANSWERS_PART;
+  service->cache = api_cache_create(settings->limits.plan_cache - for_answers);
+  service->answers = api_kept_answers_create(for_answers);
+  if (!service->cache || !service->answers || !service->cors_origins ||
+      !copy_keys(service, settings->api_keys)) {
     api_service_destroy(service);
     return NULL;
   }
@@ -36,6 +43,7 @@ api_service *api_service_create(const api_settings *settings) {
 
 void api_service_destroy(api_service *service) {
   if (!service) return;
+  api_kept_answers_destroy(service->answers);
   api_cache_destroy(service->cache);
   tw_arena_destroy(service->arena);
   free(service);

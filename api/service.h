@@ -18,6 +18,7 @@ struct api_service {
   const char *cors_origins;
   atomic_bool is_draining;
   api_cache *cache;
+  struct api_kept_answers *answers;
 };
 
 #endif

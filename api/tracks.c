@@ -92,9 +92,20 @@ static void print_track(api_text *text, const tw_model *model, const tw_track_ke
   api_text_add(text, "]}");
 }
 
+/* How finely the tracks of a clip can be followed in about a second, however many keys there are. */
+static uint32_t steps_most(const tw_clip_keys *clip) {
+  enum { ALL_STEPS = 1 << 16, STEPS_LEAST = 2 };
+  uint64_t keys = 1;
+  for (uint32_t i = 0; i < clip->track_count; i++)
+    if (clip->tracks[i].path == TW_ROTATION) keys += clip->tracks[i].key_count;
+  uint64_t steps = ALL_STEPS / keys;
+  return steps < STEPS_LEAST ? STEPS_LEAST : steps > TW_TRACK_STEPS ? TW_TRACK_STEPS : (uint32_t)steps;
+}
+
 static tw_status print_clip(api_text *text, const tw_model *model, uint32_t index, tw_error *error) {
   const tw_clip_keys *clip = &model->clips[index];
   char buffer[24];
+  uint32_t steps = steps_most(clip);
   api_text_add(text, "{");
   member_text(text, "clip", tw_model_clip_name(model, index, buffer));
   api_text_member(text, "tracks");
@@ -102,7 +113,7 @@ static tw_status print_clip(api_text *text, const tw_model *model, uint32_t inde
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].path != TW_ROTATION) continue;
     tw_track_report report;
-    tw_status status = tw_track_inspect(&clip->tracks[i], &report, error);
+    tw_status status = tw_track_inspect(&clip->tracks[i], steps, &report, error);
     if (status != TW_OK) return status;
     print_track(text, model, &clip->tracks[i], &report);
   }

@@ -125,8 +125,16 @@ static void pose_block(const tw_clip *clip, const float *times, size_t count, tw
   }
 }
 
+/* Fewer times than this are quicker one by one. */
+enum { TIMES_FEW = 4 };
+
 void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals) {
+  if (time_count < TIMES_FEW) {
+    for (size_t i = 0; i < time_count; i++, locals += node_count)
+      tw_clip_pose(clip, nodes, node_count, times[i], locals);
+    return;
+  }
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
     for (size_t i = 0; i < count; i++) put_at_rest(nodes, node_count, locals + i * node_count);

@@ -62,7 +62,7 @@ static const setting SETTINGS[] = {
     {"max-times", KIND_COUNT, offsetof(srv_config, max_times), "1M", 1, UINT64_C(1) << 40, NULL, "COUNT",
      "times of one pose request"},
     {"plan-cache", KIND_SIZE, offsetof(srv_config, plan_cache), "256MiB", 0, UINT64_C(1) << 50, NULL, "SIZE",
-     "memory for models and plans kept between requests"},
+     "memory for models, plans and small answers kept between requests"},
     {"header-timeout", KIND_DURATION, offsetof(srv_config, header_timeout), "10s", 1, DAY_MS, NULL,
      "DURATION", "until a request's headers are there"},
     {"idle-timeout", KIND_DURATION, offsetof(srv_config, idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",

@@ -31,6 +31,18 @@ static bool sane_id(const char *id) {
   return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
 }
 
+/* At least `least` digits; returns how many. */
+static size_t print_hex(uint64_t value, size_t least, char *out) {
+  char digits[16];
+  size_t start = sizeof digits;
+  do {
+    digits[--start] = "0123456789abcdef"[value & 15];
+    value >>= 4;
+  } while (value > 0 || sizeof digits - start < least);
+  memcpy(out, digits + start, sizeof digits - start);
+  return sizeof digits - start;
+}
+
 /* Unique within this process by the number, among processes by the random part. */
 static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
   static atomic_uint_fast64_t serial;
@@ -42,7 +54,9 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
     fresh |= 1;
     prefix = atomic_compare_exchange_strong(&process, &prefix, fresh) ? fresh : prefix;
   }
-  snprintf(out, SRV_REQUEST_ID_SIZE, "%08x-%llx", prefix, (unsigned long long)atomic_fetch_add(&serial, 1));
+  out += print_hex(prefix, 8, out);
+  *out++ = '-';
+  out[print_hex(atomic_fetch_add(&serial, 1), 1, out)] = '\0';
 }
 
 /* ---- stages ---------------------------------------------------------------------------------- */
@@ -124,7 +138,7 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
     api_answer *answer = &exchange->answer;
     if (answer->header_count < API_HEADERS_MAX)
       answer->headers[answer->header_count++] = (api_header){"Allow", "GET, HEAD"};
-  } else if (!is_metrics(exchange) &&
+  } else if (!is_metrics(exchange) && (framing->chunked || framing->length > 0) &&
              api_open(exchange->server->service, &exchange->request, &exchange->answer) == API_REFUSED) {
     answered(exchange);
   }
@@ -223,11 +237,33 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
+/* With three decimals, as printf would, but without its time: every answer bears three of these. Returns the
+ * length, at most 21. */
+static size_t print_milliseconds(uint64_t from_ns, uint64_t to_ns, char *out) {
+  uint64_t rest = to_ns > from_ns ? (to_ns - from_ns + 500) / 1000 : 0;
+  char digits[24];
+  size_t start = sizeof digits, least = start - 5; /* 0.000 */
+  do {
+    digits[--start] = (char)('0' + rest % 10);
+    rest /= 10;
+    if (start == sizeof digits - 3) digits[--start] = '.';
+  } while (rest > 0 || start > least);
+  memcpy(out, digits + start, sizeof digits - start);
+  return sizeof digits - start;
+}
+
 void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]) {
-  snprintf(out, SRV_TIMING_SIZE, "receive;dur=%.3f, queue;dur=%.3f, work;dur=%.3f",
-           milliseconds(exchange->started_ns, exchange->received_ns),
-           milliseconds(exchange->received_ns, exchange->worked_ns),
-           milliseconds(exchange->worked_ns, exchange->answered_ns));
+  static const char *const NAMES[] = {"receive;dur=", ", queue;dur=", ", work;dur="};
+  const uint64_t ends_ns[] = {exchange->started_ns, exchange->received_ns, exchange->worked_ns,
+                              exchange->answered_ns};
+  size_t size = 0;
+  for (size_t i = 0; i < 3; i++) {
+    size_t name = strlen(NAMES[i]);
+    memcpy(out + size, NAMES[i], name);
+    size += name;
+    size += print_milliseconds(ends_ns[i], ends_ns[i + 1], out + size);
+  }
+  out[size] = '\0';
 }
 
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {

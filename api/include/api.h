@@ -145,8 +145,9 @@ typedef enum api_effort {
   API_HEAVY
 } api_effort;
 
-/* Answers a request that api_open let through. With API_LIGHT returns false, and leaves *answer
- * alone, when the work is heavy; call again with API_HEAVY on a thread that may take its time. */
+/* Answers a request that api_open let through, or one without a body, which needs no opening. With API_LIGHT
+ * returns false, and leaves *answer alone, when the work is heavy; call again with API_HEAVY on a thread that
+ * may take its time. */
 bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer);
 
 /* An error answer in the contract's form, for refusals that the server makes itself (400 for broken

@@ -6,14 +6,21 @@
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
+#include <strings.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
-typedef struct bytes {
+enum { FIELDS_MAX = 24 };
+
+/* What every answer is. */
+typedef struct bare {
   uint64_t size;
   char *data;
-} bytes;
+  size_t field_count;
+  char *names[FIELDS_MAX], *values[FIELDS_MAX];
+} bare;
 
 static enum MHD_Result answer(void *context, struct MHD_Connection *connection, const char *url,
                               const char *method, const char *version, const char *data, size_t *size,
@@ -28,16 +35,18 @@ static enum MHD_Result answer(void *context, struct MHD_Connection *connection, 
     *request = &seen;
     return MHD_YES;
   }
-  const bytes *body = context;
+  const bare *body = context;
   struct MHD_Response *response =
       MHD_create_response_from_buffer(body->size, body->data, MHD_RESPMEM_PERSISTENT);
   if (!response) return MHD_NO;
+  for (size_t i = 0; i < body->field_count; i++)
+    MHD_add_response_header(response, body->names[i], body->values[i]);
   enum MHD_Result queued = MHD_queue_response(connection, MHD_HTTP_OK, response);
   MHD_destroy_response(response);
   return queued;
 }
 
-static void serve(const bytes *body, int ready) {
+static void serve(const bare *body, int ready) {
   struct MHD_Daemon *daemon = MHD_start_daemon(MHD_USE_EPOLL, 0, NULL, NULL, answer, (void *)(uintptr_t)body,
                                                MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_END);
   if (!daemon) exit(1);
@@ -53,7 +62,21 @@ static void serve(const bytes *body, int ready) {
   }
 }
 
-pid_t bare_start(uint64_t size, uint16_t *port) {
+/* Cuts the lines in place. */
+static void take_fields(bare *body, char *head) {
+  char *rest = NULL;
+  strtok_r(head, "\r\n", &rest); /* the status */
+  for (char *line; (line = strtok_r(NULL, "\r\n", &rest)) && body->field_count < FIELDS_MAX;) {
+    char *colon = strchr(line, ':');
+    if (!colon) continue;
+    *colon = '\0';
+    if (strcasecmp(line, "Date") == 0 || strcasecmp(line, "Content-Length") == 0) continue;
+    body->names[body->field_count] = line;
+    body->values[body->field_count++] = colon + 1 + strspn(colon + 1, " ");
+  }
+}
+
+pid_t bare_start(uint64_t size, const char *head, uint16_t *port) {
   int ready[2];
   if (pipe(ready) != 0) exit(1);
   fflush(NULL);
@@ -61,8 +84,10 @@ pid_t bare_start(uint64_t size, uint16_t *port) {
   if (process == 0) {
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     signal(SIGPIPE, SIG_IGN);
-    bytes body = {size, calloc(size ? size : 1, 1)};
-    if (!body.data) exit(1);
+    bare body = {.size = size, .data = calloc(size ? size : 1, 1)};
+    char *lines = strdup(head);
+    if (!body.data || !lines) exit(1);
+    take_fields(&body, lines);
     serve(&body, ready[1]);
   }
   close(ready[1]);

@@ -5,9 +5,10 @@
 #include <stdint.h>
 #include <sys/types.h>
 
-/* Starts a process that answers every request with `size` bytes, on one thread over epoll, with no header of
- * its own. Returns its id and *port of 127.0.0.1; ends the program on failure. */
-pid_t bare_start(uint64_t size, uint16_t *port);
+/* Starts a process that answers every request with `size` bytes, on one thread over epoll. head: the lines of
+ * an answer whose fields it repeats but for those that the library writes itself; "" for none. Returns its id
+ * and *port of 127.0.0.1; ends the program on failure. */
+pid_t bare_start(uint64_t size, const char *head, uint16_t *port);
 void bare_stop(pid_t process);
 
 #endif

@@ -14,7 +14,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-enum { CONNECTIONS_MAX = 64, BUFFER_SIZE = 64 << 10, HEAD_MAX = 4096 };
+enum { CONNECTIONS_MAX = 64, BUFFER_SIZE = 64 << 10 };
 
 /* An answer on its way. */
 typedef struct link_state {
@@ -22,7 +22,7 @@ typedef struct link_state {
   size_t head_size;    /* so far */
   int fd;
   bool in_body;
-  char head[HEAD_MAX + 1];
+  char head[LOAD_HEAD_MAX + 1];
 } link_state;
 
 static void fail(const char *what) {
@@ -47,7 +47,7 @@ static void ask(load *l, const link_state *link) {
 
 /* Takes the head out of the bytes that came; returns how many of them it was. */
 static size_t take_head(link_state *link, const char *bytes, size_t size) {
-  size_t before = link->head_size, room = HEAD_MAX - before, count = size < room ? size : room;
+  size_t before = link->head_size, room = LOAD_HEAD_MAX - before, count = size < room ? size : room;
   memcpy(link->head + before, bytes, count);
   link->head[before + count] = '\0';
   char *end = strstr(link->head, "\r\n\r\n");
@@ -92,6 +92,7 @@ double load_run(load *l, int connections, double seconds) {
   }
   double start = bench_now(), end = start;
   uint64_t answers = 0;
+  const link_state *last = links;
   for (int i = 0; i < connections; i++) ask(l, &links[i]);
   while (end - start < seconds) {
     int count = epoll_wait(poller, events, CONNECTIONS_MAX, 1000);
@@ -99,12 +100,14 @@ double load_run(load *l, int connections, double seconds) {
     for (int i = 0; i < count; i++) {
       link_state *link = events[i].data.ptr;
       if (!read_answer(link)) continue;
-      l->answer_size = link->size;
+      last = link;
       answers++;
       ask(l, link);
     }
     end = bench_now();
   }
+  l->answer_size = last->size;
+  memcpy(l->head, last->head, sizeof l->head);
   for (int i = 0; i < connections; i++) close(links[i].fd);
   close(poller);
   return (double)answers / (end - start);

@@ -17,9 +17,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-enum { CONNECTIONS = 16, KEYS = 100, BARE_HEAD = 120 };
+enum { CONNECTIONS = 16, KEYS = 100 };
 
-static const double RUN_SECONDS = 0.12;
+static const double RUN_SECONDS = 0.1;
 
 static void fail(const char *what) {
   fprintf(stderr, "request_bench: %s\n", what);
@@ -111,13 +111,15 @@ static void upload(uint16_t port, const char *model, size_t size, char id[33]) {
 
 typedef struct pose_target {
   const char *id, *form;
+  bool again; /* the same time in every request */
 } pose_target;
 
 static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
   const pose_target *target = context;
+  double time = target->again ? 1.25 : (double)(n * 7919 % 1000000) * 1e-5;
   return (size_t)snprintf(out, LOAD_REQUEST_SIZE,
                           "GET /v1/models/%s/pose.%s?at=%.5f HTTP/1.1\r\nHost: bench\r\n\r\n", target->id,
-                          target->form, (double)(n * 7919 % 1000000) * 1e-5);
+                          target->form, time);
 }
 
 static size_t plain_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
@@ -126,31 +128,59 @@ static size_t plain_request(const void *context, uint64_t n, char out[LOAD_REQUE
   return (size_t)snprintf(out, LOAD_REQUEST_SIZE, "GET / HTTP/1.1\r\nHost: bench\r\n\r\n");
 }
 
+/* One of those who serve by turns. */
+typedef struct server {
+  load load;
+  pid_t process;
+  double rates[BENCH_RUNS];
+  double cpu_us; /* a request */
+} server;
+
+static void run_by_turns(server *servers, int count) {
+  uint64_t first[4];
+  for (int i = 0; i < count; i++) {
+    load_run(&servers[i].load, 2, 0.01);
+    first[i] = servers[i].load.sent;
+  }
+  for (int run = 0; run < BENCH_RUNS; run++)
+    for (int i = 0; i < count; i++) {
+      double before = cpu_seconds(servers[i].process);
+      servers[i].rates[run] = load_run(&servers[i].load, CONNECTIONS, RUN_SECONDS);
+      servers[i].cpu_us += cpu_seconds(servers[i].process) - before;
+    }
+  for (int i = 0; i < count; i++) servers[i].cpu_us *= 1e6 / (double)(servers[i].load.sent - first[i]);
+}
+
+static bench_timing single(double value) {
+  return (bench_timing){value, value, value};
+}
+
 static void bench_requests(bench_report *report, const daemon_process *daemon, const char *id,
                            const char *form) {
-  const pose_target target = {id, form};
-  load ours = {.port = daemon->port, .request = pose_request, .context = &target};
-  load bare = {.request = plain_request};
-  load_run(&ours, 1, 0.01);
-  pid_t peer = bare_start(ours.answer_size - BARE_HEAD, &bare.port);
-  load_run(&bare, 1, 0.01);
-  double our_rates[BENCH_RUNS], bare_rates[BENCH_RUNS], our_start = cpu_seconds(daemon->process),
-                                                        bare_start_s = cpu_seconds(peer);
-  uint64_t our_first = ours.sent, bare_first = bare.sent;
-  for (int run = 0; run < BENCH_RUNS; run++) {
-    our_rates[run] = load_run(&ours, CONNECTIONS, RUN_SECONDS);
-    bare_rates[run] = load_run(&bare, CONNECTIONS, RUN_SECONDS);
+  const pose_target other = {id, form, false}, same = {id, form, true};
+  server servers[4] = {{.process = daemon->process, .load = {daemon->port, pose_request, &other, 0, 0, ""}},
+                       {.process = daemon->process, .load = {daemon->port, pose_request, &same, 0, 0, ""}},
+                       {.load = {.request = plain_request}},
+                       {.load = {.request = plain_request}}};
+  load *asked = &servers[0].load;
+  load_run(asked, 1, 0.01);
+  uint64_t body = asked->answer_size - strlen(asked->head) - strlen("\r\n");
+  servers[2].process = bare_start(body, asked->head, &servers[2].load.port);
+  servers[3].process = bare_start(body, "", &servers[3].load.port);
+  run_by_turns(servers, 4);
+  bare_stop(servers[2].process);
+  bare_stop(servers[3].process);
+  static const char *const names[] = {"another time each", "the same time again", NULL,
+                                      "bare without fields"};
+  bench_timing bare = bench_summary(servers[2].rates);
+  for (int i = 0; i < 4; i++) {
+    char name[64];
+    if (i == 2) continue;
+    snprintf(name, sizeof name, "pose.%s, %s", form, names[i]);
+    bench_row(report, name, "requests/s", bench_summary(servers[i].rates), "bare handler", bare, true);
+    bench_row(report, "  of the core", "us a request", single(servers[i].cpu_us), "bare handler",
+              single(servers[2].cpu_us), false);
   }
-  double our_cpu = (cpu_seconds(daemon->process) - our_start) * 1e6 / (double)(ours.sent - our_first);
-  double bare_cpu = (cpu_seconds(peer) - bare_start_s) * 1e6 / (double)(bare.sent - bare_first);
-  bare_stop(peer);
-  char name[64];
-  snprintf(name, sizeof name, "pose.%s, %llu bytes", form, (unsigned long long)ours.answer_size);
-  bench_row(report, name, "requests/s", bench_summary(our_rates), "bare handler", bench_summary(bare_rates),
-            true);
-  snprintf(name, sizeof name, "pose.%s, of the core", form);
-  bench_row(report, name, "us a request", (bench_timing){our_cpu, our_cpu, our_cpu}, "bare handler",
-            (bench_timing){bare_cpu, bare_cpu, bare_cpu}, false);
 }
 
 int main(int argc, char **argv) {

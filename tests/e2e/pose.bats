@@ -225,6 +225,25 @@ agrees() { holds "$near $1"; }
   holds '.tracks | all(has("node") and has("path") and has("kind") and has("keys"))'
 }
 
+@test "tracks that turn often and near lock are followed in seconds" {
+  needs_plain_build
+  awk 'BEGIN {
+    n = 10000
+    printf "{\"nodes\":[{\"name\":\"n\"}],\"clips\":[{\"tracks\":[{\"node\":\"n\",\"path\":\"rotation\",\"interpolation\":\"euler\",\"order\":\"YXZ\","
+    printf "\"times\":[0"
+    for (i = 1; i < n; i++) printf ",%d", i
+    printf "],\"eulers\":[[1.2,0,0]"
+    for (i = 1; i < n; i++) printf ",[%.6f,%d,%d]", 1.2 + 0.37 * i / n, 50 * i, -50 * i
+    printf "]}]}]}"
+  }' >whirl.json
+  upload whirl.json
+  started=$EPOCHREALTIME
+  get "/v1/models/$id/tracks"
+  expect 200
+  awk -v a="$started" -v b="$EPOCHREALTIME" 'BEGIN { printf "# %.2f s\n", b - a; exit !(b - a < 10) }' >&3
+  holds '.tracks[0] | .keys == 10000 and .gimbal.cos_middle < 0.01 and .steps_over_180 == 9999'
+}
+
 @test "pose answers can be cached for ever" {
   get "$tank/pose.json?clip=drive&at=1"
   [[ $(header cache-control) == *immutable* ]]

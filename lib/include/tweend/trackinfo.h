@@ -47,10 +47,15 @@ typedef struct tw_track_report {
   char warnings[TW_TRACK_WARNINGS][TW_TRACK_WARNING_SIZE]; /* sentences */
 } tw_track_report;
 
+/* In how many steps a segment need not be followed more finely, whatever its track does. */
+enum { TW_TRACK_STEPS = 512 };
+
 /* Inspects one rotation track; keys as in tw_clip_create, whose errors it gives with pointers from
- * "/tracks/0". The path is followed in steps of at most 5 degrees and refined where it may come nearest to
- * lock, so cos_middle is exact to about 1e-7. At most 512 steps go to one segment. O(keys + total angle). */
-tw_status tw_track_inspect(const tw_track_keys *keys, tw_track_report *out, tw_error *error);
+ * "/tracks/0". Slerp, nlerp and turns about one axis are exact. Other paths are followed in steps of at most
+ * 5 degrees, as long as no segment takes more than steps_most (at least 1), and looked at more closely where
+ * they may come nearest to lock: cos_middle is then exact to about 1e-7. O(keys x steps). */
+tw_status tw_track_inspect(const tw_track_keys *keys, uint32_t steps_most, tw_track_report *out,
+                           tw_error *error);
 
 #ifdef __cplusplus
 }
