@@ -28,6 +28,21 @@ memory() { awk -v what="$1:" '$1 == what { print $2 * 1024 }' "/proc/$daemon/sta
   ((peak * 10 < bytes || peak < 24000000))
 }
 
+@test "a million poses need no more memory than a thousand" {
+  start_daemon # one whose memory nothing else has touched
+  upload "$samples/tank.json"
+  curl --silent --output /dev/null "$url/v1/models/$id/pose.bin?from=0&to=4&fps=250"
+  before=$(memory VmHWM)
+  for form in bin ndjson; do
+    curl --silent --write-out '%{size_download}\n' --output /dev/null "$url/v1/models/$id/pose.$form?from=0&to=3.99999&fps=250000"
+  done >sizes
+  after=$(memory VmHWM)
+  echo "# $(paste -sd + sizes) bytes sent, $((after - before)) more resident" >&3
+  stop_daemon
+  (($(head -n 1 sizes) > 360000000 && $(tail -n 1 sizes) > 360000000))
+  ((after - before < 4000000))
+}
+
 @test "four readers at once need no more than four times the scratch" {
   get "$cube/surface.json?level=8"
   bytes=$(value .bytes)

@@ -1,5 +1,6 @@
 /* Every allocation of a request fails once: the answer is then 503, nothing leaks, nothing is stored,
- * and the next request is answered as ever. Linked with malloc, calloc and realloc wrapped. */
+ * and the next request is answered as ever. What poses allocate does not grow with their number. Linked with
+ * malloc, calloc and realloc wrapped. */
 #include "flag.h"
 #include "loopback.h"
 
@@ -19,28 +20,30 @@ void *__wrap_realloc(void *old, size_t size);
 /* Allocations until one fails; 0: none does. */
 static unsigned long countdown;
 static bool has_failed;
+static size_t allocated; /* bytes asked for so far */
 
-static bool fails_now(void) {
+static bool fails_now(size_t size) {
+  allocated += size;
   if (loopback_is_storing || countdown == 0 || --countdown > 0) return false;
   has_failed = true;
   return true;
 }
 
 void *__wrap_malloc(size_t size) {
-  return fails_now() ? NULL : __real_malloc(size);
+  return fails_now(size) ? NULL : __real_malloc(size);
 }
 
 void *__wrap_calloc(size_t count, size_t size) {
-  return fails_now() ? NULL : __real_calloc(count, size);
+  return fails_now(count * size) ? NULL : __real_calloc(count, size);
 }
 
 void *__wrap_realloc(void *old, size_t size) {
-  return fails_now() ? NULL : __real_realloc(old, size);
+  return fails_now(size) ? NULL : __real_realloc(old, size);
 }
 
 /* For libraries that are linked already. */
 static void *failing_malloc(size_t size) {
-  return fails_now() ? NULL : __real_malloc(size);
+  return fails_now(size) ? NULL : __real_malloc(size);
 }
 /* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
 
@@ -135,6 +138,36 @@ static void poses_survive(void **state) {
   fail_each("POST", "/v1/models/%s/pose.csv", "", "{\"times\":[0,1,2]}", model);
 }
 
+/* Bytes that a request asks for in all until its answer is read, once the model is known. */
+static size_t allocation_of(loopback *loop, const char *path, const char *query) {
+  api_request request = {
+      .method = "GET", .path = path, .query = query, .id = "request-1", .header = no_header};
+  bool is_cut_off;
+  size_t before = allocated;
+  assert_int_equal(ask_failing(loop->service, &request, 0, &is_cut_off), 200);
+  assert_false(is_cut_off);
+  return allocated - before;
+}
+
+static void many_poses_allocate_no_more_than_some(void **state) {
+  (void)state;
+  static const char *const forms[] = {"json", "ndjson", "csv", "bin"};
+  api_settings settings = loopback_settings();
+  settings.limits.max_times = 1000000;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], path[64];
+  loopback_upload(loop, "application/json", model, id);
+  for (int i = 0; i < 4; i++) {
+    snprintf(path, sizeof path, "/v1/models/%s/pose.%s", id, forms[i]);
+    allocation_of(loop, path, "from=0&to=1&fps=1000");
+    size_t some = allocation_of(loop, path, "from=0&to=1&fps=30000&space=world");
+    size_t many = allocation_of(loop, path, "from=0&to=1&fps=300000&space=world");
+    print_message("pose.%s: %zu bytes for 30,001 poses, %zu for 300,001\n", forms[i], some, many);
+    assert_true(some > 0 && many < some + 1024);
+  }
+  loopback_stop(loop);
+}
+
 int main(void) {
   cJSON_Hooks hooks = {failing_malloc, free};
   cJSON_InitHooks(&hooks);
@@ -143,6 +176,7 @@ int main(void) {
       cmocka_unit_test(describing_survives),
       cmocka_unit_test(surfaces_survive),
       cmocka_unit_test(poses_survive),
+      cmocka_unit_test(many_poses_allocate_no_more_than_some),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
