@@ -225,6 +225,48 @@ agrees() { holds "$near $1"; }
   holds '.tracks | all(has("node") and has("path") and has("kind") and has("keys"))'
 }
 
+@test "at 90 degrees of the middle angle each order loses its last axis" {
+  for order in XYZ XZY YXZ YZX ZXY ZYX; do
+    # The middle angle goes from 60 to 160 degrees in a second: through 90 at 0.3 s.
+    jq -n --arg order $order '
+      def triple($middle): [["X", "Y", "Z"][] | if . == $order[1:2] then $middle else 0 end];
+      {nodes: [{name: "n"}], clips: [{tracks: [{node: "n", path: "rotation", interpolation: "euler", order: $order,
+       unit: "degrees", times: [0, 1], eulers: [triple(60), triple(160)]}]}]}' >lock.json
+    upload lock.json
+    get "/v1/models/$id/tracks"
+    jq -e --arg order $order '.tracks[0] | .gimbal.order == $order and (.gimbal.time - 0.3 | fabs) < 1e-6
+      and .gimbal.cos_middle < 1e-6 and (.gimbal.amplification == null or .gimbal.amplification > 1e6)
+      and .gimbal.lost_axis == ($order[2:3] | ascii_downcase)
+      and .orders[$order] == .gimbal.cos_middle and .best_order != $order and .orders[.best_order] > 0.1' answer
+    # There the first and the last angle turn about one line: what is left is their sum or difference.
+    get "/v1/models/$id/pose?at=0.3&as=euler&order=$order&unit=degrees"
+    jq -e --arg order $order '(["X", "Y", "Z"] | index($order[1:2])) as $middle |
+      .poses[0].euler[0] | (.[$middle] - 90 | fabs) < 0.1 and (del(.[$middle]) | all(fabs < 0.1))' answer
+  done
+}
+
+@test "170 degrees about +x and about -x are 20 degrees apart" {
+  jq -n '{nodes: [{name: "n"}], clips: [{tracks: [{node: "n", path: "rotation", interpolation: "slerp", unit: "degrees",
+    times: [0, 1], eulers: [[170, 0, 0], [-170, 0, 0]]}]}]}' >opposite.json
+  upload opposite.json
+  get "/v1/models/$id/tracks"
+  holds '.tracks[0] | (.total_degrees - 20 | fabs) < 1e-4 and (.peak_degrees_per_second - 20 | fabs) < 1e-4'
+  get "/v1/models/$id/pose?at=0,0.25,0.5,0.75,1&as=euler&unit=degrees"
+  holds '[.poses[].euler[0][0]] as $x | [range(5)] | all(. as $i | $x[$i] - (170 + 5 * $i) | fabs < 1e-3)'
+}
+
+@test "Euler angles go on over the top, by the twin of the plain ones" {
+  # A turn about the middle axis alone: beyond 90 degrees the plain triple would jump to [180, 90 - …, 180].
+  jq -n '{nodes: [{name: "n"}], clips: [{tracks: [{node: "n", path: "rotation", unit: "degrees", times: [0, 1],
+    axis_angles: [[0, 1, 0, 0], [0, 1, 0, 720]]}]}]}' >loop.json
+  upload loop.json
+  get "/v1/models/$id/pose?from=0&to=1&fps=48&as=euler&order=XYZ&unit=degrees"
+  holds '[.poses[].euler[0]] as $e | [range(49)] |
+    all(. as $i | ($e[$i][1] - 15 * $i | fabs) < 1e-2 and ($e[$i][0] | fabs) < 1e-2 and ($e[$i][2] | fabs) < 1e-2)'
+  get "/v1/models/$id/pose?at=0.25&as=euler&order=XYZ&unit=degrees" # 180 degrees, without what came before
+  holds '.poses[0].euler[0] | (.[1] | fabs) < 1e-2 and (.[0] | fabs) > 179.9 and (.[2] | fabs) > 179.9'
+}
+
 @test "tracks that turn often and near lock are followed in seconds" {
   needs_plain_build
   awk 'BEGIN {
