@@ -5,6 +5,7 @@
 #include "service.h"
 
 #include <stdio.h>
+#include <string.h>
 
 static const double DEGREES = 57.295779513082320877; /* in a radian */
 
@@ -23,8 +24,8 @@ static tw_status read_tolerance(const api_query *query, api_shown_query *out, tw
   if (degrees < 0.0001 || degrees > 180)
     return tw_fail(error, TW_SYNTAX, "tolerance must be from 0.0001 to 180 degrees");
   if (metres < 1e-9) return tw_fail(error, TW_SYNTAX, "tolerance_m must be 1e-9 metres or more");
-  out->tolerance = (tw_tolerance){degrees / DEGREES, metres};
-  out->reduces = api_query_get(query, "tolerance") || api_query_get(query, "tolerance_m");
+  out->reduction.tolerance = (tw_tolerance){degrees / DEGREES, metres};
+  out->reduction.is_wide = api_query_get(query, "tolerance") || api_query_get(query, "tolerance_m");
   return TW_OK;
 }
 
@@ -34,7 +35,7 @@ static tw_status check_together(const api_shown_query *query, tw_error *error) {
     return tw_fail(error, TW_SYNTAX, "skin=bake goes with one time: at=T");
   if (query->is_baked && query->is_bare)
     return tw_fail(error, TW_SYNTAX, "meshes=none leaves skin=bake nothing to move");
-  if (query->reduces && (!query->clip_name || query->times.is_given))
+  if (query->reduction.is_wide && (!query->clip_name || query->times.is_given))
     return tw_fail(error, TW_SYNTAX, "tolerance goes with clip, without times");
   return TW_OK;
 }
@@ -67,11 +68,11 @@ void api_shown_print(const api_shown *shown, api_text *text) {
   snprintf(clip, sizeof clip, "&clip=%s/%u&times=", shown->choice.lender, shown->choice.index);
   api_text_add(text, clip);
   api_times_print(&query->times, text);
-  if (!query->reduces) return;
+  if (!query->reduction.is_wide) return;
   api_text_add(text, "&tolerance=");
-  api_text_double(text, query->tolerance.angle);
+  api_text_double(text, query->reduction.tolerance.angle);
   api_text_add(text, "/");
-  api_text_double(text, query->tolerance.distance);
+  api_text_double(text, query->reduction.tolerance.distance);
 }
 
 /* ---- the clip ------------------------------------------------------------------------------------ */
@@ -80,6 +81,7 @@ api_outcome api_shown_take_clip(api_call *call, const tw_model *model, bool is_s
   api_outcome outcome = api_clip_find(call, model, shown->query.clip_name, -1, &shown->choice);
   if (outcome != API_DONE) return outcome;
   if (shown->choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
+  shown->is_stored = is_stored;
   outcome = api_clip_take(call, model, is_stored, &shown->choice, &shown->clip);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(shown->clip);
@@ -104,53 +106,26 @@ static api_outcome bake_clip(api_call *call, api_shown *shown) {
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
-/* Whether glTF interpolates between the keys just as the track does. */
-static bool is_native(const tw_track_keys *track) {
-  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
-  return track->interpolation == TW_STEP || track->interpolation == TW_CUBICSPLINE;
-}
-
-/* Reduces the chosen tracks, whose places in `tracks` are given, in place. */
-static api_outcome reduce_tracks(api_call *call, const api_shown *shown, const tw_model *model,
-                                 const uint32_t *places, tw_clip_keys *chosen, tw_track_keys *tracks,
-                                 tw_tolerance *reached) {
-  tw_error *error = &call->fault.error;
-  uint64_t limit = call->service->limits.max_times;
-  tw_clip *clip;
-  tw_clip_keys reduced;
-  tw_status status = tw_clip_create(chosen, model->node_count, -1, &clip, error);
-  if (status != TW_OK) return api_fail(call);
-  status =
-      tw_clip_reduce(clip, chosen, shown->query.tolerance, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX,
-                     call->arena, &reduced, reached, error);
-  tw_clip_destroy(clip);
-  if (status != TW_OK) return api_fail(call);
-  for (uint32_t i = 0; i < reduced.track_count; i++) tracks[places[i]] = reduced.tracks[i];
-  return API_DONE;
-}
-
 /* The clip as it is, but for tracks that glTF does not have or that are to have fewer keys. */
 static api_outcome keep_clip(api_call *call, const tw_model *model, api_shown *shown) {
   const tw_clip_keys *keys = api_clip_keys(api_entry_value(shown->clip), model, &shown->choice);
   tw_track_keys *tracks = tw_arena_alloc(call->arena, keys->track_count, sizeof *tracks);
-  tw_track_keys *chosen = tw_arena_alloc(call->arena, keys->track_count, sizeof *chosen);
-  uint32_t *places = tw_arena_alloc(call->arena, keys->track_count, sizeof *places), count = 0;
-  if (!tracks || !chosen || !places) return api_fail_without_memory(call);
-  for (uint32_t i = 0; i < keys->track_count; i++) {
-    tracks[i] = keys->tracks[i];
-    if (is_native(&tracks[i]) && !shown->query.reduces) continue;
-    chosen[count] = tracks[i];
-    places[count++] = i;
-  }
-  tw_tolerance reached = {0, 0};
-  tw_clip_keys subset = {.track_count = count, .tracks = chosen};
-  api_outcome outcome =
-      count ? reduce_tracks(call, shown, model, places, &subset, tracks, &reached) : API_DONE;
+  if (!tracks) return api_fail_without_memory(call);
+  api_outcome outcome = api_reduced_take(call, model, shown->is_stored, &shown->choice, keys,
+                                         &shown->query.reduction, &shown->reduced);
   if (outcome != API_DONE) return outcome;
+  const api_reduced *reduced = api_entry_value(shown->reduced);
+  if (keys->track_count) memcpy(tracks, keys->tracks, keys->track_count * sizeof *tracks);
+  for (uint32_t i = 0; i < reduced->track_count; i++) tracks[reduced->places[i]] = reduced->tracks[i];
   shown->animation = (tw_clip_keys){.track_count = keys->track_count, .tracks = tracks};
-  api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f", reached.angle * DEGREES,
-                     reached.distance);
+  api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
+                     reduced->reached.angle * DEGREES, reduced->reached.distance);
   return API_DONE;
+}
+
+void api_shown_release(api_shown *shown) {
+  api_entry_release(shown->reduced);
+  api_entry_release(shown->clip);
 }
 
 api_outcome api_shown_animate(api_call *call, const tw_model *model, api_shown *shown) {

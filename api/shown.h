@@ -5,8 +5,8 @@
 
 #include "clips.h"
 #include "plans.h"
+#include "reduced.h"
 #include "times.h"
-#include "tweend/bake.h"
 #include "tweend/format.h"
 
 /* Parameters as read. */
@@ -15,17 +15,17 @@ typedef struct api_shown_query {
   bool has_clip; /* clip or a time was given */
   bool is_bare;  /* meshes=none */
   bool is_baked; /* skin=bake */
-  bool reduces;  /* a tolerance was given: LINEAR tracks get fewer keys too */
-  tw_tolerance tolerance;
+  api_reduction reduction;
   api_times times;
 } api_shown_query;
 
-/* Being made. Lives in the arena of the answer, but for the entry. */
+/* Being made. Lives in the arena of the answer, but for the entries. */
 typedef struct api_shown {
   api_shown_query query;
   api_clip_choice choice;
-  api_entry *clip; /* NULL without a clip; released by whoever holds this */
-  tw_scene scene;  /* model, pose, posed_by, clip; the rest is the caller's */
+  bool is_stored;
+  api_entry *clip, *reduced; /* NULL without; let go by api_shown_release */
+  tw_scene scene;            /* model, pose, posed_by, clip; the rest is the caller's */
   api_plan_meshes meshes;
   api_plan_moves moves;
   tw_clip_keys animation;
@@ -45,5 +45,7 @@ api_outcome api_shown_pose(api_call *call, const tw_model *model, api_shown *sho
 
 /* Fills scene.clip where the clip is kept or baked to keys, and tells the error that is left. */
 api_outcome api_shown_animate(api_call *call, const tw_model *model, api_shown *shown);
+
+void api_shown_release(api_shown *shown);
 
 #endif

@@ -28,7 +28,7 @@ typedef struct surface_request {
 static void release(surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
-  api_entry_release(request->shown.clip);
+  api_shown_release(&request->shown);
   api_entry_release(request->plan);
   api_entry_release(request->model);
 }

@@ -2,6 +2,7 @@
  */
 #include "flag.h"
 #include "loopback.h"
+#include "tweend/bake.h"
 #include "tweend/subdiv.h"
 
 #include <cjson/cJSON.h>
@@ -24,6 +25,7 @@ static const char keyed[] =
     "\"quaternions\":[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
     "{\"node\":\"d\",\"path\":\"translation\",\"times\":[0,0.5,1],\"values\":[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
 
+static int reductions;
 static int meshes_read; /* to count or to make a surface: both build a topology */
 
 /* Linked with --wrap, which gives these names.
@@ -36,6 +38,19 @@ tw_status __wrap_tw_surface_create(const tw_mesh *mesh, const tw_surface_options
                                    tw_error *error);
 tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
                                   tw_surface_counts *out, tw_error *error);
+tw_status __real_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
+                                tw_error *error);
+tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
+                                tw_error *error);
+
+tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                                uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
+                                tw_error *error) {
+  reductions++;
+  return __real_tw_clip_reduce(clip, keys, tolerance, max_keys, arena, out, reached, error);
+}
 
 tw_status __wrap_tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                                    tw_error *error) {
@@ -198,6 +213,31 @@ static void a_tolerance_leaves_the_fewest_keys(void **state) {
   assert_true(degrees > 0 && degrees <= 0.05 && metres < 0.001);
 }
 
+static void a_clip_is_reduced_once_for_equal_requests(void **state) {
+  const fixture *f = *state;
+  static const struct {
+    const char *rest;
+    int reductions;
+  } requests[] = {{"surface.gltf?clip=all&tolerance=0.05", 1},
+                  {"surface.glb?clip=all&tolerance=0.05&meshes=none", 1},
+                  {"surface.gltf?clip=all&tolerance=0.06", 2},
+                  {"surface.gltf?clip=all", 3}, /* the same tolerance as given, but for fewer tracks */
+                  {"surface.gltf?clip=all&tolerance=0.1", 4},
+                  {"surface.gltf?clip=all&tolerance=0.05", 4}};
+  reductions = 0;
+  for (size_t i = 0; i < sizeof requests / sizeof *requests; i++) {
+    reply r = ask(f, f->keyed, requests[i].rest);
+    assert_int_equal(r.status, 200);
+    assert_int_equal(reductions, requests[i].reductions);
+    reply_free(&r);
+  }
+  char target[64];
+  snprintf(target, sizeof target, "/v1/models/%s", f->keyed);
+  reply r = loopback_ask(f->loop, "DELETE", target, NULL, NULL, 0);
+  reply_free(&r);
+  assert_problem(ask(f, f->keyed, requests[0].rest), 404, NULL, NULL);
+}
+
 static void without_meshes_the_tree_and_the_animation_are_left(void **state) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->flag, "surface.gltf?clip=wave&meshes=none");
@@ -337,6 +377,7 @@ int main(void) {
       TEST(baked_keys_stand_at_the_times_asked_for),
       TEST(a_kept_clip_keeps_the_keys_that_gltf_has),
       TEST(a_tolerance_leaves_the_fewest_keys),
+      TEST(a_clip_is_reduced_once_for_equal_requests),
       TEST(without_meshes_the_tree_and_the_animation_are_left),
       TEST(a_clip_is_borrowed_by_the_names_of_nodes),
       TEST(a_moment_bears_the_clips_morph_weights),
