@@ -1,12 +1,11 @@
 /* Plans the patches of a mesh of quads and evaluates them. */
 #include "patch.h"
 
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "normal.h"
 #include "shape.h"
-#include "spline.h"
 
 enum { WIDTH_MAX = 4 };
 
@@ -98,61 +97,6 @@ void tw_patches_deinit(tw_patches *patches) {
   memset(patches, 0, sizeof *patches);
 }
 
-/* ---- normals -------------------------------------------------------------------------------- */
-
-static void cross(const float a[3], const float b[3], float out[3]) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-/* As cross and normalise, in double and scaled, for lengths that float cannot square. */
-static bool careful_normal(const float a[3], const float b[3], float out[3]) {
-  double scale_a = 0, scale_b = 0;
-  for (int i = 0; i < 3; i++) {
-    scale_a = fmax(scale_a, fabs((double)a[i]));
-    scale_b = fmax(scale_b, fabs((double)b[i]));
-  }
-  if (!(scale_a > 0) || !(scale_b > 0) || !isfinite(scale_a) || !isfinite(scale_b)) return false;
-  double u[3], v[3], n[3], square = 0;
-  for (int i = 0; i < 3; i++) {
-    u[i] = a[i] / scale_a;
-    v[i] = b[i] / scale_b;
-  }
-  for (int i = 0; i < 3; i++) {
-    n[i] = u[(i + 1) % 3] * v[(i + 2) % 3] - u[(i + 2) % 3] * v[(i + 1) % 3];
-    square += n[i] * n[i];
-  }
-  if (!(square > 1e-12)) return false; /* parallel as far as float can tell */
-  for (int i = 0; i < 3; i++) out[i] = (float)(n[i] / sqrt(square));
-  return true;
-}
-
-static bool quick_normal(const float a[3], const float b[3], float out[3]) {
-  float n[3];
-  cross(a, b, n);
-  float square = n[0] * n[0] + n[1] * n[1] + n[2] * n[2];
-  if (!(square > 1e-24f && square < 1e24f)) return false;
-  float lengths = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
-  if (!(square > 1e-6f * lengths)) return false;
-  float scale = 1 / sqrtf(square);
-  for (int i = 0; i < 3; i++) out[i] = n[i] * scale;
-  return true;
-}
-
-void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
-                             float normal[3]) {
-  if (quick_normal(tangent1, tangent2, normal) || careful_normal(tangent1, tangent2, normal)) return;
-  float diagonal1[3], diagonal2[3];
-  for (int i = 0; i < 3; i++) {
-    diagonal1[i] = quad[2][i] - quad[0][i];
-    diagonal2[i] = quad[3][i] - quad[1][i];
-  }
-  if (careful_normal(diagonal1, diagonal2, normal)) return;
-  normal[0] = normal[2] = 0;
-  normal[1] = 1;
-}
-
 /* ---- evaluation ----------------------------------------------------------------------------- */
 
 /* Part of a grid on its way to the job's arrays: the local grid's point (i, j) is the job's point
@@ -164,110 +108,29 @@ typedef struct target {
 } target;
 
 static size_t place_of(const target *to, uint32_t i, uint32_t j) {
-  size_t width = to->whole.i1 - to->whole.i0 + 1;
-  return ((j + to->row - to->whole.j0) * width + (i + to->column - to->whole.i0)) * to->job->stride;
+  size_t width = to->whole.i1 - to->whole.i0 + 1, height = to->whole.j1 - to->whole.j0 + 1;
+  size_t place = (j + to->row - to->whole.j0) * width + (i + to->column - to->whole.i0);
+  return (to->job->backwards ? width * height - 1 - place : place) * to->job->stride;
 }
 
-/* out[4][width] = the four columns of control points weighted down each. Summed from both ends, so
- * that a mirrored patch gives mirrored points to the last bit. */
-static void weigh_columns(const float points[16][WIDTH_MAX], const float weights[4],
-                          float out[4][WIDTH_MAX]) {
-  for (int k = 0; k < 4; k++)
-    for (int c = 0; c < WIDTH_MAX; c++)
-      out[k][c] = (weights[0] * points[k][c] + weights[3] * points[12 + k][c]) +
-                  (weights[1] * points[4 + k][c] + weights[2] * points[8 + k][c]);
-}
-
-static void weigh_row(const float columns[4][WIDTH_MAX], const float weights[4], float out[WIDTH_MAX]) {
-  for (int c = 0; c < WIDTH_MAX; c++)
-    out[c] = (weights[0] * columns[0][c] + weights[3] * columns[3][c]) +
-             (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
-}
-
-static void store(float *out, const float value[WIDTH_MAX], const double *origin, uint32_t width) {
-  for (uint32_t c = 0; c < width; c++) out[c] = origin ? (float)(origin[c] + (double)value[c]) : value[c];
-}
-
-/* A single column: the rows of control points are weighted across once. */
-static void spline_column(const target *to, const float (*weights)[4], const float points[16][WIDTH_MAX],
-                          const double *origin, tw_patch_rect rect) {
-  float rows[4][WIDTH_MAX], value[WIDTH_MAX];
-  for (int k = 0; k < 4; k++) weigh_row(points + 4 * k, weights[rect.i0], rows[k]);
-  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
-    weigh_row((const float(*)[WIDTH_MAX])rows, weights[j], value);
-    store(to->job->values + place_of(to, rect.i0, j), value, origin, to->job->width);
-  }
-}
-
-static inline void spline_line(const float columns[4][WIDTH_MAX], const float (*weights)[4],
-                               const double *origin, uint32_t width, tw_patch_rect rect, uint32_t stride,
-                               float *out) {
-  float value[WIDTH_MAX];
-  for (uint32_t i = rect.i0; i <= rect.i1; i++, out += stride) {
-    weigh_row(columns, weights[i], value);
-    store(out, value, origin, width);
-  }
-}
-
-/* origin: what the control points are relative to, or NULL. */
-static void spline_values(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
-                          const double *origin, tw_patch_rect rect) {
-  const float(*weights)[4] = to->job->limit ? spline->limit : spline->point;
-  if (rect.i0 == rect.i1) {
-    spline_column(to, weights, points, origin, rect);
-    return;
-  }
-  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
-    float columns[4][WIDTH_MAX], *out = to->job->values + place_of(to, rect.i0, j);
-    weigh_columns(points, weights[j], columns);
-    const float(*c)[WIDTH_MAX] = (const float(*)[WIDTH_MAX])columns;
-    if (to->job->width == 3 && !origin) /* most of all; known numbers let the compiler unroll */
-      spline_line(c, weights, NULL, 3, rect, to->job->stride, out);
-    else
-      spline_line(c, weights, origin, to->job->width, rect, to->job->stride, out);
-  }
-}
-
-static void spline_normals(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
-                           tw_patch_rect rect) {
-  const float *quad[4] = {points[5], points[6], points[10], points[9]};
-  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
-    float along[4][WIDTH_MAX], across[4][WIDTH_MAX], tangent1[WIDTH_MAX], tangent2[WIDTH_MAX];
-    weigh_columns(points, spline->limit[j], along);
-    weigh_columns(points, spline->derivative[j], across);
-    float *out = to->job->normals + place_of(to, rect.i0, j);
-    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
-      weigh_row((const float(*)[WIDTH_MAX])along, spline->derivative[i], tangent1);
-      weigh_row((const float(*)[WIDTH_MAX])across, spline->limit[i], tangent2);
-      tw_normal_from_tangents(tangent1, tangent2, quad, out);
-    }
-  }
-}
-
-/* Against one of the points, so that equal values have a derivative of exactly 0. */
-static void spline_derivatives(const target *to, const tw_spline *spline, const float points[16][WIDTH_MAX],
-                               tw_patch_rect rect) {
-  float relative[16][WIDTH_MAX];
-  for (int i = 0; i < 16; i++)
-    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = points[i][c] - points[5][c];
-  for (uint32_t j = rect.j0; j <= rect.j1; j++) {
-    float along[4][WIDTH_MAX], across[4][WIDTH_MAX];
-    weigh_columns((const float(*)[WIDTH_MAX])relative, spline->limit[j], along);
-    weigh_columns((const float(*)[WIDTH_MAX])relative, spline->derivative[j], across);
-    float *out = to->job->derivatives + place_of(to, rect.i0, j);
-    for (uint32_t i = rect.i0; i <= rect.i1; i++, out += to->job->stride) {
-      weigh_row((const float(*)[WIDTH_MAX])along, spline->derivative[i], out);
-      weigh_row((const float(*)[WIDTH_MAX])across, spline->limit[i], out + WIDTH_MAX);
-    }
-  }
-}
-
-static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX], const double *origin,
-                            uint32_t depth, tw_patch_rect rect) {
-  const tw_spline *spline = tw_spline_table(depth);
-  if (to->job->values) spline_values(to, spline, points, origin, rect);
-  if (to->job->normals) spline_normals(to, spline, points, rect);
-  if (to->job->derivatives) spline_derivatives(to, spline, points, rect);
+/* origin: what the control points are relative to. */
+static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX],
+                            const float origin[WIDTH_MAX], uint32_t depth, tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  size_t place = place_of(to, rect.i0, rect.j0);
+  ptrdiff_t step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
+  tw_spline_job rows = {.spline = tw_spline_table(depth),
+                        .points = points,
+                        .width = job->width,
+                        .limit = job->limit,
+                        .rect = rect,
+                        .values = job->values ? job->values + place : NULL,
+                        .normals = job->normals ? job->normals + place : NULL,
+                        .derivatives = job->derivatives ? job->derivatives + place : NULL,
+                        .step = step,
+                        .line_step = step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1)};
+  memcpy(rows.origin, origin, sizeof rows.origin);
+  tw_spline_rows(&rows);
 }
 
 /* Row (or column) beyond a sharp side: 2 edge - inner. */
@@ -289,14 +152,15 @@ static void narrow(float out[WIDTH_MAX], const double in[WIDTH_MAX]) {
   for (int c = 0; c < WIDTH_MAX; c++) out[c] = (float)in[c];
 }
 
-/* A regular quarter of a shape. Its points are taken relative to one of them, so that float keeps
+/* A regular quarter of a shape. Its points are taken relative to a place among them, so that float keeps
  * their differences however small the quarter is. */
 static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
                           uint32_t depth, tw_patch_rect rect) {
-  const double *origin = points[part->points[5]];
-  float relative[16][WIDTH_MAX];
+  float origin[WIDTH_MAX], relative[16][WIDTH_MAX];
+  narrow(origin, points[part->points[5]]);
   for (int i = 0; i < 16; i++)
-    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = (float)(points[part->points[i]][c] - origin[c]);
+    for (int c = 0; c < WIDTH_MAX; c++)
+      relative[i][c] = (float)(points[part->points[i]][c] - (double)origin[c]);
   reflect_sides(relative, part->reflected);
   evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
 }
@@ -462,7 +326,8 @@ static void evaluate_regular(const target *to, const tw_patches *patches, const 
   float points[16][WIDTH_MAX];
   for (int i = 0; i < 16; i++) load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
   reflect_sides(points, patch->reflected);
-  evaluate_spline(to, (const float(*)[WIDTH_MAX])points, NULL, patches->depth, rect);
+  static const float origin[WIDTH_MAX];
+  evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
 }
 
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {

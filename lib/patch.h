@@ -11,6 +11,7 @@
 #define TWEEND_PATCH_H
 
 #include "refine.h"
+#include "spline_rows.h"
 #include "topology.h"
 
 /* One irregular shape of neighbourhood. */
@@ -39,11 +40,6 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
                             uint32_t depth);
 void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
 
-/* A rectangle of the grid, bounds included. */
-typedef struct tw_patch_rect {
-  uint32_t i0, i1, j0, j1;
-} tw_patch_rect;
-
 /* Evaluates part of one patch.
  * in: [base vertices][width], width 1 to 4. values (NULL: not wanted): point (i, j) goes to
  * values + ((j - j0) * (i1 - i0 + 1) + (i - i0)) * stride. normals likewise, of width 3 only: unit
@@ -52,11 +48,12 @@ typedef struct tw_patch_rect {
  * derivatives likewise, 8 floats wide: along i from 0, along j from 4. They are good for comparing fields
  * of the same quads, each to a scale of its own: at an irregular corner they stand for the directions of
  * the quad's sides there, which all fields share.
+ * backwards: all of these run from the last point to the first.
  * scratch: [scratch_points][4]. */
 typedef struct tw_patch_job {
   const float *in;
   uint32_t width;
-  bool limit;
+  bool limit, backwards;
   float *values, *normals;
   uint32_t stride;
   double *scratch;
@@ -67,9 +64,5 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
 
 /* The vertices of the base that shape a patch: all that an evaluation reads. */
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count);
-
-/* Unit normal of two tangents; `quad` (four points) serves where they are parallel. */
-void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
-                             float normal[3]);
 
 #endif

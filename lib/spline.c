@@ -7,9 +7,11 @@
 
 #include "tweend/subdiv.h"
 
+enum { ROWS = 4 + 4 + 3 };
+
 typedef struct table {
   tw_spline view;
-  float rows[]; /* three blocks of [2^depth + 1][4] */
+  float rows[]; /* [ROWS][2^depth + TW_SPLINE_LANES] */
 } table;
 
 static _Atomic(table *) tables[TW_LEVEL_MAX + 1];
@@ -24,22 +26,35 @@ static void insert_knots(const double (*in)[4], uint32_t n, double (*out)[4]) {
   }
 }
 
-static void fill(table *t, uint32_t n, const double (*points)[4]) {
-  float(*point)[4] = (float(*)[4])t->rows, (*limit)[4] = point + n + 1, (*derivative)[4] = limit + n + 1;
-  for (uint32_t i = 0; i <= n; i++) {
-    const double *before = points[i], *at = points[i + 1], *after = points[i + 2];
-    for (int k = 0; k < 4; k++) {
-      point[i][k] = (float)at[k];
-      limit[i][k] = (float)((before[k] + 4 * at[k] + after[k]) / 6);
-      derivative[i][k] = (float)((after[k] - before[k]) * n / 2);
-    }
+/* Weights at place i of the segment's n + 1. */
+static void weigh(const double (*points)[4], uint32_t n, uint32_t i, float out[ROWS]) {
+  const double *before = points[i], *at = points[i + 1], *after = points[i + 2];
+  double sum = 0;
+  for (int k = 0; k < 4; k++) {
+    out[k] = (float)at[k];
+    out[4 + k] = (float)((before[k] + 4 * at[k] + after[k]) / 6);
+    sum += (before[k] - after[k]) * n / 2;
+    if (k < 3) out[8 + k] = (float)sum;
   }
-  t->view = (tw_spline){(const float(*)[4])point, (const float(*)[4])limit, (const float(*)[4])derivative};
+}
+
+static void fill(table *t, uint32_t n, const double (*points)[4]) {
+  size_t length = (size_t)n + TW_SPLINE_LANES;
+  for (uint32_t i = 0; i < length; i++) {
+    float weights[ROWS];
+    weigh(points, n, i < n ? i : n, weights);
+    for (uint32_t r = 0; r < ROWS; r++) t->rows[r * length + i] = weights[r];
+  }
+  for (uint32_t k = 0; k < 4; k++) {
+    t->view.point[k] = t->rows + k * length;
+    t->view.limit[k] = t->rows + (4 + k) * length;
+    if (k < 3) t->view.slope[k] = t->rows + (8 + k) * length;
+  }
 }
 
 static table *make(uint32_t depth) {
   uint32_t n = 1u << depth;
-  table *t = tw_alloc(1, sizeof *t + (size_t)(n + 1) * 3 * 4 * sizeof(float));
+  table *t = tw_alloc(1, sizeof *t + ((size_t)n + TW_SPLINE_LANES) * ROWS * sizeof(float));
   double(*points)[4] = tw_alloc_zero(n + 3, sizeof *points), (*next)[4] = tw_alloc_zero(n + 3, sizeof *next);
   if (t && points && next) {
     for (int k = 0; k < 4; k++) points[k][k] = 1;

@@ -4,11 +4,14 @@
 
 #include "tweend/base.h"
 
-/* Each: [2^depth + 1][4], weights of the control points -1, 0, 1, 2 of the segment. */
+/* Points are computed so many at a time, or fewer. */
+enum { TW_SPLINE_LANES = 8 };
+
+/* Each array: [2^depth + 1], and TW_SPLINE_LANES - 1 more that repeat the last. */
 typedef struct tw_spline {
-  const float (*point)[4];      /* the refined control point */
-  const float (*limit)[4];      /* its limit */
-  const float (*derivative)[4]; /* direction of the limit's tangent */
+  const float *point[4]; /* of control points -1, 0, 1, 2 of the segment: the refined control point */
+  const float *limit[4]; /* its limit */
+  const float *slope[3]; /* of their differences: the limit's derivative over the segment */
 } tw_spline;
 
 /* Tables for depths 0 to TW_LEVEL_MAX, made once, shared by all threads. NULL without memory. */

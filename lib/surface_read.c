@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "limit.h"
+#include "normal.h"
 #include "surface_reader.h"
 
 enum { PIECE_ROWS = 2048 };
@@ -184,17 +185,12 @@ tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *bac
 
 /* The inside of the edge at a base corner, in the corner's direction, or against it. */
 static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
-                          bool normals, float *out, uint32_t stride) {
-  const tw_surface *s = r->surface;
-  uint32_t n = s->side, width = normals ? 3 : values->width;
+                          float *out, float *normals, uint32_t stride) {
   bool backwards;
-  tw_patch_rect rect = tw_edge_rect(s, corner, &backwards);
-  tw_patch_job job = job_for(r, values, normals ? NULL : r->line, normals ? r->line : NULL, width);
-  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, rect);
-  bool reverse = backwards != against;
-  for (uint32_t i = 0; i < n - 1; i++)
-    memcpy(out + (size_t)i * stride, r->line + (size_t)(reverse ? n - 2 - i : i) * width,
-           width * sizeof *out);
+  tw_patch_rect rect = tw_edge_rect(r->surface, corner, &backwards);
+  tw_patch_job job = job_for(r, values, out, normals, stride);
+  job.backwards = backwards != against;
+  tw_patch_evaluate(&r->surface->fields[values->field].patches, corner / 4, &job, rect);
 }
 
 static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
@@ -205,21 +201,22 @@ static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
   uint32_t point_edge = tw_row_of_edge(&s->points, corner);
   uint32_t shared = tw_corner_of_edge(&s->points, point_edge / 2);
   bool against = point_edge & 1;
-  evaluate_edge(r, &s->positions, shared, against, false, out, l->stride);
-  if (l->normal != UINT32_MAX)
-    evaluate_edge(r, &s->positions, corner, false, true, out + l->normal, l->stride);
+  float *normals = l->normal == UINT32_MAX ? NULL : out + l->normal;
+  bool together = shared == corner && !against;
+  evaluate_edge(r, &s->positions, shared, against, out, together ? normals : NULL, l->stride);
+  if (normals && !together) evaluate_edge(r, &s->positions, corner, false, NULL, normals, l->stride);
   if (l->tangent != UINT32_MAX) tw_edge_tangents(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
-    evaluate_edge(r, &s->uvs[i], corner, false, false, out + l->uvs[i], l->stride);
+    evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
   }
   if (l->color != UINT32_MAX) {
-    evaluate_edge(r, &s->colors, shared, against, false, out + l->color, l->stride);
+    evaluate_edge(r, &s->colors, shared, against, out + l->color, NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
   }
   if (l->joints != UINT32_MAX) tw_edge_weights(r, shared, against, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_edge(r, &s->morphs[m], shared, against, false, out + l->morphs + 3 * m, l->stride);
+    evaluate_edge(r, &s->morphs[m], shared, against, out + l->morphs + 3 * m, NULL, l->stride);
 }
 
 static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
@@ -227,9 +224,9 @@ static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, u
   uint32_t width = row_width(s, domain);
   for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
     if (domain == TW_DOMAIN_POINTS)
-      evaluate_edge(r, &s->positions, tw_corner_of_edge(&s->points, first + i), false, false, out, width);
+      evaluate_edge(r, &s->positions, tw_corner_of_edge(&s->points, first + i), false, out, NULL, width);
     else if (domain == TW_DOMAIN_UVS)
-      evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, false, out, width);
+      evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, width);
     else
       vertex_edge(r, first + i, out);
   }
@@ -505,11 +502,10 @@ static void need(reader_needs *n, const tw_surface *s) {
 static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->scratch = tw_alloc((size_t)n->points + 1, 4 * sizeof *r->scratch);
   r->mask = tw_alloc((size_t)n->masks + 1, sizeof *r->mask);
-  r->line = tw_alloc((size_t)n->side + 1, 4 * sizeof(float));
   r->piece = tw_alloc(n->piece, sizeof(float));
   r->joint_controls = tw_alloc(n->joint_controls, 4 * sizeof(float));
   r->joint_rows = tw_alloc(n->joint_rows, 4 * sizeof(float));
-  bool complete = r->scratch && r->mask && r->line && r->piece && r->joint_controls && r->joint_rows;
+  bool complete = r->scratch && r->mask && r->piece && r->joint_controls && r->joint_rows;
   for (int i = 0; i < 2; i++) {
     r->index_rows[i] = tw_alloc((size_t)n->side + 1, sizeof(uint32_t));
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
@@ -544,7 +540,6 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   if (!reader) return;
   free(reader->scratch);
   free(reader->mask);
-  free(reader->line);
   free(reader->piece);
   for (int i = 0; i < 2; i++) {
     free(reader->index_rows[i]);

@@ -10,7 +10,6 @@ struct tw_surface_reader {
   const tw_surface *surface;
   double *scratch; /* of patches */
   tw_limit_entry *mask;
-  float *line;             /* one edge, [side + 1][4] */
   uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
   float *slopes[2];        /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   /* Skinned surfaces: the joints of the patch at hand, the weights of four of them at its control points,

@@ -1,0 +1,19 @@
+/* Unit normals from tangents. */
+#ifndef TWEEND_NORMAL_H
+#define TWEEND_NORMAL_H
+
+#include "tweend/base.h"
+
+/* Float can normalise a cross product whose squared length lies between these two: it does not overflow, nor
+ * is it rounding alone. lengths: at least the product of the tangents' squared lengths. */
+#define TW_NORMAL_SQUARE_MAX 1e24f
+static inline float tw_normal_least_square(float lengths) {
+  return lengths * 1e-6f > 1e-24f ? lengths * 1e-6f : 1e-24f;
+}
+
+/* Unit normal of two tangents; `quad` (four points) serves where they are parallel, and +Y where that has
+ * none either. */
+void tw_normal_from_tangents(const float tangent1[3], const float tangent2[3], const float *const quad[4],
+                             float normal[3]);
+
+#endif
