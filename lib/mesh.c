@@ -91,6 +91,14 @@ static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_f
   return TW_OK;
 }
 
+static tw_status check_tangent_uvs(const tw_mesh *mesh, tw_error *error) {
+  for (uint32_t f = 0; mesh->tangent_uvs && f < mesh->face_count; f++) {
+    tw_status status = check_index(mesh->tangent_uvs[f], mesh->uv_set_count, "sets of UVs", error);
+    if (status != TW_OK) return tw_error_at(error, "/tangent_uvs/%u", f);
+  }
+  return TW_OK;
+}
+
 static tw_status check_sharpness(float sharpness, const char *what, uint32_t index, tw_error *error) {
   if (isfinite(sharpness) && sharpness >= 0) return TW_OK;
   tw_fail(error, TW_INVALID, "sharpness has to be a number from 0 to 10");
@@ -137,6 +145,7 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face) {
   tw_status status = check_point_data(mesh, error);
   if (status == TW_OK) status = check_faces(mesh, error, face);
   if (status == TW_OK) status = check_uvs(mesh, error, face);
+  if (status == TW_OK) status = check_tangent_uvs(mesh, error);
   if (status == TW_OK) status = check_tags(mesh, error);
   return status;
 }

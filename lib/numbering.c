@@ -72,7 +72,7 @@ typedef struct vertex_numberer {
 } vertex_numberer;
 
 typedef struct fan_entry {
-  uint32_t uvs[TW_UV_SETS_MAX], mirrored, sector, corner;
+  uint32_t uvs[TW_UV_SETS_MAX], frame, sector, corner;
 } fan_entry;
 
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
@@ -80,14 +80,14 @@ static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
          (edge < n->splits->sharp_below || tw_is_infinite(n->base->edge_sharpness[edge]));
 }
 
-static uint32_t is_mirrored(const vertex_numberer *n, uint32_t corner) {
-  return n->splits->mirrored ? n->splits->mirrored[tw_corner_face(n->base, corner)] : 0;
+static uint32_t tangent_frame(const vertex_numberer *n, uint32_t corner) {
+  return n->splits->tangent_frames ? n->splits->tangent_frames[tw_corner_face(n->base, corner)] : 0;
 }
 
 static bool same_uv_edge(const vertex_numberer *n, uint32_t a, uint32_t b) {
   for (uint32_t s = 0; s < n->splits->uv_count; s++)
     if (n->splits->uv_bases[s]->corner_edge[a] != n->splits->uv_bases[s]->corner_edge[b]) return false;
-  return is_mirrored(n, a) == is_mirrored(n, b);
+  return tangent_frame(n, a) == tangent_frame(n, b);
 }
 
 /* Corners of one edge share a row unless something splits them. With UVs, the many corners that may
@@ -139,7 +139,7 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
 static int compare_keys(const fan_entry *a, const fan_entry *b) {
   int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
   if (uvs != 0) return uvs;
-  if (a->mirrored != b->mirrored) return a->mirrored < b->mirrored ? -1 : 1;
+  if (a->frame != b->frame) return a->frame < b->frame ? -1 : 1;
   return a->sector < b->sector ? -1 : a->sector > b->sector;
 }
 
@@ -162,7 +162,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];
     if (!one_sector) entry->sector = sector_root(n->sector, i);
-    entry->mirrored = is_mirrored(n, fan[i]);
+    entry->frame = tangent_frame(n, fan[i]);
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }

@@ -34,6 +34,7 @@ static bool is_loop(const build *b) {
 
 /* Where the border eats into the mesh, only one group is sure to stay in place. */
 static bool is_whole(const build *b) {
+  if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
   return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
 }
@@ -256,13 +257,17 @@ static bool has_tangents(const build *b) {
   return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
 }
 
-static tw_status find_mirrored(build *b) {
+static tw_status find_tangent_frames(build *b) {
   tw_surface *s = b->surface;
+  const uint8_t *sets = b->mesh->tangent_uvs;
   uint32_t faces = s->fields[0].base.face_count;
-  s->mirrored = tw_arena_alloc(s->arena, faces, 1);
-  if (!s->mirrored) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < faces; f++)
-    s->mirrored[f] = tw_uv_is_mirrored(&s->fields[1].base, s->uvs[0].base, f);
+  s->tangent_frames = tw_arena_alloc(s->arena, faces, 1);
+  if (!s->tangent_frames) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < faces; f++) {
+    uint32_t set = sets ? sets[b->source[f]] : 0;
+    bool mirrored = tw_uv_is_mirrored(&s->fields[1 + set].base, s->uvs[set].base, f);
+    s->tangent_frames[f] = (uint8_t)(2 * set + mirrored);
+  }
   return TW_OK;
 }
 
@@ -272,8 +277,8 @@ static tw_status split_vertices(build *b, const uint8_t *visible) {
   for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
   /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
   splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
-  tw_status status = has_tangents(b) ? find_mirrored(b) : TW_OK;
-  splits.mirrored = s->mirrored;
+  tw_status status = has_tangents(b) ? find_tangent_frames(b) : TW_OK;
+  splits.tangent_frames = s->tangent_frames;
   return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
                          : status;
 }
@@ -310,7 +315,7 @@ static void lay_out_rows(build *b) {
     l->normal = stride;
     stride += 3;
   }
-  if (s->mirrored) {
+  if (s->tangent_frames) {
     l->tangent = stride;
     stride += 4;
   }

@@ -100,7 +100,8 @@ struct tw_surface {
   tw_influences cage_influences; /* only for level 0, unless the base is the cage */
   tw_influences influences;      /* at the base level */
 
-  uint8_t *mirrored; /* [base quads], where the answer has tangents; else NULL */
+  /* Where the answer has tangents, else NULL. [base faces]: 2 x UV set, + 1 where its map is mirrored. */
+  uint8_t *tangent_frames;
 
   uint32_t quad_count; /* visible ones */
   uint32_t *quads;     /* [quad_count] base quads, groups together */
@@ -160,9 +161,9 @@ typedef struct tw_splits {
   uint32_t uv_count;
   const tw_topology *uv_bases[TW_UV_SETS_MAX]; /* other UVs */
   bool normals;                                /* the other side of a sharp edge */
-  uint32_t sharp_below;    /* edges of the base with a lower index are sharp whatever their sharpness
-                              (bilinear surfaces) */
-  const uint8_t *mirrored; /* [faces] of the base, or NULL: the other handedness */
+  uint32_t sharp_below;          /* edges of the base with a lower index are sharp whatever their sharpness
+                                    (bilinear surfaces) */
+  const uint8_t *tangent_frames; /* [faces] of the base, or NULL: other tangents */
 } tw_splits;
 
 /* Numbers what a GPU has to tell apart. */

@@ -492,7 +492,7 @@ static void need(reader_needs *n, const tw_surface *s) {
   n->masks = larger(n->masks, s->mask_capacity);
   n->side = larger(n->side, s->side);
   if (piece > n->piece) n->piece = piece;
-  if (s->mirrored) n->slopes = larger(n->slopes, rows);
+  if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
   if (s->layout.joints == UINT32_MAX) return;
   n->joints = larger(n->joints, s->influences.joint_count);
   n->joint_controls = larger(n->joint_controls, s->influences.vertex_count);

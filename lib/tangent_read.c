@@ -46,11 +46,16 @@ static void evaluate_by_mask(tw_surface_reader *r, const tw_values *values, int 
   }
 }
 
+/* The UVs that the tangents of a face of the base follow. */
+static const tw_values *tangent_uvs(const tw_surface *s, uint32_t face) {
+  return &s->uvs[s->tangent_frames[face] / 2];
+}
+
 /* From slopes to the tangent column of `count` rows. */
 static void write_tangents(const tw_surface_reader *r, uint32_t quad, size_t count, bool backwards,
                            float *out) {
   const tw_surface_layout *l = &r->surface->layout;
-  bool mirrored = r->surface->mirrored[quad];
+  bool mirrored = r->surface->tangent_frames[quad] % 2;
   for (size_t i = 0; i < count; i++, out += l->stride) {
     size_t place = TW_DERIVATIVE_WIDTH * (backwards ? count - 1 - i : i);
     tw_tangent_from_derivatives(out + l->normal, r->slopes[0] + place, r->slopes[1] + place, mirrored,
@@ -60,14 +65,15 @@ static void write_tangents(const tw_surface_reader *r, uint32_t quad, size_t cou
 
 void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out) {
   const tw_surface *s = reader->surface;
+  uint32_t face = tw_corner_face(&s->fields[0].base, corner);
   if (s->depth == 0) {
     evaluate_by_mask(reader, &s->positions, 0, corner);
-    evaluate_by_mask(reader, &s->uvs[0], 1, corner);
+    evaluate_by_mask(reader, tangent_uvs(s, face), 1, corner);
   } else {
-    evaluate(reader, &s->positions, 0, corner / 4, tw_corner_rect(s, corner));
-    evaluate(reader, &s->uvs[0], 1, corner / 4, tw_corner_rect(s, corner));
+    evaluate(reader, &s->positions, 0, face, tw_corner_rect(s, corner));
+    evaluate(reader, tangent_uvs(s, face), 1, face, tw_corner_rect(s, corner));
   }
-  write_tangents(reader, tw_corner_face(&s->fields[0].base, corner), 1, false, out);
+  write_tangents(reader, face, 1, false, out);
 }
 
 void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out) {
@@ -75,14 +81,14 @@ void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out) {
   bool backwards;
   tw_patch_rect rect = tw_edge_rect(s, corner, &backwards);
   evaluate(reader, &s->positions, 0, corner / 4, rect);
-  evaluate(reader, &s->uvs[0], 1, corner / 4, rect);
+  evaluate(reader, tangent_uvs(s, corner / 4), 1, corner / 4, rect);
   write_tangents(reader, corner / 4, s->side - 1, backwards, out);
 }
 
 void tw_inside_tangents(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out) {
   const tw_surface *s = reader->surface;
   evaluate(reader, &s->positions, 0, quad, rect);
-  evaluate(reader, &s->uvs[0], 1, quad, rect);
+  evaluate(reader, tangent_uvs(s, quad), 1, quad, rect);
   size_t count = (size_t)(rect.i1 - rect.i0 + 1) * (rect.j1 - rect.j0 + 1);
   write_tangents(reader, quad, count, false, out);
 }

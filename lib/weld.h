@@ -36,7 +36,7 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, cons
 /* Undoes the splitting of quads: joins triangles that follow one another in the file, share an edge,
  * its texture coordinates and a material, and make a convex quad that is nearly flat. Where a triangle
  * could go with either neighbour, the sum of the quads' quality decides. Replaces the mesh's faces by
- * arrays in the arena; only meshes without tags. */
+ * arrays in the arena; only meshes without tags, named groups and a choice of UVs for tangents. */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 #ifdef __cplusplus

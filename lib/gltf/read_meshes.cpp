@@ -1,5 +1,6 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together, welded into a surface.
 #include "gltf/assets.hpp"
+#include "gltf/normal_map.hpp"
 #include "gltf/primitive.hpp"
 
 #include <algorithm>
@@ -78,6 +79,7 @@ public:
                             [](const TriangleList &list) { return list.polygons; });
     if (document_.quads == TW_QUADS_AUTO && !told)
       check_status(tw_pair_triangles(&mesh_, document_.model->arena, nullptr));
+    if (mesh_.has_tangents) choose_tangent_uvs();
   }
 
 private:
@@ -224,13 +226,24 @@ private:
   }
 
   // A renderer that makes tangents up itself may make them otherwise than the map was baked for.
-  bool bears_normal_map(int32_t material) const {
-    if (material < 0) return false;
-    const tinygltf::Material &source = document_.model->assets->materials[static_cast<size_t>(material)];
-    if (source.normalTexture.index >= 0) return true;
-    auto coat = source.extensions.find("KHR_materials_clearcoat");
-    return coat != source.extensions.end() && coat->second.IsObject() &&
-           coat->second.Has("clearcoatNormalTexture");
+  bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
+
+  int normal_map_of(int32_t material) const {
+    if (material < 0) return -1;
+    return normal_map_uvs(document_.model->assets->materials[static_cast<size_t>(material)]);
+  }
+
+  // Each face's tangents follow the UVs of its material's normal map, where the mesh has them.
+  void choose_tangent_uvs() {
+    if (!mesh_.face_materials) return;
+    std::vector<uint8_t> sets(mesh_.face_count);
+    bool other = false;
+    for (uint32_t f = 0; f < mesh_.face_count; f++) {
+      int set = normal_map_of(mesh_.face_materials[f]);
+      if (set > 0 && static_cast<uint32_t>(set) < mesh_.uv_set_count) sets[f] = static_cast<uint8_t>(set);
+      other |= sets[f] != 0;
+    }
+    if (other) mesh_.tangent_uvs = copy(document_, sets);
   }
 
   // Points without a colour are white, as a renderer shows them.

@@ -119,6 +119,7 @@ const models = [
     ],
   },
   { name: 'forty_morphs', bytes: sampleOf.forty_morphs, options: ['level=1', 'level=1&limit=true&normals=none'] },
+  { name: 'two_maps', bytes: sampleOf.two_maps, options: ['level=0', 'level=1', 'level=2&uv=all', 'level=1&limit=true'] },
   { name: 'textured', bytes: sampleOf.textured, options: ['level=2', 'level=2&quads=auto&uv=boundaries'] },
   {
     name: 'animated',

@@ -283,6 +283,27 @@ static void write_mapped(uint32_t level) {
   write_sample(&f, name);
 }
 
+/* The second UV set is the first one turned; normal maps of half the faces lie on it. */
+static void write_two_maps(void) {
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  const tw_uv_set *first = &mesh->uv_sets[0];
+  float *turned = fixture_alloc(&f, first->value_count, 2 * sizeof *turned);
+  uint8_t *sets = fixture_alloc(&f, mesh->face_count, 1);
+  for (uint32_t i = 0; i < first->value_count; i++) {
+    turned[2 * i] = 1 - first->values[2 * i + 1];
+    turned[2 * i + 1] = first->values[2 * i];
+  }
+  for (uint32_t face = 0; face < mesh->face_count; face++) sets[face] = face % 2;
+  mesh->uv_sets[1] = (tw_uv_set){first->value_count, turned, first->corners};
+  mesh->uv_set_count = 2;
+  mesh->has_tangents = true;
+  mesh->tangent_uvs = sets;
+  fixture_refine(&f, 2, true);
+  write_sample(&f, "two_maps");
+}
+
 static void write_textured(void) {
   fixture f = {0};
   tw_error error;
@@ -339,6 +360,7 @@ int main(int count, char **arguments) {
   write_polygons();
   write_attributes();
   for (uint32_t level = 0; level < 4; level++) write_mapped(level);
+  write_two_maps();
   write_textured();
   write_hierarchy();
   return 0;

@@ -388,6 +388,49 @@ static void a_normal_map_asks_for_tangents(void **state) {
   }
 }
 
+static void tangents_follow_the_uv_set_of_the_normal_map(void **state) {
+  (void)state;
+#define MOVED "\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":1}}"
+  static const struct {
+    const char *material;
+    uint8_t set;
+  } cases[] = {
+      {"{\"normalTexture\":{\"index\":0}}", 0},
+      {"{\"normalTexture\":{\"index\":0,\"texCoord\":1}}", 1},
+      {"{\"normalTexture\":{\"index\":0,\"texCoord\":2}}", 0}, /* the mesh has two */
+      {"{\"normalTexture\":{\"index\":0,\"texCoord\":-1}}", 0},
+      {"{\"normalTexture\":{\"index\":0," MOVED "}}", 1},
+      {"{\"normalTexture\":{\"index\":0,\"texCoord\":1,\"extensions\":{\"KHR_texture_transform\":{}}}}", 1},
+      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0,"
+       "\"texCoord\":1}}}}",
+       1},
+      {"{\"extensions\":{\"KHR_materials_clearcoat\":{\"clearcoatNormalTexture\":{\"index\":0," MOVED "}}}}",
+       1},
+  };
+#undef MOVED
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    static char json[4096];
+    snprintf(
+        json, sizeof json,
+        "{" ASSET "," SQUARE_BUFFER
+        ",\"textures\":[{}],\"extensionsUsed\":[\"KHR_texture_transform\",\"KHR_materials_clearcoat\"],"
+        "\"materials\":[{},%s],\"accessors\":[" POSITIONS "," INDICES
+        ",{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC2\"}],\"meshes\":[{"
+        "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2,\"TEXCOORD_1\":2},\"indices\":1,"
+        "\"material\":1},{\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":2,\"TEXCOORD_1\":2},\"indices\":1,"
+        "\"material\":0}]}]}",
+        cases[i].material);
+    tw_model *model = glb_read(json, &square, sizeof square);
+    const tw_mesh *mesh = &model->meshes[0];
+    assert_true(mesh->has_tangents);
+    assert_int_equal(mesh->face_count, 4);
+    assert_int_equal(mesh->tangent_uvs != NULL, cases[i].set != 0);
+    for (uint32_t f = 0; mesh->tangent_uvs && f < 4; f++)
+      assert_int_equal(mesh->tangent_uvs[f], f < 2 ? cases[i].set : 0);
+    tw_model_destroy(model);
+  }
+}
+
 static void only_vertices_in_use_become_points(void **state) {
   (void)state;
   tw_model *model =
@@ -614,6 +657,7 @@ int main(void) {
       cmocka_unit_test(points_and_lines_are_left_out_with_a_warning),
       cmocka_unit_test(primitives_of_a_mesh_become_one_with_materials),
       cmocka_unit_test(a_normal_map_asks_for_tangents),
+      cmocka_unit_test(tangents_follow_the_uv_set_of_the_normal_map),
       cmocka_unit_test(only_vertices_in_use_become_points),
       cmocka_unit_test(the_four_largest_weights_are_kept_with_sum_1),
       cmocka_unit_test(morph_weights_must_fit_the_targets),

@@ -47,11 +47,26 @@ static void not_a_number_is_refused(void **state) {
   assert_string_equal(error.pointer, "/positions/7/1");
 }
 
+static void tangents_follow_no_uv_set_that_is_not_there(void **state) {
+  (void)state;
+  static const uint8_t sets[6] = {0, 0, 0, 0, 1, 0};
+  static const float uv[2] = {0, 0};
+  static const uint32_t uv_corners[24] = {0};
+  tw_mesh mesh = cube();
+  mesh.uv_set_count = 1;
+  mesh.uv_sets[0] = (tw_uv_set){1, uv, uv_corners};
+  mesh.tangent_uvs = sets;
+  tw_error error;
+  assert_int_equal(tw_mesh_check(&mesh, &error, NULL), TW_INVALID);
+  assert_string_equal(error.pointer, "/tangent_uvs/4");
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(index_out_of_range_names_face_and_corner),
       cmocka_unit_test(repeated_point_in_a_face_is_refused),
       cmocka_unit_test(not_a_number_is_refused),
+      cmocka_unit_test(tangents_follow_no_uv_set_that_is_not_there),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

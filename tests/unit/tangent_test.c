@@ -297,6 +297,47 @@ static void every_triangle_has_one_handedness(void **state) {
   free(s);
 }
 
+/* Two maps of one plane, the second turned by a quarter; groups tell which faces follow which. */
+static void each_face_follows_its_own_uv_set(void **state) {
+  (void)state;
+  static const float map[4] = {1, 0, 0, 1};
+  static const uint8_t sets[10] = {0, 1, 1, 0, 0, 1, 0, 0, 1, 1};
+  static const float along[2][2] = {{1, 0}, {0, 1}};
+  sheet *s = patchwork(map);
+  float turned[POINTS_MAX][2];
+  for (uint32_t p = 0; p < s->mesh.point_count; p++) {
+    turned[p][0] = s->points[p][1];
+    turned[p][1] = -s->points[p][0];
+  }
+  uint32_t groups[10];
+  for (int f = 0; f < 10; f++) groups[f] = sets[f];
+  s->mesh.uv_set_count = 2;
+  s->mesh.uv_sets[1] = (tw_uv_set){s->mesh.point_count, turned[0], s->corners};
+  s->mesh.face_groups = groups;
+  s->mesh.tangent_uvs = sets;
+  for (uint32_t level = 0; level <= 3; level++) {
+    rows r = read_sheet(s, (tw_surface_options){.level = level});
+    tw_surface_reader *reader = tw_surface_reader_create(r.surface);
+    assert_int_equal(tw_surface_group_count(r.surface), 2);
+    for (uint32_t set = 0; set < 2; set++) {
+      const tw_surface_group *group = tw_surface_get_group(r.surface, set);
+      for (uint64_t face = group->first_face; face < group->first_face + group->face_count; face++) {
+        uint32_t corners[8], size;
+        tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, face, 1, &size, corners);
+        for (uint32_t c = 0; c < size; c++) {
+          const float *tangent = row_of(&r, corners[c]) + r.layout->tangent;
+          assert_frame(&r, corners[c]);
+          for (int i = 0; i < 2; i++) assert_float_equal(tangent[i], along[set][i], 2e-5);
+          assert_true(tangent[3] == 1);
+        }
+      }
+    }
+    tw_surface_reader_destroy(reader);
+    free_rows(&r);
+  }
+  free(s);
+}
+
 static void tangents_stay_frames_on_any_mesh(void **state) {
   (void)state;
   uint32_t seed = 1;
@@ -356,6 +397,7 @@ int main(void) {
       cmocka_unit_test(tube_has_tangents_round_its_axis),
       cmocka_unit_test(map_folded_over_splits_its_middle_and_keeps_both_sides_whole),
       cmocka_unit_test(every_triangle_has_one_handedness),
+      cmocka_unit_test(each_face_follows_its_own_uv_set),
       cmocka_unit_test(tangents_stay_frames_on_any_mesh),
       cmocka_unit_test(same_tangents_come_whatever_the_blocks),
   };

@@ -67,6 +67,7 @@ typedef struct tw_mesh {
   const float *const *morphs; /* [morph_count] arrays [point_count][3] of displacements */
   const float *morph_weights; /* [morph_count] defaults, or NULL */
   bool has_tangents;          /* the source bore tangents or a normal map: the answer needs them */
+  const uint8_t *tangent_uvs; /* [face_count] UV set that tangents follow, NULL: the first */
 
   /* The file's own subdivision tags, TW_TAG_UNSET or a value of the enums in subdiv.h. */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;

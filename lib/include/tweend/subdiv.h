@@ -88,12 +88,12 @@ typedef enum tw_domain {
 
 /* Rows of TW_DOMAIN_VERTICES: interleaved floats. Offsets are in floats; UINT32_MAX when absent.
  * Tangents come where the source bore some and the answer has normals and UVs: x y z of unit length,
- * orthogonal to the normal, along growing u of UV set 0 on the limit surface; w, 1 or -1, is the handedness
- * of the cage face's map (glTF's: w (normal x tangent) lies along growing v, v up). Where v does not grow,
- * they lie along growing u; where UVs do not grow at all, along the first side of the face. Points are split
- * where a map turns over.
- * Joints and weights: the weights of each joint subdivide as positions do, limit included; a row has the
- * four heaviest, heaviest first, sum 1, joint 0 where a weight is 0. */
+ * orthogonal to the normal, along growing u of the face's UV set for them on the limit surface; w, 1 or -1,
+ * is the handedness of the cage face's map (glTF's: w (normal x tangent) lies along growing v, v up). Where v
+ * does not grow, they lie along growing u; where UVs do not grow at all, along the first side of the face.
+ * Points are split where a map turns over, and where faces differ in their set. Joints and weights: the
+ * weights of each joint subdivide as positions do, limit included; a row has the four heaviest, heaviest
+ * first, sum 1, joint 0 where a weight is 0. */
 typedef struct tw_surface_layout {
   uint32_t stride;                        /* floats a row */
   uint32_t position;                      /* always 0 */
