@@ -469,7 +469,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = refine_all(b, level == b->levels ? s->arena : b->arena);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels};
+  tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + b->levels};
   if (status == TW_OK) status = tw_surface_order(s, &order);
   if (status == TW_OK) status = number_answer(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);
