@@ -236,11 +236,11 @@ static void warn_of_turns(tw_model *model, uint32_t index, const tw_clip *clip) 
     for (uint32_t key = 0; key + 1 < track->timeline->key_count; key++)
       count += tw_track_turn(track, key) != TURN_SHORT;
     if (count == 0) continue;
-    tw_model_warn(model, "clip \"%.40s\", node \"%.40s\": %u %s", tw_model_clip_name(model, index, clip_name),
-                  tw_model_node_name(model, track->node, node_name), count,
-                  tw_track_says_angles(track)
-                      ? "steps turn 180 degrees or more, which quaternions would do another way"
-                      : "steps are of exactly 180 degrees, whose way is arbitrary");
+    tw_model_warn(
+        model, "%u step%s of %s: clip \"%s\", node \"%s\"", count, count > 1 ? "s" : "",
+        tw_track_says_angles(track) ? "180 degrees or more, which quaternions would turn another way"
+                                    : "exactly 180 degrees, whose way is arbitrary",
+        tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
   }
 }
 

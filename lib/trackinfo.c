@@ -60,27 +60,26 @@ static double degrees(double radians) {
   return radians * 180 / PI;
 }
 
+/* A sentence that begins with a number of things, none for 0: "1 key", "2 keys". */
+static void warn_of_count(tw_track_report *report, uint32_t count, const char *thing, const char *rest) {
+  if (count > 0)
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE, "%u %s%s %s", count, thing, count > 1 ? "s" : "",
+             rest);
+}
+
 static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order], *best = &report->gimbals[report->best_order];
-  if (report->non_unit_keys)
-    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u keys are not of unit length and were normalised", report->non_unit_keys);
-  if (report->sign_flips)
-    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u keys have the opposite sign of the key before; the short way is taken all the same",
-             report->sign_flips);
-  if (report->half_turns)
-    snprintf(
-        next_warning(report), TW_TRACK_WARNING_SIZE,
-        "%u steps are of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary",
-        report->half_turns);
+  warn_of_count(report, report->non_unit_keys, "key", "not of unit length: normalised");
+  warn_of_count(report, report->sign_flips, "key",
+                "with the opposite sign of the key before: the short way is taken all the same");
+  warn_of_count(report, report->half_turns, "step",
+                "of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary");
   if (report->long_steps)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u steps turn more than 180 degrees, the largest %.6g: as quaternions they would be cut short",
-             report->long_steps, degrees(report->largest_step));
-  if (report->euler_wraps)
-    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
-             "%u steps change an Euler angle by more than 180 degrees", report->euler_wraps);
+             "%u step%s of more than 180 degrees, the largest %.6g: quaternions would cut them short",
+             report->long_steps, report->long_steps > 1 ? "s" : "", degrees(report->largest_step));
+  warn_of_count(report, report->euler_wraps, "step",
+                "in which an Euler angle changes by more than 180 degrees");
   if (keys->form == TW_KEY_EULER && own->cos_middle < 0.1)
     snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
              "at %.6g s order %s is %.3g degrees from gimbal lock; order %s stays %.3g degrees away",

@@ -571,21 +571,20 @@ static void assert_warning(const fixture *f, const char *track, const char *warn
   const cJSON *warnings = json_member(answer, "warnings");
   assert_int_equal(cJSON_GetArraySize(warnings), warning ? 1 : 0);
   if (warning) assert_non_null(strstr(warnings->child->valuestring, warning));
-  if (warning) assert_non_null(strstr(warnings->child->valuestring, "clip \"wave\", node \"arm\": "));
+  if (warning) assert_non_null(strstr(warnings->child->valuestring, ": clip \"wave\", node \"arm\""));
   cJSON_Delete(answer);
   reply_free(&r);
 }
 
 static void half_turns_and_longer_ones_are_warned_of_when_they_are_stored(void **state) {
   assert_warning(*state, "\"eulers\":[[0,0,0],[0,170,0],[0,300,0]]", NULL);
-  assert_warning(*state, "\"eulers\":[[0,0,0],[0,180,0],[0,360,0]]", "2 steps are of exactly 180 degrees");
+  assert_warning(*state, "\"eulers\":[[0,0,0],[0,180,0],[0,360,0]]", "2 steps of exactly 180 degrees");
   assert_warning(*state, "\"interpolation\":\"step\",\"eulers\":[[0,0,0],[0,180,0],[0,0,0]]", NULL);
   assert_warning(*state, "\"interpolation\":\"euler\",\"eulers\":[[-170,0,0],[170,0,0],[171,0,0]]",
-                 "1 steps turn 180 degrees or more");
+                 "1 step of 180 degrees or more");
   assert_warning(*state, "\"axis_angles\":[[0,0,1,0],[0,0,1,180],[0,0,1,900]]",
-                 "2 steps turn 180 degrees or more");
-  assert_warning(*state, "\"quaternions\":[[0,0,0,1],[1,0,0,0],[1,0,0,0]]",
-                 "1 steps are of exactly 180 degrees");
+                 "2 steps of 180 degrees or more");
+  assert_warning(*state, "\"quaternions\":[[0,0,0,1],[1,0,0,0],[1,0,0,0]]", "1 step of exactly 180 degrees");
 }
 
 #define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
