@@ -232,13 +232,14 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   return plan ? API_DONE : api_fail_without_memory(call);
 }
 
-tw_status api_plan_warm(api_plan *plan, tw_error *error) {
+tw_status api_plan_warm(api_plan *plan, const api_crew *crew, tw_error *error) {
+  const tw_crew hands = {crew->owner, crew->share};
   if (atomic_load(&plan->is_warm)) return TW_OK;
   for (uint32_t i = 0; i < plan->count; i++) {
     float min[3], max[3];
     uint32_t morphs = tw_surface_get_layout(plan->surfaces[i])->morph_count;
     for (int morph = -1; morph < (int)morphs; morph++) {
-      tw_status status = tw_surface_bounds(plan->surfaces[i], morph, min, max);
+      tw_status status = tw_surface_bounds_by(plan->surfaces[i], morph, hands.run ? &hands : NULL, min, max);
       if (status != TW_OK) return tw_fail(error, status, "out of memory");
     }
   }

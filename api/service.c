@@ -26,6 +26,7 @@ api_service *api_service_create(const api_settings *settings) {
   if (!service) return NULL;
   service->limits = settings->limits;
   service->store = settings->store;
+  service->crew = settings->crew;
   atomic_init(&service->is_draining, false);
   service->arena = tw_arena_create();
   const char *origins = settings->cors_origins ? settings->cors_origins : "";

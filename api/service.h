@@ -12,6 +12,7 @@ enum { API_KEY_DIGEST = 32 };
 struct api_service {
   api_limits limits;
   api_store store;
+  api_crew crew;
   tw_arena *arena; /* of the copied settings */
   size_t key_count;
   uint8_t (*key_digests)[API_KEY_DIGEST]; /* SHA-256 of each key: equal lengths to compare */

@@ -262,8 +262,8 @@ static void destroy_request(void *context) {
 
 /* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
 static api_outcome warm(api_call *call, const surface_request *request) {
-  return api_plan_warm(api_entry_value(request->plan), &call->fault.error) == TW_OK ? API_DONE
-                                                                                    : api_fail(call);
+  tw_status status = api_plan_warm(api_entry_value(request->plan), &call->service->crew, &call->fault.error);
+  return status == TW_OK ? API_DONE : api_fail(call);
 }
 
 static api_outcome reply_gltf(api_call *call, surface_request *request) {

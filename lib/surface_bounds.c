@@ -4,18 +4,25 @@
  * farthest have been looked at, most others cannot widen the bounds and are not evaluated: the pass costs
  * as much as the cage, not as the answer, except where many patches touch the bounds (a flat side). */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "surface.h"
 
-enum { BLOCK_ROWS = 2048 };
+enum {
+  BLOCK_ROWS = 2048,
+  PART_ROWS = 1 << 16, /* less is not worth another thread */
+  PARTS_MAX = 64
+};
 
+/* The whole task, or one part of it: bounds widen alike in whatever order points come. */
 typedef struct pass {
   const tw_surface *s;
+  tw_domain domain;
+  uint32_t width, offset; /* of the rows, and of the points in them */
+  bool convex;            /* patch by patch, as told above; else row by row */
   tw_surface_reader *reader;
   float *block; /* [BLOCK_ROWS][width] */
-  tw_domain domain;
-  uint32_t width, offset;
   bool started;
   float bounds[2][3];
 } pass;
@@ -94,53 +101,124 @@ static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
   }
 }
 
-static void take_patches(pass *p) {
+static bool open_pass(pass *p) {
+  p->block = tw_alloc(BLOCK_ROWS, p->width * sizeof *p->block);
+  p->reader = tw_surface_reader_create(p->s);
+  return p->block && p->reader;
+}
+
+static void close_pass(pass *p) {
+  tw_surface_reader_destroy(p->reader);
+  free(p->block);
+}
+
+/* The bounds that all parts begin with: the farther they reach, the fewer patches are looked at. */
+static void take_farthest(pass *p) {
   uint32_t farthest[6] = {0};
   find_farthest(p->s, farthest);
   for (int i = 0; i < 6; i++) take_quad(p, farthest[i], base_quad(p->s, farthest[i]));
-  for (uint32_t v = 0; v < p->s->quad_count; v++) {
+}
+
+static void take_patches(pass *p, uint32_t first, uint32_t end) {
+  for (uint32_t v = first; v < end; v++) {
     float box[2][3] = {{0}};
     control_box(p->s, base_quad(p->s, v), box);
     if (!lies_within(p, (const float(*)[3])box)) take_quad(p, v, base_quad(p->s, v));
   }
 }
 
+/* A pass that is shared out. */
+typedef struct shared_pass {
+  pass start;
+  uint64_t count; /* quads or rows */
+  uint32_t part_count;
+  pass parts[PARTS_MAX];
+  bool failed[PARTS_MAX];
+} shared_pass;
+
+static void take_part(void *context, uint32_t index) {
+  shared_pass *shared = context;
+  pass *p = &shared->parts[index];
+  *p = shared->start;
+  uint64_t first = shared->count * index / shared->part_count,
+           end = shared->count * (index + 1) / shared->part_count;
+  bool ready = open_pass(p);
+  shared->failed[index] = !ready;
+  if (ready && p->convex)
+    take_patches(p, (uint32_t)first, (uint32_t)end);
+  else if (ready)
+    take_rows(p, first, end - first);
+  close_pass(p);
+}
+
+static void run_alone(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                      void *context) {
+  (void)owner;
+  for (uint32_t i = 0; i < count; i++) part(context, i);
+}
+
+static tw_status start_shared(shared_pass *shared, uint64_t rows) {
+  pass *p = &shared->start;
+  shared->count = p->convex ? p->s->quad_count : rows;
+  uint64_t parts = 1 + rows / PART_ROWS;
+  if (parts > shared->count) parts = shared->count;
+  shared->part_count = parts < PARTS_MAX ? (uint32_t)parts : PARTS_MAX;
+  if (!p->convex) return TW_OK;
+  bool ready = open_pass(p);
+  if (ready) take_farthest(p);
+  close_pass(p);
+  return ready ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status end_shared(const shared_pass *shared, float bounds[2][3]) {
+  pass all = shared->start;
+  for (uint32_t i = 0; i < shared->part_count; i++) {
+    if (shared->failed[i]) return TW_NO_MEMORY;
+    if (!shared->parts[i].started) continue;
+    widen(&all, shared->parts[i].bounds[0]);
+    widen(&all, shared->parts[i].bounds[1]);
+  }
+  memcpy(bounds, all.bounds, sizeof all.bounds);
+  return TW_OK;
+}
+
 /* Split vertices repeat their points, so the bounds of the points are those of the vertices. The
  * displacements of morph targets stand in the rows of the vertices alone. Under Chaikin's rule masks are
  * not always convex. */
-static tw_status compute(const tw_surface *s, int morph, float bounds[2][3]) {
-  pass p = {.s = s, .domain = TW_DOMAIN_POINTS, .width = 3};
+static tw_status compute(const tw_surface *s, int morph, const tw_crew *crew, float bounds[2][3]) {
+  shared_pass *shared = tw_alloc_zero(1, sizeof *shared);
+  if (!shared) return TW_NO_MEMORY;
+  shared->start = (pass){.s = s, .domain = TW_DOMAIN_POINTS, .width = 3};
   if (morph >= 0) {
-    p.domain = TW_DOMAIN_VERTICES;
-    p.width = s->layout.stride;
-    p.offset = s->layout.morphs + 3 * (uint32_t)morph;
+    shared->start.domain = TW_DOMAIN_VERTICES;
+    shared->start.width = s->layout.stride;
+    shared->start.offset = s->layout.morphs + 3 * (uint32_t)morph;
   }
-  tw_arena *arena = tw_arena_create();
-  p.block = arena ? tw_arena_alloc(arena, BLOCK_ROWS, p.width * sizeof *p.block) : NULL;
-  p.reader = tw_surface_reader_create(s);
-  bool ready = p.block && p.reader;
-  bool convex = morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN;
-  if (ready && convex && s->quad_count > 0)
-    take_patches(&p);
-  else if (ready)
-    take_rows(&p, 0, tw_surface_row_count(s, p.domain));
-  tw_surface_reader_destroy(p.reader);
-  tw_arena_destroy(arena);
-  memcpy(bounds, p.bounds, sizeof p.bounds);
-  return ready ? TW_OK : TW_NO_MEMORY;
+  shared->start.convex =
+      morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
+  tw_status status = start_shared(shared, tw_surface_row_count(s, shared->start.domain));
+  if (status == TW_OK) {
+    const tw_crew alone = {NULL, run_alone};
+    if (!crew) crew = &alone;
+    crew->run(crew->owner, shared->part_count, take_part, shared);
+    status = end_shared(shared, bounds);
+  }
+  free(shared);
+  return status;
 }
 
 enum { BOUNDS_UNKNOWN, BOUNDS_BEING_WRITTEN, BOUNDS_KNOWN };
 
-tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]) {
+tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_crew *crew, float min[3],
+                               float max[3]) {
   /* Displacements are the plan's own. */
-  if (morph >= 0 && surface->plan) return tw_surface_bounds(surface->plan, morph, min, max);
+  if (morph >= 0 && surface->plan) return tw_surface_bounds_by(surface->plan, morph, crew, min, max);
   size_t slot = (size_t)(morph + 1);
   float bounds[2][3];
   if (atomic_load(&surface->bounds_ready[slot]) == BOUNDS_KNOWN) {
     memcpy(bounds, surface->bounds[slot], sizeof bounds);
   } else {
-    tw_status status = compute(surface, morph, bounds);
+    tw_status status = compute(surface, morph, crew, bounds);
     if (status != TW_OK) return status;
     /* Two threads may both have computed them, with the same result; one of them keeps it. */
     int expected = BOUNDS_UNKNOWN;
@@ -152,4 +230,8 @@ tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], 
   memcpy(min, bounds[0], sizeof bounds[0]);
   memcpy(max, bounds[1], sizeof bounds[1]);
   return TW_OK;
+}
+
+tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]) {
+  return tw_surface_bounds_by(surface, morph, NULL, min, max);
 }

@@ -67,6 +67,11 @@ static bool read_tls(process *p, char *error) {
   return p->key != NULL;
 }
 
+static void share_out(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                      void *context) {
+  srv_work_share(owner, count, part, context);
+}
+
 static api_settings settings(const process *p) {
   const srv_config *config = &p->config;
   return (api_settings){.limits = {.max_upload = config->max_upload,
@@ -76,6 +81,7 @@ static api_settings settings(const process *p) {
                                    .max_times = config->max_times,
                                    .plan_cache = config->plan_cache},
                         .store = srv_store_fs_api(p->store),
+                        .crew = {p->server.work, share_out},
                         .api_keys = (const char *const *)config->api_keys,
                         .cors_origins = config->cors_origins};
 }
@@ -89,15 +95,15 @@ static bool prepare(process *p, char *error) {
   p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
   if (p->listener < 0) return false;
   raise_descriptor_limit(p->config.max_connections);
-  api_settings service_settings = settings(p);
   p->server.config = &p->config;
   p->server.temporary = srv_store_fs_temporary(p->store);
   p->server.metrics = srv_metrics_create();
-  p->server.service = api_service_create(&service_settings);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
+  if (p->server.work == NULL) return false;
+  api_settings service_settings = settings(p);
+  p->server.service = api_service_create(&service_settings);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
-  return p->server.metrics != NULL && p->server.service != NULL && p->server.work != NULL &&
-         p->server.live != NULL;
+  return p->server.metrics != NULL && p->server.service != NULL && p->server.live != NULL;
 }
 
 static bool store_samples(process *p, char *error) {

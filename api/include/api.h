@@ -57,9 +57,17 @@ typedef struct api_limits {
   uint64_t plan_cache; /* bytes of cached models, plans and clips */
 } api_limits;
 
+/* Threads that take part in what one of them shares out: share calls part(context, i) once for each i below
+ * count, in any order and on any threads, and returns when all calls have. share NULL: there are none. */
+typedef struct api_crew {
+  void *owner;
+  void (*share)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+} api_crew;
+
 typedef struct api_settings {
   api_limits limits;
   api_store store;
+  api_crew crew;
   const char *const *api_keys; /* NULL-terminated; NULL: no keys asked for */
   const char *cors_origins;    /* "*", "" for none, or a comma-separated list */
 } api_settings;

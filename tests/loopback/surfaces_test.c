@@ -474,6 +474,32 @@ static void equal_questions_at_once_have_equal_answers(void **state) {
   for (int i = 0; i < ASKERS; i++) free(askers[i].body);
 }
 
+static void count_parts(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                        void *context) {
+  *(uint32_t *)owner += count;
+  for (uint32_t i = 0; i < count; i++) part(context, i);
+}
+
+static void bounds_are_shared_out_once(void **state) {
+  (void)state;
+  uint32_t parts = 0;
+  api_settings settings = loopback_settings();
+  settings.crew = (api_crew){&parts, count_parts};
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], target[96], *cube = loopback_file("server/samples/cube.obj", NULL);
+  loopback_upload(loop, "model/obj", cube, id);
+  free(cube);
+  snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=7", id);
+  for (int i = 0; i < 2; i++) {
+    parts = 0;
+    reply r = loopback_get(loop, target);
+    assert_int_equal(r.status, 200);
+    assert_true((parts > 1) == (i == 0));
+    reply_free(&r);
+  }
+  loopback_stop(loop);
+}
+
 #define with_models(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
 
 int main(void) {
@@ -498,6 +524,7 @@ int main(void) {
       cmocka_unit_test(results_over_the_limits_are_422_with_the_counts),
       cmocka_unit_test(counts_beyond_32_bits_are_told_exactly),
       with_models(equal_questions_at_once_have_equal_answers),
+      cmocka_unit_test(bounds_are_shared_out_once),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -352,9 +352,40 @@ static void bounds_are_those_of_the_rows(void **state) {
       }
 }
 
+/* The last part first; counts them into *owner. */
+static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                          void *context) {
+  *(uint32_t *)owner += count;
+  while (count > 0) part(context, --count);
+}
+
+static void bounds_do_not_depend_on_who_takes_which_part(void **state) {
+  (void)state;
+  for (int flags = 0; flags < 8; flags++) {
+    tw_mesh mesh = flags & 1 ? grid(9, 8, saddle) : cube();
+    tw_surface_options options = {.level = flags & 1 ? 6 : 7,
+                                  .limit = flags & 2,
+                                  .creasing = flags & 4 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
+    tw_surface *alone = surface_of(&mesh, options), *shared = surface_of(&mesh, options);
+    uint32_t parts = 0;
+    const tw_crew crew = {&parts, run_backwards};
+    float bounds[2][2][3];
+    assert_int_equal(tw_surface_bounds(alone, -1, bounds[0][0], bounds[0][1]), TW_OK);
+    assert_int_equal(tw_surface_bounds_by(shared, -1, &crew, bounds[1][0], bounds[1][1]), TW_OK);
+    assert_memory_equal(bounds[0], bounds[1], sizeof bounds[0]);
+    assert_true(parts > 1);
+    parts = 0;
+    assert_int_equal(tw_surface_bounds_by(shared, -1, &crew, bounds[1][0], bounds[1][1]), TW_OK);
+    assert_int_equal(parts, 0); /* remembered */
+    tw_surface_destroy(alone);
+    tw_surface_destroy(shared);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(bounds_are_those_of_the_rows),
+      cmocka_unit_test(bounds_do_not_depend_on_who_takes_which_part),
       cmocka_unit_test(loop_refuses_a_quad_and_names_the_face),
       cmocka_unit_test(counts_over_32_bits_are_refused),
       cmocka_unit_test(a_mesh_without_faces_gives_an_empty_surface),

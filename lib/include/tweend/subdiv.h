@@ -128,6 +128,17 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
  * TW_NO_MEMORY. */
 tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
 
+/* Threads that take part in what one of them shares out. run calls part(context, i) once for each i below
+ * count, in any order and on any threads, and returns when all calls have. */
+typedef struct tw_crew {
+  void *owner;
+  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+} tw_crew;
+
+/* As tw_surface_bounds, its pass shared out. The same values. crew NULL: the calling thread does it alone. */
+tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_crew *crew, float min[3],
+                               float max[3]);
+
 /* Scratch memory of one reader; not shared between threads. */
 typedef struct tw_surface_reader tw_surface_reader;
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface); /* NULL without memory */
