@@ -59,24 +59,32 @@ static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *local
   for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
 }
 
-/* Where up to TW_ARC_BLOCK channels stand at a time. In passes, so that when the clip is larger than the
- * cache the loads of all channels wait side by side, not one behind the other. */
+/* Where up to TW_ARC_BLOCK channels stand at a time. In passes, each asking for the memory that the next one
+ * reads: when the clip is larger than the cache, the loads of all channels wait side by side, not one behind
+ * the other. Tracks with the same times stand together and are searched once. */
 static void find_arcs(const arc_channel *channels, uint32_t count, float time, const arc_segment **arcs,
                       float *angles) {
+  const tw_timeline *lines[TW_ARC_BLOCK];
   float clamped[TW_ARC_BLOCK];
-  uint32_t keys[TW_ARC_BLOCK], line_of[TW_ARC_BLOCK], line_count = 0;
+  uint32_t buckets[TW_ARC_BLOCK], keys[TW_ARC_BLOCK], line_of[TW_ARC_BLOCK], line_count = 0;
   for (uint32_t i = 0; i < count; i++) {
     if (i == 0 || channels[i].timeline_index != channels[i - 1].timeline_index) {
-      clamped[line_count] = timeline_clamp(&channels[i].timeline, time);
-      keys[line_count] = timeline_find(&channels[i].timeline, clamped[line_count]);
+      const tw_timeline *line = &channels[i].timeline;
+      lines[line_count] = line;
+      clamped[line_count] = timeline_clamp(line, time);
+      buckets[line_count] = timeline_bucket(line, clamped[line_count]);
+      __builtin_prefetch(line->buckets + buckets[line_count]);
       line_count++;
     }
     line_of[i] = line_count - 1;
   }
+  for (uint32_t i = 0; i < line_count; i++) keys[i] = timeline_find_in(lines[i], clamped[i], buckets[i]);
   for (uint32_t i = 0; i < count; i++) {
     arcs[i] = channels[i].arcs + keys[line_of[i]];
-    angles[i] = (clamped[line_of[i]] - arcs[i]->start) * arcs[i]->rate;
+    __builtin_prefetch(arcs[i]);
+    __builtin_prefetch(&arcs[i]->rate); /* may lie in another line of the cache */
   }
+  for (uint32_t i = 0; i < count; i++) angles[i] = (clamped[line_of[i]] - arcs[i]->start) * arcs[i]->rate;
 }
 
 static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
