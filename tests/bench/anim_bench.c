@@ -1,31 +1,17 @@
 /* Nanoseconds a joint and time: sampling clips in order, at random and in bulk, beside a plain binary search
- * with libm slerp; local to world matrices of one pose and of sixteen. */
+ * with libm slerp; local to world matrices of one pose and of sixteen. usage: anim_bench [JSON] */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "report.h"
 #include "tweend/anim.h"
 
-enum { RUNS = 9, ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000, POSE_BLOCK = 64 };
+enum { ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000, POSE_BLOCK = 64 };
 
-static double now(void) {
-  struct timespec time;
-  clock_gettime(CLOCK_MONOTONIC, &time);
-  return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
-}
-
-static uint64_t seed = 1;
-
-static double random_unit(void) {
-  seed = seed * 6364136223846793005u + 1442695040888963407u;
-  return (double)(seed >> 11) / 9007199254740992.0;
-}
-
-static void *checked(void *memory) {
-  if (memory) return memory;
-  fprintf(stderr, "no memory\n");
+static void fail(void) {
+  fprintf(stderr, "anim_bench: no clip\n");
   exit(1);
 }
 
@@ -45,22 +31,22 @@ typedef struct scene {
 static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool shared_times) {
   size_t keys = (size_t)joint_count * key_count;
   *s = (scene){.joint_count = joint_count, .key_count = key_count};
-  s->times = checked(tw_alloc(keys, sizeof *s->times));
-  s->values = checked(tw_alloc(keys, 4 * sizeof *s->values));
-  s->tracks = checked(tw_alloc_zero(joint_count, sizeof *s->tracks));
-  s->nodes = checked(tw_alloc_zero(joint_count, sizeof *s->nodes));
-  s->order = checked(tw_alloc(joint_count, sizeof *s->order));
+  s->times = bench_alloc(keys, sizeof *s->times);
+  s->values = bench_alloc(keys, 4 * sizeof *s->values);
+  s->tracks = bench_alloc(joint_count, sizeof *s->tracks);
+  s->nodes = bench_alloc(joint_count, sizeof *s->nodes);
+  s->order = bench_alloc(joint_count, sizeof *s->order);
   for (uint32_t joint = 0; joint < joint_count; joint++) {
     float *times = s->times + (size_t)joint * key_count;
     double time = 0;
     for (uint32_t key = 0; key < key_count; key++) {
       times[key] = (float)time;
-      time += 0.05 + random_unit() * random_unit();
+      time += 0.05 + bench_random() * bench_random();
     }
     for (uint32_t key = 0; key < key_count; key++) times[key] *= 10 / times[key_count - 1];
     if (shared_times) memcpy(times, s->times, key_count * sizeof *times);
     float *values = s->values + 4 * (size_t)joint * key_count;
-    for (size_t i = 0; i < 4 * (size_t)key_count; i++) values[i] = (float)(random_unit() - 0.5);
+    for (size_t i = 0; i < 4 * (size_t)key_count; i++) values[i] = (float)(bench_random() - 0.5);
     s->tracks[joint] = (tw_track_keys){.node = joint,
                                        .path = TW_ROTATION,
                                        .interpolation = TW_LINEAR,
@@ -73,8 +59,8 @@ static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool 
     s->nodes[joint].rest.translation[1] = 0.3f;
   }
   tw_clip_keys clip = {.track_count = joint_count, .tracks = s->tracks};
-  if (tw_clip_create(&clip, joint_count, -1, &s->clip, NULL) != TW_OK) checked(NULL);
-  if (tw_nodes_order(s->nodes, joint_count, s->order, NULL) != TW_OK) checked(NULL);
+  if (tw_clip_create(&clip, joint_count, -1, &s->clip, NULL) != TW_OK) fail();
+  if (tw_nodes_order(s->nodes, joint_count, s->order, NULL) != TW_OK) fail();
 }
 
 static void scene_deinit(scene *s) {
@@ -153,121 +139,100 @@ static void by_plain_track(const scene *s, const float *times, uint32_t count, t
                    (float *)locals + 4 * (size_t)i);
 }
 
-static int compare(const void *a, const void *b) {
-  double x = *(const double *)a, y = *(const double *)b;
-  return (x > y) - (x < y);
-}
-
-typedef struct timing {
-  double median, least, most; /* ns */
-} timing;
-
-static timing summary(double *runs) {
-  qsort(runs, RUNS, sizeof *runs, compare);
-  return (timing){runs[RUNS / 2], runs[0], runs[RUNS - 1]};
-}
-
-static timing measure(const scene *s, sampling sample, const float *times, uint32_t count, tw_trs *locals) {
-  double runs[RUNS];
+static bench_timing measure(const scene *s, sampling sample, const float *times, uint32_t count,
+                            tw_trs *locals) {
+  double runs[BENCH_RUNS];
   sample(s, times, count, locals);
-  for (int run = 0; run < RUNS; run++) {
-    double start = now();
+  for (int run = 0; run < BENCH_RUNS; run++) {
+    double start = bench_now();
     sample(s, times, count, locals);
-    runs[run] = (now() - start) * 1e9 / ((double)count * s->joint_count);
+    runs[run] = (bench_now() - start) * 1e9 / ((double)count * s->joint_count);
   }
-  return summary(runs);
-}
-
-static void print_pair(const char *name, timing ours, timing plain) {
-  printf("  %-28s %7.2f ns (%.2f to %.2f)   plain %7.2f   %5.1f times\n", name, ours.median, ours.least,
-         ours.most, plain.median, plain.median / ours.median);
+  return bench_summary(runs);
 }
 
 static void fill_times(float *times, uint32_t count, bool ascending) {
   for (uint32_t i = 0; i < count; i++)
-    times[i] = (float)(10 * (ascending ? (double)i / count : random_unit()));
+    times[i] = (float)(10 * (ascending ? (double)i / count : bench_random()));
 }
 
-static void bench_sampling(uint32_t joint_count, uint32_t key_count, bool shared_times) {
+/* The plain way is slow: it gets fewer times. */
+static void compare_ways(bench_report *report, const char *name, const scene *s, sampling ours,
+                         sampling plain, const float *times, uint32_t count, tw_trs *locals) {
+  uint32_t fewer = count > RANDOM_TIMES ? count / 10 : count;
+  bench_row(report, name, "ns", measure(s, ours, times, count, locals), "plain",
+            measure(s, plain, times, fewer, locals), false);
+}
+
+static void bench_sampling(bench_report *report, uint32_t joint_count, uint32_t key_count,
+                           bool shared_times) {
   scene s;
   scene_init(&s, joint_count, key_count, shared_times);
-  float *times = checked(tw_alloc(BULK_TIMES, sizeof *times));
+  float *times = bench_alloc(BULK_TIMES, sizeof *times);
   size_t room = (size_t)joint_count * POSE_BLOCK;
-  tw_trs *locals = checked(tw_alloc(room > BULK_TIMES ? room : BULK_TIMES, sizeof *locals));
-  printf("%u joints, %u keys each%s\n", joint_count, key_count, shared_times ? ", the same times" : "");
+  tw_trs *locals = bench_alloc(room > BULK_TIMES ? room : BULK_TIMES, sizeof *locals);
+  bench_scene(report, "%u joints, %u keys%s", joint_count, key_count, shared_times ? ", the same times" : "");
   fill_times(times, ORDERED_TIMES, true);
-  print_pair("pose by pose, in order", measure(&s, by_pose, times, ORDERED_TIMES, locals),
-             measure(&s, by_plain_pose, times, ORDERED_TIMES, locals));
+  compare_ways(report, "in order", &s, by_pose, by_plain_pose, times, ORDERED_TIMES, locals);
   fill_times(times, RANDOM_TIMES, false);
-  print_pair("pose by pose, at random", measure(&s, by_pose, times, RANDOM_TIMES, locals),
-             measure(&s, by_plain_pose, times, RANDOM_TIMES, locals));
+  compare_ways(report, "at random", &s, by_pose, by_plain_pose, times, RANDOM_TIMES, locals);
   fill_times(times, BULK_TIMES, true);
-  timing plain = measure(&s, by_plain_track, times, BULK_TIMES, locals);
-  print_pair("10,000 times, by track", measure(&s, by_track, times, BULK_TIMES, locals), plain);
-  print_pair("10,000 times, whole poses", measure(&s, by_poses, times, BULK_TIMES, locals), plain);
+  compare_ways(report, "10,000 times", &s, by_track, by_plain_track, times, BULK_TIMES, locals);
+  compare_ways(report, "10,000 whole poses", &s, by_poses, by_plain_track, times, BULK_TIMES, locals);
   free(times);
   free(locals);
   scene_deinit(&s);
 }
 
 /* Local transforms to world matrices: pose by pose, and sixteen poses at a time. */
-static void bench_worlds(uint32_t joint_count) {
+static void bench_worlds(bench_report *report, uint32_t joint_count) {
   enum { POSES = TW_LANES, ROUNDS = 64 };
   scene s;
   scene_init(&s, joint_count, 10, true);
   float times[POSES];
-  tw_trs *locals = checked(tw_alloc((size_t)joint_count * POSES, sizeof *locals));
-  float *matrices = checked(tw_alloc((size_t)joint_count * POSES, 16 * sizeof *matrices));
-  float *lanes = checked(tw_alloc((size_t)joint_count * TW_LANES, TW_LANE_TRS * sizeof *lanes));
+  tw_trs *locals = bench_alloc((size_t)joint_count * POSES, sizeof *locals);
+  float *matrices = bench_alloc((size_t)joint_count * POSES, 16 * sizeof *matrices);
+  float *lanes = bench_alloc((size_t)joint_count * TW_LANES, TW_LANE_TRS * sizeof *lanes);
   fill_times(times, POSES, true);
   tw_clip_poses(s.clip, s.nodes, joint_count, times, POSES, locals);
   tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
-  double plain[RUNS], side_by_side[RUNS], sampled[RUNS], per = 1e9 / ((double)ROUNDS * POSES * joint_count);
-  for (int run = 0; run < RUNS; run++) {
-    double start = now();
+  double plain[BENCH_RUNS], side_by_side[BENCH_RUNS], sampled[BENCH_RUNS],
+      per = 1e9 / ((double)ROUNDS * POSES * joint_count);
+  for (int run = 0; run < BENCH_RUNS; run++) {
+    double start = bench_now();
     for (int round = 0; round < ROUNDS; round++)
       for (uint32_t pose = 0; pose < POSES; pose++) {
         tw_pose_locals(s.clip, s.nodes, joint_count, locals + (size_t)pose * joint_count, matrices);
         tw_pose_world(s.nodes, s.order, joint_count, matrices, matrices);
       }
-    double middle = now();
+    double middle = bench_now();
     for (int round = 0; round < ROUNDS; round++)
       tw_lanes_world(s.clip, s.nodes, s.order, joint_count, lanes, matrices);
-    double end = now();
+    double end = bench_now();
     for (int round = 0; round < ROUNDS; round++) tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
     plain[run] = (middle - start) * per;
     side_by_side[run] = (end - middle) * per;
-    sampled[run] = (now() - end) * per;
+    sampled[run] = (bench_now() - end) * per;
   }
-  printf("%u joints, local to world\n", joint_count);
-  print_pair("sixteen poses at a time", summary(side_by_side), summary(plain));
-  timing lane_sampling = summary(sampled);
-  printf("  %-28s %7.2f ns (%.2f to %.2f)\n", "sampling sixteen side by side", lane_sampling.median,
-         lane_sampling.least, lane_sampling.most);
+  bench_scene(report, "%u joints, local to world", joint_count);
+  bench_row(report, "sixteen poses side by side", "ns", bench_summary(side_by_side), "one by one",
+            bench_summary(plain), false);
+  bench_row(report, "sampling sixteen side by side", "ns", bench_summary(sampled), NULL, (bench_timing){0},
+            false);
   free(locals);
   free(matrices);
   free(lanes);
   scene_deinit(&s);
 }
 
-static void print_machine(void) {
-  char line[256] = "";
-  FILE *info = fopen("/proc/cpuinfo", "r");
-  while (info && fgets(line, sizeof line, info))
-    if (strncmp(line, "model name", 10) == 0) break;
-  if (info) fclose(info);
-  printf("tweend %s, %s", tw_version(), line[0] ? line : "unknown machine\n");
-#ifdef __VERSION__
-  printf("compiler %s; median of %d runs (least to most)\n", __VERSION__, RUNS);
-#endif
-}
-
-int main(void) {
-  const uint32_t joints[] = {24, 100, 1000}, keys[] = {10, 1000};
-  print_machine();
+int main(int argc, char **argv) {
+  static const uint32_t joints[] = {24, 100, 1000}, keys[] = {10, 1000};
+  bench_report report;
+  bench_open(&report, argc > 1 ? argv[1] : NULL);
   for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 2; j++) bench_sampling(joints[i], keys[j], false);
-  bench_sampling(1000, 1000, true);
-  for (int i = 0; i < 3; i++) bench_worlds(joints[i]);
+    for (int j = 0; j < 2; j++) bench_sampling(&report, joints[i], keys[j], false);
+  bench_sampling(&report, 1000, 1000, true);
+  for (int i = 0; i < 3; i++) bench_worlds(&report, joints[i]);
+  bench_close(&report);
   return 0;
 }

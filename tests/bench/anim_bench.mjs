@@ -1,5 +1,6 @@
-// The scenes of anim_bench.c sampled by three.js: nanoseconds a joint and time. Packages: npm ci in tests/node.
-import { readFileSync } from 'node:fs';
+// The scenes of anim_bench.c sampled by three.js: nanoseconds a joint and time, beside those that anim_bench left
+// as JSON, to which they are added. Packages: npm ci in tests/node. usage: node anim_bench.mjs JSON
+import { readFileSync, writeFileSync } from 'node:fs';
 import { performance } from 'node:perf_hooks';
 import { QuaternionKeyframeTrack, REVISION } from '../node/node_modules/three/build/three.module.js';
 
@@ -30,19 +31,30 @@ function measure(samplers, times, byTrack) {
   return runs.sort((a, b) => a - b);
 }
 
-function print(name, runs) {
-  const [least, median, most] = [runs[0], runs[RUNS >> 1], runs[RUNS - 1]].map((ns) => ns.toFixed(1));
-  console.log(`  ${name.padEnd(28)} ${median.padStart(7)} ns (${least} to ${most})`);
+const [file] = process.argv.slice(2);
+const rows = JSON.parse(readFileSync(file, 'utf8'));
+
+// Rows of scenes that both have bear the peer's numbers from now on.
+function compare(scene, name, runs) {
+  const [least, median, most] = [runs[0], runs[RUNS >> 1], runs[RUNS - 1]];
+  const row = rows.find((known) => known.scene === scene && known.name === name);
+  row.three = { median, least, most, ratio: median / row.median };
+  const text = [least, median, most].map((ns) => ns.toFixed(1));
+  console.log(`  ${name.padEnd(34)} ${text[1].padStart(10)} ns (${text[0]} to ${text[2]})   ` +
+    `tweend ${row.median.toFixed(2)}, ratio ${row.three.ratio.toFixed(1)}`);
 }
 
-const machine = /model name\s*: (.*)/.exec(readFileSync('/proc/cpuinfo', 'utf8'))?.[1] ?? 'unknown machine';
-console.log(`three.js ${REVISION}, node ${process.version}, ${machine}; median of ${RUNS} runs (least to most)`);
+console.log(`three.js ${REVISION}, node ${process.version}; median of ${RUNS} runs (least to most)`);
 for (const joints of [24, 100, 1000])
   for (const keys of [10, 1000]) {
     const samplers = Array.from({ length: joints }, () => makeTrack(keys).createInterpolant());
     const ordered = Array.from({ length: 512 }, (_, i) => (10 * i) / 512);
-    console.log(`${joints} joints, ${keys} keys each`);
-    print('pose by pose, in order', measure(samplers, ordered, false));
-    print('pose by pose, at random', measure(samplers, ordered.map(() => 10 * Math.random()), false));
-    print('10,000 times, by track', measure(samplers, Array.from({ length: 10000 }, (_, i) => i / 1000), true));
+    const count = joints > 100 ? 1000 : 10000; // the rest would only take time
+    const bulk = Array.from({ length: count }, (_, i) => (10 * i) / count);
+    const scene = `${joints} joints, ${keys} keys`;
+    console.log(scene);
+    compare(scene, 'in order', measure(samplers, ordered, false));
+    compare(scene, 'at random', measure(samplers, ordered.map(() => 10 * Math.random()), false));
+    compare(scene, '10,000 times', measure(samplers, bulk, true));
   }
+writeFileSync(file, JSON.stringify(rows, null, 1) + '\n');
