@@ -1,30 +1,50 @@
 /* Decay of sharpness, and the masks that it blends. */
 #include "crease.h"
 
+#include <math.h>
 #include <string.h>
 
-static float decayed(float sharpness) {
+/* Sharpness after some steps of uniform decay. */
+static inline float later(float sharpness, uint32_t steps) {
   if (tw_is_infinite(sharpness)) return TW_SHARPNESS_INFINITE;
-  return sharpness > 1 ? sharpness - 1 : 0;
+  return sharpness > (float)steps ? sharpness - (float)steps : 0;
+}
+
+static inline float decayed(float sharpness) {
+  return later(sharpness, 1);
+}
+
+float tw_decayed_edge(float sharpness, bool chaikin, float semi_sum, uint32_t semi_count) {
+  if (!chaikin || !tw_is_semi_sharp(sharpness) || semi_count < 2) return decayed(sharpness);
+  float others = (semi_sum - sharpness) / (float)(semi_count - 1);
+  float child = 0.75f * sharpness + 0.25f * others - 1;
+  return child > 0 ? child : 0;
 }
 
 /* Sharpness of the half of `edge` at `vertex` after one step. */
 static float child_sharpness(const tw_topology *t, const tw_rules *rules, uint32_t edge, uint32_t vertex) {
   float sharpness = t->edge_sharpness[edge];
-  if (!rules->chaikin || !tw_is_semi_sharp(sharpness) || t->semi_count[vertex] < 2) return decayed(sharpness);
-  float others = (t->semi_sum[vertex] - sharpness) / (float)(t->semi_count[vertex] - 1);
-  float child = 0.75f * sharpness + 0.25f * others - 1;
-  return child > 0 ? child : 0;
+  if (!rules->chaikin) return decayed(sharpness);
+  return tw_decayed_edge(sharpness, true, t->semi_sum[vertex], t->semi_count[vertex]);
 }
 
-tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]) {
-  uint32_t sharp = 0, first = topology->ring_offsets[vertex];
-  for (uint32_t i = first; i < topology->ring_offsets[vertex + 1]; i++) {
-    if (!(topology->edge_sharpness[topology->ring_edges[i]] > 0)) continue;
+/* The rule that edges sharper than `above` make, and a vertex likewise. */
+static tw_vertex_rule rule_above(const tw_topology *t, uint32_t vertex, float above, uint32_t ends[2]) {
+  uint32_t sharp = 0, first = t->ring_offsets[vertex];
+  for (uint32_t i = first; i < t->ring_offsets[vertex + 1]; i++) {
+    if (!(t->edge_sharpness[t->ring_edges[i]] > above)) continue;
     if (ends) ends[sharp == 0 ? 0 : 1] = i - first;
     sharp++;
   }
-  return tw_rule_of(topology->vertex_sharpness[vertex], sharp);
+  return tw_rule_of(t->vertex_sharpness[vertex] > above ? 1 : 0, sharp);
+}
+
+tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]) {
+  return rule_above(topology, vertex, 0, ends);
+}
+
+tw_vertex_rule tw_settled_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]) {
+  return rule_above(topology, vertex, nextafterf(TW_SHARPNESS_INFINITE, 0), ends);
 }
 
 void tw_decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
@@ -44,6 +64,10 @@ float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge
   return stays ? 1 : sharpness;
 }
 
+float tw_crease_share_after(float sharpness, uint32_t steps) {
+  return later(sharpness, steps + 1) > 0 ? 1 : later(sharpness, steps);
+}
+
 static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t ends[2], float share) {
   if (rule == TW_RULE_CORNER) {
     blend->corner += share;
@@ -55,20 +79,36 @@ static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t
   }
 }
 
+/* Sharpness round a vertex before and after one step. */
+typedef struct vertex_step {
+  const tw_topology *t;
+  const tw_rules *rules; /* NULL: uniform decay, from `steps` steps later on */
+  uint32_t vertex, steps;
+} vertex_step;
+
+static inline float edge_before(const vertex_step *s, uint32_t edge) {
+  float sharpness = s->t->edge_sharpness[edge];
+  return s->rules ? sharpness : later(sharpness, s->steps);
+}
+static inline float edge_after(const vertex_step *s, uint32_t edge) {
+  return s->rules ? child_sharpness(s->t, s->rules, edge, s->vertex)
+                  : later(s->t->edge_sharpness[edge], s->steps + 1);
+}
+
 /* Share that the parent's rule keeps when the child has another one: the mean of the sharpness that
  * is about to vanish, at most 1 (OpenSubdiv's fractional weight). */
-static float parent_share(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
+static inline float parent_share(const vertex_step *s) {
   float sum = 0;
   uint32_t count = 0;
-  float own = p->vertex_sharpness[vertex];
+  float own = later(s->t->vertex_sharpness[s->vertex], s->steps);
   if (own > 0 && decayed(own) == 0) {
     sum = own;
     count = 1;
   }
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
-    uint32_t edge = p->ring_edges[i];
-    float sharpness = p->edge_sharpness[edge];
-    if (!(sharpness > 0) || child_sharpness(p, rules, edge, vertex) > 0) continue;
+  for (uint32_t i = s->t->ring_offsets[s->vertex]; i < s->t->ring_offsets[s->vertex + 1]; i++) {
+    uint32_t edge = s->t->ring_edges[i];
+    float sharpness = edge_before(s, edge);
+    if (!(sharpness > 0) || edge_after(s, edge) > 0) continue;
     sum += sharpness;
     count++;
   }
@@ -77,25 +117,39 @@ static float parent_share(const tw_topology *p, const tw_rules *rules, uint32_t 
   return share > 1 ? 1 : share;
 }
 
-tw_vertex_blend tw_blend_at(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
+/* Rule before (0) or after (1) the step. */
+static inline tw_vertex_rule step_rule(const vertex_step *s, uint32_t after, uint32_t ends[2]) {
+  uint32_t sharp = 0, first = s->t->ring_offsets[s->vertex];
+  for (uint32_t i = first; i < s->t->ring_offsets[s->vertex + 1]; i++) {
+    uint32_t edge = s->t->ring_edges[i];
+    if (!((after ? edge_after(s, edge) : edge_before(s, edge)) > 0)) continue;
+    ends[sharp == 0 ? 0 : 1] = i - first;
+    sharp++;
+  }
+  return tw_rule_of(later(s->t->vertex_sharpness[s->vertex], s->steps + after), sharp);
+}
+
+static inline tw_vertex_blend blend_in(const vertex_step *s) {
   tw_vertex_blend blend = {0, 0, 0, {0, 0}};
-  uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = tw_vertex_rule_at(p, vertex, ends);
-  if (rules->linear) rule = TW_RULE_CORNER;
-  if (rule <= TW_RULE_DART || rules->linear) {
-    add_rule(&blend, rule, ends, 1);
+  uint32_t ends[2][2] = {{0}, {0}};
+  tw_vertex_rule rule = step_rule(s, 0, ends[0]);
+  if (rule <= TW_RULE_DART) {
+    add_rule(&blend, rule, ends[0], 1);
     return blend;
   }
-  uint32_t child_ends[2] = {0, 0}, child_sharp = 0;
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++) {
-    if (!(child_sharpness(p, rules, p->ring_edges[i], vertex) > 0)) continue;
-    child_ends[child_sharp == 0 ? 0 : 1] = i - p->ring_offsets[vertex];
-    child_sharp++;
-  }
-  tw_vertex_rule child_rule = tw_rule_of(decayed(p->vertex_sharpness[vertex]), child_sharp);
+  tw_vertex_rule child_rule = step_rule(s, 1, ends[1]);
   bool same = child_rule == rule;
-  float share = same ? 1 : parent_share(p, rules, vertex);
-  add_rule(&blend, rule, ends, share);
-  if (!same) add_rule(&blend, child_rule, child_ends, 1 - share);
+  float share = same ? 1 : parent_share(s);
+  add_rule(&blend, rule, ends[0], share);
+  if (!same) add_rule(&blend, child_rule, ends[1], 1 - share);
   return blend;
+}
+
+tw_vertex_blend tw_blend_at(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
+  if (rules->linear) return (tw_vertex_blend){0, 0, 1, {0, 0}};
+  return blend_in(&(vertex_step){p, rules, vertex, 0});
+}
+
+tw_vertex_blend tw_blend_after(const tw_topology *topology, uint32_t vertex, uint32_t steps) {
+  return blend_in(&(vertex_step){topology, NULL, vertex, steps});
 }

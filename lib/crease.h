@@ -26,6 +26,13 @@ static inline tw_vertex_rule tw_rule_of(float vertex_sharpness, uint32_t sharp_e
  * into the ring. */
 tw_vertex_rule tw_vertex_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]);
 
+/* The same once all that is semi-sharp has decayed. */
+tw_vertex_rule tw_settled_rule_at(const tw_topology *topology, uint32_t vertex, uint32_t ends[2]);
+
+/* Sharpness that is left of an edge after one step, at the end where the semi-sharp edges sum to `semi_sum`
+ * and number `semi_count`. */
+float tw_decayed_edge(float sharpness, bool chaikin, float semi_sum, uint32_t semi_count);
+
 /* Sharpness of the child's first 2 edge_count edges, the halves of the parent's at its first and its
  * second end, and of its first vertex_count vertices. */
 void tw_decay(const tw_topology *parent, const tw_rules *rules, tw_topology *child);
@@ -42,5 +49,9 @@ typedef struct tw_vertex_blend {
 } tw_vertex_blend;
 
 tw_vertex_blend tw_blend_at(const tw_topology *parent, const tw_rules *rules, uint32_t vertex);
+
+/* Both as they will be in the step after `steps` further ones of uniform decay. */
+float tw_crease_share_after(float sharpness, uint32_t steps);
+tw_vertex_blend tw_blend_after(const tw_topology *topology, uint32_t vertex, uint32_t steps);
 
 #endif

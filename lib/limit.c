@@ -7,10 +7,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-static tw_limit_entry *fan_entry(const tw_limit_neighbours *m, uint32_t i) {
-  return &m->entries[1 + m->ring_count + i % m->fan_count];
-}
-
 static float ring_sharpness(const tw_limit_neighbours *m, uint32_t i) {
   return m->t->edge_sharpness[m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count]];
 }
@@ -31,7 +27,7 @@ static tw_limit_neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_
   }
   for (uint32_t i = 0; i < m.fan_count && !is_loop(t); i++) {
     uint32_t opposite = tw_quad_next(tw_quad_next(t->fan_corners[fan + i]));
-    *fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
+    *tw_fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
   }
   return m;
 }
@@ -43,7 +39,7 @@ static void position_smooth(const tw_limit_neighbours *m) {
   }
   float n = (float)m->fan_count;
   float face = 1 / (n * (n + 5)), edge = 4 * face;
-  for (uint32_t i = 0; i < m->fan_count; i++) fan_entry(m, i)->position = face;
+  for (uint32_t i = 0; i < m->fan_count; i++) tw_fan_entry(m, i)->position = face;
   for (uint32_t i = 0; i < m->ring_count; i++) tw_ring_entry(m, i)->position = edge;
   m->entries[0].position = 1 - n * (edge + face);
 }
@@ -73,9 +69,9 @@ static void tangents_smooth(const tw_limit_neighbours *m) {
   double face = 1 / (4 * lambda - 1);
   for (uint32_t i = 0; i < n; i++) {
     tw_ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
-    fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+    tw_fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
     tw_ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
-    fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+    tw_fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
   }
 }
 
@@ -100,7 +96,7 @@ static void tangents_crease(const tw_limit_neighbours *m, uint32_t first, uint32
   tw_ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
   for (uint32_t i = 0; i < faces; i++) {
     if (i > 0) tw_ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
-    fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
+    tw_fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
   }
 }
 
@@ -148,11 +144,17 @@ static bool is_smooth(tw_vertex_rule rule) {
   return rule == TW_RULE_SMOOTH || rule == TW_RULE_DART;
 }
 
-/* The rule that the masks follow; ends as in tw_vertex_rule_at. */
-static tw_vertex_rule mask_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
-  tw_vertex_rule rule = linear ? TW_RULE_CORNER : tw_vertex_rule_at(m->t, m->vertex, ends);
-  /* Among quads the smooth masks begin at valence 3. */
+/* Among quads the smooth masks begin at valence 3. */
+static tw_vertex_rule with_mask(const tw_limit_neighbours *m, tw_vertex_rule rule) {
   return is_smooth(rule) && m->fan_count == 2 && !is_loop(m->t) ? TW_RULE_CORNER : rule;
+}
+
+/* The rules that position and tangents follow; ends as in tw_vertex_rule_at. */
+static tw_vertex_rule position_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
+  return linear ? TW_RULE_CORNER : with_mask(m, tw_vertex_rule_at(m->t, m->vertex, ends));
+}
+static tw_vertex_rule tangent_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
+  return linear ? TW_RULE_CORNER : with_mask(m, tw_settled_rule_at(m->t, m->vertex, ends));
 }
 
 /* Where there is no tangent plane to choose from, or, between two triangles back to back, none at all. */
@@ -167,28 +169,40 @@ static sector crease_side(const tw_limit_neighbours *m, uint32_t corner, const u
   return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
 }
 
+static void fill_position(const tw_limit_neighbours *m, bool linear) {
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = position_rule(m, linear, ends);
+  if (rule == TW_RULE_CORNER)
+    m->entries[0].position = 1;
+  else if (rule == TW_RULE_CREASE)
+    position_crease(m, ends);
+  else
+    position_smooth(m);
+}
+
+static void fill_tangents(const tw_limit_neighbours *m, bool linear, uint32_t corner) {
+  uint32_t ends[2] = {0, 0};
+  tw_vertex_rule rule = tangent_rule(m, linear, ends);
+  if (has_face_tangents(m, linear, rule)) {
+    tangents_of_face(m, corner);
+  } else if (rule == TW_RULE_CORNER) {
+    sector s = find_sector(m, fan_place(m, corner));
+    tangents_along(m, s.first, s.first + 1);
+  } else {
+    if (rule == TW_RULE_CREASE) {
+      sector s = crease_side(m, corner, ends);
+      tangents_crease(m, s.first, s.faces);
+    } else {
+      tangents_smooth(m);
+    }
+    tw_limit_settle(m);
+  }
+}
+
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
   tw_limit_neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
-  uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = mask_rule(&m, linear, ends);
-  if (rule == TW_RULE_CORNER)
-    m.entries[0].position = 1;
-  else if (rule == TW_RULE_CREASE)
-    position_crease(&m, ends);
-  else
-    position_smooth(&m);
-
-  if (has_face_tangents(&m, linear, rule)) {
-    tangents_of_face(&m, corner);
-  } else if (rule == TW_RULE_CORNER) {
-    sector s = find_sector(&m, fan_place(&m, corner));
-    tangents_along(&m, s.first, s.first + 1);
-  } else if (rule == TW_RULE_CREASE) {
-    sector s = crease_side(&m, corner, ends);
-    tangents_crease(&m, s.first, s.faces);
-  } else {
-    tangents_smooth(&m);
-  }
+  fill_position(&m, linear);
+  fill_tangents(&m, linear, corner);
   return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
 }
 
@@ -224,7 +238,7 @@ bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, f
   tw_limit_neighbours m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
                            topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
   uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = mask_rule(&m, linear, ends);
+  tw_vertex_rule rule = tangent_rule(&m, linear, ends);
   if (has_face_tangents(&m, linear, rule) || rule == TW_RULE_CORNER) return false;
   if (rule == TW_RULE_CREASE)
     return frame_crease(&m, fan_place(&m, corner), crease_side(&m, corner, ends), frame);

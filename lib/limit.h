@@ -2,7 +2,8 @@
  * subdivision, and the tangents there.
  *
  * Masks: Loop 1987; Halstead, Kass and DeRose 1993 (interior), Biermann, Levin and Zorin 2000 (borders and
- * creases), in the form OpenSubdiv uses. Sharpness that has not yet decayed counts as if it stayed. */
+ * creases), in the form OpenSubdiv uses. To the position, sharpness that has not yet decayed counts as if it
+ * stayed, as with OpenSubdiv; tangents are those of the vertex after all decay. */
 #ifndef TWEEND_LIMIT_H
 #define TWEEND_LIMIT_H
 

@@ -1,4 +1,5 @@
-/* A limit mask on its way: the vertex with its neighbours. Private to limit.c and loop_limit.c. */
+/* A limit mask on its way: the vertex with its neighbours. Private to limit.c, limit_decay.c and
+ * loop_limit.c. */
 #ifndef TWEEND_LIMIT_MASK_H
 #define TWEEND_LIMIT_MASK_H
 
@@ -14,6 +15,13 @@ typedef struct tw_limit_neighbours {
 static inline tw_limit_entry *tw_ring_entry(const tw_limit_neighbours *n, uint32_t i) {
   return &n->entries[1 + i % n->ring_count];
 }
+
+static inline tw_limit_entry *tw_fan_entry(const tw_limit_neighbours *n, uint32_t i) {
+  return &n->entries[1 + n->ring_count + i % n->fan_count];
+}
+
+/* Carries tangents of the vertex after all decay back to the neighbours that there are now. */
+void tw_limit_settle(const tw_limit_neighbours *neighbours);
 
 /* Loop's masks: position and tangents at smooth vertices, and the tangent across a crease that bounds
  * `faces` faces, two at least, and begins at ring edge `first`. Entries must be zero. */

@@ -1,6 +1,8 @@
 /* Masks of the generic step, one vertex at a time. */
 #include "refine_mask.h"
 
+#include <stdlib.h>
+
 #include "loop.h"
 
 static uint32_t larger(uint32_t a, uint32_t b) {
@@ -65,6 +67,32 @@ uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32
   child -= parent->vertex_count;
   if (child < parent->edge_count) return edge_mask(parent, rules, child, shares);
   return face_mask(parent, child - parent->edge_count, shares);
+}
+
+/* Against its first share's vertex, which is the parent's, so that weights in float cost no more than the
+ * distances are worth. */
+static void add_shares(const tw_topology *p, const tw_share *shares, uint32_t count, uint32_t width,
+                       const double *in, const double *children, double *out) {
+  const double *origin = in + (size_t)shares[0].vertex * width;
+  for (uint32_t i = 0; i < width; i++) out[i] = origin[i];
+  for (uint32_t s = 1; s < count; s++) {
+    bool child = shares[s].vertex >= p->vertex_count;
+    const double *value = (child ? children : in) + (size_t)shares[s].vertex * width;
+    for (uint32_t i = 0; i < width; i++) out[i] += (double)shares[s].weight * (value[i] - origin[i]);
+  }
+}
+
+tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
+                          double *out) {
+  tw_share *shares = tw_alloc(tw_refine_mask_capacity(parent), sizeof *shares);
+  if (!shares) return TW_NO_MEMORY;
+  /* Face points come last and are what the others are made of. */
+  for (uint32_t child = parent->vertex_count + parent->edge_count + parent->face_count; child-- > 0;) {
+    uint32_t count = tw_refine_mask(parent, rules, child, shares);
+    add_shares(parent, shares, count, width, in, out, out + (size_t)child * width);
+  }
+  free(shares);
+  return TW_OK;
 }
 
 /* ---- Loop ----------------------------------------------------------------------------------- */

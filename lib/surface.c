@@ -133,7 +133,8 @@ static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *ar
   if (!in || !out || !rounded) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = field_rules(b, values->field);
-  tw_loop_values(parent, &rules, values->width, in, out);
+  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, out);
+  if (status != TW_OK) return status;
   for (size_t i = 0; i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
   values->exact = last && !kept ? NULL : out;
@@ -143,7 +144,8 @@ static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *ar
 /* context: the topologies of the level above. */
 static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
   const tw_topology *parents = context, *child = &b->topologies[values->field];
-  if (is_loop(b)) return refine_exact(b, parents, arena, values);
+  if (is_loop(b) || (b->surface->exact && values == &b->surface->positions))
+    return refine_exact(b, parents, arena, values);
   float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = field_rules(b, values->field);
@@ -411,6 +413,8 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
     s->shallow.level = level;
     b->levels = 0;
   }
+  /* Normals live on differences, which float loses the more the closer points come together. */
+  s->exact = is_loop(b) || (b->levels > GENERIC_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }

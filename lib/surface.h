@@ -87,6 +87,7 @@ struct tw_surface {
   /* Rows are the base's values as they stand: nothing is left to compute. Of the base's connectivity only
    * corner_vertex is there. */
   bool plain;
+  bool exact;     /* positions are refined in double to the base */
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
 
@@ -122,6 +123,10 @@ struct tw_surface {
   float (*bounds)[2][3];
   uint32_t scratch_points, mask_capacity;
 };
+
+/* One step of positions and the like in double, by the scheme's rules. TW_NO_MEMORY. */
+tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
+                                  uint32_t width, const double *in, double *out);
 
 /* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */
 void tw_surface_free_moved(tw_surface *surface);

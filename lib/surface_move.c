@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "loop.h"
+#include "refine_mask.h"
 #include "surface.h"
 
 static uint32_t cage_vertices(const tw_surface *s) {
@@ -44,7 +45,14 @@ static float *refine_floats(const tw_surface *s, const float *cage) {
   return at;
 }
 
-/* The same in double, as Loop's scheme asks for. */
+tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
+                                  uint32_t width, const double *in, double *out) {
+  if (surface->options.scheme != TW_LOOP) return tw_refine_exact(parent, rules, width, in, out);
+  tw_loop_values(parent, rules, width, in, out);
+  return TW_OK;
+}
+
+/* The same in double. */
 static double *refine_doubles(const tw_surface *s, const float *cage) {
   size_t count = 3 * (size_t)s->steps[0].parent.vertex_count;
   double *at = tw_alloc(count, sizeof *at);
@@ -52,7 +60,10 @@ static double *refine_doubles(const tw_surface *s, const float *cage) {
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next) tw_loop_values(&step->parent, &s->rules, 3, at, next);
+    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, next) != TW_OK) {
+      free(next);
+      next = NULL;
+    }
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
     free(at);
     at = next;
@@ -60,7 +71,7 @@ static double *refine_doubles(const tw_surface *s, const float *cage) {
   return at;
 }
 
-static tw_status refine_loop(tw_surface *s, const float *cage) {
+static tw_status move_exactly(tw_surface *s, const float *cage) {
   double *exact = refine_doubles(s, cage);
   size_t count = 3 * (size_t)s->fields[0].base.vertex_count;
   float *base = exact ? tw_alloc(count, sizeof *base) : NULL;
@@ -93,8 +104,8 @@ static tw_status move_points(tw_surface *s, const float *positions) {
     return TW_OK;
   }
   tw_status status = TW_OK;
-  if (s->options.scheme == TW_LOOP)
-    status = refine_loop(s, cage);
+  if (s->exact)
+    status = move_exactly(s, cage);
   else if (!(s->positions.base = refine_floats(s, cage)))
     status = TW_NO_MEMORY;
   if (s->options.level == 0)

@@ -87,43 +87,105 @@ static bool pins_all(const value_facts *facts, tw_uv_rule rule, bool on_border) 
   return dart || (facts->count == 2 && facts->corner);
 }
 
-/* How long semi-sharp edges keep a value a corner, and how much of one it is in the step in which the
- * last of them vanish, written as one sharpness. 0: none is semi-sharp. */
-static float equivalent_sharpness(const tw_topology *uv, uint32_t v) {
-  float greatest = 0, sum = 0;
-  uint32_t count = 0;
-  for (uint32_t i = uv->ring_offsets[v]; i < uv->ring_offsets[v + 1]; i++) {
-    float sharpness = uv->edge_sharpness[uv->ring_edges[i]];
-    if (tw_is_semi_sharp(sharpness) && sharpness > greatest) greatest = sharpness;
+/* Semi-sharp edges round a cage vertex with two values: first those between faces of one value, then those
+ * along the seam. */
+typedef struct decaying_edges {
+  float *sharpness; /* [count] */
+  uint32_t inner_count, count;
+} decaying_edges;
+
+static decaying_edges gather_decaying(const tw_topology *cage, uint32_t vertex, const tw_topology *uv,
+                                      float *room) {
+  decaying_edges edges = {room, 0, 0};
+  for (int seam = 0; seam < 2; seam++) {
+    for (uint32_t i = cage->ring_offsets[vertex]; i < cage->ring_offsets[vertex + 1]; i++) {
+      uint32_t edge = cage->ring_edges[i];
+      float sharpness = cage->edge_sharpness[edge];
+      bool along_seam = uv->edge_flags[uv->corner_edge[cage->edge_corner[edge]]] & TW_EDGE_BORDER;
+      if (tw_is_semi_sharp(sharpness) && along_seam == seam) room[edges.count++] = sharpness;
+    }
+    if (!seam) edges.inner_count = edges.count;
   }
-  float steps = ceilf(greatest) - 1;
-  for (uint32_t i = uv->ring_offsets[v]; i < uv->ring_offsets[v + 1]; i++) {
-    float sharpness = uv->edge_sharpness[uv->ring_edges[i]];
-    if (!tw_is_semi_sharp(sharpness) || sharpness <= steps) continue;
-    sum += sharpness;
-    count++;
+  return edges;
+}
+
+/* One step. Returns how much of a corner the inner edges that vanish in it leave (0: none vanishes). */
+static float decay_edges(decaying_edges *edges, bool chaikin) {
+  float semi_sum = 0, vanished = 0;
+  uint32_t semi_count = 0, vanished_count = 0;
+  for (uint32_t i = 0; i < edges->count; i++) {
+    semi_sum += edges->sharpness[i];
+    semi_count += edges->sharpness[i] > 0;
   }
-  return count ? sum / (float)count : 0;
+  for (uint32_t i = 0; i < edges->count; i++) {
+    float before = edges->sharpness[i], after = tw_decayed_edge(before, chaikin, semi_sum, semi_count);
+    edges->sharpness[i] = after;
+    if (i >= edges->inner_count || !(before > 0) || after > 0) continue;
+    vanished += before;
+    vanished_count++;
+  }
+  float share = vanished_count ? vanished / (float)vanished_count : 0;
+  return share > 1 ? 1 : share;
+}
+
+static bool any_sharp(const float *sharpness, uint32_t count) {
+  uint32_t i = 0;
+  while (i < count && !(sharpness[i] > 0)) i++;
+  return i < count;
+}
+
+/* The sharpness that keeps a vertex a corner for as long as the inner edges are sharp, and makes as much of
+ * one of it as they leave in the step in which the last of them vanish. Where edges of the seam are sharp
+ * even then, OpenSubdiv lets go of the value a level later, and at once: as sharpness next to nothing does.
+ * 0 without inner edges. */
+static float equivalent_sharpness(decaying_edges *edges, bool chaikin) {
+  static const float next_to_nothing = 1.0f / (1 << 20);
+  if (edges->inner_count == 0) return 0;
+  float steps = 0;
+  for (;; steps++) { /* the greatest of them loses 1 a step at least */
+    float share = decay_edges(edges, chaikin);
+    if (any_sharp(edges->sharpness, edges->inner_count)) continue;
+    bool longer = any_sharp(edges->sharpness + edges->inner_count, edges->count - edges->inner_count);
+    return fminf(longer ? steps + 1 + next_to_nothing : steps + share, nextafterf(TW_SHARPNESS_INFINITE, 0));
+  }
+}
+
+static bool has_semi_sharp(const tw_topology *uv, uint32_t v) {
+  for (uint32_t i = uv->ring_offsets[v]; i < uv->ring_offsets[v + 1]; i++)
+    if (tw_is_semi_sharp(uv->edge_sharpness[uv->ring_edges[i]])) return true;
+  return false;
 }
 
 /* Of two values, one beside semi-sharp edges and one not, the second is held as long as the first. */
-static void pin_dependent(tw_topology *uv, uint32_t first) {
-  float one = equivalent_sharpness(uv, first), other = equivalent_sharpness(uv, first + 1);
-  if ((one > 0) == (other > 0)) return;
-  uint32_t dependent = one > 0 ? first + 1 : first;
-  float sharpness = one > 0 ? one : other;
-  if (!(uv->vertex_sharpness[dependent] > 0)) uv->vertex_sharpness[dependent] = sharpness;
+static void pin_dependent(const tw_topology *cage, uint32_t vertex, uint32_t first, float *room,
+                          tw_topology *uv) {
+  bool one = has_semi_sharp(uv, first), other = has_semi_sharp(uv, first + 1);
+  if (one == other) return;
+  uint32_t dependent = one ? first + 1 : first;
+  if (uv->vertex_sharpness[dependent] > 0) return;
+  decaying_edges edges = gather_decaying(cage, vertex, uv, room);
+  uv->vertex_sharpness[dependent] = equivalent_sharpness(&edges, cage->semi_sum != NULL);
 }
 
+/* room: as many floats as edges meet at a vertex of the cage. */
 static void pin_values(const tw_topology *cage, uint32_t vertex, tw_uv_rule rule, uint32_t first,
-                       uint32_t end, tw_topology *uv) {
+                       uint32_t end, float *room, tw_topology *uv) {
   value_facts facts = inspect_values(uv, first, end);
   bool all = pins_all(&facts, rule, cage->vertex_flags[vertex] & TW_VERTEX_BORDER) ||
              (facts.count > 1 && (cage->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD));
   bool plus = rule == TW_UV_CORNERS_PLUS1 || rule == TW_UV_CORNERS_PLUS2;
-  if (plus && !all && facts.count == 2) pin_dependent(uv, first);
+  if (plus && !all && facts.count == 2) pin_dependent(cage, vertex, first, room, uv);
   for (uint32_t v = first; v < end; v++)
     if (all || (rule != TW_UV_NONE && is_corner(uv, v))) uv->vertex_sharpness[v] = TW_SHARPNESS_INFINITE;
+}
+
+static uint32_t greatest_ring(const tw_topology *t) {
+  uint32_t greatest = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t edges = t->ring_offsets[v + 1] - t->ring_offsets[v];
+    if (edges > greatest) greatest = edges;
+  }
+  return greatest;
 }
 
 tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_rule rule, tw_arena *arena,
@@ -144,7 +206,9 @@ tw_status tw_uv_topology(const tw_topology *cage, const tw_uv_set *set, tw_uv_ru
     for (uint32_t i = offsets[v]; i < offsets[v + 1]; i++)
       out->vertex_sharpness[i] = cage->vertex_sharpness[v];
   tw_topology_sharpen(out, false);
-  for (uint32_t v = 0; v < cage->vertex_count; v++)
-    pin_values(cage, v, rule, offsets[v], offsets[v + 1], out);
-  return TW_OK;
+  float *room = tw_alloc(greatest_ring(cage), sizeof *room);
+  for (uint32_t v = 0; room && v < cage->vertex_count; v++)
+    pin_values(cage, v, rule, offsets[v], offsets[v + 1], room, out);
+  free(room);
+  return room ? TW_OK : TW_NO_MEMORY;
 }

@@ -10,8 +10,6 @@ CageView::CageView(const Cage &cage) {
   offsets_.push_back(0);
   for (size_t f = 0; f < cage.faces.size(); f++) {
     for (int point : cage.faces[f]) corners_.push_back(static_cast<uint32_t>(point));
-    if (!cage.face_uvs.empty())
-      for (int uv : cage.face_uvs[f]) uv_corners_.push_back(static_cast<uint32_t>(uv));
     offsets_.push_back(static_cast<uint32_t>(corners_.size()));
   }
   for (const auto &crease : cage.creases)
@@ -24,9 +22,12 @@ CageView::CageView(const Cage &cage) {
   mesh.corner_count = static_cast<uint32_t>(corners_.size());
   mesh.face_offsets = offsets_.data();
   mesh.corners = corners_.data();
-  if (!cage.face_uvs.empty()) {
-    mesh.uv_set_count = 1;
-    mesh.uv_sets[0] = {static_cast<uint32_t>(cage.uvs.size() / 2), cage.uvs.data(), uv_corners_.data()};
+  for (const UvSet &set : cage.uv_sets) {
+    std::vector<uint32_t> &corners = uv_corners_[mesh.uv_set_count];
+    for (const auto &face : set.faces)
+      for (int uv : face) corners.push_back(static_cast<uint32_t>(uv));
+    uint32_t count = static_cast<uint32_t>(set.values.size() / 2);
+    mesh.uv_sets[mesh.uv_set_count++] = {count, set.values.data(), corners.data()};
   }
   mesh.crease_count = static_cast<uint32_t>(cage.creases.size());
   mesh.crease_edges = creases_.data();
@@ -49,12 +50,14 @@ Cage cube() {
   return cage;
 }
 
-static void add_uv_per_point(Cage &cage, int columns, int rows) {
+static UvSet uv_grid(int columns, int rows) {
+  UvSet set;
   for (int y = 0; y < rows; y++)
     for (int x = 0; x < columns; x++) {
-      cage.uvs.push_back(static_cast<float>(x) / 7);
-      cage.uvs.push_back(static_cast<float>(y) / 5);
+      set.values.push_back(static_cast<float>(x) / 7);
+      set.values.push_back(static_cast<float>(y) / 5);
     }
+  return set;
 }
 
 Cage grid(int columns, int rows) {
@@ -71,14 +74,15 @@ Cage grid(int columns, int rows) {
       int a = y * columns + x;
       cage.faces.push_back({a, a + 1, a + columns + 1, a + columns});
     }
-  add_uv_per_point(cage, columns, rows);
-  cage.face_uvs = cage.faces;
+  cage.uv_sets.push_back(uv_grid(columns, rows));
+  cage.uv_sets[0].faces = cage.faces;
   return cage;
 }
 
 Cage torus(int columns, int rows) {
   Cage cage;
   cage.name = "torus";
+  cage.uv_sets.push_back(uv_grid(columns + 1, rows + 1));
   const double turn = 2 * std::acos(-1.0);
   for (int y = 0; y < rows; y++)
     for (int x = 0; x < columns; x++) {
@@ -93,9 +97,8 @@ Cage torus(int columns, int rows) {
       cage.faces.push_back({at(x, y), at(x + 1, y), at(x + 1, y + 1), at(x, y + 1)});
       // UVs unrolled: seams where the torus closes.
       auto uv = [&](int i, int j) { return j * (columns + 1) + i; };
-      cage.face_uvs.push_back({uv(x, y), uv(x + 1, y), uv(x + 1, y + 1), uv(x, y + 1)});
+      cage.uv_sets[0].faces.push_back({uv(x, y), uv(x + 1, y), uv(x + 1, y + 1), uv(x, y + 1)});
     }
-  add_uv_per_point(cage, columns + 1, rows + 1);
   return cage;
 }
 
@@ -154,16 +157,15 @@ std::vector<Cage> hand_made() {
   cages.push_back(fins);
   Cage bow = named(grid(3, 3), "two quads that share a point");
   bow.faces = {bow.faces[0], bow.faces[3]};
-  bow.face_uvs = {bow.face_uvs[0], bow.face_uvs[3]};
+  bow.uv_sets[0].faces = bow.faces;
   cages.push_back(bow);
   Cage flipped = named(grid(3, 2), "neighbours of opposite winding");
   std::reverse(flipped.faces[1].begin(), flipped.faces[1].end());
-  std::reverse(flipped.face_uvs[1].begin(), flipped.face_uvs[1].end());
+  flipped.uv_sets[0].faces = flipped.faces;
   cages.push_back(flipped);
   Cage pillow = named(grid(2, 2), "two quads back to back: points of valence 2");
   pillow.faces.push_back({0, 2, 3, 1});
-  pillow.face_uvs.clear();
-  pillow.uvs.clear();
+  pillow.uv_sets.clear();
   pillow.points[2] = 0.5f;
   cages.push_back(pillow);
   return cages;
@@ -188,7 +190,7 @@ static Cage triangulated(Cage cage) {
   }
   cage.holes = holes;
   cage.faces = fans(cage.faces);
-  cage.face_uvs = fans(cage.face_uvs);
+  for (UvSet &set : cage.uv_sets) set.faces = fans(set.faces);
   return cage;
 }
 
@@ -263,7 +265,7 @@ public:
       size_t f = static_cast<size_t>(pick(static_cast<int>(cage_.faces.size())));
       if (cage_.faces[f].size() < 4) continue;
       cut(cage_.faces, f);
-      if (!cage_.face_uvs.empty()) cut(cage_.face_uvs, f);
+      for (UvSet &set : cage_.uv_sets) cut(set.faces, f);
     }
   }
 
@@ -272,11 +274,11 @@ public:
     for (size_t f = 0; f < cage_.faces.size(); f++) {
       int turn = pick(static_cast<int>(cage_.faces[f].size()));
       std::rotate(cage_.faces[f].begin(), cage_.faces[f].begin() + turn, cage_.faces[f].end());
-      if (!cage_.face_uvs.empty())
-        std::rotate(cage_.face_uvs[f].begin(), cage_.face_uvs[f].begin() + turn, cage_.face_uvs[f].end());
+      for (UvSet &set : cage_.uv_sets)
+        std::rotate(set.faces[f].begin(), set.faces[f].begin() + turn, set.faces[f].end());
       while (cage_.faces[f].size() > 3) {
         cut(cage_.faces, f);
-        if (!cage_.face_uvs.empty()) cut(cage_.face_uvs, f);
+        for (UvSet &set : cage_.uv_sets) cut(set.faces, f);
       }
     }
   }
@@ -290,16 +292,37 @@ public:
     }
   }
 
-  void tear_uvs(int count) {
-    if (cage_.face_uvs.empty()) return;
+  // Corners with values of their own: seams round one corner, which end inside the mesh.
+  void tear_uvs(UvSet &set, int count) {
     for (int i = 0; i < count; i++) {
-      auto &face = cage_.face_uvs[static_cast<size_t>(pick(static_cast<int>(cage_.face_uvs.size())))];
-      int &value = face[static_cast<size_t>(pick(static_cast<int>(face.size())))];
-      cage_.uvs.push_back(unit());
-      cage_.uvs.push_back(unit());
-      value = static_cast<int>(cage_.uvs.size() / 2) - 1;
+      auto &face = set.faces[static_cast<size_t>(pick(static_cast<int>(set.faces.size())))];
+      face[static_cast<size_t>(pick(static_cast<int>(face.size())))] = new_value(set);
     }
   }
+
+  // Neighbouring faces with values of their own, as charts have: a seam round them, or only a cut between
+  // some of them and what lies beyond.
+  void cut_chart(UvSet &set, int size, bool round) {
+    size_t first = static_cast<size_t>(pick(static_cast<int>(set.faces.size())));
+    std::set<size_t> chart = {first};
+    for (size_t f = 0; f < set.faces.size() && chart.size() < static_cast<size_t>(size); f++)
+      if (share_an_edge(set.faces[f], set.faces[first])) chart.insert(f);
+    std::map<int, int> renamed;
+    for (size_t f : chart)
+      for (int &value : set.faces[f]) {
+        if (!renamed.count(value)) renamed[value] = (round || pick(2)) ? new_value(set) : value;
+        value = renamed[value];
+      }
+  }
+
+  void unwrap_anew() {
+    if (cage_.uv_sets.empty()) return;
+    UvSet second = cage_.uv_sets[0];
+    for (float &value : second.values) value = unit();
+    cage_.uv_sets.push_back(second);
+  }
+
+  std::vector<UvSet> &uv_sets() { return cage_.uv_sets; }
 
   void tag(int count) {
     static const float values[] = {0.3f, 0.75f, 1, 1.6f, 2, 3.25f, 10, 10};
@@ -349,7 +372,17 @@ public:
 private:
   void erase(int face) {
     cage_.faces.erase(cage_.faces.begin() + face);
-    if (!cage_.face_uvs.empty()) cage_.face_uvs.erase(cage_.face_uvs.begin() + face);
+    for (UvSet &set : cage_.uv_sets) set.faces.erase(set.faces.begin() + face);
+  }
+
+  int new_value(UvSet &set) {
+    for (int c = 0; c < 2; c++) set.values.push_back(unit());
+    return static_cast<int>(set.values.size() / 2) - 1;
+  }
+
+  static bool share_an_edge(const std::vector<int> &a, const std::vector<int> &b) {
+    return std::count_if(a.begin(), a.end(),
+                         [&](int value) { return std::count(b.begin(), b.end(), value) > 0; }) > 1;
   }
 
   static void cut(std::vector<std::vector<int>> &faces, size_t f) {
@@ -374,7 +407,7 @@ private:
         if (one[i] != other[(j + 1) % other.size()] || one[(i + 1) % one.size()] != other[j]) continue;
         std::vector<int> face = joined(one, i, other, j);
         if (std::set<int>(face.begin(), face.end()).size() != face.size() || face.size() > 9) return;
-        if (!cage_.face_uvs.empty()) cage_.face_uvs[a] = joined(cage_.face_uvs[a], i, cage_.face_uvs[b], j);
+        for (UvSet &set : cage_.uv_sets) set.faces[a] = joined(set.faces[a], i, set.faces[b], j);
         cage_.faces[a] = face;
         erase(static_cast<int>(b));
         return;
@@ -397,7 +430,12 @@ static Cage random_shape(std::mt19937 &random, bool triangles) {
   shaper.cut_faces(shaper.pick(scale));
   if (triangles) shaper.triangulate();
   if (shaper.pick(2)) shaper.remove_faces(shaper.pick(scale));
-  shaper.tear_uvs(shaper.pick(5));
+  if (shaper.pick(3) == 0) shaper.unwrap_anew();
+  for (UvSet &set : shaper.uv_sets()) {
+    shaper.tear_uvs(set, shaper.pick(5));
+    for (int charts = shaper.pick(3); charts > 0; charts--)
+      shaper.cut_chart(set, 1 + shaper.pick(5), shaper.pick(4));
+  }
   if (shaper.pick(3)) shaper.make_holes(shaper.pick(3));
   shaper.move_points(0.5f);
   Cage cage = shaper.finish();

@@ -9,12 +9,16 @@
 
 #include "tweend/subdiv.h"
 
+struct UvSet {
+  std::vector<float> values;           // u v
+  std::vector<std::vector<int>> faces; // as the cage's
+};
+
 struct Cage {
   std::string name;
   std::vector<float> points; // x y z
   std::vector<std::vector<int>> faces;
-  std::vector<float> uvs;                 // u v
-  std::vector<std::vector<int>> face_uvs; // as faces; empty: no UVs
+  std::vector<UvSet> uv_sets;
   std::vector<std::array<int, 2>> creases;
   std::vector<float> crease_sharpness;
   std::vector<int> corners;
@@ -32,7 +36,7 @@ public:
   tw_mesh mesh;
 
 private:
-  std::vector<uint32_t> offsets_, corners_, uv_corners_, creases_, sharp_points_, holes_;
+  std::vector<uint32_t> offsets_, corners_, uv_corners_[TW_UV_SETS_MAX], creases_, sharp_points_, holes_;
 };
 
 Cage cube();
