@@ -271,9 +271,11 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
 
 /* ---- pieces --------------------------------------------------------------------------------- */
 
+typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
+
 /* A run of rows that is computed at once. */
 typedef struct piece {
-  enum { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } kind;
+  piece_kind kind;
   uint64_t first;       /* row */
   uint32_t count;       /* rows */
   uint32_t item, items; /* corners, edges or visible quads; of PIECE_LINES the quad and the first line */
@@ -284,8 +286,8 @@ static uint32_t at_most(uint64_t a, uint64_t b) {
 }
 
 /* As many whole items as are wanted, one if only part of it is. */
-static piece whole_items(int kind, uint64_t first, uint64_t item, uint64_t rows_an_item, uint64_t items,
-                         size_t wanted) {
+static piece whole_items(piece_kind kind, uint64_t first, uint64_t item, uint64_t rows_an_item,
+                         uint64_t items, size_t wanted) {
   uint32_t taken = at_most(wanted / rows_an_item, items - item);
   if (taken == 0) taken = 1;
   return (piece){kind, first, taken * (uint32_t)rows_an_item, (uint32_t)item, taken};
