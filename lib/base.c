@@ -87,7 +87,9 @@ struct tw_arena {
 
 tw_arena *tw_arena_create(void) {
   tw_arena *arena = tw_alloc_zero(1, sizeof *arena);
-  if (arena) arena->next_block = ARENA_FIRST;
+  if (!arena) return NULL;
+  arena->next_block = ARENA_FIRST;
+  arena->size = sizeof *arena;
   return arena;
 }
 
@@ -112,6 +114,7 @@ void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
     arena_block *fresh = calloc(1, sizeof(arena_block) + capacity);
     if (!fresh) return NULL;
     fresh->capacity = capacity;
+    arena->size += sizeof *fresh + capacity;
     if (arena->next_block < ARENA_BLOCK) arena->next_block *= 2;
     if (block && alone) { /* a big one of its own: keep filling the block in use */
       fresh->next = block->next;
@@ -124,7 +127,6 @@ void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
   }
   void *memory = block->bytes + block->used;
   block->used += bytes;
-  arena->size += bytes;
   return memory;
 }
 

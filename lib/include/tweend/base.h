@@ -61,7 +61,7 @@ void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size);
 /* A copy of `length` bytes of text with a terminator; NULL without memory. */
 char *tw_arena_text(tw_arena *arena, const char *text, size_t length);
 
-/* Bytes handed out so far. */
+/* Bytes held, with what is yet to be handed out. */
 size_t tw_arena_size(const tw_arena *arena);
 
 /* malloc([count][size]) with the product checked; NULL on overflow or without memory. */
