@@ -6,10 +6,15 @@
 #include "surface.h"
 #include "tangents.h"
 
+/* Smooth vertices of more faces are rare. */
+enum { TW_SMOOTH_VALENCE_MAX = 16 };
+
 struct tw_surface_reader {
   const tw_surface *surface;
   double *scratch; /* of patches */
   tw_limit_entry *mask;
+  /* Of smooth vertices of quads, by valence: made when first needed, their vertices mean nothing. */
+  tw_limit_entry smooth_masks[TW_SMOOTH_VALENCE_MAX + 1][1 + 2 * TW_SMOOTH_VALENCE_MAX];
   uint32_t *index_rows[2]; /* rows of one line of a patch and the next, [side + 1] */
   float *slopes[2];        /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   /* Skinned surfaces: the joints of the patch at hand, the weights of four of them at its control points,
@@ -27,6 +32,11 @@ struct tw_surface_reader {
  * backwards: the rectangle runs against the corner's direction. */
 tw_patch_rect tw_corner_rect(const tw_surface *surface, uint32_t corner);
 tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *backwards);
+
+/* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
+ * not wanted. */
+void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,
+                       float *normal);
 
 /* Tangents of the vertices at a base corner, inside the edge that begins there, in a rectangle of a
  * quad's patch. out: whole rows, of which normals are read and tangents written. */
