@@ -64,6 +64,16 @@ v 9 0 0\nv 10 0 0\nv 11 1 0\nv 10 2 0\nv 9 2 0\nv 8 1 0\nv 9 1 2\nv 8 -1 0\nv 7 
 g fan\nf 11 12 13 14 15 16\nf 12 11 17\nf 11 12 17\nf 11 18 19
 `;
 
+/** Shapes without a normal of their own: a cube that is a point, one that is a line, a needle, a doubled face. */
+const cube = 'f -8 -5 -6 -7\nf -4 -3 -2 -1\nf -8 -7 -3 -4\nf -7 -6 -2 -3\nf -6 -5 -1 -2\nf -5 -8 -4 -1\n';
+const degenerate = `o point
+${'v 0 0 0\n'.repeat(8)}${cube}o line
+${[0, 1, 2, 3, 4, 5, 6, 7].map((x) => `v ${x} 0 0\n`).join('')}${cube}o needle
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1e15\nf -5 -2 -3 -4\nf -5 -4 -1\nf -4 -3 -1\nf -3 -2 -1\nf -2 -5 -1
+o double
+v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nf -1 -2 -3
+`;
+
 const sampleOf = Object.fromEntries(writeSamples().map((sample) => [sample.name, sample.glb]));
 
 /** [{name, bytes, options: queries}] */
@@ -103,6 +113,12 @@ const models = [
     name: 'parts',
     bytes: parts,
     options: [0, 1, 2, 3].flatMap((level) => [`level=${level}`, `level=${level}&limit=true`]),
+  },
+  {
+    name: 'degenerate',
+    bytes: degenerate,
+    options: [0, 1, 2, 4].flatMap((level) =>
+      ['', '&limit=true', '&scheme=bilinear'].map((rest) => `level=${level}${rest}`)),
   },
   {
     name: 'skinned_and_mapped_0',
@@ -239,6 +255,16 @@ test('groups of a primitive are ranges of its indices, one after the other', asy
     assert.equal(end, document.accessors[indices].count);
   }
   assert.equal(seen.size, 10);
+});
+
+test('where nothing tells of a normal it is +Y', async () => {
+  for (const query of ['level=0', 'level=2', 'level=2&limit=true', 'level=2&scheme=bilinear']) {
+    const text = (await get(one, { name: 'degenerate', query }, 'obj')).bytes.toString();
+    const point = text.slice(text.indexOf('o point'), text.indexOf('o needle')); // and the line
+    const normals = statements(point, 'vn');
+    assert.ok(normals.length >= 16);
+    assert.deepEqual([...new Set(normals)], ['vn 0 1 0']);
+  }
 });
 
 // ---- the same bytes -------------------------------------------------------------------------------------
