@@ -4,7 +4,7 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { Quaternion } from 'three';
+import { Euler, Matrix4, Quaternion } from 'three';
 
 import { Daemon, root } from './daemon.mjs';
 import { load, nodesOf, playerOf } from './player.mjs';
@@ -37,7 +37,7 @@ class File {
 
   accessor(type, numbers, componentType = FLOAT) {
     const [Kind, scale] = COMPONENTS[componentType];
-    const width = { SCALAR: 1, VEC4: 4 }[type];
+    const width = { SCALAR: 1, VEC4: 4, MAT4: 16 }[type];
     const values = Kind.from(numbers, (number) => (scale === 1 ? number : Math.round(number * scale)));
     const bytes = Buffer.alloc(Math.ceil(values.byteLength / 4) * 4);
     bytes.set(new Uint8Array(values.buffer));
@@ -73,7 +73,13 @@ function quaternions(random, count, continuous) {
   return keys.map((q) => q.toArray());
 }
 
-/** A chain of nodes, each scaled unevenly and turned by a track of its own. */
+/** Affine matrices, column by column. */
+const inverseBinds = (random, count) =>
+  Array.from({ length: count }, () => Array.from({ length: 16 }, (_, i) => (i % 4 < 3 ? random() * 2 - 1 : i === 15 ? 1 : 0)));
+
+const JOINTS = [5, 0, 3];
+
+/** A chain of nodes, each scaled unevenly and turned by a track of its own, some of them joints of a skin. */
 function generate(kind, componentType, seed) {
   const random = randomOf(seed);
   const file = new File();
@@ -89,8 +95,10 @@ function generate(kind, componentType, seed) {
     file.document.nodes.push({ name: `n${node}`, translation: [random(), 1, random()], scale: [1, 0.8 + random() / 2, 1.1] });
     if (node < 5) file.document.nodes[node].children = [node + 1];
   }
+  const binds = inverseBinds(random, JOINTS.length);
+  file.document.skins = [{ joints: JOINTS, inverseBindMatrices: file.accessor('MAT4', binds.flat()) }];
   Object.assign(file.document, { animations: [{ name: 'clip', channels, samplers }], scenes: [{ nodes: [0] }], scene: 0 });
-  return file.toString();
+  return { text: file.toString(), binds };
 }
 
 // ---- three.js -------------------------------------------------------------------------------------
@@ -111,6 +119,12 @@ async function play(text, quantised) {
 /** The lesser way round: q and -q turn alike. */
 const distance = (a, b) => Math.min(...[1, -1].map((sign) => Math.max(...a.map((x, i) => Math.abs(x - sign * b[i])))));
 
+function assertMatrix(found, { elements }, what) {
+  const size = Math.max(...elements.map(Math.abs));
+  const off = Math.max(...elements.map((x, e) => Math.abs(x - found[e])));
+  assert.ok(off < 1e-5 * size, `${what} is ${off} off`);
+}
+
 async function pose(model, query, times) {
   const answer = await fetch(`${model}/pose.json?${query}`, {
     method: 'POST',
@@ -128,25 +142,44 @@ for (const [kind, componentType] of [
   const stored = { 5120: 'bytes', 5122: 'shorts', 5126: 'floats' }[componentType];
   test(`rotations of ${kind} keys in ${stored} are those of three.js`, async () => {
     for (let seed = 1; seed <= 5; seed++) {
-      const text = generate(kind, componentType, seed * 7919);
+      const { text, binds } = generate(kind, componentType, seed * 7919);
       const three = await play(text, componentType !== FLOAT);
       const model = await daemon.upload(text);
       const random = randomOf(seed);
       const times = Array.from({ length: 200 }, () => Math.fround(random() * three.duration));
-      const [locals, worlds] = [await pose(model, '', times), await pose(model, 'space=world&as=matrix', times)];
+      const locals = await pose(model, '', times);
+      const worlds = await pose(model, 'space=world&as=matrix', times);
+      const skinned = await pose(model, 'skinning=true&as=matrix', times);
       times.forEach((time, i) => {
         three.moveTo(time);
         three.nodes.forEach((node, n) => {
           const off = distance(node.quaternion.toArray(), locals[i].rotation[n]);
           assert.ok(off < 1e-5, `seed ${seed}, node ${n} at ${time} is ${off} off`);
-          const size = Math.max(...node.matrixWorld.elements.map(Math.abs));
-          const matrixOff = Math.max(...node.matrixWorld.elements.map((x, e) => Math.abs(x - worlds[i].matrix[n][e])));
-          assert.ok(matrixOff < 1e-5 * size, `seed ${seed}, matrix ${n} at ${time} is ${matrixOff} off`);
+          assertMatrix(worlds[i].matrix[n], node.matrixWorld, `seed ${seed}, matrix ${n} at ${time}`);
+        });
+        JOINTS.forEach((joint, j) => {
+          const wanted = three.nodes[joint].matrixWorld.clone().multiply(new Matrix4().fromArray(binds[j]));
+          assertMatrix(skinned[i].matrix[j], wanted, `seed ${seed}, joint ${j} at ${time}`);
         });
       });
     }
   });
 }
+
+test('Euler angles of every order are those of three.js', async () => {
+  const model = await daemon.upload(generate('LINEAR', FLOAT, 4711).text);
+  const times = Array.from({ length: 300 }, (_, i) => i / 40);
+  const quaternions = await pose(model, '', times);
+  for (const order of ['XYZ', 'XZY', 'YXZ', 'YZX', 'ZXY', 'ZYX']) {
+    const eulers = await pose(model, `as=euler&order=${order}`, times);
+    eulers.forEach(({ t, euler }, i) =>
+      euler.forEach((angles, n) => {
+        const q = new Quaternion().setFromEuler(new Euler(...angles, order));
+        const off = distance(q.toArray(), quaternions[i].rotation[n]);
+        assert.ok(off < 1e-5, `${order} of node ${n} at ${t} is ${off} off`);
+      }));
+  }
+});
 
 // ---- the binary form ------------------------------------------------------------------------------
 
