@@ -328,6 +328,7 @@ std::vector<Value3> Oracle::normals(int vertex, int face, Kind &kind) const {
   if (kind == Amid || kind == Valence2) {
     auto faces = level().GetVertexFaces(vertex);
     for (int i = 0; i < faces.size(); i++) run.add_corner(faces[i], out);
+    if (out.size() < static_cast<size_t>(faces.size())) out.clear(); // one of them has no direction
   }
   if (kind == Corner) run.add_first_corner(out);
   if (kind != Side && kind != NonManifold) return out;

@@ -87,13 +87,17 @@ typedef enum tw_domain {
 } tw_domain;
 
 /* Rows of TW_DOMAIN_VERTICES: interleaved floats. Offsets are in floats; UINT32_MAX when absent.
- * Tangents come where the source bore some and the answer has normals and UVs: x y z of unit length,
- * orthogonal to the normal, along growing u of the face's UV set for them on the limit surface; w, 1 or -1,
- * is the handedness of the cage face's map (glTF's: w (normal x tangent) lies along growing v, v up). Where v
- * does not grow, they lie along growing u; where UVs do not grow at all, along the first side of the face.
- * Points are split where a map turns over, and where faces differ in their set. Joints and weights: the
- * weights of each joint subdivide as positions do, limit included; a row has the four heaviest, heaviest
- * first, sum 1, joint 0 where a weight is 0. */
+ * Normals are those of the limit surface. At an infinitely sharp crease or a border they are those of the
+ * row's own side; at what is semi-sharp, of the surface after all decay (nearly so under Chaikin's rule).
+ * Where the surface has no tangent plane they are those of a face of the level at the point: a corner, a
+ * sharp point, a point of two faces back to back, one that is not manifold. Where that face has no area,
+ * along its diagonals, and +Y where it lies on a line or in a point. Tangents come where the source bore some
+ * and the answer has normals and UVs: x y z of unit length, orthogonal to the normal, along growing u of the
+ * face's UV set for them on the limit surface; w, 1 or -1, is the handedness of the cage face's map (glTF's:
+ * w (normal x tangent) lies along growing v, v up). Where v does not grow, they lie along growing u; where
+ * UVs do not grow at all, along the first side of the face. Points are split where a map turns over, and
+ * where faces differ in their set. Joints and weights: the weights of each joint subdivide as positions do,
+ * limit included; a row has the four heaviest, heaviest first, sum 1, joint 0 where a weight is 0. */
 typedef struct tw_surface_layout {
   uint32_t stride;                        /* floats a row */
   uint32_t position;                      /* always 0 */
