@@ -40,6 +40,8 @@ struct api_pose_body {
   float *sampled;    /* [block_times], folded onto the clip */
   tw_trs *locals;    /* [block_times][nodes of the model] */
   float *matrices;   /* [nodes of the model][16]; NULL where local transforms are told as they are */
+  float *lanes;      /* a block of TW_LANES times side by side, in place of locals; NULL: one by one */
+  float *lane_world; /* the same block's world matrices */
   float *joints;     /* [node_count][16] with is_skinning */
   float (*euler)[3]; /* [node_count], the pose before; NULL unless asked for */
   bool has_euler;    /* there was a pose before */
@@ -48,6 +50,14 @@ struct api_pose_body {
 };
 
 /* ---- evaluating ------------------------------------------------------------------------------- */
+
+static void evaluate_lanes(api_pose_body *body, uint32_t count) {
+  const tw_model *model = body->query.model;
+  const tw_clip *clip = body->query.clip->compiled;
+  for (uint32_t i = count; i < TW_LANES; i++) body->sampled[i] = body->sampled[count - 1];
+  tw_clip_lanes(clip, model->nodes, model->node_count, body->sampled, body->lanes);
+  tw_lanes_world(clip, model->nodes, model->node_order, model->node_count, body->lanes, body->lane_world);
+}
 
 static void evaluate_block(api_pose_body *body) {
   const api_pose_query *query = &body->query;
@@ -63,16 +73,32 @@ static void evaluate_block(api_pose_body *body) {
   float duration = tw_clip_duration(query->clip->compiled);
   for (uint32_t i = 0; i < count; i++)
     body->sampled[i] = tw_loop_time(api_times_get(&query->times, body->next + i), duration, query->loop);
-  tw_clip_poses(query->clip->compiled, query->model->nodes, nodes, body->sampled, count, body->locals);
+  if (body->lanes)
+    evaluate_lanes(body, count);
+  else
+    tw_clip_poses(query->clip->compiled, query->model->nodes, nodes, body->sampled, count, body->locals);
 }
 
-/* Matrices of the block's pose: local, or world. */
-static void evaluate_matrices(api_pose_body *body, const tw_trs *locals) {
+/* World matrices of one of the block's poses, of the nodes that the answer tells of. */
+static void take_lane(api_pose_body *body, uint32_t lane) {
+  for (uint32_t i = 0; i < body->query.node_count; i++) {
+    uint32_t node = body->query.nodes[i];
+    tw_lanes_matrix(body->lane_world, node, lane, body->matrices + 16 * (size_t)node);
+  }
+}
+
+/* Matrices of the block's pose `index`: local, or world. */
+static void evaluate_matrices(api_pose_body *body, uint32_t index) {
   const tw_model *model = body->query.model;
   const tw_clip *clip = body->query.clip ? body->query.clip->compiled : NULL;
-  tw_pose_locals(clip, model->nodes, model->node_count, locals, body->matrices);
-  if (body->query.is_world || body->query.is_skinning)
-    tw_pose_world(model->nodes, model->node_order, model->node_count, body->matrices, body->matrices);
+  if (body->lanes) {
+    take_lane(body, index);
+  } else {
+    const tw_trs *locals = body->locals + (size_t)index * model->node_count;
+    tw_pose_locals(clip, model->nodes, model->node_count, locals, body->matrices);
+    if (body->query.is_world || body->query.is_skinning)
+      tw_pose_world(model->nodes, model->node_order, model->node_count, body->matrices, body->matrices);
+  }
   float *joints = body->joints;
   for (uint32_t i = 0; joints && i < model->skin_count; i++) {
     tw_skin_matrices(&model->skins[i], body->matrices, joints);
@@ -118,14 +144,15 @@ static void put_node(api_pose_body *body, const tw_trs *local, uint32_t index, f
 static void evaluate_pose(api_pose_body *body) {
   const api_pose_query *query = &body->query;
   if (body->block_next == body->block_count) evaluate_block(body);
-  const tw_trs *locals = body->locals + (size_t)body->block_next++ * query->model->node_count;
-  if (body->matrices) evaluate_matrices(body, locals);
+  uint32_t index = body->block_next++;
+  size_t first = (size_t)index * query->model->node_count;
+  if (body->matrices) evaluate_matrices(body, index);
   size_t width = api_pose_width(query->as);
   for (uint32_t i = 0; i < query->node_count; i++) {
     uint32_t node = query->nodes[i];
     float *out = body->row + i * width;
     if (!body->matrices) {
-      put_node(body, &locals[node], i, out);
+      put_node(body, &body->locals[first + node], i, out);
     } else if (query->as == API_AS_MATRIX) {
       const float *matrix = body->joints ? body->joints + (size_t)i * 16 : body->matrices + (size_t)node * 16;
       memcpy(out, matrix, 16 * sizeof *out);
@@ -255,17 +282,45 @@ bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
 
 /* ---- making and freeing ------------------------------------------------------------------------- */
 
-static bool allocate(api_pose_body *body, tw_arena *arena) {
+/* Whether lanes give what poses one by one give, and sooner: in world space, and unless a matrix has a last
+ * row, which lanes do not hold, the block is larger than the cache, or there are fewer times than lanes. */
+static bool lanes_serve(const api_pose_query *query) {
+  enum { NODES_MOST = 1024 };
+  const tw_model *model = query->model;
+  bool is_world = query->is_world || query->is_skinning;
+  if (!query->clip || !is_world || query->times.count < TW_LANES || model->node_count > NODES_MOST)
+    return false;
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const float *m = model->nodes[i].matrix;
+    if (model->nodes[i].has_matrix && (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)) return false;
+  }
+  return true;
+}
+
+static bool allocate_block(api_pose_body *body, tw_arena *arena) {
   const api_pose_query *query = &body->query;
   uint32_t nodes = query->model->node_count;
+  if (lanes_serve(query)) {
+    body->block_times = TW_LANES;
+    body->sampled = tw_arena_alloc(arena, TW_LANES, sizeof *body->sampled);
+    body->lanes = tw_arena_alloc(arena, nodes, sizeof(float[TW_LANE_TRS][TW_LANES]));
+    body->lane_world = tw_arena_alloc(arena, nodes, sizeof(float[TW_LANE_MATRIX][TW_LANES]));
+    return body->sampled && body->lanes && body->lane_world;
+  }
   uint64_t times = BLOCK_BYTES / sizeof(tw_trs) / (nodes ? nodes : 1);
   if (times > BLOCK_TIMES) times = BLOCK_TIMES;
   if (times > query->times.count) times = query->times.count;
   body->block_times = times ? (uint32_t)times : 1;
   body->sampled = tw_arena_alloc(arena, body->block_times, sizeof *body->sampled);
   body->locals = tw_arena_alloc(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
+  return body->sampled && body->locals;
+}
+
+static bool allocate(api_pose_body *body, tw_arena *arena) {
+  const api_pose_query *query = &body->query;
+  uint32_t nodes = query->model->node_count;
   body->row = tw_arena_alloc(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
-  bool is_whole = body->sampled && body->locals && body->row;
+  bool is_whole = allocate_block(body, arena) && body->row;
   if (query->as == API_AS_MATRIX || query->is_world) {
     body->matrices = tw_arena_alloc(arena, nodes, 16 * sizeof *body->matrices);
     is_whole = is_whole && body->matrices;
