@@ -101,7 +101,8 @@ static bool by_smooth_mask(tw_surface_reader *r, const tw_values *values, uint32
     sum_fan(t, values->base, 3, vertex, mask, sums);
   else
     sum_fan(t, values->base, width, vertex, mask, sums);
-  for (uint32_t c = 0; out && r->surface->options.limit && c < width; c++) out[c] += sums[0][c];
+  const float *own = values->base + (size_t)vertex * width; /* which is not the cage's at level 0 */
+  for (uint32_t c = 0; out && r->surface->options.limit && c < width; c++) out[c] = own[c] + sums[0][c];
   if (!normal) return true;
   const float *quad[4];
   for (uint32_t k = 0; k < 4; k++)
