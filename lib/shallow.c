@@ -3,6 +3,7 @@
  * halves of the cage's sharp edges, and the cage's sharp vertices. */
 #include "shallow.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* ---- numbers -------------------------------------------------------------------------------- */
@@ -32,6 +33,7 @@ tw_topology tw_shallow_counts(const tw_shallow *shallow) {
 
 size_t tw_shallow_kept_count(const tw_shallow *shallow) {
   const tw_topology *t = &shallow->cage;
+  if (shallow->normals) return tw_shallow_counts(shallow).vertex_count;
   if (shallow->level == 1) return (size_t)t->vertex_count + t->face_count;
   return (size_t)t->vertex_count + t->edge_count + t->face_count + t->corner_count;
 }
@@ -233,7 +235,7 @@ static void average_quads(const level_1 *l, float *restrict out) {
   }
 }
 
-void tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept) {
+static void keep_parts(const tw_shallow *shallow, const float *points, float *kept) {
   const tw_topology *t = &shallow->cage;
   if (shallow->level == 1) {
     size_t count = 3 * (size_t)t->vertex_count;
@@ -246,15 +248,32 @@ void tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept
   average_quads(&l, kept + (l.quad_points - l.points));
 }
 
+tw_status tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept) {
+  if (!shallow->normals) {
+    keep_parts(shallow, points, kept);
+    return TW_OK;
+  }
+  tw_shallow parts = *shallow;
+  parts.normals = false;
+  float *above = tw_alloc(tw_shallow_kept_count(&parts), 3 * sizeof *above);
+  if (!above) return TW_NO_MEMORY;
+  keep_parts(&parts, points, above);
+  tw_shallow_points(&parts, above, 0, tw_shallow_counts(shallow).vertex_count, kept);
+  free(above);
+  return TW_OK;
+}
+
 void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                        float *out) {
   const tw_topology *t = &shallow->cage;
-  if (shallow->level == 1) {
+  if (shallow->normals) {
+    memcpy(out, kept + 3 * (size_t)first, 3 * (size_t)count * sizeof *out);
+  } else if (shallow->level == 1) {
     tw_refine_points(t, &shallow->rules, kept, kept + 3 * (size_t)t->vertex_count, first, count, out);
-    return;
+  } else {
+    level_1 l = level_1_of(shallow, kept);
+    level_2_points(&l, first, count, out);
   }
-  level_1 l = level_1_of(shallow, kept);
-  level_2_points(&l, first, count, out);
 }
 
 /* ---- faces ---------------------------------------------------------------------------------- */

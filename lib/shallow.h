@@ -11,24 +11,33 @@ typedef struct tw_shallow {
   tw_topology cage;
   tw_rules rules;
   uint32_t level; /* 1 or 2; 0: not in use */
+  bool normals;   /* are asked for */
 } tw_shallow;
 
 /* Whether a level can be read so: what is sharp at the cage has to be so for ever at the level above. */
 bool tw_shallow_fits(const tw_topology *cage, const tw_rules *rules, uint32_t level);
 
+/* Whether normals can be too: nothing is sharp, and no vertex has two faces alone. */
+bool tw_shallow_fits_normals(const tw_topology *cage, const tw_rules *rules);
+
 /* Counts of the level, without arrays. Those of the answer must be within 32 bits. */
 tw_topology tw_shallow_counts(const tw_shallow *shallow);
 
-/* Points that are kept: all of the level above, then the face points of this one. */
+/* Points that are kept: all of the level above, then the face points of this one; with normals, which look
+ * about them, all of this one. */
 size_t tw_shallow_kept_count(const tw_shallow *shallow);
 
-/* Computes them. points: [cage vertices][3]; kept: [tw_shallow_kept_count][3]. */
-void tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept);
+/* Computes them. points: [cage vertices][3]; kept: [tw_shallow_kept_count][3]. TW_NO_MEMORY. */
+tw_status tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept);
 
 /* Points [first, first + count) of the level, in the order of refine.h: the same bytes as tw_refine_values
  * gives. */
 void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                        float *out);
+
+/* Unit normals of the limit surface at the same points, `stride` floats apart. */
+void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
+                        float *out, uint32_t stride);
 
 /* Corners of quads [first, first + count). out: [count][4]. */
 void tw_shallow_quads(const tw_shallow *shallow, uint32_t first, uint32_t count, uint32_t *out);

@@ -384,6 +384,13 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   return false;
 }
 
+static bool fits_shallow(const build *b) {
+  const tw_surface_options *options = &b->surface->options;
+  if (is_loop(b) || (options->normals && !tw_shallow_fits_normals(&b->cage.topology, &b->rules)))
+    return false;
+  return tw_shallow_fits(&b->cage.topology, &b->rules, options->level);
+}
+
 /* Decides where the generic steps end: at the cage itself when all its faces are quads, else at the first
  * level, from where patches go on; or at the answer's own, where patches cannot go or would have next to
  * nothing to do. */
@@ -407,12 +414,13 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   s->cage_step = b->levels == 0 ? 1 : 4;
   const tw_mesh *m = b->mesh;
   bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
-  s->plain =
-      generic && level > 0 && b->whole && !shrinks && !s->options.normals && !s->options.limit && points_only;
-  if (s->plain && few && !is_loop(b) && tw_shallow_fits(&b->cage.topology, &b->rules, level)) {
+  bool bare = generic && level > 0 && b->whole && !shrinks && !s->options.limit && points_only;
+  if (bare && few && fits_shallow(b)) {
     s->shallow.level = level;
+    s->shallow.normals = s->options.normals;
     b->levels = 0;
   }
+  s->plain = bare && (s->shallow.level > 0 || !s->options.normals);
   /* Normals live on differences, which float loses the more the closer points come together. */
   s->exact = is_loop(b) || (b->levels > GENERIC_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
@@ -444,7 +452,8 @@ static tw_status start_shallow(build *b) {
     points = gather_rows(b->arena, points, s->point_of, s->shallow.cage.vertex_count, 3 * sizeof *points);
   float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_count(&s->shallow), 3 * sizeof *kept);
   if (!points || !kept) return TW_NO_MEMORY;
-  tw_shallow_keep(&s->shallow, points, kept);
+  tw_status status = tw_shallow_keep(&s->shallow, points, kept);
+  if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);
   return TW_OK;

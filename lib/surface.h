@@ -84,8 +84,8 @@ struct tw_surface {
    * connectivity only the counts are there. */
   tw_shallow shallow;
 
-  /* Rows are the base's values as they stand: nothing is left to compute. Of the base's connectivity only
-   * corner_vertex is there. */
+  /* Rows need no patches or masks: those of a shallow surface, or the base's values as they stand. Of the
+   * base's connectivity only the last one's corner_vertex is there. */
   bool plain;
   bool exact;     /* positions are refined in double to the base */
   uint32_t depth; /* levels between the base and the answer */

@@ -86,9 +86,8 @@ static tw_status move_exactly(tw_surface *s, const float *cage) {
 
 static tw_status move_shallow(tw_surface *s, const float *cage) {
   float *kept = tw_alloc(base_count(s), 3 * sizeof *kept);
-  if (kept) tw_shallow_keep(&s->shallow, cage, kept);
   s->positions.base = kept;
-  return kept ? TW_OK : TW_NO_MEMORY;
+  return kept ? tw_shallow_keep(&s->shallow, cage, kept) : TW_NO_MEMORY;
 }
 
 static tw_status move_points(tw_surface *s, const float *positions) {

@@ -1,5 +1,6 @@
 /* Shallow surfaces: levels 1 and 2 read from the cage are, to the last bit, those that the generic step
  * builds. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -9,6 +10,7 @@
 #include <cmocka.h>
 
 #include "cage.h"
+#include "limit.h"
 #include "shallow.h"
 
 enum { SIDE = 6, POINTS = SIDE * SIDE + 2, FACES_MAX = 100, CORNERS_MAX = 400 };
@@ -89,6 +91,44 @@ static void check_quads(const tw_shallow *s, const uint32_t *expected, uint32_t 
   }
 }
 
+/* By the limit masks of the mesh that the generic step made. */
+static void mask_normal(const tw_topology *t, const float *values, uint32_t vertex, double normal[3]) {
+  tw_limit_entry entries[64];
+  assert_true(tw_limit_capacity(t, vertex) <= 64);
+  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
+  double a[3] = {0}, b[3] = {0};
+  for (uint32_t e = 0; e < count; e++)
+    for (int i = 0; i < 3; i++) {
+      a[i] += (double)entries[e].tangent1 * (double)values[3 * (size_t)entries[e].vertex + (size_t)i];
+      b[i] += (double)entries[e].tangent2 * (double)values[3 * (size_t)entries[e].vertex + (size_t)i];
+    }
+  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  for (int i = 0; i < 3; i++) normal[i] /= length;
+}
+
+static void check_normals(const tw_shallow *plain, const float *cage_values, const tw_topology *child,
+                          const float *values) {
+  tw_shallow s = *plain;
+  s.normals = true;
+  uint32_t count = child->vertex_count;
+  assert_int_equal(tw_shallow_kept_count(&s), count);
+  float *kept = calloc(count, 3 * sizeof *kept), *rows = calloc(count, 5 * sizeof *rows);
+  assert_true(kept && rows);
+  assert_int_equal(tw_shallow_keep(&s, cage_values, kept), TW_OK);
+  check_points(&s, kept, values, count);
+  tw_shallow_normals(&s, kept, 0, count / 2, rows, 5);
+  tw_shallow_normals(&s, kept, count / 2, count - count / 2, rows + 5 * (size_t)(count / 2), 5);
+  for (uint32_t v = 0; v < count; v++) {
+    double expected[3];
+    mask_normal(child, values, v, expected);
+    for (int i = 0; i < 3; i++) assert_float_equal(rows[5 * (size_t)v + (size_t)i], expected[i], 1e-4);
+    assert_true(rows[5 * (size_t)v + 3] == 0 && rows[5 * (size_t)v + 4] == 0);
+  }
+  free(kept);
+  free(rows);
+}
+
 static void check(cage *c, tw_surface_options options) {
   assert_int_equal(tw_mesh_check(&c->mesh, NULL, NULL), TW_OK);
   tw_arena *arena = tw_arena_create();
@@ -106,16 +146,17 @@ static void check(cage *c, tw_surface_options options) {
     float *next = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *next);
     tw_refine_values(&at, &rules, 3, values, next);
     assert_true(tw_shallow_fits(&read.topology, &rules, level));
-    tw_shallow s = {read.topology, rules, level};
+    tw_shallow s = {read.topology, rules, level, false};
     tw_topology counts = tw_shallow_counts(&s);
     assert_int_equal(counts.vertex_count, child.vertex_count);
     assert_int_equal(counts.edge_count, child.edge_count);
     assert_int_equal(counts.face_count, child.face_count);
     assert_int_equal(counts.corner_count, child.corner_count);
     float *kept = tw_arena_alloc(arena, tw_shallow_kept_count(&s), 3 * sizeof *kept);
-    tw_shallow_keep(&s, cage_values, kept);
+    assert_int_equal(tw_shallow_keep(&s, cage_values, kept), TW_OK);
     check_points(&s, kept, next, child.vertex_count);
     check_quads(&s, child.corner_vertex, child.face_count);
+    if (tw_shallow_fits_normals(&read.topology, &rules)) check_normals(&s, cage_values, &child, next);
     at = child;
     values = next;
   }
@@ -172,6 +213,28 @@ static void what_decays_fits_for_one_level_alone(void **state) {
   free(c);
 }
 
+static void normals_fit_where_nothing_is_sharp_and_three_faces_meet(void **state) {
+  (void)state;
+  tw_arena *arena = tw_arena_create();
+  tw_cage read;
+  const tw_rules smooth = {0}, linear = {.linear = true};
+  static const uint32_t back_to_back[] = {0, 1, 2, 2, 1, 0};
+  for (uint32_t kind = 0; kind < 4; kind++) {
+    cage *c = new_cage(3, kind == 1, false);
+    if (kind == 2) crease(c, 1);
+    if (kind == 3) {
+      memcpy(c->corners, back_to_back, sizeof back_to_back);
+      c->mesh.face_count = 2;
+      c->mesh.corner_count = 6;
+    }
+    assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 2}, arena, &read), TW_OK);
+    assert_int_equal(tw_shallow_fits_normals(&read.topology, &smooth), kind == 0);
+    assert_false(tw_shallow_fits_normals(&read.topology, &linear));
+    free(c);
+  }
+  tw_arena_destroy(arena);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
@@ -179,6 +242,7 @@ int main(void) {
       cmocka_unit_test(infinite_creases_and_corners_are_too),
       cmocka_unit_test(bilinear_and_smooth_triangles_are_too),
       cmocka_unit_test(what_decays_fits_for_one_level_alone),
+      cmocka_unit_test(normals_fit_where_nothing_is_sharp_and_three_faces_meet),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
