@@ -12,9 +12,11 @@
 #include "tweend/bake.h"
 
 enum {
-  STEPS_LEAST = 2,    /* of a segment that is no chord itself */
-  GRID_PLACES = 64,   /* at most, for each key allowed */
-  PARTS_MEASURED = 4, /* of each grid step */
+  STEPS_LEAST = 2,       /* of a segment that is no chord itself */
+  GRID_PLACES = 64,      /* at most, for each key allowed */
+  CLIP_PLACES = 1 << 20, /* of all grids: a second or two */
+  OWN_PLACES = 4,        /* and for each key that the clip has */
+  PARTS_MEASURED = 4,    /* of each grid step */
   REFINEMENTS = 24
 };
 
@@ -26,6 +28,7 @@ static const double FLOAT_ROOM = 4e-7; /* of the largest value: what single prec
 typedef struct samples {
   float *times, *values; /* [count], [count][width] */
   uint32_t count, room, most;
+  const char *name; /* of what it lists, for errors */
 } samples;
 
 /* One track on its way. */
@@ -51,7 +54,8 @@ static tw_status widen(samples *list, uint32_t width, tw_error *error) {
   uint32_t room = list->room > list->most / 2 ? list->most : list->room * 2;
   if (room < 256) room = list->most < 256 ? list->most : 256;
   if (list->count >= room)
-    return tw_fail(error, TW_LIMIT, "a track would need more than %u keys at this tolerance", list->most);
+    return tw_fail(error, TW_LIMIT, "the clip needs more than %u %s at this tolerance", list->most,
+                   list->name);
   size_t row = width * sizeof(float);
   float *times = room <= SIZE_MAX / row ? realloc(list->times, room * sizeof *times) : NULL;
   if (times) list->times = times;
@@ -176,7 +180,8 @@ static tw_status lay_segment(reduction *r, const tw_track *track, uint32_t key, 
     double ratio = steps < r->grid.most ? largest_stray(r, track, key, (uint32_t)steps) / r->tolerance : 1;
     steps *= fmax(1, ceil(sqrt(GRID_MARGIN * ratio)));
   }
-  if (steps >= r->grid.most) return tw_fail(error, TW_LIMIT, "a track turns too often for the keys allowed");
+  if (steps >= r->grid.most)
+    return tw_fail(error, TW_LIMIT, "a track turns too often to be followed at this tolerance");
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < (uint32_t)steps && status == TW_OK; i++)
     status = add_place(r, step_time(track, key, i, (uint32_t)steps), error);
@@ -337,15 +342,29 @@ static tw_status deliver(const reduction *r, tw_arena *arena, tw_track_keys *out
   return TW_OK;
 }
 
+static uint32_t least_of(uint64_t a, uint64_t b) {
+  return (uint32_t)(a < b ? a : b);
+}
+
+/* Places for the grids of all tracks, so that a short document cannot ask for hours. */
+static uint32_t count_places(const tw_clip *clip) {
+  uint64_t places = CLIP_PLACES;
+  for (uint32_t i = 0; i < clip->track_count; i++)
+    places += OWN_PLACES * (uint64_t)clip->tracks[i].timeline->key_count;
+  return least_of(places, UINT32_MAX);
+}
+
+/* places: left for the grids of this and all tracks after it. */
 static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance tolerance, uint32_t max_keys,
-                              tw_arena *arena, tw_track_keys *out, double *reached, tw_error *error) {
+                              uint32_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
+                              tw_error *error) {
   const tw_track *track = &clip->tracks[index];
   reduction r = {.clip = clip,
                  .index = index,
                  .width = track->width,
                  .rotation = track->path == TW_ROTATION,
-                 .grid.most = max_keys > UINT32_MAX / GRID_PLACES ? UINT32_MAX : max_keys * GRID_PLACES,
-                 .keys.most = max_keys};
+                 .grid = {.most = least_of((uint64_t)max_keys * GRID_PLACES, *places), .name = "steps"},
+                 .keys = {.most = max_keys, .name = "keys"}};
   tw_status status = TW_NO_MEMORY;
   r.sample = tw_alloc(r.width, sizeof *r.sample);
   r.ends = tw_alloc(r.width, 2 * sizeof *r.ends);
@@ -355,6 +374,7 @@ static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance 
     if (status == TW_OK) status = choose_keys(&r, error);
     if (status == TW_OK) status = deliver(&r, arena, out, error);
     *reached = fmax(*reached, r.reached);
+    *places -= r.grid.count;
   } else {
     tw_fail(error, TW_NO_MEMORY, "no memory for a reduced track");
   }
@@ -383,6 +403,7 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
   tw_track_keys *tracks = tw_arena_alloc(arena, clip->track_count, sizeof *tracks);
   if (!tracks) return tw_fail(error, TW_NO_MEMORY, "no memory for a reduced clip");
   tw_tolerance most = {0, 0};
+  uint32_t places = count_places(clip);
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[i];
     tw_status status = TW_OK;
@@ -391,7 +412,7 @@ tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_toler
     else if (track->holds)
       status = copy_steps(clip, i, arena, &tracks[i], error);
     else
-      status = reduce_track(clip, i, tolerance, max_keys, arena, &tracks[i],
+      status = reduce_track(clip, i, tolerance, max_keys, &places, arena, &tracks[i],
                             track->path == TW_ROTATION ? &most.angle : &most.distance, error);
     if (status != TW_OK) return status;
   }

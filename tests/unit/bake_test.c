@@ -99,6 +99,28 @@ static void tolerances_must_be_possible_and_keys_few_enough(void **state) {
   tw_clip_destroy(clip);
 }
 
+static void what_all_tracks_of_a_clip_take_is_limited(void **state) {
+  (void)state;
+  enum { TRACKS = 4 };
+  const double turns[] = {0, 1, 0, 0, 0, 1, 0, 60000}; /* 344,000 steps of 10 degrees */
+  tw_track_keys tracks[TRACKS];
+  for (uint32_t i = 0; i < TRACKS; i++) {
+    tracks[i] = rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 2);
+    tracks[i].node = i;
+  }
+  for (uint32_t count = 3; count <= TRACKS; count++) {
+    tw_clip_keys keys = {.track_count = count, .tracks = tracks}, out;
+    tw_clip *clip = compile(tracks, count, -1);
+    tw_arena *arena = tw_arena_create();
+    tw_tolerance reached, loose = {0.1, 1};
+    tw_error error = {0};
+    tw_status status = tw_clip_reduce(clip, &keys, loose, 1000000, arena, &out, &reached, &error);
+    assert_int_equal(status, count == 3 ? TW_OK : TW_LIMIT);
+    tw_arena_destroy(arena);
+    tw_clip_destroy(clip);
+  }
+}
+
 static void baked_keys_are_the_samples_at_exactly_those_times(void **state) {
   (void)state;
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 150, 0, 1, 0, 0};
@@ -256,6 +278,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(times_to_bake_must_rise),
       cmocka_unit_test(tolerances_must_be_possible_and_keys_few_enough),
+      cmocka_unit_test(what_all_tracks_of_a_clip_take_is_limited),
       cmocka_unit_test(baked_keys_are_the_samples_at_exactly_those_times),
       cmocka_unit_test(every_kind_of_track_is_reduced_within_its_tolerance),
       cmocka_unit_test(keys_along_one_arc_shrink_to_its_ends),

@@ -30,8 +30,9 @@ typedef struct tw_tolerance {
  * reduced as it moves then.
  * reached: the largest error that is left, measured between keys too; single precision may leave more than
  * a very small tolerance, but no more than 4e-7 of the largest value.
- * max_keys: TW_LIMIT where a track would need more.
- * out: as in tw_clip_bake. O(keys + total angle / sqrt(tolerance)) but for a logarithm. */
+ * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than a
+ * million steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle /
+ * sqrt(tolerance)) but for a logarithm. */
 tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                          uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
                          tw_error *error);
