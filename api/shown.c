@@ -92,11 +92,21 @@ api_outcome api_shown_take_clip(api_call *call, const tw_model *model, bool is_s
              : api_fail(call);
 }
 
+/* Baked keys are held in memory: no more of them than of an upload. */
+static api_outcome check_baked(api_call *call, const api_clip *clip, uint32_t track_count, uint64_t times) {
+  uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
+  for (uint32_t i = 0; i < track_count; i++) numbers += tw_clip_width(clip->compiled, i);
+  if (times < UINT32_MAX && (numbers == 0 || times <= limit / numbers)) return API_DONE;
+  return api_fail_with(call, 422, "%llu keys of %llu numbers are over the limit of %llu numbers in all",
+                       (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
+}
+
 /* The clip as keys at exactly the times asked for. */
-static api_outcome bake_clip(api_call *call, api_shown *shown) {
+static api_outcome bake_clip(api_call *call, const tw_model *model, api_shown *shown) {
   const api_clip *clip = api_entry_value(shown->clip);
   const api_times *asked = &shown->query.times;
-  if (asked->count >= UINT32_MAX) return api_fail_with(call, 422, "too many times");
+  uint32_t track_count = api_clip_keys(clip, model, &shown->choice)->track_count;
+  if (check_baked(call, clip, track_count, asked->count) != API_DONE) return API_FAILED;
   uint32_t count = (uint32_t)asked->count;
   float *times = tw_arena_alloc(call->arena, count, sizeof *times);
   if (!times) return api_fail_without_memory(call);
@@ -130,7 +140,8 @@ void api_shown_release(api_shown *shown) {
 
 api_outcome api_shown_animate(api_call *call, const tw_model *model, api_shown *shown) {
   if (!shown->query.has_clip || is_moment(&shown->query)) return API_DONE;
-  api_outcome outcome = shown->query.times.is_given ? bake_clip(call, shown) : keep_clip(call, model, shown);
+  api_outcome outcome =
+      shown->query.times.is_given ? bake_clip(call, model, shown) : keep_clip(call, model, shown);
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(shown->clip);
   shown->animation.name = clip->name;

@@ -169,6 +169,20 @@ static void times_that_fall_or_are_negative_cannot_be_baked(void **state) {
   assert_problem(ask(f, f->keyed, "surface.glb?at=-1,0.5"), 422, NULL, NULL);
 }
 
+static void more_baked_keys_than_an_upload_may_have_bytes_are_422(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_upload = 4096;
+  fixture f = {.loop = loopback_start(&settings)};
+  loopback_upload(f.loop, "application/json", keyed, f.keyed);
+  /* Three rotations and a translation: 15 numbers a time. */
+  reply r = ask(&f, f.keyed, "surface.glb?from=0&to=0.67&fps=100");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  assert_problem(ask(&f, f.keyed, "surface.glb?from=0&to=0.68&fps=100"), 422, NULL, "69 keys of 15 numbers");
+  loopback_stop(f.loop);
+}
+
 static void baked_keys_stand_at_the_times_asked_for(void **state) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&at=0,0.25,0.375,2");
@@ -374,6 +388,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       TEST(parameters_that_do_not_fit_are_400),
       TEST(times_that_fall_or_are_negative_cannot_be_baked),
+      TEST(more_baked_keys_than_an_upload_may_have_bytes_are_422),
       TEST(baked_keys_stand_at_the_times_asked_for),
       TEST(a_kept_clip_keeps_the_keys_that_gltf_has),
       TEST(a_tolerance_leaves_the_fewest_keys),
