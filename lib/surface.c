@@ -467,6 +467,24 @@ static tw_status start_fields(build *b) {
   return status == TW_OK ? start_sources(b) : status;
 }
 
+/* A row at a vertex that no patch covers costs as much as the vertex has faces: many rows at a vertex of very
+ * many faces would cost their product. */
+static tw_status check_fans(const tw_surface *s, tw_error *error) {
+  enum { GREAT = 4096, WORK_MAX = 1 << 28 };
+  bool masked = s->depth == 0 && (s->options.normals || s->options.limit);
+  if (!masked || s->mask_capacity < GREAT) return TW_OK;
+  const tw_topology *t = &s->fields[0].base;
+  uint64_t work = 0;
+  for (uint32_t row = 0; row < s->vertices.corner_count && work <= WORK_MAX; row++) {
+    uint32_t vertex = t->corner_vertex[tw_corner_of_row(&s->vertices, row)];
+    work += t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
+  }
+  if (work <= WORK_MAX) return TW_OK;
+  return tw_fail(error, TW_LIMIT,
+                 "thousands of faces meet in a point, each with a normal of its own: normals=none without "
+                 "limit=true can do without");
+}
+
 static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -487,6 +505,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   if (status == TW_OK) status = number_answer(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);
   if (status == TW_OK) status = prepare_bounds(s);
+  if (status == TW_OK) status = check_fans(s, error);
   if (status != TW_OK) return status;
   lay_out_rows(b);
   if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) < UINT32_MAX) return TW_OK;

@@ -108,6 +108,37 @@ static void counts_over_32_bits_are_refused(void **state) {
   assert_int_equal(tw_surface_count(&mesh, &options, &counts, NULL), TW_LIMIT);
 }
 
+/* Each of their corners is a row, and each row looks at them all. */
+static void a_great_many_faces_on_the_same_points_have_no_normals(void **state) {
+  (void)state;
+  enum { FACES = 20000 };
+  static const float points[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  static uint32_t corners[3 * FACES], offsets[FACES + 1];
+  for (uint32_t c = 0; c < 3 * FACES; c++) corners[c] = c % 3;
+  for (uint32_t f = 0; f <= FACES; f++) offsets[f] = 3 * f;
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = 3;
+  mesh.positions = points[0];
+  mesh.face_count = FACES;
+  mesh.corner_count = 3 * FACES;
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  tw_surface *surface = NULL;
+  tw_error error;
+  tw_surface_options options = {.level = 0, .normals = true};
+  assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), TW_LIMIT);
+  assert_null(surface);
+  options.normals = false;
+  assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), TW_OK);
+  tw_surface_destroy(surface);
+  options.normals = true;
+  mesh.face_count = FACES / 10;
+  mesh.corner_count = 3 * FACES / 10;
+  assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), TW_OK);
+  tw_surface_destroy(surface);
+}
+
 static void a_mesh_without_faces_gives_an_empty_surface(void **state) {
   (void)state;
   static const uint32_t offsets[1] = {0};
@@ -388,6 +419,7 @@ int main(void) {
       cmocka_unit_test(bounds_do_not_depend_on_who_takes_which_part),
       cmocka_unit_test(loop_refuses_a_quad_and_names_the_face),
       cmocka_unit_test(counts_over_32_bits_are_refused),
+      cmocka_unit_test(a_great_many_faces_on_the_same_points_have_no_normals),
       cmocka_unit_test(a_mesh_without_faces_gives_an_empty_surface),
       cmocka_unit_test(cube_has_26_then_98_vertices),
       cmocka_unit_test(cube_corner_moves_to_five_ninths),

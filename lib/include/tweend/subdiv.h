@@ -64,7 +64,8 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
 typedef struct tw_surface tw_surface;
 
 /* The mesh must have passed tw_mesh_check. It may be freed after the call.
- * Errors as tw_surface_count, and TW_NO_MEMORY. */
+ * Errors as tw_surface_count; TW_LIMIT also where limits of thousands of rows at vertices of thousands of
+ * faces are asked for; TW_NO_MEMORY. */
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error);
 /* The same surface over other positions: topology, patches and numbering are the plan's, which was made with
