@@ -178,7 +178,8 @@ static void bench_requests(bench_report *report, const daemon_process *daemon, c
     if (i == 2) continue;
     snprintf(name, sizeof name, "pose.%s, %s", form, names[i]);
     bench_row(report, name, "requests/s", bench_summary(servers[i].rates), "bare handler", bare, true);
-    bench_row(report, "  of the core", "us a request", single(servers[i].cpu_us), "bare handler",
+    snprintf(name, sizeof name, "pose.%s, %s, cpu", form, names[i]);
+    bench_row(report, name, "us a request", single(servers[i].cpu_us), "bare handler",
               single(servers[2].cpu_us), false);
   }
 }
