@@ -5,6 +5,7 @@
  *
  * Decay is taken to be uniform from here on: Chaikin's rule would look at the sharpness round the far ends of
  * edges too. */
+#include <assert.h>
 #include <math.h>
 
 #include "limit_mask.h"
@@ -105,6 +106,7 @@ static void triangle_step(const tw_limit_neighbours *m, uint32_t steps) {
 
 void tw_limit_settle(const tw_limit_neighbours *neighbours) {
   const tw_limit_neighbours *m = neighbours;
+  assert(m->ring_count > 0);
   for (uint32_t steps = steps_to_settle(m->t, m->vertex); steps-- > 0;) {
     if (m->t->face_size == 3)
       triangle_step(m, steps);

@@ -141,13 +141,13 @@ static bool any_sharp(const float *sharpness, uint32_t count) {
 static float equivalent_sharpness(decaying_edges *edges, bool chaikin) {
   static const float next_to_nothing = 1.0f / (1 << 20);
   if (edges->inner_count == 0) return 0;
-  float steps = 0;
-  for (;; steps++) { /* the greatest of them loses 1 a step at least */
-    float share = decay_edges(edges, chaikin);
-    if (any_sharp(edges->sharpness, edges->inner_count)) continue;
-    bool longer = any_sharp(edges->sharpness + edges->inner_count, edges->count - edges->inner_count);
-    return fminf(longer ? steps + 1 + next_to_nothing : steps + share, nextafterf(TW_SHARPNESS_INFINITE, 0));
-  }
+  uint32_t steps = 0; /* before the last */
+  float share = decay_edges(edges, chaikin);
+  for (; any_sharp(edges->sharpness, edges->inner_count); steps++) /* the greatest loses 1 a step at least */
+    share = decay_edges(edges, chaikin);
+  if (any_sharp(edges->sharpness + edges->inner_count, edges->count - edges->inner_count))
+    share = 1 + next_to_nothing;
+  return fminf((float)steps + share, nextafterf(TW_SHARPNESS_INFINITE, 0));
 }
 
 static bool has_semi_sharp(const tw_topology *uv, uint32_t v) {

@@ -178,24 +178,36 @@ static void normals_along_a_semi_sharp_ridge_lean_to_neither_side(void **state) 
 }
 
 /* The corner of a border that is smooth stays in the plane of its two edges, which straighten out: the
- * further the level, the less of a plane is left to see. */
+ * further the level, the less of a plane is left to see. Once as a patch, and once refined in the generic
+ * way, to which UVs and Chaikin's rule lead together. */
 static void the_plane_at_a_smooth_border_corner_holds_at_every_level(void **state) {
   (void)state;
-  static const uint32_t face[4] = {0, 1, 2, 3};
+  static const uint32_t face[4] = {0, 1, 2, 3}, edge[2] = {1, 2};
+  static const float sharpness = 1.5f, uvs[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   cage *c = new_cage();
-  add_point(c, 5, 5, 5);
-  add_point(c, 6, 5, 5);
-  add_point(c, 6, 6, 6);
-  add_point(c, 5, 6, 5);
+  add_point(c, 5.1f, 5.2f, 5.3f);
+  add_point(c, 6.1f, 5.2f, 5.3f); /* along x */
+  add_point(c, 6.4f, 6.7f, 6.6f);
+  add_point(c, 5.1f, 5.8f, 6.1f); /* along 3 y + 4 z */
   add_face(c, face, 4);
-  for (uint32_t level = 0; level <= 8; level++) {
-    rows r = read_rows(
-        &c->mesh, (tw_surface_options){.level = level, .boundary = TW_BOUNDARY_EDGE_ONLY, .normals = true});
-    const float *normal = row_of(&r, 0) + r.layout->normal;
-    assert_float_equal(normal[0], 0, 1e-5);
-    assert_float_equal(normal[1], 0, 1e-5);
-    assert_float_equal(normal[2], 1, 1e-5);
-    free_rows(&r);
+  for (int generic = 0; generic < 2; generic++) {
+    if (generic) {
+      c->mesh.uv_set_count = 1;
+      c->mesh.uv_sets[0] = (tw_uv_set){4, uvs[0], face};
+      c->mesh.crease_count = 1;
+      c->mesh.crease_edges = edge;
+      c->mesh.crease_sharpness = &sharpness;
+    }
+    for (uint32_t level = 0; level <= 8; level++) {
+      tw_surface_options options = {
+          .level = level, .boundary = TW_BOUNDARY_EDGE_ONLY, .creasing = TW_CREASE_CHAIKIN, .normals = true};
+      rows r = read_rows(&c->mesh, options);
+      const float *normal = row_of(&r, 0) + r.layout->normal;
+      assert_float_equal(normal[0], 0, 1e-5);
+      assert_float_equal(normal[1], -0.8f, 1e-5);
+      assert_float_equal(normal[2], 0.6f, 1e-5);
+      free_rows(&r);
+    }
   }
   free(c);
 }
