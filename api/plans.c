@@ -83,6 +83,21 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
   return result;
 }
 
+/* Whether arithmetic on the meshes alone shows that no limit is reached: a level makes no more faces of a
+ * mesh than it has corners and faces together, and four of each from there on. What is sure needs no
+ * connectivity to count by. */
+static bool is_surely_within(const plan_source *source) {
+  uint32_t level = source->query->level;
+  if (level > source->limits->max_level || level > TW_LEVEL_MAX) return false;
+  const api_plan_meshes *all = source->meshes;
+  uint64_t most = 0;
+  for (uint32_t i = 0; i < all->count; i++) {
+    uint64_t first = (uint64_t)all->meshes[i].corner_count + all->meshes[i].face_count;
+    add_times(&most, first << 2 * (level > 0 ? level - 1 : 0), all->uses ? all->uses[i] : 1);
+  }
+  return most <= source->limits->max_faces;
+}
+
 static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status,
                          api_fault *fault) {
   const api_limits *limits = source->limits;
@@ -134,27 +149,40 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_e
   return TW_OK;
 }
 
-static bool build_plan(void *context, api_built *out, api_fault *fault) {
-  const plan_source *source = context;
-  tw_surface_counts total;
-  tw_status status = count_all(source, &total, &fault->error);
-  if (status != TW_OK && status != TW_LIMIT) {
-    api_fault_complete(fault);
-    return false;
-  }
-  if (!check_limits(source, &total, status, fault)) return false;
+/* NULL: the error says why. */
+static api_plan *create_plan(const plan_source *source, tw_error *error) {
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
-    api_fault_without_memory(fault);
-    return false;
+    tw_fail(error, TW_NO_MEMORY, "out of memory");
+    return NULL;
   }
-  plan->total = total;
   atomic_init(&plan->is_warm, false);
-  if (create_surfaces(source, plan, &fault->error) != TW_OK) {
-    api_fault_complete(fault);
+  if (create_surfaces(source, plan, error) != TW_OK) {
     destroy_plan(plan);
-    return false;
+    return NULL;
   }
+  for (uint32_t i = 0; i < plan->count; i++)
+    add_counts(&plan->total, tw_surface_get_counts(plan->surfaces[i]),
+               source->meshes->uses ? source->meshes->uses[i] : 1);
+  return plan;
+}
+
+/* Counts first: nothing is built of what is over a limit, and its counts are told. */
+static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
+  tw_surface_counts total;
+  tw_status status = count_all(source, &total, &fault->error);
+  bool is_counted = status == TW_OK || status == TW_LIMIT;
+  if (is_counted && !check_limits(source, &total, status, fault)) return NULL;
+  api_plan *plan = is_counted ? create_plan(source, &fault->error) : NULL;
+  if (!plan) api_fault_complete(fault);
+  return plan;
+}
+
+static bool build_plan(void *context, api_built *out, api_fault *fault) {
+  const plan_source *source = context;
+  api_plan *plan = is_surely_within(source) ? create_plan(source, &fault->error) : NULL;
+  if (!plan) plan = count_and_create(source, fault);
+  if (!plan) return false;
   *out = (api_built){plan, plan_size(plan), destroy_plan};
   return true;
 }

@@ -213,7 +213,7 @@ tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_cr
                                float max[3]) {
   /* Displacements are the plan's own. */
   if (morph >= 0 && surface->plan) return tw_surface_bounds_by(surface->plan, morph, crew, min, max);
-  size_t slot = (size_t)(morph + 1);
+  size_t slot = morph < 0 ? 0 : (size_t)morph + 1;
   float bounds[2][3];
   if (atomic_load(&surface->bounds_ready[slot]) == BOUNDS_KNOWN) {
     memcpy(bounds, surface->bounds[slot], sizeof bounds);

@@ -277,7 +277,8 @@ static srv_listener *join_stream(connection *c) {
 
 /* Only what has some blocks to come; without memory it goes without. */
 static srv_ahead *go_ahead(connection *c, const api_answer *answer) {
-  bool is_large = answer->body.read != NULL && answer->body.size > SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE;
+  bool is_large =
+      answer->body.read != NULL && answer->body.size > (uint64_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE;
   if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
   return srv_ahead_create(c->exchange.server->work, answer, hand_back, c);
 }

@@ -100,10 +100,10 @@ typedef struct parts {
 static void run_part(void *context, uint32_t index) {
   parts *p = context;
   atomic_fetch_add(&p->calls[index], 1);
-  size_t in = atomic_fetch_add(&p->in, 1) + 1;
+  atomic_fetch_add(&p->in, 1);
   for (int i = 0; p->meet && i < 2000 && atomic_load(&p->most) < 2; i++) {
     nanosleep(&(struct timespec){.tv_nsec = 1000000}, NULL);
-    in = atomic_load(&p->in);
+    size_t in = atomic_load(&p->in);
     if (in > atomic_load(&p->most)) atomic_store(&p->most, in);
   }
   atomic_fetch_sub(&p->in, 1);
