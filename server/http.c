@@ -223,8 +223,7 @@ static struct MHD_Response *create_response(delivery *d) {
     uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
-  if (answer->status == MHD_HTTP_NOT_MODIFIED) {
-    /* A length here would be that of the representation; with an unknown one the library gives none. */
+  if (answer->status == MHD_HTTP_NOT_MODIFIED) { /* read_block is not called, see is_sized */
     return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_block, d, free_delivery);
   }
   /* The library takes the bytes as writable but does not write. */
@@ -283,7 +282,10 @@ static srv_ahead *go_ahead(connection *c, const api_answer *answer) {
   return srv_ahead_create(c->exchange.server->work, answer, hand_back, c);
 }
 
+/* Whether the library may tell a length. In 304 it would be that of the representation, which is not known.
+ */
 static bool is_sized(const api_answer *answer) {
+  if (answer->status == MHD_HTTP_NOT_MODIFIED) return false;
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
 
@@ -302,9 +304,9 @@ static enum MHD_Result deliver(connection *c) {
     return MHD_NO;
   }
   bool is_head = strcmp(exchange->method, "HEAD") == 0;
-  /* In chunks the library ends even an answer to HEAD with a last chunk, which the client would take for the
-   * beginning of the next answer. */
-  if (is_head && !is_sized(&d->answer))
+  /* In chunks the library ends even what has no body with a last chunk, which the client would take for the
+   * beginning of the next answer. Without, it closes the connection. */
+  if ((is_head || d->answer.status == MHD_HTTP_NOT_MODIFIED) && !is_sized(&d->answer))
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
   bool is_whole = d->answer.body.read == NULL && listener == NULL;
   if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
