@@ -86,8 +86,17 @@ static api_outcome choose_listed(api_call *call, const tw_model *model, const ch
   }
 }
 
+/* Whether a light call leaves it to a heavy one to hold each name of the list against all nodes. */
+static bool is_long_search(const tw_model *model, const char *list) {
+  enum { COMPARISONS_MOST = 1 << 18 };
+  uint64_t names = 1;
+  for (const char *c = list; *c; c++) names += *c == ',';
+  return names * model->node_count > COMPARISONS_MOST;
+}
+
 /* The nodes of the list, or all, in the file's order. */
 static api_outcome choose_named(api_call *call, const tw_model *model, api_pose_request *request) {
+  if (request->nodes && call->effort == API_LIGHT && is_long_search(model, request->nodes)) return API_LATER;
   bool *chosen = request->nodes ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
   uint32_t *nodes = tw_arena_alloc(call->arena, model->node_count, sizeof *nodes);
   if ((request->nodes && !chosen) || !nodes) return api_fail_without_memory(call);

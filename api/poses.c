@@ -30,6 +30,7 @@ typedef struct pose_answer {
 static uint64_t count_numbers(const api_pose_query *query) {
   /* At most 2^32 nodes of 16 numbers, and max_times: no overflow below 2^28 times. */
   uint64_t per_pose = query->node_count * (uint64_t)api_pose_width(query->as);
+  if (per_pose == 0) per_pose = 1; /* a model without nodes has its times told all the same */
   uint64_t times = query->times.count;
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }

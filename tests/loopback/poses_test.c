@@ -358,6 +358,22 @@ static void too_large_an_answer_is_422(void **state) {
   loopback_stop(f.loop);
 }
 
+static void times_of_a_model_without_nodes_count(void **state) {
+  (void)state;
+  api_settings settings = loopback_settings();
+  settings.limits.max_times = 100000;
+  settings.limits.max_output = 500000;
+  fixture f = {.loop = loopback_start(&settings)};
+  char target[128];
+  loopback_upload(f.loop, "model/gltf+json", "{\"asset\":{\"version\":\"2.0\"}}", f.id);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?from=0&to=10&fps=1", f.id);
+  assert_true(loopback_is_light(f.loop, target));
+  snprintf(target, sizeof target, "/v1/models/%s/pose?from=0&to=30000&fps=1", f.id);
+  assert_false(loopback_is_light(f.loop, target));
+  assert_problem(ask(&f, "pose.json?from=0&to=50000&fps=1"), 422, NULL, "50001 poses");
+  loopback_stop(f.loop);
+}
+
 /* ---- forms ------------------------------------------------------------------------------------------ */
 
 static void lines_are_the_poses_of_the_json(void **state) {
@@ -513,6 +529,35 @@ static void what_is_known_is_answered_lightly(void **state) {
   assert_false(loopback_is_light(f->loop, target));
 }
 
+/* 16,384 nodes against 16 names of the last one and of one before it. */
+static void long_lists_of_names_in_large_models_are_not_searched_lightly(void **state) {
+  (void)state;
+  enum { NODES = 1 << 14, NODE_TEXT = 24 };
+  api_settings settings = loopback_settings();
+  fixture f = {.loop = loopback_start(&settings)};
+  char *model = calloc(NODES + 4, NODE_TEXT), target[256];
+  size_t length = (size_t)sprintf(model, "{\"nodes\":[");
+  for (int i = 0; i < NODES; i++)
+    length += (size_t)sprintf(model + length, "%s{\"name\":\"%d\"}", i > 0 ? "," : "", i);
+  sprintf(model + length, "]}");
+  loopback_upload(f.loop, "application/json", model, f.id);
+  free(model);
+  size_t base = (size_t)snprintf(target, sizeof target, "/v1/models/%s/pose.csv?nodes=7", f.id);
+  for (int i = 0; i < 15; i++) strcat(target, ",16383");
+  assert_true(loopback_is_light(f.loop, target));
+  strcat(target, ",8");
+  assert_false(loopback_is_light(f.loop, target));
+  reply r = loopback_get(f.loop, target);
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\r\n0,7,0,0,0,1"));
+  assert_non_null(strstr(r.body, "\r\n0,8,0,0,0,1"));
+  assert_non_null(strstr(r.body, "\r\n0,16383,0,0,0,1"));
+  reply_free(&r);
+  target[base] = '\0';
+  assert_true(loopback_is_light(f.loop, target));
+  loopback_stop(f.loop);
+}
+
 /* ---- skins --------------------------------------------------------------------------------------- */
 
 /* Two joints whose inverse bind matrices are the identity, as glTF with its buffer inside. */
@@ -608,12 +653,14 @@ int main(void) {
       with_arm(bad_bodies_of_times_are_refused_with_their_place),
       with_arm(too_many_times_are_422),
       cmocka_unit_test(too_large_an_answer_is_422),
+      cmocka_unit_test(times_of_a_model_without_nodes_count),
       with_arm(lines_are_the_poses_of_the_json),
       with_arm(csv_has_a_line_a_time_and_node),
       with_arm(binary_rows_are_those_of_the_json),
       with_arm(a_large_answer_is_streamed_and_the_same),
       with_arm(equal_questions_have_one_tag),
       with_arm(what_is_known_is_answered_lightly),
+      cmocka_unit_test(long_lists_of_names_in_large_models_are_not_searched_lightly),
       with_arm(joint_matrices_are_world_times_inverse_bind),
       with_arm(tracks_are_reported),
       with_arm(half_turns_and_longer_ones_are_warned_of_when_they_are_stored),
