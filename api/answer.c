@@ -45,6 +45,7 @@ void api_answer_text(api_answer *answer, int status, const char *type, api_text 
   if (text->failed) {
     api_text_deinit(text);
     answer->status = 503;
+    answer->header_count = 0; /* those of the answer that did not come about would let it be cached */
     api_answer_header(answer, "Retry-After", "1");
     return;
   }

@@ -91,7 +91,7 @@ api_outcome api_kept_answer(api_call *call) {
 static bool build_kept(void *context, api_built *out, api_fault *fault) {
   kept_answer **made = context;
   (void)fault;
-  *out = (api_built){*made, sizeof **made + (*made)->size, free};
+  *out = (api_built){*made, sizeof **made + (*made)->size + strlen((*made)->etag) + 1, free};
   *made = NULL;
   return true;
 }
