@@ -1,6 +1,8 @@
 /* Cutting a refined mesh back to what the border leaves, and counting without doing so. */
 #include "open.h"
 
+#include <stdlib.h>
+
 static bool on_border(const tw_topology *t, uint32_t corner) {
   return t->vertex_flags[t->corner_vertex[corner]] & TW_VERTEX_BORDER;
 }
@@ -50,6 +52,19 @@ static tw_status rename_vertices(const tw_topology *full, const uint32_t *faces,
   return TW_OK;
 }
 
+/* The faces over renamed vertices. An edge of theirs is one of the full mesh. */
+static tw_status build_faces(const tw_topology *full, const uint32_t *faces, uint32_t face_count,
+                             uint32_t vertex_count, const uint32_t *corners, tw_arena *arena,
+                             tw_topology *out) {
+  uint32_t size = full->face_size, *edges = tw_alloc(face_count, size * sizeof *edges);
+  if (!edges) return TW_NO_MEMORY;
+  for (uint32_t c = 0; c < size * face_count; c++)
+    edges[c] = full->corner_edge[size * faces[c / size] + c % size];
+  tw_status status = tw_topology_build_parted(out, arena, vertex_count, face_count, size, corners, edges);
+  free(edges);
+  return status;
+}
+
 tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t face_count, tw_arena *arena,
                       tw_topology *out, uint32_t **vertices) {
   uint32_t size = full->face_size;
@@ -57,8 +72,7 @@ tw_status tw_open_cut(const tw_topology *full, const uint32_t *faces, uint32_t f
   if (!corners) return TW_NO_MEMORY;
   uint32_t vertex_count;
   tw_status status = rename_vertices(full, faces, face_count, arena, corners, vertices, &vertex_count);
-  if (status == TW_OK)
-    status = tw_topology_build(out, arena, vertex_count, face_count, NULL, size * face_count, corners);
+  if (status == TW_OK) status = build_faces(full, faces, face_count, vertex_count, corners, arena, out);
   if (status == TW_OK) status = tw_topology_soften(out, arena);
   if (status != TW_OK) return status;
   for (uint32_t c = 0; c < out->corner_count; c++) {

@@ -17,7 +17,7 @@ static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
 
 /* A corner on its way to an edge, filed under the lower of its two vertices. */
 typedef struct half_edge {
-  uint32_t corner, upper;
+  uint32_t corner, upper, known_edge;
 } half_edge;
 
 static void join_edge(tw_topology *t, uint32_t edge, uint32_t corner, uint32_t from) {
@@ -43,9 +43,10 @@ static uint32_t following_vertex(const tw_topology *t, uint32_t begin, uint32_t 
   return t->corner_vertex[corner + 1 == end ? begin : corner + 1];
 }
 
-/* Files every corner under its lower vertex. buckets: [vertex_count + 1], ends after the call at the
- * starts of the runs in `halves`. */
-static void file_half_edges(const tw_topology *t, uint32_t *buckets, half_edge *halves) {
+/* Files every corner under its lower vertex. known_edges: as in tw_topology_build_parted, or NULL. buckets:
+ * [vertex_count + 1], ends after the call at the starts of the runs in `halves`. */
+static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, uint32_t *buckets,
+                            half_edge *halves) {
   for (int pass = 0; pass < 2; pass++) {
     for (uint32_t face = 0; face < t->face_count; face++) {
       uint32_t begin = tw_face_begin(t, face), end = begin + tw_face_size(t, face);
@@ -55,7 +56,8 @@ static void file_half_edges(const tw_topology *t, uint32_t *buckets, half_edge *
         if (pass == 0)
           buckets[lower + 1]++;
         else
-          halves[buckets[lower]++] = (half_edge){corner, a < b ? b : a};
+          halves[buckets[lower]++] =
+              (half_edge){corner, a < b ? b : a, known_edges ? known_edges[corner] : 0};
       }
     }
     if (pass == 0)
@@ -65,13 +67,19 @@ static void file_half_edges(const tw_topology *t, uint32_t *buckets, half_edge *
   buckets[0] = 0;
 }
 
+static int compare_edges(const half_edge *a, const half_edge *b) {
+  if (a->upper != b->upper) return a->upper < b->upper ? -1 : 1;
+  return a->known_edge < b->known_edge ? -1 : a->known_edge > b->known_edge;
+}
+
 static int compare_half_edges(const void *left, const void *right) {
   const half_edge *a = left, *b = right;
-  if (a->upper != b->upper) return a->upper < b->upper ? -1 : 1;
+  int edges = compare_edges(a, b);
+  if (edges != 0) return edges;
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* By upper vertex, then corner. Buckets hold a handful but for great poles. */
+/* By edge, then corner. Buckets hold a handful but for great poles. */
 static void sort_bucket(half_edge *halves, uint32_t count) {
   enum { INSERTION_UP_TO = 24 };
   if (count > INSERTION_UP_TO) {
@@ -81,19 +89,20 @@ static void sort_bucket(half_edge *halves, uint32_t count) {
   for (uint32_t i = 1; i < count; i++) {
     half_edge half = halves[i];
     uint32_t place = i;
-    for (; place > 0 && halves[place - 1].upper > half.upper; place--) halves[place] = halves[place - 1];
+    for (; place > 0 && compare_edges(&halves[place - 1], &half) > 0; place--)
+      halves[place] = halves[place - 1];
     halves[place] = half;
   }
 }
 
-/* Joins the half-edges of one bucket that end in the same vertex. Edges so come out sorted by their
- * lower and then their upper vertex, which tw_topology_find_edge relies on. */
+/* Joins the half-edges of one bucket that end in the same vertex, and are not known to be apart. Edges so
+ * come out sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
 static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint32_t count) {
   sort_bucket(halves, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t upper = halves[i].upper, corner = halves[i].corner;
     uint32_t from = t->corner_vertex[corner];
-    if (i > 0 && halves[i - 1].upper == upper)
+    if (i > 0 && compare_edges(&halves[i - 1], &halves[i]) == 0)
       join_edge(t, t->edge_count - 1, corner, from);
     else
       start_edge(t, corner, from, from == lower ? upper : lower);
@@ -199,14 +208,14 @@ static void link_fans(tw_topology *t) {
 }
 
 /* Edges, siblings, fans and rings of any mesh. */
-static tw_status link_any(tw_topology *t, tw_arena *arena) {
+static tw_status link_any(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
   uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
   half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
   tw_status status = TW_NO_MEMORY;
   if (buckets && halves) {
     t->edge_count = 0;
     memset(t->edge_flags, 0, t->corner_count);
-    file_half_edges(t, buckets, halves);
+    file_half_edges(t, known_edges, buckets, halves);
     for (uint32_t v = 0; v < t->vertex_count; v++)
       join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
     memset(t->fan_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
@@ -222,10 +231,10 @@ static tw_status link_any(tw_topology *t, tw_arena *arena) {
   return status;
 }
 
-tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
-                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
-                            const uint32_t *corners) {
-  tw_topology *t = topology;
+/* Allocates all that does not depend on the edges, and files the corners. */
+static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
+                                const uint32_t *face_offsets, uint32_t corner_count,
+                                const uint32_t *corners) {
   memset(t, 0, sizeof *t);
   t->vertex_count = vertex_count;
   t->face_count = face_count;
@@ -243,7 +252,32 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
       !t->edge_flags || !allocate_fans(t, (uint64_t)corner_count + vertex_count, arena))
     return TW_NO_MEMORY;
   file_corners(t);
-  return tw_topology_link_manifold(t) ? TW_OK : link_any(t, arena);
+  return TW_OK;
+}
+
+tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                            uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
+                            const uint32_t *corners) {
+  tw_status status =
+      start_topology(topology, arena, vertex_count, face_count, face_offsets, corner_count, corners);
+  if (status != TW_OK || tw_topology_link_manifold(topology)) return status;
+  return link_any(topology, NULL, arena);
+}
+
+static bool are_siblings_known(const tw_topology *t, const uint32_t *known_edges) {
+  uint32_t c = 0;
+  while (c < t->corner_count && known_edges[c] == known_edges[t->sibling[c]]) c++;
+  return c == t->corner_count;
+}
+
+tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                                   uint32_t face_count, uint32_t face_size, const uint32_t *corners,
+                                   const uint32_t *known_edges) {
+  tw_status status =
+      start_topology(topology, arena, vertex_count, face_count, NULL, face_size * face_count, corners);
+  if (status != TW_OK) return status;
+  if (tw_topology_link_manifold(topology) && are_siblings_known(topology, known_edges)) return TW_OK;
+  return link_any(topology, known_edges, arena);
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {

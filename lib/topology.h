@@ -66,6 +66,13 @@ bool tw_topology_link_manifold(tw_topology *topology);
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
+/* The same of triangles or quads whose edges are known by a number: known_edges [face_size * face_count], of
+ * the edge at each corner. Edges of different numbers stay apart even where they have the same ends, as those
+ * inside of two triangles over the same points. */
+tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
+                                   uint32_t face_count, uint32_t face_size, const uint32_t *corners,
+                                   const uint32_t *known_edges);
+
 /* Allocates the sharpness arrays, zeroed. */
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena);
 

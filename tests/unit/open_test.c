@@ -266,6 +266,49 @@ static void open_holes_take_part_in_the_rules(void **state) {
   free(c);
 }
 
+/* Counts, rows and faces of a Loop mesh with an open border; returns the counts. */
+static tw_surface_counts loop_counts(const cage *c, uint32_t level) {
+  rows r = read_rows(&c->mesh,
+                     (tw_surface_options){.level = level, .scheme = TW_LOOP, .boundary = TW_BOUNDARY_OPEN});
+  tw_surface_counts counts = *tw_surface_get_counts(r.surface);
+  uint64_t built = 0;
+  for (uint32_t g = 0; g < tw_surface_group_count(r.surface); g++)
+    built += tw_surface_get_group(r.surface, g)->face_count;
+  assert_int_equal(built, counts.faces);
+  assert_int_equal(tw_surface_row_count(r.surface, TW_DOMAIN_POINTS), counts.vertices);
+  free_rows(&r);
+  return counts;
+}
+
+/* The middles of two triangles over the same points are over the same points too, and share no edge. Each
+ * corner of these has a neighbour with a border. */
+static void open_triangles_back_to_back_leave_their_middles_apart(void **state) {
+  (void)state;
+  static const uint32_t faces[5][3] = {{0, 1, 2}, {0, 2, 1}, {0, 3, 4}, {1, 5, 6}, {2, 7, 8}};
+  cage *c = new_cage();
+  c->mesh.point_count = 9;
+  for (uint32_t f = 0; f < 5; f++) add_face(c, faces[f], 3);
+  tw_surface_counts counts = loop_counts(c, 1);
+  assert_int_equal(counts.faces, 2);
+  assert_int_equal(counts.edges, 6);
+  assert_int_equal(counts.vertices, 3);
+  for (uint32_t level = 2; level <= 4; level++) assert_int_equal(loop_counts(c, level).faces, 0);
+  free(c);
+}
+
+static void open_counts_hold_where_a_triangle_is_there_twice(void **state) {
+  (void)state;
+  for (uint32_t turn = 0; turn < 2; turn++) {
+    cage *c = grid(5, 5, true, bumps);
+    const uint32_t *inner = c->corners + c->offsets[10]; /* no point of it lies on the border */
+    uint64_t without = loop_counts(c, 4).faces;
+    add_face(c, (uint32_t[]){inner[0], inner[turn ? 2 : 1], inner[turn ? 1 : 2]}, 3);
+    for (uint32_t level = 1; level <= 3; level++) loop_counts(c, level);
+    assert_int_equal(loop_counts(c, 4).faces, without + 256);
+    free(c);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(open_counts_match_what_is_built_on_a_ragged_border),
@@ -278,6 +321,8 @@ int main(void) {
       cmocka_unit_test(open_counts_hold_with_holes_anywhere),
       cmocka_unit_test(open_holes_leave_the_other_points_where_they_are),
       cmocka_unit_test(open_holes_take_part_in_the_rules),
+      cmocka_unit_test(open_triangles_back_to_back_leave_their_middles_apart),
+      cmocka_unit_test(open_counts_hold_where_a_triangle_is_there_twice),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
