@@ -7,10 +7,6 @@
 
 static const double pi = 3.14159265358979323846;
 
-static float ring_sharpness(const tw_limit_neighbours *m, uint32_t i) {
-  return m->t->edge_sharpness[m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count]];
-}
-
 /* Of the scheme that refines to triangles: the others make quads. */
 static bool is_loop(const tw_topology *t) {
   return t->face_size == 3;
@@ -110,12 +106,12 @@ static sector find_sector(const tw_limit_neighbours *m, uint32_t place) {
   uint32_t n = m->fan_count;
   bool border = m->ring_count > n;
   uint32_t back = 0, ahead = 1;
-  while (back < n - 1 && !tw_is_infinite(ring_sharpness(m, place + m->ring_count - back)) &&
+  while (back < n - 1 && !tw_is_infinite(tw_ring_sharpness(m, place + m->ring_count - back)) &&
          !(border && back == place))
     back++;
-  bool begins = tw_is_infinite(ring_sharpness(m, place + m->ring_count - back));
-  while (ahead < n && !tw_is_infinite(ring_sharpness(m, place + ahead))) ahead++;
-  bool ends = tw_is_infinite(ring_sharpness(m, place + ahead));
+  bool begins = tw_is_infinite(tw_ring_sharpness(m, place + m->ring_count - back));
+  while (ahead < n && !tw_is_infinite(tw_ring_sharpness(m, place + ahead))) ahead++;
+  bool ends = tw_is_infinite(tw_ring_sharpness(m, place + ahead));
   uint32_t faces = back + ahead;
   if (!begins || !ends || (!border && faces >= n)) return (sector){0, n, false};
   return (sector){(place + m->ring_count - back) % m->ring_count, faces, true};

@@ -11,10 +11,6 @@
 #include "limit_mask.h"
 #include "loop.h"
 
-static float ring_sharpness(const tw_limit_neighbours *m, uint32_t i) {
-  return m->t->edge_sharpness[m->t->ring_edges[m->t->ring_offsets[m->vertex] + i]];
-}
-
 static uint32_t steps_to_settle(const tw_topology *t, uint32_t vertex) {
   float greatest = 0, own = t->vertex_sharpness[vertex];
   if (tw_is_semi_sharp(own)) greatest = own;
@@ -62,13 +58,13 @@ static void quad_step(const tw_limit_neighbours *m, uint32_t steps) {
     add(face, blend.smooth / (n * n), v.tangent1, v.tangent2);
     for (uint32_t side = i; side < i + 2; side++) {
       const tw_limit_entry *edge = tw_ring_entry(m, side);
-      float smooth = 1 - tw_crease_share_after(ring_sharpness(m, side % m->ring_count), steps);
+      float smooth = 1 - tw_crease_share_after(tw_ring_sharpness(m, side), steps);
       add(face, 0.25f * smooth, edge->tangent1, edge->tangent2);
     }
   }
   for (uint32_t i = 0; i < m->ring_count; i++) {
     tw_limit_entry *edge = tw_ring_entry(m, i);
-    scale(edge, 0.25f + 0.25f * tw_crease_share_after(ring_sharpness(m, i), steps));
+    scale(edge, 0.25f + 0.25f * tw_crease_share_after(tw_ring_sharpness(m, i), steps));
     add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
   }
   give_to_ring(m, &blend, 1 / (n * n), &v);
@@ -92,9 +88,9 @@ static void triangle_step(const tw_limit_neighbours *m, uint32_t steps) {
   for (uint32_t i = 0; i < count; i++) {
     tw_limit_entry *edge = tw_ring_entry(m, i), own = *edge;
     tw_limit_entry after = i + 1 < count ? *tw_ring_entry(m, i + 1) : first;
-    float crease = tw_crease_share_after(ring_sharpness(m, i), steps);
-    float crease_before = tw_crease_share_after(ring_sharpness(m, (i + count - 1) % count), steps);
-    float crease_after = tw_crease_share_after(ring_sharpness(m, (i + 1) % count), steps);
+    float crease = tw_crease_share_after(tw_ring_sharpness(m, i), steps);
+    float crease_before = tw_crease_share_after(tw_ring_sharpness(m, i + count - 1), steps);
+    float crease_after = tw_crease_share_after(tw_ring_sharpness(m, i + 1), steps);
     scale(edge, 0.375f + 0.125f * crease);
     add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
     add(edge, 0.125f * (1 - crease_before), before.tangent1, before.tangent2);

@@ -20,6 +20,10 @@ static inline tw_limit_entry *tw_fan_entry(const tw_limit_neighbours *n, uint32_
   return &n->entries[1 + n->ring_count + i % n->fan_count];
 }
 
+static inline float tw_ring_sharpness(const tw_limit_neighbours *n, uint32_t i) {
+  return n->t->edge_sharpness[n->t->ring_edges[n->t->ring_offsets[n->vertex] + i % n->ring_count]];
+}
+
 /* Carries tangents of the vertex after all decay back to the neighbours that there are now. */
 void tw_limit_settle(const tw_limit_neighbours *neighbours);
 

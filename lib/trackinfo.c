@@ -13,8 +13,6 @@ static const double UNIT_TOLERANCE = 1e-5;
 static const double SIGN_ROOM = 1e-6; /* about half turns neither sign is the opposite one */
 static const double LOCKED = 1e-7;    /* nearer to lock is not worth looking for */
 
-enum { STEPS_MIN = 4, STEPS_MAX = 512, REFINEMENTS = 40 };
-
 /* ---- reading the keys ----------------------------------------------------------------------------- */
 
 static void read_quaternions(const tw_track_keys *keys, tw_track_report *report) {
