@@ -64,9 +64,54 @@ float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge
   return stays ? 1 : sharpness;
 }
 
-float tw_crease_share_after(float sharpness, uint32_t steps) {
-  return later(sharpness, steps + 1) > 0 ? 1 : later(sharpness, steps);
+/* ---- steps to come -------------------------------------------------------------------------- */
+
+/* What is left of an edge at the decay's vertex. */
+static float edge_later(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
+  float sharpness = d->topology->edge_sharpness[edge];
+  if (!d->topology->semi_sum) return later(sharpness, steps);
+  for (uint32_t i = 0; i < steps; i++) sharpness = tw_decayed_edge(sharpness, true, d->sum[i], d->count[i]);
+  return sharpness;
 }
+
+/* And of the edge that continues it, once there is one: its other half. Only the first step looks at all that
+ * is round the far vertex: later ones have but the halves of one edge there. */
+static float beyond_later(const tw_vertex_decay *d, uint32_t edge, uint32_t steps) {
+  const tw_topology *t = d->topology;
+  if (!t->semi_sum) return later(t->edge_sharpness[edge], steps);
+  uint32_t far = tw_far_end(t, edge, d->vertex);
+  float beyond = tw_decayed_edge(t->edge_sharpness[edge], true, t->semi_sum[far], t->semi_count[far]);
+  for (uint32_t i = 1; i < steps; i++) {
+    float near = edge_later(d, edge, i);
+    beyond = tw_decayed_edge(near, true, near + beyond, near > 0 && beyond > 0 ? 2 : 1);
+  }
+  return beyond;
+}
+
+tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps) {
+  const tw_topology *t = topology;
+  tw_vertex_decay d = {.topology = t, .vertex = vertex};
+  if (!t->semi_sum) return d;
+  d.sum[0] = t->semi_sum[vertex];
+  d.count[0] = t->semi_count[vertex];
+  for (uint32_t step = 1; step <= steps; step++)
+    for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+      float sharpness = edge_later(&d, t->ring_edges[i], step);
+      if (!tw_is_semi_sharp(sharpness)) continue;
+      d.sum[step] += sharpness;
+      d.count[step]++;
+    }
+  return d;
+}
+
+float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t edge, uint32_t steps) {
+  float sharpness = edge_later(decay, edge, steps);
+  if (!(sharpness > 0)) return 0;
+  bool stays = edge_later(decay, edge, steps + 1) > 0 && beyond_later(decay, edge, steps + 1) > 0;
+  return stays ? 1 : sharpness;
+}
+
+/* ---- vertices ------------------------------------------------------------------------------- */
 
 static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t ends[2], float share) {
   if (rule == TW_RULE_CORNER) {
@@ -82,17 +127,17 @@ static void add_rule(tw_vertex_blend *blend, tw_vertex_rule rule, const uint32_t
 /* Sharpness round a vertex before and after one step. */
 typedef struct vertex_step {
   const tw_topology *t;
-  const tw_rules *rules; /* NULL: uniform decay, from `steps` steps later on */
+  const tw_rules *rules;        /* of the step at hand, or */
+  const tw_vertex_decay *decay; /* of the one after `steps` further ones */
   uint32_t vertex, steps;
 } vertex_step;
 
 static inline float edge_before(const vertex_step *s, uint32_t edge) {
-  float sharpness = s->t->edge_sharpness[edge];
-  return s->rules ? sharpness : later(sharpness, s->steps);
+  return s->decay ? edge_later(s->decay, edge, s->steps) : s->t->edge_sharpness[edge];
 }
 static inline float edge_after(const vertex_step *s, uint32_t edge) {
-  return s->rules ? child_sharpness(s->t, s->rules, edge, s->vertex)
-                  : later(s->t->edge_sharpness[edge], s->steps + 1);
+  return s->decay ? edge_later(s->decay, edge, s->steps + 1)
+                  : child_sharpness(s->t, s->rules, edge, s->vertex);
 }
 
 /* Share that the parent's rule keeps when the child has another one: the mean of the sharpness that
@@ -147,9 +192,9 @@ static inline tw_vertex_blend blend_in(const vertex_step *s) {
 
 tw_vertex_blend tw_blend_at(const tw_topology *p, const tw_rules *rules, uint32_t vertex) {
   if (rules->linear) return (tw_vertex_blend){0, 0, 1, {0, 0}};
-  return blend_in(&(vertex_step){p, rules, vertex, 0});
+  return blend_in(&(vertex_step){p, rules, NULL, vertex, 0});
 }
 
-tw_vertex_blend tw_blend_after(const tw_topology *topology, uint32_t vertex, uint32_t steps) {
-  return blend_in(&(vertex_step){topology, NULL, vertex, steps});
+tw_vertex_blend tw_blend_after(const tw_vertex_decay *decay, uint32_t steps) {
+  return blend_in(&(vertex_step){decay->topology, NULL, decay, decay->vertex, steps});
 }

@@ -50,8 +50,22 @@ typedef struct tw_vertex_blend {
 
 tw_vertex_blend tw_blend_at(const tw_topology *parent, const tw_rules *rules, uint32_t vertex);
 
-/* Both as they will be in the step after `steps` further ones of uniform decay. */
-float tw_crease_share_after(float sharpness, uint32_t steps);
-tw_vertex_blend tw_blend_after(const tw_topology *topology, uint32_t vertex, uint32_t steps);
+enum { TW_DECAY_STEPS = 10 }; /* to TW_SHARPNESS_INFINITE */
+
+/* How the edges at one vertex decay over some steps: under Chaikin's rule they look at each other. */
+typedef struct tw_vertex_decay {
+  const tw_topology *topology;
+  uint32_t vertex;
+  /* Of the semi-sharp edges before each step, Chaikin's rule alone. */
+  float sum[TW_DECAY_STEPS + 1];
+  uint32_t count[TW_DECAY_STEPS + 1];
+} tw_vertex_decay;
+
+/* steps: at most TW_DECAY_STEPS, after which all has decayed. */
+tw_vertex_decay tw_decay_at(const tw_topology *topology, uint32_t vertex, uint32_t steps);
+
+/* Both as they will be in the step after `steps` further ones, the edge at the decay's vertex. */
+float tw_crease_share_after(const tw_vertex_decay *decay, uint32_t edge, uint32_t steps);
+tw_vertex_blend tw_blend_after(const tw_vertex_decay *decay, uint32_t steps);
 
 #endif

@@ -3,17 +3,14 @@
 // argument sets the number of random cages.
 //
 // What differs from OpenSubdiv, and how it is compared:
-// - Normals where several sides meet. OpenSubdiv's tangents are those of one side, which one is an accident
-// of
-//   its storage. Every row of ours is held against OpenSubdiv's masks for the side that the row's own faces
-//   lie on, between infinitely sharp edges.
+// - Normals where several sides meet. OpenSubdiv's tangents are those of one side, as its storage has it.
+//   Every row of ours is held against OpenSubdiv's masks for the side that the row's own faces lie on,
+//   between infinitely sharp edges.
 // - Normals where something semi-sharp has yet to decay. OpenSubdiv takes it for sharp, and so has one of two
 //   sides again. Ours are those of the vertex after all decay, as OpenSubdiv has them at the level at which
-//   it has just decayed. Under Chaikin's rule they are near those only (lib/limit_decay.c). Limit points
-//   count it as sharp with both.
+//   it has just decayed. Limit points count it as sharp with both.
 // - Sharp points amid faces, without sharp edges that part them, and points of valence 2 have no tangent
-// plane:
-//   the normal is that of one of the faces there, with both.
+//   plane: the normal is that of one of the faces there, with both.
 // - Non-manifold points are corners to OpenSubdiv, its tangents along any two edges. Ours are those of the
 //   row's own face, or of its side where the surface is a regular patch right there.
 // - Open borders are not OpenSubdiv's: tests/unit/open_test.c.
@@ -153,9 +150,7 @@ public:
     r.best = std::min(r.best, best);
   }
 
-  // Under Chaikin's rule the tangents of what is still semi-sharp are near those that they will be: sharpness
-  // round the far ends of edges is left out of account.
-  std::string verdict(bool chaikin) const {
+  std::string verdict() const {
     if (not_unit_) return "a normal is not of unit length";
     for (const Row &row : rows_) {
       // Where a row serves faces that have no tangent plane in common, it is that of one of them.
@@ -163,8 +158,7 @@ public:
       if (row.undirected || row.best > 3) continue;
       counts[row.kind]++;
       double error = shared ? row.best : row.worst;
-      if (error > (chaikin && row.kind == Oracle::SemiSharp ? 0.3 : 1e-4))
-        return report(("normals of kind " + std::to_string(row.kind)).c_str(), error);
+      if (error > 1e-4) return report(("normals of kind " + std::to_string(row.kind)).c_str(), error);
     }
     return "";
   }
@@ -278,7 +272,7 @@ private:
     double tolerance = options_.tw.limit ? 1e-4 : 1e-5;
     if (worst_point > tolerance * diameter_) return report("points", worst_point / diameter_);
     if (worst_uv > 1e-5) return report("UVs", worst_uv);
-    return compared.verdict(options_.tw.creasing == TW_CREASE_CHAIKIN);
+    return compared.verdict();
   }
 
   const Cage &cage_;

@@ -89,7 +89,7 @@ typedef enum tw_domain {
 
 /* Rows of TW_DOMAIN_VERTICES: interleaved floats. Offsets are in floats; UINT32_MAX when absent.
  * Normals are those of the limit surface. At an infinitely sharp crease or a border they are those of the
- * row's own side; at what is semi-sharp, of the surface after all decay (nearly so under Chaikin's rule).
+ * row's own side; at what is semi-sharp, of the surface after all decay.
  * Where the surface has no tangent plane they are those of a face of the level at the point: a corner, a
  * sharp point, a point of two faces back to back, one that is not manifold. Where that face has no area,
  * along its diagonals, and +Y where it lies on a line or in a point. Tangents come where the source bore some
