@@ -128,6 +128,11 @@ struct tw_surface {
 tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
                                   uint32_t width, const double *in, double *out);
 
+/* Base quad of the nth visible one. */
+static inline uint32_t tw_base_quad(const tw_surface *s, uint32_t visible) {
+  return s->quads ? s->quads[visible] : visible;
+}
+
 /* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */
 void tw_surface_free_moved(tw_surface *surface);
 size_t tw_surface_size_moved(const tw_surface *surface);

@@ -78,15 +78,11 @@ static bool lies_within(const pass *p, const float box[2][3]) {
   return p->started;
 }
 
-static uint32_t base_quad(const tw_surface *s, uint32_t visible) {
-  return s->quads ? s->quads[visible] : visible;
-}
-
 /* The six patches whose boxes, as a whole, reach farthest. */
 static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
   float reach[6] = {0}, box[2][3] = {{0}};
   for (uint32_t v = 0; v < s->quad_count; v++) {
-    control_box(s, base_quad(s, v), box);
+    control_box(s, tw_base_quad(s, v), box);
     for (int c = 0; c < 3; c++) {
       float middle = box[0][c] / 2 + box[1][c] / 2;
       if (v == 0 || middle < reach[c]) {
@@ -116,14 +112,14 @@ static void close_pass(pass *p) {
 static void take_farthest(pass *p) {
   uint32_t farthest[6] = {0};
   find_farthest(p->s, farthest);
-  for (int i = 0; i < 6; i++) take_quad(p, farthest[i], base_quad(p->s, farthest[i]));
+  for (int i = 0; i < 6; i++) take_quad(p, farthest[i], tw_base_quad(p->s, farthest[i]));
 }
 
 static void take_patches(pass *p, uint32_t first, uint32_t end) {
   for (uint32_t v = first; v < end; v++) {
     float box[2][3] = {{0}};
-    control_box(p->s, base_quad(p->s, v), box);
-    if (!lies_within(p, (const float(*)[3])box)) take_quad(p, v, base_quad(p->s, v));
+    control_box(p->s, tw_base_quad(p->s, v), box);
+    if (!lies_within(p, (const float(*)[3])box)) take_quad(p, v, tw_base_quad(p->s, v));
   }
 }
 

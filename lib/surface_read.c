@@ -37,11 +37,6 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   return n->corner_count + n->edge_count * rows_inside_edge(s) + s->quad_count * rows_inside_quad(s);
 }
 
-/* Base quad of the nth visible one. */
-static uint32_t base_quad(const tw_surface *s, uint32_t visible) {
-  return s->quads ? s->quads[visible] : visible;
-}
-
 /* ---- values at corners ---------------------------------------------------------------------- */
 
 static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
@@ -212,7 +207,7 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
                        float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t quad = base_quad(s, visible), width = row_width(s, domain);
+  uint32_t quad = tw_base_quad(s, visible), width = row_width(s, domain);
   tw_patch_rect rect = {1, s->side - 1, j0, j1};
   if (domain == TW_DOMAIN_UVS) {
     evaluate_inside(r, &s->uvs[0], quad, rect, out, NULL, width);
@@ -342,7 +337,7 @@ uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
 /* Rows of line j of a quad's grid: out[side + 1]. */
 static void index_line(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t j,
                        uint32_t *out) {
-  uint32_t side = s->side, corner = 4 * base_quad(s, visible), inside = side - 1;
+  uint32_t side = s->side, corner = 4 * tw_base_quad(s, visible), inside = side - 1;
   if (j == 0 || j == side) {
     uint32_t edge = tw_row_of_edge(n, corner + (j == 0 ? 0 : 2)),
              begin = n->corner_count + (edge >> 1) * inside;
@@ -409,7 +404,7 @@ static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64
     return size * count;
   }
   for (size_t i = 0; i < count; i++) {
-    uint32_t corner = size * base_quad(s, (uint32_t)(first + i));
+    uint32_t corner = size * tw_base_quad(s, (uint32_t)(first + i));
     for (uint32_t k = 0; k < size; k++) *out++ = tw_row_of_corner(n, corner + k);
   }
   return size * count;
