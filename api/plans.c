@@ -122,6 +122,7 @@ static void destroy_plan(void *value) {
   api_plan *plan = value;
   for (uint32_t i = 0; i < plan->count; i++)
     if (!plan->borrows || !plan->borrows[i]) tw_surface_destroy(plan->surfaces[i]);
+  tw_patch_shapes_destroy(plan->shapes);
   free(plan->surfaces);
   free(plan->borrows);
   api_entry_release(plan->source);
@@ -132,17 +133,20 @@ static size_t plan_size(const api_plan *plan) {
   size_t size = sizeof *plan + plan->count * sizeof(void *);
   for (uint32_t i = 0; i < plan->count; i++)
     if (!plan->borrows || !plan->borrows[i]) size += tw_surface_size(plan->surfaces[i]);
+  if (plan->shapes) size += tw_patch_shapes_size(plan->shapes);
   return size;
 }
 
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
-  if (!plan->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  plan->shapes = tw_patch_shapes_create();
+  if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (; plan->count < all->count; plan->count++) {
     const tw_mesh *mesh = &all->meshes[plan->count];
     tw_surface_options options = api_surface_options(source->query, mesh);
     options.movable = plan->count >= all->still_count;
+    options.shapes = plan->shapes;
     tw_status status = tw_surface_create(mesh, &options, &plan->surfaces[plan->count], error);
     if (status != TW_OK) return status;
   }

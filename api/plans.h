@@ -34,7 +34,8 @@ typedef struct api_plan_moves {
 /* Immutable but for is_warm. */
 typedef struct api_plan {
   uint32_t count;
-  tw_surface **surfaces; /* [count], one a mesh */
+  tw_surface **surfaces;   /* [count], one a mesh */
+  tw_patch_shapes *shapes; /* that the surfaces share; NULL with a source */
   tw_surface_counts total;
   atomic_bool is_warm; /* bounds are known: reading it costs no pass of its own */
   api_entry *source;   /* the plan that this one moves, or NULL */

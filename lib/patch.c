@@ -33,8 +33,8 @@ static bool append_controls(control_list *list, const uint32_t *points, uint32_t
   return true;
 }
 
-static tw_status plan_patch(tw_patches *p, const tw_rules *rules, const uint8_t *smooth, tw_marks *marks,
-                            control_list *list, uint32_t quad) {
+static tw_status plan_patch(tw_patches *p, tw_patch_shapes *shapes, const uint8_t *smooth,
+                            tw_collector *collector, control_list *list, uint32_t quad) {
   tw_patch *patch = &p->patches[quad];
   patch->first_control = list->count;
   uint32_t regular[16], count = 16;
@@ -43,55 +43,48 @@ static tw_status plan_patch(tw_patches *p, const tw_rules *rules, const uint8_t 
     points = p->base->corner_vertex + 4 * (size_t)quad;
     count = 4;
   } else if (!tw_patch_regular(p->base, 4 * quad, smooth, regular, &patch->reflected)) {
-    if (!p->shapes && !(p->shapes = tw_patch_shapes_create(rules))) return TW_NO_MEMORY;
-    tw_status status =
-        tw_patch_classify(p->shapes, p->base, marks, 4 * quad, p->depth, &patch->shape, &points);
+    tw_status status = tw_patch_classify(shapes, collector, 4 * quad, p->depth, &patch->shape, &points);
     if (status != TW_OK) return status;
     count = patch->shape->point_count;
+    p->scratch_points = tw_patch_shapes_scratch(shapes);
   }
   return append_controls(list, points, count) ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status plan_all(tw_patches *p, const tw_rules *rules) {
+static tw_status plan_all(tw_patches *p, const tw_rules *rules, tw_patch_shapes *shapes) {
   for (uint32_t depth = 0; depth <= p->depth; depth++)
     if (!tw_spline_table(depth)) return TW_NO_MEMORY;
   p->patches = tw_alloc_zero(p->base->face_count, sizeof *p->patches);
-  tw_marks marks = {tw_alloc_zero(p->base->vertex_count, sizeof(uint32_t)),
-                    tw_alloc_zero(p->base->face_count, 1)};
+  tw_collector *collector = tw_collector_create(p->base, rules->chaikin);
   uint8_t *smooth = tw_alloc(p->base->vertex_count, 1);
   for (uint32_t v = 0; smooth && v < p->base->vertex_count; v++)
     smooth[v] = tw_vertex_regular_smooth(p->base, v);
   control_list list = {tw_alloc((size_t)p->base->face_count * 16 + 16, sizeof(uint32_t)), 0, 0};
   uint64_t capacity = (uint64_t)p->base->face_count * 16 + 16;
   list.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
-  tw_status status =
-      p->patches && smooth && marks.vertices && marks.faces && list.points ? TW_OK : TW_NO_MEMORY;
+  tw_status status = p->patches && smooth && collector && list.points ? TW_OK : TW_NO_MEMORY;
   for (uint32_t quad = 0; quad < p->base->face_count && status == TW_OK; quad++)
-    status = plan_patch(p, rules, smooth, &marks, &list, quad);
+    status = plan_patch(p, shapes, smooth, collector, &list, quad);
   p->controls = list.points;
   free(smooth);
-  free(marks.vertices);
-  free(marks.faces);
+  tw_collector_destroy(collector);
   if (status != TW_OK) return status;
-  p->scratch_points = p->shapes ? tw_patch_shapes_scratch(p->shapes) : 0;
-  p->size = (p->shapes ? tw_patch_shapes_size(p->shapes) : 0) + p->base->face_count * sizeof *p->patches +
-            list.capacity * sizeof *p->controls;
+  p->size = p->base->face_count * sizeof *p->patches + list.capacity * sizeof *p->controls;
   return TW_OK;
 }
 
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth) {
+                            uint32_t depth, tw_patch_shapes *shapes) {
   memset(patches, 0, sizeof *patches);
   patches->base = base;
   patches->depth = depth;
   patches->linear = rules->linear;
-  tw_status status = plan_all(patches, rules);
+  tw_status status = plan_all(patches, rules, shapes);
   if (status != TW_OK) tw_patches_deinit(patches);
   return status;
 }
 
 void tw_patches_deinit(tw_patches *patches) {
-  tw_patch_shapes_destroy(patches->shapes);
   free(patches->patches);
   free(patches->controls);
   memset(patches, 0, sizeof *patches);

@@ -13,6 +13,7 @@
 #include "refine.h"
 #include "spline_rows.h"
 #include "topology.h"
+#include "tweend/subdiv.h"
 
 /* One irregular shape of neighbourhood. */
 typedef struct tw_patch_class tw_patch_class;
@@ -27,17 +28,17 @@ typedef struct tw_patches {
   const tw_topology *base; /* all quads; outlives the patches */
   uint32_t depth;
   bool linear;
-  tw_patch *patches;  /* [base->face_count] */
-  uint32_t *controls; /* vertices of base */
-  struct tw_patch_shapes *shapes;
+  tw_patch *patches;       /* [base->face_count] */
+  uint32_t *controls;      /* vertices of base */
   uint32_t scratch_points; /* points of scratch an evaluation needs */
   size_t size;             /* bytes held */
 } tw_patches;
 
-/* Makes patches of all quads of `base`. TW_LIMIT: the mesh has more distinct irregular shapes, or a
- * larger one, than is worth the memory; refine further in the generic way instead. */
+/* Makes patches of all quads of `base`. shapes: takes up their irregular shapes, and outlives them.
+ * TW_LIMIT: there are more distinct irregular shapes, or a larger one, than is worth the memory; refine
+ * further in the generic way instead. */
 tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const tw_rules *rules,
-                            uint32_t depth);
+                            uint32_t depth, tw_patch_shapes *shapes);
 void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
 
 /* Evaluates part of one patch.

@@ -7,16 +7,24 @@
 
 enum {
   POINTS_MAX = 1024, /* of one neighbourhood: a pole of about 500 faces */
-  BUCKETS = 4096,
-  BYTES_MAX = 64 << 20 /* all classes of one mesh together */
+  BUCKETS_FIRST = 16,
+  BYTES_MAX = 64 << 20 /* all classes together */
 };
 
 struct tw_patch_shapes {
-  tw_rules rules;
   tw_arena *arena;
-  tw_patch_class *buckets[BUCKETS];
+  tw_patch_class **buckets; /* [bucket_count], a power of two */
+  uint32_t bucket_count, class_count;
   uint32_t point_max, refined_max; /* of any class */
   uint32_t depth_max;
+  bool failed; /* a class may be half made: no more of them */
+};
+
+struct tw_collector {
+  const tw_topology *topology;
+  uint32_t *vertex_marks; /* [vertex_count], all zero between calls */
+  uint8_t *face_marks;    /* [face_count], likewise */
+  bool chaikin;
   /* The neighbourhood that is being collected. */
   uint32_t points[POINTS_MAX];
   uint32_t face_begins[POINTS_MAX]; /* first corner of each face */
@@ -25,24 +33,45 @@ struct tw_patch_shapes {
   uint32_t key[POINTS_MAX * 10 + 4]; /* of `found` */
 };
 
-tw_patch_shapes *tw_patch_shapes_create(const tw_rules *rules) {
+tw_patch_shapes *tw_patch_shapes_create(void) {
   tw_patch_shapes *shapes = tw_alloc_zero(1, sizeof *shapes);
   if (!shapes) return NULL;
-  shapes->rules = *rules;
   shapes->arena = tw_arena_create();
-  if (shapes->arena) return shapes;
-  free(shapes);
+  shapes->buckets = tw_alloc_zero(BUCKETS_FIRST, sizeof(tw_patch_class *));
+  shapes->bucket_count = BUCKETS_FIRST;
+  if (shapes->arena && shapes->buckets) return shapes;
+  tw_patch_shapes_destroy(shapes);
   return NULL;
 }
 
 void tw_patch_shapes_destroy(tw_patch_shapes *shapes) {
   if (!shapes) return;
   tw_arena_destroy(shapes->arena);
+  free(shapes->buckets);
   free(shapes);
 }
 
 size_t tw_patch_shapes_size(const tw_patch_shapes *shapes) {
-  return sizeof *shapes + tw_arena_size(shapes->arena);
+  return sizeof *shapes + tw_arena_size(shapes->arena) + shapes->bucket_count * sizeof(tw_patch_class *);
+}
+
+tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
+  tw_collector *c = tw_alloc(1, sizeof *c);
+  if (!c) return NULL;
+  c->topology = topology;
+  c->chaikin = chaikin;
+  c->vertex_marks = tw_alloc_zero(topology->vertex_count, sizeof *c->vertex_marks);
+  c->face_marks = tw_alloc_zero(topology->face_count, 1);
+  if (c->vertex_marks && c->face_marks) return c;
+  tw_collector_destroy(c);
+  return NULL;
+}
+
+void tw_collector_destroy(tw_collector *collector) {
+  if (!collector) return;
+  free(collector->vertex_marks);
+  free(collector->face_marks);
+  free(collector);
 }
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes) {
@@ -137,42 +166,42 @@ bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_
 
 /* ---- collecting a neighbourhood ------------------------------------------------------------- */
 
-static bool collect_point(tw_patch_shapes *shapes, tw_marks *marks, uint32_t vertex) {
-  if (marks->vertices[vertex]) return true;
-  if (shapes->point_count == POINTS_MAX) return false;
-  shapes->points[shapes->point_count++] = vertex;
-  marks->vertices[vertex] = shapes->point_count;
+static bool collect_point(tw_collector *c, uint32_t vertex) {
+  if (c->vertex_marks[vertex]) return true;
+  if (c->point_count == POINTS_MAX) return false;
+  c->points[c->point_count++] = vertex;
+  c->vertex_marks[vertex] = c->point_count;
   return true;
 }
 
-static bool collect_face(tw_patch_shapes *shapes, const tw_topology *t, tw_marks *marks, uint32_t begin) {
-  if (marks->faces[begin / 4]) return true;
-  if (shapes->face_count == POINTS_MAX) return false;
-  marks->faces[begin / 4] = 1;
-  shapes->face_begins[shapes->face_count++] = begin;
-  for (uint32_t i = 0, c = begin; i < 4; i++, c = tw_quad_next(c))
-    if (!collect_point(shapes, marks, t->corner_vertex[c])) return false;
+static bool collect_face(tw_collector *c, uint32_t begin) {
+  if (c->face_marks[begin / 4]) return true;
+  if (c->face_count == POINTS_MAX) return false;
+  c->face_marks[begin / 4] = 1;
+  c->face_begins[c->face_count++] = begin;
+  for (uint32_t i = 0, corner = begin; i < 4; i++, corner = tw_quad_next(corner))
+    if (!collect_point(c, c->topology->corner_vertex[corner])) return false;
   return true;
 }
 
 /* Fills points and face_begins; false when there are too many. */
-static bool collect(tw_patch_shapes *shapes, const tw_topology *t, tw_marks *marks, uint32_t corner) {
-  shapes->point_count = shapes->face_count = 0;
-  bool fits = collect_face(shapes, t, marks, corner);
+static bool collect(tw_collector *c, uint32_t corner) {
+  const tw_topology *t = c->topology;
+  c->point_count = c->face_count = 0;
+  bool fits = collect_face(c, corner);
   for (uint32_t k = 0, own = corner; k < 4 && fits; k++, own = tw_quad_next(own)) {
     uint32_t vertex = t->corner_vertex[own];
     const uint32_t *fan = t->fan_corners + t->fan_offsets[vertex];
     uint32_t count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex], place = 0;
     while (fan[place] != own) place++;
-    for (uint32_t i = 1; i < count && fits; i++)
-      fits = collect_face(shapes, t, marks, fan[(place + i) % count]);
+    for (uint32_t i = 1; i < count && fits; i++) fits = collect_face(c, fan[(place + i) % count]);
   }
   return fits;
 }
 
-static void unmark(const tw_patch_shapes *shapes, tw_marks *marks) {
-  for (uint32_t i = 0; i < shapes->point_count; i++) marks->vertices[shapes->points[i]] = 0;
-  for (uint32_t i = 0; i < shapes->face_count; i++) marks->faces[shapes->face_begins[i] / 4] = 0;
+static void unmark(tw_collector *c) {
+  for (uint32_t i = 0; i < c->point_count; i++) c->vertex_marks[c->points[i]] = 0;
+  for (uint32_t i = 0; i < c->face_count; i++) c->face_marks[c->face_begins[i] / 4] = 0;
 }
 
 /* Bytes of the key of a neighbourhood. */
@@ -183,8 +212,10 @@ static size_t key_size(uint32_t points, uint32_t faces, bool chaikin) {
 
 /* Lays the arrays of a neighbourhood out over `key`, which has key_size bytes. */
 static tw_neighbourhood lay_out(void *key, uint32_t points, uint32_t faces, bool chaikin) {
-  tw_neighbourhood n = {
-      .point_count = points, .face_count = faces, .key_size = key_size(points, faces, chaikin)};
+  tw_neighbourhood n = {.point_count = points,
+                        .face_count = faces,
+                        .chaikin = chaikin,
+                        .key_size = key_size(points, faces, chaikin)};
   n.quads = key;
   n.sharpness = (float(*)[4])(void *)(n.quads + faces);
   n.vertex_sharpness = (float *)(n.sharpness + faces);
@@ -209,24 +240,25 @@ static void note_semi_end(tw_neighbourhood *n, const tw_topology *t, uint32_t lo
 }
 
 /* Writes the key of the collected neighbourhood into the buffer that is kept for it. */
-static void describe(tw_patch_shapes *shapes, const tw_topology *t, const tw_marks *marks) {
-  tw_neighbourhood *n = &shapes->found;
-  *n = lay_out(shapes->key, shapes->point_count, shapes->face_count, shapes->rules.chaikin);
-  memset(shapes->key, 0, n->key_size);
+static void describe(tw_collector *collector) {
+  const tw_topology *t = collector->topology;
+  tw_neighbourhood *n = &collector->found;
+  *n = lay_out(collector->key, collector->point_count, collector->face_count, collector->chaikin);
+  memset(collector->key, 0, n->key_size);
   for (uint32_t f = 0; f < n->face_count; f++) {
-    for (uint32_t i = 0, c = shapes->face_begins[f]; i < 4; i++, c = tw_quad_next(c))
-      n->quads[f][i] = marks->vertices[t->corner_vertex[c]] - 1;
-    for (uint32_t i = 0, c = shapes->face_begins[f]; i < 4; i++, c = tw_quad_next(c)) {
+    for (uint32_t i = 0, c = collector->face_begins[f]; i < 4; i++, c = tw_quad_next(c))
+      n->quads[f][i] = collector->vertex_marks[t->corner_vertex[c]] - 1;
+    for (uint32_t i = 0, c = collector->face_begins[f]; i < 4; i++, c = tw_quad_next(c)) {
       uint32_t from = n->quads[f][i], to = n->quads[f][(i + 1) % 4];
       if (from > 3 && to > 3) continue;
       float sharpness = t->edge_sharpness[t->corner_edge[c]];
       n->sharpness[f][i] = sharpness;
       if (!tw_is_semi_sharp(sharpness)) continue;
-      note_semi_end(n, t, from, shapes->points[from]);
-      note_semi_end(n, t, to, shapes->points[to]);
+      note_semi_end(n, t, from, collector->points[from]);
+      note_semi_end(n, t, to, collector->points[to]);
     }
   }
-  for (uint32_t k = 0; k < 4; k++) n->vertex_sharpness[k] = t->vertex_sharpness[shapes->points[k]];
+  for (uint32_t k = 0; k < 4; k++) n->vertex_sharpness[k] = t->vertex_sharpness[collector->points[k]];
   n->hash = hash_bytes(n->quads, n->key_size) ^ n->point_count;
 }
 
@@ -265,28 +297,27 @@ static tw_status make_masks(tw_patch_shapes *shapes, const tw_topology *t, tw_pa
 typedef struct step {
   tw_arena *arena;
   tw_topology parent, child;
-  tw_marks marks;
-  float *matrix;       /* [child vertices][parent points] */
-  uint32_t *new_index; /* [child vertices], 1 + row in the class, 0 when unused */
-  uint32_t *rows;      /* [child vertices], used ones in the order of their rows */
+  tw_collector *collector; /* of the child */
+  float *matrix;           /* [child vertices][parent points] */
+  uint32_t *new_index;     /* [child vertices], 1 + row in the class, 0 when unused */
+  uint32_t *rows;          /* [child vertices], used ones in the order of their rows */
   uint32_t row_count;
 } step;
 
-static tw_status start_step(const tw_patch_shapes *shapes, const tw_neighbourhood *local, step *s) {
+static tw_status start_step(const tw_neighbourhood *local, step *s) {
+  const tw_rules rules = {.chaikin = local->chaikin};
   tw_status status = to_topology(local, s->arena, &s->parent);
-  if (status == TW_OK) status = tw_refine_topology(&s->parent, &shapes->rules, s->arena, &s->child);
+  if (status == TW_OK) status = tw_refine_topology(&s->parent, &rules, s->arena, &s->child);
   if (status != TW_OK) return status;
   uint32_t width = local->point_count, children = s->child.vertex_count;
   float *identity = tw_arena_alloc(s->arena, (size_t)width * width, sizeof *identity);
   s->matrix = tw_arena_alloc(s->arena, (size_t)children * width, sizeof *s->matrix);
   s->new_index = tw_arena_alloc(s->arena, children, sizeof *s->new_index);
   s->rows = tw_arena_alloc(s->arena, children, sizeof *s->rows);
-  s->marks.vertices = tw_arena_alloc(s->arena, children, sizeof *s->marks.vertices);
-  s->marks.faces = tw_arena_alloc(s->arena, s->child.face_count, 1);
-  if (!identity || !s->matrix || !s->new_index || !s->rows || !s->marks.vertices || !s->marks.faces)
-    return TW_NO_MEMORY;
+  s->collector = tw_collector_create(&s->child, local->chaikin);
+  if (!identity || !s->matrix || !s->new_index || !s->rows || !s->collector) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < width; i++) identity[(size_t)i * width + i] = 1;
-  tw_refine_values(&s->parent, &shapes->rules, width, identity, s->matrix);
+  tw_refine_values(&s->parent, &rules, width, identity, s->matrix);
   return TW_OK;
 }
 
@@ -312,8 +343,7 @@ static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_
   const uint32_t *vertices = regular;
   uint32_t count = 16;
   if (!tw_patch_regular(&s->child, corner, NULL, regular, &part->reflected)) {
-    tw_status status =
-        tw_patch_classify(shapes, &s->child, &s->marks, corner, depth, &part->shape, &vertices);
+    tw_status status = tw_patch_classify(shapes, s->collector, corner, depth, &part->shape, &vertices);
     if (status != TW_OK) return status;
     count = part->shape->point_count;
   }
@@ -350,10 +380,11 @@ static tw_status store_rows(tw_patch_shapes *shapes, const step *s, tw_patch_cla
 
 static tw_status refine_class(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t depth) {
   step s = {.arena = tw_arena_create()};
-  tw_status status = s.arena ? start_step(shapes, &shape->local, &s) : TW_NO_MEMORY;
+  tw_status status = s.arena ? start_step(&shape->local, &s) : TW_NO_MEMORY;
   for (uint32_t k = 0; k < 4 && status == TW_OK; k++)
     status = make_part(shapes, &s, k, depth - 1, &shape->parts[k]);
   if (status == TW_OK) status = store_rows(shapes, &s, shape);
+  tw_collector_destroy(s.collector);
   tw_arena_destroy(s.arena);
   return status;
 }
@@ -372,26 +403,50 @@ static tw_status deepen(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t
   return TW_OK;
 }
 
-static tw_patch_class *find_class(const tw_patch_shapes *shapes) {
-  const tw_neighbourhood *n = &shapes->found;
-  for (tw_patch_class *c = shapes->buckets[n->hash % BUCKETS]; c; c = c->next)
-    if (c->local.hash == n->hash && c->local.key_size == n->key_size && c->point_count == n->point_count &&
-        memcmp(c->local.quads, n->quads, n->key_size) == 0)
+/* Where the chain of a hash begins. */
+static tw_patch_class **bucket_of(const tw_patch_shapes *shapes, uint32_t hash) {
+  return &shapes->buckets[hash & (shapes->bucket_count - 1)];
+}
+
+static tw_patch_class *find_class(const tw_patch_shapes *shapes, const tw_neighbourhood *n) {
+  for (tw_patch_class *c = *bucket_of(shapes, n->hash); c; c = c->next)
+    if (c->local.hash == n->hash && c->local.chaikin == n->chaikin && c->local.key_size == n->key_size &&
+        c->point_count == n->point_count && memcmp(c->local.quads, n->quads, n->key_size) == 0)
       return c;
   return NULL;
 }
 
-/* Adds a class for the neighbourhood found; its refinement comes when a depth is asked for. */
-static tw_status add_class(tw_patch_shapes *shapes, tw_patch_class **out) {
-  const tw_neighbourhood *n = &shapes->found;
+static void link_class(tw_patch_shapes *shapes, tw_patch_class *shape) {
+  tw_patch_class **bucket = bucket_of(shapes, shape->local.hash);
+  shape->next = *bucket;
+  *bucket = shape;
+}
+
+/* Doubles the buckets; without memory chains get longer. */
+static void add_buckets(tw_patch_shapes *shapes) {
+  uint32_t count = shapes->bucket_count;
+  tw_patch_class **old = shapes->buckets, **buckets = tw_alloc_zero(2 * (size_t)count, sizeof *buckets);
+  if (!buckets) return;
+  shapes->buckets = buckets;
+  shapes->bucket_count = 2 * count;
+  for (uint32_t i = 0; i < count; i++)
+    for (tw_patch_class *shape = old[i], *next; shape; shape = next) {
+      next = shape->next;
+      link_class(shapes, shape);
+    }
+  free(old);
+}
+
+/* Adds a class for a neighbourhood; its refinement comes when a depth is asked for. */
+static tw_status add_class(tw_patch_shapes *shapes, const tw_neighbourhood *n, tw_patch_class **out) {
   if (tw_arena_size(shapes->arena) > BYTES_MAX) return TW_LIMIT;
   tw_patch_class *shape = tw_arena_alloc(shapes->arena, 1, sizeof *shape);
   void *key = tw_arena_alloc(shapes->arena, 1, n->key_size);
   tw_arena *scratch = tw_arena_create();
   tw_status status = TW_NO_MEMORY;
   if (shape && key && scratch) {
-    memcpy(key, shapes->key, n->key_size);
-    shape->local = lay_out(key, n->point_count, n->face_count, shapes->rules.chaikin);
+    memcpy(key, n->quads, n->key_size);
+    shape->local = lay_out(key, n->point_count, n->face_count, n->chaikin);
     shape->local.hash = n->hash;
     shape->point_count = n->point_count;
     if (n->point_count > shapes->point_max) shapes->point_max = n->point_count;
@@ -401,33 +456,23 @@ static tw_status add_class(tw_patch_shapes *shapes, tw_patch_class **out) {
   }
   tw_arena_destroy(scratch);
   if (status != TW_OK) return status;
-  shape->next = shapes->buckets[n->hash % BUCKETS];
-  shapes->buckets[n->hash % BUCKETS] = shape;
+  link_class(shapes, shape);
+  if (++shapes->class_count > shapes->bucket_count) add_buckets(shapes);
   *out = shape;
   return TW_OK;
 }
 
-/* Deepens, and keeps the collected points over the collecting that this does itself. */
-static tw_status deepen_keeping_points(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t depth) {
-  uint32_t kept[POINTS_MAX];
-  memcpy(kept, shapes->points, shape->point_count * sizeof *kept);
-  tw_status status = deepen(shapes, shape, depth);
-  memcpy(shapes->points, kept, shape->point_count * sizeof *kept);
-  return status;
-}
-
-tw_status tw_patch_classify(tw_patch_shapes *shapes, const tw_topology *topology, tw_marks *marks,
-                            uint32_t corner, uint32_t depth, const tw_patch_class **out,
-                            const uint32_t **points) {
-  bool fits = collect(shapes, topology, marks, corner);
-  if (fits) describe(shapes, topology, marks);
-  unmark(shapes, marks);
-  if (!fits) return TW_LIMIT;
-  tw_patch_class *shape = find_class(shapes);
-  tw_status status = shape ? TW_OK : add_class(shapes, &shape);
-  if (status == TW_OK && (shape->depth < depth || shapes->depth_max < depth))
-    status = deepen_keeping_points(shapes, shape, depth);
+tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,
+                            const tw_patch_class **out, const uint32_t **points) {
+  bool fits = collect(collector, corner);
+  if (fits) describe(collector);
+  unmark(collector);
+  if (!fits || shapes->failed) return TW_LIMIT;
+  tw_patch_class *shape = find_class(shapes, &collector->found);
+  tw_status status = shape ? TW_OK : add_class(shapes, &collector->found, &shape);
+  if (status == TW_OK) status = deepen(shapes, shape, depth);
+  shapes->failed = status != TW_OK;
   *out = shape;
-  *points = shapes->points;
+  *points = collector->points;
   return status;
 }

@@ -9,6 +9,7 @@
  * 1, 2, 3; each face begins at that corner; points are numbered as they are met. */
 typedef struct tw_neighbourhood {
   uint32_t point_count, face_count;
+  bool chaikin; /* the rule of its creases */
   size_t key_size;
   uint32_t hash;
   /* The key: what tells neighbourhoods apart. */
@@ -45,12 +46,6 @@ struct tw_patch_class {
   struct tw_patch_class *next; /* in its hash bucket */
 };
 
-typedef struct tw_patch_shapes tw_patch_shapes;
-
-/* rules are copied. NULL without memory. */
-tw_patch_shapes *tw_patch_shapes_create(const tw_rules *rules);
-void tw_patch_shapes_destroy(tw_patch_shapes *shapes);
-size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
 
 /* An inner vertex of four faces with nothing sharp at it. */
@@ -62,16 +57,17 @@ bool tw_vertex_regular_smooth(const tw_topology *topology, uint32_t vertex);
 bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth,
                       uint32_t points[16], uint8_t *reflected);
 
-/* Marks that one topology's neighbourhoods are collected with; all zero between calls. */
-typedef struct tw_marks {
-  uint32_t *vertices; /* [vertex_count] */
-  uint8_t *faces;     /* [face_count] */
-} tw_marks;
+/* What the neighbourhoods of one topology are collected with. */
+typedef struct tw_collector tw_collector;
+
+/* topology outlives it. NULL without memory. */
+tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin);
+void tw_collector_destroy(tw_collector *collector);
 
 /* The class of the quad that begins at `corner`, made if it is new and good for `depth` steps.
- * *points: its points in the topology, valid until the next call. */
-tw_status tw_patch_classify(tw_patch_shapes *shapes, const tw_topology *topology, tw_marks *marks,
-                            uint32_t corner, uint32_t depth, const tw_patch_class **out,
-                            const uint32_t **points);
+ * *points: its points in the topology, valid until the collector's next call. TW_LIMIT: see
+ * tw_patches_create. */
+tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,
+                            const tw_patch_class **out, const uint32_t **points);
 
 #endif

@@ -340,6 +340,13 @@ static void lay_out_rows(build *b) {
   l->stride = stride;
 }
 
+/* NULL without memory. */
+static tw_patch_shapes *shapes_of(tw_surface *s) {
+  if (s->options.shapes) return s->options.shapes;
+  if (!s->shapes) s->shapes = tw_patch_shapes_create();
+  return s->shapes;
+}
+
 static tw_status plan_patches(build *b) {
   tw_surface *s = b->surface;
   for (uint32_t f = 0; f < s->field_count; f++) {
@@ -351,7 +358,9 @@ static tw_status plan_patches(build *b) {
     }
     if (s->depth == 0) continue;
     tw_rules rules = field_rules(b, f);
-    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth);
+    tw_patch_shapes *shapes = shapes_of(s);
+    if (!shapes) return TW_NO_MEMORY;
+    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
     b->too_irregular = status == TW_LIMIT;
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
@@ -547,6 +556,11 @@ tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *optio
   if (status != TW_OK) return status;
   bool too_irregular = false;
   status = create(mesh, options, false, out, &too_irregular, error);
+  if (too_irregular && options->shapes) { /* those of others may leave no room */
+    tw_surface_options own = *options;
+    own.shapes = NULL;
+    status = create(mesh, &own, false, out, &too_irregular, error);
+  }
   if (too_irregular) status = create(mesh, options, true, out, &too_irregular, error);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
@@ -572,6 +586,7 @@ void tw_surface_destroy(tw_surface *surface) {
     return;
   }
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
+  tw_patch_shapes_destroy(surface->shapes);
   tw_influences_deinit(&surface->cage_influences);
   tw_influences_deinit(&surface->influences);
   tw_arena_destroy(surface->points_arena);
@@ -585,6 +600,7 @@ size_t tw_surface_size(const tw_surface *surface) {
                 tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
   if (surface->points_arena) size += tw_arena_size(surface->points_arena);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
+  if (surface->shapes) size += tw_patch_shapes_size(surface->shapes);
   return size;
 }
 

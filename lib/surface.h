@@ -91,6 +91,8 @@ struct tw_surface {
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
 
+  tw_patch_shapes *shapes; /* its own, where it shares none */
+
   uint32_t field_count;
   tw_field fields[1 + TW_UV_SETS_MAX]; /* 0: points */
   tw_values positions, uvs[TW_UV_SETS_MAX], colors;

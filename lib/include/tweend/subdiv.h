@@ -34,6 +34,13 @@ typedef enum tw_uv_rule {
 typedef enum tw_creasing { TW_CREASE_UNIFORM, TW_CREASE_CHAIKIN } tw_creasing;
 typedef enum tw_triangles { TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH } tw_triangles;
 
+/* The irregular neighbourhoods of quads that surfaces have met, each refined once for all of them. */
+typedef struct tw_patch_shapes tw_patch_shapes;
+
+tw_patch_shapes *tw_patch_shapes_create(void);         /* NULL without memory */
+void tw_patch_shapes_destroy(tw_patch_shapes *shapes); /* NULL accepted */
+size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
+
 typedef struct tw_surface_options {
   uint32_t level; /* 0 to TW_LEVEL_MAX */
   tw_scheme scheme;
@@ -44,6 +51,9 @@ typedef struct tw_surface_options {
   bool limit;   /* points on the limit surface */
   bool normals; /* from exact limit tangents; false: none */
   bool movable; /* keeps what tw_surface_with_positions needs */
+  /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
+   * is made with it nothing else uses it or them. */
+  tw_patch_shapes *shapes;
 } tw_surface_options;
 
 /* Exact sizes of a surface, known before any of it is computed. */
