@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "child.h"
+#include "loop_mask.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
@@ -104,18 +105,7 @@ tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_
   return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
 }
 
-tw_status tw_loop_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child) {
-  tw_status status = count_child(parent, child);
-  if (status != TW_OK) return status;
-  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
-  if (!child->corner_vertex) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < parent->face_count; f++) split_corners(parent, f, child);
-  return TW_OK;
-}
-
 /* ---- values --------------------------------------------------------------------------------- */
-
-enum { WIDTH_MAX = 4 };
 
 double tw_loop_weight(uint32_t valence) {
   static const double turn = 2 * 3.14159265358979323846;
@@ -124,27 +114,37 @@ double tw_loop_weight(uint32_t valence) {
   return (0.625 - towards * towards) / valence;
 }
 
-static inline void add(double *restrict sum, const double *restrict in, uint32_t width) {
-  for (uint32_t i = 0; i < width; i++) sum[i] += in[i];
-}
-
 /* Ends 3/8 each, and 1/4 for the points that face the edge: one each of two triangles, all in equal parts
  * where the mesh is not manifold. */
-static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                const double *restrict in, double *restrict out) {
-  for (uint32_t e = 0; e < p->edge_count; e++, out += width) {
+static inline void blend_edge(const tw_topology *p, uint32_t edge, double crease, uint32_t width,
+                              const double *in, double *restrict out) {
+  const double *a = in + (size_t)p->edge_vertices[edge][0] * width,
+               *b = in + (size_t)p->edge_vertices[edge][1] * width;
+  double facing[TW_LOOP_WIDTH_MAX] = {0};
+  uint32_t faces = 0, first = p->edge_corner[edge], c = first;
+  do {
+    tw_loop_add(facing, in + (size_t)p->corner_vertex[tw_triangle_previous(c)] * width, width);
+    faces++;
+    c = p->sibling[c];
+  } while (c != first);
+  double end_weight = 0.375 + 0.125 * crease, facing_weight = 0.25 * (1 - crease) / faces;
+  for (uint32_t i = 0; i < width; i++) out[i] = end_weight * (a[i] + b[i]) + facing_weight * facing[i];
+}
+
+static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const double *in,
+                                uint32_t begin, uint32_t end, double *restrict out) {
+  for (uint32_t e = begin; e < end; e++, out += width) {
     const double *a = in + (size_t)p->edge_vertices[e][0] * width,
                  *b = in + (size_t)p->edge_vertices[e][1] * width;
+    uint32_t corner = p->edge_corner[e], other = p->sibling[corner];
     double crease = (double)tw_crease_share(p, rules, e);
-    double facing[WIDTH_MAX] = {0};
-    uint32_t faces = 0, first = p->edge_corner[e], c = first;
-    do {
-      add(facing, in + (size_t)p->corner_vertex[tw_triangle_previous(c)] * width, width);
-      faces++;
-      c = p->sibling[c];
-    } while (c != first);
-    double end_weight = 0.375 + 0.125 * crease, facing_weight = 0.25 * (1 - crease) / faces;
-    for (uint32_t i = 0; i < width; i++) out[i] = end_weight * (a[i] + b[i]) + facing_weight * facing[i];
+    if (crease == 1)
+      tw_loop_sharp_middle(a, b, width, out);
+    else if (crease == 0 && corner != other && p->sibling[other] == corner)
+      tw_loop_smooth_middle(a, b, in + (size_t)p->corner_vertex[tw_triangle_previous(corner)] * width,
+                            in + (size_t)p->corner_vertex[tw_triangle_previous(other)] * width, width, out);
+    else
+      blend_edge(p, e, crease, width, in, out);
   }
 }
 
@@ -154,36 +154,67 @@ static inline const double *neighbour(const tw_topology *p, uint32_t vertex, uin
   return in + (size_t)tw_far_end(p, edge, vertex) * width;
 }
 
+static inline void smooth_vertex(const tw_topology *p, uint32_t vertex, uint32_t width, const double *in,
+                                 double *restrict out) {
+  uint32_t valence = p->ring_offsets[vertex + 1] - p->ring_offsets[vertex];
+  double ring[TW_LOOP_WIDTH_MAX] = {0};
+  for (uint32_t i = 0; i < valence; i++) tw_loop_add(ring, neighbour(p, vertex, i, width, in), width);
+  tw_loop_smooth(in + (size_t)vertex * width, ring, valence, tw_loop_weight(valence), width, out);
+}
+
+static inline void crease_vertex(const tw_topology *p, uint32_t vertex, const uint32_t ends[2],
+                                 uint32_t width, const double *in, double *restrict out) {
+  tw_loop_crease(in + (size_t)vertex * width, neighbour(p, vertex, ends[0], width, in),
+                 neighbour(p, vertex, ends[1], width, in), width, out);
+}
+
+static inline void blend_vertex(const tw_topology *p, uint32_t vertex, const tw_vertex_blend *blend,
+                                uint32_t width, const double *in, double *restrict out) {
+  const double *own = in + (size_t)vertex * width;
+  double smooth[TW_LOOP_WIDTH_MAX] = {0}, crease[TW_LOOP_WIDTH_MAX] = {0};
+  if (blend->smooth > 0) smooth_vertex(p, vertex, width, in, smooth);
+  if (blend->crease > 0) crease_vertex(p, vertex, blend->ends, width, in, crease);
+  for (uint32_t i = 0; i < width; i++)
+    out[i] = (double)blend->corner * own[i] + (double)blend->crease * crease[i] +
+             (double)blend->smooth * smooth[i];
+}
+
 static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                   const double *restrict in, double *restrict out) {
-  for (uint32_t v = 0; v < p->vertex_count; v++, out += width) {
-    const double *own = in + (size_t)v * width;
-    tw_vertex_blend blend = tw_blend_at(p, rules, v);
-    uint32_t valence = p->ring_offsets[v + 1] - p->ring_offsets[v];
-    double smooth = (double)blend.smooth, crease = (double)blend.crease, weight = 0;
-    double ring[WIDTH_MAX] = {0}, ends[WIDTH_MAX] = {0};
-    if (smooth > 0) {
-      weight = tw_loop_weight(valence);
-      for (uint32_t i = 0; i < valence; i++) add(ring, neighbour(p, v, i, width, in), width);
-    }
-    if (crease > 0)
-      for (int i = 0; i < 2; i++) add(ends, neighbour(p, v, blend.ends[i], width, in), width);
-    double own_weight = (double)blend.corner + 0.75 * crease + smooth * (1 - valence * weight);
-    for (uint32_t i = 0; i < width; i++)
-      out[i] = own_weight * own[i] + smooth * weight * ring[i] + 0.125 * crease * ends[i];
+                                   const double *in, uint32_t begin, uint32_t end, double *restrict out) {
+  for (uint32_t v = begin; v < end; v++, out += width) {
+    tw_vertex_blend blend = {1, 0, 0, {0, 0}};
+    if (!p->smooth || rules->linear) blend = tw_blend_at(p, rules, v);
+    if (blend.smooth == 1)
+      smooth_vertex(p, v, width, in, out);
+    else if (blend.crease == 1)
+      crease_vertex(p, v, blend.ends, width, in, out);
+    else if (blend.corner == 1)
+      memcpy(out, in + (size_t)v * width, width * sizeof *out);
+    else
+      blend_vertex(p, v, &blend, width, in, out);
   }
 }
 
 static inline void refine(const tw_topology *p, const tw_rules *rules, uint32_t width, const double *in,
-                          double *out) {
-  refine_vertices(p, rules, width, in, out);
-  refine_edges(p, rules, width, in, out + (size_t)p->vertex_count * width);
+                          uint32_t begin, uint32_t end, double *out) {
+  uint32_t vertices = p->vertex_count, stop = end < vertices ? end : vertices;
+  if (begin < stop) {
+    refine_vertices(p, rules, width, in, begin, stop, out);
+    out += (size_t)(stop - begin) * width;
+    begin = stop;
+  }
+  if (begin < end) refine_edges(p, rules, width, in, begin - vertices, end - vertices, out);
+}
+
+void tw_loop_some_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
+                         uint32_t first, uint32_t count, double *out) {
+  if (width == 3) /* points; a known width lets the compiler unroll */
+    refine(parent, rules, 3, in, first, first + count, out);
+  else
+    refine(parent, rules, width, in, first, first + count, out);
 }
 
 void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
                     double *out) {
-  if (width == 3) /* points; a known width lets the compiler unroll */
-    refine(parent, rules, 3, in, out);
-  else
-    refine(parent, rules, width, in, out);
+  tw_loop_some_values(parent, rules, width, in, 0, parent->vertex_count + parent->edge_count, out);
 }

@@ -17,14 +17,15 @@
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                            tw_topology *child);
 
-/* The same, but of the child only its counts and corner_vertex: enough to draw a last level. */
-tw_status tw_loop_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child);
-
 /* Values of the next level: in [parent vertices][width], out [child vertices][width]; width 1 to 4. In
  * double, because levels come on top of each other to the end: rounding must stay small beside triangles that
  * shrink with each. */
 void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
                     double *out);
+
+/* The same for `count` rows of the child from `first` on. out: [count][width]. */
+void tw_loop_some_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
+                         uint32_t first, uint32_t count, double *out);
 
 /* How far the smooth rule at a vertex of this valence moves it towards the sum of its neighbours. */
 double tw_loop_weight(uint32_t valence);

@@ -51,7 +51,7 @@ static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t w
                          const uint32_t *indices) {
   values->field = field;
   values->width = width;
-  bool stays = b->levels == 0 || b->surface->options.level == 0;
+  bool stays = (b->levels == 0 && b->surface->loop.levels == 0) || b->surface->options.level == 0;
   tw_arena *arena = stays ? b->surface->arena : b->arena;
   values->cage = gather_rows(arena, in, indices, b->topologies[field].vertex_count, width * sizeof *in);
   values->base = values->cage;
@@ -120,24 +120,25 @@ static tw_status change_values(build *b, value_change *change, const void *conte
   return status;
 }
 
-/* As refine_set, in double. The last level's own are kept for normals alone, which live on differences. */
+/* As refine_set, in double. The last level's own are kept for normals alone, which live on differences, and
+ * for the rows of Loop's scheme. */
 static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
   const tw_topology *parent = &parents[values->field];
   size_t before = (size_t)parent->vertex_count * values->width,
          after = (size_t)b->topologies[values->field].vertex_count * values->width;
-  bool last = arena == b->surface->arena,
+  bool last = arena == b->surface->arena, rows = b->surface->loop.levels > 0,
        kept = values == &b->surface->positions && b->surface->options.normals;
   double *in = values->exact ? values->exact : tw_arena_alloc(b->arena, before, sizeof *in);
   double *out = tw_arena_alloc(last && kept ? arena : b->arena, after, sizeof *out);
-  float *rounded = tw_arena_alloc(arena, after, sizeof *rounded);
-  if (!in || !out || !rounded) return TW_NO_MEMORY;
+  float *rounded = rows ? NULL : tw_arena_alloc(arena, after, sizeof *rounded);
+  if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = field_rules(b, values->field);
   tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, out);
   if (status != TW_OK) return status;
-  for (size_t i = 0; i < after; i++) rounded[i] = (float)out[i];
+  for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
-  values->exact = last && !kept ? NULL : out;
+  values->exact = last && !kept && !rows ? NULL : out;
   return TW_OK;
 }
 
@@ -168,8 +169,8 @@ static tw_status refine_field(build *b, const tw_topology *parents, uint32_t fie
   const tw_topology *parent = &parents[field];
   tw_topology *child = &b->topologies[field];
   tw_rules rules = field_rules(b, field);
-  if (b->surface->plain && is_last(b, level_arena))
-    return is_loop(b) ? tw_loop_corners(parent, arena, child) : tw_refine_corners(parent, arena, child);
+  if (b->surface->plain && !is_loop(b) && is_last(b, level_arena))
+    return tw_refine_corners(parent, arena, child);
   tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, child)
                                 : tw_refine_topology(parent, &rules, arena, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
@@ -430,6 +431,10 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
     b->levels = 0;
   }
   s->plain = bare && (s->shallow.level > 0 || !s->options.normals);
+  if (s->plain && is_loop(b)) {
+    s->loop.levels = tw_loop_rows_fit(&b->cage.topology, &b->rules, level);
+    b->levels = level - s->loop.levels;
+  }
   /* Normals live on differences, which float loses the more the closer points come together. */
   s->exact = is_loop(b) || (b->levels > GENERIC_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
@@ -465,6 +470,23 @@ static tw_status start_shallow(build *b) {
   if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);
+  return TW_OK;
+}
+
+/* Goes on from the base to what the rows of Loop's scheme are computed from. */
+static tw_status keep_loop(build *b) {
+  tw_surface *s = b->surface;
+  tw_values *positions = &s->positions;
+  s->loop.above = b->topologies[0];
+  s->loop.rules = b->rules;
+  size_t count = 3 * (size_t)s->loop.above.vertex_count;
+  double *points = positions->exact ? positions->exact : tw_arena_alloc(b->arena, count, sizeof *points),
+         *kept = tw_arena_alloc(s->arena, tw_loop_rows_kept_count(&s->loop), 3 * sizeof *kept);
+  if (!points || !kept) return TW_NO_MEMORY;
+  for (size_t i = 0; !positions->exact && i < count; i++) points[i] = (double)positions->base[i];
+  tw_loop_rows_keep(&s->loop, points, kept);
+  *positions = (tw_values){.width = 3, .exact = kept};
+  b->topologies[0] = tw_loop_rows_counts(&s->loop);
   return TW_OK;
 }
 
@@ -508,8 +530,9 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = refine_all(b, level == b->levels ? s->arena : b->arena);
+  if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + b->levels};
+  tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + s->loop.levels + b->levels};
   if (status == TW_OK) status = tw_surface_order(s, &order);
   if (status == TW_OK) status = number_answer(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "influences.h"
+#include "loop_rows.h"
 #include "patch.h"
 #include "refine.h"
 #include "shallow.h"
@@ -84,7 +85,10 @@ struct tw_surface {
    * connectivity only the counts are there. */
   tw_shallow shallow;
 
-  /* Rows need no patches or masks: those of a shallow surface, or the base's values as they stand. Of the
+  /* Likewise from the base itself, of Loop's scheme: positions.exact holds what is kept for it. */
+  tw_loop_rows loop;
+
+  /* Rows need no patches or masks: those of the two above, or the base's values as they stand. Of the
    * base's connectivity only the last one's corner_vertex is there. */
   bool plain;
   bool exact;     /* positions are refined in double to the base */

@@ -9,11 +9,13 @@
 
 static uint32_t cage_vertices(const tw_surface *s) {
   if (s->shallow.level > 0) return s->shallow.cage.vertex_count;
-  return s->step_count > 0 ? s->steps[0].parent.vertex_count : s->fields[0].base.vertex_count;
+  if (s->step_count > 0) return s->steps[0].parent.vertex_count;
+  return s->loop.levels > 0 ? s->loop.above.vertex_count : s->fields[0].base.vertex_count;
 }
 
-/* Points that positions.base holds. */
+/* Points that positions.base holds, or positions.exact. */
 static size_t base_count(const tw_surface *s) {
+  if (s->loop.levels > 0) return tw_loop_rows_kept_count(&s->loop);
   return s->shallow.level > 0 ? tw_shallow_kept_count(&s->shallow) : s->fields[0].base.vertex_count;
 }
 
@@ -54,7 +56,7 @@ tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *
 
 /* The same in double. */
 static double *refine_doubles(const tw_surface *s, const float *cage) {
-  size_t count = 3 * (size_t)s->steps[0].parent.vertex_count;
+  size_t count = 3 * (size_t)cage_vertices(s);
   double *at = tw_alloc(count, sizeof *at);
   for (size_t i = 0; at && i < count; i++) at[i] = (double)cage[i];
   for (uint32_t i = 0; at && i < s->step_count; i++) {
@@ -90,11 +92,20 @@ static tw_status move_shallow(tw_surface *s, const float *cage) {
   return kept ? tw_shallow_keep(&s->shallow, cage, kept) : TW_NO_MEMORY;
 }
 
+static tw_status move_loop(tw_surface *s, const float *cage) {
+  double *points = refine_doubles(s, cage);
+  double *kept = points ? tw_alloc(base_count(s), 3 * sizeof *kept) : NULL;
+  if (kept) tw_loop_rows_keep(&s->loop, points, kept);
+  free(points);
+  s->positions.exact = kept;
+  return kept ? TW_OK : TW_NO_MEMORY;
+}
+
 static tw_status move_points(tw_surface *s, const float *positions) {
   float *cage = gather_cage(s, positions);
   if (!cage) return TW_NO_MEMORY;
-  if (s->shallow.level > 0) {
-    tw_status status = move_shallow(s, cage);
+  if (s->shallow.level > 0 || s->loop.levels > 0) {
+    tw_status status = s->loop.levels > 0 ? move_loop(s, cage) : move_shallow(s, cage);
     free(cage);
     return status;
   }
@@ -144,7 +155,7 @@ size_t tw_surface_size_moved(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
   size_t base = 3 * base_count(surface);
   size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds;
-  size += base * sizeof *positions->base;
+  if (positions->base) size += base * sizeof *positions->base;
   if (positions->exact) size += base * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)cage_vertices(surface) * sizeof *positions->cage;

@@ -122,6 +122,10 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
     tw_shallow_points(&s->shallow, s->positions.base, first, count, out);
     return;
   }
+  if (s->loop.levels > 0) {
+    tw_loop_rows_points(&s->loop, s->positions.exact, first, count, out);
+    return;
+  }
   if (s->plain) {
     memcpy(out, s->positions.base + 3 * (size_t)first, (size_t)count * 3 * sizeof *out);
     return;
@@ -397,6 +401,10 @@ static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64
   uint32_t size = corners_a_face(s);
   if (s->shallow.level > 0) {
     tw_shallow_quads(&s->shallow, (uint32_t)first, (uint32_t)count, out);
+    return size * count;
+  }
+  if (s->loop.levels > 0) {
+    tw_loop_rows_triangles(&s->loop, (uint32_t)first, (uint32_t)count, out);
     return size * count;
   }
   if (s->plain) {

@@ -110,6 +110,12 @@ static const char model[] =
     "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"n\",\"path\":\"rotation\",\"times\":[0,1],"
     "\"interpolation\":\"euler\",\"eulers\":[[0,0,0],[0,1,0]]}]}]}";
 
+/* Five triangles round a crease that decays. */
+static const char fan[] =
+    "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,1],[1,0,0],[0,1,0],[-1,0,0],[0,-1,0],[2,2,0]],"
+    "\"faces\":[[0,1,2],[0,2,3],[0,3,4],[0,4,1],[1,5,2]],"
+    "\"creases\":[{\"edge\":[0,1],\"sharpness\":1}]}]}";
+
 static void storing_survives(void **state) {
   (void)state;
   fail_each("POST", "/v1/models", "", model, NULL);
@@ -131,6 +137,8 @@ static void surfaces_survive(void **state) {
   fail_each("GET", "/v1/models/%s/surface.glb", "at=1&skin=bake&level=3", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.gltf", "at=1&meshes=none", NULL, model);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
+  fail_each("POST", "/v1/surface.obj", "scheme=loop&level=4&normals=none", fan, NULL);
+  fail_each("POST", "/v1/surface.obj", "scheme=loop&level=2&normals=none", fan, NULL);
 }
 
 static void poses_survive(void **state) {

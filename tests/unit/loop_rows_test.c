@@ -1,0 +1,205 @@
+/* The last levels of Loop's scheme, read from the connectivity above: to the last bit what the generic step
+ * builds. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "cage.h"
+#include "loop_rows.h"
+
+enum { SIDE = 6, POINTS = SIDE * SIDE + 1, FACES_MAX = 100 };
+
+/* A torus of triangles, of many valences. */
+typedef struct cage {
+  tw_mesh mesh;
+  float points[POINTS][3];
+  uint32_t corners[3 * FACES_MAX], offsets[FACES_MAX + 1];
+  uint32_t creases[4][2];
+  float sharpness[4];
+} cage;
+
+static void add_face(cage *c, uint32_t p, uint32_t q, uint32_t r) {
+  const uint32_t corners[3] = {p, q, r};
+  memcpy(c->corners + c->mesh.corner_count, corners, sizeof corners);
+  c->mesh.corner_count += 3;
+  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
+}
+
+/* open: some faces are missing. fin: one edge has a third face. */
+static cage *new_cage(bool open, bool fin) {
+  cage *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  tw_mesh_init(&c->mesh);
+  c->mesh.point_count = POINTS;
+  c->mesh.positions = c->points[0];
+  c->mesh.corners = c->corners;
+  c->mesh.face_offsets = c->offsets;
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (uint32_t i = 0; i < 3; i++) c->points[p][i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
+  for (uint32_t y = 0; y < SIDE; y++)
+    for (uint32_t x = 0; x < SIDE; x++) {
+      uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
+               e = (y + 1) % SIDE * SIDE + (x + 1) % SIDE;
+      if (open && (x + y) % 5 == 0) continue;
+      if ((x + 2 * y) % 3 == 0) {
+        add_face(c, a, b, d);
+        add_face(c, e, d, b);
+      } else {
+        add_face(c, e, a, b);
+        add_face(c, a, e, d);
+      }
+    }
+  if (fin) add_face(c, c->corners[0], c->corners[1], POINTS - 1);
+  return c;
+}
+
+static void crease(cage *c, float sharpness) {
+  c->mesh.crease_edges = c->creases[0];
+  c->mesh.crease_sharpness = c->sharpness;
+  for (uint32_t i = 0; i < 4; i++) {
+    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
+    c->sharpness[i] = sharpness;
+  }
+  c->mesh.crease_count = 4;
+}
+
+/* The same rows in blocks of many sizes. */
+static void check_points(const tw_loop_rows *rows, const double *kept, const double *expected,
+                         uint32_t count) {
+  float *rounded = calloc(count, 3 * sizeof *rounded);
+  assert_non_null(rounded);
+  for (size_t i = 0; i < 3 * (size_t)count; i++) rounded[i] = (float)expected[i];
+  for (uint32_t block = count; block > 0; block /= 3) {
+    float *points = calloc(count, 3 * sizeof *points);
+    assert_non_null(points);
+    for (uint32_t first = 0; first < count; first += block)
+      tw_loop_rows_points(rows, kept, first, block < count - first ? block : count - first,
+                          points + 3 * (size_t)first);
+    assert_memory_equal(points, rounded, (size_t)count * 3 * sizeof *points);
+    free(points);
+  }
+  free(rounded);
+}
+
+static void check_triangles(const tw_loop_rows *rows, const uint32_t *expected, uint32_t count) {
+  for (uint32_t block = count; block > 0; block /= 5) {
+    uint32_t *triangles = calloc(count, 3 * sizeof *triangles);
+    assert_non_null(triangles);
+    for (uint32_t first = 0; first < count; first += block)
+      tw_loop_rows_triangles(rows, first, block < count - first ? block : count - first,
+                             triangles + 3 * (size_t)first);
+    assert_memory_equal(triangles, expected, (size_t)count * 3 * sizeof *triangles);
+    free(triangles);
+  }
+}
+
+/* A mesh, its points and its child. */
+typedef struct stage {
+  tw_topology topology;
+  double *values;
+} stage;
+
+static void check_against(const stage *above, uint32_t levels, const tw_rules *rules, const stage *at) {
+  tw_loop_rows rows = {above->topology, *rules, levels};
+  tw_topology counts = tw_loop_rows_counts(&rows);
+  assert_int_equal(counts.vertex_count, at->topology.vertex_count);
+  assert_int_equal(counts.edge_count, at->topology.edge_count);
+  assert_int_equal(counts.face_count, at->topology.face_count);
+  assert_int_equal(counts.corner_count, at->topology.corner_count);
+  double *kept = calloc(tw_loop_rows_kept_count(&rows), 3 * sizeof *kept);
+  assert_non_null(kept);
+  tw_loop_rows_keep(&rows, above->values, kept);
+  check_points(&rows, kept, at->values, counts.vertex_count);
+  check_triangles(&rows, at->topology.corner_vertex, counts.face_count);
+  free(kept);
+}
+
+/* Levels 1 to 4, each from the one above and, where that may be, from two above. least_two: the first level
+ * that is. */
+static void check(cage *c, tw_surface_options options, uint32_t least_two) {
+  enum { LEVELS = 4 };
+  assert_int_equal(tw_mesh_check(&c->mesh, NULL, NULL), TW_OK);
+  tw_arena *arena = tw_arena_create();
+  tw_rules rules = {.chaikin = options.creasing == TW_CREASE_CHAIKIN};
+  tw_cage read;
+  options.scheme = TW_LOOP;
+  options.level = LEVELS;
+  assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
+  stage stages[LEVELS + 1] = {{read.topology, NULL}};
+  uint32_t count = read.topology.vertex_count;
+  stages[0].values = tw_arena_alloc(arena, count, 3 * sizeof(double));
+  for (uint32_t v = 0; v < count; v++)
+    for (uint32_t i = 0; i < 3; i++)
+      stages[0].values[3 * (size_t)v + i] = (double)c->points[read.point_of ? read.point_of[v] : v][i];
+  for (uint32_t level = 1; level <= LEVELS; level++) {
+    const stage *above = &stages[level - 1];
+    stage *at = &stages[level];
+    assert_int_equal(tw_loop_topology(&above->topology, &rules, arena, &at->topology), TW_OK);
+    at->values = tw_arena_alloc(arena, at->topology.vertex_count, 3 * sizeof(double));
+    tw_loop_values(&above->topology, &rules, 3, above->values, at->values);
+    check_against(above, 1, &rules, at);
+    assert_int_equal(tw_loop_rows_fit(&read.topology, &rules, level), level < least_two ? 1 : 2);
+    if (level >= least_two) check_against(&stages[level - 2], 2, &rules, at);
+  }
+  tw_arena_destroy(arena);
+  free(c);
+}
+
+static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
+  (void)state;
+  check(new_cage(false, false), (tw_surface_options){0}, 2);
+}
+
+static void borders_corners_and_fins_are_too(void **state) {
+  (void)state;
+  check(new_cage(true, false), (tw_surface_options){0}, 2);
+  check(new_cage(true, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2);
+  check(new_cage(false, true), (tw_surface_options){0}, 2);
+}
+
+static void infinite_creases_and_corners_are_too(void **state) {
+  (void)state;
+  static const uint32_t sharp_points[] = {7, 20};
+  static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
+  cage *c = new_cage(false, false);
+  crease(c, TW_SHARPNESS_INFINITE);
+  c->mesh.sharp_point_count = 2;
+  c->mesh.sharp_points = sharp_points;
+  c->mesh.point_sharpness = point_sharpness;
+  check(c, (tw_surface_options){0}, 2);
+}
+
+/* Two levels at once begin where all decay is over. */
+static void what_decays_is_too(void **state) {
+  (void)state;
+  static const uint32_t sharp_points[] = {7};
+  static const float point_sharpness[] = {1.75f};
+  cage *c = new_cage(true, false);
+  crease(c, 0.5f);
+  check(c, (tw_surface_options){0}, 3);
+  c = new_cage(false, false);
+  crease(c, 2);
+  check(c, (tw_surface_options){0}, 4);
+  c = new_cage(false, false);
+  c->mesh.sharp_point_count = 1;
+  c->mesh.sharp_points = sharp_points;
+  c->mesh.point_sharpness = point_sharpness;
+  check(c, (tw_surface_options){0}, 4);
+  c = new_cage(false, true);
+  crease(c, 1.5f);
+  check(c, (tw_surface_options){.creasing = TW_CREASE_CHAIKIN}, 5);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
+      cmocka_unit_test(borders_corners_and_fins_are_too),
+      cmocka_unit_test(infinite_creases_and_corners_are_too),
+      cmocka_unit_test(what_decays_is_too),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
