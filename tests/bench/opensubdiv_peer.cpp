@@ -27,7 +27,7 @@ struct Point {
 
 using Refiner = std::unique_ptr<Far::TopologyRefiner>;
 
-Refiner refine(const tw_mesh &mesh, unsigned level, bool full) {
+Refiner refine(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool full) {
   std::vector<int> sizes(mesh.face_count);
   for (uint32_t f = 0; f < mesh.face_count; f++)
     sizes[f] = static_cast<int>(mesh.face_offsets[f + 1] - mesh.face_offsets[f]);
@@ -39,7 +39,8 @@ Refiner refine(const tw_mesh &mesh, unsigned level, bool full) {
   Sdc::Options options;
   options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
-  Refiner refiner(Factory::Create(d, Factory::Options(Sdc::SCHEME_CATMARK, options)));
+  Sdc::SchemeType type = scheme == TW_LOOP ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
+  Refiner refiner(Factory::Create(d, Factory::Options(type, options)));
   Far::TopologyRefiner::UniformOptions uniform(static_cast<int>(level));
   uniform.fullTopologyInLastLevel = full;
   refiner->RefineUniform(uniform);
@@ -56,9 +57,10 @@ std::vector<Point> points_of(const float *positions, uint32_t count) {
 
 namespace opensubdiv {
 
-Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals) {
+Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals) {
+  size_t face_size = scheme == TW_LOOP ? 3 : 4;
   return measure([&] {
-    Refiner refiner = refine(mesh, level, normals);
+    Refiner refiner = refine(mesh, scheme, level, normals);
     Far::PrimvarRefiner primvar(*refiner);
     std::vector<Point> points = points_of(mesh.positions, mesh.point_count);
     for (int l = 1; l <= refiner->GetMaxLevel(); l++) {
@@ -71,9 +73,11 @@ Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals) {
       primvar.Limit(points, limit, t1, t2);
     }
     const auto &last = refiner->GetLevel(refiner->GetMaxLevel());
-    std::vector<int> faces(static_cast<size_t>(4 * last.GetNumFaces()));
-    for (int f = 0; f < last.GetNumFaces(); f++)
-      std::memcpy(&faces[static_cast<size_t>(4 * f)], &last.GetFaceVertices(f)[0], 4 * sizeof(int));
+    size_t count = static_cast<size_t>(last.GetNumFaces());
+    std::vector<int> faces(face_size * count);
+    for (size_t f = 0; f < count; f++)
+      std::memcpy(&faces[face_size * f], &last.GetFaceVertices(static_cast<int>(f))[0],
+                  face_size * sizeof(int));
   });
 }
 
@@ -86,7 +90,7 @@ struct Moved::Tables {
 };
 
 Moved::Moved(const tw_mesh &mesh, unsigned level) : tables_(std::make_unique<Tables>()) {
-  tables_->refiner = refine(mesh, level, false);
+  tables_->refiner = refine(mesh, TW_CATMULL_CLARK, level, false);
   Far::StencilTableFactory::Options options;
   options.generateIntermediateLevels = false;
   options.generateOffsets = true;

@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "timing.hpp"
-#include "tweend/mesh.h"
+#include "tweend/subdiv.h"
 
 namespace opensubdiv {
 
-// Soup to points and quad indices of the last level, with limit tangents where normals are asked for.
-Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals);
+// Soup to points and indices of the last level, with limit tangents where normals are asked for.
+Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals);
 
 // New positions on a topology that is known already.
 class Moved {

@@ -20,6 +20,7 @@ struct Case {
   std::string name;
   Soup soup;
   std::vector<unsigned> levels;
+  tw_scheme scheme = TW_CATMULL_CLARK;
 };
 
 // ---- tweend ----------------------------------------------------------------------------------
@@ -50,9 +51,10 @@ void read_share(const tw_surface *surface, bool faces, Share share) {
   tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, share.first(rows), share.size(rows),
                        row_buffer.data() + share.first(rows) * stride);
   uint64_t all = tw_surface_get_counts(surface)->faces;
+  uint64_t corners_a_face = all > 0 ? tw_surface_get_counts(surface)->corners / all : 0;
   if (faces)
     tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, share.first(all), share.size(all), nullptr,
-                          face_buffer.data() + 4 * share.first(all));
+                          face_buffer.data() + corners_a_face * share.first(all));
   tw_surface_reader_destroy(reader);
 }
 
@@ -70,8 +72,9 @@ void read_all(const tw_surface *surface, bool faces, unsigned shares) {
   std::exit(1);
 }
 
-tw_surface *create(const tw_mesh &mesh, unsigned level, bool normals, bool movable) {
+tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, bool movable) {
   tw_surface_options options{};
+  options.scheme = scheme;
   options.level = level;
   options.normals = normals;
   options.movable = movable;
@@ -81,9 +84,9 @@ tw_surface *create(const tw_mesh &mesh, unsigned level, bool normals, bool movab
   return surface;
 }
 
-Timing subdivide(const tw_mesh &mesh, unsigned level, bool normals, unsigned threads) {
+Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, unsigned threads) {
   return measure([&] {
-    tw_surface *surface = create(mesh, level, normals, false);
+    tw_surface *surface = create(mesh, scheme, level, normals, false);
     read_all(surface, true, threads);
     tw_surface_destroy(surface);
   });
@@ -157,8 +160,9 @@ std::string label(const Case &c, unsigned level) {
   return c.name + " level " + std::to_string(level);
 }
 
-double face_count(const tw_mesh &mesh, unsigned level) {
+double face_count(const tw_mesh &mesh, tw_scheme scheme, unsigned level) {
   tw_surface_options options{};
+  options.scheme = scheme;
   options.level = level;
   tw_surface_counts counts{};
   tw_error error{};
@@ -172,9 +176,10 @@ void compare_soups(Report &report, const std::vector<Case> &cases) {
   for (const Case &c : cases)
     for (unsigned level : c.levels) {
       tw_mesh mesh = c.soup.mesh();
-      Timing one = subdivide(mesh, level, false, 1), two = subdivide(mesh, level, false, 2);
-      Timing peer = opensubdiv::subdivide(mesh, level, false);
-      report.row(label(c, level), face_count(mesh, level),
+      Timing one = subdivide(mesh, c.scheme, level, false, 1),
+             two = subdivide(mesh, c.scheme, level, false, 2);
+      Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, false);
+      report.row(label(c, level), face_count(mesh, c.scheme, level),
                  {{"tweend", one}, {"tweend_2_threads", two}, {"opensubdiv", peer}});
       report.ratio("ratio", peer.median / one.median);
       report.ratio("ratio_2_threads", peer.median / two.median);
@@ -188,9 +193,10 @@ void compare_normals(Report &report, const std::vector<Case> &cases) {
   for (const Case &c : cases) {
     tw_mesh mesh = c.soup.mesh();
     unsigned level = c.levels.back();
-    Timing without = subdivide(mesh, level, false, 1), with = subdivide(mesh, level, true, 1);
-    Timing peer = opensubdiv::subdivide(mesh, level, true);
-    report.row(label(c, level), face_count(mesh, level),
+    Timing without = subdivide(mesh, c.scheme, level, false, 1),
+           with = subdivide(mesh, c.scheme, level, true, 1);
+    Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
+    report.row(label(c, level), face_count(mesh, c.scheme, level),
                {{"without", without}, {"with", with}, {"opensubdiv", peer}});
     report.ratio("ratio", peer.median / with.median);
     report.ratio("with_over_without", with.median / without.median);
@@ -198,21 +204,23 @@ void compare_normals(Report &report, const std::vector<Case> &cases) {
   }
 }
 
+// Of Catmull-Clark surfaces.
 void compare_moves(Report &report, const std::vector<Case> &cases) {
   report.title("new positions on a plan, Mfaces/s",
                {"tweend", "2 threads", "stencils", "stencils, 2", "interpolation", "ratio", "ratio, 2 thr."});
   for (const Case &c : cases)
     for (unsigned level : c.levels) {
+      if (c.scheme != TW_CATMULL_CLARK) continue;
       tw_mesh mesh = c.soup.mesh();
       std::vector<float> positions = c.soup.moved();
-      tw_surface *known = create(mesh, level, false, true);
+      tw_surface *known = create(mesh, c.scheme, level, false, true);
       Timing one = move(known, positions.data(), 1), two = move(known, positions.data(), 2);
       tw_surface_destroy(known);
       opensubdiv::Moved peer(mesh, level);
       Timing stencils = peer.stencils(positions.data());
       Timing threads = peer.stencils_on_threads(positions.data(), 2);
       Timing interpolation = peer.interpolation(positions.data());
-      report.row(label(c, level), face_count(mesh, level),
+      report.row(label(c, level), face_count(mesh, c.scheme, level),
                  {{"tweend", one},
                   {"tweend_2_threads", two},
                   {"stencils", stencils},
@@ -245,7 +253,8 @@ int main(int argc, char **argv) {
   std::vector<Case> cases = {{"cube", ball(1, false, false), {6, 8, 9}},
                              {"486 quads", ball(9, false, true), {4, 5}},
                              {"31,104 quads", ball(72, false, true), {3, 4}},
-                             {"69,312 triangles", ball(76, true, true), {1, 2}}};
+                             {"69,312 triangles", ball(76, true, true), {1, 2}},
+                             {"69,312 triangles, Loop", ball(76, true, true), {2, 3}, TW_LOOP}};
   for (int i = 1; i < argc; i++) {
     if (std::strncmp(argv[i], "--only=", 7) == 0)
       only = argv[i] + 7;
@@ -254,7 +263,7 @@ int main(int argc, char **argv) {
     else if (std::strncmp(argv[i], "--print-ball=", 13) == 0)
       return print_obj(ball(std::atoi(argv[i] + 13), false, false));
     else
-      cases.push_back({argv[i], read_obj(argv[i]), {1, 2}});
+      cases.push_back({argv[i], read_obj(argv[i]), {1, 2}, TW_CATMULL_CLARK});
   }
   cases.erase(std::remove_if(cases.begin(), cases.end(),
                              [&](const Case &c) { return c.name.find(only) == std::string::npos; }),
