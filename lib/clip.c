@@ -71,21 +71,38 @@ static tw_status order_tracks(tw_clip *clip, tw_error *error) {
   return TW_OK;
 }
 
-static tw_status list_channels(tw_clip *clip, tw_error *error) {
-  clip->arcs = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->arcs);
-  clip->others = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->others);
-  if (!clip->arcs || !clip->others) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
+/* Rotations by slerp, apart from all else that a pose needs. Returns how many they are; one alone gains
+ * nothing from a group. */
+static uint32_t divide_tracks(tw_clip *clip, const tw_track **arcs) {
+  uint32_t arc_count = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[clip->by_timeline[i]];
+    uint32_t index = clip->by_timeline[i];
+    const tw_track *track = &clip->tracks[index];
     if (track->kind == TRACK_ARC)
-      clip->arcs[clip->arc_count++] = (arc_channel){.timeline = *track->timeline,
-                                                    .arcs = track->segments.arcs,
-                                                    .timeline_index = track->timeline_index,
-                                                    .node = track->node};
+      arcs[arc_count++] = track;
     else if (track->path != TW_WEIGHTS)
-      clip->others[clip->other_count++] = clip->by_timeline[i];
+      clip->others[clip->other_count++] = index;
   }
-  return TW_OK;
+  if (arc_count != 1) return arc_count;
+  clip->others[clip->other_count++] = (uint32_t)(arcs[0] - clip->tracks);
+  return 0;
+}
+
+static tw_status group_tracks(tw_clip *clip, tw_error *error) {
+  const tw_track **arcs = tw_alloc(clip->track_count, sizeof *arcs);
+  clip->others = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->others);
+  bool is_done = arcs && clip->others;
+  uint32_t arc_count = is_done ? divide_tracks(clip, arcs) : 0;
+  tw_arc_group **end = &clip->groups;
+  for (uint32_t done = 0; done < arc_count;) {
+    tw_arc_group *group = *end = tw_arc_group_create(clip->arena, arcs + done, arc_count - done);
+    is_done = group != NULL;
+    if (!is_done) break;
+    done += group->track_count;
+    end = &group->following;
+  }
+  free(arcs);
+  return is_done ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
 }
 
 static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
@@ -114,7 +131,7 @@ tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int forc
   status = build_timelines(clip, keys, error);
   if (status == TW_OK) status = build_tracks(clip, keys, force, error);
   if (status == TW_OK) status = order_tracks(clip, error);
-  if (status == TW_OK) status = list_channels(clip, error);
+  if (status == TW_OK) status = group_tracks(clip, error);
   if (status == TW_OK)
     *out = clip;
   else

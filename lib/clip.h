@@ -2,7 +2,7 @@
 #ifndef TWEEND_CLIP_H
 #define TWEEND_CLIP_H
 
-#include "track.h"
+#include "arc_group.h"
 
 /* Checks everything about a clip that needs no computing; see tw_clip_create. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error);
@@ -11,13 +11,6 @@ tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force
  * points to times and values. */
 tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count);
 
-/* What a pose needs of a slerp track, in one place. */
-typedef struct arc_channel {
-  tw_timeline timeline; /* a copy */
-  const arc_segment *arcs;
-  uint32_t timeline_index, node;
-} arc_channel;
-
 struct tw_clip {
   tw_arena *arena; /* holds everything, the clip itself too */
   uint32_t node_count, track_count, timeline_count;
@@ -25,10 +18,10 @@ struct tw_clip {
   tw_track *tracks;       /* [track_count], as in the source */
   tw_timeline *timelines; /* [timeline_count] */
   uint32_t *by_timeline;  /* [track_count] tracks, ordered by timeline, then as in the source */
-  uint32_t arc_count, other_count;
-  arc_channel *arcs; /* [arc_count] TRACK_ARC tracks, in that order */
-  uint32_t *others;  /* [other_count] the rest but for weights, in that order */
-  uint8_t *moves;    /* [node_count], a bit for each path */
+  tw_arc_group *groups;   /* TRACK_ARC tracks, where there are more than one; NULL where not */
+  uint32_t other_count;
+  uint32_t *others; /* [other_count] the rest but for weights, in that order */
+  uint8_t *moves;   /* [node_count], a bit for each path */
 };
 
 #endif

@@ -59,44 +59,31 @@ static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *local
   for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
 }
 
-/* Where up to TW_ARC_BLOCK channels stand at a time. In passes, each asking for the memory that the next one
- * reads: when the clip is larger than the cache, the loads of all channels wait side by side, not one behind
- * the other. Tracks with the same times stand together and are searched once. */
-static void find_arcs(const arc_channel *channels, uint32_t count, float time, const arc_segment **arcs,
-                      float *angles) {
-  const tw_timeline *lines[TW_ARC_BLOCK];
-  float clamped[TW_ARC_BLOCK];
-  uint32_t buckets[TW_ARC_BLOCK], keys[TW_ARC_BLOCK], line_of[TW_ARC_BLOCK], line_count = 0;
-  for (uint32_t i = 0; i < count; i++) {
-    if (i == 0 || channels[i].timeline_index != channels[i - 1].timeline_index) {
-      const tw_timeline *line = &channels[i].timeline;
-      lines[line_count] = line;
-      clamped[line_count] = timeline_clamp(line, time);
-      buckets[line_count] = timeline_bucket(line, clamped[line_count]);
-      __builtin_prefetch(line->buckets + buckets[line_count]);
-      line_count++;
-    }
-    line_of[i] = line_count - 1;
+/* Asks for the block of arcs from `first` on, a block before it is read: when the clip is larger than the
+ * cache, their loads wait side by side, not one behind the other. */
+static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint32_t first) {
+  for (uint32_t i = first; i < group->track_count && i < first + TW_ARC_BLOCK; i++) {
+    __builtin_prefetch(group->arcs + found[i]);
+    __builtin_prefetch(&group->arcs[found[i]].rate); /* may lie in another line of the cache */
   }
-  for (uint32_t i = 0; i < line_count; i++) keys[i] = timeline_find_in(lines[i], clamped[i], buckets[i]);
-  for (uint32_t i = 0; i < count; i++) {
-    arcs[i] = channels[i].arcs + keys[line_of[i]];
-    __builtin_prefetch(arcs[i]);
-    __builtin_prefetch(&arcs[i]->rate); /* may lie in another line of the cache */
-  }
-  for (uint32_t i = 0; i < count; i++) angles[i] = (clamped[line_of[i]] - arcs[i]->start) * arcs[i]->rate;
 }
 
-static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
+static void pose_group(const tw_arc_group *group, float time, tw_trs *locals) {
+  uint32_t found[TW_GROUP_TRACKS];
   const arc_segment *arcs[TW_ARC_BLOCK];
   float angles[TW_ARC_BLOCK], rotations[TW_ARC_BLOCK][4];
-  for (uint32_t done = 0; done < clip->arc_count; done += TW_ARC_BLOCK) {
-    const arc_channel *channels = clip->arcs + done;
-    uint32_t count = clip->arc_count - done < TW_ARC_BLOCK ? clip->arc_count - done : TW_ARC_BLOCK;
-    find_arcs(channels, count, time, arcs, angles);
+  tw_arc_group_find(group, time, found);
+  prefetch_arcs(group, found, 0);
+  for (uint32_t done = 0; done < group->track_count; done += TW_ARC_BLOCK) {
+    uint32_t left = group->track_count - done, count = left < TW_ARC_BLOCK ? left : TW_ARC_BLOCK;
+    prefetch_arcs(group, found, done + TW_ARC_BLOCK);
+    for (uint32_t i = 0; i < count; i++) {
+      arcs[i] = group->arcs + found[done + i];
+      angles[i] = arc_angle(group, arcs[i], time);
+    }
     tw_arcs_sample(arcs, angles, count, rotations);
     for (uint32_t i = 0; i < count; i++)
-      memcpy(locals[channels[i].node].rotation, rotations[i], sizeof rotations[i]);
+      memcpy(locals[group->nodes[done + i]].rotation, rotations[i], sizeof rotations[i]);
   }
 }
 
@@ -105,7 +92,8 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
   float clamped = 0, sample[4];
   uint32_t timeline = TW_NO_INDEX, key = 0;
   put_at_rest(nodes, node_count, locals);
-  pose_arcs(clip, time, locals);
+  for (const tw_arc_group *group = clip->groups; group; group = group->following)
+    pose_group(group, time, locals);
   for (uint32_t i = 0; i < clip->other_count; i++) {
     const tw_track *track = &clip->tracks[clip->others[i]];
     if (track->timeline_index != timeline) {

@@ -41,16 +41,13 @@ static inline uint32_t timeline_bucket(const tw_timeline *timeline, float clampe
 /* The last key at or before a clamped time, when the bucket's times are all at or before it. */
 uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, uint32_t bucket);
 
-/* The last key at or before a clamped time, which is in `bucket`. */
-static inline uint32_t timeline_find_in(const tw_timeline *timeline, float clamped, uint32_t bucket) {
+/* The last key at or before a clamped time. */
+static inline uint32_t timeline_find(const tw_timeline *timeline, float clamped) {
+  uint32_t bucket = timeline_bucket(timeline, clamped);
   const tw_bucket *found = timeline->buckets + bucket;
   uint32_t passed = (uint32_t)(found->times[0] <= clamped) + (uint32_t)(found->times[1] <= clamped) +
                     (uint32_t)(found->times[2] <= clamped);
   return passed < 3 ? found->first_key + passed - 1 : tw_timeline_find_crowded(timeline, clamped, bucket);
-}
-
-static inline uint32_t timeline_find(const tw_timeline *timeline, float clamped) {
-  return timeline_find_in(timeline, clamped, timeline_bucket(timeline, clamped));
 }
 
 /* For [count] times in any order, ascending ones being quicker: each one clamped, and the last key at or

@@ -1,6 +1,6 @@
-/* Every allocation of the readers fails once: each time the answer is TW_NO_MEMORY or, where a part may
- * be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc, calloc and realloc
- * wrapped; what C++ allocates inside its library is not reached. */
+/* Every allocation of the readers, and of compiling a clip, fails once: each time the answer is TW_NO_MEMORY
+ * or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc,
+ * calloc and realloc wrapped; what C++ allocates inside its library is not reached. */
 #include "glb.h"
 
 /* The linker's --wrap gives these names.
@@ -96,10 +96,43 @@ static void gltf_reading_survives_every_failure(void **state) {
   free(file.bytes);
 }
 
+static void compiling_a_clip_survives_every_failure(void **state) {
+  (void)state;
+  enum { KEYS = 3000, TRACKS = 3 }; /* large enough for allocations of their own */
+  static float times[KEYS], values[KEYS][4];
+  tw_track_keys tracks[TRACKS];
+  for (uint32_t i = 0; i < KEYS; i++) {
+    times[i] = (float)i;
+    values[i][i % 4] = 1;
+  }
+  for (uint32_t i = 0; i < TRACKS; i++)
+    tracks[i] = (tw_track_keys){.node = i,
+                                .path = TW_ROTATION,
+                                .interpolation = TW_LINEAR,
+                                .form = TW_KEY_QUATERNION,
+                                .width = 4,
+                                .key_count = KEYS - i,
+                                .times = times,
+                                .values = values[0]};
+  tw_clip_keys keys = {.track_count = TRACKS, .tracks = tracks};
+  tw_status status = TW_NO_MEMORY;
+  size_t failures = 0;
+  for (; status != TW_OK; failures++) {
+    tw_clip *clip = NULL;
+    left = failures;
+    status = tw_clip_create(&keys, TRACKS, -1, &clip, NULL);
+    left = SIZE_MAX;
+    if (status != TW_OK) assert_int_equal(status, TW_NO_MEMORY);
+    tw_clip_destroy(clip);
+  }
+  assert_true(failures > 30);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(obj_reading_survives_every_failure),
       cmocka_unit_test(gltf_reading_survives_every_failure),
+      cmocka_unit_test(compiling_a_clip_survives_every_failure),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,39 @@
+/* The arcs of many tracks in the order of time, so that what a pose at any time needs lies close together:
+ * the keys around a moment, and for every so many keys a snapshot that says where each track is (the seek
+ * frames of ozz-animation). One search serves all tracks, and a clip larger than the cache is read in a few
+ * places, not in one or two for each track. */
+#ifndef TWEEND_ARC_GROUP_H
+#define TWEEND_ARC_GROUP_H
+
+#include "track.h"
+
+enum { TW_GROUP_TRACKS = 1024 };
+
+/* Immutable. */
+typedef struct tw_arc_group {
+  struct tw_arc_group *following; /* a clip has as many as its tracks need */
+  uint32_t track_count, arc_count;
+  const uint32_t *nodes;    /* [track_count] */
+  const arc_segment *arcs;  /* [arc_count], by their starts, equal ones by track */
+  const uint16_t *tracks;   /* [arc_count] whose each one is */
+  float last;               /* start of all */
+  tw_timeline snapshots;    /* their times */
+  const uint32_t *standing; /* [snapshots][track_count] each track's arc then; before it starts, its first */
+  const uint32_t *next;     /* [snapshots] the first arc that starts later */
+} tw_arc_group;
+
+/* Takes as many tracks as one group holds, at least one of tracks[0..track_count), all TRACK_ARC. Copies what
+ * it needs into the arena: 46 bytes a key, however the keys lie, and little more. NULL without memory.
+ * O(keys). */
+tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks, uint32_t track_count);
+
+/* For each track the arc at any time: the last that starts at or before it, else the track's first. */
+void tw_arc_group_find(const tw_arc_group *group, float time, uint32_t arcs[TW_GROUP_TRACKS]);
+
+/* How far along an arc that tw_arc_group_find gave a time is: what tw_arcs_sample takes. */
+static inline float arc_angle(const tw_arc_group *group, const arc_segment *arc, float time) {
+  time = time > group->last ? group->last : time; /* that stands still, but 0 times infinity is not 0 */
+  return ((time > arc->start ? time : arc->start) - arc->start) * arc->rate;
+}
+
+#endif

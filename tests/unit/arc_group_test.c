@@ -1,0 +1,187 @@
+/* Arcs in the order of time: the same poses as track by track, bit for bit, in memory and steps that no
+ * choice of keys makes many. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "clip.h"
+#include "rotation_reference.h"
+
+/* Key `key` of `key_count` of a track. */
+typedef float (*time_rule)(uint32_t track, uint32_t key, uint32_t key_count);
+
+typedef struct group_scene {
+  uint32_t track_count;
+  uint64_t keys;
+  float *times;  /* of all tracks, one after another */
+  float *values; /* [keys][4] */
+  tw_track_keys *tracks;
+  tw_node *nodes;
+  tw_clip *clip;
+} group_scene;
+
+static void *some(size_t count, size_t size) {
+  void *memory = tw_alloc_zero(count, size);
+  assert_non_null(memory);
+  return memory;
+}
+
+/* Rotation tracks, each third one STEP. Track 0 has first_count keys, the others rest_count. */
+static group_scene make_scene(uint32_t track_count, uint32_t first_count, uint32_t rest_count,
+                              time_rule rule) {
+  group_scene s = {.track_count = track_count,
+                   .keys = first_count + (uint64_t)(track_count - 1) * rest_count};
+  s.times = some(s.keys, sizeof *s.times);
+  s.values = some(s.keys, 4 * sizeof *s.values);
+  s.tracks = some(track_count, sizeof *s.tracks);
+  s.nodes = some(track_count, sizeof *s.nodes);
+  uint64_t seed = 5;
+  for (size_t i = 0; i < 4 * s.keys; i++) s.values[i] = (float)ref_between(&seed, -1, 1);
+  for (uint32_t i = 0, first = 0; i < track_count; i++) {
+    uint32_t key_count = i == 0 ? first_count : rest_count;
+    for (uint32_t key = 0; key < key_count; key++) s.times[first + key] = rule(i, key, key_count);
+    s.nodes[i] = (tw_node){.parent = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+    s.tracks[i] = (tw_track_keys){.node = track_count - 1 - i,
+                                  .path = TW_ROTATION,
+                                  .interpolation = i % 3 == 2 ? TW_STEP : TW_LINEAR,
+                                  .form = TW_KEY_QUATERNION,
+                                  .width = 4,
+                                  .key_count = key_count,
+                                  .times = s.times + first,
+                                  .values = s.values + 4 * (size_t)first};
+    first += key_count;
+  }
+  tw_clip_keys keys = {.track_count = track_count, .tracks = s.tracks};
+  assert_int_equal(tw_clip_create(&keys, track_count, -1, &s.clip, NULL), TW_OK);
+  return s;
+}
+
+static void free_scene(group_scene *s) {
+  tw_clip_destroy(s->clip);
+  free(s->times);
+  free(s->values);
+  free(s->tracks);
+  free(s->nodes);
+}
+
+static void assert_pose_is_its_samples(const group_scene *s, float time) {
+  tw_trs *pose = some(s->track_count, sizeof *pose);
+  tw_clip_pose(s->clip, s->nodes, s->track_count, time, pose);
+  for (uint32_t i = 0; i < s->track_count; i++) {
+    float sample[4];
+    tw_clip_sample(s->clip, i, &time, 1, sample);
+    assert_memory_equal(pose[s->tracks[i].node].rotation, sample, sizeof sample);
+  }
+  free(pose);
+}
+
+/* At keys and beside them, between them, far outside, and at what is no time. */
+static void assert_poses_are_samples(const group_scene *s) {
+  const float odd[] = {-1, -0.0f, 1e-45f, 1e30f, INFINITY, -INFINITY, NAN};
+  uint64_t seed = 6;
+  float duration = tw_clip_duration(s->clip);
+  for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) assert_pose_is_its_samples(s, odd[i]);
+  for (int i = 0; i < 200; i++) {
+    float at = s->times[(size_t)(ref_random(&seed) * (double)s->keys)];
+    assert_pose_is_its_samples(s, at);
+    assert_pose_is_its_samples(s, nextafterf(at, 0));
+    assert_pose_is_its_samples(s, nextafterf(at, INFINITY));
+    assert_pose_is_its_samples(s, (float)ref_between(&seed, 0, (double)duration));
+  }
+}
+
+/* Finding an arc looks at no more arcs than the tracks have about one snapshot. */
+static void assert_steps_are_few(const tw_clip *clip) {
+  for (const tw_arc_group *group = clip->groups; group; group = group->following) {
+    uint32_t most = 2 * (group->track_count > 16 ? group->track_count : 16);
+    for (uint32_t i = 0; i < group->snapshots.key_count; i++) {
+      bool is_last = i + 1 == group->snapshots.key_count;
+      assert_in_range((is_last ? group->arc_count : group->next[i + 1]) - group->next[i], 0, most);
+    }
+  }
+}
+
+/* ---- scenes -------------------------------------------------------------------------------------------- */
+
+/* Each track in its own rhythm, from its own start on. */
+static float own_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)key_count;
+  uint64_t seed = track * 1000 + key;
+  return (float)(0.3 * track + key + 0.9 * ref_random(&seed));
+}
+
+static float shared_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)track;
+  return own_time(0, key, key_count);
+}
+
+/* Whole numbers: tracks meet at some of their keys. The first is minus zero. */
+static float meeting_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)key_count;
+  return key == 0 ? -0.0f : (float)(key * (track % 4 + 1));
+}
+
+/* As near one another as numbers can be, then nothing for long. */
+static float crowded_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  return key + 1 == key_count ? (float)(track + 10) : (float)key * 1.4e-45f;
+}
+
+static void poses_are_the_samples_of_their_tracks(void **state) {
+  (void)state;
+  const time_rule rules[] = {own_time, shared_time, meeting_time, crowded_time};
+  const uint32_t shapes[][3] = {{40, 50, 50}, {2, 30, 30}, {65, 1, 7}, {30, 3000, 2}, {17, 300, 1}};
+  for (size_t rule = 0; rule < 4; rule++)
+    for (size_t i = 0; i < 5; i++) {
+      group_scene s = make_scene(shapes[i][0], shapes[i][1], shapes[i][2], rules[rule]);
+      assert_non_null(s.clip->groups);
+      assert_poses_are_samples(&s);
+      assert_steps_are_few(s.clip);
+      free_scene(&s);
+    }
+}
+
+static void a_track_alone_is_in_no_group(void **state) {
+  (void)state;
+  group_scene s = make_scene(1, 50, 0, own_time);
+  assert_null(s.clip->groups);
+  assert_poses_are_samples(&s);
+  free_scene(&s);
+}
+
+static void many_tracks_are_in_several_groups(void **state) {
+  (void)state;
+  group_scene s = make_scene(2 * TW_GROUP_TRACKS + 1, 4, 3, own_time);
+  assert_non_null(s.clip->groups->following->following);
+  assert_pose_is_its_samples(&s, -1);
+  assert_pose_is_its_samples(&s, INFINITY);
+  for (int i = 0; i < 20; i++) assert_pose_is_its_samples(&s, (float)i * 31);
+  assert_steps_are_few(s.clip);
+  free_scene(&s);
+}
+
+static void memory_grows_with_keys_and_not_with_where_they_are(void **state) {
+  (void)state;
+  const uint32_t shapes[][3] = {{1000, 60000, 2}, {2, 60000, 60000}, {100, 600, 600}, {3, 60000, 1}};
+  const time_rule rules[] = {own_time, shared_time, crowded_time};
+  for (size_t rule = 0; rule < 3; rule++)
+    for (size_t i = 0; i < 4; i++) {
+      group_scene s = make_scene(shapes[i][0], shapes[i][1], shapes[i][2], rules[rule]);
+      /* Times and buckets 20 bytes, arcs 40, their copies 46; the rest is what tracks and blocks take. */
+      assert_in_range(tw_clip_size(s.clip), 0, 106 * s.keys + 700 * (uint64_t)s.track_count + 200000);
+      free_scene(&s);
+    }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(poses_are_the_samples_of_their_tracks),
+      cmocka_unit_test(a_track_alone_is_in_no_group),
+      cmocka_unit_test(many_tracks_are_in_several_groups),
+      cmocka_unit_test(memory_grows_with_keys_and_not_with_where_they_are),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
