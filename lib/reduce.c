@@ -76,7 +76,7 @@ static tw_status append(const reduction *r, samples *list, float time, tw_error 
   return TW_OK;
 }
 
-/* ---- errors of chords ------------------------------------------------------------------------------ */
+/* ---- errors of chords -------------------------------------------------------------------------- */
 
 static double distance(const reduction *r, const float *a, const float *b) {
   if (r->rotation) {
@@ -136,7 +136,7 @@ static double stray_at(const reduction *r, const chord *chord, float time) {
   return stray(r, chord, time, r->sample);
 }
 
-/* ---- the grid ----------------------------------------------------------------------------------------- */
+/* ---- the grid ---------------------------------------------------------------------------------- */
 
 /* Adds a place unless single precision cannot tell it from the last one. */
 static tw_status add_place(reduction *r, float time, tw_error *error) {
@@ -198,8 +198,7 @@ static tw_status lay_grid(reduction *r, tw_error *error) {
   return add_place(r, track->timeline->times[last], error);
 }
 
-/* ---- choosing keys ---------------------------------------------------------------------------------------
- */
+/* ---- choosing keys ----------------------------------------------------------------------------- */
 
 static const float *grid_value(const reduction *r, uint32_t place) {
   return r->grid.values + (size_t)place * r->width;
@@ -316,18 +315,17 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
   return status;
 }
 
-/* ---- clips -----------------------------------------------------------------------------------------------
- */
+/* ---- clips ------------------------------------------------------------------------------------- */
 
 /* Of values, no finer than single precision tells them apart. */
 static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
   if (r->rotation) return tolerance.angle;
-  double largest = 0;
+  float largest = 0;
   for (uint32_t key = 0; key < track->timeline->key_count; key++) {
     tw_clip_sample(r->clip, r->index, &track->timeline->times[key], 1, r->sample);
-    for (uint32_t i = 0; i < r->width; i++) largest = fmax(largest, fabs((double)r->sample[i]));
+    for (uint32_t i = 0; i < r->width; i++) largest = fmaxf(largest, fabsf(r->sample[i]));
   }
-  return fmax(tolerance.distance, FLOAT_ROOM * largest);
+  return fmax(tolerance.distance, FLOAT_ROOM * (double)largest);
 }
 
 /* The chosen keys, moved to the arena. */
