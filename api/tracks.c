@@ -20,9 +20,10 @@ static void member_text(api_text *text, const char *name, const char *value) {
   api_text_string(text, value);
 }
 
+/* In single precision, as far as every processor's libm agrees. */
 static void member_number(api_text *text, const char *name, double value) {
   api_text_member(text, name);
-  api_text_double(text, value);
+  api_text_float(text, (float)value);
 }
 
 static void member_count(api_text *text, const char *name, uint64_t value) {

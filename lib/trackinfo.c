@@ -11,7 +11,7 @@
 static const double PI = 3.14159265358979323846;
 static const double UNIT_TOLERANCE = 1e-5;
 static const double SIGN_ROOM = 1e-6; /* about half turns neither sign is the opposite one */
-static const double LOCKED = 1e-7;    /* nearer to lock is not worth looking for */
+static const double LOCKED = 1e-7;    /* nearer to lock is lock */
 
 /* ---- reading the keys ----------------------------------------------------------------------------- */
 
@@ -40,7 +40,7 @@ static void choose_order(tw_track_report *report) {
   report->best_order = report->order;
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
     tw_gimbal *gimbal = &report->gimbals[order];
-    gimbal->cos_middle = fmin(gimbal->cos_middle, 1);
+    gimbal->cos_middle = gimbal->cos_middle < LOCKED ? 0 : fmin(gimbal->cos_middle, 1);
     gimbal->amplification = gimbal->cos_middle > 0 ? 1 / gimbal->cos_middle : INFINITY;
     if (gimbal->cos_middle > report->gimbals[report->best_order].cos_middle + LOCKED)
       report->best_order = (tw_euler_order)order;

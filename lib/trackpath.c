@@ -10,10 +10,11 @@
 
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 36;
-static const double SAMPLE_ANGLE = 1;      /* between the samples that tell A, B and C, at most */
-static const double STILL = 1e-4;          /* who turns less has no lesser place than its ends, by 1e-9 */
-static const double SINE_ROOM = 1e-5;      /* what a parabola through a step leaves open */
-static const double SPEED_ROOM = 1 + 1e-9; /* rounding does not make a place the fastest */
+static const double SAMPLE_ANGLE = 1; /* between the samples that tell A, B and C, at most */
+static const double STILL = 1e-4;     /* who turns less has no lesser place than its ends, by 1e-9 */
+static const double SINE_ROOM = 1e-5; /* what a parabola through a step leaves open */
+static const double MORE = 1 + 1e-9;  /* rounding does not make a place the fastest, a step the largest */
+static const double NEARER = 1e-12;   /* nor the nearest to lock: the first of equals is told */
 
 enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
 
@@ -53,13 +54,13 @@ static bool is_nearer(double sine, double least) {
 static void note_gimbal(const segment *s, const double q[4], double u, int order, tw_track_report *report) {
   tw_gimbal *gimbal = &report->gimbals[order];
   double cosine = cos_middle(q, (tw_euler_order)order);
-  if (cosine >= gimbal->cos_middle) return;
+  if (cosine >= gimbal->cos_middle - NEARER) return;
   gimbal->cos_middle = cosine;
   gimbal->time = s->start + u * s->seconds;
 }
 
 static void note_speed(const segment *s, double speed, double u, tw_track_report *report) {
-  if (speed <= report->peak_velocity * s->seconds * SPEED_ROOM) return;
+  if (speed <= report->peak_velocity * s->seconds * MORE) return;
   report->peak_velocity = speed / s->seconds;
   report->peak_time = s->start + u * s->seconds;
 }
@@ -258,7 +259,7 @@ static double follow_segment(segment *s, uint32_t steps_most, tw_track_report *r
 
 static void note_step(const tw_track *track, uint32_t key, double travelled, tw_track_report *report) {
   report->total_angle += travelled;
-  if (travelled > report->largest_step) {
+  if (travelled > report->largest_step * MORE) {
     report->largest_step = travelled;
     report->largest_key = key;
   }
