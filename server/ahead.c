@@ -2,10 +2,11 @@
  * it false under the lock, owns the body. */
 #include "ahead.h"
 
+#include "clock.h"
+
 #include <pthread.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 /* A client that takes longer over a block would not notice how fast the next one is made. */
 static const uint64_t QUICK_MS = 10;
@@ -30,12 +31,6 @@ struct srv_ahead {
   size_t sizes[SRV_AHEAD_BLOCKS];
   uint8_t *ring; /* [SRV_AHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
 };
-
-static uint64_t now_ms(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
-  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
-}
 
 static void destroy(srv_ahead *ahead) {
   api_answer_deinit(&ahead->answer);
@@ -126,7 +121,7 @@ static int64_t compute(srv_ahead *ahead, uint8_t *out, size_t capacity) {
 }
 
 int64_t srv_ahead_read(srv_ahead *ahead, uint8_t *out, size_t capacity) {
-  uint64_t now = now_ms();
+  uint64_t now = srv_now_ms();
   bool quick = ahead->asked_ms != 0 && now - ahead->asked_ms <= QUICK_MS;
   ahead->asked_ms = now;
   int64_t size = SRV_AHEAD_LATER;

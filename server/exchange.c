@@ -1,6 +1,7 @@
 /* The stages of a request, in the order in which http.c runs through them. */
 #include "exchange.h"
 
+#include "clock.h"
 #include "log.h"
 
 #include <stdio.h>
@@ -13,12 +14,6 @@
 /* A refused body up to this size is read and dropped, which keeps the connection usable. */
 static const uint64_t DROP_MAX = 64 << 10;
 static const unsigned RETRY_S = 1, DRAIN_RETRY_S = 5;
-
-static uint64_t now_ns(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
-}
 
 static double milliseconds(uint64_t from_ns, uint64_t to_ns) {
   return to_ns > from_ns ? (double)(to_ns - from_ns) / 1e6 : 0;
@@ -50,7 +45,8 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
   unsigned prefix = atomic_load_explicit(&process, memory_order_relaxed);
   if (prefix == 0) {
     unsigned fresh = 0;
-    if (getrandom(&fresh, sizeof fresh, GRND_NONBLOCK) != (ssize_t)sizeof fresh) fresh = (unsigned)now_ns();
+    if (getrandom(&fresh, sizeof fresh, GRND_NONBLOCK) != (ssize_t)sizeof fresh)
+      fresh = (unsigned)srv_now_ns();
     fresh |= 1;
     prefix = atomic_compare_exchange_strong(&process, &prefix, fresh) ? fresh : prefix;
   }
@@ -76,7 +72,7 @@ static void split_target(srv_exchange *exchange) {
 
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target) {
   *exchange =
-      (srv_exchange){.server = server, .started_ns = now_ns(), .target = strdup(target), .status = 400};
+      (srv_exchange){.server = server, .started_ns = srv_now_ns(), .target = strdup(target), .status = 400};
   if (exchange->target == NULL) return false;
   split_target(exchange);
   make_id(exchange->id);
@@ -88,7 +84,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
 static void answered(srv_exchange *exchange) {
   exchange->answered = true;
   exchange->status = exchange->answer.status;
-  exchange->answered_ns = now_ns();
+  exchange->answered_ns = srv_now_ns();
   if (exchange->worked_ns == 0) exchange->received_ns = exchange->worked_ns = exchange->answered_ns;
 }
 
@@ -201,7 +197,7 @@ static void answer_metrics(srv_exchange *exchange) {
 /* On a compute thread. */
 static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
-  exchange->worked_ns = now_ns();
+  exchange->worked_ns = srv_now_ns();
   if (!exchange->wanted(exchange)) {
     srv_exchange_refuse(exchange, 503, "the client is gone", 0);
   } else if (milliseconds(exchange->started_ns, exchange->worked_ns) >
@@ -218,7 +214,7 @@ static void run(srv_job *job) {
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   if (exchange->answered) return SRV_EXCHANGE_NOW;
   srv_server *server = exchange->server;
-  exchange->received_ns = exchange->worked_ns = now_ns();
+  exchange->received_ns = exchange->worked_ns = srv_now_ns();
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
   } else if (is_metrics(exchange)) {
@@ -289,7 +285,7 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
 
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->target == NULL) return;
-  uint64_t ended_ns = now_ns();
+  uint64_t ended_ns = srv_now_ns();
   double total_ms = milliseconds(exchange->started_ns, ended_ns);
   srv_log_access(&(srv_log_request){.id = exchange->id,
                                     .peer = peer,

@@ -10,6 +10,7 @@
 
 #include "ahead.h"
 #include "bypass.h"
+#include "clock.h"
 #include "listen.h"
 #include "log.h"
 #include "watch.h"
@@ -23,7 +24,6 @@
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 enum {
@@ -77,12 +77,6 @@ struct srv_http {
   loop loops[];
 };
 
-static uint64_t now_ms(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
-  return (uint64_t)now.tv_sec * 1000 + (uint64_t)now.tv_nsec / 1000000;
-}
-
 static void wake(loop *l) {
   uint64_t one = 1;
   /* Fails only when the counter is full, and then the loop wakes anyway. */
@@ -98,7 +92,7 @@ static uint64_t moved(const connection *c) {
 }
 
 static void enter(connection *c, srv_phase phase) {
-  srv_watch_enter(&c->watch, phase, now_ms());
+  srv_watch_enter(&c->watch, phase, srv_now_ms());
 }
 
 /* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client
@@ -145,7 +139,7 @@ static void expire(connection *c) {
 }
 
 static void sweep(loop *l) {
-  uint64_t now = now_ms();
+  uint64_t now = srv_now_ms();
   if (now - l->swept_ms < SWEEP_MS) return;
   l->swept_ms = now;
   bool draining = atomic_load(&l->http->server->draining);

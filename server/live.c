@@ -2,6 +2,8 @@
  * printed. Channels are freed by the live thread alone, so that it may let the lock go in between. */
 #include "live.h"
 
+#include "clock.h"
+
 #include <errno.h>
 #include <math.h>
 #include <pthread.h>
@@ -64,12 +66,6 @@ struct srv_live {
   bool ending, stopping;
   uint64_t printed, sent, skipped;
 };
-
-static uint64_t now_ns(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
-}
 
 /* ---- frames ---------------------------------------------------------------------------------- */
 
@@ -209,7 +205,7 @@ static uint64_t run_channels(srv_live *live) {
   uint64_t next = UINT64_MAX;
   for (channel **place = &live->channels; *place != NULL;) {
     channel *c = *place;
-    uint64_t now = now_ns();
+    uint64_t now = srv_now_ns();
     if (c->listeners != NULL && c->due_ns <= now) play(live, c, now);
     if (c->listeners == NULL) {
       *place = c->next;
@@ -287,7 +283,7 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   bool joins = source->joins;
   pthread_mutex_lock(&live->lock);
   bool welcome = l != NULL && !live->ending && live->listeners < live->max_listeners;
-  uint64_t now = now_ns();
+  uint64_t now = srv_now_ns();
   channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
     l->first = joins ? frame_at(c, step_at(c, now), l->lag) : first;
