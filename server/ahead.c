@@ -5,6 +5,7 @@
 #include "clock.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,10 +33,28 @@ struct srv_ahead {
   uint8_t *ring; /* [SRV_AHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
 };
 
+/* ---- rings ----------------------------------------------------------------------------------- */
+
+static atomic_uint rings; /* of the process */
+
+/* Leaves it NULL where there is no more memory or no more may be had. */
+static void take_ring(srv_ahead *ahead) {
+  if (atomic_fetch_add(&rings, 1) < SRV_AHEAD_READERS)
+    ahead->ring = malloc((size_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE);
+  if (ahead->ring == NULL) atomic_fetch_sub(&rings, 1);
+}
+
+static void give_ring_back(srv_ahead *ahead) {
+  if (ahead->ring == NULL) return;
+  free(ahead->ring);
+  ahead->ring = NULL;
+  atomic_fetch_sub(&rings, 1);
+}
+
 static void destroy(srv_ahead *ahead) {
   api_answer_deinit(&ahead->answer);
   pthread_mutex_destroy(&ahead->lock);
-  free(ahead->ring);
+  give_ring_back(ahead);
   free(ahead);
 }
 
@@ -75,12 +94,10 @@ static void go(srv_job *job) {
 /* Under the lock, when nobody goes ahead: sends someone, or gives back what nobody fills. */
 static void consider(srv_ahead *ahead, bool quick) {
   if (quick && !ahead->ended && ahead->filled <= SRV_AHEAD_BLOCKS / 2) {
-    if (ahead->ring == NULL) ahead->ring = malloc((size_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE);
+    if (ahead->ring == NULL) take_ring(ahead);
     ahead->going = ahead->ring != NULL && srv_work_spare(ahead->work, &ahead->job);
   }
-  if (ahead->going || ahead->filled > 0) return;
-  free(ahead->ring);
-  ahead->ring = NULL;
+  if (!ahead->going && ahead->filled == 0) give_ring_back(ahead);
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */

@@ -2,15 +2,16 @@
  *
  * Reading never waits: it hands out what is there, or computes the next block itself, as it would without
  * this. Only when a core is idle and the client takes blocks fast enough to be held up by their computation
- * does a compute thread go ahead, by AHEAD_BLOCKS at most; then it leaves. So a slow reader holds no thread,
- * and once it has drained what there is, no memory. */
+ * does a compute thread go ahead, by SRV_AHEAD_BLOCKS at most; then it leaves. So a slow reader holds no
+ * thread, and once it has drained what there is, no memory. Those that stop before that hold the blocks made
+ * for them, so SRV_AHEAD_READERS have some at once; the others do without. */
 #ifndef SRV_AHEAD_H
 #define SRV_AHEAD_H
 
 #include "api.h"
 #include "work.h"
 
-enum { SRV_BLOCK_SIZE = 256 << 10, SRV_AHEAD_BLOCKS = 4 };
+enum { SRV_BLOCK_SIZE = 256 << 10, SRV_AHEAD_BLOCKS = 4, SRV_AHEAD_READERS = 64 };
 
 typedef struct srv_ahead srv_ahead;
 

@@ -219,6 +219,29 @@ static void a_reader_that_leaves_waits_for_nobody(void **state) {
   assert_int_equal(atomic_load(&f->body.reads_elsewhere), 1);
 }
 
+static void only_so_many_are_gone_ahead_of_at_once(void **state) {
+  fixture *f = *state, *others = calloc(SRV_AHEAD_READERS, sizeof *others);
+  uint64_t position = 0;
+  for (int i = 0; i < SRV_AHEAD_READERS; i++) {
+    others[i] = (fixture){.work = f->work, .out = f->out, .body = {.reader = pthread_self()}};
+    position = 0;
+    open_body(&others[i], 2000 * PIECE, 0);
+    read_until_ahead(&others[i], &position);
+    settle(f);
+  }
+  open_body(f, 2000 * PIECE, 0);
+  position = 0;
+  for (int i = 0; i < 100; i++) read_right(f, PIECE, &position);
+  assert_int_equal(atomic_load(&f->body.reads_elsewhere), 0);
+  leave(&others[0]);
+  read_until_ahead(f, &position);
+  for (int i = 1; i < SRV_AHEAD_READERS; i++) srv_ahead_leave(others[i].ahead);
+  srv_ahead_leave(f->ahead);
+  settle(f);
+  assert_int_equal(atomic_load(&destroyed), SRV_AHEAD_READERS + 1);
+  free(others);
+}
+
 int main(void) {
 #define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
   const struct CMUnitTest tests[] = {
@@ -228,6 +251,7 @@ int main(void) {
       TEST(a_reader_that_takes_its_time_is_not_gone_ahead_of),
       TEST(without_an_idle_core_the_reader_computes),
       TEST(a_reader_that_leaves_waits_for_nobody),
+      TEST(only_so_many_are_gone_ahead_of_at_once),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
