@@ -183,20 +183,24 @@ static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uin
 }
 
 /* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n
- * with the edge midpoints written out. */
+ * with the edge midpoints written out. Faces and neighbours are summed up side by side, a few values at a
+ * time. */
 static inline void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width,
                               const float *restrict in, const float *restrict face_points,
                               float *restrict point) {
   uint32_t first = p->fan_offsets[vertex], end = p->fan_offsets[vertex + 1];
-  float n = (float)(end - first);
-  float weight = share / (n * n);
-  for (uint32_t i = first; i < end; i++) {
-    uint32_t face = tw_corner_face(p, p->fan_corners[i]);
-    add_scaled(point, face_points + (size_t)face * width, weight, width);
+  float n = (float)(end - first), weight = share / (n * n);
+  for (uint32_t at = 0; at < width; at += 4) {
+    uint32_t part = width - at < 4 ? width - at : 4;
+    float faces[4] = {0}, edges[4] = {0};
+    for (uint32_t i = first; i < end; i++)
+      add_scaled(faces, face_points + (size_t)tw_corner_face(p, p->fan_corners[i]) * width + at, 1, part);
+    for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++)
+      add_scaled(edges, in + (size_t)tw_far_end(p, p->ring_edges[i], vertex) * width + at, 1, part);
+    const float *own = in + (size_t)vertex * width + at;
+    for (uint32_t i = 0; i < part; i++)
+      point[at + i] += (faces[i] + edges[i]) * weight + share * (n - 2) / n * own[i];
   }
-  for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++)
-    add_scaled(point, in + (size_t)tw_far_end(p, p->ring_edges[i], vertex) * width, weight, width);
-  add_scaled(point, in + (size_t)vertex * width, share * (n - 2) / n, width);
 }
 
 static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,

@@ -27,8 +27,13 @@ tw_topology tw_shallow_counts(const tw_shallow *shallow);
  * about them, all of this one. */
 size_t tw_shallow_kept_count(const tw_shallow *shallow);
 
-/* Computes them. points: [cage vertices][3]; kept: [tw_shallow_kept_count][3]. TW_NO_MEMORY. */
-tw_status tw_shallow_keep(const tw_shallow *shallow, const float *points, float *kept);
+/* Floats that they take: their rows, and one behind the last, which is read with it. */
+size_t tw_shallow_kept_size(const tw_shallow *shallow);
+
+/* Computes them. positions: [points][3]; point_of: [cage vertices], NULL when all points are used; kept:
+ * [tw_shallow_kept_size]. TW_NO_MEMORY. */
+tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
+                          float *kept);
 
 /* Points [first, first + count) of the level, in the order of refine.h: the same bytes as tw_refine_values
  * gives. */

@@ -459,14 +459,11 @@ static tw_status keep_cage(build *b) {
 
 static tw_status start_shallow(build *b) {
   tw_surface *s = b->surface;
-  const float *points = b->mesh->positions;
   s->shallow.cage = b->cage.topology;
   s->shallow.rules = b->rules;
-  if (s->point_of)
-    points = gather_rows(b->arena, points, s->point_of, s->shallow.cage.vertex_count, 3 * sizeof *points);
-  float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_count(&s->shallow), 3 * sizeof *kept);
-  if (!points || !kept) return TW_NO_MEMORY;
-  tw_status status = tw_shallow_keep(&s->shallow, points, kept);
+  float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_size(&s->shallow), sizeof *kept);
+  if (!kept) return TW_NO_MEMORY;
+  tw_status status = tw_shallow_keep(&s->shallow, b->mesh->positions, s->point_of, kept);
   if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);

@@ -8,15 +8,15 @@
 #include "surface.h"
 
 static uint32_t cage_vertices(const tw_surface *s) {
-  if (s->shallow.level > 0) return s->shallow.cage.vertex_count;
   if (s->step_count > 0) return s->steps[0].parent.vertex_count;
   return s->loop.levels > 0 ? s->loop.above.vertex_count : s->fields[0].base.vertex_count;
 }
 
-/* Points that positions.base holds, or positions.exact. */
-static size_t base_count(const tw_surface *s) {
-  if (s->loop.levels > 0) return tw_loop_rows_kept_count(&s->loop);
-  return s->shallow.level > 0 ? tw_shallow_kept_count(&s->shallow) : s->fields[0].base.vertex_count;
+/* Numbers that positions.base holds, or positions.exact. */
+static size_t base_size(const tw_surface *s) {
+  if (s->shallow.level > 0) return tw_shallow_kept_size(&s->shallow);
+  return 3 *
+         (s->loop.levels > 0 ? tw_loop_rows_kept_count(&s->loop) : (size_t)s->fields[0].base.vertex_count);
 }
 
 /* Positions of the cage's vertices; NULL without memory. */
@@ -86,15 +86,15 @@ static tw_status move_exactly(tw_surface *s, const float *cage) {
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status move_shallow(tw_surface *s, const float *cage) {
-  float *kept = tw_alloc(base_count(s), 3 * sizeof *kept);
+static tw_status move_shallow(tw_surface *s, const float *positions) {
+  float *kept = tw_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
   s->positions.base = kept;
-  return kept ? tw_shallow_keep(&s->shallow, cage, kept) : TW_NO_MEMORY;
+  return kept ? tw_shallow_keep(&s->shallow, positions, s->point_of, kept) : TW_NO_MEMORY;
 }
 
 static tw_status move_loop(tw_surface *s, const float *cage) {
   double *points = refine_doubles(s, cage);
-  double *kept = points ? tw_alloc(base_count(s), 3 * sizeof *kept) : NULL;
+  double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
   if (kept) tw_loop_rows_keep(&s->loop, points, kept);
   free(points);
   s->positions.exact = kept;
@@ -102,10 +102,11 @@ static tw_status move_loop(tw_surface *s, const float *cage) {
 }
 
 static tw_status move_points(tw_surface *s, const float *positions) {
+  if (s->shallow.level > 0) return move_shallow(s, positions);
   float *cage = gather_cage(s, positions);
   if (!cage) return TW_NO_MEMORY;
-  if (s->shallow.level > 0 || s->loop.levels > 0) {
-    tw_status status = s->loop.levels > 0 ? move_loop(s, cage) : move_shallow(s, cage);
+  if (s->loop.levels > 0) {
+    tw_status status = move_loop(s, cage);
     free(cage);
     return status;
   }
@@ -153,7 +154,7 @@ void tw_surface_free_moved(tw_surface *surface) {
 
 size_t tw_surface_size_moved(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
-  size_t base = 3 * base_count(surface);
+  size_t base = base_size(surface);
   size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds;
   if (positions->base) size += base * sizeof *positions->base;
   if (positions->exact) size += base * sizeof *positions->exact;

@@ -113,9 +113,9 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
   s.normals = true;
   uint32_t count = child->vertex_count;
   assert_int_equal(tw_shallow_kept_count(&s), count);
-  float *kept = calloc(count, 3 * sizeof *kept), *rows = calloc(count, 5 * sizeof *rows);
+  float *kept = calloc(tw_shallow_kept_size(&s), sizeof *kept), *rows = calloc(count, 5 * sizeof *rows);
   assert_true(kept && rows);
-  assert_int_equal(tw_shallow_keep(&s, cage_values, kept), TW_OK);
+  assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, kept), TW_OK);
   check_points(&s, kept, values, count);
   tw_shallow_normals(&s, kept, 0, count / 2, rows, 5);
   tw_shallow_normals(&s, kept, count / 2, count - count / 2, rows + 5 * (size_t)(count / 2), 5);
@@ -152,8 +152,8 @@ static void check(cage *c, tw_surface_options options) {
     assert_int_equal(counts.edge_count, child.edge_count);
     assert_int_equal(counts.face_count, child.face_count);
     assert_int_equal(counts.corner_count, child.corner_count);
-    float *kept = tw_arena_alloc(arena, tw_shallow_kept_count(&s), 3 * sizeof *kept);
-    assert_int_equal(tw_shallow_keep(&s, cage_values, kept), TW_OK);
+    float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept);
+    assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, kept), TW_OK);
     check_points(&s, kept, next, child.vertex_count);
     check_quads(&s, child.corner_vertex, child.face_count);
     if (tw_shallow_fits_normals(&read.topology, &rules)) check_normals(&s, cage_values, &child, next);
