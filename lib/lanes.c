@@ -19,9 +19,18 @@ static void put_at_rest(const tw_trs *rest, lane_row *rows) {
   }
 }
 
-static void put_samples(const float *restrict samples, uint32_t width, lane_row *restrict rows) {
+static inline __attribute__((always_inline)) void transpose(const float *restrict samples, uint32_t width,
+                                                            lane_row *restrict rows) {
   for (uint32_t i = 0; i < width; i++)
     for (uint32_t lane = 0; lane < TW_LANES; lane++) rows[i].at[lane] = samples[lane * width + i];
+}
+
+/* The widths are constants, so that the loops become shuffles. */
+static void put_samples(const float *samples, uint32_t width, lane_row *rows) {
+  if (width == 4)
+    transpose(samples, 4, rows);
+  else
+    transpose(samples, 3, rows);
 }
 
 void tw_clip_lanes(const tw_clip *clip, const tw_node *nodes, uint32_t node_count,
