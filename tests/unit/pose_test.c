@@ -162,6 +162,7 @@ static tw_clip *mixed_clip(tw_node *nodes) {
   for (uint32_t n = 0; n < NODES; n++) {
     nodes[n] = rest_node(n ? n / 2 : TW_NO_INDEX);
     nodes[n].rest.translation[0] = (float)n;
+    nodes[n].rest.scale[1] = n % 10 == 4 ? 2 : 1; /* no track scales these */
     for (int i = 0; i < KEYS; i++) {
       times[n][i] = n % 2 && n > 1 ? times[1][i] : (float)(i + 0.9 * ref_random(&seed));
       for (int j = 0; j < 12; j++) {

@@ -188,8 +188,9 @@ enum { TW_LANES = 16, TW_LANE_TRS = 10, TW_LANE_MATRIX = 12 };
 void tw_clip_lanes(const tw_clip *clip, const tw_node *nodes, uint32_t node_count,
                    const float times[TW_LANES], float *locals);
 
-/* As tw_pose_locals and tw_pose_world. world: [node_count][TW_LANE_MATRIX][TW_LANES], the matrix column by
- * column without the last row, which is 0 0 0 1 (also for nodes with another one in their matrix). */
+/* As tw_pose_locals and tw_pose_world. The locals are what tw_clip_lanes made of this clip and these nodes;
+ * any others go with clip NULL. world: [node_count][TW_LANE_MATRIX][TW_LANES], the matrix column by column
+ * without the last row, which is 0 0 0 1 (also for nodes with another one in their matrix). */
 void tw_lanes_world(const tw_clip *clip, const tw_node *nodes, const uint32_t *order, uint32_t node_count,
                     const float *locals, float *world);
 
