@@ -2,6 +2,7 @@
  * sharp in it are the halves of the sharp edges above, and the sharp vertices above. */
 #include "loop_rows.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "loop_mask.h"
@@ -13,15 +14,28 @@ static bool settles(float sharpness, uint32_t levels) {
   return !tw_is_semi_sharp(sharpness) || sharpness <= (float)levels;
 }
 
+static bool settles_in(const tw_topology *cage, const tw_rules *rules, uint32_t levels) {
+  if (cage->smooth) return true;
+  if (rules->chaikin) levels = 0; /* what decays by Chaikin's rule may last a little longer */
+  for (uint32_t e = 0; e < cage->edge_count; e++)
+    if (!settles(cage->edge_sharpness[e], levels)) return false;
+  for (uint32_t v = 0; v < cage->vertex_count; v++)
+    if (!settles(cage->vertex_sharpness[v], levels)) return false;
+  return true;
+}
+
 uint32_t tw_loop_rows_fit(const tw_topology *cage, const tw_rules *rules, uint32_t level) {
   if (level < 2) return level;
-  if (cage->smooth) return 2;
-  uint32_t levels = rules->chaikin ? 0 : level - 2; /* by Chaikin's rule it may last a little longer */
+  return settles_in(cage, rules, level - 2) ? 2 : 1;
+}
+
+bool tw_loop_rows_fit_normals(const tw_topology *cage, const tw_rules *rules, uint32_t level) {
+  if (!settles_in(cage, rules, level < 2 ? 0 : level - 2)) return false;
   for (uint32_t e = 0; e < cage->edge_count; e++)
-    if (!settles(cage->edge_sharpness[e], levels)) return 1;
+    if (tw_is_infinite(cage->edge_sharpness[e]) && cage->edge_flags[e] != TW_EDGE_BORDER) return false;
   for (uint32_t v = 0; v < cage->vertex_count; v++)
-    if (!settles(cage->vertex_sharpness[v], levels)) return 1;
-  return 2;
+    if (cage->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return false;
+  return true;
 }
 
 static tw_topology next_counts(const tw_topology *t) {
@@ -35,18 +49,6 @@ static tw_topology next_counts(const tw_topology *t) {
 tw_topology tw_loop_rows_counts(const tw_loop_rows *rows) {
   tw_topology t = next_counts(&rows->above);
   return rows->levels == 1 ? t : next_counts(&t);
-}
-
-size_t tw_loop_rows_kept_count(const tw_loop_rows *rows) {
-  const tw_topology *t = &rows->above;
-  return rows->levels == 1 ? t->vertex_count : (size_t)t->vertex_count + t->edge_count;
-}
-
-void tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, double *kept) {
-  if (rows->levels == 1)
-    memcpy(kept, points, 3 * (size_t)rows->above.vertex_count * sizeof *kept);
-  else
-    tw_loop_values(&rows->above, &rows->rules, 3, points, kept);
 }
 
 /* ---- points --------------------------------------------------------------------------------- */
@@ -72,11 +74,7 @@ static bool is_sharp(const tw_topology *t, uint32_t edge) {
   return !t->smooth && t->edge_sharpness[edge] > 0;
 }
 
-static inline void round_row(const double in[3], float *out) {
-  for (int i = 0; i < 3; i++) out[i] = (float)in[i];
-}
-
-static void smooth_vertex(const between *b, uint32_t vertex, double row[3]) {
+static void smooth_vertex(const between *b, uint32_t vertex, double *restrict row) {
   const tw_topology *t = b->t;
   uint32_t first = t->ring_offsets[vertex], valence = t->ring_offsets[vertex + 1] - first;
   double ring[3] = {0};
@@ -84,21 +82,19 @@ static void smooth_vertex(const between *b, uint32_t vertex, double row[3]) {
   tw_loop_smooth(vertex_point(b, vertex), ring, valence, tw_loop_weight(valence), 3, row);
 }
 
-static void take_vertices(const between *b, uint32_t begin, uint32_t end, float *restrict out) {
+static void take_vertices(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
   const tw_topology *t = b->t;
   for (uint32_t v = begin; v < end; v++, out += 3) {
     uint32_t ends[2] = {0, 0};
     tw_vertex_rule rule = t->smooth ? TW_RULE_SMOOTH : tw_vertex_rule_at(t, v, ends);
     const uint32_t *ring = t->ring_edges + t->ring_offsets[v];
-    double row[3];
     if (rule <= TW_RULE_DART)
-      smooth_vertex(b, v, row);
+      smooth_vertex(b, v, out);
     else if (rule == TW_RULE_CREASE)
       tw_loop_crease(vertex_point(b, v), middle_point(b, ring[ends[0]]), middle_point(b, ring[ends[1]]), 3,
-                     row);
+                     out);
     else
-      memcpy(row, vertex_point(b, v), sizeof row);
-    round_row(row, out);
+      memcpy(out, vertex_point(b, v), 3 * sizeof *out);
   }
 }
 
@@ -120,12 +116,12 @@ static inline edge_points points_at(const between *b, uint32_t edge) {
   return p;
 }
 
-static void take_middles(const between *b, uint32_t begin, uint32_t end, float *restrict out) {
+static void take_middles(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
   for (uint32_t e = begin; e < end; e++, out += 3) {
-    double row[3], ring[3] = {0};
+    double ring[3] = {0};
     if (is_sharp(b->t, e)) {
       const uint32_t *ends = b->t->edge_vertices[e];
-      tw_loop_crease(middle_point(b, e), vertex_point(b, ends[0]), vertex_point(b, ends[1]), 3, row);
+      tw_loop_crease(middle_point(b, e), vertex_point(b, ends[0]), vertex_point(b, ends[1]), 3, out);
     } else {
       edge_points p = points_at(b, e);
       for (int i = 0; i < 2; i++) { /* counter-clockwise */
@@ -133,34 +129,29 @@ static void take_middles(const between *b, uint32_t begin, uint32_t end, float *
         tw_loop_add(ring, p.ahead[i], 3);
         tw_loop_add(ring, p.behind[i], 3);
       }
-      tw_loop_smooth(p.middle, ring, 6, 0.0625, 3, row);
+      tw_loop_smooth(p.middle, ring, 6, 0.0625, 3, out);
     }
-    round_row(row, out);
   }
 }
 
 /* Halves of edges above. */
-static void take_halves(const between *b, uint32_t begin, uint32_t end, float *restrict out) {
+static void take_halves(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
   for (uint32_t half = begin; half < end; half++, out += 3) {
     uint32_t edge = half / 2, at = half % 2;
-    double row[3];
     if (is_sharp(b->t, edge)) {
-      tw_loop_sharp_middle(vertex_point(b, b->t->edge_vertices[edge][at]), middle_point(b, edge), 3, row);
+      tw_loop_sharp_middle(vertex_point(b, b->t->edge_vertices[edge][at]), middle_point(b, edge), 3, out);
     } else {
       edge_points p = points_at(b, edge);
-      tw_loop_smooth_middle(p.ends[at], p.middle, p.behind[at], p.ahead[1 - at], 3, row);
+      tw_loop_smooth_middle(p.ends[at], p.middle, p.behind[at], p.ahead[1 - at], 3, out);
     }
-    round_row(row, out);
   }
 }
 
 /* Edges between the middles of a face's edges. */
-static void take_across(const between *b, uint32_t begin, uint32_t end, float *restrict out) {
+static void take_across(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
   for (uint32_t c = begin; c < end; c++, out += 3) {
-    double row[3];
     tw_loop_smooth_middle(middle_at(b, c), middle_at(b, tw_triangle_previous(c)),
-                          vertex_point(b, b->t->corner_vertex[c]), middle_at(b, tw_triangle_next(c)), 3, row);
-    round_row(row, out);
+                          vertex_point(b, b->t->corner_vertex[c]), middle_at(b, tw_triangle_next(c)), 3, out);
   }
 }
 
@@ -168,7 +159,7 @@ static uint32_t least(uint32_t a, uint32_t b) {
   return a < b ? a : b;
 }
 
-static void points_two_down(const between *b, uint32_t first, uint32_t count, float *out) {
+static void points_two_down(const between *b, uint32_t first, uint32_t count, double *out) {
   const tw_topology *t = b->t;
   uint32_t end = first + count, middles = t->vertex_count, halves = middles + t->edge_count,
            across = halves + 2 * t->edge_count;
@@ -187,26 +178,61 @@ static void points_two_down(const between *b, uint32_t first, uint32_t count, fl
   }
 }
 
-/* In blocks that stay in cache until they are rounded. */
-static void points_one_down(const tw_loop_rows *rows, const double *kept, uint32_t first, uint32_t count,
-                            float *out) {
-  enum { BLOCK = 256 };
-  double block[3 * BLOCK];
-  for (uint32_t done = 0; done < count; done += BLOCK, out += 3 * BLOCK) {
-    uint32_t taken = least(count - done, BLOCK);
-    tw_loop_some_values(&rows->above, &rows->rules, 3, kept, first + done, taken, block);
-    for (uint32_t i = 0; i < 3 * taken; i++) out[i] = (float)block[i];
-  }
+/* Rows from the points of the level above them. */
+static void compute(const tw_loop_rows *rows, const double *points, uint32_t first, uint32_t count,
+                    double *out) {
+  const tw_topology *t = &rows->above;
+  between b = {t, points, points + 3 * (size_t)t->vertex_count};
+  if (rows->levels == 1)
+    tw_loop_some_values(t, &rows->rules, 3, points, first, count, out);
+  else
+    points_two_down(&b, first, count, out);
+}
+
+static void round_rows(const double *in, uint32_t count, float *out) {
+  for (size_t i = 0; i < 3 * (size_t)count; i++) out[i] = (float)in[i];
 }
 
 void tw_loop_rows_points(const tw_loop_rows *rows, const double *kept, uint32_t first, uint32_t count,
                          float *out) {
+  enum { BLOCK = 256 }; /* stays in cache until it is rounded */
+  double block[3 * BLOCK];
+  if (rows->normals) {
+    round_rows(kept + 3 * (size_t)first, count, out);
+    return;
+  }
+  for (uint32_t done = 0; done < count; done += BLOCK, out += 3 * BLOCK) {
+    uint32_t taken = least(count - done, BLOCK);
+    compute(rows, kept, first + done, taken, block);
+    round_rows(block, taken, out);
+  }
+}
+
+/* ---- what is kept --------------------------------------------------------------------------- */
+
+size_t tw_loop_rows_kept_count(const tw_loop_rows *rows) {
   const tw_topology *t = &rows->above;
-  between b = {t, kept, kept + 3 * (size_t)t->vertex_count};
-  if (rows->levels == 1)
-    points_one_down(rows, kept, first, count, out);
-  else
-    points_two_down(&b, first, count, out);
+  if (rows->normals) return tw_loop_rows_counts(rows).vertex_count;
+  return rows->levels == 1 ? t->vertex_count : (size_t)t->vertex_count + t->edge_count;
+}
+
+tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, double *kept) {
+  const tw_topology *t = &rows->above;
+  size_t above = (size_t)t->vertex_count + (rows->levels == 1 ? 0 : t->edge_count);
+  double *middle = NULL;
+  const double *from = points;
+  if (rows->levels == 2) {
+    middle = rows->normals ? tw_alloc(above, 3 * sizeof *middle) : kept;
+    if (!middle) return TW_NO_MEMORY;
+    tw_loop_values(t, &rows->rules, 3, points, middle);
+    from = middle;
+  }
+  if (rows->normals)
+    compute(rows, from, 0, tw_loop_rows_counts(rows).vertex_count, kept);
+  else if (rows->levels == 1)
+    memcpy(kept, points, 3 * above * sizeof *kept);
+  if (middle != kept) free(middle);
+  return TW_OK;
 }
 
 /* ---- triangles ------------------------------------------------------------------------------ */

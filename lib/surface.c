@@ -348,15 +348,19 @@ static tw_patch_shapes *shapes_of(tw_surface *s) {
   return s->shapes;
 }
 
+static void need_masks(tw_surface *s, const tw_topology *t) {
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(t, v);
+    if (capacity > s->mask_capacity) s->mask_capacity = capacity;
+  }
+}
+
 static tw_status plan_patches(build *b) {
   tw_surface *s = b->surface;
   for (uint32_t f = 0; f < s->field_count; f++) {
     tw_field *field = &s->fields[f];
     if (s->plain) continue;
-    for (uint32_t v = 0; v < field->base.vertex_count; v++) {
-      uint32_t capacity = tw_limit_capacity(&field->base, v);
-      if (capacity > s->mask_capacity) s->mask_capacity = capacity;
-    }
+    need_masks(s, &field->base);
     if (s->depth == 0) continue;
     tw_rules rules = field_rules(b, f);
     tw_patch_shapes *shapes = shapes_of(s);
@@ -401,6 +405,12 @@ static bool fits_shallow(const build *b) {
   return tw_shallow_fits(&b->cage.topology, &b->rules, options->level);
 }
 
+static bool fits_loop_rows(const build *b) {
+  const tw_surface_options *options = &b->surface->options;
+  if (!is_loop(b)) return false;
+  return !options->normals || tw_loop_rows_fit_normals(&b->cage.topology, &b->rules, options->level);
+}
+
 /* Decides where the generic steps end: at the cage itself when all its faces are quads, else at the first
  * level, from where patches go on; or at the answer's own, where patches cannot go or would have next to
  * nothing to do. */
@@ -430,11 +440,12 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
     s->shallow.normals = s->options.normals;
     b->levels = 0;
   }
-  s->plain = bare && (s->shallow.level > 0 || !s->options.normals);
-  if (s->plain && is_loop(b)) {
+  if (bare && fits_loop_rows(b)) {
     s->loop.levels = tw_loop_rows_fit(&b->cage.topology, &b->rules, level);
+    s->loop.normals = s->options.normals;
     b->levels = level - s->loop.levels;
   }
+  s->plain = bare && (s->shallow.level > 0 || s->loop.levels > 0 || !s->options.normals);
   /* Normals live on differences, which float loses the more the closer points come together. */
   s->exact = is_loop(b) || (b->levels > GENERIC_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
@@ -481,10 +492,10 @@ static tw_status keep_loop(build *b) {
          *kept = tw_arena_alloc(s->arena, tw_loop_rows_kept_count(&s->loop), 3 * sizeof *kept);
   if (!points || !kept) return TW_NO_MEMORY;
   for (size_t i = 0; !positions->exact && i < count; i++) points[i] = (double)positions->base[i];
-  tw_loop_rows_keep(&s->loop, points, kept);
   *positions = (tw_values){.width = 3, .exact = kept};
+  if (s->loop.normals) need_masks(s, &s->loop.above);
   b->topologies[0] = tw_loop_rows_counts(&s->loop);
-  return TW_OK;
+  return tw_loop_rows_keep(&s->loop, points, kept);
 }
 
 /* All values at the cage. */
@@ -500,7 +511,7 @@ static tw_status start_fields(build *b) {
 static tw_status check_fans(const tw_surface *s, tw_error *error) {
   enum { GREAT = 4096, WORK_MAX = 1 << 28 };
   bool masked = s->depth == 0 && (s->options.normals || s->options.limit);
-  if (!masked || s->mask_capacity < GREAT) return TW_OK;
+  if (!masked || s->plain || s->mask_capacity < GREAT) return TW_OK;
   const tw_topology *t = &s->fields[0].base;
   uint64_t work = 0;
   for (uint32_t row = 0; row < s->vertices.corner_count && work <= WORK_MAX; row++) {

@@ -95,10 +95,10 @@ static tw_status move_shallow(tw_surface *s, const float *positions) {
 static tw_status move_loop(tw_surface *s, const float *cage) {
   double *points = refine_doubles(s, cage);
   double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
-  if (kept) tw_loop_rows_keep(&s->loop, points, kept);
+  tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, kept) : TW_NO_MEMORY;
   free(points);
   s->positions.exact = kept;
-  return kept ? TW_OK : TW_NO_MEMORY;
+  return status;
 }
 
 static tw_status move_points(tw_surface *s, const float *positions) {

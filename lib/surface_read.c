@@ -111,6 +111,19 @@ static void shallow_vertices(const tw_surface *s, uint32_t first, uint32_t count
   tw_shallow_normals(&s->shallow, s->positions.base, first, count, out + s->layout.normal, stride);
 }
 
+static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t stride = s->layout.stride;
+  const double *kept = s->positions.exact;
+  if (!s->loop.normals || domain == TW_DOMAIN_POINTS) {
+    tw_loop_rows_points(&s->loop, kept, first, count, out);
+    return;
+  }
+  for (uint32_t i = 0; i < count; i++)
+    tw_loop_rows_points(&s->loop, kept, first + i, 1, out + (size_t)i * stride);
+  tw_loop_rows_normals(&s->loop, kept, first, count, r->mask, out + s->layout.normal, stride);
+}
+
 static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   uint32_t width = row_width(s, domain);
@@ -123,7 +136,7 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
     return;
   }
   if (s->loop.levels > 0) {
-    tw_loop_rows_points(&s->loop, s->positions.exact, first, count, out);
+    loop_rows(r, domain, first, count, out);
     return;
   }
   if (s->plain) {

@@ -139,6 +139,7 @@ static void surfaces_survive(void **state) {
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=4&normals=none", fan, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=2&normals=none", fan, NULL);
+  fail_each("POST", "/v1/surface.obj", "scheme=loop&level=3", fan, NULL);
 }
 
 static void poses_survive(void **state) {

@@ -1,5 +1,6 @@
 /* The last levels of Loop's scheme, read from the connectivity above: to the last bit what the generic step
  * builds. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,6 +12,7 @@
 #include "cage.h"
 #include "loop_rows.h"
 
+enum { NEVER = 100 }; /* of levels */
 enum { SIDE = 6, POINTS = SIDE * SIDE + 1, FACES_MAX = 100 };
 
 /* A torus of triangles, of many valences. */
@@ -29,8 +31,10 @@ static void add_face(cage *c, uint32_t p, uint32_t q, uint32_t r) {
   c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
 }
 
-/* open: some faces are missing. fin: one edge has a third face. */
-static cage *new_cage(bool open, bool fin) {
+typedef enum gaps { NO_GAPS, GAPS, GAPS_THAT_TOUCH } gaps;
+
+/* fin: one edge has a third face. */
+static cage *new_cage(gaps gaps, bool fin) {
   cage *c = calloc(1, sizeof *c);
   assert_non_null(c);
   tw_mesh_init(&c->mesh);
@@ -44,7 +48,8 @@ static cage *new_cage(bool open, bool fin) {
     for (uint32_t x = 0; x < SIDE; x++) {
       uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
                e = (y + 1) % SIDE * SIDE + (x + 1) % SIDE;
-      if (open && (x + y) % 5 == 0) continue;
+      if (gaps == GAPS && x % 3 == 0 && y % 3 == 0) continue;
+      if (gaps == GAPS_THAT_TOUCH && (x + y) % 5 == 0) continue;
       if ((x + 2 * y) % 3 == 0) {
         add_face(c, a, b, d);
         add_face(c, e, d, b);
@@ -97,14 +102,57 @@ static void check_triangles(const tw_loop_rows *rows, const uint32_t *expected, 
   }
 }
 
+/* By the limit masks of the mesh that the generic step made. */
+static void mask_normal(const tw_topology *t, const double *values, uint32_t vertex, double normal[3]) {
+  tw_limit_entry entries[64];
+  assert_true(tw_limit_capacity(t, vertex) <= 64);
+  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
+  double a[3] = {0}, b[3] = {0};
+  for (uint32_t e = 0; e < count; e++)
+    for (int i = 0; i < 3; i++) {
+      a[i] += (double)entries[e].tangent1 * values[3 * (size_t)entries[e].vertex + (size_t)i];
+      b[i] += (double)entries[e].tangent2 * values[3 * (size_t)entries[e].vertex + (size_t)i];
+    }
+  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  for (int i = 0; i < 3; i++) normal[i] /= length;
+}
+
+static void check_normals(const tw_loop_rows *plain, const double *points, const tw_topology *t,
+                          const double *values) {
+  enum { STRIDE = 5 };
+  tw_loop_rows s = *plain;
+  tw_limit_entry mask[64];
+  s.normals = true;
+  uint32_t count = t->vertex_count, half = count / 2;
+  assert_int_equal(tw_loop_rows_kept_count(&s), count);
+  double *kept = calloc(count, 3 * sizeof *kept);
+  float *rows = calloc(count, STRIDE * sizeof *rows);
+  assert_true(kept && rows);
+  assert_int_equal(tw_loop_rows_keep(&s, points, kept), TW_OK);
+  assert_memory_equal(kept, values, (size_t)count * 3 * sizeof *kept);
+  check_points(&s, kept, values, count);
+  tw_loop_rows_normals(&s, kept, 0, half, mask, rows, STRIDE);
+  tw_loop_rows_normals(&s, kept, half, count - half, mask, rows + STRIDE * (size_t)half, STRIDE);
+  for (uint32_t v = 0; v < count; v++) {
+    double expected[3];
+    mask_normal(t, values, v, expected);
+    for (int i = 0; i < 3; i++) assert_float_equal(rows[STRIDE * (size_t)v + (size_t)i], expected[i], 1e-5);
+    assert_true(rows[STRIDE * (size_t)v + 3] == 0 && rows[STRIDE * (size_t)v + 4] == 0);
+  }
+  free(kept);
+  free(rows);
+}
+
 /* A mesh, its points and its child. */
 typedef struct stage {
   tw_topology topology;
   double *values;
 } stage;
 
-static void check_against(const stage *above, uint32_t levels, const tw_rules *rules, const stage *at) {
-  tw_loop_rows rows = {above->topology, *rules, levels};
+static void check_against(const stage *above, uint32_t levels, const tw_rules *rules, const stage *at,
+                          bool normals) {
+  tw_loop_rows rows = {.above = above->topology, .rules = *rules, .levels = levels};
   tw_topology counts = tw_loop_rows_counts(&rows);
   assert_int_equal(counts.vertex_count, at->topology.vertex_count);
   assert_int_equal(counts.edge_count, at->topology.edge_count);
@@ -112,15 +160,16 @@ static void check_against(const stage *above, uint32_t levels, const tw_rules *r
   assert_int_equal(counts.corner_count, at->topology.corner_count);
   double *kept = calloc(tw_loop_rows_kept_count(&rows), 3 * sizeof *kept);
   assert_non_null(kept);
-  tw_loop_rows_keep(&rows, above->values, kept);
+  assert_int_equal(tw_loop_rows_keep(&rows, above->values, kept), TW_OK);
   check_points(&rows, kept, at->values, counts.vertex_count);
   check_triangles(&rows, at->topology.corner_vertex, counts.face_count);
+  if (normals) check_normals(&rows, above->values, &at->topology, at->values);
   free(kept);
 }
 
 /* Levels 1 to 4, each from the one above and, where that may be, from two above. least_two: the first level
- * that is. */
-static void check(cage *c, tw_surface_options options, uint32_t least_two) {
+ * that is; least_normals: the first whose normals are. */
+static void check(cage *c, tw_surface_options options, uint32_t least_two, uint32_t least_normals) {
   enum { LEVELS = 4 };
   assert_int_equal(tw_mesh_check(&c->mesh, NULL, NULL), TW_OK);
   tw_arena *arena = tw_arena_create();
@@ -141,9 +190,11 @@ static void check(cage *c, tw_surface_options options, uint32_t least_two) {
     assert_int_equal(tw_loop_topology(&above->topology, &rules, arena, &at->topology), TW_OK);
     at->values = tw_arena_alloc(arena, at->topology.vertex_count, 3 * sizeof(double));
     tw_loop_values(&above->topology, &rules, 3, above->values, at->values);
-    check_against(above, 1, &rules, at);
+    bool normals = tw_loop_rows_fit_normals(&read.topology, &rules, level);
+    assert_int_equal(normals, level >= least_normals);
+    check_against(above, 1, &rules, at, normals);
     assert_int_equal(tw_loop_rows_fit(&read.topology, &rules, level), level < least_two ? 1 : 2);
-    if (level >= least_two) check_against(&stages[level - 2], 2, &rules, at);
+    if (level >= least_two) check_against(&stages[level - 2], 2, &rules, at, normals);
   }
   tw_arena_destroy(arena);
   free(c);
@@ -151,47 +202,51 @@ static void check(cage *c, tw_surface_options options, uint32_t least_two) {
 
 static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
   (void)state;
-  check(new_cage(false, false), (tw_surface_options){0}, 2);
+  check(new_cage(NO_GAPS, false), (tw_surface_options){0}, 2, 1);
 }
 
 static void borders_corners_and_fins_are_too(void **state) {
   (void)state;
-  check(new_cage(true, false), (tw_surface_options){0}, 2);
-  check(new_cage(true, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2);
-  check(new_cage(false, true), (tw_surface_options){0}, 2);
+  check(new_cage(GAPS, false), (tw_surface_options){0}, 2, 1);
+  check(new_cage(GAPS, false), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2, 1);
+  check(new_cage(GAPS_THAT_TOUCH, false), (tw_surface_options){0}, 2, NEVER);
+  check(new_cage(GAPS, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2, NEVER);
+  check(new_cage(NO_GAPS, true), (tw_surface_options){0}, 2, NEVER);
 }
 
 static void infinite_creases_and_corners_are_too(void **state) {
   (void)state;
   static const uint32_t sharp_points[] = {7, 20};
   static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
-  cage *c = new_cage(false, false);
-  crease(c, TW_SHARPNESS_INFINITE);
-  c->mesh.sharp_point_count = 2;
-  c->mesh.sharp_points = sharp_points;
-  c->mesh.point_sharpness = point_sharpness;
-  check(c, (tw_surface_options){0}, 2);
+  for (int creased = 0; creased < 2; creased++) {
+    cage *c = new_cage(NO_GAPS, false);
+    if (creased) crease(c, TW_SHARPNESS_INFINITE);
+    c->mesh.sharp_point_count = 2;
+    c->mesh.sharp_points = sharp_points;
+    c->mesh.point_sharpness = point_sharpness;
+    check(c, (tw_surface_options){0}, 2, creased ? NEVER : 1);
+  }
 }
 
-/* Two levels at once begin where all decay is over. */
+/* Two levels at once, and normals, begin where all decay is over. */
 static void what_decays_is_too(void **state) {
   (void)state;
   static const uint32_t sharp_points[] = {7};
   static const float point_sharpness[] = {1.75f};
-  cage *c = new_cage(true, false);
+  cage *c = new_cage(GAPS, false);
   crease(c, 0.5f);
-  check(c, (tw_surface_options){0}, 3);
-  c = new_cage(false, false);
+  check(c, (tw_surface_options){0}, 3, 3);
+  c = new_cage(NO_GAPS, false);
   crease(c, 2);
-  check(c, (tw_surface_options){0}, 4);
-  c = new_cage(false, false);
+  check(c, (tw_surface_options){0}, 4, 4);
+  c = new_cage(NO_GAPS, false);
   c->mesh.sharp_point_count = 1;
   c->mesh.sharp_points = sharp_points;
   c->mesh.point_sharpness = point_sharpness;
-  check(c, (tw_surface_options){0}, 4);
-  c = new_cage(false, true);
+  check(c, (tw_surface_options){0}, 4, 4);
+  c = new_cage(NO_GAPS, false);
   crease(c, 1.5f);
-  check(c, (tw_surface_options){.creasing = TW_CREASE_CHAIKIN}, 5);
+  check(c, (tw_surface_options){.creasing = TW_CREASE_CHAIKIN}, NEVER, NEVER);
 }
 
 int main(void) {
