@@ -40,9 +40,9 @@ tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, con
 void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                        float *out);
 
-/* Unit normals of the limit surface at the same points, `stride` floats apart. */
+/* The same, each with the unit normal of the limit surface behind it. out: [count][6]. */
 void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
-                        float *out, uint32_t stride);
+                        float *out);
 
 /* Corners of quads [first, first + count). out: [count][4]. */
 void tw_shallow_quads(const tw_shallow *shallow, uint32_t first, uint32_t count, uint32_t *out);

@@ -1,9 +1,11 @@
 /* Normals of shallow surfaces that are smooth everywhere: the tangents of limit.h at every vertex, over the
  * ring of neighbours that the cage's connectivity tells. Ring and faces between are passed round the vertex
- * counter-clockwise. */
+ * counter-clockwise. Many tangents are found before they are crossed, four by four, so that roots and
+ * quotients overlap. */
 #include <math.h>
 
 #include "normal.h"
+#include "point.h"
 #include "shallow.h"
 
 static const double pi = 3.14159265358979323846;
@@ -15,7 +17,7 @@ bool tw_shallow_fits_normals(const tw_topology *cage, const tw_rules *rules) {
   return true;
 }
 
-/* ---- tangents ------------------------------------------------------------------------------- */
+/* ---- weights -------------------------------------------------------------------------------- */
 
 /* Weights that many vertices have in common. */
 enum { VALENCES = 16 };
@@ -42,65 +44,12 @@ static void learn(weights *w, uint32_t n) {
   w->known[n] = true;
 }
 
-/* The tangents at a vertex, while its neighbours are added. */
-typedef struct tangents {
-  const weights *known;
-  const float *own, *quad[4]; /* one of the faces, for where there is no tangent plane */
-  uint32_t count;
-  float along[2][3];
-} tangents;
-
-static tangents start(weights *w, const float *own, uint32_t count) {
-  learn(w, count);
-  return (tangents){.known = w, .own = own, .count = count};
-}
-
-/* The ith edge's end and, of the face behind it, the corner opposite. */
-static void add(tangents *t, uint32_t i, const float *edge, const float *face) {
-  uint32_t n = t->count, before = i > 0 ? i - 1 : n - 1;
-  const weights *w = t->known;
-  bool known = n < VALENCES;
-  float edge1 = known ? w->edges[n][i] : (float)edge_weight(i, n),
-        edge2 = known ? w->edges[n][before] : (float)edge_weight(before, n),
-        face1 = known ? w->faces[n][i] : (float)face_weight(i, n),
-        face2 = known ? w->faces[n][before] : (float)face_weight(before, n);
-  for (int c = 0; c < 3; c++) {
-    float to_edge = edge[c] - t->own[c], to_face = face[c] - t->own[c];
-    t->along[0][c] += edge1 * to_edge + face1 * to_face;
-    t->along[1][c] += edge2 * to_edge + face2 * to_face;
-  }
-  if (i == 0) {
-    t->quad[0] = t->own;
-    t->quad[1] = edge;
-    t->quad[2] = face;
-  } else if (i == 1) {
-    t->quad[3] = edge;
-  }
-}
-
-static void finish(const tangents *t, float *normal) {
-  tw_normal_from_tangents(t->along[0], t->along[1], t->quad, normal);
-}
-
-/* Four edges and faces: most vertices. */
-static void regular(const float *own, const float *const edges[4], const float *const faces[4],
-                    float *normal) {
-  float along[2][3];
-  for (int c = 0; c < 3; c++) {
-    float rising = faces[0][c] - faces[2][c], falling = faces[3][c] - faces[1][c];
-    along[0][c] = 4 * (edges[0][c] - edges[2][c]) + (rising + falling);
-    along[1][c] = 4 * (edges[1][c] - edges[3][c]) + (rising - falling);
-  }
-  const float *quad[4] = {own, edges[0], faces[0], edges[1]};
-  tw_normal_from_tangents(along[0], along[1], quad, normal);
-}
-
 /* ---- neighbours ----------------------------------------------------------------------------- */
 
 /* A level: its points, and the first of them that are in the middle of an edge and of a face of the level
  * above. */
 typedef struct level {
-  const tw_topology *cage;
+  tw_topology cage;
   const float *points;
   uint32_t middles, face_points;
 } level;
@@ -115,167 +64,388 @@ static const float *old_point(const level *l, uint32_t vertex) {
   return l->points + 3 * (size_t)vertex;
 }
 
-/* Which half of a corner's edge begins at the corner's vertex. */
-static uint32_t half_from(const tw_topology *t, uint32_t corner) {
-  uint32_t edge = t->corner_edge[corner];
-  return 2 * edge + (t->edge_vertices[edge][0] != t->corner_vertex[corner]);
+/* Edges of level 1: the halves of the cage's edges, by the corner and its end that they begin at, and the
+ * spokes from a corner's edge to the face point. An edge runs as the lower of its corners does. */
+static const float *half_from(const level *l, uint32_t corner) {
+  return middle(l, 2 * l->cage.corner_edge[corner] + (l->cage.sibling[corner] < corner));
+}
+static const float *half_to(const level *l, uint32_t corner) {
+  return middle(l, 2 * l->cage.corner_edge[corner] + (l->cage.sibling[corner] > corner));
+}
+static const float *half_at(const level *l, uint32_t edge, uint32_t vertex) {
+  return middle(l, 2 * edge + (l->cage.edge_vertices[edge][0] != vertex));
+}
+static const float *spoke(const level *l, uint32_t corner) {
+  return middle(l, 2 * l->cage.edge_count + corner);
 }
 
-/* Level 1, whose vertices' neighbours are the cage's edges and faces. */
+/* Vertices of level 1. */
+static const float *edge_middle(const level *l, uint32_t corner) {
+  return old_point(l, l->cage.vertex_count + l->cage.corner_edge[corner]);
+}
+static const float *face_middle(const level *l, uint32_t face) {
+  return old_point(l, l->cage.vertex_count + l->cage.edge_count + face);
+}
 
-static void level_1_vertex(const level *l, weights *w, uint32_t vertex, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t first = t->fan_offsets[vertex], count = t->fan_offsets[vertex + 1] - first;
-  tangents sum = start(w, old_point(l, vertex), count);
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t corner = t->fan_corners[first + i];
-    add(&sum, i, middle(l, t->corner_edge[corner]), face_point(l, tw_corner_face(t, corner)));
+/* ---- batches -------------------------------------------------------------------------------- */
+
+typedef int32_t mask __attribute__((vector_size(16)));
+
+typedef struct tangents {
+  tw_point along[2];
+} tangents;
+
+/* Tangents of some rows, four at a time. */
+enum { BATCH = 64, ROW = 6 };
+typedef struct batch {
+  tw_point along[2][BATCH];
+} batch;
+
+/* One coordinate of four points each. */
+typedef struct lanes {
+  tw_point x, y, z;
+} lanes;
+
+static inline lanes lanes_of(const tw_point *points) {
+  tw_point low = __builtin_shufflevector(points[0], points[1], 0, 4, 1, 5),
+           high = __builtin_shufflevector(points[2], points[3], 0, 4, 1, 5),
+           z_low = __builtin_shufflevector(points[0], points[1], 2, 6, 2, 6),
+           z_high = __builtin_shufflevector(points[2], points[3], 2, 6, 2, 6);
+  return (lanes){__builtin_shufflevector(low, high, 0, 1, 4, 5),
+                 __builtin_shufflevector(low, high, 2, 3, 6, 7),
+                 __builtin_shufflevector(z_low, z_high, 0, 1, 4, 5)};
+}
+
+static inline void points_of(const lanes *l, tw_point *points) {
+  tw_point low = __builtin_shufflevector(l->x, l->y, 0, 4, 1, 5),
+           high = __builtin_shufflevector(l->x, l->y, 2, 6, 3, 7);
+  points[0] = __builtin_shufflevector(low, l->z, 0, 1, 4, 4);
+  points[1] = __builtin_shufflevector(low, l->z, 2, 3, 5, 5);
+  points[2] = __builtin_shufflevector(high, l->z, 0, 1, 6, 6);
+  points[3] = __builtin_shufflevector(high, l->z, 2, 3, 7, 7);
+}
+
+static inline tw_point dot(const lanes *a, const lanes *b) {
+  return a->x * b->x + a->y * b->y + a->z * b->z;
+}
+
+static inline tw_point root(tw_point square) {
+  tw_point out;
+  for (int l = 0; l < 4; l++) out[l] = sqrtf(square[l]);
+  return out;
+}
+
+/* Four unit normals, by the arithmetic of tw_normal_from_tangents where that is quick. Clears lanes of `sure`
+ * that need a closer look. */
+static inline lanes cross(const tw_point *along1, const tw_point *along2, mask *sure) {
+  lanes a = lanes_of(along1), b = lanes_of(along2);
+  lanes n = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  tw_point square = dot(&n, &n), lengths = dot(&a, &a) * dot(&b, &b);
+  *sure &= (square > lengths * 1e-6f) & (square > 1e-24f) & (square < TW_NORMAL_SQUARE_MAX);
+  tw_point scale = 1 / root(square);
+  return (lanes){n.x * scale, n.y * scale, n.z * scale};
+}
+
+/* A point and its normal. */
+static inline void put_row(tw_point point, tw_point normal, float *row) {
+  tw_point rest = __builtin_shufflevector(point, normal, 2, 4, 5, 6);
+  memcpy(row, &point, sizeof point);
+  memcpy(row + 2, &rest, sizeof rest);
+}
+
+/* Rows [from, to) of a batch. points: of its first one. Whether all normals are sure. */
+static bool put_rows(batch *b, uint32_t from, uint32_t to, const float *points, float *restrict out) {
+  for (uint32_t i = to; i < BATCH && i < to + 3; i++)
+    for (int k = 0; k < 2; k++) b->along[k][i] = b->along[k][to - 1];
+  mask sure = {-1, -1, -1, -1};
+  for (uint32_t i = from; i < to; i += 4) {
+    tw_point normals[4];
+    lanes four = cross(b->along[0] + i, b->along[1] + i, &sure);
+    points_of(&four, normals);
+    for (uint32_t k = i; k < i + 4 && k < to; k++, out += ROW)
+      put_row(tw_load_point(points + 3 * (size_t)k), normals[k - i], out);
   }
-  finish(&sum, normal);
+  return (sure[0] & sure[1] & sure[2] & sure[3]) != 0;
 }
 
-static void level_1_middle(const level *l, uint32_t edge, float *normal) {
-  const tw_topology *t = l->cage;
+/* Four points serve where there is no tangent plane. */
+static void look_closer(const batch *b, uint32_t i, const float *const quad[4], float *normal) {
+  tw_normal_from_tangents((const float *)&b->along[0][i], (const float *)&b->along[1][i], quad, normal);
+}
+
+/* ---- vertices between four faces ------------------------------------------------------------ */
+
+/* Most are: the ends of their edges and, of the face behind each, the corner opposite. */
+typedef struct ring {
+  const float *own, *edges[4], *faces[4];
+} ring;
+
+static inline tangents ring_tangents(const ring *r) {
+  tw_point rising = tw_load_point(r->faces[0]) - tw_load_point(r->faces[2]),
+           falling = tw_load_point(r->faces[3]) - tw_load_point(r->faces[1]);
+  return (tangents){{4 * (tw_load_point(r->edges[0]) - tw_load_point(r->edges[2])) + (rising + falling),
+                     4 * (tw_load_point(r->edges[1]) - tw_load_point(r->edges[3])) + (rising - falling)}};
+}
+
+/* Rings of one item: as many rows as the kind says. */
+typedef void rings_of(const level *l, uint32_t item, ring *rings);
+
+/* Rows [begin, end) of a kind of which each item has `step`, 1 or 2. points: of the kind's first one. */
+static inline __attribute__((always_inline)) void fill_rings(const level *l, rings_of *find, uint32_t step,
+                                                             const float *points, uint32_t begin,
+                                                             uint32_t end, float *restrict out) {
+  const level own = *l; /* which no row that is stored can be taken to change */
+  batch b;
+  ring rings[2];
+  for (uint32_t first = begin - begin % step; first < end; first += BATCH) {
+    uint32_t from = first < begin ? begin - first : 0, to = end - first < BATCH ? end - first : BATCH;
+    for (uint32_t i = 0; i < to; i += step) {
+      find(&own, (first + i) / step, rings);
+      for (uint32_t k = 0; k < step; k++) {
+        tangents t = ring_tangents(&rings[k]);
+        b.along[0][i + k] = t.along[0];
+        b.along[1][i + k] = t.along[1];
+      }
+    }
+    bool sure = put_rows(&b, from, to, points + 3 * (size_t)first, out);
+    for (uint32_t i = from; i < to; i++, out += ROW) {
+      if (sure) continue;
+      find(&own, (first + i) / step, rings);
+      const ring *r = &rings[(first + i) % step];
+      const float *quad[4] = {r->own, r->edges[0], r->faces[0], r->edges[1]};
+      look_closer(&b, i, quad, out + 3);
+    }
+  }
+}
+
+static inline void level_1_middle(const level *l, uint32_t edge, ring *r) {
+  const tw_topology *t = &l->cage;
   uint32_t one = t->edge_corner[edge], other = t->sibling[one];
-  const float *edges[4] = {old_point(l, t->edge_vertices[edge][1]), face_point(l, tw_corner_face(t, one)),
-                           old_point(l, t->edge_vertices[edge][0]), face_point(l, tw_corner_face(t, other))};
-  const float *faces[4] = {middle(l, t->corner_edge[tw_corner_next(t, one)]),
-                           middle(l, t->corner_edge[tw_corner_previous(t, one)]),
-                           middle(l, t->corner_edge[tw_corner_next(t, other)]),
-                           middle(l, t->corner_edge[tw_corner_previous(t, other)])};
-  regular(middle(l, edge), edges, faces, normal);
+  *r = (ring){middle(l, edge),
+              {old_point(l, t->edge_vertices[edge][1]), face_point(l, tw_corner_face(t, one)),
+               old_point(l, t->edge_vertices[edge][0]), face_point(l, tw_corner_face(t, other))},
+              {middle(l, t->corner_edge[tw_corner_next(t, one)]),
+               middle(l, t->corner_edge[tw_corner_previous(t, one)]),
+               middle(l, t->corner_edge[tw_corner_next(t, other)]),
+               middle(l, t->corner_edge[tw_corner_previous(t, other)])}};
 }
 
-static void level_1_face(const level *l, weights *w, uint32_t face, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t begin = tw_face_begin(t, face), count = tw_face_size(t, face);
-  tangents sum = start(w, face_point(l, face), count);
-  for (uint32_t i = 0; i < count; i++)
-    add(&sum, i, middle(l, t->corner_edge[begin + (i ? i : count) - 1]),
-        old_point(l, t->corner_vertex[begin + i]));
-  finish(&sum, normal);
+static inline void level_2_middle(const level *l, uint32_t edge, ring *r) {
+  const tw_topology *t = &l->cage;
+  uint32_t one = t->edge_corner[edge], other = t->sibling[one];
+  *r = (ring){old_point(l, t->vertex_count + edge),
+              {middle(l, 2 * edge + 1), spoke(l, one), middle(l, 2 * edge), spoke(l, other)},
+              {face_point(l, tw_corner_next(t, one)), face_point(l, one),
+               face_point(l, tw_corner_next(t, other)), face_point(l, other)}};
 }
 
-static void level_1_normal(const level *l, weights *w, uint32_t vertex, float *normal) {
-  if (vertex < l->middles)
-    level_1_vertex(l, w, vertex, normal);
-  else if (vertex < l->face_points)
-    level_1_middle(l, vertex - l->middles, normal);
-  else
-    level_1_face(l, w, vertex - l->face_points, normal);
+/* Both halves of an edge, each along the quads of its two faces. The first face runs along the edge, the
+ * second one against it. */
+static inline void level_2_halves(const level *l, uint32_t edge, ring *r) {
+  const tw_topology *t = &l->cage;
+  uint32_t one = t->edge_corner[edge], after_one = tw_corner_next(t, one), other = t->sibling[one],
+           after_other = tw_corner_next(t, other), before_one = tw_corner_previous(t, one),
+           before_other = tw_corner_previous(t, other), start = t->edge_vertices[edge][0],
+           end = t->edge_vertices[edge][1];
+  const float *own = old_point(l, t->vertex_count + edge), *left = spoke(l, one), *right = spoke(l, other);
+  r[0] = (ring){middle(l, 2 * edge),
+                {own, face_point(l, one), old_point(l, start), face_point(l, after_other)},
+                {left, half_at(l, t->corner_edge[before_one], start),
+                 half_at(l, t->corner_edge[after_other], start), right}};
+  r[1] = (ring){middle(l, 2 * edge + 1),
+                {old_point(l, end), face_point(l, after_one), own, face_point(l, other)},
+                {half_at(l, t->corner_edge[after_one], end), left, right,
+                 half_at(l, t->corner_edge[before_other], end)}};
 }
 
-/* Level 2, with the edges and quads of level 1 that refine.h numbers: halves of the cage's edges, spokes. */
+static inline void level_2_spoke(const level *l, uint32_t corner, ring *r) {
+  const tw_topology *t = &l->cage;
+  uint32_t next = tw_corner_next(t, corner);
+  *r = (ring){
+      spoke(l, corner),
+      {face_middle(l, tw_corner_face(t, corner)), face_point(l, corner), edge_middle(l, corner),
+       face_point(l, next)},
+      {spoke(l, tw_corner_previous(t, corner)), half_from(l, corner), half_to(l, corner), spoke(l, next)}};
+}
 
-static void level_2_vertex(const level *l, weights *w, uint32_t vertex, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t first = t->fan_offsets[vertex], count = t->fan_offsets[vertex + 1] - first;
-  tangents sum = start(w, old_point(l, vertex), count);
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t corner = t->fan_corners[first + i];
-    add(&sum, i, middle(l, half_from(t, corner)), face_point(l, corner));
+static inline void level_2_centre(const level *l, uint32_t corner, ring *r) {
+  const tw_topology *t = &l->cage;
+  uint32_t previous = tw_corner_previous(t, corner);
+  *r = (ring){face_point(l, corner),
+              {half_from(l, corner), spoke(l, corner), spoke(l, previous), half_to(l, previous)},
+              {edge_middle(l, corner), face_middle(l, tw_corner_face(t, corner)), edge_middle(l, previous),
+               old_point(l, t->corner_vertex[corner])}};
+}
+
+/* ---- vertices between any number of faces --------------------------------------------------- */
+
+/* A vertex or face of the cage, and where its neighbours begin: in fan_corners and ring_edges alike, as
+ * nothing has a border, or among the corners. */
+typedef struct wheel {
+  const float *own;
+  uint32_t index, begin, count;
+} wheel;
+
+/* The end of an edge and, of the face behind it, the corner opposite. */
+typedef struct neighbour {
+  const float *edge, *face;
+} neighbour;
+
+typedef wheel wheel_of(const level *l, uint32_t index);
+typedef neighbour neighbour_of(const level *l, const wheel *w, uint32_t i);
+
+static inline tangents wheel_tangents(const level *l, weights *known, const wheel *w, neighbour_of *find) {
+  uint32_t n = w->count;
+  learn(known, n);
+  tw_point own = tw_load_point(w->own);
+  tangents t = {{{0}, {0}}};
+  float edge2 = n < VALENCES ? known->edges[n][n - 1] : (float)edge_weight(n - 1, n),
+        face2 = n < VALENCES ? known->faces[n][n - 1] : (float)face_weight(n - 1, n);
+  for (uint32_t i = 0; i < n; i++) {
+    float edge1 = n < VALENCES ? known->edges[n][i] : (float)edge_weight(i, n),
+          face1 = n < VALENCES ? known->faces[n][i] : (float)face_weight(i, n);
+    neighbour at = find(l, w, i);
+    tw_point to_edge = tw_load_point(at.edge) - own, to_face = tw_load_point(at.face) - own;
+    t.along[0] += edge1 * to_edge + face1 * to_face;
+    t.along[1] += edge2 * to_edge + face2 * to_face;
+    edge2 = edge1;
+    face2 = face1;
   }
-  finish(&sum, normal);
+  return t;
 }
 
-static void level_2_middle(const level *l, uint32_t edge, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t one = t->edge_corner[edge], other = t->sibling[one], spokes = 2 * t->edge_count;
-  const float *edges[4] = {middle(l, 2 * edge + 1), middle(l, spokes + one), middle(l, 2 * edge),
-                           middle(l, spokes + other)};
-  const float *faces[4] = {face_point(l, tw_corner_next(t, one)), face_point(l, one),
-                           face_point(l, tw_corner_next(t, other)), face_point(l, other)};
-  regular(old_point(l, t->vertex_count + edge), edges, faces, normal);
+/* Rows [begin, end) of a kind. */
+static inline __attribute__((always_inline)) void fill_wheels(const level *l, weights *known,
+                                                              wheel_of *wheel_at, neighbour_of *find,
+                                                              const float *points, uint32_t begin,
+                                                              uint32_t end, float *restrict out) {
+  const level own = *l;
+  batch b;
+  for (uint32_t first = begin; first < end; first += BATCH) {
+    uint32_t count = end - first < BATCH ? end - first : BATCH;
+    for (uint32_t i = 0; i < count; i++) {
+      wheel w = wheel_at(&own, first + i);
+      tangents t = wheel_tangents(&own, known, &w, find);
+      b.along[0][i] = t.along[0];
+      b.along[1][i] = t.along[1];
+    }
+    bool sure = put_rows(&b, 0, count, points + 3 * (size_t)first, out);
+    for (uint32_t i = 0; i < count; i++, out += ROW) {
+      if (sure) continue;
+      wheel w = wheel_at(&own, first + i);
+      neighbour one = find(&own, &w, 0), two = find(&own, &w, 1);
+      const float *quad[4] = {w.own, one.edge, one.face, two.edge};
+      look_closer(&b, i, quad, out + 3);
+    }
+  }
 }
 
-static void level_2_face(const level *l, weights *w, uint32_t face, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t begin = tw_face_begin(t, face), count = tw_face_size(t, face), spokes = 2 * t->edge_count;
-  tangents sum = start(w, old_point(l, t->vertex_count + t->edge_count + face), count);
-  for (uint32_t i = 0; i < count; i++)
-    add(&sum, i, middle(l, spokes + begin + (i ? i : count) - 1), face_point(l, begin + i));
-  finish(&sum, normal);
+static inline wheel cage_vertex(const level *l, uint32_t vertex) {
+  uint32_t begin = l->cage.fan_offsets[vertex];
+  return (wheel){old_point(l, vertex), vertex, begin, l->cage.fan_offsets[vertex + 1] - begin};
+}
+static inline wheel cage_face(const level *l, uint32_t face) {
+  return (wheel){face_middle(l, face), face, tw_face_begin(&l->cage, face), tw_face_size(&l->cage, face)};
 }
 
-/* The quad of a corner of the cage: its sides begin at the cage's vertex, the middle of the corner's edge,
- * the face point, and the middle of the edge before. */
-typedef struct quad {
-  const float *corners[4], *sides[4], *centre;
-} quad;
-
-static quad quad_of(const level *l, uint32_t corner) {
-  const tw_topology *t = l->cage;
-  uint32_t previous = tw_corner_previous(t, corner), edge = t->corner_edge[corner],
-           before = t->corner_edge[previous], middles = t->vertex_count, spokes = 2 * t->edge_count;
-  return (quad){{old_point(l, t->corner_vertex[corner]), old_point(l, middles + edge),
-                 old_point(l, middles + t->edge_count + tw_corner_face(t, corner)),
-                 old_point(l, middles + before)},
-                {middle(l, half_from(t, corner)), middle(l, spokes + corner), middle(l, spokes + previous),
-                 middle(l, half_from(t, previous) ^ 1)},
-                face_point(l, corner)};
+/* The corner before the ith of a face. */
+static inline uint32_t corner_before(const wheel *w, uint32_t i) {
+  return w->begin + (i ? i : w->count) - 1;
 }
 
-/* The middle of a side of two quads, which run along it against each other. */
-static void level_2_side(const quad *left, uint32_t left_side, const quad *right, uint32_t right_side,
-                         float *normal) {
-  uint32_t next = (left_side + 1) & 3, previous = (left_side + 3) & 3;
-  const float *edges[4] = {left->corners[next], left->centre, left->corners[left_side], right->centre};
-  const float *faces[4] = {left->sides[next], left->sides[previous], right->sides[(right_side + 1) & 3],
-                           right->sides[(right_side + 3) & 3]};
-  regular(left->sides[left_side], edges, faces, normal);
+static inline neighbour level_1_at_vertex(const level *l, const wheel *w, uint32_t i) {
+  const tw_topology *t = &l->cage;
+  return (neighbour){middle(l, t->ring_edges[w->begin + i]),
+                     face_point(l, tw_corner_face(t, t->fan_corners[w->begin + i]))};
+}
+static inline neighbour level_1_at_face(const level *l, const wheel *w, uint32_t i) {
+  const tw_topology *t = &l->cage;
+  return (neighbour){middle(l, t->corner_edge[corner_before(w, i)]),
+                     old_point(l, t->corner_vertex[w->begin + i])};
+}
+static inline neighbour level_2_at_vertex(const level *l, const wheel *w, uint32_t i) {
+  const tw_topology *t = &l->cage;
+  return (neighbour){half_at(l, t->ring_edges[w->begin + i], w->index),
+                     face_point(l, t->fan_corners[w->begin + i])};
+}
+static inline neighbour level_2_at_face(const level *l, const wheel *w, uint32_t i) {
+  return (neighbour){spoke(l, corner_before(w, i)), face_point(l, w->begin + i)};
 }
 
-static void level_2_half(const level *l, uint32_t half, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t edge = half / 2, one = t->edge_corner[edge], other = t->sibling[one];
-  /* The first half begins where `one` does; there `other` ends. */
-  bool first = half % 2 == 0;
-  quad left = quad_of(l, first ? one : tw_corner_next(t, one)),
-       right = quad_of(l, first ? tw_corner_next(t, other) : other);
-  level_2_side(&left, first ? 0 : 3, &right, first ? 3 : 0, normal);
+/* ---- levels --------------------------------------------------------------------------------- */
+
+static void level_1_vertices(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                             float *out) {
+  fill_wheels(l, w, cage_vertex, level_1_at_vertex, points, begin, end, out);
+}
+static void level_1_middles(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                            float *out) {
+  (void)w;
+  fill_rings(l, level_1_middle, 1, points, begin, end, out);
+}
+static void level_1_faces(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                          float *out) {
+  fill_wheels(l, w, cage_face, level_1_at_face, points, begin, end, out);
+}
+static void level_2_vertices(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                             float *out) {
+  fill_wheels(l, w, cage_vertex, level_2_at_vertex, points, begin, end, out);
+}
+static void level_2_middles(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                            float *out) {
+  (void)w;
+  fill_rings(l, level_2_middle, 1, points, begin, end, out);
+}
+static void level_2_faces(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                          float *out) {
+  fill_wheels(l, w, cage_face, level_2_at_face, points, begin, end, out);
+}
+static void fill_halves(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                        float *out) {
+  (void)w;
+  fill_rings(l, level_2_halves, 2, points, begin, end, out);
+}
+static void fill_spokes(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                        float *out) {
+  (void)w;
+  fill_rings(l, level_2_spoke, 1, points, begin, end, out);
+}
+static void fill_centres(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end,
+                         float *out) {
+  (void)w;
+  fill_rings(l, level_2_centre, 1, points, begin, end, out);
 }
 
-static void level_2_spoke(const level *l, uint32_t corner, float *normal) {
-  quad left = quad_of(l, corner), right = quad_of(l, tw_corner_next(l->cage, corner));
-  level_2_side(&left, 1, &right, 2, normal);
-}
-
-static void level_2_centre(const level *l, uint32_t corner, float *normal) {
-  quad q = quad_of(l, corner);
-  const float *faces[4] = {q.corners[1], q.corners[2], q.corners[3], q.corners[0]};
-  regular(q.centre, q.sides, faces, normal);
-}
-
-static void level_2_normal(const level *l, weights *w, uint32_t vertex, float *normal) {
-  const tw_topology *t = l->cage;
-  uint32_t spokes = l->middles + 2 * t->edge_count;
-  if (vertex < t->vertex_count)
-    level_2_vertex(l, w, vertex, normal);
-  else if (vertex < t->vertex_count + t->edge_count)
-    level_2_middle(l, vertex - t->vertex_count, normal);
-  else if (vertex < l->middles)
-    level_2_face(l, w, vertex - t->vertex_count - t->edge_count, normal);
-  else if (vertex < spokes)
-    level_2_half(l, vertex - l->middles, normal);
-  else if (vertex < l->face_points)
-    level_2_spoke(l, vertex - spokes, normal);
-  else
-    level_2_centre(l, vertex - l->face_points, normal);
-}
+/* Rows of one kind, as they follow each other in a level. */
+typedef struct kind {
+  void (*fill)(const level *l, weights *w, const float *points, uint32_t begin, uint32_t end, float *out);
+  uint32_t count;
+} kind;
 
 void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
-                        float *out, uint32_t stride) {
+                        float *out) {
   const tw_topology *t = &shallow->cage;
+  uint32_t V = t->vertex_count, E = t->edge_count, F = t->face_count, C = t->corner_count;
+  const kind kinds[2][6] = {{{level_1_vertices, V}, {level_1_middles, E}, {level_1_faces, F}},
+                            {{level_2_vertices, V},
+                             {level_2_middles, E},
+                             {level_2_faces, F},
+                             {fill_halves, 2 * E},
+                             {fill_spokes, C},
+                             {fill_centres, C}}};
+  const kind *k = kinds[shallow->level - 1];
   weights w = {.known = {false}};
-  level l = {t, kept, t->vertex_count, t->vertex_count + t->edge_count};
+  level l = {*t, kept, V, V + E};
   if (shallow->level == 2) {
-    l.middles += t->edge_count + t->face_count;
-    l.face_points = l.middles + 2 * t->edge_count + t->corner_count;
+    l.middles += E + F;
+    l.face_points = l.middles + 2 * E + C;
   }
-  for (uint32_t v = first; v < first + count; v++, out += stride) {
-    if (shallow->level == 1)
-      level_1_normal(&l, &w, v, out);
-    else
-      level_2_normal(&l, &w, v, out);
+  uint32_t end = first + count;
+  for (uint32_t begin = 0; first < end; begin += k++->count) {
+    uint32_t stop = end - begin < k->count ? end : begin + k->count;
+    if (first >= stop) continue;
+    k->fill(&l, &w, kept + 3 * (size_t)begin, first - begin, stop - begin, out);
+    out += ROW * (size_t)(stop - first);
+    first = stop;
   }
 }

@@ -104,13 +104,6 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
     evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * m, NULL);
 }
 
-static void shallow_vertices(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  uint32_t stride = s->layout.stride;
-  for (uint32_t i = 0; i < count; i++)
-    memcpy(out + (size_t)i * stride, s->positions.base + 3 * ((size_t)first + i), 3 * sizeof *out);
-  tw_shallow_normals(&s->shallow, s->positions.base, first, count, out + s->layout.normal, stride);
-}
-
 static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   uint32_t stride = s->layout.stride;
@@ -128,7 +121,7 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
   const tw_surface *s = r->surface;
   uint32_t width = row_width(s, domain);
   if (s->shallow.normals && domain == TW_DOMAIN_VERTICES) {
-    shallow_vertices(s, first, count, out);
+    tw_shallow_normals(&s->shallow, s->positions.base, first, count, out);
     return;
   }
   if (s->shallow.level > 0) {

@@ -113,20 +113,28 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
   s.normals = true;
   uint32_t count = child->vertex_count;
   assert_int_equal(tw_shallow_kept_count(&s), count);
-  float *kept = calloc(tw_shallow_kept_size(&s), sizeof *kept), *rows = calloc(count, 5 * sizeof *rows);
-  assert_true(kept && rows);
+  float *kept = calloc(tw_shallow_kept_size(&s), sizeof *kept), *rows = calloc(count, 6 * sizeof *rows),
+        *blocks = calloc(count, 6 * sizeof *blocks);
+  assert_true(kept && rows && blocks);
   assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, kept), TW_OK);
   check_points(&s, kept, values, count);
-  tw_shallow_normals(&s, kept, 0, count / 2, rows, 5);
-  tw_shallow_normals(&s, kept, count / 2, count - count / 2, rows + 5 * (size_t)(count / 2), 5);
+  tw_shallow_normals(&s, kept, 0, count, rows);
   for (uint32_t v = 0; v < count; v++) {
     double expected[3];
     mask_normal(child, values, v, expected);
-    for (int i = 0; i < 3; i++) assert_float_equal(rows[5 * (size_t)v + (size_t)i], expected[i], 1e-4);
-    assert_true(rows[5 * (size_t)v + 3] == 0 && rows[5 * (size_t)v + 4] == 0);
+    assert_memory_equal(rows + 6 * (size_t)v, values + 3 * (size_t)v, 3 * sizeof *rows);
+    for (int i = 0; i < 3; i++) assert_float_equal(rows[6 * (size_t)v + 3 + (size_t)i], expected[i], 1e-4);
+  }
+  for (uint32_t block = count; block > 0; block /= 3) {
+    memset(blocks, 0, count * 6 * sizeof *blocks);
+    for (uint32_t first = 0; first < count; first += block)
+      tw_shallow_normals(&s, kept, first, block < count - first ? block : count - first,
+                         blocks + 6 * (size_t)first);
+    assert_memory_equal(blocks, rows, count * 6 * sizeof *rows);
   }
   free(kept);
   free(rows);
+  free(blocks);
 }
 
 static void check(cage *c, tw_surface_options options) {
