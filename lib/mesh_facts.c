@@ -2,43 +2,27 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "forest.h"
 #include "topology.h"
 
 enum { LISTED_MAX = 64 };
 
 /* ---- pieces ----------------------------------------------------------------------------------- */
 
-/* Follows `parents` to the root, halving the path on the way. */
-static uint32_t find_root(uint32_t *parents, uint32_t item) {
-  while (parents[item] != item) {
-    parents[item] = parents[parents[item]];
-    item = parents[item];
-  }
-  return item;
-}
-
-static void join_sets(uint32_t *parents, uint32_t a, uint32_t b) {
-  uint32_t root_a = find_root(parents, a), root_b = find_root(parents, b);
-  if (root_a < root_b)
-    parents[root_b] = root_a;
-  else
-    parents[root_a] = root_b;
-}
-
-static uint32_t *start_sets(uint32_t count) {
-  uint32_t *parents = tw_alloc(count, sizeof *parents);
-  for (uint32_t i = 0; parents && i < count; i++) parents[i] = i;
-  return parents;
+static uint32_t *plant(uint32_t count) {
+  uint32_t *forest = tw_alloc(count, sizeof *forest);
+  if (forest) tw_forest_plant(forest, count);
+  return forest;
 }
 
 static tw_status count_components(const tw_topology *t, uint32_t *out) {
-  uint32_t *parents = start_sets(t->vertex_count);
-  if (!parents) return TW_NO_MEMORY;
+  uint32_t *forest = plant(t->vertex_count);
+  if (!forest) return TW_NO_MEMORY;
   for (uint32_t e = 0; e < t->edge_count; e++)
-    join_sets(parents, t->edge_vertices[e][0], t->edge_vertices[e][1]);
+    tw_forest_join(forest, t->edge_vertices[e][0], t->edge_vertices[e][1]);
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && parents[v] == v;
-  free(parents);
+    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && forest[v] == v;
+  free(forest);
   return TW_OK;
 }
 
@@ -48,41 +32,38 @@ static uint32_t corner_at(const tw_topology *t, uint32_t corner, uint32_t vertex
 }
 
 /* Joins the corners at each end of an edge: their faces hang together there. */
-static void join_across(const tw_topology *t, uint32_t *parents, uint32_t edge) {
+static void join_across(const tw_topology *t, uint32_t *forest, uint32_t edge) {
   uint32_t first = t->edge_corner[edge];
   for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other])
     for (int end = 0; end < 2; end++) {
       uint32_t vertex = t->edge_vertices[edge][end];
-      join_sets(parents, corner_at(t, first, vertex), corner_at(t, other, vertex));
+      tw_forest_join(forest, corner_at(t, first, vertex), corner_at(t, other, vertex));
     }
 }
 
 /* Walks round the border turn at a point with the faces that hang together: two loops that meet in a mere
  * point are two. */
 static tw_status count_loops(const tw_topology *t, uint32_t *out) {
-  uint32_t *parents = start_sets(t->corner_count);
-  if (!parents) return TW_NO_MEMORY;
-  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, parents, e);
+  uint32_t *forest = plant(t->corner_count);
+  if (!forest) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, forest, e);
   uint32_t sectors = 0, joined = 0;
   uint8_t *met = tw_alloc_zero(t->corner_count, 1);
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
     uint32_t ends[2] = {t->edge_corner[e], tw_corner_next(t, t->edge_corner[e])};
     for (int i = 0; i < 2; i++) {
-      uint32_t sector = find_root(parents, ends[i]);
+      uint32_t sector = tw_forest_root(forest, ends[i]);
       sectors += !met[sector];
       met[sector] = 1;
     }
   }
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
-    uint32_t a = find_root(parents, t->edge_corner[e]),
-             b = find_root(parents, tw_corner_next(t, t->edge_corner[e]));
-    joined += a != b;
-    join_sets(parents, a, b);
+    joined += tw_forest_join(forest, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
   }
   *out = sectors - joined;
-  free(parents);
+  free(forest);
   free(met);
   return met ? TW_OK : TW_NO_MEMORY;
 }

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "forest.h"
 #include "surface.h"
 
 static tw_status allocate(const tw_topology *base, tw_arena *arena, uint32_t corners_max, uint32_t edges_max,
@@ -67,7 +68,7 @@ typedef struct vertex_numberer {
   const uint8_t *visible;
   tw_numbering *out;
   uint32_t *place;           /* [base corners] place of each corner in the fan of its vertex */
-  uint32_t *sector;          /* [greatest fan] union-find over the places of one fan */
+  uint32_t *sector;          /* [greatest fan] forest of the places of one fan */
   struct fan_entry *entries; /* [greatest fan] */
 } vertex_numberer;
 
@@ -109,29 +110,18 @@ static void number_edge(vertex_numberer *n, uint32_t edge) {
   } while (corner != first);
 }
 
-static uint32_t sector_root(uint32_t *sector, uint32_t place) {
-  while (sector[place] != place) {
-    sector[place] = sector[sector[place]];
-    place = sector[place];
-  }
-  return place;
-}
-
 /* Joins the places of a fan across edges that do not split. Returns the number of sectors. */
 static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], sectors = count;
-  for (uint32_t i = 0; i < count; i++) n->sector[i] = i;
+  tw_forest_plant(n->sector, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t back = tw_corner_previous(base, fan[i]);
     if (edge_splits(n, base->corner_edge[back])) continue;
     uint32_t other = base->sibling[back];
     if (base->corner_vertex[other] != vertex) other = tw_corner_next(base, other);
-    uint32_t a = sector_root(n->sector, i), b = sector_root(n->sector, n->place[other]);
-    if (a == b) continue;
-    n->sector[a > b ? a : b] = a > b ? b : a;
-    sectors--;
+    sectors -= tw_forest_join(n->sector, i, n->place[other]);
   }
   return sectors;
 }
@@ -161,7 +151,7 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];
-    if (!one_sector) entry->sector = sector_root(n->sector, i);
+    if (!one_sector) entry->sector = tw_forest_root(n->sector, i);
     entry->frame = tangent_frame(n, fan[i]);
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];

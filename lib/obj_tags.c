@@ -116,7 +116,7 @@ static tw_status add_corners(obj_parts *parts, const tag_values *values, tw_erro
   tw_status status = obj_indices_reserve(&parts->sharp_points, values->int_count, error);
   if (status == TW_OK) status = obj_floats_reserve(&parts->point_sharpness, values->int_count, error);
   if (status != TW_OK) return status;
-  for (size_t i = 0; i < values->int_count; i++) {
+  for (size_t i = 0; i < values->ints.count; i++) {
     note_highest(&parts->tagged_point, values->ints.values[i], values->line);
     parts->sharp_points.values[parts->sharp_points.count++] = values->ints.values[i];
     parts->point_sharpness.values[parts->point_sharpness.count++] = sharpness_of(values, i, 1);
@@ -127,7 +127,7 @@ static tw_status add_corners(obj_parts *parts, const tag_values *values, tw_erro
 static tw_status add_holes(obj_parts *parts, const tag_values *values, tw_error *error) {
   tw_status status = obj_indices_reserve(&parts->holes, values->int_count, error);
   if (status != TW_OK) return status;
-  for (size_t i = 0; i < values->int_count; i++) {
+  for (size_t i = 0; i < values->ints.count; i++) {
     note_highest(&parts->tagged_face, values->ints.values[i], values->line);
     parts->holes.values[parts->holes.count++] = values->ints.values[i];
   }

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "forest.h"
+
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
@@ -160,24 +162,6 @@ static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const 
   return count;
 }
 
-static uint32_t find_root(uint32_t *joined, uint32_t vertex) {
-  while (joined[vertex] != vertex) {
-    joined[vertex] = joined[joined[vertex]];
-    vertex = joined[vertex];
-  }
-  return vertex;
-}
-
-/* The lower vertex becomes the root, so that a point is known by its first vertex. */
-static void join(uint32_t *joined, uint32_t a, uint32_t b) {
-  a = find_root(joined, a);
-  b = find_root(joined, b);
-  if (a < b)
-    joined[b] = a;
-  else
-    joined[a] = b;
-}
-
 static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
   return uvs[2 * (size_t)a] == uvs[2 * (size_t)b] && uvs[2 * (size_t)a + 1] == uvs[2 * (size_t)b + 1];
 }
@@ -194,8 +178,8 @@ static void join_pairs(const side *sides, const uint32_t *order, uint32_t count,
     const side *b = &sides[order[i + 1]];
     if (place[a->from] != place[b->to]) continue; /* they run the same way */
     if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
-    join(joined, a->from, b->to);
-    join(joined, a->to, b->from);
+    tw_forest_join(joined, a->from, b->to);
+    tw_forest_join(joined, a->to, b->from);
   }
 }
 
@@ -227,11 +211,11 @@ static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place,
   return status;
 }
 
-/* Numbers the roots of a forest in their order. forest: [count], first vertices are roots. */
+/* Numbers the roots, each set's first vertex, in their order. forest: [count]. */
 static uint32_t number_roots(uint32_t *forest, uint32_t count, uint32_t *number) {
   uint32_t numbers = 0;
   for (uint32_t v = 0; v < count; v++) {
-    uint32_t root = find_root(forest, v);
+    uint32_t root = tw_forest_root(forest, v);
     number[v] = root == v ? numbers++ : number[root];
   }
   return numbers;
@@ -242,7 +226,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
-  for (uint32_t v = 0; v < soup->vertex_count; v++) joined[v] = v;
+  tw_forest_plant(joined, soup->vertex_count);
   bool split = false;
   tw_status status = find_places(soup, place, &split, error);
   if (status == TW_OK && split) status = join_split_vertices(soup, place, NULL, joined, error);
@@ -269,7 +253,7 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, cons
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
-  for (uint32_t v = 0; v < soup->vertex_count; v++) joined[v] = v;
+  tw_forest_plant(joined, soup->vertex_count);
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, place, error);
   if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
