@@ -83,7 +83,7 @@ void tw_influences_deinit(tw_influences *influences) {
   free(influences->offsets);
   free(influences->joints);
   free(influences->weights);
-  memset(influences, 0, sizeof *influences);
+  *influences = (tw_influences){0};
 }
 
 size_t tw_influences_size(const tw_influences *influences) {
