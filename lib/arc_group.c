@@ -1,4 +1,4 @@
-/* Puts arcs into the order of time and takes snapshots along it. */
+/* Puts arcs into the order of time, takes snapshots along it, and poses by them. */
 #include "arc_group.h"
 
 #include <stdlib.h>
@@ -102,8 +102,7 @@ static bool build_snapshots(tw_arc_group *group, tw_arena *arena) {
   return is_done;
 }
 
-/* ---- groups ---------------------------------------------------------------------------------------------
- */
+/* ---- groups ------------------------------------------------------------------------------------------ */
 
 tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks, uint32_t track_count) {
   uint32_t most = track_count < TW_GROUP_TRACKS ? track_count : TW_GROUP_TRACKS;
@@ -120,9 +119,50 @@ tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks
   return order_arcs(group, arena, tracks) && build_snapshots(group, arena) ? group : NULL;
 }
 
-void tw_arc_group_find(const tw_arc_group *group, float time, uint32_t arcs[TW_GROUP_TRACKS]) {
-  uint32_t snapshot = timeline_find(&group->snapshots, timeline_clamp(&group->snapshots, time));
-  memcpy(arcs, group->standing + (size_t)snapshot * group->track_count, group->track_count * sizeof *arcs);
+/* ---- posing ------------------------------------------------------------------------------------------- */
+
+static uint32_t find_snapshot(const tw_arc_group *group, float time) {
+  return timeline_find(&group->snapshots, timeline_clamp(&group->snapshots, time));
+}
+
+uint32_t tw_arc_group_between(const tw_arc_group *group, float first, float last) {
+  return group->next[find_snapshot(group, last)] - group->next[find_snapshot(group, first)];
+}
+
+/* For each track the last arc that starts at or before a time, else its first. */
+static void find_arcs(const tw_arc_group *group, float time, uint32_t *found) {
+  uint32_t snapshot = find_snapshot(group, time);
+  memcpy(found, group->standing + (size_t)snapshot * group->track_count, group->track_count * sizeof *found);
   for (uint32_t i = group->next[snapshot]; i < group->arc_count && group->arcs[i].start <= time; i++)
-    arcs[group->tracks[i]] = i;
+    found[group->tracks[i]] = i;
+}
+
+/* Asks for the block of arcs from `first` on, a block before it is read: when the clip is larger than the
+ * cache, their loads wait side by side, not one behind the other. */
+static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint32_t first) {
+  for (uint32_t i = first; i < group->track_count && i < first + TW_ARC_BLOCK; i++) {
+    __builtin_prefetch(group->arcs + found[i]);
+    __builtin_prefetch(&group->arcs[found[i]].rate); /* may lie in another line of the cache */
+  }
+}
+
+void tw_arc_group_pose(const tw_arc_group *group, float time, tw_trs *locals) {
+  uint32_t found[TW_GROUP_TRACKS];
+  const arc_segment *arcs[TW_ARC_BLOCK];
+  float angles[TW_ARC_BLOCK], rotations[TW_ARC_BLOCK][4];
+  find_arcs(group, time, found);
+  prefetch_arcs(group, found, 0);
+  if (time > group->last) time = group->last; /* the last arcs stand still, but 0 times infinity is not 0 */
+  for (uint32_t done = 0; done < group->track_count; done += TW_ARC_BLOCK) {
+    uint32_t left = group->track_count - done, count = left < TW_ARC_BLOCK ? left : TW_ARC_BLOCK;
+    prefetch_arcs(group, found, done + TW_ARC_BLOCK);
+    for (uint32_t i = 0; i < count; i++) {
+      arcs[i] = group->arcs + found[done + i];
+      float start = arcs[i]->start;
+      angles[i] = ((time > start ? time : start) - start) * arcs[i]->rate;
+    }
+    tw_arcs_sample(arcs, angles, count, rotations);
+    for (uint32_t i = 0; i < count; i++)
+      memcpy(locals[group->nodes[done + i]].rotation, rotations[i], sizeof rotations[i]);
+  }
 }

@@ -27,13 +27,11 @@ typedef struct tw_arc_group {
  * O(keys). */
 tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks, uint32_t track_count);
 
-/* For each track the arc at any time: the last that starts at or before it, else the track's first. */
-void tw_arc_group_find(const tw_arc_group *group, float time, uint32_t arcs[TW_GROUP_TRACKS]);
+/* Puts the rotations of all tracks at any time, a NaN being before all others, into the local transforms of
+ * their nodes. The same bits as track by track. O(tracks). */
+void tw_arc_group_pose(const tw_arc_group *group, float time, tw_trs *locals);
 
-/* How far along an arc that tw_arc_group_find gave a time is: what tw_arcs_sample takes. */
-static inline float arc_angle(const tw_arc_group *group, const arc_segment *arc, float time) {
-  time = time > group->last ? group->last : time; /* that stands still, but 0 times infinity is not 0 */
-  return ((time > arc->start ? time : arc->start) - arc->start) * arc->rate;
-}
+/* About how many arcs start between two times; the first is not the later one. */
+uint32_t tw_arc_group_between(const tw_arc_group *group, float first, float last);
 
 #endif

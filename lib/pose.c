@@ -59,58 +59,14 @@ static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *local
   for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
 }
 
-/* Asks for the block of arcs from `first` on, a block before it is read: when the clip is larger than the
- * cache, their loads wait side by side, not one behind the other. */
-static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint32_t first) {
-  for (uint32_t i = first; i < group->track_count && i < first + TW_ARC_BLOCK; i++) {
-    __builtin_prefetch(group->arcs + found[i]);
-    __builtin_prefetch(&group->arcs[found[i]].rate); /* may lie in another line of the cache */
-  }
-}
-
-static void pose_group(const tw_arc_group *group, float time, tw_trs *locals) {
-  uint32_t found[TW_GROUP_TRACKS];
-  const arc_segment *arcs[TW_ARC_BLOCK];
-  float angles[TW_ARC_BLOCK], rotations[TW_ARC_BLOCK][4];
-  tw_arc_group_find(group, time, found);
-  prefetch_arcs(group, found, 0);
-  for (uint32_t done = 0; done < group->track_count; done += TW_ARC_BLOCK) {
-    uint32_t left = group->track_count - done, count = left < TW_ARC_BLOCK ? left : TW_ARC_BLOCK;
-    prefetch_arcs(group, found, done + TW_ARC_BLOCK);
-    for (uint32_t i = 0; i < count; i++) {
-      arcs[i] = group->arcs + found[done + i];
-      angles[i] = arc_angle(group, arcs[i], time);
-    }
-    tw_arcs_sample(arcs, angles, count, rotations);
-    for (uint32_t i = 0; i < count; i++)
-      memcpy(locals[group->nodes[done + i]].rotation, rotations[i], sizeof rotations[i]);
-  }
-}
-
-void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
-                  tw_trs *locals) {
-  float clamped = 0, sample[4];
-  uint32_t timeline = TW_NO_INDEX, key = 0;
-  put_at_rest(nodes, node_count, locals);
-  for (const tw_arc_group *group = clip->groups; group; group = group->following)
-    pose_group(group, time, locals);
-  for (uint32_t i = 0; i < clip->other_count; i++) {
-    const tw_track *track = &clip->tracks[clip->others[i]];
-    if (track->timeline_index != timeline) {
-      timeline = track->timeline_index;
-      clamped = timeline_clamp(track->timeline, time);
-      key = timeline_find(track->timeline, clamped);
-    }
-    tw_track_sample(track, &clamped, &key, 1, sample);
-    scatter(track->path, sample, 1, node_count, track->node, locals);
-  }
-}
-
-static void pose_block(const tw_clip *clip, const float *times, size_t count, tw_trs *locals) {
+/* Tracks one by one, each at all times. They stand together where their key times are the same, which are
+ * searched once. */
+static void pose_tracks(const tw_clip *clip, const uint32_t *tracks, uint32_t track_count, const float *times,
+                        size_t count, tw_trs *locals) {
   float clamped[TIME_BLOCK], samples[4 * TIME_BLOCK];
   uint32_t keys[TIME_BLOCK], timeline = TW_NO_INDEX;
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[clip->by_timeline[i]];
+  for (uint32_t i = 0; i < track_count; i++) {
+    const tw_track *track = &clip->tracks[tracks[i]];
     if (track->path == TW_WEIGHTS) continue;
     if (track->timeline_index != timeline) {
       timeline = track->timeline_index;
@@ -121,20 +77,42 @@ static void pose_block(const tw_clip *clip, const float *times, size_t count, tw
   }
 }
 
-/* Fewer times than this are quicker one by one. */
-enum { TIMES_FEW = 4 };
+/* Whether many times lie between a few keys, as they do in slow motion: each track is then quicker on its
+ * own, else all of them at one time. */
+static bool lie_close(const tw_arc_group *group, const float *times, size_t count) {
+  enum { TIMES_MANY = 32, TIMES_FOR_A_KEY = 8 };
+  if (count < TIMES_MANY) return false;
+  for (size_t i = 1; i < count; i++)
+    if (times[i] < times[i - 1]) return false;
+  uint64_t passed = tw_arc_group_between(group, times[0], times[count - 1]);
+  return passed * TIMES_FOR_A_KEY <= (uint64_t)group->track_count * count;
+}
+
+/* At most TIME_BLOCK times. */
+static void pose_block(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
+                       size_t count, tw_trs *locals) {
+  bool by_track = clip->groups && lie_close(clip->groups, times, count);
+  for (size_t i = 0; i < count; i++) {
+    tw_trs *pose = locals + i * node_count;
+    put_at_rest(nodes, node_count, pose);
+    for (const tw_arc_group *group = by_track ? NULL : clip->groups; group; group = group->following)
+      tw_arc_group_pose(group, times[i], pose);
+  }
+  if (by_track)
+    pose_tracks(clip, clip->by_timeline, clip->track_count, times, count, locals);
+  else
+    pose_tracks(clip, clip->others, clip->other_count, times, count, locals);
+}
+
+void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
+                  tw_trs *locals) {
+  pose_block(clip, nodes, node_count, &time, 1, locals);
+}
 
 void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals) {
-  if (time_count < TIMES_FEW) {
-    for (size_t i = 0; i < time_count; i++, locals += node_count)
-      tw_clip_pose(clip, nodes, node_count, times[i], locals);
-    return;
-  }
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
-    for (size_t i = 0; i < count; i++) put_at_rest(nodes, node_count, locals + i * node_count);
-    pose_block(clip, times + done, count, locals);
-    locals += count * node_count;
+    pose_block(clip, nodes, node_count, times + done, count, locals + done * node_count);
   }
 }

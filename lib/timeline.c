@@ -68,7 +68,7 @@ void tw_timeline_find_all(const tw_timeline *timeline, const float *restrict tim
   uint32_t falls = 0;
   for (size_t i = 0; i < count; i++) clamped[i] = timeline_clamp(&line, times[i]);
   for (size_t i = 1; i < count; i++) falls += clamped[i] < clamped[i - 1];
-  if (falls == 0) {
+  if (falls == 0 && count > 1) {
     uint32_t first = timeline_find(&line, clamped[0]), last = timeline_find(&line, clamped[count - 1]);
     if (last - first <= KEYS_FEW) {
       count_keys(line.times, first, last, clamped, count, keys);

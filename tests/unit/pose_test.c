@@ -200,15 +200,13 @@ static tw_clip *mixed_clip(tw_node *nodes) {
   return clip;
 }
 
-static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
-  (void)state;
-  tw_node nodes[NODES];
-  tw_clip *clip = mixed_clip(nodes);
+/* The first times ascend by `step`. */
+static void assert_bulk_poses_are_single_ones(const tw_clip *clip, const tw_node *nodes, float step) {
   uint64_t seed = 8;
   float times[TIMES];
   static tw_trs bulk[TIMES][NODES], one[NODES];
   for (int i = 0; i < TIMES; i++)
-    times[i] = i < TIMES / 2 ? (float)i * 0.2f : (float)ref_between(&seed, -1, 15);
+    times[i] = i < TIMES / 2 ? (float)i * step : (float)ref_between(&seed, -1, 15);
   tw_clip_poses(clip, nodes, NODES, times, TIMES, bulk[0]);
   for (int i = 0; i < TIMES; i++) {
     tw_clip_pose(clip, nodes, NODES, times[i], one);
@@ -220,6 +218,14 @@ static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
     }
   }
   assert_true(bulk[0][1].translation[0] == 1); /* at rest where no track moves it */
+}
+
+static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
+  (void)state;
+  tw_node nodes[NODES];
+  tw_clip *clip = mixed_clip(nodes);
+  assert_bulk_poses_are_single_ones(clip, nodes, 0.2f);
+  assert_bulk_poses_are_single_ones(clip, nodes, 0.01f); /* many times between two keys */
   tw_clip_destroy(clip);
 }
 
