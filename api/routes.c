@@ -43,31 +43,33 @@ static const api_offer pose_offers[] = {{"json", "application/json"},
                                         {0}};
 static const api_offer live_offers[] = {{"", "text/event-stream"}, {0}};
 
-#define MODEL   "/v1/models/{id}"
-#define SOURCE  MODEL "/source"
-#define SURFACE MODEL "/surface"
-#define POSE    MODEL "/pose"
-#define TRACKS  MODEL "/tracks"
-#define LIVE    MODEL "/live"
+/* A path and its tail. */
+#define WHOLE(path)    path, NULL
+#define OF_MODEL(tail) "/v1/models/{id}" tail, tail
 
 static const api_route routes[] = {
-    {"GET", "/healthz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
-    {"GET", "/readyz", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
-    {"GET", "/version", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
-    {"GET", "/openapi.json", API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_openapi},
-    {"POST", "/v1/models", API_TAKES_MODEL, false, false, json_offers, no_parameters, api_post_model},
-    {"GET", "/v1/models", API_TAKES_NOTHING, false, false, json_offers, list_parameters, api_list_models},
-    {"GET", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
-    {"DELETE", MODEL, API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_delete_model},
-    {"GET", SOURCE, API_TAKES_NOTHING, false, false, source_offers, no_parameters, api_get_source},
-    {"GET", SURFACE, API_TAKES_NOTHING, false, true, surface_offers, surface_parameters, api_get_surface},
-    {"POST", "/v1/surface", API_TAKES_MODEL, false, true, surface_offers, surface_parameters,
+    {"GET", WHOLE("/healthz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
+    {"GET", WHOLE("/readyz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
+    {"GET", WHOLE("/version"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
+    {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, true, false, json_offers, no_parameters,
+     api_get_openapi},
+    {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, false, false, json_offers, no_parameters, api_post_model},
+    {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, false, false, json_offers, list_parameters,
+     api_list_models},
+    {"GET", OF_MODEL(""), API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
+    {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_delete_model},
+    {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, false, false, source_offers, no_parameters,
+     api_get_source},
+    {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, false, true, surface_offers, surface_parameters,
+     api_get_surface},
+    {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, false, true, surface_offers, surface_parameters,
      api_post_surface},
-    {"GET", TRACKS, API_TAKES_NOTHING, false, false, json_offers, tracks_parameters, api_get_tracks},
-    {"GET", POSE, API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
-    {"POST", POSE, API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
-    {"GET", LIVE, API_TAKES_NOTHING, false, false, live_offers, live_parameters, api_get_live},
-    {"POST", "/v1/pose", API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
+    {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, false, false, json_offers, tracks_parameters,
+     api_get_tracks},
+    {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
+    {"POST", OF_MODEL("/pose"), API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
+    {"GET", OF_MODEL("/live"), API_TAKES_NOTHING, false, false, live_offers, live_parameters, api_get_live},
+    {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
 };
 
 enum { ROUTES = sizeof routes / sizeof *routes };
@@ -81,35 +83,33 @@ const api_route *api_routes(size_t *count) {
 
 enum { ID_LENGTH = API_ID_TEXT - 1 };
 
-/* A path, cut once for all routes that it is held against. */
+/* A path, looked through once for all routes that it is held against. */
 typedef struct cut_path {
   const char *whole;
-  const char *id, *rest; /* of a path like MODEL: its id and what follows; else NULL */
+  const char *id; /* in it, of a model; else NULL */
 } cut_path;
 
 static cut_path cut(const char *path) {
   static const char models[] = "/v1/models/";
   size_t head = strlen(models);
-  if (strncmp(path, models, head) != 0) return (cut_path){path, NULL, NULL};
+  if (strncmp(path, models, head) != 0) return (cut_path){path, NULL};
   const char *id = path + head;
-  bool is_model = api_is_model_id(id, strnlen(id, ID_LENGTH));
-  return is_model ? (cut_path){path, id, id + ID_LENGTH} : (cut_path){path, NULL, NULL};
+  return (cut_path){path, api_is_model_id(id, strnlen(id, ID_LENGTH)) ? id : NULL};
 }
 
-/* What of the path follows the pattern; NULL when it does not begin with it. */
-static const char *match_pattern(const char *pattern, const cut_path *path) {
-  bool names_model = strncmp(pattern, MODEL, strlen(MODEL)) == 0;
-  if (names_model && !path->id) return NULL;
-  const char *text = names_model ? path->rest : path->whole;
-  if (names_model) pattern += strlen(MODEL);
-  size_t length = strlen(pattern);
-  return strncmp(text, pattern, length) == 0 ? text + length : NULL;
+/* What of the path follows the route's; NULL when it does not begin with it. */
+static const char *match_path(const api_route *route, const cut_path *path) {
+  if (route->tail && !path->id) return NULL;
+  const char *text = route->tail ? path->id + ID_LENGTH : path->whole;
+  const char *pattern = route->tail ? route->tail : route->path;
+  while (*pattern && *text == *pattern) text++, pattern++;
+  return *pattern ? NULL : text;
 }
 
 /* Whether the path is this route's. *offer: what its extension asks for, NULL without one. */
 static bool match_route(const api_route *route, const cut_path *path, const api_offer **offer) {
   *offer = NULL;
-  const char *rest = match_pattern(route->path, path);
+  const char *rest = match_path(route, path);
   if (!rest) return false;
   if (*rest == '\0') return true;
   if (!route->has_extensions || *rest != '.') return false;
@@ -133,8 +133,7 @@ const char *api_route_name(const char *path) {
 static bool find_route(api_call *call, const char *method) {
   const cut_path path = cut(call->request->path);
   for (size_t i = 0; i < ROUTES; i++) {
-    if (strcmp(routes[i].method, method) != 0) continue;
-    if (!match_route(&routes[i], &path, &call->offer)) continue;
+    if (!match_route(&routes[i], &path, &call->offer) || strcmp(routes[i].method, method) != 0) continue;
     call->route = &routes[i];
     if (path.id) memcpy(call->id, path.id, ID_LENGTH);
     return true;
@@ -255,6 +254,7 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   api_answer_header(&call->answer, "Vary", by_origin ? "Accept, Origin" : "Accept");
   api_answer_header(&call->answer, "X-Content-Type-Options", "nosniff");
   api_cors_headers(call->service, call->request, &call->answer);
+  call->answer.route = call->route ? call->route->path : NULL;
   *answer = call->answer;
 }
 

@@ -13,6 +13,7 @@ typedef enum api_takes {
 struct api_route {
   const char *method; /* GET answers HEAD too */
   const char *path;   /* "{id}" stands for 32 hex digits */
+  const char *tail;   /* of a path of a model: what follows the id; else NULL */
   api_takes takes;
   bool is_open;                  /* asks for no API key */
   bool has_extensions;           /* the path may end in "." and an offer's extension */

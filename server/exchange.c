@@ -84,6 +84,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
 static void answered(srv_exchange *exchange) {
   exchange->answered = true;
   exchange->status = exchange->answer.status;
+  exchange->route = exchange->answer.route;
   exchange->answered_ns = srv_now_ns();
   if (exchange->worked_ns == 0) exchange->received_ns = exchange->worked_ns = exchange->answered_ns;
 }
@@ -119,6 +120,13 @@ static void refuse_long_body(srv_exchange *exchange) {
   srv_exchange_refuse(exchange, 413, detail, 0);
 }
 
+/* Terminated, and cut where it does not fit. */
+static void copy_cut(char *out, size_t capacity, const char *text) {
+  size_t size = strnlen(text, capacity - 1);
+  memcpy(out, text, size);
+  out[size] = '\0';
+}
+
 /* Whether the request is refused on its headers; then the answer is there. */
 static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   const srv_config *config = exchange->server->config;
@@ -145,11 +153,11 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
                                     const char *(*header)(void *context, const char *name), void *context) {
   exchange->opened = true;
   atomic_fetch_add(&exchange->server->in_flight, 1);
-  snprintf(exchange->method, sizeof exchange->method, "%s", method);
+  copy_cut(exchange->method, sizeof exchange->method, method);
   exchange->request.header = header;
   exchange->request.context = context;
   const char *id = header(context, "X-Request-Id");
-  if (id != NULL && sane_id(id)) snprintf(exchange->id, sizeof exchange->id, "%s", id);
+  if (id != NULL && sane_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
   srv_body_init(&exchange->body, exchange->server->config->max_upload, exchange->server->temporary);
   if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
   bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;
@@ -299,7 +307,8 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
                                     .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
                                     .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
                                     .total_ms = total_ms});
-  const char *route = is_metrics(exchange) ? "/metrics" : api_route_name(exchange->request.path);
+  const char *route = exchange->route;
+  if (route == NULL) route = is_metrics(exchange) ? "/metrics" : api_route_name(exchange->request.path);
   srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->body.size,
                       exchange->bytes_out);
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);

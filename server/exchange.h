@@ -43,7 +43,8 @@ typedef struct srv_exchange {
   bool answered; /* answer is there, not yet taken */
   bool close;    /* the connection cannot go on after the answer */
   api_answer answer;
-  int status; /* of the answer, also after it was taken; 400 when no whole request came */
+  int status;        /* of the answer, also after it was taken; 400 when no whole request came */
+  const char *route; /* as of api_answer */
   uint64_t bytes_out;
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
   /* Set by http.c before finish. */

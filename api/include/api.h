@@ -128,6 +128,7 @@ enum { API_HEADERS_MAX = 24 };
 
 typedef struct api_answer {
   int status;
+  const char *route; /* what api_route_name says of the path; NULL: ask it */
   size_t header_count;
   api_header headers[API_HEADERS_MAX]; /* Content-Type and all others but Content-Length, Date, Connection,
                                           X-Request-Id and Server-Timing, which the server adds */
