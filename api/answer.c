@@ -14,7 +14,10 @@ tw_arena *api_answer_arena(const api_answer *answer) {
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy) answer->body.destroy(answer->body.context);
   if (answer->live.destroy) answer->live.destroy(answer->live.context);
-  free((void *)answer->bytes.data);
+  if (answer->lender)
+    api_entry_release(answer->lender);
+  else
+    free((void *)answer->bytes.data);
   tw_arena_destroy(answer->memory);
   *answer = (api_answer){0};
 }
@@ -39,6 +42,13 @@ void api_answer_headerf(api_answer *answer, const char *name, const char *format
   assert(length >= 0 && (size_t)length < sizeof value);
   char *copy = answer->memory ? tw_arena_text(answer->memory, value, (size_t)length) : NULL;
   if (copy) api_answer_header(answer, name, copy);
+}
+
+void api_answer_lent(api_answer *answer, int status, const char *type, api_bytes bytes, api_entry *lender) {
+  answer->status = status;
+  api_answer_header(answer, "Content-Type", type);
+  answer->bytes = bytes;
+  answer->lender = lender;
 }
 
 void api_answer_text(api_answer *answer, int status, const char *type, api_text *text) {

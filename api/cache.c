@@ -12,7 +12,7 @@ typedef enum entry_state { BUILDING, READY, FAILED } entry_state;
 
 struct api_entry {
   api_cache *cache; /* NULL: of one request's own */
-  uint32_t references;
+  uint32_t references, hash;
   entry_state state;
   bool is_listed; /* in the table: others may find it */
   api_built built;
@@ -48,20 +48,30 @@ api_cache *api_cache_create(uint64_t budget) {
 
 /* ---- the table and the list; under the lock --------------------------------------------------- */
 
-/* FNV-1a: keys are ours, or bear the id of a model that is there. */
+/* Eight bytes at a time, multiplied and folded. No defence against chosen keys: they are ours, or bear the id
+ * of a model that is there. */
 uint32_t api_cache_hash(const char *key) {
-  uint32_t hash = 2166136261u;
-  for (; *key; key++) hash = (hash ^ (unsigned char)*key) * 16777619u;
-  return hash;
+  static const uint64_t odd = 0x9E3779B97F4A7C15;
+  uint64_t hash = 0, word = 0;
+  size_t length = strlen(key);
+  for (; length >= sizeof word; length -= sizeof word, key += sizeof word) {
+    memcpy(&word, key, sizeof word);
+    hash = (hash ^ word) * odd;
+    hash ^= hash >> 32;
+  }
+  word = length;
+  memcpy(&word, key, length);
+  hash = (hash ^ word) * odd;
+  return (uint32_t)(hash >> 32);
 }
 
-static api_entry **bucket_of(api_cache *cache, const char *key) {
-  return &cache->buckets[api_cache_hash(key) % BUCKETS];
+static api_entry **bucket_of(api_cache *cache, uint32_t hash) {
+  return &cache->buckets[hash % BUCKETS];
 }
 
-static api_entry *find(api_cache *cache, const char *key) {
-  api_entry *entry = *bucket_of(cache, key);
-  while (entry && strcmp(entry->key, key) != 0) entry = entry->next_in_bucket;
+static api_entry *find(api_cache *cache, const char *key, uint32_t hash) {
+  api_entry *entry = *bucket_of(cache, hash);
+  while (entry && (entry->hash != hash || strcmp(entry->key, key) != 0)) entry = entry->next_in_bucket;
   return entry;
 }
 
@@ -78,7 +88,7 @@ static void link_newest(api_cache *cache, api_entry *entry) {
 }
 
 static void list_entry(api_cache *cache, api_entry *entry) {
-  api_entry **bucket = bucket_of(cache, entry->key);
+  api_entry **bucket = bucket_of(cache, entry->hash);
   entry->next_in_bucket = *bucket;
   *bucket = entry;
   entry->is_listed = true;
@@ -87,7 +97,7 @@ static void list_entry(api_cache *cache, api_entry *entry) {
 
 /* Takes the entry out of table, list and account. */
 static void unlist_entry(api_cache *cache, api_entry *entry) {
-  api_entry **link = bucket_of(cache, entry->key);
+  api_entry **link = bucket_of(cache, entry->hash);
   while (*link != entry) link = &(*link)->next_in_bucket;
   *link = entry->next_in_bucket;
   unlink_use(cache, entry);
@@ -147,8 +157,9 @@ static void touch(api_cache *cache, api_entry *entry) {
 }
 
 api_entry *api_cache_peek(api_cache *cache, const char *key) {
+  uint32_t hash = api_cache_hash(key);
   pthread_mutex_lock(&cache->lock);
-  api_entry *entry = find(cache, key);
+  api_entry *entry = find(cache, key, hash);
   if (entry && entry->state != READY) entry = NULL;
   if (entry) touch(cache, entry);
   pthread_mutex_unlock(&cache->lock);
@@ -192,8 +203,9 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_build buil
 api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
                           api_fault *fault) {
   *fault = (api_fault){0};
+  uint32_t hash = api_cache_hash(key);
   pthread_mutex_lock(&cache->lock);
-  api_entry *entry = find(cache, key);
+  api_entry *entry = find(cache, key, hash);
   if (entry) {
     touch(cache, entry);
     return await(cache, entry, fault);
@@ -207,6 +219,7 @@ api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, vo
   }
   memcpy(entry->key, key, length);
   entry->cache = cache;
+  entry->hash = hash;
   entry->references = 1;
   entry->state = BUILDING;
   list_entry(cache, entry);

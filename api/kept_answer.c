@@ -11,10 +11,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { KEY_TEXT = 512, SIZE_MOST = 64 << 10, ASKED = 4096 };
+enum { SIZE_MOST = 64 << 10, ASKED = 4096 };
 
-/* A key is kept when it comes again before another one has taken its place here: most poses are asked for
- * once, and keeping those would only cost. */
+/* A key counts as asked again when it comes before another one has taken its place here: most poses are asked
+ * for once, and keeping those would only cost. */
 struct api_kept_answers {
   api_cache *cache;
   atomic_uint asked[ASKED]; /* hashes */
@@ -50,42 +50,54 @@ uint64_t api_kept_answers_size(api_kept_answers *answers) {
   return api_cache_size(answers->cache);
 }
 
-/* False when the call is none whose answer is kept. */
-static bool write_key(const api_call *call, char out[KEY_TEXT]) {
+api_cache *api_kept_answers_cache(api_kept_answers *answers) {
+  return answers->cache;
+}
+
+bool api_kept_asked_again(api_kept_answers *answers, const char *key) {
+  unsigned hash = api_cache_hash(key);
+  return atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) == hash;
+}
+
+bool api_kept_key(const api_call *call, char out[API_KEPT_KEY]) {
   const api_request *request = call->request;
   size_t path = strlen(request->path), query = strlen(request->query);
   bool is_read = call->route->takes == API_TAKES_NOTHING && request->body.size == 0;
   if (!is_read || !call->id[0] || !strchr(request->path, '.')) return false;
-  if (path > KEY_TEXT || query > KEY_TEXT || path + 1 + query >= KEY_TEXT) return false;
+  if (path > API_KEPT_KEY || query > API_KEPT_KEY || path + 1 + query >= API_KEPT_KEY) return false;
   memcpy(out, request->path, path);
   out[path] = '?';
   memcpy(out + path + 1, request->query, query + 1);
   return true;
 }
 
-static api_outcome reply(api_call *call, const kept_answer *kept) {
-  char *etag = tw_arena_text(call->arena, kept->etag, strlen(kept->etag));
-  if (!etag) return api_fail_without_memory(call);
-  api_outcome outcome = api_validate_tag(call, etag);
-  if (outcome != API_LATER) return outcome;
-  api_text text = {0};
-  api_text_bytes(&text, (const char *)kept->bytes, kept->size);
-  api_answer_text(&call->answer, 200, kept->type, &text);
-  return API_DONE;
+/* Takes over the entry in any case: tag and bytes are sent from where they are kept. */
+static api_outcome reply(api_call *call, api_entry *entry) {
+  const kept_answer *kept = api_entry_value(entry);
+  api_outcome outcome = api_validate_tag(call, kept->etag);
+  if (outcome == API_FAILED)
+    api_entry_release(entry);
+  else if (outcome == API_DONE)
+    call->answer.lender = entry; /* of the tag */
+  else
+    api_answer_lent(&call->answer, 200, kept->type, (api_bytes){kept->bytes, kept->size}, entry);
+  return outcome == API_FAILED ? API_FAILED : API_DONE;
 }
 
 api_outcome api_kept_answer(api_call *call) {
-  char key[KEY_TEXT];
-  if (!write_key(call, key)) return API_LATER;
+  char key[API_KEPT_KEY];
+  if (!api_kept_key(call, key)) return API_LATER;
   api_entry *entry = api_cache_peek(call->service->answers->cache, key);
   if (!entry) return API_LATER;
   /* A model that was deleted while its answer was on the way to being kept is not here; one that is in use
    * should stay here. */
   api_entry *model = api_model_peek(call->service, call->id);
-  api_outcome outcome = model ? reply(call, api_entry_value(entry)) : API_LATER;
+  if (!model) {
+    api_entry_release(entry);
+    return API_LATER;
+  }
   api_entry_release(model);
-  api_entry_release(entry);
-  return outcome;
+  return reply(call, entry);
 }
 
 static bool build_kept(void *context, api_built *out, api_fault *fault) {
@@ -109,13 +121,12 @@ static kept_answer *copy_answer(const api_answer *answer, const char *type, cons
 }
 
 void api_keep_answer(const api_call *call) {
-  char key[KEY_TEXT];
+  char key[API_KEPT_KEY];
   const api_answer *answer = &call->answer;
   const char *etag = api_answer_find(answer, "ETag");
-  if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || !write_key(call, key)) return;
+  if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || !api_kept_key(call, key)) return;
   api_kept_answers *answers = call->service->answers;
-  unsigned hash = api_cache_hash(key);
-  if (atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) != hash) return;
+  if (!api_kept_asked_again(answers, key)) return;
   kept_answer *made = copy_answer(answer, call->offer->type, etag);
   if (!made) return;
   api_fault fault;

@@ -3,6 +3,7 @@
 #ifndef API_KEPT_ANSWER_H
 #define API_KEPT_ANSWER_H
 
+#include "cache.h"
 #include "call.h"
 
 typedef struct api_kept_answers api_kept_answers;
@@ -15,6 +16,18 @@ void api_kept_answers_forget(api_kept_answers *answers, const char *id);
 
 /* Bytes of the answers that are kept. */
 uint64_t api_kept_answers_size(api_kept_answers *answers);
+
+/* Where they are kept: keys are a path, '?' and a query. Others that answers are made from may stand beside
+ * them, under keys that no query can give. */
+api_cache *api_kept_answers_cache(api_kept_answers *answers);
+
+/* The key of a call's answer; false when none like it is kept. */
+enum { API_KEPT_KEY = 512 };
+bool api_kept_key(const api_call *call, char out[API_KEPT_KEY]);
+
+/* Whether a key was asked for before, and not too many others since: what is asked for once is not worth
+ * keeping. */
+bool api_kept_asked_again(api_kept_answers *answers, const char *key);
 
 /* Answers a call whose route and key are judged. API_LATER: nothing is kept, go on. */
 api_outcome api_kept_answer(api_call *call);

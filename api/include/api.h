@@ -132,12 +132,13 @@ typedef struct api_answer {
   size_t header_count;
   api_header headers[API_HEADERS_MAX]; /* Content-Type and all others but Content-Length, Date, Connection,
                                           X-Request-Id and Server-Timing, which the server adds */
-  /* Either bytes (body.read and live.frame NULL), freed with the answer, or a body, or frames. HEAD gives
-   * what GET would: the server sends the size and none of it. */
+  /* Either bytes (body.read and live.frame NULL), which live as long as the answer, or a body, or frames.
+   * HEAD gives what GET would: the server sends the size and none of it. */
   api_bytes bytes;
   api_body body;
   api_live live; /* the server may take it out of the answer */
   void *memory;  /* what the answer owns */
+  void *lender;  /* NULL: the answer owns the bytes too */
 } api_answer;
 
 /* The stage before the body is read. */
