@@ -40,6 +40,10 @@ static char *reserve(api_text *text, size_t more) {
   return data + text->size;
 }
 
+void api_text_reserve(api_text *text, size_t more) {
+  reserve(text, more);
+}
+
 void api_text_bytes(api_text *text, const char *bytes, size_t size) {
   char *end = size ? reserve(text, size) : NULL;
   if (!end) return;
@@ -149,10 +153,20 @@ void api_text_list(api_text *text, const float *values, size_t count) {
   if (end) advance(text, tw_print_floats(end, values, count));
 }
 
+void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    char *start = reserve(text, width * (TW_NUMBER_TEXT + 1) + 3), *end = start;
+    if (!start) return;
+    if (i > 0) *end++ = ',';
+    *end++ = '[';
+    end += tw_print_floats(end, values + i * stride, width);
+    *end++ = ']';
+    advance(text, (size_t)(end - start));
+  }
+}
+
 void api_text_floats(api_text *text, const float *values, size_t count) {
-  api_text_bytes(text, "[", 1);
-  api_text_list(text, values, count);
-  api_text_bytes(text, "]", 1);
+  api_text_vectors(text, values, count, count, 1);
 }
 
 void api_text_float32(api_text *text, const float *values, size_t count) {
@@ -162,10 +176,14 @@ void api_text_float32(api_text *text, const float *values, size_t count) {
   }
   char *end = count ? reserve(text, count * sizeof *values) : NULL;
   if (!end) return;
-  for (size_t i = 0; i < count; i++) {
-    uint32_t bits;
-    memcpy(&bits, &values[i], sizeof bits);
-    for (int byte = 0; byte < 4; byte++) *end++ = (char)(bits >> 8 * byte & 0xFF);
+  if (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__) {
+    memcpy(end, values, count * sizeof *values);
+  } else {
+    for (size_t i = 0; i < count; i++) {
+      uint32_t bits;
+      memcpy(&bits, &values[i], sizeof bits);
+      for (int byte = 0; byte < 4; byte++) *end++ = (char)(bits >> 8 * byte & 0xFF);
+    }
   }
   advance(text, count * sizeof *values);
 }

@@ -19,6 +19,9 @@ void api_text_deinit(api_text *text);
 /* Empties the buffer and keeps its memory, for answers sent piece by piece. */
 void api_text_clear(api_text *text);
 
+/* Makes room for `more` bytes, so that they need not be moved as they grow. */
+void api_text_reserve(api_text *text, size_t more);
+
 void api_text_bytes(api_text *text, const char *bytes, size_t size);
 void api_text_add(api_text *text, const char *terminated);
 
@@ -40,6 +43,8 @@ void api_text_flag(api_text *text, bool value);
 void api_text_list(api_text *text, const float *values, size_t count);
 /* [a,b,c] */
 void api_text_floats(api_text *text, const float *values, size_t count);
+/* [a,b,c],[d,e,f]: `count` vectors of `width` numbers, each `stride` numbers behind the one before. */
+void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count);
 
 /* [count] little-endian float32, whatever the machine's order. */
 void api_text_float32(api_text *text, const float *values, size_t count);

@@ -29,6 +29,7 @@ typedef enum pose_phase {
 
 struct api_pose_body {
   api_pose_query query;
+  const api_pose_template *template; /* NULL: nothing is printed yet */
   pose_phase phase;
   uint64_t next; /* time or pose */
   api_text text; /* printed and not yet read */
@@ -167,33 +168,39 @@ static void evaluate_pose(api_pose_body *body) {
 
 /* ---- phases ------------------------------------------------------------------------------------ */
 
-static void print_head(api_pose_body *body, api_text *text) {
-  body->phase = PHASE_POSES;
-  switch (body->query.form) {
+/* What comes before the times, or before the poses where the form has none. */
+static void print_opening(const api_pose_query *query, api_text *text) {
+  switch (query->form) {
   case API_POSE_NDJSON: return;
-  case API_POSE_CSV: api_pose_print_columns(&body->query, text); return;
-  case API_POSE_BIN: /* print_bin_head has */ break;
-  case API_POSE_JSON:
-    api_pose_print_heading(&body->query, text);
-    api_text_member(text, "times");
-    api_text_add(text, "[");
-    body->phase = PHASE_TIMES;
+  case API_POSE_CSV: api_pose_print_columns(query, text); return;
+  case API_POSE_BIN:
+    api_text_add(text, "TWPB");
+    api_pose_print_u32(1, text);
+    api_pose_print_u32(0, text); /* the length: see print_bin_head */
+    api_pose_print_heading(query, text);
+    api_pose_print_layout(query, text);
     break;
+  case API_POSE_JSON: api_pose_print_heading(query, text); break;
   }
+  api_text_member(text, "times");
+  api_text_add(text, "[");
 }
 
-/* What the binary form says before its times, and the size of the whole answer, which stands in it. False
- * when there is no memory or the header is too long. */
+static void print_head(api_pose_body *body, api_text *text) {
+  const api_pose_template *template = body->template;
+  body->phase = body->query.form == API_POSE_JSON ? PHASE_TIMES : PHASE_POSES;
+  if (template)
+    api_text_bytes(text, template->opening, template->opening_size);
+  else
+    print_opening(&body->query, text);
+}
+
+/* The size of the whole answer stands in a binary one's head, which is printed first. False when there is no
+ * memory or the header is too long. */
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_query *query = &body->query;
   api_text *text = &body->text;
-  api_text_add(text, "TWPB");
-  api_pose_print_u32(1, text);
-  api_pose_print_u32(0, text); /* the length, below */
-  api_pose_print_heading(query, text);
-  api_pose_print_layout(query, text);
-  api_text_member(text, "times");
-  api_text_add(text, "[");
+  print_head(body, text);
   uint64_t header = text->size - BIN_PREFIX + api_pose_measure_times(query) + strlen("]}");
   if (text->failed || header > UINT32_MAX - 4) return false;
   body->padding = (uint32_t)((4 - header % 4) % 4);
@@ -229,7 +236,8 @@ static void print_poses(api_pose_body *body, api_text *text) {
   size_t end = text->size + PIECE;
   while (body->next < body->query.times.count && text->size < end && !text->failed) {
     evaluate_pose(body);
-    api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, text);
+    const api_pose_sample *sample = body->template ? &body->template->sample : NULL;
+    api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, sample, text);
     body->next++;
   }
   if (body->next == body->query.times.count) body->phase = PHASE_TAIL;
@@ -267,6 +275,9 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
 void api_pose_body_print_whole(api_pose_body *body, api_text *text) {
   *text = body->text; /* the head of the binary form */
   body->text = (api_text){0};
+  uint64_t size = body->template ? body->template->size : 0;
+  if (body->size != API_SIZE_UNKNOWN) size = body->size - text->size;
+  if (size <= SIZE_MAX) api_text_reserve(text, (size_t)size);
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
 }
 
@@ -276,7 +287,7 @@ bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
   body->next = 0;
   body->block_next = body->block_count = 0;
   evaluate_pose(body);
-  api_pose_print_row(&body->query, time, body->row, text);
+  api_pose_print_row(&body->query, time, body->row, NULL, text);
   return !text->failed;
 }
 
@@ -336,10 +347,24 @@ static bool allocate(api_pose_body *body, tw_arena *arena) {
   return is_whole;
 }
 
-api_pose_body *api_pose_body_create(const api_pose_query *query, tw_arena *arena) {
+bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *arena, api_pose_template *out) {
+  const api_pose_query *query = &body->query;
+  api_text text = {0};
+  print_opening(query, &text);
+  const char *opening = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
+  /* Some numbers of other times are longer, few by much, and most are as long. */
+  *out = (api_pose_template){.opening = opening, .opening_size = text.size, .size = size + size / 16 + 64};
+  api_text_deinit(&text);
+  bool is_json = query->form == API_POSE_JSON || query->form == API_POSE_NDJSON;
+  return opening && (!is_json || api_pose_sample_take(query, body->row, arena, &out->sample));
+}
+
+api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,
+                                    tw_arena *arena) {
   api_pose_body *body = tw_arena_alloc(arena, 1, sizeof *body);
   if (!body) return NULL;
   body->query = *query;
+  body->template = template;
   body->size = API_SIZE_UNKNOWN;
   if (!allocate(body, arena)) return NULL;
   if (query->form != API_POSE_BIN || print_bin_head(body)) return body;

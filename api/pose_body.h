@@ -33,8 +33,29 @@ static inline bool api_pose_has_all_nodes(const api_pose_query *query) {
 
 typedef struct api_pose_body api_pose_body;
 
-/* NULL without memory. arena: scratch in proportion to the model's nodes. */
-api_pose_body *api_pose_body_create(const api_pose_query *query, tw_arena *arena);
+/* A row that was printed: what another one has of it in the same place is copied instead of printed. */
+typedef struct api_pose_sample {
+  const float *row;     /* [node_count][width] */
+  const char *text;     /* of its vectors as JSON, part by part, with commas between those of a part */
+  const uint32_t *ends; /* [parts][node_count], where in the text each vector ends */
+} api_pose_sample;
+
+/* What answers to one query have in common whatever their times, ready printed. */
+typedef struct api_pose_template {
+  const char *opening; /* up to the times */
+  size_t opening_size;
+  api_pose_sample sample;
+  size_t size; /* of most answers at most */
+} api_pose_template;
+
+/* The template of a body that is printed to its end, in `size` bytes; of one time, since a binary opening
+ * tells their number. False without memory. It lives as long as the arena. */
+bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *arena, api_pose_template *out);
+
+/* NULL without memory. template: of the same query at another time, or NULL. arena: scratch in proportion to
+ * the model's nodes. */
+api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,
+                                    tw_arena *arena);
 void api_pose_body_deinit(api_pose_body *body);
 
 /* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */

@@ -134,21 +134,69 @@ void api_pose_print_layout(const api_pose_query *query, api_text *text) {
   api_text_add(text, "]");
 }
 
-static void print_json_pose(const api_pose_query *query, float time, const float *row, api_text *text) {
+/* Bit for bit; width: of a part, 3 or more. */
+static bool is_same(const float *a, const float *b, size_t width) {
+  return memcmp(a, b, 3 * sizeof *a) == 0 && memcmp(a + 3, b + 3, (width - 3) * sizeof *a) == 0;
+}
+
+/* One part of all nodes, in runs that stand in the sample (from `ends` on) and runs that do not. */
+static void print_part(const api_pose_query *query, const pose_part *part, const float *row,
+                       const api_pose_sample *sample, const uint32_t *ends, api_text *text) {
   size_t width = api_pose_width(query->as);
+  const float *values = row + part->offset, *known = sample->row ? sample->row + part->offset : NULL;
+  for (uint32_t i = 0; i < query->node_count;) {
+    uint32_t first = i;
+    while (known && i < query->node_count && is_same(values + i * width, known + i * width, part->width)) i++;
+    if (i > first) {
+      uint32_t start = first > 0 ? ends[first - 1] + 1 : ends == sample->ends ? 0 : ends[-1];
+      api_text_element(text);
+      api_text_bytes(text, sample->text + start, ends[i - 1] - start);
+      continue;
+    }
+    do i++;
+    while (i < query->node_count && !(known && is_same(values + i * width, known + i * width, part->width)));
+    api_text_element(text);
+    api_text_vectors(text, values + first * width, width, part->width, i - first);
+  }
+}
+
+static void print_json_pose(const api_pose_query *query, float time, const float *row,
+                            const api_pose_sample *sample, api_text *text) {
+  const uint32_t *ends = sample->ends;
   api_text_add(text, "{");
   api_text_member(text, "t");
   api_text_float(text, time);
   for (const pose_part *part = all_parts[query->as]; part->name; part++) {
     api_text_member(text, part->name);
     api_text_add(text, "[");
-    for (uint32_t i = 0; i < query->node_count; i++) {
-      api_text_element(text);
-      api_text_floats(text, row + i * width + part->offset, part->width);
-    }
+    print_part(query, part, row, sample, ends, text);
     api_text_add(text, "]");
+    if (ends) ends += query->node_count;
   }
   api_text_add(text, "}");
+}
+
+bool api_pose_sample_take(const api_pose_query *query, const float *row, tw_arena *arena,
+                          api_pose_sample *out) {
+  size_t width = api_pose_width(query->as), parts = 0;
+  while (all_parts[query->as][parts].name) parts++;
+  float *copy = tw_arena_alloc(arena, query->node_count * width, sizeof *copy);
+  uint32_t *ends = tw_arena_alloc(arena, query->node_count * parts, sizeof *ends), *end = ends;
+  if (!copy || !ends) return false;
+  memcpy(copy, row, query->node_count * width * sizeof *copy);
+  api_text text = {0};
+  for (const pose_part *part = all_parts[query->as]; part->name; part++) {
+    for (uint32_t i = 0; i < query->node_count; i++) {
+      if (i > 0) api_text_bytes(&text, ",", 1);
+      api_text_vectors(&text, row + i * width + part->offset, width, part->width, 1);
+      *end++ = (uint32_t)text.size;
+    }
+  }
+  const char *kept =
+      text.failed || text.size > UINT32_MAX ? NULL : tw_arena_text(arena, text.data, text.size);
+  api_text_deinit(&text);
+  if (kept) *out = (api_pose_sample){copy, kept, ends};
+  return kept != NULL;
 }
 
 /* A CSV field, quoted where RFC 4180 asks for it. */
@@ -185,14 +233,17 @@ void api_pose_print_u32(uint32_t value, api_text *text) {
   api_text_bytes(text, bytes, sizeof bytes);
 }
 
-void api_pose_print_row(const api_pose_query *query, float time, const float *row, api_text *text) {
+void api_pose_print_row(const api_pose_query *query, float time, const float *row,
+                        const api_pose_sample *sample, api_text *text) {
+  static const api_pose_sample none = {0};
+  if (!sample) sample = &none;
   switch (query->form) {
   case API_POSE_JSON:
     api_text_element(text);
-    print_json_pose(query, time, row, text);
+    print_json_pose(query, time, row, sample, text);
     break;
   case API_POSE_NDJSON:
-    print_json_pose(query, time, row, text);
+    print_json_pose(query, time, row, sample, text);
     api_text_add(text, "\n");
     break;
   case API_POSE_BIN: api_text_float32(text, row, api_pose_width(query->as) * query->node_count); break;

@@ -19,8 +19,13 @@ uint64_t api_pose_measure_times(const api_pose_query *query);
 /* CSV's line of column names. */
 void api_pose_print_columns(const api_pose_query *query, api_text *text);
 
-/* One pose in the query's form. row: [node_count][width]. */
-void api_pose_print_row(const api_pose_query *query, float time, const float *row, api_text *text);
+/* False without memory. The sample lives as long as the arena. */
+bool api_pose_sample_take(const api_pose_query *query, const float *row, tw_arena *arena,
+                          api_pose_sample *out);
+
+/* One pose in the query's form. row: [node_count][width]. sample: NULL for none; only JSON uses it. */
+void api_pose_print_row(const api_pose_query *query, float time, const float *row,
+                        const api_pose_sample *sample, api_text *text);
 
 /* Little-endian, whatever the machine's order. */
 void api_pose_print_u32(uint32_t value, api_text *text);

@@ -5,6 +5,7 @@
 #include "handlers.h"
 #include "kept_answer.h"
 #include "models.h"
+#include "prepared_pose.h"
 #include "routes.h"
 #include "service.h"
 #include "upload.h"
@@ -67,18 +68,20 @@ static int64_t read_answer(void *context, uint8_t *out, size_t capacity) {
 }
 
 /* Prints a small answer at once: its length is then known, and nothing is held. */
-static api_outcome print_now(api_call *call, pose_answer *answer) {
+static api_outcome print_now(api_call *call, const api_pose_request *request, const api_clip_choice *choice,
+                             pose_answer *answer) {
   api_text text;
   api_pose_body_print_whole(answer->body, &text);
+  if (!text.failed) api_prepare_pose(call, request, choice, answer->body, text.size);
   destroy_answer(answer);
   return api_reply(call, &text);
 }
 
 /* Fills the answer; takes over the entries in any case. */
-static api_outcome reply_poses(api_call *call, const api_pose_request *request, api_entry *model,
-                               api_entry *clip) {
+static api_outcome reply_poses(api_call *call, const api_pose_request *request, const api_clip_choice *choice,
+                               api_entry *model, api_entry *clip) {
   pose_answer *answer = tw_arena_alloc(call->arena, 1, sizeof *answer);
-  api_pose_body *body = answer ? api_pose_body_create(&request->query, call->arena) : NULL;
+  api_pose_body *body = answer ? api_pose_body_create(&request->query, NULL, call->arena) : NULL;
   if (!body) {
     api_entry_release(clip);
     api_entry_release(model);
@@ -88,7 +91,7 @@ static api_outcome reply_poses(api_call *call, const api_pose_request *request, 
   bool is_borrowed = request->query.clip && request->query.clip->keys;
   if (is_borrowed && request->query.clip->missing_count > 0) api_clip_warning(call, request->query.clip);
   if (count_numbers(&request->query) <= SMALL_NUMBERS) {
-    api_outcome outcome = print_now(call, answer);
+    api_outcome outcome = print_now(call, request, choice, answer);
     /* What is borrowed goes with its lender, whose id the key need not bear. */
     if (!is_borrowed) api_keep_answer(call);
     return outcome;
@@ -132,9 +135,9 @@ static api_outcome answer_poses(api_call *call, api_pose_request *request, api_e
     char representation[16];
     snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
     outcome = text ? api_validate(call, representation, text) : api_fail_without_memory(call);
-    if (outcome == API_LATER) return reply_poses(call, request, entry, clip);
+    if (outcome == API_LATER) return reply_poses(call, request, &choice, entry, clip);
   } else if (outcome == API_DONE) {
-    return reply_poses(call, request, entry, clip);
+    return reply_poses(call, request, &choice, entry, clip);
   }
   api_entry_release(clip);
   api_entry_release(entry);

@@ -6,6 +6,7 @@
 #include "handlers.h"
 #include "kept_answer.h"
 #include "models.h"
+#include "prepared_pose.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -282,6 +283,7 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
   }
   api_outcome outcome = admit_route(&call);
   if (outcome == API_LATER) outcome = api_kept_answer(&call);
+  if (outcome == API_LATER) outcome = api_prepared_pose(&call);
   if (outcome == API_LATER) outcome = admit_rest(&call);
   if (outcome == API_LATER) outcome = call.route->handle(&call);
   if (outcome == API_LATER) {

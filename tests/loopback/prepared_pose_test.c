@@ -1,0 +1,189 @@
+/* Poses at one time after the other: what earlier answers left must not show. */
+#include "loopback.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "kept_answer.h"
+#include "service.h"
+
+/* A wheel that turns, an axle that moves, and two nodes that stay as they are. */
+static const char cart[] =
+    "{\"nodes\":[{\"name\":\"cart\",\"translation\":[0.5,-2,1e-7]},{\"name\":\"wheel\",\"parent\":\"cart\","
+    "\"translation\":[0,0.3,0]},{\"name\":\"axle\",\"parent\":\"cart\",\"scale\":[2,1,0.125]},"
+    "{\"name\":\"load\",\"parent\":\"axle\"}],\"clips\":[{\"name\":\"turn\",\"tracks\":["
+    "{\"node\":\"wheel\",\"path\":\"rotation\",\"times\":[0,1,2],\"quaternions\":[[0,0,0,1],[0.1,0.2,0.9,0.3]"
+    ","
+    "[0,0,1,0]]},{\"node\":\"axle\",\"path\":\"translation\",\"times\":[0,2],\"values\":[[0,0,0],[1,2,3]]}]}]"
+    "}";
+
+typedef struct fixture {
+  loopback *loop;
+  char id[API_ID_TEXT];
+} fixture;
+
+static int setup(void **state) {
+  api_settings settings = loopback_settings();
+  fixture *f = calloc(1, sizeof *f);
+  f->loop = loopback_start(&settings);
+  loopback_upload(f->loop, "application/json", cart, f->id);
+  *state = f;
+  return 0;
+}
+
+static int teardown(void **state) {
+  fixture *f = *state;
+  loopback_stop(f->loop);
+  free(f);
+  return 0;
+}
+
+/* query: all but the time. */
+static reply ask(const fixture *f, const char *form, const char *query, const char *at) {
+  char target[512];
+  snprintf(target, sizeof target, "/v1/models/%s/pose.%s?%s&at=%s", f->id, form, query, at);
+  return loopback_get(f->loop, target);
+}
+
+static uint64_t kept(const fixture *f) {
+  return api_kept_answers_size(f->loop->service->answers);
+}
+
+/* Asks twice, each time for another time: the second answer is prepared from. */
+static void prepare(const fixture *f, const char *form, const char *query) {
+  uint64_t before = kept(f);
+  for (int i = 0; i < 2; i++) {
+    assert_int_equal(kept(f), before);
+    reply r = ask(f, form, query, i ? "0.75" : "0.5");
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  assert_true(kept(f) > before);
+}
+
+/* Compares with the answer to the same question in other words, which is read from the beginning. */
+static void assert_same_answer(const fixture *f, const char *form, const char *query, const char *at) {
+  char escaped[64];
+  snprintf(escaped, sizeof escaped, "%%%02X%s", at[0], at + 1);
+  reply r = ask(f, form, query, at), whole = ask(f, form, query, escaped);
+  assert_int_equal(r.status, 200);
+  assert_int_equal(whole.status, 200);
+  assert_int_equal(r.size, whole.size);
+  assert_memory_equal(r.body, whole.body, r.size);
+  assert_int_equal(r.answer.header_count, whole.answer.header_count);
+  for (size_t i = 0; i < r.answer.header_count; i++) {
+    assert_string_equal(r.answer.headers[i].name, whole.answer.headers[i].name);
+    assert_string_equal(r.answer.headers[i].value, whole.answer.headers[i].value);
+  }
+  reply_free(&r);
+  reply_free(&whole);
+}
+
+static void an_answer_at_another_time_is_what_it_is_from_the_beginning(void **state) {
+  fixture *f = *state;
+  static const char *const forms[] = {"json", "ndjson", "bin", "csv"};
+  static const char *const queries[] = {"clip=turn",
+                                        "as=matrix",
+                                        "as=matrix&space=world",
+                                        "space=world",
+                                        "as=euler&unit=degrees&order=ZYX",
+                                        "as=axis-angle&loop=pingpong",
+                                        "interpolation=step&loop=repeat",
+                                        "nodes=load,wheel",
+                                        "nodes=cart"};
+  static const char *const times[] = {"0",  "1",    "2",    "0.3", "1.2345678",
+                                      "-1", "99.5", "1e-9", "2.",  "12345678"};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++)
+    for (size_t j = 0; j < sizeof queries / sizeof *queries; j++) {
+      prepare(f, forms[i], queries[j]);
+      for (size_t k = 0; k < sizeof times / sizeof *times; k++)
+        assert_same_answer(f, forms[i], queries[j], times[k]);
+    }
+}
+
+static void a_model_without_clips_rests_at_any_time(void **state) {
+  fixture *f = *state;
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}]}", f->id);
+  prepare(f, "json", "as=trs");
+  assert_same_answer(f, "json", "as=trs", "7.5");
+}
+
+static void a_time_that_is_none_is_told_as_ever(void **state) {
+  fixture *f = *state;
+  static const char *const bad[] = {"",    "1e99", "-",      "1.2.3",    "1e",
+                                    "0x1", "nan",  "1&at=2", "1&from=0", "1&x=1"};
+  prepare(f, "json", "clip=turn");
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
+    assert_problem(ask(f, "json", "clip=turn", bad[i]), 400, NULL, NULL);
+  assert_problem(ask(f, "json", "at=1&clip=turn", "1"), 400, NULL, "twice");
+}
+
+static void several_times_are_another_question(void **state) {
+  fixture *f = *state;
+  prepare(f, "json", "clip=turn");
+  reply r = ask(f, "json", "clip=turn", "1,2");
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"times\":[1,2]"));
+  reply_free(&r);
+}
+
+static void conditions_are_judged_at_another_time(void **state) {
+  fixture *f = *state;
+  prepare(f, "bin", "clip=turn");
+  char header[128], target[128];
+  reply r = ask(f, "bin", "clip=turn", "1.5");
+  snprintf(header, sizeof header, "If-None-Match: %s\n", reply_header(&r, "ETag"));
+  reply_free(&r);
+  snprintf(target, sizeof target, "/v1/models/%s/pose.bin?clip=turn&at=1.5", f->id);
+  r = loopback_ask(f->loop, "GET", target, header, NULL, 0);
+  assert_int_equal(r.status, 304);
+  assert_int_equal(r.size, 0);
+  reply_free(&r);
+  assert_problem(loopback_ask(f->loop, "GET", target, "If-Match: \"other\"\n", NULL, 0), 412, NULL,
+                 "If-Match");
+}
+
+static void a_deleted_model_has_no_more_poses(void **state) {
+  fixture *f = *state;
+  char target[128];
+  prepare(f, "json", "clip=turn");
+  snprintf(target, sizeof target, "/v1/models/%s", f->id);
+  reply r = loopback_ask(f->loop, "DELETE", target, NULL, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+  assert_int_equal(kept(f), 0);
+  assert_problem(ask(f, "json", "clip=turn", "1"), 404, NULL, NULL);
+}
+
+static void large_poses_are_not_prepared(void **state) {
+  fixture *f = *state;
+  enum { NODES = 500 };
+  char *model = malloc(NODES * 32 + 64), *end = model + sprintf(model, "{\"nodes\":[");
+  for (int i = 0; i < NODES; i++) end += sprintf(end, "%s{\"name\":\"n%d\"}", i ? "," : "", i);
+  strcpy(end, "]}");
+  loopback_upload(f->loop, "application/json", model, f->id);
+  free(model);
+  for (int i = 0; i < 3; i++) {
+    char at[8];
+    snprintf(at, sizeof at, "%d", i);
+    reply r = ask(f, "bin", "as=trs", at);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  assert_int_equal(kept(f), 0);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(an_answer_at_another_time_is_what_it_is_from_the_beginning, setup,
+                                      teardown),
+      cmocka_unit_test_setup_teardown(a_model_without_clips_rests_at_any_time, setup, teardown),
+      cmocka_unit_test_setup_teardown(a_time_that_is_none_is_told_as_ever, setup, teardown),
+      cmocka_unit_test_setup_teardown(several_times_are_another_question, setup, teardown),
+      cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, teardown),
+      cmocka_unit_test_setup_teardown(a_deleted_model_has_no_more_poses, setup, teardown),
+      cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, teardown),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
