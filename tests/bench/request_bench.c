@@ -1,5 +1,6 @@
 /* Requests a second of pose.json and pose.bin, every one for another time, beside a bare libmicrohttpd
- * handler that sends as many bytes; both serve on one thread, and the client has one of its own. usage:
+ * handler that takes the same requests and sends as many bytes; both serve on one thread, and the client has
+ * one of its own, so that the rate is that of the busier of the two. usage:
  * request_bench TWEEND [JSON] */
 #include "bare.h"
 #include "load.h"
@@ -122,12 +123,6 @@ static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUES
                           target->form, time);
 }
 
-static size_t plain_request(const void *context, uint64_t n, char out[LOAD_REQUEST_SIZE]) {
-  (void)context;
-  (void)n;
-  return (size_t)snprintf(out, LOAD_REQUEST_SIZE, "GET / HTTP/1.1\r\nHost: bench\r\n\r\n");
-}
-
 /* One of those who serve by turns. */
 typedef struct server {
   load load;
@@ -160,8 +155,8 @@ static void bench_requests(bench_report *report, const daemon_process *daemon, c
   const pose_target other = {id, form, false}, same = {id, form, true};
   server servers[4] = {{.process = daemon->process, .load = {daemon->port, pose_request, &other, 0, 0, ""}},
                        {.process = daemon->process, .load = {daemon->port, pose_request, &same, 0, 0, ""}},
-                       {.load = {.request = plain_request}},
-                       {.load = {.request = plain_request}}};
+                       {.load = {.request = pose_request, .context = &other}},
+                       {.load = {.request = pose_request, .context = &other}}};
   load *asked = &servers[0].load;
   load_run(asked, 1, 0.01);
   uint64_t body = asked->answer_size - strlen(asked->head) - strlen("\r\n");
