@@ -11,9 +11,9 @@ typedef struct group_key {
   uint32_t track;
 } group_key;
 
-static void list_keys(const tw_track *const *tracks, uint32_t track_count, group_key *keys) {
-  for (uint32_t i = 0; i < track_count; i++) {
-    const tw_timeline *timeline = tracks[i]->timeline;
+static void list_keys(const tw_track *tracks, const uint32_t *which, uint32_t count, group_key *keys) {
+  for (uint32_t i = 0; i < count; i++) {
+    const tw_timeline *timeline = tracks[which[i]].timeline;
     for (uint32_t key = 0; key < timeline->key_count; key++, keys++) {
       float time = timeline->times[key] + 0.0f; /* makes -0 a 0 */
       memcpy(&keys->time, &time, sizeof time);
@@ -39,7 +39,7 @@ static void sort_keys(group_key *keys, uint32_t count) {
   }
 }
 
-static bool order_arcs(tw_arc_group *group, tw_arena *arena, const tw_track *const *tracks) {
+static bool order_arcs(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which) {
   uint32_t count = group->arc_count, next_key[TW_GROUP_TRACKS] = {0};
   arc_segment *arcs = tw_arena_alloc(arena, count, sizeof *arcs);
   uint16_t *whose = tw_arena_alloc(arena, count, sizeof *whose);
@@ -48,11 +48,11 @@ static bool order_arcs(tw_arc_group *group, tw_arena *arena, const tw_track *con
     free(keys);
     return false;
   }
-  list_keys(tracks, group->track_count, keys);
+  list_keys(tracks, which, group->track_count, keys);
   sort_keys(keys, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t track = keys[i].track;
-    arcs[i] = tracks[track]->segments.arcs[next_key[track]++];
+    arcs[i] = tracks[which[track]].segments.arcs[next_key[track]++];
     whose[i] = (uint16_t)track;
   }
   free(keys);
@@ -104,19 +104,20 @@ static bool build_snapshots(tw_arc_group *group, tw_arena *arena) {
 
 /* ---- groups ------------------------------------------------------------------------------------------ */
 
-tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks, uint32_t track_count) {
-  uint32_t most = track_count < TW_GROUP_TRACKS ? track_count : TW_GROUP_TRACKS;
+tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                                  uint32_t count) {
+  uint32_t most = count < TW_GROUP_TRACKS ? count : TW_GROUP_TRACKS;
   tw_arc_group *group = tw_arena_alloc(arena, 1, sizeof *group);
   uint32_t *nodes = tw_arena_alloc(arena, most, sizeof *nodes);
   if (!group || !nodes) return NULL;
   group->nodes = nodes;
   while (group->track_count < most) {
-    const tw_track *track = tracks[group->track_count];
+    const tw_track *track = &tracks[which[group->track_count]];
     if (track->timeline->key_count > UINT32_MAX - group->arc_count) break;
     group->arc_count += track->timeline->key_count;
     nodes[group->track_count++] = track->node;
   }
-  return order_arcs(group, arena, tracks) && build_snapshots(group, arena) ? group : NULL;
+  return order_arcs(group, arena, tracks, which) && build_snapshots(group, arena) ? group : NULL;
 }
 
 /* ---- posing ------------------------------------------------------------------------------------------- */

@@ -22,10 +22,11 @@ typedef struct tw_arc_group {
   const uint32_t *next;     /* [snapshots] the first arc that starts later */
 } tw_arc_group;
 
-/* Takes as many tracks as one group holds, at least one of tracks[0..track_count), all TRACK_ARC. Copies what
- * it needs into the arena: 46 bytes a key, however the keys lie, and little more. NULL without memory.
- * O(keys). */
-tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *const *tracks, uint32_t track_count);
+/* Takes as many of tracks[which[0..count)], all TRACK_ARC, as one group holds, at least one. Copies what it
+ * needs into the arena: 46 bytes a key, however the keys lie, and little more. NULL without memory. O(keys).
+ */
+tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                                  uint32_t count);
 
 /* Puts the rotations of all tracks at any time, a NaN being before all others, into the local transforms of
  * their nodes. The same bits as track by track. O(tracks). */

@@ -73,29 +73,30 @@ static tw_status order_tracks(tw_clip *clip, tw_error *error) {
 
 /* Rotations by slerp, apart from all else that a pose needs. Returns how many they are; one alone gains
  * nothing from a group. */
-static uint32_t divide_tracks(tw_clip *clip, const tw_track **arcs) {
+static uint32_t divide_tracks(tw_clip *clip, uint32_t *arcs) {
   uint32_t arc_count = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) {
     uint32_t index = clip->by_timeline[i];
     const tw_track *track = &clip->tracks[index];
     if (track->kind == TRACK_ARC)
-      arcs[arc_count++] = track;
+      arcs[arc_count++] = index;
     else if (track->path != TW_WEIGHTS)
       clip->others[clip->other_count++] = index;
   }
   if (arc_count != 1) return arc_count;
-  clip->others[clip->other_count++] = (uint32_t)(arcs[0] - clip->tracks);
+  clip->others[clip->other_count++] = arcs[0];
   return 0;
 }
 
 static tw_status group_tracks(tw_clip *clip, tw_error *error) {
-  const tw_track **arcs = tw_alloc(clip->track_count, sizeof *arcs);
+  uint32_t *arcs = tw_alloc(clip->track_count, sizeof *arcs);
   clip->others = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->others);
   bool is_done = arcs && clip->others;
   uint32_t arc_count = is_done ? divide_tracks(clip, arcs) : 0;
   tw_arc_group **end = &clip->groups;
   for (uint32_t done = 0; done < arc_count;) {
-    tw_arc_group *group = *end = tw_arc_group_create(clip->arena, arcs + done, arc_count - done);
+    tw_arc_group *group = *end =
+        tw_arc_group_create(clip->arena, clip->tracks, arcs + done, arc_count - done);
     is_done = group != NULL;
     if (!is_done) break;
     done += group->track_count;

@@ -1,7 +1,5 @@
 /* Sixteen poses at once. Inner loops run over the lanes and nothing else, so that they become a few vector
  * instructions; the formulas and their order are those of one pose. */
-#include <string.h>
-
 #include "clip.h"
 
 /* One number of sixteen poses. */
@@ -91,8 +89,8 @@ static void multiply_matrix(const lane_row *restrict parent, const float matrix[
 
 /* Whether transforms that the clip made may have a scale other than 1. */
 static bool may_scale(const tw_clip *clip, const tw_node *node, uint32_t index) {
-  static const float ones[3] = {1, 1, 1};
-  return !clip || clip->moves[index] & 1u << TW_SCALE || memcmp(node->rest.scale, ones, sizeof ones) != 0;
+  const float *rest = node->rest.scale;
+  return !clip || clip->moves[index] & 1u << TW_SCALE || rest[0] != 1 || rest[1] != 1 || rest[2] != 1;
 }
 
 static inline __attribute__((always_inline)) void world_matrices(const tw_clip *clip, const tw_node *nodes,
