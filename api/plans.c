@@ -47,6 +47,7 @@ typedef struct plan_source {
   const api_plan_meshes *meshes;
   const api_surface_query *query;
   const api_limits *limits;
+  const api_crew *crew;
 } plan_source;
 
 /* Stops at half of 64 bits, far over every limit. */
@@ -137,8 +138,13 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
+static tw_crew hands_of(const api_crew *crew) {
+  return (tw_crew){crew->owner, crew->share};
+}
+
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
+  const tw_crew hands = hands_of(source->crew);
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -147,7 +153,8 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_e
     tw_surface_options options = api_surface_options(source->query, mesh);
     options.movable = plan->count >= all->still_count;
     options.shapes = plan->shapes;
-    tw_status status = tw_surface_create(mesh, &options, &plan->surfaces[plan->count], error);
+    tw_status status =
+        tw_surface_create_by(mesh, &options, hands.run ? &hands : NULL, &plan->surfaces[plan->count], error);
     if (status != TW_OK) return status;
   }
   return TW_OK;
@@ -194,7 +201,7 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 /* A plan of one request's own, or one that stays for others. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
-  plan_source source = {meshes, query, &call->service->limits};
+  plan_source source = {meshes, query, &call->service->limits, &call->service->crew};
   if (!is_stored) {
     api_built built;
     if (!build_plan(&source, &built, &call->fault)) return API_FAILED;
@@ -265,7 +272,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
 }
 
 tw_status api_plan_warm(api_plan *plan, const api_crew *crew, tw_error *error) {
-  const tw_crew hands = {crew->owner, crew->share};
+  const tw_crew hands = hands_of(crew);
   if (atomic_load(&plan->is_warm)) return TW_OK;
   for (uint32_t i = 0; i < plan->count; i++) {
     float min[3], max[3];

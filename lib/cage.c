@@ -172,8 +172,8 @@ static tw_status count_open(const tw_surface_options *options, const tw_cage *c,
   tw_topology full, first;
   uint32_t *faces, *vertices;
   bool loop = options->scheme == TW_LOOP;
-  tw_status status = loop ? tw_loop_topology(&c->topology, &rules, c->arena, &full)
-                          : tw_refine_topology(&c->topology, &rules, c->arena, &full);
+  tw_status status = loop ? tw_loop_topology(&c->topology, &rules, c->arena, NULL, &full)
+                          : tw_refine_topology(&c->topology, &rules, c->arena, NULL, &full);
   if (status != TW_OK) return status;
   uint32_t face_count = tw_open_faces(&c->topology, &full, c->arena, &faces);
   status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;

@@ -1,7 +1,9 @@
 /* The part of a refined mesh's connectivity that is the same in all schemes. */
 #include "child.h"
 
-tw_status tw_child_allocate(tw_topology *child, tw_arena *arena) {
+#include <string.h>
+
+static tw_status allocate(tw_topology *child, tw_arena *arena) {
   size_t edges = child->edge_count, corners = child->corner_count;
   child->corner_vertex = tw_arena_alloc(arena, corners, sizeof(uint32_t));
   child->corner_edge = tw_arena_alloc(arena, corners, sizeof(uint32_t));
@@ -39,21 +41,101 @@ static void split_edge(const tw_topology *p, uint32_t edge, tw_topology *child) 
   }
 }
 
-void tw_child_split_edges(const tw_topology *parent, tw_topology *child) {
-  for (uint32_t e = 0; e < parent->edge_count; e++) split_edge(parent, e, child);
+static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  (void)part;
+  for (uint32_t e = begin; e < end; e++) split_edge(s->parent, e, s->child);
 }
 
-tw_child_fans tw_child_link_vertices(const tw_topology *parent, tw_topology *child) {
-  const tw_topology *p = parent;
-  tw_child_fans fans = {parent, child, 0, 0};
-  for (uint32_t v = 0; v < p->vertex_count; v++) {
+/* ---- fans ----------------------------------------------------------------------------------- */
+
+/* Flags of the vertex in the middle of an edge. */
+static uint8_t middle_flags(uint8_t edge_flags) {
+  if (edge_flags & TW_EDGE_NONMANIFOLD) return TW_VERTEX_NONMANIFOLD;
+  return edge_flags & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0;
+}
+
+static uint32_t faces_at(const tw_topology *t, uint32_t edge) {
+  uint32_t faces = 0, first = t->edge_corner[edge], corner = first;
+  do {
+    faces++;
+    corner = t->sibling[corner];
+  } while (corner != first);
+  return faces;
+}
+
+/* Old vertices keep their numbers of corners and edges. What a middle has follows from the faces at its edge;
+ * for now it is written alone, not summed up. */
+static void count_fans(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  const tw_topology *p = s->parent;
+  (void)part;
+  for (uint32_t e = begin; e < end; e++) {
+    uint32_t faces = faces_at(p, e), vertex = p->vertex_count + e;
+    s->child->fan_offsets[vertex + 1] = s->middle_corners * faces;
+    s->child->ring_offsets[vertex + 1] = s->middle_edges * faces + 2;
+  }
+}
+
+static void place_fans(const tw_child_step *s) {
+  const tw_topology *p = s->parent;
+  uint32_t *fans = s->child->fan_offsets, *rings = s->child->ring_offsets, vertices = p->vertex_count,
+           middles_end = vertices + p->edge_count;
+  memcpy(fans, p->fan_offsets, ((size_t)vertices + 1) * sizeof *fans);
+  memcpy(rings, p->ring_offsets, ((size_t)vertices + 1) * sizeof *rings);
+  for (uint32_t v = vertices; v < middles_end; v++) {
+    fans[v + 1] += fans[v];
+    rings[v + 1] += rings[v];
+  }
+  for (uint32_t v = middles_end; v < s->child->vertex_count; v++) {
+    uint32_t size = tw_face_size(p, v - middles_end);
+    fans[v + 1] = fans[v] + size;
+    rings[v + 1] = rings[v] + size;
+  }
+}
+
+static void link_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  const tw_topology *p = s->parent;
+  tw_child_fans fans = tw_start_fans(s, begin);
+  (void)part;
+  for (uint32_t v = begin; v < end; v++) {
     for (uint32_t i = p->fan_offsets[v]; i < p->fan_offsets[v + 1]; i++)
       tw_put_corner(&fans, 4 * p->fan_corners[i]);
     for (uint32_t i = p->ring_offsets[v]; i < p->ring_offsets[v + 1]; i++) {
       uint32_t edge = p->ring_edges[i];
       tw_put_edge(&fans, 2 * edge + (p->edge_vertices[edge][0] != v));
     }
-    tw_end_fan(&fans, v, p->vertex_flags[v]);
+    s->child->vertex_flags[v] = p->vertex_flags[v];
   }
-  return fans;
+}
+
+static void link_middles(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  const tw_topology *p = s->parent;
+  tw_child_fans fans = tw_start_fans(s, p->vertex_count + begin);
+  (void)part;
+  for (uint32_t e = begin; e < end; e++) {
+    s->link_edge(&fans, e);
+    s->child->vertex_flags[p->vertex_count + e] = middle_flags(p->edge_flags[e]);
+  }
+}
+
+/* ---- the step ------------------------------------------------------------------------------- */
+
+tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
+                        const tw_crew *crew) {
+  tw_child_step s = *step;
+  const tw_topology *p = s.parent;
+  tw_status status = allocate(s.child, arena);
+  if (status != TW_OK) return status;
+  tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, s.split_faces, &s);
+  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, split_edges, &s);
+  tw_decay(p, rules, s.child);
+  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, count_fans, &s);
+  place_fans(&s);
+  tw_crew_loop(crew, p->vertex_count, TW_CREW_LEAST, link_vertices, &s);
+  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, link_middles, &s);
+  if (s.link_faces) tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, s.link_faces, &s);
+  return rules->chaikin ? tw_topology_sum_semi(s.child, arena) : TW_OK;
 }

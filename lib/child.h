@@ -5,20 +5,15 @@
 #ifndef TWEEND_CHILD_H
 #define TWEEND_CHILD_H
 
-#include "topology.h"
-
-/* Allocates all arrays of a child whose counts and face size are set. TW_NO_MEMORY. */
-tw_status tw_child_allocate(tw_topology *child, tw_arena *arena);
-
-/* Fills the halves of edges, and joins the corners along them into rings. */
-void tw_child_split_edges(const tw_topology *parent, tw_topology *child);
+#include "crease.h"
+#include "crew.h"
 
 /* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked: they
- * are written vertex by vertex. */
+ * are written vertex by vertex, from any on whose places are known. */
 typedef struct tw_child_fans {
   const tw_topology *parent;
   tw_topology *child;
-  uint32_t corners, edges; /* written so far */
+  uint32_t corners, edges; /* next places */
 } tw_child_fans;
 
 static inline void tw_put_corner(tw_child_fans *fans, uint32_t corner) {
@@ -27,19 +22,25 @@ static inline void tw_put_corner(tw_child_fans *fans, uint32_t corner) {
 static inline void tw_put_edge(tw_child_fans *fans, uint32_t edge) {
   fans->child->ring_edges[fans->edges++] = edge;
 }
-static inline void tw_end_fan(tw_child_fans *fans, uint32_t vertex, uint8_t flags) {
-  fans->child->fan_offsets[vertex + 1] = fans->corners;
-  fans->child->ring_offsets[vertex + 1] = fans->edges;
-  fans->child->vertex_flags[vertex] = flags;
+
+/* What a scheme adds. Its loops get the step as their context. */
+typedef struct tw_child_step {
+  const tw_topology *parent;
+  tw_topology *child;                    /* its counts and face size are set */
+  uint32_t middle_corners, middle_edges; /* that the middle of an edge has for each face there; and two
+                                            edges more, the halves */
+  tw_crew_body *split_faces;             /* corners and edges of the children of faces */
+  void (*link_edge)(tw_child_fans *fans, uint32_t edge); /* puts those of an edge's middle */
+  tw_crew_body *link_faces;                              /* fans of face points; NULL: there are none */
+} tw_child_step;
+
+static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t vertex) {
+  return (tw_child_fans){step->parent, step->child, step->child->fan_offsets[vertex],
+                         step->child->ring_offsets[vertex]};
 }
 
-/* Flags of the vertex in the middle of an edge. */
-static inline uint8_t tw_middle_flags(uint8_t edge_flags) {
-  if (edge_flags & TW_EDGE_NONMANIFOLD) return TW_VERTEX_NONMANIFOLD;
-  return edge_flags & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0;
-}
-
-/* Begins with the fans of the parent's vertices. */
-tw_child_fans tw_child_link_vertices(const tw_topology *parent, tw_topology *child);
+/* Makes the child. TW_NO_MEMORY. */
+tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
+                        const tw_crew *crew);
 
 #endif

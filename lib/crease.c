@@ -48,11 +48,12 @@ tw_vertex_rule tw_settled_rule_at(const tw_topology *topology, uint32_t vertex, 
 }
 
 void tw_decay(const tw_topology *p, const tw_rules *rules, tw_topology *child) {
+  child->smooth = p->smooth;
+  if (p->smooth) return; /* all 0 */
   for (uint32_t e = 0; e < p->edge_count; e++)
     for (uint32_t end = 0; end < 2; end++)
       child->edge_sharpness[2 * e + end] = child_sharpness(p, rules, e, p->edge_vertices[e][end]);
   for (uint32_t v = 0; v < p->vertex_count; v++) child->vertex_sharpness[v] = decayed(p->vertex_sharpness[v]);
-  child->smooth = p->smooth;
 }
 
 float tw_crease_share(const tw_topology *p, const tw_rules *rules, uint32_t edge) {

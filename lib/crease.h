@@ -34,7 +34,7 @@ tw_vertex_rule tw_settled_rule_at(const tw_topology *topology, uint32_t vertex, 
 float tw_decayed_edge(float sharpness, bool chaikin, float semi_sum, uint32_t semi_count);
 
 /* Sharpness of the child's first 2 edge_count edges, the halves of the parent's at its first and its
- * second end, and of its first vertex_count vertices. */
+ * second end, and of its first vertex_count vertices. The child's is 0 before. */
 void tw_decay(const tw_topology *parent, const tw_rules *rules, tw_topology *child);
 
 /* How much of the crease's midpoint an edge takes: all where both halves stay sharp, else as much as it

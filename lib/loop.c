@@ -86,23 +86,27 @@ static void link_edge(tw_child_fans *fans, uint32_t edge) {
     corner = p->sibling[corner];
   } while (corner != first);
   if (p->edge_flags[edge] & TW_EDGE_BORDER) tw_put_edge(fans, half);
-  tw_end_fan(fans, p->vertex_count + edge, tw_middle_flags(p->edge_flags[edge]));
+}
+
+static void split_faces(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  (void)part;
+  for (uint32_t f = begin; f < end; f++) {
+    split_corners(s->parent, f, s->child);
+    split_face(s->parent, f, s->child);
+  }
 }
 
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                           tw_topology *child) {
+                           const tw_crew *crew, tw_topology *child) {
   tw_status status = count_child(parent, child);
-  if (status == TW_OK) status = tw_child_allocate(child, arena);
-  if (status != TW_OK) return status;
-  for (uint32_t f = 0; f < parent->face_count; f++) {
-    split_corners(parent, f, child);
-    split_face(parent, f, child);
-  }
-  tw_child_split_edges(parent, child);
-  tw_decay(parent, rules, child);
-  tw_child_fans fans = tw_child_link_vertices(parent, child);
-  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&fans, e);
-  return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
+  const tw_child_step step = {.parent = parent,
+                              .child = child,
+                              .middle_corners = 3,
+                              .middle_edges = 2,
+                              .split_faces = split_faces,
+                              .link_edge = link_edge};
+  return status == TW_OK ? tw_child_make(&step, rules, arena, crew) : status;
 }
 
 /* ---- values --------------------------------------------------------------------------------- */
@@ -214,7 +218,23 @@ void tw_loop_some_values(const tw_topology *parent, const tw_rules *rules, uint3
     refine(parent, rules, width, in, first, first + count, out);
 }
 
+typedef struct values_job {
+  const tw_topology *parent;
+  const tw_rules *rules;
+  uint32_t width;
+  const double *in;
+  double *out;
+} values_job;
+
+static void compute_values(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const values_job *j = context;
+  (void)part;
+  tw_loop_some_values(j->parent, j->rules, j->width, j->in, begin, end - begin,
+                      j->out + (size_t)begin * j->width);
+}
+
 void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                    double *out) {
-  tw_loop_some_values(parent, rules, width, in, 0, parent->vertex_count + parent->edge_count, out);
+                    const tw_crew *crew, double *out) {
+  values_job job = {parent, rules, width, in, out};
+  tw_crew_loop(crew, parent->vertex_count + parent->edge_count, TW_CREW_LEAST, compute_values, &job);
 }

@@ -216,7 +216,20 @@ size_t tw_loop_rows_kept_count(const tw_loop_rows *rows) {
   return rows->levels == 1 ? t->vertex_count : (size_t)t->vertex_count + t->edge_count;
 }
 
-tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, double *kept) {
+typedef struct keep_job {
+  const tw_loop_rows *rows;
+  const double *points;
+  double *kept;
+} keep_job;
+
+static void keep_rows(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const keep_job *j = context;
+  (void)part;
+  compute(j->rows, j->points, begin, end - begin, j->kept + 3 * (size_t)begin);
+}
+
+tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_crew *crew,
+                            double *kept) {
   const tw_topology *t = &rows->above;
   size_t above = (size_t)t->vertex_count + (rows->levels == 1 ? 0 : t->edge_count);
   double *middle = NULL;
@@ -224,11 +237,12 @@ tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, doub
   if (rows->levels == 2) {
     middle = rows->normals ? tw_alloc(above, 3 * sizeof *middle) : kept;
     if (!middle) return TW_NO_MEMORY;
-    tw_loop_values(t, &rows->rules, 3, points, middle);
+    tw_loop_values(t, &rows->rules, 3, points, crew, middle);
     from = middle;
   }
   if (rows->normals)
-    compute(rows, from, 0, tw_loop_rows_counts(rows).vertex_count, kept);
+    tw_crew_loop(crew, tw_loop_rows_counts(rows).vertex_count, TW_CREW_LEAST, keep_rows,
+                 &(keep_job){rows, from, kept});
   else if (rows->levels == 1)
     memcpy(kept, points, 3 * above * sizeof *kept);
   if (middle != kept) free(middle);

@@ -68,7 +68,6 @@ static void link_edge(tw_child_fans *fans, uint32_t edge) {
     corner = p->sibling[corner];
   } while (corner != first);
   if (p->edge_flags[edge] & TW_EDGE_BORDER) tw_put_edge(fans, half);
-  tw_end_fan(fans, p->vertex_count + edge, tw_middle_flags(p->edge_flags[edge]));
 }
 
 static void link_face(tw_child_fans *fans, uint32_t face) {
@@ -78,33 +77,46 @@ static void link_face(tw_child_fans *fans, uint32_t face) {
     tw_put_corner(fans, 4 * (begin + i) + 2);
     tw_put_edge(fans, spokes + begin + (i ? i : size) - 1);
   }
-  tw_end_fan(fans, p->vertex_count + p->edge_count + face, 0);
+}
+
+static void split_faces(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  (void)part;
+  for (uint32_t f = begin; f < end; f++) split_face(s->parent, f, s->child);
+}
+
+static void link_faces(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const tw_child_step *s = context;
+  uint32_t first = s->parent->vertex_count + s->parent->edge_count;
+  tw_child_fans fans = tw_start_fans(s, first + begin);
+  (void)part;
+  for (uint32_t f = begin; f < end; f++) {
+    link_face(&fans, f);
+    s->child->vertex_flags[first + f] = 0;
+  }
 }
 
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                             tw_topology *child) {
+                             const tw_crew *crew, tw_topology *child) {
   tw_status status = count_child(parent, child);
-  if (status == TW_OK) status = tw_child_allocate(child, arena);
-  if (status != TW_OK) return status;
-  for (uint32_t f = 0; f < parent->face_count; f++) split_face(parent, f, child);
-  tw_child_split_edges(parent, child);
-  tw_decay(parent, rules, child);
-  tw_child_fans fans = tw_child_link_vertices(parent, child);
-  for (uint32_t e = 0; e < parent->edge_count; e++) link_edge(&fans, e);
-  for (uint32_t f = 0; f < parent->face_count; f++) link_face(&fans, f);
-  return rules->chaikin ? tw_topology_sum_semi(child, arena) : TW_OK;
+  const tw_child_step step = {.parent = parent,
+                              .child = child,
+                              .middle_corners = 2,
+                              .middle_edges = 1,
+                              .split_faces = split_faces,
+                              .link_edge = link_edge,
+                              .link_faces = link_faces};
+  return status == TW_OK ? tw_child_make(&step, rules, arena, crew) : status;
 }
 
-tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topology *child) {
-  const tw_topology *p = parent;
-  tw_status status = count_child(p, child);
-  if (status != TW_OK) return status;
-  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
-  if (!child->corner_vertex) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < p->face_count; f++) {
+static void write_corners(void *context, uint32_t part, uint32_t first, uint32_t last) {
+  const tw_child_step *s = context;
+  const tw_topology *p = s->parent;
+  (void)part;
+  for (uint32_t f = first; f < last; f++) {
     uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
     for (uint32_t c = begin; c < begin + size; c++) {
-      uint32_t *corners = child->corner_vertex + 4 * (size_t)c,
+      uint32_t *corners = s->child->corner_vertex + 4 * (size_t)c,
                previous = c == begin ? begin + size - 1 : c - 1;
       corners[0] = p->corner_vertex[c];
       corners[1] = p->vertex_count + p->corner_edge[c];
@@ -112,6 +124,16 @@ tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, tw_topol
       corners[3] = p->vertex_count + p->corner_edge[previous];
     }
   }
+}
+
+tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_crew *crew,
+                            tw_topology *child) {
+  tw_status status = count_child(parent, child);
+  if (status != TW_OK) return status;
+  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
+  if (!child->corner_vertex) return TW_NO_MEMORY;
+  tw_child_step step = {.parent = parent, .child = child};
+  tw_crew_loop(crew, parent->face_count, TW_CREW_LEAST, write_corners, &step);
   return TW_OK;
 }
 
@@ -122,8 +144,8 @@ static inline void add_scaled(float *restrict out, const float *restrict in, flo
 }
 
 static inline void refine_faces(const tw_topology *p, uint32_t width, const float *restrict in,
-                                float *restrict face_points) {
-  for (uint32_t f = 0; f < p->face_count; f++) {
+                                uint32_t begin_face, uint32_t end_face, float *restrict face_points) {
+  for (uint32_t f = begin_face; f < end_face; f++) {
     uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
     float *point = face_points + (size_t)f * width;
     memcpy(point, in + (size_t)p->corner_vertex[begin] * width, width * sizeof *point);
@@ -233,25 +255,55 @@ static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, 
   }
 }
 
-static inline void refine_rows(const tw_topology *p, const tw_rules *rules, uint32_t width, const float *in,
-                               float *out) {
-  float *edge_points = out + (size_t)p->vertex_count * width;
-  float *face_points = edge_points + (size_t)p->edge_count * width;
-  refine_faces(p, width, in, face_points);
-  refine_edges(p, rules, width, in, face_points, 0, p->edge_count, edge_points);
-  refine_vertices(p, rules, width, in, face_points, 0, p->vertex_count, out);
+typedef struct values_job {
+  const tw_topology *parent;
+  const tw_rules *rules;
+  uint32_t width;
+  const float *in;
+  float *out, *edge_points, *face_points;
+} values_job;
+
+static void compute_faces(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const values_job *j = context;
+  (void)part;
+  if (j->width == 3) /* points; a known width lets the compiler unroll */
+    refine_faces(j->parent, 3, j->in, begin, end, j->face_points);
+  else
+    refine_faces(j->parent, j->width, j->in, begin, end, j->face_points);
+}
+
+static void compute_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const values_job *j = context;
+  float *out = j->edge_points + (size_t)begin * j->width;
+  (void)part;
+  if (j->width == 3)
+    refine_edges(j->parent, j->rules, 3, j->in, j->face_points, begin, end, out);
+  else
+    refine_edges(j->parent, j->rules, j->width, j->in, j->face_points, begin, end, out);
+}
+
+static void compute_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const values_job *j = context;
+  float *out = j->out + (size_t)begin * j->width;
+  (void)part;
+  if (j->width == 3)
+    refine_vertices(j->parent, j->rules, 3, j->in, j->face_points, begin, end, out);
+  else
+    refine_vertices(j->parent, j->rules, j->width, j->in, j->face_points, begin, end, out);
 }
 
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
-                      float *out) {
-  if (width == 3) /* points; a known width lets the compiler unroll */
-    refine_rows(parent, rules, 3, in, out);
-  else
-    refine_rows(parent, rules, width, in, out);
+                      const tw_crew *crew, float *out) {
+  const tw_topology *p = parent;
+  float *edge_points = out + (size_t)p->vertex_count * width;
+  values_job job = {p, rules, width, in, out, edge_points, edge_points + (size_t)p->edge_count * width};
+  tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, compute_faces, &job);
+  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, compute_edges, &job);
+  tw_crew_loop(crew, p->vertex_count, TW_CREW_LEAST, compute_vertices, &job);
 }
 
 void tw_refine_face_points(const tw_topology *parent, const float *in, float *face_points) {
-  refine_faces(parent, 3, in, face_points);
+  refine_faces(parent, 3, in, 0, parent->face_count, face_points);
 }
 
 void tw_refine_points(const tw_topology *parent, const tw_rules *rules, const float *in,

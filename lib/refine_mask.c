@@ -82,16 +82,40 @@ static void add_shares(const tw_topology *p, const tw_share *shares, uint32_t co
   }
 }
 
-tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                          double *out) {
-  tw_share *shares = tw_alloc(tw_refine_mask_capacity(parent), sizeof *shares);
-  if (!shares) return TW_NO_MEMORY;
-  /* Face points come last and are what the others are made of. */
-  for (uint32_t child = parent->vertex_count + parent->edge_count + parent->face_count; child-- > 0;) {
-    uint32_t count = tw_refine_mask(parent, rules, child, shares);
-    add_shares(parent, shares, count, width, in, out, out + (size_t)child * width);
+typedef struct exact_job {
+  const tw_topology *parent;
+  const tw_rules *rules;
+  uint32_t width, first; /* child */
+  const double *in;
+  double *out;
+  tw_share *shares; /* of each part */
+  size_t capacity;
+} exact_job;
+
+static void compute_exactly(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const exact_job *j = context;
+  tw_share *shares = j->shares + part * j->capacity;
+  for (uint32_t child = j->first + begin; child < j->first + end; child++) {
+    uint32_t count = tw_refine_mask(j->parent, j->rules, child, shares);
+    add_shares(j->parent, shares, count, j->width, j->in, j->out, j->out + (size_t)child * j->width);
   }
-  free(shares);
+}
+
+tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
+                          const tw_crew *crew, double *out) {
+  enum { LEAST = TW_CREW_LEAST / 4 }; /* masks cost more than values */
+  uint32_t faces_begin = parent->vertex_count + parent->edge_count,
+           parts = tw_crew_parts(crew, faces_begin + parent->face_count, LEAST);
+  size_t capacity = tw_refine_mask_capacity(parent);
+  exact_job job = {parent, rules, width, faces_begin, in, out, NULL, capacity};
+  if (capacity > SIZE_MAX / parts) return TW_NO_MEMORY;
+  job.shares = tw_alloc(parts * capacity, sizeof *job.shares);
+  if (!job.shares) return TW_NO_MEMORY;
+  /* Face points come last and are what the others are made of. */
+  tw_crew_loop(crew, parent->face_count, LEAST, compute_exactly, &job);
+  job.first = 0;
+  tw_crew_loop(crew, faces_begin, LEAST, compute_exactly, &job);
+  free(job.shares);
   return TW_OK;
 }
 

@@ -268,7 +268,7 @@ static void average_quads(const level *l, float *restrict out) {
 static void refine_cage(const tw_shallow *shallow, const float *points, float *kept) {
   const tw_topology *t = &shallow->cage;
   if (!is_smooth(shallow)) {
-    tw_refine_values(t, &shallow->rules, 3, points, kept);
+    tw_refine_values(t, &shallow->rules, 3, points, NULL, kept);
     return;
   }
   float *face_points = kept + 3 * ((size_t)t->vertex_count + t->edge_count);

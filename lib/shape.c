@@ -307,7 +307,7 @@ typedef struct step {
 static tw_status start_step(const tw_neighbourhood *local, step *s) {
   const tw_rules rules = {.chaikin = local->chaikin};
   tw_status status = to_topology(local, s->arena, &s->parent);
-  if (status == TW_OK) status = tw_refine_topology(&s->parent, &rules, s->arena, &s->child);
+  if (status == TW_OK) status = tw_refine_topology(&s->parent, &rules, s->arena, NULL, &s->child);
   if (status != TW_OK) return status;
   uint32_t width = local->point_count, children = s->child.vertex_count;
   float *identity = tw_arena_alloc(s->arena, (size_t)width * width, sizeof *identity);
@@ -317,7 +317,7 @@ static tw_status start_step(const tw_neighbourhood *local, step *s) {
   s->collector = tw_collector_create(&s->child, local->chaikin);
   if (!identity || !s->matrix || !s->new_index || !s->rows || !s->collector) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < width; i++) identity[(size_t)i * width + i] = 1;
-  tw_refine_values(&s->parent, &rules, width, identity, s->matrix);
+  tw_refine_values(&s->parent, &rules, width, identity, NULL, s->matrix);
   return TW_OK;
 }
 

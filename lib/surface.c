@@ -17,6 +17,7 @@
 typedef struct build {
   const tw_mesh *mesh;
   tw_surface *surface;
+  const tw_crew *crew;
   tw_rules rules;
   tw_arena *arena;
   tw_arena *points_arena; /* the cage, and the points' topologies between it and the base */
@@ -134,7 +135,7 @@ static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *ar
   if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = field_rules(b, values->field);
-  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, out);
+  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, b->crew, out);
   if (status != TW_OK) return status;
   for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
@@ -150,7 +151,7 @@ static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_v
   float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = field_rules(b, values->field);
-  tw_refine_values(&parents[values->field], &rules, values->width, values->base, out);
+  tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->crew, out);
   values->base = out;
   return TW_OK;
 }
@@ -170,9 +171,9 @@ static tw_status refine_field(build *b, const tw_topology *parents, uint32_t fie
   tw_topology *child = &b->topologies[field];
   tw_rules rules = field_rules(b, field);
   if (b->surface->plain && !is_loop(b) && is_last(b, level_arena))
-    return tw_refine_corners(parent, arena, child);
-  tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, child)
-                                : tw_refine_topology(parent, &rules, arena, child);
+    return tw_refine_corners(parent, arena, b->crew, child);
+  tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->crew, child)
+                                : tw_refine_topology(parent, &rules, arena, b->crew, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(child, &b->topologies[0], arena);
   return status;
@@ -495,7 +496,7 @@ static tw_status keep_loop(build *b) {
   *positions = (tw_values){.width = 3, .exact = kept};
   if (s->loop.normals) need_masks(s, &s->loop.above);
   b->topologies[0] = tw_loop_rows_counts(&s->loop);
-  return tw_loop_rows_keep(&s->loop, points, kept);
+  return tw_loop_rows_keep(&s->loop, points, b->crew, kept);
 }
 
 /* All values at the cage. */
@@ -554,15 +555,19 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
 }
 
 /* *too_irregular: patches were tried and gave up. */
-static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, bool generic,
-                        tw_surface **out, bool *too_irregular, tw_error *error) {
+static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
+                        bool generic, tw_surface **out, bool *too_irregular, tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   s->options = *options;
   s->arena = tw_arena_create();
   s->field_count = 1 + mesh->uv_set_count;
   s->fields[0].linear = options->scheme == TW_BILINEAR;
-  build b = {.mesh = mesh, .surface = s, .arena = tw_arena_create(), .points_arena = tw_arena_create()};
+  build b = {.mesh = mesh,
+             .surface = s,
+             .crew = crew,
+             .arena = tw_arena_create(),
+             .points_arena = tw_arena_create()};
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
                        .chaikin = options->creasing == TW_CREASE_CHAIKIN,
                        .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
@@ -581,19 +586,24 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, 
   return status;
 }
 
-tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
-                            tw_error *error) {
+tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
+                               tw_surface **out, tw_error *error) {
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   bool too_irregular = false;
-  status = create(mesh, options, false, out, &too_irregular, error);
+  status = create(mesh, options, crew, false, out, &too_irregular, error);
   if (too_irregular && options->shapes) { /* those of others may leave no room */
     tw_surface_options own = *options;
     own.shapes = NULL;
-    status = create(mesh, &own, false, out, &too_irregular, error);
+    status = create(mesh, &own, crew, false, out, &too_irregular, error);
   }
-  if (too_irregular) status = create(mesh, options, true, out, &too_irregular, error);
+  if (too_irregular) status = create(mesh, options, crew, true, out, &too_irregular, error);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
+}
+
+tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
+                            tw_error *error) {
+  return tw_surface_create_by(mesh, options, NULL, out, error);
 }
 
 tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options, tw_surface_counts *out,

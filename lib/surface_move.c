@@ -38,7 +38,7 @@ static float *refine_floats(const tw_surface *s, const float *cage) {
   for (uint32_t i = 0; i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     float *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, next);
+    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, NULL, next);
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
     free(at);
     if (!next) return NULL;
@@ -48,9 +48,9 @@ static float *refine_floats(const tw_surface *s, const float *cage) {
 }
 
 tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
-                                  uint32_t width, const double *in, double *out) {
-  if (surface->options.scheme != TW_LOOP) return tw_refine_exact(parent, rules, width, in, out);
-  tw_loop_values(parent, rules, width, in, out);
+                                  uint32_t width, const double *in, const tw_crew *crew, double *out) {
+  if (surface->options.scheme != TW_LOOP) return tw_refine_exact(parent, rules, width, in, crew, out);
+  tw_loop_values(parent, rules, width, in, crew, out);
   return TW_OK;
 }
 
@@ -62,7 +62,7 @@ static double *refine_doubles(const tw_surface *s, const float *cage) {
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, next) != TW_OK) {
+    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, NULL, next) != TW_OK) {
       free(next);
       next = NULL;
     }
@@ -95,7 +95,7 @@ static tw_status move_shallow(tw_surface *s, const float *positions) {
 static tw_status move_loop(tw_surface *s, const float *cage) {
   double *points = refine_doubles(s, cage);
   double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
-  tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, kept) : TW_NO_MEMORY;
+  tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, NULL, kept) : TW_NO_MEMORY;
   free(points);
   s->positions.exact = kept;
   return status;

@@ -3,9 +3,12 @@
 // usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 and 2
 //        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ
 #include <algorithm>
+#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -72,7 +75,68 @@ void read_all(const tw_surface *surface, bool faces, unsigned shares) {
   std::exit(1);
 }
 
-tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, bool movable) {
+// One more thread that takes parts of what is shared out, as the daemon's pool does.
+class Helper {
+public:
+  Helper() : thread_([this] { help(); }) {}
+  Helper(const Helper &) = delete;
+  Helper &operator=(const Helper &) = delete;
+  ~Helper() {
+    {
+      std::lock_guard lock(mutex_);
+      stopping_ = true;
+    }
+    wake_.notify_one();
+    thread_.join();
+  }
+
+  tw_crew crew() { return {this, run}; }
+
+private:
+  using Part = void (*)(void *context, uint32_t index);
+
+  static void run(void *owner, uint32_t count, Part part, void *context) {
+    auto *self = static_cast<Helper *>(owner);
+    std::unique_lock lock(self->mutex_);
+    self->part_ = part;
+    self->context_ = context;
+    self->next_ = 0;
+    self->count_ = count;
+    self->wake_.notify_one();
+    self->take(lock);
+    self->idle_.wait(lock, [&] { return !self->busy_; });
+  }
+  void take(std::unique_lock<std::mutex> &lock) {
+    while (next_ < count_) {
+      uint32_t index = next_++;
+      lock.unlock();
+      part_(context_, index);
+      lock.lock();
+    }
+  }
+  void help() {
+    std::unique_lock lock(mutex_);
+    for (;;) {
+      wake_.wait(lock, [&] { return stopping_ || next_ < count_; });
+      if (stopping_) return;
+      busy_ = true;
+      take(lock);
+      busy_ = false;
+      idle_.notify_one();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable wake_, idle_;
+  Part part_ = nullptr;
+  void *context_ = nullptr;
+  uint32_t next_ = 0, count_ = 0;
+  bool busy_ = false, stopping_ = false;
+  std::thread thread_;
+};
+
+tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, bool movable,
+                   Helper *helper = nullptr) {
   tw_surface_options options{};
   options.scheme = scheme;
   options.level = level;
@@ -80,13 +144,17 @@ tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool n
   options.movable = movable;
   tw_surface *surface = nullptr;
   tw_error error{};
-  if (tw_surface_create(&mesh, &options, &surface, &error) != TW_OK) give_up(error);
+  tw_crew crew = helper ? helper->crew() : tw_crew{};
+  if (tw_surface_create_by(&mesh, &options, helper ? &crew : nullptr, &surface, &error) != TW_OK)
+    give_up(error);
   return surface;
 }
 
 Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, unsigned threads) {
+  std::optional<Helper> helper;
+  if (threads > 1) helper.emplace();
   return measure([&] {
-    tw_surface *surface = create(mesh, scheme, level, normals, false);
+    tw_surface *surface = create(mesh, scheme, level, normals, false, helper ? &*helper : nullptr);
     read_all(surface, true, threads);
     tw_surface_destroy(surface);
   });

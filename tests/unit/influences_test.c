@@ -160,10 +160,10 @@ static void masks_say_what_the_step_does(void **state) {
     float *in = tw_arena_alloc(arena, parent.vertex_count, 3 * sizeof *in);
     memcpy(in, c->points, sizeof c->points);
     for (int level = 0; level < 2; level++) {
-      assert_int_equal(tw_refine_topology(&parent, &rules, arena, &child), TW_OK);
+      assert_int_equal(tw_refine_topology(&parent, &rules, arena, NULL, &child), TW_OK);
       float *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
       tw_share *shares = tw_arena_alloc(arena, tw_refine_mask_capacity(&parent), sizeof *shares);
-      tw_refine_values(&parent, &rules, 3, in, out);
+      tw_refine_values(&parent, &rules, 3, in, NULL, out);
       for (uint32_t v = 0; v < child.vertex_count; v++) {
         uint32_t count = tw_refine_mask(&parent, &rules, v, shares);
         assert_true(count <= tw_refine_mask_capacity(&parent));
@@ -199,10 +199,10 @@ static void loop_masks_say_what_the_step_does(void **state) {
     double *in = tw_arena_alloc(arena, parent.vertex_count, 3 * sizeof *in);
     for (size_t i = 0; i < 3 * (size_t)parent.vertex_count; i++) in[i] = (double)c->points[i / 3][i % 3];
     for (int level = 0; level < 2; level++) {
-      assert_int_equal(tw_loop_topology(&parent, &rules, arena, &child), TW_OK);
+      assert_int_equal(tw_loop_topology(&parent, &rules, arena, NULL, &child), TW_OK);
       double *out = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *out);
       tw_share *shares = tw_arena_alloc(arena, tw_refine_mask_capacity(&parent), sizeof *shares);
-      tw_loop_values(&parent, &rules, 3, in, out);
+      tw_loop_values(&parent, &rules, 3, in, NULL, out);
       for (uint32_t v = 0; v < child.vertex_count; v++) {
         uint32_t count = tw_loop_mask(&parent, &rules, v, shares);
         assert_true(count <= tw_refine_mask_capacity(&parent));

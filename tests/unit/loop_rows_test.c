@@ -129,7 +129,7 @@ static void check_normals(const tw_loop_rows *plain, const double *points, const
   double *kept = calloc(count, 3 * sizeof *kept);
   float *rows = calloc(count, STRIDE * sizeof *rows);
   assert_true(kept && rows);
-  assert_int_equal(tw_loop_rows_keep(&s, points, kept), TW_OK);
+  assert_int_equal(tw_loop_rows_keep(&s, points, NULL, kept), TW_OK);
   assert_memory_equal(kept, values, (size_t)count * 3 * sizeof *kept);
   check_points(&s, kept, values, count);
   tw_loop_rows_normals(&s, kept, 0, half, mask, rows, STRIDE);
@@ -160,7 +160,7 @@ static void check_against(const stage *above, uint32_t levels, const tw_rules *r
   assert_int_equal(counts.corner_count, at->topology.corner_count);
   double *kept = calloc(tw_loop_rows_kept_count(&rows), 3 * sizeof *kept);
   assert_non_null(kept);
-  assert_int_equal(tw_loop_rows_keep(&rows, above->values, kept), TW_OK);
+  assert_int_equal(tw_loop_rows_keep(&rows, above->values, NULL, kept), TW_OK);
   check_points(&rows, kept, at->values, counts.vertex_count);
   check_triangles(&rows, at->topology.corner_vertex, counts.face_count);
   if (normals) check_normals(&rows, above->values, &at->topology, at->values);
@@ -187,9 +187,9 @@ static void check(cage *c, tw_surface_options options, uint32_t least_two, uint3
   for (uint32_t level = 1; level <= LEVELS; level++) {
     const stage *above = &stages[level - 1];
     stage *at = &stages[level];
-    assert_int_equal(tw_loop_topology(&above->topology, &rules, arena, &at->topology), TW_OK);
+    assert_int_equal(tw_loop_topology(&above->topology, &rules, arena, NULL, &at->topology), TW_OK);
     at->values = tw_arena_alloc(arena, at->topology.vertex_count, 3 * sizeof(double));
-    tw_loop_values(&above->topology, &rules, 3, above->values, at->values);
+    tw_loop_values(&above->topology, &rules, 3, above->values, NULL, at->values);
     bool normals = tw_loop_rows_fit_normals(&read.topology, &rules, level);
     assert_int_equal(normals, level >= least_normals);
     check_against(above, 1, &rules, at, normals);

@@ -151,9 +151,9 @@ static void check(cage *c, tw_surface_options options) {
     memcpy(values + 3 * (size_t)v, c->points[read.point_of ? read.point_of[v] : v], sizeof c->points[0]);
   for (uint32_t level = 1; level <= 2; level++) {
     tw_topology child;
-    assert_int_equal(tw_refine_topology(&at, &rules, arena, &child), TW_OK);
+    assert_int_equal(tw_refine_topology(&at, &rules, arena, NULL, &child), TW_OK);
     float *next = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *next);
-    tw_refine_values(&at, &rules, 3, values, next);
+    tw_refine_values(&at, &rules, 3, values, NULL, next);
     assert_true(tw_shallow_fits(&read.topology, &rules, level));
     tw_shallow s = {read.topology, rules, level, false};
     tw_topology counts = tw_shallow_counts(&s);

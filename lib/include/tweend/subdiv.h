@@ -78,6 +78,19 @@ typedef struct tw_surface tw_surface;
  * faces are asked for; TW_NO_MEMORY. */
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error);
+
+/* Threads that take part in what one of them shares out. run calls part(context, i) once for each i below
+ * count, in any order and on any threads, and returns when all calls have. */
+typedef struct tw_crew {
+  void *owner;
+  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+} tw_crew;
+
+/* As tw_surface_create, its longer loops shared out. The same surface. crew NULL: the calling thread does it
+ * alone. Nothing refers to the crew afterwards. */
+tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
+                               tw_surface **out, tw_error *error);
+
 /* The same surface over other positions: topology, patches and numbering are the plan's, which was made with
  * `movable` (or is the result of this call) and outlives *out; only the points of the base are computed, and
  * bounds are known anew. The same bytes as those of a surface made of the mesh with these positions.
@@ -142,13 +155,6 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
  * Computed by one pass at the first call, then remembered; any thread. All 0 without points.
  * TW_NO_MEMORY. */
 tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
-
-/* Threads that take part in what one of them shares out. run calls part(context, i) once for each i below
- * count, in any order and on any threads, and returns when all calls have. */
-typedef struct tw_crew {
-  void *owner;
-  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
-} tw_crew;
 
 /* As tw_surface_bounds, its pass shared out. The same values. crew NULL: the calling thread does it alone. */
 tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_crew *crew, float min[3],

@@ -1,0 +1,258 @@
+/* A surface has the same bytes whoever took part in making it: by one thread, by parts in another order, by
+ * four threads at once. */
+#include <math.h>
+#include <pthread.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdatomic.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "crew.h"
+
+/* ---- crews ---------------------------------------------------------------------------------- */
+
+static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                          void *context) {
+  *(uint32_t *)owner += count;
+  while (count > 0) part(context, --count);
+}
+
+typedef struct shared {
+  void (*part)(void *context, uint32_t index);
+  void *context;
+  uint32_t count;
+  atomic_uint next;
+} shared;
+
+static void *take_parts(void *context) {
+  shared *s = context;
+  for (uint32_t i = atomic_fetch_add(&s->next, 1); i < s->count; i = atomic_fetch_add(&s->next, 1))
+    s->part(s->context, i);
+  return NULL;
+}
+
+static void run_on_threads(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                           void *context) {
+  enum { OTHERS = 3 };
+  pthread_t others[OTHERS];
+  shared s = {part, context, count, 0};
+  *(uint32_t *)owner += count;
+  for (int i = 0; i < OTHERS; i++) assert_int_equal(pthread_create(&others[i], NULL, take_parts, &s), 0);
+  take_parts(&s);
+  for (int i = 0; i < OTHERS; i++) pthread_join(others[i], NULL);
+}
+
+/* ---- cages ---------------------------------------------------------------------------------- */
+
+typedef enum kind { TRIANGLES, MIXED } kind;
+
+/* A sheet with a border, of side x side quads, all or some of which are cut. */
+typedef struct sheet {
+  tw_mesh mesh;
+  float *points, *uvs;
+  uint32_t *corners, *offsets, *creases;
+  float *sharpness;
+} sheet;
+
+static void add_face(sheet *s, uint32_t size, const uint32_t *points) {
+  memcpy(s->corners + s->mesh.corner_count, points, size * sizeof *points);
+  s->mesh.corner_count += size;
+  s->offsets[++s->mesh.face_count] = s->mesh.corner_count;
+}
+
+static void place(sheet *s, uint32_t x, uint32_t y) {
+  float *point = s->points + 3 * (size_t)s->mesh.point_count, *uv = s->uvs + 2 * (size_t)s->mesh.point_count;
+  point[0] = uv[0] = (float)x;
+  point[1] = uv[1] = (float)y;
+  point[2] = sinf(0.3f * (float)x) * cosf(0.2f * (float)(y + x));
+  s->mesh.point_count++;
+}
+
+/* fin: one edge has a third face. */
+static sheet new_sheet(uint32_t side, kind kind, bool fin) {
+  size_t points = ((size_t)side + 1) * (side + 1) + 1, faces = 2 * (size_t)side * side + 1;
+  sheet s = {.points = calloc(points, 3 * sizeof(float)),
+             .uvs = calloc(points, 2 * sizeof(float)),
+             .corners = calloc(faces, 4 * sizeof(uint32_t)),
+             .offsets = calloc(faces + 1, sizeof(uint32_t)),
+             .creases = calloc(side, 2 * sizeof(uint32_t)),
+             .sharpness = calloc(side, sizeof(float))};
+  assert_true(s.points && s.uvs && s.corners && s.offsets && s.creases && s.sharpness);
+  tw_mesh_init(&s.mesh);
+  for (uint32_t y = 0; y <= side; y++)
+    for (uint32_t x = 0; x <= side; x++) place(&s, x, y);
+  for (uint32_t y = 0; y < side; y++)
+    for (uint32_t x = 0; x < side; x++) {
+      uint32_t a = y * (side + 1) + x, d = a + side + 1;
+      if (kind == MIXED && (x + 2 * y) % 3 > 0) {
+        add_face(&s, 4, (uint32_t[]){a, a + 1, d + 1, d});
+        continue;
+      }
+      add_face(&s, 3, (uint32_t[]){a, a + 1, d + 1});
+      add_face(&s, 3, (uint32_t[]){a, d + 1, d});
+    }
+  if (fin) {
+    place(&s, 1, 1);
+    add_face(&s, 3, (uint32_t[]){s.corners[0], s.corners[1], s.mesh.point_count - 1});
+  }
+  s.mesh.positions = s.points;
+  s.mesh.corners = s.corners;
+  s.mesh.face_offsets = s.offsets;
+  return s;
+}
+
+/* Along the first column of points, as sharp as each other or not. */
+static void crease(sheet *s, uint32_t side) {
+  for (uint32_t i = 0; i < side; i++) {
+    uint32_t point = i * (side + 1) + 1;
+    s->creases[2 * i] = point;
+    s->creases[2 * i + 1] = point + side + 1;
+    s->sharpness[i] = i % 5 == 4 ? TW_SHARPNESS_INFINITE : 0.7f * (float)(1 + i % 4);
+  }
+  s->mesh.crease_edges = s->creases;
+  s->mesh.crease_sharpness = s->sharpness;
+  s->mesh.crease_count = side;
+}
+
+static void map(sheet *s) {
+  s->mesh.uv_set_count = 1;
+  s->mesh.uv_sets[0].value_count = s->mesh.point_count;
+  s->mesh.uv_sets[0].values = s->uvs;
+  s->mesh.uv_sets[0].corners = s->corners;
+}
+
+static void free_sheet(sheet *s) {
+  free(s->points);
+  free(s->uvs);
+  free(s->corners);
+  free(s->offsets);
+  free(s->creases);
+  free(s->sharpness);
+}
+
+/* ---- comparing ------------------------------------------------------------------------------ */
+
+typedef struct content {
+  float *rows;
+  uint32_t *corners;
+  size_t row_size, corner_count;
+} content;
+
+static content read_all(const tw_surface *surface) {
+  uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+  const tw_surface_counts *counts = tw_surface_get_counts(surface);
+  content c = {.row_size = (size_t)rows * tw_surface_get_layout(surface)->stride,
+               .corner_count = (size_t)counts->corners};
+  c.rows = calloc(c.row_size + 1, sizeof *c.rows);
+  c.corners = calloc(c.corner_count + 1, sizeof *c.corners);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  assert_true(c.rows && c.corners && reader);
+  tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, (size_t)rows, c.rows);
+  tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, (size_t)counts->faces, NULL, c.corners);
+  tw_surface_reader_destroy(reader);
+  return c;
+}
+
+static content make(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew) {
+  tw_surface *surface = NULL;
+  tw_error error = {0};
+  if (tw_surface_create_by(mesh, options, crew, &surface, &error) != TW_OK) fail_msg("%s", error.detail);
+  content c = read_all(surface);
+  tw_surface_destroy(surface);
+  return c;
+}
+
+static void free_content(content *c) {
+  free(c->rows);
+  free(c->corners);
+}
+
+/* Returns the number of parts. */
+static uint32_t check(const sheet *s, tw_surface_options options) {
+  uint32_t parts = 0;
+  content alone = make(&s->mesh, &options, NULL);
+  assert_true(alone.corner_count > 0);
+  for (int threads = 0; threads < 2; threads++) {
+    const tw_crew crew = {&parts, threads ? run_on_threads : run_backwards};
+    content shared = make(&s->mesh, &options, &crew);
+    assert_int_equal(shared.row_size, alone.row_size);
+    assert_int_equal(shared.corner_count, alone.corner_count);
+    assert_memory_equal(shared.rows, alone.rows, alone.row_size * sizeof *alone.rows);
+    assert_memory_equal(shared.corners, alone.corners, alone.corner_count * sizeof *alone.corners);
+    free_content(&shared);
+  }
+  free_content(&alone);
+  return parts;
+}
+
+enum { FIN = 1, CREASED = 2, MAPPED = 4, LIVELY = 8 }; /* with normals, of another creasing and boundary */
+
+static void check_all(uint32_t side, kind kind, tw_surface_options options) {
+  static const int cases[] = {0, FIN, CREASED, MAPPED, LIVELY, CREASED | MAPPED | LIVELY, FIN | MAPPED};
+  uint32_t parts = 0;
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    sheet s = new_sheet(side, kind, cases[i] & FIN);
+    if (cases[i] & CREASED) crease(&s, side);
+    if (cases[i] & MAPPED) map(&s);
+    bool lively = cases[i] & LIVELY;
+    options.creasing = lively ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM;
+    options.boundary = lively ? TW_BOUNDARY_EDGE_ONLY : TW_BOUNDARY_EDGE_AND_CORNER;
+    options.normals = lively;
+    parts += check(&s, options);
+    options.boundary = TW_BOUNDARY_OPEN;
+    if (cases[i] & CREASED) parts += check(&s, options);
+    free_sheet(&s);
+  }
+  assert_true(parts > 50);
+}
+
+/* ---- tests ---------------------------------------------------------------------------------- */
+
+static void loop_surfaces_are_the_same(void **state) {
+  (void)state;
+  check_all(24, TRIANGLES, (tw_surface_options){.level = 3, .scheme = TW_LOOP});
+}
+
+static void catmull_clark_surfaces_of_mixed_cages_are_the_same(void **state) {
+  (void)state;
+  check_all(44, MIXED, (tw_surface_options){.level = 2});
+}
+
+static void bilinear_surfaces_are_the_same(void **state) {
+  (void)state;
+  check_all(44, MIXED, (tw_surface_options){.level = 2, .scheme = TW_BILINEAR});
+}
+
+/* Normals of an open border look at differences in double. */
+static void points_refined_in_double_are_the_same(void **state) {
+  (void)state;
+  sheet s = new_sheet(24, MIXED, false);
+  crease(&s, 24);
+  assert_true(check(&s, (tw_surface_options){.level = 3, .boundary = TW_BOUNDARY_OPEN, .normals = true}) > 1);
+  free_sheet(&s);
+}
+
+static void loops_are_cut_into_even_parts_that_are_worth_it(void **state) {
+  (void)state;
+  const tw_crew crew = {NULL, run_backwards};
+  assert_int_equal(tw_crew_parts(NULL, 1000000, 10), 1);
+  assert_int_equal(tw_crew_parts(&crew, 0, 10), 1);
+  assert_int_equal(tw_crew_parts(&crew, 19, 10), 1);
+  assert_int_equal(tw_crew_parts(&crew, 20, 10), 2);
+  assert_int_equal(tw_crew_parts(&crew, UINT32_MAX, 10), TW_CREW_PARTS_MAX);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(loop_surfaces_are_the_same),
+      cmocka_unit_test(catmull_clark_surfaces_of_mixed_cages_are_the_same),
+      cmocka_unit_test(bilinear_surfaces_are_the_same),
+      cmocka_unit_test(points_refined_in_double_are_the_same),
+      cmocka_unit_test(loops_are_cut_into_even_parts_that_are_worth_it),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
