@@ -1,6 +1,6 @@
 // Subdivision beside OpenSubdiv, both measured in this one run: from polygon soup to points and quad
 // indices, what limit normals add, and new positions on a topology that is known.
-// usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 and 2
+// usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 to 3
 //        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ
 #include <algorithm>
 #include <condition_variable>
@@ -321,7 +321,7 @@ int main(int argc, char **argv) {
   std::vector<Case> cases = {{"cube", ball(1, false, false), {6, 8, 9}},
                              {"486 quads", ball(9, false, true), {4, 5}},
                              {"31,104 quads", ball(72, false, true), {3, 4}},
-                             {"69,312 triangles", ball(76, true, true), {1, 2}},
+                             {"69,312 triangles", ball(76, true, true), {1, 2, 3}},
                              {"69,312 triangles, Loop", ball(76, true, true), {2, 3}, TW_LOOP}};
   for (int i = 1; i < argc; i++) {
     if (std::strncmp(argv[i], "--only=", 7) == 0)
@@ -331,7 +331,7 @@ int main(int argc, char **argv) {
     else if (std::strncmp(argv[i], "--print-ball=", 13) == 0)
       return print_obj(ball(std::atoi(argv[i] + 13), false, false));
     else
-      cases.push_back({argv[i], read_obj(argv[i]), {1, 2}, TW_CATMULL_CLARK});
+      cases.push_back({argv[i], read_obj(argv[i]), {1, 2, 3}, TW_CATMULL_CLARK});
   }
   cases.erase(std::remove_if(cases.begin(), cases.end(),
                              [&](const Case &c) { return c.name.find(only) == std::string::npos; }),
