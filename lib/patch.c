@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "normal.h"
-#include "shape.h"
+#include "stencil.h"
 
 enum { WIDTH_MAX = 4 };
 
@@ -38,7 +38,7 @@ enum { SMOOTH_CLASSES = 1024 };
 
 typedef struct smooth_class {
   uint32_t faces; /* at the four corners, a byte each; 0: none */
-  const tw_patch_class *shape;
+  tw_patch_class *shape;
 } smooth_class;
 
 /* Patches on their way. */
@@ -63,7 +63,7 @@ static uint32_t smooth_key(const plan *p, uint32_t quad) {
   return key;
 }
 
-static tw_status classify(plan *p, uint32_t quad, const tw_patch_class **shape, const uint32_t **points) {
+static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
   tw_patches *all = p->patches;
   tw_status status = tw_patch_classify(p->shapes, p->collector, 4 * quad, all->depth, shape, points);
   if (status == TW_OK) all->scratch_points = tw_patch_shapes_scratch(p->shapes);
@@ -72,7 +72,7 @@ static tw_status classify(plan *p, uint32_t quad, const tw_patch_class **shape, 
 
 /* Where no point comes up twice, the faces at the corners tell the class; where one does, what is known of
  * such a quad serves just as well. */
-static tw_status plan_smooth(plan *p, uint32_t quad, uint32_t key, const tw_patch_class **shape,
+static tw_status plan_smooth(plan *p, uint32_t quad, uint32_t key, tw_patch_class **shape,
                              const uint32_t **points, uint32_t buffer[TW_SMOOTH_POINTS_MAX]) {
   uint32_t count = tw_patch_smooth_points(p->patches->base, 4 * quad, p->smooth_faces, buffer);
   smooth_class *known = &p->smooth[(key ^ key >> 7 ^ key >> 14 ^ key >> 21) % SMOOTH_CLASSES];
@@ -237,6 +237,12 @@ static void corner_derivatives(const tw_patch_class *shape, const double (*point
   }
 }
 
+/* As two tangents, any. */
+static void unframed_derivatives(const double tangents[2][WIDTH_MAX], float *out) {
+  narrow(out, tangents[0]);
+  narrow(out + WIDTH_MAX, tangents[1]);
+}
+
 /* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
 static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                             uint32_t k, size_t place) {
@@ -253,7 +259,9 @@ static void evaluate_corner(const target *to, const tw_patch_class *shape, const
   }
   for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
     to->job->values[place + c] = (float)(to->job->limit ? points[k][c] + limit[c] : points[k][c]);
-  if (to->job->derivatives)
+  if (to->job->derivatives && to->job->unframed)
+    unframed_derivatives((const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
+  else if (to->job->derivatives)
     corner_derivatives(shape, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
   if (!to->job->normals) return;
   float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX], corners[4][WIDTH_MAX];
@@ -385,6 +393,45 @@ static void evaluate_regular(const target *to, const tw_patches *patches, const 
   evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
 }
 
+/* Control points relative to the first, which is the origin. */
+static inline void gather(const tw_patch_job *job, const uint32_t *controls, uint32_t count, uint32_t width,
+                          float origin[WIDTH_MAX], float (*points)[WIDTH_MAX]) {
+  load(origin, job->in + (size_t)controls[0] * width, width);
+  for (uint32_t i = 0; i < count; i++) {
+    load(points[i], job->in + (size_t)controls[i] * width, width);
+    for (int c = 0; c < WIDTH_MAX; c++) points[i][c] -= origin[c];
+  }
+}
+
+/* False when that cannot give what is wanted. */
+static bool evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
+                                tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  const tw_stencil *stencil = patch->shape->stencils[job->limit][patches->depth];
+  tw_stencil_job sums = {.stencil = stencil, .width = job->width, .step = (ptrdiff_t)job->stride};
+  if (job->derivatives || (job->normals && !stencil->tangents[0]) ||
+      !tw_stencil_section(patches->depth, rect, &sums.first, &sums.count))
+    return false;
+  float points[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
+  const uint32_t *controls = patches->controls + patch->first_control;
+  uint32_t count = patch->shape->point_count;
+  if (job->width == 3)
+    gather(job, controls, count, 3, sums.origin, points);
+  else
+    gather(job, controls, count, job->width, sums.origin, points);
+  if (count < stencil->control_count) memset(points[count], 0, sizeof points[count]);
+  sums.controls = (const float(*)[WIDTH_MAX])points;
+  size_t begin = job->backwards ? (sums.count - 1) * (size_t)job->stride : 0;
+  if (job->backwards) sums.step = -sums.step;
+  sums.values = job->values ? job->values + begin : NULL;
+  sums.normals = job->normals ? job->normals + begin : NULL;
+  if (tw_stencil_rows(&sums)) return true;
+  tw_patch_job normals = *job;
+  normals.values = NULL;
+  evaluate_irregular(&(target){&normals, rect, 0, 0}, patches, patch, rect);
+  return true;
+}
+
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
   *count = patches->linear ? 4 : patch->shape ? patch->shape->point_count : 16;
@@ -401,7 +448,8 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
     for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
     evaluate_linear(&to, corners, patches->depth, rect);
   } else if (patch->shape) {
-    evaluate_irregular(&to, patches, patch, rect);
+    if (!patch->summed || !evaluate_by_stencil(&to, patches, patch, rect))
+      evaluate_irregular(&to, patches, patch, rect);
   } else {
     evaluate_regular(&to, patches, patch, rect);
   }

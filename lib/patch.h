@@ -19,9 +19,10 @@
 typedef struct tw_patch_class tw_patch_class;
 
 typedef struct tw_patch {
-  const tw_patch_class *shape; /* NULL: regular */
-  uint32_t first_control;      /* 16 control points, 4 of a linear patch, or the points of the shape */
-  uint8_t reflected;           /* regular: bit s set when the row beyond side s is a reflection */
+  tw_patch_class *shape;  /* NULL: regular */
+  uint32_t first_control; /* 16 control points, 4 of a linear patch, or the points of the shape */
+  uint8_t reflected;      /* regular: bit s set when the row beyond side s is a reflection */
+  bool summed;            /* by the stencil that its class has for the depth */
 } tw_patch;
 
 typedef struct tw_patches {
@@ -48,7 +49,7 @@ void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
  * has none either. limit: points on the limit surface.
  * derivatives likewise, 8 floats wide: along i from 0, along j from 4. They are good for comparing fields
  * of the same quads, each to a scale of its own: at an irregular corner they stand for the directions of
- * the quad's sides there, which all fields share.
+ * the quad's sides there, which all fields share. unframed: any two tangents there, which suit normals.
  * backwards: all of these run from the last point to the first.
  * scratch: [scratch_points][4]. */
 typedef struct tw_patch_job {
@@ -59,6 +60,7 @@ typedef struct tw_patch_job {
   uint32_t stride;
   double *scratch;
   float *derivatives;
+  bool unframed;
 } tw_patch_job;
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);

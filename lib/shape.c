@@ -12,7 +12,7 @@ enum {
 };
 
 struct tw_patch_shapes {
-  tw_arena *arena;
+  tw_arena *arena, *stencils;
   tw_patch_class **buckets; /* [bucket_count], a power of two */
   uint32_t bucket_count, class_count;
   uint32_t point_max, refined_max; /* of any class */
@@ -37,9 +37,10 @@ tw_patch_shapes *tw_patch_shapes_create(void) {
   tw_patch_shapes *shapes = tw_alloc_zero(1, sizeof *shapes);
   if (!shapes) return NULL;
   shapes->arena = tw_arena_create();
+  shapes->stencils = tw_arena_create();
   shapes->buckets = tw_alloc_zero(BUCKETS_FIRST, sizeof(tw_patch_class *));
   shapes->bucket_count = BUCKETS_FIRST;
-  if (shapes->arena && shapes->buckets) return shapes;
+  if (shapes->arena && shapes->stencils && shapes->buckets) return shapes;
   tw_patch_shapes_destroy(shapes);
   return NULL;
 }
@@ -47,12 +48,18 @@ tw_patch_shapes *tw_patch_shapes_create(void) {
 void tw_patch_shapes_destroy(tw_patch_shapes *shapes) {
   if (!shapes) return;
   tw_arena_destroy(shapes->arena);
+  tw_arena_destroy(shapes->stencils);
   free(shapes->buckets);
   free(shapes);
 }
 
 size_t tw_patch_shapes_size(const tw_patch_shapes *shapes) {
-  return sizeof *shapes + tw_arena_size(shapes->arena) + shapes->bucket_count * sizeof(tw_patch_class *);
+  return sizeof *shapes + tw_arena_size(shapes->arena) + tw_arena_size(shapes->stencils) +
+         shapes->bucket_count * sizeof(tw_patch_class *);
+}
+
+tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes) {
+  return shapes->stencils;
 }
 
 tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
@@ -440,7 +447,7 @@ static tw_status deepen(tw_patch_shapes *shapes, tw_patch_class *shape, uint32_t
   if (!shape->row_offsets) return refine_class(shapes, shape, depth);
   for (uint32_t k = 0; k < 4; k++) {
     if (!shape->parts[k].shape) continue;
-    tw_status status = deepen(shapes, (tw_patch_class *)shape->parts[k].shape, depth - 1);
+    tw_status status = deepen(shapes, shape->parts[k].shape, depth - 1);
     if (status != TW_OK) return status;
   }
   return TW_OK;
@@ -506,7 +513,7 @@ static tw_status add_class(tw_patch_shapes *shapes, const tw_neighbourhood *n, t
 }
 
 tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,
-                            const tw_patch_class **out, const uint32_t **points) {
+                            tw_patch_class **out, const uint32_t **points) {
   bool fits = collect(collector, corner);
   if (fits) describe(collector);
   unmark(collector);

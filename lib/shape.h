@@ -22,10 +22,12 @@ typedef struct tw_neighbourhood {
 
 /* A quarter of an irregular patch, in its parent's orientation. */
 typedef struct tw_patch_part {
-  const tw_patch_class *shape; /* NULL: regular */
-  const uint32_t *points;      /* 16, or the points of the shape: refined points of the parent */
+  tw_patch_class *shape;  /* NULL: regular */
+  const uint32_t *points; /* 16, or the points of the shape: refined points of the parent */
   uint8_t reflected;
 } tw_patch_part;
+
+enum { TW_STENCIL_DEPTH_MAX = 4 }; /* the grid of a deeper patch is split faster than it is summed up */
 
 struct tw_patch_class {
   uint32_t point_count; /* 0 to 3 are the quad's corners */
@@ -41,10 +43,16 @@ struct tw_patch_class {
   bool framed[4];
   float frames[4][2][2]; /* of tw_limit_frame, where framed */
 
+  uint32_t uses; /* while stencils are made: patches of this class */
+  const struct tw_stencil *stencils[2][TW_STENCIL_DEPTH_MAX + 1]; /* of points or of limits, by depth */
+
   tw_neighbourhood local;
   uint32_t depth;              /* steps that can be taken from here */
   struct tw_patch_class *next; /* in its hash bucket */
 };
+
+/* Where the stencils of the classes live. */
+tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes);
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
 
@@ -78,6 +86,6 @@ void tw_collector_destroy(tw_collector *collector);
  * *points: its points in the topology, valid until the collector's next call. TW_LIMIT: see
  * tw_patches_create. */
 tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,
-                            const tw_patch_class **out, const uint32_t **points);
+                            tw_patch_class **out, const uint32_t **points);
 
 #endif

@@ -9,6 +9,7 @@
 #include "limit.h"
 #include "loop.h"
 #include "open.h"
+#include "stencil.h"
 #include "tangents.h"
 
 /* ---- building ------------------------------------------------------------------------------- */
@@ -368,6 +369,8 @@ static tw_status plan_patches(build *b) {
     if (!shapes) return TW_NO_MEMORY;
     tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
     b->too_irregular = status == TW_LIMIT;
+    if (status == TW_OK)
+      status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
   }

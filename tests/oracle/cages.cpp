@@ -127,6 +127,29 @@ static Cage with_crease(Cage cage, const std::vector<int> &path, float sharpness
   return cage;
 }
 
+static std::vector<std::vector<int>> fans(const std::vector<std::vector<int>> &faces) {
+  std::vector<std::vector<int>> triangles;
+  for (const auto &face : faces)
+    for (size_t i = 1; i + 1 < face.size(); i++) triangles.push_back({face[0], face[i], face[i + 1]});
+  return triangles;
+}
+
+// Every face as a fan of triangles. A hole's triangles are all holes.
+static Cage triangulated(Cage cage) {
+  std::vector<int> holes;
+  int first = 0;
+  for (size_t f = 0; f < cage.faces.size(); f++) {
+    int count = static_cast<int>(cage.faces[f].size()) - 2;
+    if (std::count(cage.holes.begin(), cage.holes.end(), static_cast<int>(f)))
+      for (int i = 0; i < count; i++) holes.push_back(first + i);
+    first += count;
+  }
+  cage.holes = holes;
+  cage.faces = fans(cage.faces);
+  for (UvSet &set : cage.uv_sets) set.faces = fans(set.faces);
+  return cage;
+}
+
 std::vector<Cage> hand_made() {
   std::vector<Cage> cages = {cube(),     grid(4, 4),  grid(2, 2),   grid(3, 2),
                              grid(6, 5), torus(6, 5), icosahedron()};
@@ -176,30 +199,12 @@ std::vector<Cage> hand_made() {
   pillow.uv_sets.clear();
   pillow.points[2] = 0.5f;
   cages.push_back(pillow);
+  // Many irregular patches of few kinds.
+  const std::vector<int> ring = {0, 1, 2, 3, 4, 5, 6, 7, 0};
+  cages.push_back(named(triangulated(torus(8, 3)), "torus of triangles"));
+  cages.push_back(named(with_crease(triangulated(torus(8, 3)), ring, 1.7f),
+                        "torus of triangles with a semi-sharp crease"));
   return cages;
-}
-
-static std::vector<std::vector<int>> fans(const std::vector<std::vector<int>> &faces) {
-  std::vector<std::vector<int>> triangles;
-  for (const auto &face : faces)
-    for (size_t i = 1; i + 1 < face.size(); i++) triangles.push_back({face[0], face[i], face[i + 1]});
-  return triangles;
-}
-
-// Every face as a fan of triangles. A hole's triangles are all holes.
-static Cage triangulated(Cage cage) {
-  std::vector<int> holes;
-  int first = 0;
-  for (size_t f = 0; f < cage.faces.size(); f++) {
-    int count = static_cast<int>(cage.faces[f].size()) - 2;
-    if (std::count(cage.holes.begin(), cage.holes.end(), static_cast<int>(f)))
-      for (int i = 0; i < count; i++) holes.push_back(first + i);
-    first += count;
-  }
-  cage.holes = holes;
-  cage.faces = fans(cage.faces);
-  for (UvSet &set : cage.uv_sets) set.faces = fans(set.faces);
-  return cage;
 }
 
 // Triangles round a point, as many as `faces`; a closed cone, or a fan with a border.

@@ -1,0 +1,104 @@
+/* Sums of stencils, a few points at a time, in vectors as wide as the compiler may use: each file that
+ * includes this is compiled for another instruction set. Every point is summed in the same order wherever it
+ * lies in a vector and whatever else is asked for, so that all instruction sets give the same bytes. */
+#ifndef TWEEND_STENCIL_KERNEL_H
+#define TWEEND_STENCIL_KERNEL_H
+
+#include "spline_kernel.h"
+#include "stencil.h"
+
+/* `width` components of the points from `weights` on: even and odd controls apart, which halves the time that
+ * a sum waits for itself. */
+static inline __attribute__((always_inline)) void sum_values(const tw_stencil_job *job, const float *weights,
+                                                             size_t width, vector out[WIDTH_MAX]) {
+  size_t apart = job->stencil->apart, count = job->stencil->control_count;
+  vector even[WIDTH_MAX] = {{0}}, odd[WIDTH_MAX] = {{0}};
+  for (size_t k = 0; k < count; k += 2) {
+    vector one = load(weights + k * apart), other = load(weights + (k + 1) * apart);
+    for (size_t c = 0; c < width; c++) {
+      even[c] += one * job->controls[k][c];
+      odd[c] += other * job->controls[k + 1][c];
+    }
+  }
+  for (size_t c = 0; c < width; c++) out[c] = job->origin[c] + (even[c] + odd[c]);
+}
+
+static inline __attribute__((always_inline)) size_t count_at(const tw_stencil_job *job, size_t place) {
+  size_t left = job->count - place;
+  return left < LANES ? left : LANES;
+}
+
+static inline __attribute__((always_inline)) void stencil_values(const tw_stencil_job *from, size_t width) {
+  const tw_stencil_job job = *from; /* which no row that is stored can be taken to change */
+  float *out = job.values;
+  for (size_t place = 0; place < job.count; place += LANES, out += LANES * job.step) {
+    vector sums[WIDTH_MAX];
+    lane values[WIDTH_MAX];
+    sum_values(&job, job.stencil->values + job.first + place, width, sums);
+    memcpy(values, sums, width * sizeof *values);
+    store_rows(values[0], LANES, width, count_at(&job, place), out, job.step);
+  }
+}
+
+/* ---- normals -------------------------------------------------------------------------------- */
+
+/* The least square of a cross product that needs no closer look: tangents are at most as long as the farthest
+ * control point is far. */
+static inline float least_stencil_square(const tw_stencil_job *job) {
+  float greatest = greatest_square(job->controls, job->stencil->control_count);
+  return tw_normal_least_square(10 * greatest * greatest);
+}
+
+static inline __attribute__((always_inline)) void sum_tangents(const tw_stencil_job *job, size_t place,
+                                                               vector out[2][3]) {
+  size_t apart = job->stencil->apart, count = job->stencil->control_count;
+  const float *first = job->stencil->tangents[0] + place, *second = job->stencil->tangents[1] + place;
+  vector a[3] = {{0}}, b[3] = {{0}};
+  for (size_t k = 0; k < count; k++) {
+    vector one = load(first + k * apart), other = load(second + k * apart);
+    for (size_t c = 0; c < 3; c++) {
+      a[c] += one * job->controls[k][c];
+      b[c] += other * job->controls[k][c];
+    }
+  }
+  memcpy(out[0], a, sizeof a);
+  memcpy(out[1], b, sizeof b);
+}
+
+static inline __attribute__((always_inline)) bool stencil_normals(const tw_stencil_job *from) {
+  const tw_stencil_job job = *from;
+  float least = least_stencil_square(&job), *out = job.normals;
+  mask sure = first_mask();
+  for (size_t place = 0; place < job.count; place += LANES, out += LANES * job.step) {
+    vector tangents[2][3], cross[3];
+    sum_tangents(&job, job.first + place, tangents);
+    const vector *a = tangents[0], *b = tangents[1];
+    for (size_t c = 0; c < 3; c++)
+      cross[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+    vector square = cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2];
+    vector scale = 1.0f / root(square);
+    lane normals[3];
+    for (size_t c = 0; c < 3; c++) {
+      vector normal = cross[c] * scale;
+      memcpy(normals[c], &normal, sizeof normal);
+    }
+    size_t count = count_at(&job, place);
+    mask fits = (square > least) & (square < TW_NORMAL_SQUARE_MAX);
+    for (size_t l = count; l < LANES; l++) fits[l] = -1;
+    sure &= fits;
+    store_rows(normals[0], LANES, 3, count, out, job.step);
+  }
+  return all_set(&sure);
+}
+
+static inline bool fill_stencil(const tw_stencil_job *job) {
+  if (job->values && job->width == 3)
+    stencil_values(job, 3);
+  else if (job->values && job->width == 2)
+    stencil_values(job, 2);
+  else if (job->values)
+    stencil_values(job, 4);
+  return !job->normals || stencil_normals(job);
+}
+
+#endif

@@ -1,0 +1,217 @@
+/* Stencils: what they give is what splitting the patch gives, on every instruction set. */
+#include "stencil.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "built_cage.h"
+#include "cage.h"
+#include "shape.h"
+
+enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = 17 * 17 * STRIDE };
+
+static const float untouched = -77.5f;
+
+static float bumps(float x, float y) {
+  return sinf(2 * x + y) + 0.3f * cosf(3 * y);
+}
+
+/* Level 1 of a sheet of triangles, and its patches with stencils. */
+typedef struct sheet {
+  cage *cage;
+  tw_arena *arena;
+  tw_topology base;
+  tw_rules rules;
+  float *values[5]; /* by width */
+  tw_patch_shapes *shapes;
+  tw_patches patches;
+  double *scratch;
+} sheet;
+
+static void fill_values(sheet *s, const tw_topology *parent) {
+  for (uint32_t width = 2; width <= 4; width++) {
+    float *in = tw_arena_alloc(s->arena, parent->vertex_count, width * sizeof *in);
+    for (uint32_t v = 0; v < parent->vertex_count; v++)
+      for (uint32_t c = 0; c < width; c++) in[v * width + c] = c < 3 ? s->cage->points[v][c] : (float)(v % 5);
+    s->values[width] = tw_arena_alloc(s->arena, s->base.vertex_count, width * sizeof *in);
+    tw_refine_values(parent, &s->rules, width, in, NULL, s->values[width]);
+  }
+}
+
+static sheet new_sheet(float (*height)(float, float), float crease) {
+  sheet s = {.cage = grid(9, 9, true, height), .arena = tw_arena_create()};
+  assert_non_null(s.arena);
+  static const uint32_t edges[6][2] = {{30, 31}, {31, 32}, {32, 33}, {39, 48}, {48, 57}, {57, 66}};
+  static float sharpness[6];
+  for (int i = 0; i < 6; i++) sharpness[i] = crease;
+  s.cage->mesh.crease_count = crease > 0 ? 6 : 0;
+  s.cage->mesh.crease_edges = edges[0];
+  s.cage->mesh.crease_sharpness = sharpness;
+  tw_surface_options options = {.level = 1};
+  tw_cage read;
+  assert_int_equal(tw_cage_read(&s.cage->mesh, &options, s.arena, &read), TW_OK);
+  assert_int_equal(tw_refine_topology(&read.topology, &s.rules, s.arena, NULL, &s.base), TW_OK);
+  fill_values(&s, &read.topology);
+  return s;
+}
+
+static void plan(sheet *s, uint32_t depth, bool limit) {
+  s->shapes = tw_patch_shapes_create();
+  assert_non_null(s->shapes);
+  assert_int_equal(tw_patches_create(&s->patches, &s->base, &s->rules, depth, s->shapes), TW_OK);
+  assert_int_equal(tw_patches_sum(&s->patches, s->shapes, limit, true), TW_OK);
+  s->scratch = calloc(s->patches.scratch_points, 4 * sizeof *s->scratch);
+  assert_non_null(s->scratch);
+}
+
+static void free_plan(sheet *s) {
+  tw_patches_deinit(&s->patches);
+  tw_patch_shapes_destroy(s->shapes);
+  free(s->scratch);
+}
+
+static void free_sheet(sheet *s) {
+  tw_arena_destroy(s->arena);
+  free(s->cage);
+}
+
+/* What readers ask for: a corner, the inside of a side, the inside. */
+static tw_patch_rect rect_at(uint32_t n, uint32_t which) {
+  const tw_patch_rect rects[9] = {{0, 0, 0, 0},     {n, n, 0, 0},     {n, n, n, n},
+                                  {0, 0, n, n},     {1, n - 1, 0, 0}, {n, n, 1, n - 1},
+                                  {1, n - 1, n, n}, {0, 0, 1, n - 1}, {1, n - 1, 1, n - 1}};
+  return rects[which];
+}
+
+static void evaluate(const sheet *s, const tw_patches *patches, uint32_t quad, uint32_t width, bool limit,
+                     bool backwards, tw_patch_rect rect, float *out) {
+  tw_patch_job job = {.in = s->values[width],
+                      .width = width,
+                      .limit = limit,
+                      .backwards = backwards,
+                      .values = out,
+                      .normals = width == 3 ? out + 4 : NULL,
+                      .stride = STRIDE,
+                      .scratch = s->scratch};
+  for (size_t i = 0; i < ROOM; i++) out[i] = untouched;
+  tw_patch_evaluate(patches, quad, &job, rect);
+}
+
+static void compare_quad(const sheet *s, uint32_t quad, uint32_t width, bool limit) {
+  static float expected[ROOM], found[ROOM];
+  tw_patch split = s->patches.patches[quad];
+  tw_patches without = s->patches;
+  split.summed = false;
+  without.patches = &split;
+  for (uint32_t which = 0; which < 9; which++)
+    for (int backwards = 0; backwards < 2; backwards++) {
+      tw_patch_rect rect = rect_at(1u << s->patches.depth, which);
+      evaluate(s, &without, 0, width, limit, backwards, rect, expected);
+      evaluate(s, &s->patches, quad, width, limit, backwards, rect, found);
+      for (size_t i = 0; i < ROOM; i++) assert_true(fabsf(found[i] - expected[i]) < 3e-5f);
+    }
+}
+
+static void stencils_give_what_splitting_gives(void **state) {
+  (void)state;
+  static const float creases[] = {0, 1.5f, 10};
+  for (int c = 0; c < 3; c++) {
+    sheet s = new_sheet(bumps, creases[c]);
+    for (uint32_t depth = 1; depth <= DEPTH_MAX; depth++)
+      for (int limit = 0; limit < 2; limit++) {
+        plan(&s, depth, limit);
+        uint32_t with = 0;
+        for (uint32_t quad = 0; quad < s.base.face_count; quad++) {
+          if (!s.patches.patches[quad].summed) continue;
+          with++;
+          if (with % 13 == depth) compare_quad(&s, quad, 2 + with % 3, limit);
+        }
+        assert_true(with > 100);
+        free_plan(&s);
+      }
+    free_sheet(&s);
+  }
+}
+
+/* A sheet without an extent in one direction has no normals but those of last resort. */
+static float upright(float x, float y) {
+  return 0 * x + 0 * y;
+}
+
+static void collapsed_patches_have_the_normals_of_splitting(void **state) {
+  (void)state;
+  sheet s = new_sheet(upright, 0);
+  for (uint32_t v = 0; v < s.base.vertex_count; v++) s.values[3][3 * v] = 0.25f;
+  plan(&s, 2, false);
+  for (uint32_t quad = 0; quad < s.base.face_count; quad++)
+    if (s.patches.patches[quad].summed && quad % 5 == 0) compare_quad(&s, quad, 3, false);
+  free_plan(&s);
+  free_sheet(&s);
+}
+
+/* The class of a smooth quad counts its points in the order in which they are collected. */
+static void smooth_points_come_in_the_order_of_the_class(void **state) {
+  (void)state;
+  sheet s = new_sheet(bumps, 0);
+  tw_patch_shapes *shapes = tw_patch_shapes_create();
+  tw_collector *collector = tw_collector_create(&s.base, false);
+  uint8_t *faces = calloc(s.base.vertex_count, 1);
+  assert_true(shapes && collector && faces);
+  for (uint32_t v = 0; v < s.base.vertex_count; v++) faces[v] = tw_vertex_smooth_faces(&s.base, v);
+  uint32_t smooth = 0;
+  for (uint32_t corner = 0; corner < s.base.corner_count; corner++) {
+    bool all = true;
+    for (uint32_t k = 0; k < 4; k++) all = all && faces[s.base.corner_vertex[corner / 4 * 4 + k]];
+    if (!all) continue;
+    smooth++;
+    tw_patch_class *shape;
+    const uint32_t *expected;
+    uint32_t found[TW_SMOOTH_POINTS_MAX];
+    assert_int_equal(tw_patch_classify(shapes, collector, corner, 1, &shape, &expected), TW_OK);
+    assert_int_equal(tw_patch_smooth_points(&s.base, corner, faces, found), shape->point_count);
+    assert_memory_equal(found, expected, shape->point_count * sizeof *found);
+  }
+  assert_true(smooth > 1000);
+  tw_collector_destroy(collector);
+  free(faces);
+  tw_patch_shapes_destroy(shapes);
+  free_sheet(&s);
+}
+
+static void all_instruction_sets_write_the_same_bytes(void **state) {
+  (void)state;
+  static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM];
+  sheet s = new_sheet(bumps, 0);
+  plan(&s, 3, false);
+  uint32_t quad = 0;
+  while (!s.patches.patches[quad].summed) quad++;
+  const tw_stencil *stencil = s.patches.patches[quad].shape->stencils[0][3];
+  for (uint32_t i = 0; i < stencil->control_count; i++)
+    for (uint32_t c = 0; c < 4; c++) points[i][c] = sinf((float)(7 * i + 3 * c * c));
+  for (uint32_t width = 2; width <= 4; width++)
+    for (uint32_t first = 0; first < 81; first += 7)
+      for (uint32_t count = 1; first + count <= 81; count += 3) {
+        tw_stencil_job job = {stencil, first, count, (const float(*)[4])points, {1, 2, 3, 4}, width,
+                              NULL,    NULL,  STRIDE};
+        bool sure;
+        for (uint32_t set = 0; set < 2; set++) {
+          for (size_t i = 0; i < ROOM; i++) out[set][i] = untouched;
+          job.values = out[set];
+          if (width == 3) job.normals = out[set] + 4;
+          if (!tw_stencil_rows_by(set, &job, &sure)) memcpy(out[1], out[0], sizeof out[0]);
+        }
+        assert_memory_equal(out[0], out[1], sizeof out[0]);
+      }
+  free_plan(&s);
+  free_sheet(&s);
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(stencils_give_what_splitting_gives),
+      cmocka_unit_test(collapsed_patches_have_the_normals_of_splitting),
+      cmocka_unit_test(smooth_points_come_in_the_order_of_the_class),
+      cmocka_unit_test(all_instruction_sets_write_the_same_bytes),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
