@@ -438,6 +438,18 @@ const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint
   return patches->controls + patch->first_control;
 }
 
+void tw_patch_fetch(const tw_patches *patches, uint32_t quad, uint32_t step, const float *in,
+                    uint32_t width) {
+  if (step == 0) {
+    __builtin_prefetch(&patches->patches[quad]);
+    return;
+  }
+  uint32_t count;
+  const uint32_t *controls = tw_patch_controls(patches, quad, &count);
+  for (uint32_t i = 0; step == 1 && i < count; i += 16) __builtin_prefetch(controls + i);
+  for (uint32_t i = 0; step == 2 && i < count; i++) __builtin_prefetch(in + (size_t)controls[i] * width);
+}
+
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];

@@ -65,6 +65,11 @@ typedef struct tw_patch_job {
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);
 
+/* Asks for the memory that evaluating patches will read, for those who come to them in no order: three steps,
+ * each of which reads what the one before has asked for. in, width: as for a job. */
+enum { TW_FETCH_STEPS = 3 };
+void tw_patch_fetch(const tw_patches *patches, uint32_t quad, uint32_t step, const float *in, uint32_t width);
+
 /* The vertices of the base that shape a patch: all that an evaluation reads. */
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count);
 

@@ -6,6 +6,7 @@
 #include "surface_reader.h"
 
 enum { PIECE_ROWS = 2048 };
+typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
 
 /* ---- what a domain consists of -------------------------------------------------------------- */
 
@@ -35,6 +36,24 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
   }
   const tw_numbering *n = numbering_of(s, domain);
   return n->corner_count + n->edge_count * rows_inside_edge(s) + s->quad_count * rows_inside_quad(s);
+}
+
+/* ---- looking ahead -------------------------------------------------------------------------- */
+
+/* Neighbours in a numbering of corners or edges lie anywhere in memory. Asks for what some of the next ones
+ * need, of `count`, before the one at hand is computed: of points alone, and of the first UVs where they are
+ * rows of their own. */
+static void look_ahead(const tw_surface *s, tw_domain domain, piece_kind kind, uint32_t item, uint32_t end) {
+  enum { APART = 4 };
+  const tw_numbering *n = numbering_of(s, domain);
+  const tw_values *values = domain == TW_DOMAIN_UVS ? &s->uvs[0] : &s->positions;
+  const tw_patches *patches = &s->fields[values->field].patches;
+  for (uint32_t step = 0; step < TW_FETCH_STEPS; step++) {
+    uint32_t next = item + APART * (TW_FETCH_STEPS - step);
+    if (next >= end) continue;
+    uint32_t corner = kind == PIECE_EDGES ? tw_corner_of_edge(n, next) : tw_corner_of_row(n, next);
+    tw_patch_fetch(patches, corner / 4, step, values->base, values->width);
+  }
 }
 
 /* ---- values at corners ---------------------------------------------------------------------- */
@@ -137,6 +156,7 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
     return;
   }
   for (uint32_t i = 0; i < count; i++, out += width) {
+    if (s->depth > 0) look_ahead(s, domain, PIECE_CORNERS, first + i, first + count);
     if (domain == TW_DOMAIN_POINTS)
       point_corner(r, first + i, out);
     else if (domain == TW_DOMAIN_UVS)
@@ -195,6 +215,7 @@ static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, u
   const tw_surface *s = r->surface;
   uint32_t width = row_width(s, domain);
   for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
+    look_ahead(s, domain, PIECE_EDGES, first + i, first + count);
     if (domain == TW_DOMAIN_POINTS)
       evaluate_edge(r, &s->positions, tw_corner_of_edge(&s->points, first + i), false, out, NULL, width);
     else if (domain == TW_DOMAIN_UVS)
@@ -242,8 +263,6 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
 }
 
 /* ---- pieces --------------------------------------------------------------------------------- */
-
-typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
 
 /* A run of rows that is computed at once. */
 typedef struct piece {
@@ -344,27 +363,52 @@ uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
   return surface->options.level == 0 ? surface->corners_before[face] : corners_a_face(surface) * face;
 }
 
+/* A run of rows along a side of a quad. */
+typedef struct side_rows {
+  uint32_t first, step; /* step: 1, or -1 modulo 2^32 */
+} side_rows;
+
+/* What the rows of a quad's grid follow from. */
+typedef struct quad_rows {
+  uint32_t corners[4], inside;
+  side_rows low, right, high, left; /* along i and j */
+} quad_rows;
+
+/* opposed: the side's corner comes last along i or j. */
+static side_rows rows_of_side(const tw_surface *s, const tw_numbering *n, uint32_t corner, bool opposed) {
+  uint32_t edge = tw_row_of_edge(n, corner), inside = s->side - 1;
+  uint32_t begin = n->corner_count + (edge >> 1) * inside;
+  bool backwards = ((edge & 1) != 0) != opposed;
+  return backwards ? (side_rows){begin + inside - 1, UINT32_MAX} : (side_rows){begin, 1};
+}
+
+static quad_rows rows_of_quad(const tw_surface *s, const tw_numbering *n, uint32_t visible) {
+  uint32_t corner = 4 * tw_base_quad(s, visible), inside = s->side - 1;
+  quad_rows q = {.low = rows_of_side(s, n, corner, false),
+                 .right = rows_of_side(s, n, corner + 1, false),
+                 .high = rows_of_side(s, n, corner + 2, true),
+                 .left = rows_of_side(s, n, corner + 3, true)};
+  for (uint32_t k = 0; k < 4; k++) q.corners[k] = tw_row_of_corner(n, corner + k);
+  q.inside = n->corner_count + n->edge_count * inside + visible * inside * inside;
+  return q;
+}
+
 /* Rows of line j of a quad's grid: out[side + 1]. */
-static void index_line(const tw_surface *s, const tw_numbering *n, uint32_t visible, uint32_t j,
-                       uint32_t *out) {
-  uint32_t side = s->side, corner = 4 * tw_base_quad(s, visible), inside = side - 1;
-  if (j == 0 || j == side) {
-    uint32_t edge = tw_row_of_edge(n, corner + (j == 0 ? 0 : 2)),
-             begin = n->corner_count + (edge >> 1) * inside;
-    bool rising = (j == 0) == ((edge & 1) == 0); /* side 2 runs from right to left */
-    out[0] = tw_row_of_corner(n, corner + (j == 0 ? 0 : 3));
-    out[side] = tw_row_of_corner(n, corner + (j == 0 ? 1 : 2));
-    for (uint32_t i = 1; i < side; i++) out[i] = rising ? begin + i - 1 : begin + inside - i;
-    return;
+static void index_line(const quad_rows *q, uint32_t side, uint32_t j, uint32_t *out) {
+  side_rows run = {q->inside + (j - 1) * (side - 1), 1};
+  if (j == 0) {
+    run = q->low;
+    out[0] = q->corners[0];
+    out[side] = q->corners[1];
+  } else if (j == side) {
+    run = q->high;
+    out[0] = q->corners[3];
+    out[side] = q->corners[2];
+  } else {
+    out[0] = q->left.first + (j - 1) * q->left.step;
+    out[side] = q->right.first + (j - 1) * q->right.step;
   }
-  /* Place t = 1 .. side - 1 of an edge counts from its first corner or, when it runs against, its last. */
-  uint32_t left = tw_row_of_edge(n, corner + 3), right = tw_row_of_edge(n, corner + 1);
-  uint32_t left_begin = n->corner_count + (left >> 1) * inside,
-           right_begin = n->corner_count + (right >> 1) * inside;
-  out[0] = left_begin + ((left & 1) ? j - 1 : inside - j); /* side 3 runs downwards */
-  out[side] = right_begin + ((right & 1) ? inside - j : j - 1);
-  uint32_t begin = n->corner_count + n->edge_count * inside + visible * inside * inside + (j - 1) * inside;
-  for (uint32_t i = 1; i < side; i++) out[i] = begin + i - 1;
+  for (uint32_t i = 1; i < side; i++) out[i] = run.first + (i - 1) * run.step;
 }
 
 /* Faces i0 to i1 - 1 of the line between two rows of indices. */
@@ -382,18 +426,20 @@ static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t f
   const tw_surface *s = r->surface;
   uint32_t side = s->side;
   uint64_t face = first, end = first + count;
+  quad_rows quad = {.inside = 0};
   while (face < end) {
     uint32_t visible = (uint32_t)(face / ((uint64_t)side * side)),
              cell = (uint32_t)(face % ((uint64_t)side * side));
     uint32_t j = cell / side, i0 = cell % side, i1 = at_most(side, i0 + (end - face));
+    if (cell == 0 || face == first) quad = rows_of_quad(s, n, visible);
     if (i0 == 0 && j > 0 && face > first) {
       uint32_t *swap = r->index_rows[0];
       r->index_rows[0] = r->index_rows[1];
       r->index_rows[1] = swap;
     } else {
-      index_line(s, n, visible, j, r->index_rows[0]);
+      index_line(&quad, side, j, r->index_rows[0]);
     }
-    index_line(s, n, visible, j + 1, r->index_rows[1]);
+    index_line(&quad, side, j + 1, r->index_rows[1]);
     emit_line(r->index_rows[0], r->index_rows[1], i0, i1, out);
     out += 4 * (size_t)(i1 - i0);
     face += i1 - i0;
