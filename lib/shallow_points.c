@@ -239,11 +239,18 @@ static void level_2_points(const level *l, uint32_t first, uint32_t count, float
 /* ---- what is kept --------------------------------------------------------------------------- */
 
 /* Of level 1 points and centres are the cage's, of level 2 those of level 1. */
-static level level_of(const tw_shallow *shallow, const float *kept) {
+static level level_of(const tw_shallow *shallow, const float *points, const float *centres) {
   const tw_topology *t = &shallow->cage;
-  uint32_t face_points = t->vertex_count + t->edge_count,
-           points = shallow->level == 1 ? t->vertex_count : face_points + t->face_count;
-  return (level){*t, shallow->rules.linear, t->vertex_count, face_points, kept, kept + 3 * (size_t)points};
+  return (level){*t,     shallow->rules.linear, t->vertex_count, t->vertex_count + t->edge_count, points,
+                 centres};
+}
+
+static size_t point_count(const tw_shallow *shallow) {
+  const tw_topology *t = &shallow->cage;
+  return shallow->level == 1 ? t->vertex_count : (size_t)t->vertex_count + t->edge_count + t->face_count;
+}
+static uint32_t centre_count(const tw_shallow *shallow) {
+  return shallow->level == 1 ? shallow->cage.face_count : shallow->cage.corner_count;
 }
 
 /* Whether level 1 needs none of the step's special cases. */
@@ -264,64 +271,71 @@ static void average_quads(const level *l, float *restrict out) {
   }
 }
 
-/* Level 1 from the cage's points, which lie where its quads' centres will. */
-static void refine_cage(const tw_shallow *shallow, const float *points, float *kept) {
+/* Level 1 from the cage's points. */
+static void refine_cage(const tw_shallow *shallow, const float *cage, float *points) {
   const tw_topology *t = &shallow->cage;
   if (!is_smooth(shallow)) {
-    tw_refine_values(t, &shallow->rules, 3, points, NULL, kept);
+    tw_refine_values(t, &shallow->rules, 3, cage, NULL, points);
     return;
   }
-  float *face_points = kept + 3 * ((size_t)t->vertex_count + t->edge_count);
-  level l = {.cage = *t, .points = points, .centres = face_points};
+  float *face_points = points + 3 * ((size_t)t->vertex_count + t->edge_count);
+  level l = level_of(shallow, cage, face_points);
   fill_face_middles(&l, 0, t->face_count, face_points);
-  level_1_points(&l, 0, t->vertex_count + t->edge_count, kept);
+  level_1_points(&l, 0, t->vertex_count + t->edge_count, points);
 }
 
+/* Points and centres; behind either there is a float more, which is read with the last row. */
 static void keep_parts(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                       float *kept) {
+                       float *points, float *centres) {
   const tw_topology *t = &shallow->cage;
-  level l = level_of(shallow, kept);
-  float *rest = kept + (l.centres - l.points), *cage = shallow->level == 1 ? kept : rest;
-  /* Behind the last row, which is read with it. */
-  kept[3 * tw_shallow_kept_count(shallow)] = 0;
+  /* For level 2 the cage lies where the centres will: it has no more vertices than corners. */
+  float *cage = shallow->level == 1 ? points : centres;
+  level l = level_of(shallow, points, centres);
+  points[3 * point_count(shallow)] = centres[3 * (size_t)centre_count(shallow)] = 0;
   for (uint32_t v = 0; v < t->vertex_count; v++)
     memcpy(cage + 3 * (size_t)v, positions + 3 * (size_t)(point_of ? point_of[v] : v), 3 * sizeof *cage);
   if (shallow->level == 1) {
-    fill_face_middles(&l, 0, t->face_count, rest);
+    fill_face_middles(&l, 0, t->face_count, centres);
   } else {
-    refine_cage(shallow, cage, kept);
-    average_quads(&l, rest);
+    refine_cage(shallow, cage, points);
+    average_quads(&l, centres);
   }
+}
+
+static void rows_of_level(const tw_shallow *shallow, const level *l, uint32_t first, uint32_t count,
+                          float *out) {
+  if (shallow->level == 2)
+    level_2_points(l, first, count, out);
+  else if (is_smooth(shallow))
+    level_1_points(l, first, count, out);
+  else
+    tw_refine_points(&shallow->cage, &shallow->rules, l->points, l->centres, first, count, out);
 }
 
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
                           float *kept) {
+  size_t points = 3 * point_count(shallow);
   if (!shallow->normals) {
-    keep_parts(shallow, positions, point_of, kept);
+    keep_parts(shallow, positions, point_of, kept, kept + points);
     return TW_OK;
   }
-  tw_shallow parts = *shallow;
-  parts.normals = false;
-  float *above = tw_alloc(tw_shallow_kept_size(&parts), sizeof *above);
+  /* The centres are the last of the level's own points. */
+  uint32_t others = (uint32_t)tw_shallow_kept_count(shallow) - centre_count(shallow);
+  float *above = tw_alloc(points + 1, sizeof *above), *centres = kept + 3 * (size_t)others;
   if (!above) return TW_NO_MEMORY;
-  keep_parts(&parts, positions, point_of, above);
-  uint32_t count = tw_shallow_counts(shallow).vertex_count;
-  tw_shallow_points(&parts, above, 0, count, kept);
-  kept[3 * (size_t)count] = 0;
+  keep_parts(shallow, positions, point_of, above, centres);
+  level l = level_of(shallow, above, centres);
+  rows_of_level(shallow, &l, 0, others, kept);
   free(above);
   return TW_OK;
 }
 
 void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                        float *out) {
-  const tw_topology *t = &shallow->cage;
-  level l = level_of(shallow, kept);
-  if (shallow->normals)
+  if (shallow->normals) {
     memcpy(out, kept + 3 * (size_t)first, 3 * (size_t)count * sizeof *out);
-  else if (shallow->level == 2)
-    level_2_points(&l, first, count, out);
-  else if (is_smooth(shallow))
-    level_1_points(&l, first, count, out);
-  else
-    tw_refine_points(t, &shallow->rules, l.points, l.centres, first, count, out);
+  } else {
+    level l = level_of(shallow, kept, kept + 3 * point_count(shallow));
+    rows_of_level(shallow, &l, first, count, out);
+  }
 }
