@@ -269,9 +269,9 @@ tw_status tw_influences_refine(tw_influences *influences, const tw_topology *par
   tw_joint_sum_deinit(&s.sum);
   tw_influences_deinit(&s.faces);
   if (complete) {
+    trim(&s.out);
     tw_influences_deinit(influences);
     *influences = s.out;
-    trim(influences);
     return TW_OK;
   }
   tw_influences_deinit(&s.out);

@@ -46,7 +46,7 @@ static enum MHD_Result answer(void *context, struct MHD_Connection *connection, 
   return queued;
 }
 
-static void serve(const bare *body, int ready) {
+static _Noreturn void serve(const bare *body, int ready) {
   struct MHD_Daemon *daemon = MHD_start_daemon(MHD_USE_EPOLL, 0, NULL, NULL, answer, (void *)(uintptr_t)body,
                                                MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_END);
   if (!daemon) exit(1);
