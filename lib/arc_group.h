@@ -23,8 +23,7 @@ typedef struct tw_arc_group {
 } tw_arc_group;
 
 /* Takes as many of tracks[which[0..count)], all TRACK_ARC, as one group holds, at least one. Copies what it
- * needs into the arena: 46 bytes a key, however the keys lie, and little more. NULL without memory. O(keys).
- */
+ * needs into the arena: 46 bytes a key, however the keys lie, and little more. NULL without memory. */
 tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *tracks, const uint32_t *which,
                                   uint32_t count);
 
