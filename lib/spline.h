@@ -5,7 +5,7 @@
 #include "tweend/base.h"
 
 /* Points are computed so many at a time, or fewer. */
-enum { TW_SPLINE_LANES = 8 };
+enum { TW_SPLINE_LANES = 16 };
 
 /* Each array: [2^depth + 1], and TW_SPLINE_LANES - 1 more that repeat the last. */
 typedef struct tw_spline {

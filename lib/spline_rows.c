@@ -43,7 +43,11 @@ typedef void fill_kernel(const tw_spline_job *job, bool transposed);
 static fill_kernel *kernel_at(uint32_t instruction_set) {
   if (instruction_set == 0) return fill_anywhere;
 #ifdef __x86_64__
-  if (instruction_set == 1 && __builtin_cpu_supports("avx2")) return tw_spline_fill_avx2;
+  bool avx2 = __builtin_cpu_supports("avx2");
+  if (instruction_set == 1 && avx2) return tw_spline_fill_avx2;
+  if (instruction_set == 2 && avx2 && __builtin_cpu_supports("avx512f") &&
+      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
+    return tw_spline_fill_avx512;
 #endif
   return NULL;
 }
@@ -66,8 +70,9 @@ static void run(fill_kernel *kernel, const tw_spline_job *job) {
 }
 
 void tw_spline_rows(const tw_spline_job *job) {
-  fill_kernel *best = kernel_at(1);
-  run(best ? best : fill_anywhere, job);
+  uint32_t best = 2;
+  while (!kernel_at(best)) best--;
+  run(kernel_at(best), job);
 }
 
 bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job) {

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-enum { SIDE_MAX = 64, STRIDE = 9, ROOM = (SIDE_MAX + 1) * (SIDE_MAX + 1) * STRIDE };
+enum { SIDE_MAX = 64, STRIDE = 9, ROOM = (SIDE_MAX + 6) * (SIDE_MAX + 1) * STRIDE };
 
 static const float untouched = -77.5f;
 
@@ -150,24 +150,27 @@ typedef struct choice {
   uint32_t width;
   bool values, normals, derivatives, backwards;
   ptrdiff_t stride;
+  uint32_t gap; /* rows between lines that are somebody else's */
 } choice;
 
 /* Every float that a job by one instruction set leaves behind. */
 static bool run_by(uint32_t instruction_set, tw_spline_job job, choice c, float *out) {
   for (size_t i = 0; i < ROOM; i++) out[i] = untouched;
-  size_t rows = (size_t)(job.rect.i1 - job.rect.i0 + 1) * (job.rect.j1 - job.rect.j0 + 1);
+  size_t line = job.rect.i1 - job.rect.i0 + 1 + c.gap, rows = line * (job.rect.j1 - job.rect.j0 + 1);
   float *first = out + (c.backwards ? (rows - 1) * (size_t)c.stride : 0);
   job.step = c.backwards ? -c.stride : c.stride;
-  job.line_step = job.step * (ptrdiff_t)(job.rect.i1 - job.rect.i0 + 1);
+  job.line_step = job.step * (ptrdiff_t)line;
   job.values = c.values ? first : NULL;
   job.normals = c.normals ? first + 3 : NULL;
   job.derivatives = c.derivatives ? first : NULL;
   return tw_spline_rows_by(instruction_set, &job);
 }
 
-static bool is_written(const choice *c, size_t place, size_t rows) {
-  size_t column = place % (size_t)c->stride;
-  if (place / (size_t)c->stride >= rows) return false;
+static bool is_written(const choice *c, size_t place, tw_patch_rect rect) {
+  size_t column = place % (size_t)c->stride, row = place / (size_t)c->stride;
+  size_t points = rect.i1 - rect.i0 + 1, line = points + c->gap, lines = rect.j1 - rect.j0 + 1;
+  if (row >= lines * line) return false;
+  if ((c->backwards ? line - 1 - row % line : row % line) >= points) return false;
   if (c->derivatives) return column % 4 < (c->width == 2 ? 2u : 4u) && column < 8;
   return (c->values && column < c->width) || (c->normals && column >= 3 && column < 6);
 }
@@ -176,10 +179,13 @@ static void all_instruction_sets_write_the_same_bytes_and_only_their_own(void **
   (void)state;
   static float plain[ROOM], other[ROOM];
   static const choice choices[] = {
-      {3, true, false, false, false, 3}, {3, true, false, false, true, 3},  {3, true, false, false, false, 8},
-      {2, true, false, false, false, 7}, {4, true, false, false, true, 4},  {3, true, true, false, false, 6},
-      {3, true, true, false, true, 8},   {3, false, true, false, false, 6}, {3, false, false, true, false, 8},
-      {2, false, false, true, true, 8},
+      {3, true, false, false, false, 3, 0}, {3, true, false, false, true, 3, 0},
+      {3, true, false, false, false, 8, 0}, {2, true, false, false, false, 7, 0},
+      {4, true, false, false, true, 4, 0},  {3, true, true, false, false, 6, 0},
+      {3, true, true, false, false, 6, 5},  {3, true, true, false, true, 6, 2},
+      {3, true, true, false, true, 8, 0},   {3, false, true, false, false, 6, 0},
+      {3, true, false, false, false, 3, 1}, {3, false, false, true, false, 8, 0},
+      {2, false, false, true, true, 8, 1},
   };
   for (uint32_t depth = 0; depth <= 6; depth++)
     for (size_t k = 0; k < sizeof choices / sizeof *choices; k++) {
@@ -197,9 +203,8 @@ static void all_instruction_sets_write_the_same_bytes_and_only_their_own(void **
         job.rect = rects[r];
         job.limit = k % 2;
         assert_true(run_by(0, job, choices[k], plain));
-        size_t rows = (size_t)(job.rect.i1 - job.rect.i0 + 1) * (job.rect.j1 - job.rect.j0 + 1);
         for (size_t i = 0; i < ROOM; i++)
-          assert_true((plain[i] != untouched) == is_written(&choices[k], i, rows));
+          assert_true((plain[i] != untouched) == is_written(&choices[k], i, job.rect));
         for (uint32_t set = 1; run_by(set, job, choices[k], other); set++)
           assert_memory_equal(plain, other, sizeof plain);
       }
