@@ -33,20 +33,28 @@ static inline __attribute__((always_inline)) void stencil_values(const tw_stenci
   float *out = job.values;
   for (size_t place = 0; place < job.count; place += LANES, out += LANES * job.step) {
     vector sums[WIDTH_MAX];
-    lane values[WIDTH_MAX];
     sum_values(&job, job.stencil->values + job.first + place, width, sums);
-    memcpy(values, sums, width * sizeof *values);
-    store_rows(values[0], LANES, width, count_at(&job, place), out, job.step);
+    store_rows(sums, width, count_at(&job, place), out, job.step);
   }
 }
 
 /* ---- normals -------------------------------------------------------------------------------- */
 
+static inline float farthest_square(const float (*vectors)[WIDTH_MAX], size_t count) {
+  float farthest = 0;
+  for (size_t i = 0; i < count; i++) {
+    const float *v = vectors[i];
+    float square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+    if (square > farthest) farthest = square;
+  }
+  return farthest;
+}
+
 /* The least square of a cross product that needs no closer look: tangents are at most as long as the farthest
  * control point is far. */
 static inline float least_stencil_square(const tw_stencil_job *job) {
-  float greatest = greatest_square(job->controls, job->stencil->control_count);
-  return tw_normal_least_square(10 * greatest * greatest);
+  float farthest = farthest_square(job->controls, job->stencil->control_count);
+  return tw_normal_least_square(10 * farthest * farthest);
 }
 
 static inline __attribute__((always_inline)) void sum_tangents(const tw_stencil_job *job, size_t place,
@@ -77,18 +85,14 @@ static inline __attribute__((always_inline)) bool stencil_normals(const tw_stenc
       cross[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
     vector square = cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2];
     vector scale = 1.0f / root(square);
-    lane normals[3];
-    for (size_t c = 0; c < 3; c++) {
-      vector normal = cross[c] * scale;
-      memcpy(normals[c], &normal, sizeof normal);
-    }
+    for (size_t c = 0; c < 3; c++) cross[c] *= scale;
     size_t count = count_at(&job, place);
     mask fits = (square > least) & (square < TW_NORMAL_SQUARE_MAX);
     for (size_t l = count; l < LANES; l++) fits[l] = -1;
     sure &= fits;
-    store_rows(normals[0], LANES, 3, count, out, job.step);
+    store_rows(cross, 3, count, out, job.step);
   }
-  return all_set(&sure);
+  return all_set(sure);
 }
 
 static inline bool fill_stencil(const tw_stencil_job *job) {
