@@ -24,6 +24,7 @@ typedef struct api_call {
   bool is_head;
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
+  uint32_t asked; /* hash of the key that an answer to it is kept under; 0: none is */
   api_query query;
   tw_arena *arena;   /* the answer's: lives as long as it does */
   api_answer answer; /* being filled */

@@ -54,9 +54,16 @@ api_cache *api_kept_answers_cache(api_kept_answers *answers) {
   return answers->cache;
 }
 
-bool api_kept_asked_again(api_kept_answers *answers, const char *key) {
-  unsigned hash = api_cache_hash(key);
+static bool was_asked(api_kept_answers *answers, uint32_t hash) {
+  return atomic_load_explicit(&answers->asked[hash % ASKED], memory_order_relaxed) == hash;
+}
+
+static bool is_asked_again(api_kept_answers *answers, uint32_t hash) {
   return atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) == hash;
+}
+
+bool api_kept_asked_again(api_kept_answers *answers, const char *key) {
+  return is_asked_again(answers, api_cache_hash(key));
 }
 
 bool api_kept_key(const api_call *call, char out[API_KEPT_KEY]) {
@@ -86,8 +93,13 @@ static api_outcome reply(api_call *call, api_entry *entry) {
 
 api_outcome api_kept_answer(api_call *call) {
   char key[API_KEPT_KEY];
+  api_kept_answers *answers = call->service->answers;
   if (!api_kept_key(call, key)) return API_LATER;
-  api_entry *entry = api_cache_peek(call->service->answers->cache, key);
+  call->asked = api_cache_hash(key);
+  /* That most were not asked for before shows here, sooner than in the cache. One that was forgotten
+   * meanwhile is answered from the beginning once more. */
+  if (!was_asked(answers, call->asked)) return API_LATER;
+  api_entry *entry = api_cache_peek(answers->cache, key);
   if (!entry) return API_LATER;
   /* A model that was deleted while its answer was on the way to being kept is not here; one that is in use
    * should stay here. */
@@ -124,9 +136,9 @@ void api_keep_answer(const api_call *call) {
   char key[API_KEPT_KEY];
   const api_answer *answer = &call->answer;
   const char *etag = api_answer_find(answer, "ETag");
-  if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || !api_kept_key(call, key)) return;
+  if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || call->asked == 0) return;
   api_kept_answers *answers = call->service->answers;
-  if (!api_kept_asked_again(answers, key)) return;
+  if (!is_asked_again(answers, call->asked) || !api_kept_key(call, key)) return;
   kept_answer *made = copy_answer(answer, call->offer->type, etag);
   if (!made) return;
   api_fault fault;
