@@ -391,8 +391,8 @@ static tw_status start_sources(build *b) {
   return TW_OK;
 }
 
-/* Up to this level the generic way is as good as patches. */
-enum { GENERIC_LEVEL = 2 };
+/* Up to this level float keeps what normals live on. */
+enum { FLOAT_LEVEL = 2 };
 
 /* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
 static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
@@ -400,6 +400,15 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   for (uint32_t i = 0; i < mesh->crease_count; i++)
     if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
   return false;
+}
+
+/* Nothing but points that stay where they are refined to. */
+static bool is_bare(const build *b) {
+  const tw_mesh *m = b->mesh;
+  const tw_surface_options *options = &b->surface->options;
+  bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
+  return points_only && options->level > 0 && b->whole && !options->limit &&
+         !tw_cage_shrinks(&b->cage, options);
 }
 
 static bool fits_shallow(const build *b) {
@@ -428,17 +437,15 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  /* A skinned vertex of the base has a list of joints: no more of those than the cage asks for. */
-  uint32_t shallow = b->mesh->skin.joints ? 1 : GENERIC_LEVEL;
-  bool even = b->cage.topology.face_size == (is_loop(b) ? 3 : 4), few = !even && level <= shallow;
+  bool even = b->cage.topology.face_size == (is_loop(b) ? 3 : 4),
+       bare_two = level == 2 && is_bare(b) && (!s->options.normals || fits_shallow(b)),
+       few = !even && (level <= 1 || bare_two);
   generic |= shrinks || is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
   b->levels = generic && level > 0 ? level : even ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
-  const tw_mesh *m = b->mesh;
-  bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
-  bool bare = generic && level > 0 && b->whole && !shrinks && !s->options.limit && points_only;
+  bool bare = generic && is_bare(b);
   if (bare && few && fits_shallow(b)) {
     s->shallow.level = level;
     s->shallow.normals = s->options.normals;
@@ -451,7 +458,7 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   }
   s->plain = bare && (s->shallow.level > 0 || s->loop.levels > 0 || !s->options.normals);
   /* Normals live on differences, which float loses the more the closer points come together. */
-  s->exact = is_loop(b) || (b->levels > GENERIC_LEVEL && s->options.normals && !b->rules.linear);
+  s->exact = is_loop(b) || (b->levels > FLOAT_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }

@@ -40,19 +40,23 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
 
 /* ---- looking ahead -------------------------------------------------------------------------- */
 
+/* One step, for the patches of one set of values. */
+static void fetch(const tw_surface *s, const tw_values *values, uint32_t corner, uint32_t step) {
+  tw_patch_fetch(&s->fields[values->field].patches, corner / 4, step, values->base, values->width);
+}
+
 /* Neighbours in a numbering of corners or edges lie anywhere in memory. Asks for what some of the next ones
- * need, of `count`, before the one at hand is computed: of points alone, and of the first UVs where they are
- * rows of their own. */
+ * need, of those before `end`, before the one at hand is computed. */
 static void look_ahead(const tw_surface *s, tw_domain domain, piece_kind kind, uint32_t item, uint32_t end) {
   enum { APART = 4 };
   const tw_numbering *n = numbering_of(s, domain);
-  const tw_values *values = domain == TW_DOMAIN_UVS ? &s->uvs[0] : &s->positions;
-  const tw_patches *patches = &s->fields[values->field].patches;
   for (uint32_t step = 0; step < TW_FETCH_STEPS; step++) {
     uint32_t next = item + APART * (TW_FETCH_STEPS - step);
     if (next >= end) continue;
     uint32_t corner = kind == PIECE_EDGES ? tw_corner_of_edge(n, next) : tw_corner_of_row(n, next);
-    tw_patch_fetch(patches, corner / 4, step, values->base, values->width);
+    if (domain != TW_DOMAIN_UVS) fetch(s, &s->positions, corner, step);
+    uint32_t uvs = domain == TW_DOMAIN_POINTS ? 0 : domain == TW_DOMAIN_UVS ? 1 : s->layout.uv_count;
+    for (uint32_t i = 0; i < uvs; i++) fetch(s, &s->uvs[i], corner, step);
   }
 }
 
