@@ -368,9 +368,9 @@ static tw_status plan_patches(build *b) {
     tw_patch_shapes *shapes = shapes_of(s);
     if (!shapes) return TW_NO_MEMORY;
     tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
-    b->too_irregular = status == TW_LIMIT;
     if (status == TW_OK)
       status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
+    b->too_irregular = status == TW_LIMIT;
     if (status != TW_OK) return status;
     if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
   }

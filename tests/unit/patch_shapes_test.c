@@ -2,6 +2,7 @@
  * none that is half made. Linked with malloc, calloc and realloc wrapped. */
 #include "built_cage.h"
 #include "cube.h"
+#include "shape.h"
 
 /* The linker's --wrap gives these names.
  * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
@@ -111,6 +112,24 @@ static void a_second_cube_adds_no_shape(void **state) {
   tw_patch_shapes_destroy(shapes);
 }
 
+/* Stencils of surfaces that came before may take all the room there is for them. */
+static void a_surface_that_finds_no_room_for_stencils_makes_its_own(void **state) {
+  (void)state;
+  cage *cut = new_cage();
+  tw_mesh mesh = cage_of(3, cut);
+  tw_surface_options options = options_of(3, 4, NULL);
+  rows wanted = read_rows(&mesh, options);
+  options.shapes = tw_patch_shapes_create();
+  assert_non_null(options.shapes);
+  assert_non_null(tw_arena_alloc(tw_patch_shapes_stencils(options.shapes), 1, (size_t)65 << 20));
+  rows own = read_rows(&mesh, options);
+  assert_same_rows(&wanted, &own);
+  free_rows(&wanted);
+  free_rows(&own);
+  tw_patch_shapes_destroy(options.shapes);
+  free(cut);
+}
+
 /* Whichever allocation of one surface fails: the next one does not meet what that has left half made. */
 static void a_surface_that_fails_leaves_no_half_made_shape(void **state) {
   (void)state;
@@ -145,6 +164,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(surfaces_that_share_shapes_have_the_rows_of_those_that_do_not),
       cmocka_unit_test(a_second_cube_adds_no_shape),
+      cmocka_unit_test(a_surface_that_finds_no_room_for_stencils_makes_its_own),
       cmocka_unit_test(a_surface_that_fails_leaves_no_half_made_shape),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
