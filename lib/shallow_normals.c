@@ -96,9 +96,9 @@ typedef struct tangents {
 } tangents;
 
 /* Tangents of some rows, four at a time. */
-enum { BATCH = 64, ROW = 6 };
+enum { BATCH = 64, SPARE = 3, ROW = 6 };
 typedef struct batch {
-  tw_point along[2][BATCH];
+  tw_point along[2][BATCH + SPARE]; /* the last four may begin at any row */
 } batch;
 
 /* One coordinate of four points each. */
@@ -155,7 +155,7 @@ static inline void put_row(tw_point point, tw_point normal, float *row) {
 
 /* Rows [from, to) of a batch. points: of its first one. Whether all normals are sure. */
 static bool put_rows(batch *b, uint32_t from, uint32_t to, const float *points, float *restrict out) {
-  for (uint32_t i = to; i < BATCH && i < to + 3; i++)
+  for (uint32_t i = to; i < to + SPARE; i++)
     for (int k = 0; k < 2; k++) b->along[k][i] = b->along[k][to - 1];
   mask sure = {-1, -1, -1, -1};
   for (uint32_t i = from; i < to; i += 4) {
