@@ -167,7 +167,7 @@ void api_prepare_pose(const api_call *call, const api_pose_request *request, con
   api_kept_answers *answers = call->service->answers;
   uint64_t numbers = (uint64_t)request->query.node_count * api_pose_width(request->query.as);
   if (numbers > NUMBERS_MOST || choice->lender[0] || !write_key(call, key, &at)) return;
-  if (!api_kept_asked_again(answers, key)) return;
+  if (!api_kept_asked_again(answers, key) || call->effort == API_HEAVY) return;
   prepared_from from = {call, request, choice, body, size};
   api_entry_release(api_cache_take(api_kept_answers_cache(answers), key, build, &from, &fault));
 }

@@ -10,7 +10,8 @@
 api_outcome api_prepared_pose(api_call *call);
 
 /* Offers what has just been answered: a stored model's own clip at one time, printed by `body` in `size`
- * bytes. It is kept when it is small and asked for again. */
+ * bytes. It is kept when it is small, asked for again, and what a light call may answer, at any time: the
+ * pose of one node takes evaluating all of them. */
 void api_prepare_pose(const api_call *call, const api_pose_request *request, const api_clip_choice *choice,
                       const api_pose_body *body, size_t size);
 

@@ -174,6 +174,25 @@ static void large_poses_are_not_prepared(void **state) {
   assert_int_equal(kept(f), 0);
 }
 
+static void a_node_among_many_is_left_to_heavy_calls(void **state) {
+  fixture *f = *state;
+  enum { NODES = 20001 };
+  char target[128], *model = malloc(NODES * 4 + 64), *end = model + sprintf(model, "{\"nodes\":[");
+  for (int i = 0; i < NODES; i++) end += sprintf(end, "%s", i ? ",{}" : "{\"name\":\"n\"}");
+  strcpy(end, "]}");
+  loopback_upload(f->loop, "application/json", model, f->id);
+  free(model);
+  for (int i = 0; i < 3; i++) {
+    char at[8];
+    snprintf(at, sizeof at, "%d", i);
+    reply r = ask(f, "json", "nodes=n", at);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  snprintf(target, sizeof target, "/v1/models/%s/pose.json?nodes=n&at=3", f->id);
+  assert_false(loopback_is_light(f->loop, target));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(an_answer_at_another_time_is_what_it_is_from_the_beginning, setup,
@@ -184,6 +203,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, teardown),
       cmocka_unit_test_setup_teardown(a_deleted_model_has_no_more_poses, setup, teardown),
       cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, teardown),
+      cmocka_unit_test_setup_teardown(a_node_among_many_is_left_to_heavy_calls, setup, teardown),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
