@@ -258,18 +258,18 @@ void compare_soups(Report &report, const std::vector<Case> &cases) {
 void compare_normals(Report &report, const std::vector<Case> &cases) {
   report.title("limit normals as well, Mfaces/s",
                {"without", "with", "OpenSubdiv", "ratio", "time, of without"});
-  for (const Case &c : cases) {
-    tw_mesh mesh = c.soup.mesh();
-    unsigned level = c.levels.back();
-    Timing without = subdivide(mesh, c.scheme, level, false, 1),
-           with = subdivide(mesh, c.scheme, level, true, 1);
-    Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
-    report.row(label(c, level), face_count(mesh, c.scheme, level),
-               {{"without", without}, {"with", with}, {"opensubdiv", peer}});
-    report.ratio("ratio", peer.median / with.median);
-    report.ratio("with_over_without", with.median / without.median);
-    report.end({without, with, peer});
-  }
+  for (const Case &c : cases)
+    for (unsigned level : c.levels) {
+      tw_mesh mesh = c.soup.mesh();
+      Timing without = subdivide(mesh, c.scheme, level, false, 1),
+             with = subdivide(mesh, c.scheme, level, true, 1);
+      Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
+      report.row(label(c, level), face_count(mesh, c.scheme, level),
+                 {{"without", without}, {"with", with}, {"opensubdiv", peer}});
+      report.ratio("ratio", peer.median / with.median);
+      report.ratio("with_over_without", with.median / without.median);
+      report.end({without, with, peer});
+    }
 }
 
 // Of Catmull-Clark surfaces.
