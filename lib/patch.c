@@ -160,6 +160,7 @@ typedef struct target {
   const tw_patch_job *job;
   tw_patch_rect whole;
   uint32_t column, row;
+  const double *origin; /* what the points of an irregular patch are relative to */
 } target;
 
 static size_t place_of(const target *to, uint32_t i, uint32_t j) {
@@ -212,10 +213,11 @@ static void narrow(float out[WIDTH_MAX], const double in[WIDTH_MAX]) {
 static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
                           uint32_t depth, tw_patch_rect rect) {
   float origin[WIDTH_MAX], relative[16][WIDTH_MAX];
-  narrow(origin, points[part->points[5]]);
-  for (int i = 0; i < 16; i++)
-    for (int c = 0; c < WIDTH_MAX; c++)
-      relative[i][c] = (float)(points[part->points[i]][c] - (double)origin[c]);
+  for (int c = 0; c < WIDTH_MAX; c++) {
+    origin[c] = (float)(to->origin[c] + points[part->points[5]][c]);
+    double place = (double)origin[c] - to->origin[c];
+    for (int i = 0; i < 16; i++) relative[i][c] = (float)(points[part->points[i]][c] - place);
+  }
   reflect_sides(relative, part->reflected);
   evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
 }
@@ -258,7 +260,8 @@ static void evaluate_corner(const target *to, const tw_patch_class *shape, const
     }
   }
   for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
-    to->job->values[place + c] = (float)(to->job->limit ? points[k][c] + limit[c] : points[k][c]);
+    to->job->values[place + c] =
+        (float)(to->origin[c] + (to->job->limit ? points[k][c] + limit[c] : points[k][c]));
   if (to->job->derivatives && to->job->unframed)
     unframed_derivatives((const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
   else if (to->job->derivatives)
@@ -361,16 +364,21 @@ static void evaluate_linear(const target *to, const float *const quad[4], uint32
     }
 }
 
-static void evaluate_irregular(const target *to, const tw_patches *patches, const tw_patch *patch,
+/* Relative to the first control point: rows of weights sum to 1 within the rounding of float alone, which far
+ * from 0 would be more than what the points of a small quarter differ by. */
+static void evaluate_irregular(target to, const tw_patches *patches, const tw_patch *patch,
                                tw_patch_rect rect) {
-  const tw_patch_job *job = to->job;
+  const tw_patch_job *job = to.job;
   double(*points)[WIDTH_MAX] = (double(*)[WIDTH_MAX])job->scratch;
   uint32_t count = patch->shape->point_count;
   const uint32_t *controls = patches->controls + patch->first_control;
+  double origin[WIDTH_MAX] = {0};
+  for (uint32_t c = 0; c < job->width; c++) origin[c] = (double)job->in[(size_t)controls[0] * job->width + c];
   for (uint32_t i = 0; i < count; i++)
     for (uint32_t c = 0; c < WIDTH_MAX; c++)
-      points[i][c] = c < job->width ? (double)job->in[(size_t)controls[i] * job->width + c] : 0;
-  evaluate_shape(*to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+      points[i][c] = c < job->width ? (double)job->in[(size_t)controls[i] * job->width + c] - origin[c] : 0;
+  to.origin = origin;
+  evaluate_shape(to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
 }
 
 static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
@@ -428,7 +436,7 @@ static bool evaluate_by_stencil(const target *to, const tw_patches *patches, con
   if (tw_stencil_rows(&sums)) return true;
   tw_patch_job normals = *job;
   normals.values = NULL;
-  evaluate_irregular(&(target){&normals, rect, 0, 0}, patches, patch, rect);
+  evaluate_irregular((target){&normals, rect, 0, 0, NULL}, patches, patch, rect);
   return true;
 }
 
@@ -453,7 +461,7 @@ void tw_patch_fetch(const tw_patches *patches, uint32_t quad, uint32_t step, con
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
-  target to = {job, rect, 0, 0};
+  target to = {job, rect, 0, 0, NULL};
   if (patches->linear) {
     const uint32_t *controls = patches->controls + patch->first_control;
     const float *corners[4];
@@ -461,7 +469,7 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
     evaluate_linear(&to, corners, patches->depth, rect);
   } else if (patch->shape) {
     if (!patch->summed || !evaluate_by_stencil(&to, patches, patch, rect))
-      evaluate_irregular(&to, patches, patch, rect);
+      evaluate_irregular(to, patches, patch, rect);
   } else {
     evaluate_regular(&to, patches, patch, rect);
   }

@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "built_cage.h"
+#include "cube.h"
 
 /* ---- splines -------------------------------------------------------------------------------- */
 
@@ -257,6 +258,25 @@ static void normals_are_unit_whatever_the_neighbourhood(void **state) {
   }
 }
 
+/* The places of the corners are exact there too, and so are the differences that normals live on. */
+static void normals_near_irregular_points_stay_as_they_are_far_from_the_origin(void **state) {
+  (void)state;
+  float far[8][3];
+  tw_mesh mesh = cube(), moved = cube();
+  for (int p = 0; p < 8; p++)
+    for (int k = 0; k < 3; k++) far[p][k] = cube_points[p][k] + (float)(4096 << k);
+  moved.positions = far[0];
+  for (uint32_t level = 1; level <= 7; level++) {
+    tw_surface_options options = {.level = level, .normals = true};
+    rows here = read_rows(&mesh, options), there = read_rows(&moved, options);
+    assert_int_equal(here.count, there.count);
+    for (size_t i = 0; i < here.count; i++)
+      for (int k = 0; k < 3; k++) assert_float_equal(row_of(&here, i)[3 + k], row_of(&there, i)[3 + k], 1e-5);
+    free_rows(&here);
+    free_rows(&there);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_regular_grid_is_the_bicubic_b_spline_at_every_level),
@@ -265,6 +285,7 @@ int main(void) {
       cmocka_unit_test(normals_along_a_semi_sharp_ridge_lean_to_neither_side),
       cmocka_unit_test(the_plane_at_a_smooth_border_corner_holds_at_every_level),
       cmocka_unit_test(normals_are_unit_whatever_the_neighbourhood),
+      cmocka_unit_test(normals_near_irregular_points_stay_as_they_are_far_from_the_origin),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
