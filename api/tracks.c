@@ -5,6 +5,8 @@
 #include "models.h"
 #include "tweend/trackinfo.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdio.h>
 
 /* In a radian. */
@@ -20,10 +22,11 @@ static void member_text(api_text *text, const char *name, const char *value) {
   api_text_string(text, value);
 }
 
-/* In single precision, as far as every processor's libm agrees. */
+/* In single precision, as far as every processor's libm agrees. What is finite stays a number: the speed
+ * between keys at times 0 and 1e-40 fits none. */
 static void member_number(api_text *text, const char *name, double value) {
   api_text_member(text, name);
-  api_text_float(text, (float)value);
+  api_text_float(text, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
 }
 
 static void member_count(api_text *text, const char *name, uint64_t value) {

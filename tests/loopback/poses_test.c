@@ -604,6 +604,19 @@ static void tracks_are_reported(void **state) {
   reply_free(&r);
 }
 
+static void a_speed_that_fits_no_float_is_a_number_all_the_same(void **state) {
+  fixture *f = *state;
+  loopback_upload(
+      f->loop, "application/json",
+      "{\"nodes\":[{\"name\":\"arm\"}],\"clips\":[{\"name\":\"turn\",\"tracks\":[{\"node\":\"arm\","
+      "\"path\":\"rotation\",\"times\":[0,1e-40],\"quaternions\":[[0,0,0,1],[0.6,0,0,0.8]]}]}]}",
+      f->id);
+  cJSON *answer = ask_json(f, "tracks");
+  const cJSON *track = json_member(answer, "tracks")->child;
+  assert_true(json_member(track, "peak_degrees_per_second")->valuedouble > 3.4e38);
+  cJSON_Delete(answer);
+}
+
 /* The description that a model's storing answers with. */
 static void assert_warning(const fixture *f, const char *track, const char *warning) {
   char body[512];
@@ -663,6 +676,7 @@ int main(void) {
       cmocka_unit_test(long_lists_of_names_in_large_models_are_not_searched_lightly),
       with_arm(joint_matrices_are_world_times_inverse_bind),
       with_arm(tracks_are_reported),
+      with_arm(a_speed_that_fits_no_float_is_a_number_all_the_same),
       with_arm(half_turns_and_longer_ones_are_warned_of_when_they_are_stored),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
