@@ -165,7 +165,7 @@ static void large_poses_are_not_prepared(void **state) {
   loopback_upload(f->loop, "application/json", model, f->id);
   free(model);
   for (int i = 0; i < 3; i++) {
-    char at[8];
+    char at[12];
     snprintf(at, sizeof at, "%d", i);
     reply r = ask(f, "bin", "as=trs", at);
     assert_int_equal(r.status, 200);
@@ -183,7 +183,7 @@ static void a_node_among_many_is_left_to_heavy_calls(void **state) {
   loopback_upload(f->loop, "application/json", model, f->id);
   free(model);
   for (int i = 0; i < 3; i++) {
-    char at[8];
+    char at[12];
     snprintf(at, sizeof at, "%d", i);
     reply r = ask(f, "json", "nodes=n", at);
     assert_int_equal(r.status, 200);
