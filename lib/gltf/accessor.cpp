@@ -151,7 +151,9 @@ void Accessors::check_sparse(size_t index, Elements &elements) const {
       index_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
       index_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT)
     refuse(TW_INVALID, pointer + "/indices/componentType", "sparse indices are unsigned integers");
-  if (sparse.indices.byteOffset < 0 || sparse.values.byteOffset < 0)
+  /* Unsigned in later versions of tinygltf. */
+  if (static_cast<int64_t>(sparse.indices.byteOffset) < 0 ||
+      static_cast<int64_t>(sparse.values.byteOffset) < 0)
     refuse(TW_INVALID, pointer, "an offset is negative");
   uint64_t count = static_cast<uint64_t>(sparse.count), index_size = component_size(index_type), stride;
   uint64_t value_size = uint64_t{component_size(elements.component_type_)} * elements.width_;
