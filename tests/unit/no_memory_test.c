@@ -1,36 +1,8 @@
 /* Every allocation of the readers, and of compiling a clip, fails once: each time the answer is TW_NO_MEMORY
  * or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc,
  * calloc and realloc wrapped; what C++ allocates inside its library is not reached. */
+#include "failing_memory.h"
 #include "glb.h"
-
-/* The linker's --wrap gives these names.
- * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *memory, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *memory, size_t size);
-
-static size_t left = SIZE_MAX; /* allocations until one fails */
-
-static bool fails(void) {
-  return left != SIZE_MAX && left-- == 0;
-}
-
-void *__wrap_malloc(size_t size) {
-  return fails() ? NULL : __real_malloc(size);
-}
-
-void *__wrap_calloc(size_t count, size_t size) {
-  return fails() ? NULL : __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *memory, size_t size) {
-  return fails() ? NULL : __real_realloc(memory, size);
-}
-
-/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
 
 typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
 
