@@ -156,6 +156,15 @@ static void a_deleted_model_has_no_more_poses(void **state) {
   assert_problem(ask(f, "json", "clip=turn", "1"), 404, NULL, NULL);
 }
 
+static void ask_at_three_times(fixture *f, const char *form, const char *query) {
+  static const char *const times[] = {"0", "1", "2"};
+  for (int i = 0; i < 3; i++) {
+    reply r = ask(f, form, query, times[i]);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+}
+
 static void large_poses_are_not_prepared(void **state) {
   fixture *f = *state;
   enum { NODES = 500 };
@@ -164,13 +173,7 @@ static void large_poses_are_not_prepared(void **state) {
   strcpy(end, "]}");
   loopback_upload(f->loop, "application/json", model, f->id);
   free(model);
-  for (int i = 0; i < 3; i++) {
-    char at[12];
-    snprintf(at, sizeof at, "%d", i);
-    reply r = ask(f, "bin", "as=trs", at);
-    assert_int_equal(r.status, 200);
-    reply_free(&r);
-  }
+  ask_at_three_times(f, "bin", "as=trs");
   assert_int_equal(kept(f), 0);
 }
 
@@ -182,13 +185,7 @@ static void a_node_among_many_is_left_to_heavy_calls(void **state) {
   strcpy(end, "]}");
   loopback_upload(f->loop, "application/json", model, f->id);
   free(model);
-  for (int i = 0; i < 3; i++) {
-    char at[12];
-    snprintf(at, sizeof at, "%d", i);
-    reply r = ask(f, "json", "nodes=n", at);
-    assert_int_equal(r.status, 200);
-    reply_free(&r);
-  }
+  ask_at_three_times(f, "json", "nodes=n");
   snprintf(target, sizeof target, "/v1/models/%s/pose.json?nodes=n&at=3", f->id);
   assert_false(loopback_is_light(f->loop, target));
 }
