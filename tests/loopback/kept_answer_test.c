@@ -12,43 +12,22 @@ static const char wheel[] =
     "{\"nodes\":[{\"name\":\"wheel\"}],\"clips\":[{\"name\":\"turn\",\"tracks\":[{\"node\":\"wheel\","
     "\"path\":\"rotation\",\"times\":[0,1],\"quaternions\":[[0,0,0,1],[0,0,1,0]]}]}]}";
 
-typedef struct fixture {
-  loopback *loop;
-  char id[API_ID_TEXT];
-} fixture;
-
-static fixture *start(const api_settings *settings) {
-  fixture *f = calloc(1, sizeof *f);
-  f->loop = loopback_start(settings);
-  return f;
-}
-
 static int setup(void **state) {
-  api_settings settings = loopback_settings();
-  fixture *f = start(&settings);
-  loopback_upload(f->loop, "application/json", wheel, f->id);
-  *state = f;
+  *state = one_model_start(NULL, wheel);
   return 0;
 }
 
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask(const fixture *f, const char *rest, const char *headers) {
+static reply ask(const one_model *f, const char *rest, const char *headers) {
   char target[256];
   snprintf(target, sizeof target, "/v1/models/%s/%s", f->id, rest);
   return loopback_ask(f->loop, "GET", target, headers, NULL, 0);
 }
 
-static uint64_t kept(const fixture *f) {
+static uint64_t kept(const one_model *f) {
   return api_kept_answers_size(f->loop->service->answers);
 }
 
-static void ask_times(const fixture *f, const char *rest, int times) {
+static void ask_times(const one_model *f, const char *rest, int times) {
   for (int i = 0; i < times; i++) {
     reply r = ask(f, rest, NULL);
     assert_int_equal(r.status, 200);
@@ -62,7 +41,7 @@ static void assert_same_header(const reply *a, const reply *b, const char *name)
 }
 
 static void an_answer_is_kept_from_the_second_time_on_and_stays_the_same(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   static const char *const targets[] = {"pose.json?at=0.5", "pose.bin?at=0.5", "pose.csv?at=0.5",
                                         "pose.json?at=0.25"};
   for (size_t i = 0; i < sizeof targets / sizeof *targets; i++) {
@@ -84,7 +63,7 @@ static void an_answer_is_kept_from_the_second_time_on_and_stays_the_same(void **
 }
 
 static void conditions_are_judged_on_a_kept_answer(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   ask_times(f, "pose.json?at=0.5", 3);
   reply r = ask(f, "pose.json?at=0.5", NULL);
   char header[128];
@@ -99,7 +78,7 @@ static void conditions_are_judged_on_a_kept_answer(void **state) {
 }
 
 static void a_deleted_models_answers_go_with_it(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char target[256];
   ask_times(f, "pose.json?at=0.5", 3);
   assert_true(kept(f) > 0);
@@ -112,13 +91,13 @@ static void a_deleted_models_answers_go_with_it(void **state) {
 }
 
 static void what_accept_decides_is_not_kept(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   ask_times(f, "pose?at=0.5", 3);
   assert_int_equal(kept(f), 0);
 }
 
 static void a_body_is_another_question(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char target[256];
   ask_times(f, "pose.json?space=local", 3);
   assert_true(kept(f) > 0);
@@ -131,13 +110,13 @@ static void a_body_is_another_question(void **state) {
 }
 
 static void long_answers_are_not_kept(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   ask_times(f, "pose.json?from=0&to=1&fps=1500", 3); /* some 90,000 bytes, printed at once */
   assert_int_equal(kept(f), 0);
 }
 
 static void a_clip_that_is_borrowed_goes_with_its_lender(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char other[API_ID_TEXT], rest[128], target[256];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"wheel\"},{\"name\":\"axle\"}]}",
                   other);
@@ -156,36 +135,35 @@ static void a_kept_answer_needs_the_key_too(void **state) {
   const char *keys[] = {"secret", NULL};
   api_settings settings = loopback_settings();
   settings.api_keys = keys;
-  fixture *f = start(&settings);
+  one_model m = {.loop = loopback_start(&settings)};
   const char *key = "X-API-Key: secret\n";
-  reply r = loopback_ask(f->loop, "POST", "/v1/models", "X-API-Key: secret\nContent-Type: application/json\n",
+  reply r = loopback_ask(m.loop, "POST", "/v1/models", "X-API-Key: secret\nContent-Type: application/json\n",
                          wheel, strlen(wheel));
   assert_int_equal(r.status, 201);
   const char *id = strstr(r.body, "\"id\":\"");
   assert_non_null(id);
-  memcpy(f->id, id + strlen("\"id\":\""), API_ID_TEXT - 1);
+  memcpy(m.id, id + strlen("\"id\":\""), API_ID_TEXT - 1);
   reply_free(&r);
   for (int i = 0; i < 3; i++) {
-    r = ask(f, "pose.json?at=0.5", key);
+    r = ask(&m, "pose.json?at=0.5", key);
     assert_int_equal(r.status, 200);
     reply_free(&r);
   }
-  assert_true(kept(f) > 0);
-  assert_problem(ask(f, "pose.json?at=0.5", NULL), 401, NULL, NULL);
-  loopback_stop(f->loop);
-  free(f);
+  assert_true(kept(&m) > 0);
+  assert_problem(ask(&m, "pose.json?at=0.5", NULL), 401, NULL, NULL);
+  loopback_stop(m.loop);
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(an_answer_is_kept_from_the_second_time_on_and_stays_the_same, setup,
-                                      teardown),
-      cmocka_unit_test_setup_teardown(conditions_are_judged_on_a_kept_answer, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_deleted_models_answers_go_with_it, setup, teardown),
-      cmocka_unit_test_setup_teardown(what_accept_decides_is_not_kept, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_body_is_another_question, setup, teardown),
-      cmocka_unit_test_setup_teardown(long_answers_are_not_kept, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_clip_that_is_borrowed_goes_with_its_lender, setup, teardown),
+                                      one_model_stop),
+      cmocka_unit_test_setup_teardown(conditions_are_judged_on_a_kept_answer, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_deleted_models_answers_go_with_it, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(what_accept_decides_is_not_kept, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_body_is_another_question, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(long_answers_are_not_kept, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_clip_that_is_borrowed_goes_with_its_lender, setup, one_model_stop),
       cmocka_unit_test(a_kept_answer_needs_the_key_too),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -15,39 +15,23 @@ static const char spinner[] =
     "\"axis_angles\":[[0,0,1,0],[0,0,1,360]]},"
     "{\"node\":\"spinner\",\"path\":\"translation\",\"times\":[0,2],\"values\":[[0,0,0],[2,0,0]]}]}]}";
 
-typedef struct fixture {
-  loopback *loop;
-  char id[API_ID_TEXT];
-} fixture;
-
 static int setup(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  api_settings settings = loopback_settings();
-  f->loop = loopback_start(&settings);
-  loopback_upload(f->loop, "application/json", spinner, f->id);
-  *state = f;
+  *state = one_model_start(NULL, spinner);
   return 0;
 }
 
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask_with(const fixture *f, const char *method, const char *query, const char *headers) {
+static reply ask_with(const one_model *f, const char *method, const char *query, const char *headers) {
   char target[512];
   snprintf(target, sizeof target, "/v1/models/%s/live?%s", f->id, query);
   return loopback_ask(f->loop, method, target, headers, NULL, 0);
 }
 
-static reply ask(const fixture *f, const char *query) {
+static reply ask(const one_model *f, const char *query) {
   return ask_with(f, "GET", query, NULL);
 }
 
 /* A stream's answer. */
-static reply open_stream(const fixture *f, const char *query) {
+static reply open_stream(const one_model *f, const char *query) {
   reply r = ask(f, query);
   if (r.status != 200) fail_msg("%s: %d %s", query, r.status, r.body);
   assert_non_null(r.answer.live.frame);
@@ -89,7 +73,7 @@ static double time_of(const reply *r, uint64_t index) {
   return t;
 }
 
-static void assert_times(const fixture *f, const char *query, size_t count, const double *expected) {
+static void assert_times(const one_model *f, const char *query, size_t count, const double *expected) {
   reply r = open_stream(f, query);
   for (size_t i = 0; i < count; i++) {
     double t = time_of(&r, i);
@@ -119,7 +103,7 @@ static void names_that_are_not_there_are_404(void **state) {
 }
 
 static void too_large_a_pose_is_422(void **state) {
-  const fixture *f = *state;
+  const one_model *f = *state;
   enum { NODES = 6000 };
   char *text = malloc(NODES * 3 + 32), *end = text + sprintf(text, "{\"nodes\":[{}");
   for (int i = 1; i < NODES; i++) end += sprintf(end, ",{}");
@@ -187,7 +171,7 @@ static void angles_go_on_from_frame_to_frame(void **state) {
 }
 
 static void a_frame_is_a_line_of_ndjson(void **state) {
-  const fixture *f = *state;
+  const one_model *f = *state;
   reply r = open_stream(f, "fps=4&as=matrix&space=world");
   char *frame = print_frame(&r, 3), target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose.ndjson?at=0.75&as=matrix&space=world", f->id);
@@ -225,7 +209,7 @@ static void last_event_id_goes_on_behind_it(void **state) {
   reply_free(&r);
 }
 
-static bool shares(const fixture *f, const char *one, const char *other) {
+static bool shares(const one_model *f, const char *one, const char *other) {
   reply a = open_stream(f, one), b = open_stream(f, other);
   bool same = strcmp(a.answer.live.key, b.answer.live.key) == 0;
   reply_free(&a);
@@ -255,7 +239,7 @@ static void looping_streams_join_unless_told_where_to_begin(void **state) {
 }
 
 static void a_model_without_clips_rests(void **state) {
-  const fixture *f = *state;
+  const one_model *f = *state;
   char id[API_ID_TEXT], target[128];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"a\",\"translation\":[1,2,3]}]}", id);
   snprintf(target, sizeof target, "/v1/models/%s/live", id);
@@ -268,7 +252,7 @@ static void a_model_without_clips_rests(void **state) {
 }
 
 static void a_borrowed_clip_names_what_is_missing(void **state) {
-  const fixture *f = *state;
+  const one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"}]}", id);
   snprintf(target, sizeof target, "/v1/models/%s/live?clip=%s/spin", id, f->id);
@@ -279,7 +263,7 @@ static void a_borrowed_clip_names_what_is_missing(void **state) {
 }
 
 static void a_played_model_needs_no_thread(void **state) {
-  const fixture *f = *state;
+  const one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/live", f->id);
   reply r = loopback_get(f->loop, target);
@@ -288,7 +272,7 @@ static void a_played_model_needs_no_thread(void **state) {
 }
 
 int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
+#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, one_model_stop)
   const struct CMUnitTest tests[] = {
       TEST(bad_parameters_are_400),
       TEST(names_that_are_not_there_are_404),

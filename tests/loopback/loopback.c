@@ -181,6 +181,21 @@ int loopback_teardown(void **state) {
   return 0;
 }
 
+one_model *one_model_start(const api_settings *settings, const char *json) {
+  api_settings usual = loopback_settings();
+  one_model *m = calloc(1, sizeof *m);
+  m->loop = loopback_start(settings ? settings : &usual);
+  loopback_upload(m->loop, "application/json", json, m->id);
+  return m;
+}
+
+int one_model_stop(void **state) {
+  one_model *m = *state;
+  loopback_stop(m->loop);
+  free(m);
+  return 0;
+}
+
 /* ---- requests -------------------------------------------------------------------------------- */
 
 enum { HEADERS_MAX = 16, HEADER_TEXT = 4096 };

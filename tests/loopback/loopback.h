@@ -37,6 +37,17 @@ void loopback_stop(loopback *loop);
 int loopback_setup(void **state);
 int loopback_teardown(void **state);
 
+/* A service that holds one model, the fixture of tests that ask for its answers. */
+typedef struct one_model {
+  loopback *loop;
+  char id[API_ID_TEXT];
+} one_model;
+
+/* settings: NULL for loopback_settings. json: the model, uploaded as tweend JSON. */
+one_model *one_model_start(const api_settings *settings, const char *json);
+/* A cmocka teardown. */
+int one_model_stop(void **state);
+
 /* True while the store in memory does its own work, which no test makes fail. */
 extern _Thread_local bool loopback_is_storing;
 

@@ -16,35 +16,20 @@ static const char arm[] =
     "{\"node\":\"base\",\"path\":\"translation\",\"times\":[0,1],\"values\":[[0,0,0],[0,0,2]]}]},"
     "{\"tracks\":[]}]}";
 
-typedef struct fixture {
-  loopback *loop;
-  char id[API_ID_TEXT];
-} fixture;
-
 static int setup(void **state) {
-  fixture *f = calloc(1, sizeof *f);
   api_settings settings = loopback_settings();
   settings.limits.max_times = 100000;
-  f->loop = loopback_start(&settings);
-  loopback_upload(f->loop, "application/json", arm, f->id);
-  *state = f;
+  *state = one_model_start(&settings, arm);
   return 0;
 }
 
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
-  return 0;
-}
-
-static reply ask(const fixture *f, const char *rest) {
+static reply ask(const one_model *f, const char *rest) {
   char target[8192];
   snprintf(target, sizeof target, "/v1/models/%s/%s", f->id, rest);
   return loopback_get(f->loop, target);
 }
 
-static cJSON *ask_json(const fixture *f, const char *rest) {
+static cJSON *ask_json(const one_model *f, const char *rest) {
   reply r = ask(f, rest);
   if (r.status != 200) fail_msg("%s: %s", rest, r.body);
   cJSON *tree = cJSON_Parse(r.body);
@@ -161,7 +146,7 @@ static void rotations_come_in_the_form_asked_for(void **state) {
 }
 
 static void euler_angles_are_continuous_over_the_times(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char id[API_ID_TEXT], rest[128];
   loopback_upload(
       f->loop, "application/json",
@@ -225,7 +210,7 @@ static void a_clip_without_a_name_goes_by_its_index(void **state) {
 }
 
 static void a_model_without_clips_rests(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose", "application/json", "{\"nodes\":[{\"translation\":[1,2,3]}]}");
   assert_int_equal(r.status, 200);
   assert_non_null(strstr(r.body, "\"clip\":null"));
@@ -234,7 +219,7 @@ static void a_model_without_clips_rests(void **state) {
 }
 
 static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"},{\"name\":\"base\"}]}", id);
   snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/turn", id, f->id);
@@ -280,7 +265,7 @@ static void own_clips_survive_their_model_in_the_cache(void **state) {
 
 /* ---- bodies of times ------------------------------------------------------------------------------ */
 
-static reply post_times(const fixture *f, const char *query, const char *body) {
+static reply post_times(const one_model *f, const char *query, const char *body) {
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose%s", f->id, query);
   return loopback_post(f->loop, target, "application/json", body);
@@ -318,7 +303,7 @@ static void bad_bodies_of_times_are_refused_with_their_place(void **state) {
     assert_problem(post_times(*state, "", bad[i].body), bad[i].status, bad[i].pointer, NULL);
   assert_problem(post_times(*state, "?at=1", "{\"times\":[0]}"), 400, NULL, "body");
   assert_problem(post_times(*state, "?fps=1", "{\"times\":[0]}"), 400, NULL, "body");
-  fixture *f = *state;
+  one_model *f = *state;
   char target[96];
   snprintf(target, sizeof target, "/v1/models/%s/pose", f->id);
   reply r = loopback_post(f->loop, target, "model/obj", "{\"times\":[0]}");
@@ -333,7 +318,7 @@ static void too_many_times_are_422(void **state) {
   api_settings settings = loopback_settings();
   settings.limits.max_times = 3;
   loopback *loop = loopback_start(&settings);
-  fixture small = {.loop = loop};
+  one_model small = {.loop = loop};
   loopback_upload(loop, "application/json", arm, small.id);
   assert_problem(ask(&small, "pose?at=1,2,3,4"), 422, NULL, "4 times");
   assert_problem(post_times(&small, "", "{\"times\":[0,1,2,3]}"), 422, NULL, "4 times");
@@ -348,7 +333,7 @@ static void too_large_an_answer_is_422(void **state) {
   (void)state;
   api_settings settings = loopback_settings();
   settings.limits.max_output = 1600; /* ten poses of four nodes and ten floats */
-  fixture f = {.loop = loopback_start(&settings)};
+  one_model f = {.loop = loopback_start(&settings)};
   loopback_upload(f.loop, "application/json", arm, f.id);
   reply r = ask(&f, "pose.bin?from=0&to=9&fps=1");
   assert_int_equal(r.status, 200);
@@ -363,7 +348,7 @@ static void times_of_a_model_without_nodes_count(void **state) {
   api_settings settings = loopback_settings();
   settings.limits.max_times = 100000;
   settings.limits.max_output = 500000;
-  fixture f = {.loop = loopback_start(&settings)};
+  one_model f = {.loop = loopback_start(&settings)};
   char target[128];
   loopback_upload(f.loop, "model/gltf+json", "{\"asset\":{\"version\":\"2.0\"}}", f.id);
   snprintf(target, sizeof target, "/v1/models/%s/pose?from=0&to=10&fps=1", f.id);
@@ -421,7 +406,7 @@ static float read_f32(const char *bytes) {
 }
 
 /* Rows of the binary form equal those of the JSON, number by number. */
-static void compare_binary(const fixture *f, const char *query, const char *const *parts) {
+static void compare_binary(const one_model *f, const char *query, const char *const *parts) {
   char rest[128];
   snprintf(rest, sizeof rest, "pose.json?%s", query);
   cJSON *answer = ask_json(f, rest);
@@ -469,7 +454,7 @@ static void binary_rows_are_those_of_the_json(void **state) {
 }
 
 static void a_large_answer_is_streamed_and_the_same(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
   assert_non_null(r.answer.body.read);
   cJSON *answer = cJSON_Parse(r.body);
@@ -513,7 +498,7 @@ static void equal_questions_have_one_tag(void **state) {
 }
 
 static void what_is_known_is_answered_lightly(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose?at=0.5", f->id);
   assert_false(loopback_is_light(f->loop, target));
@@ -534,7 +519,7 @@ static void long_lists_of_names_in_large_models_are_not_searched_lightly(void **
   (void)state;
   enum { NODES = 1 << 14, NODE_TEXT = 24 };
   api_settings settings = loopback_settings();
-  fixture f = {.loop = loopback_start(&settings)};
+  one_model f = {.loop = loopback_start(&settings)};
   char *model = calloc(NODES + 4, NODE_TEXT), target[256];
   size_t length = (size_t)sprintf(model, "{\"nodes\":[");
   for (int i = 0; i < NODES; i++)
@@ -566,7 +551,7 @@ static const char skinned[] =
     "{\"name\":\"j1\",\"translation\":[0,2,0]}],\"skins\":[{\"joints\":[1,0]}]}";
 
 static void joint_matrices_are_world_times_inverse_bind(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose?as=matrix&skinning=true", "model/gltf+json", skinned);
   if (r.status != 200) fail_msg("%s", r.body);
   cJSON *answer = cJSON_Parse(r.body);
@@ -581,7 +566,7 @@ static void joint_matrices_are_world_times_inverse_bind(void **state) {
 /* ---- tracks --------------------------------------------------------------------------------------- */
 
 static void tracks_are_reported(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   cJSON *answer = ask_json(f, "tracks");
   assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 1); /* the rotation alone */
@@ -605,7 +590,7 @@ static void tracks_are_reported(void **state) {
 }
 
 static void a_speed_that_fits_no_float_is_a_number_all_the_same(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   loopback_upload(
       f->loop, "application/json",
       "{\"nodes\":[{\"name\":\"arm\"}],\"clips\":[{\"name\":\"turn\",\"tracks\":[{\"node\":\"arm\","
@@ -618,7 +603,7 @@ static void a_speed_that_fits_no_float_is_a_number_all_the_same(void **state) {
 }
 
 /* The description that a model's storing answers with. */
-static void assert_warning(const fixture *f, const char *track, const char *warning) {
+static void assert_warning(const one_model *f, const char *track, const char *warning) {
   char body[512];
   snprintf(body, sizeof body,
            "{\"nodes\":[{\"name\":\"arm\"}],\"clips\":[{\"name\":\"wave\",\"tracks\":[{\"node\":\"arm\","
@@ -645,7 +630,7 @@ static void half_turns_and_longer_ones_are_warned_of_when_they_are_stored(void *
   assert_warning(*state, "\"quaternions\":[[0,0,0,1],[1,0,0,0],[1,0,0,0]]", "1 step of exactly 180 degrees");
 }
 
-#define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
+#define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, one_model_stop)
 
 int main(void) {
   const struct CMUnitTest tests[] = {

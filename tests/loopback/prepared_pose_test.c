@@ -18,40 +18,24 @@ static const char cart[] =
     "[0,0,1,0]]},{\"node\":\"axle\",\"path\":\"translation\",\"times\":[0,2],\"values\":[[0,0,0],[1,2,3]]}]}]"
     "}";
 
-typedef struct fixture {
-  loopback *loop;
-  char id[API_ID_TEXT];
-} fixture;
-
 static int setup(void **state) {
-  api_settings settings = loopback_settings();
-  fixture *f = calloc(1, sizeof *f);
-  f->loop = loopback_start(&settings);
-  loopback_upload(f->loop, "application/json", cart, f->id);
-  *state = f;
-  return 0;
-}
-
-static int teardown(void **state) {
-  fixture *f = *state;
-  loopback_stop(f->loop);
-  free(f);
+  *state = one_model_start(NULL, cart);
   return 0;
 }
 
 /* query: all but the time. */
-static reply ask(const fixture *f, const char *form, const char *query, const char *at) {
+static reply ask(const one_model *f, const char *form, const char *query, const char *at) {
   char target[512];
   snprintf(target, sizeof target, "/v1/models/%s/pose.%s?%s&at=%s", f->id, form, query, at);
   return loopback_get(f->loop, target);
 }
 
-static uint64_t kept(const fixture *f) {
+static uint64_t kept(const one_model *f) {
   return api_kept_answers_size(f->loop->service->answers);
 }
 
 /* Asks twice, each time for another time: the second answer is prepared from. */
-static void prepare(const fixture *f, const char *form, const char *query) {
+static void prepare(const one_model *f, const char *form, const char *query) {
   uint64_t before = kept(f);
   for (int i = 0; i < 2; i++) {
     assert_int_equal(kept(f), before);
@@ -63,7 +47,7 @@ static void prepare(const fixture *f, const char *form, const char *query) {
 }
 
 /* Compares with the answer to the same question in other words, which is read from the beginning. */
-static void assert_same_answer(const fixture *f, const char *form, const char *query, const char *at) {
+static void assert_same_answer(const one_model *f, const char *form, const char *query, const char *at) {
   char escaped[64];
   snprintf(escaped, sizeof escaped, "%%%02X%s", at[0], at + 1);
   reply r = ask(f, form, query, at), whole = ask(f, form, query, escaped);
@@ -81,7 +65,7 @@ static void assert_same_answer(const fixture *f, const char *form, const char *q
 }
 
 static void an_answer_at_another_time_is_what_it_is_from_the_beginning(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   static const char *const forms[] = {"json", "ndjson", "bin", "csv"};
   static const char *const queries[] = {"clip=turn",
                                         "as=matrix",
@@ -103,14 +87,14 @@ static void an_answer_at_another_time_is_what_it_is_from_the_beginning(void **st
 }
 
 static void a_model_without_clips_rests_at_any_time(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}]}", f->id);
   prepare(f, "json", "as=trs");
   assert_same_answer(f, "json", "as=trs", "7.5");
 }
 
 static void a_time_that_is_none_is_told_as_ever(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   static const char *const bad[] = {"",    "1e99", "-",      "1.2.3",    "1e",
                                     "0x1", "nan",  "1&at=2", "1&from=0", "1&x=1"};
   prepare(f, "json", "clip=turn");
@@ -120,7 +104,7 @@ static void a_time_that_is_none_is_told_as_ever(void **state) {
 }
 
 static void several_times_are_another_question(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   prepare(f, "json", "clip=turn");
   reply r = ask(f, "json", "clip=turn", "1,2");
   assert_int_equal(r.status, 200);
@@ -129,7 +113,7 @@ static void several_times_are_another_question(void **state) {
 }
 
 static void conditions_are_judged_at_another_time(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   prepare(f, "bin", "clip=turn");
   char header[128], target[128];
   reply r = ask(f, "bin", "clip=turn", "1.5");
@@ -145,7 +129,7 @@ static void conditions_are_judged_at_another_time(void **state) {
 }
 
 static void a_deleted_model_has_no_more_poses(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   char target[128];
   prepare(f, "json", "clip=turn");
   snprintf(target, sizeof target, "/v1/models/%s", f->id);
@@ -156,7 +140,7 @@ static void a_deleted_model_has_no_more_poses(void **state) {
   assert_problem(ask(f, "json", "clip=turn", "1"), 404, NULL, NULL);
 }
 
-static void ask_at_three_times(fixture *f, const char *form, const char *query) {
+static void ask_at_three_times(one_model *f, const char *form, const char *query) {
   static const char *const times[] = {"0", "1", "2"};
   for (int i = 0; i < 3; i++) {
     reply r = ask(f, form, query, times[i]);
@@ -166,7 +150,7 @@ static void ask_at_three_times(fixture *f, const char *form, const char *query) 
 }
 
 static void large_poses_are_not_prepared(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   enum { NODES = 500 };
   char *model = malloc(NODES * 32 + 64), *end = model + sprintf(model, "{\"nodes\":[");
   for (int i = 0; i < NODES; i++) end += sprintf(end, "%s{\"name\":\"n%d\"}", i ? "," : "", i);
@@ -178,7 +162,7 @@ static void large_poses_are_not_prepared(void **state) {
 }
 
 static void a_node_among_many_is_left_to_heavy_calls(void **state) {
-  fixture *f = *state;
+  one_model *f = *state;
   enum { NODES = 20001 };
   char target[128], *model = malloc(NODES * 4 + 64), *end = model + sprintf(model, "{\"nodes\":[");
   for (int i = 0; i < NODES; i++) end += sprintf(end, "%s", i ? ",{}" : "{\"name\":\"n\"}");
@@ -193,14 +177,14 @@ static void a_node_among_many_is_left_to_heavy_calls(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(an_answer_at_another_time_is_what_it_is_from_the_beginning, setup,
-                                      teardown),
-      cmocka_unit_test_setup_teardown(a_model_without_clips_rests_at_any_time, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_time_that_is_none_is_told_as_ever, setup, teardown),
-      cmocka_unit_test_setup_teardown(several_times_are_another_question, setup, teardown),
-      cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_deleted_model_has_no_more_poses, setup, teardown),
-      cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, teardown),
-      cmocka_unit_test_setup_teardown(a_node_among_many_is_left_to_heavy_calls, setup, teardown),
+                                      one_model_stop),
+      cmocka_unit_test_setup_teardown(a_model_without_clips_rests_at_any_time, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_time_that_is_none_is_told_as_ever, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(several_times_are_another_question, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_deleted_model_has_no_more_poses, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_node_among_many_is_left_to_heavy_calls, setup, one_model_stop),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
