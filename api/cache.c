@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BUCKETS = 8192 };
+enum { BUCKETS = 8192, CHAIN_MOST = 64 };
 
 typedef enum entry_state { BUILDING, READY, FAILED } entry_state;
 
@@ -48,8 +48,7 @@ api_cache *api_cache_create(uint64_t budget) {
 
 /* ---- the table and the list; under the lock --------------------------------------------------- */
 
-/* Eight bytes at a time, multiplied and folded. No defence against chosen keys: they are ours, or bear the id
- * of a model that is there. */
+/* Eight bytes at a time, multiplied and folded. Keys that were chosen to collide meet in crowd_out. */
 uint32_t api_cache_hash(const char *key) {
   static const uint64_t odd = 0x9E3779B97F4A7C15;
   uint64_t hash = 0, word = 0;
@@ -125,6 +124,19 @@ static api_entry *evict(api_cache *cache) {
     entry = newer;
   }
   return evicted;
+}
+
+/* Takes out of a full chain the entry that has been in it for longest and is unheld: queries that are chosen
+ * to have one hash drive out each other, instead of making every look-up a long walk. NULL for none. */
+static api_entry *crowd_out(api_cache *cache, uint32_t hash) {
+  uint32_t length = 0;
+  api_entry *last = NULL;
+  for (api_entry *entry = *bucket_of(cache, hash); entry; entry = entry->next_in_bucket, length++)
+    if (entry->references == 0) last = entry;
+  if (length < CHAIN_MOST || !last) return NULL;
+  unlist_entry(cache, last);
+  last->next_in_bucket = NULL;
+  return last;
 }
 
 static void destroy_chain(api_entry *entry) {
@@ -222,8 +234,10 @@ api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, vo
   entry->hash = hash;
   entry->references = 1;
   entry->state = BUILDING;
+  api_entry *crowded_out = crowd_out(cache, hash);
   list_entry(cache, entry);
   pthread_mutex_unlock(&cache->lock);
+  destroy_chain(crowded_out);
   return build_entry(cache, entry, build, context, fault);
 }
 

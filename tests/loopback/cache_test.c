@@ -227,6 +227,42 @@ static void all_who_wait_for_a_failing_build_hear_why(void **state) {
   api_cache_destroy(c.cache);
 }
 
+/* Keys that meet in one place of any table of up to 2^14: as many as are asked for. */
+static void colliding_key(uint32_t *from, char out[16]) {
+  do snprintf(out, 16, "key %u", (*from)++);
+  while (api_cache_hash(out) % (1 << 14) != 0);
+}
+
+static void keys_that_collide_drive_out_each_other(void **state) {
+  (void)state;
+  enum { KEYS = 200, HELD = 3 };
+  workshop shop = {.size = 1};
+  api_cache *cache = api_cache_create(UINT64_MAX);
+  api_entry *held[HELD];
+  char keys[KEYS][16];
+  uint32_t from = 0, found = 0;
+  for (int i = 0; i < KEYS; i++) {
+    colliding_key(&from, keys[i]);
+    api_entry *entry = take(cache, keys[i], &shop);
+    assert_non_null(entry);
+    if (i < HELD)
+      held[i] = entry;
+    else
+      api_entry_release(entry);
+  }
+  for (int i = 0; i < KEYS; i++) {
+    api_entry *entry = api_cache_peek(cache, keys[i]);
+    found += entry != NULL;
+    assert_true(entry || (i >= HELD && i < KEYS - 1));
+    api_entry_release(entry);
+  }
+  assert_true(found < 100);
+  assert_int_equal(shop.destroyed, KEYS - (int)found);
+  for (int i = 0; i < HELD; i++) api_entry_release(held[i]);
+  api_cache_destroy(cache);
+  assert_int_equal(shop.destroyed, KEYS);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_key_is_built_once),
@@ -238,6 +274,7 @@ int main(void) {
       cmocka_unit_test(threads_share_build_forget_and_evict),
       cmocka_unit_test(equal_requests_at_once_build_one),
       cmocka_unit_test(all_who_wait_for_a_failing_build_hear_why),
+      cmocka_unit_test(keys_that_collide_drive_out_each_other),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
