@@ -201,7 +201,7 @@ void tw_loop_rows_points(const tw_loop_rows *rows, const double *kept, uint32_t 
     round_rows(kept + 3 * (size_t)first, count, out);
     return;
   }
-  for (uint32_t done = 0; done < count; done += BLOCK, out += 3 * BLOCK) {
+  for (uint32_t done = 0; done < count; done += BLOCK, out += 3 * (size_t)BLOCK) {
     uint32_t taken = least(count - done, BLOCK);
     compute(rows, kept, first + done, taken, block);
     round_rows(block, taken, out);

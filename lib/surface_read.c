@@ -124,7 +124,7 @@ static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
   }
   if (l->joints != UINT32_MAX) tw_corner_weights(r, shared, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * m, NULL);
+    evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * (size_t)m, NULL);
 }
 
 static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
@@ -212,7 +212,7 @@ static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
   }
   if (l->joints != UINT32_MAX) tw_edge_weights(r, shared, against, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_edge(r, &s->morphs[m], shared, against, out + l->morphs + 3 * m, NULL, l->stride);
+    evaluate_edge(r, &s->morphs[m], shared, against, out + l->morphs + 3 * (size_t)m, NULL, l->stride);
 }
 
 static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
@@ -263,7 +263,7 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
   }
   if (l->joints != UINT32_MAX) tw_inside_weights(r, quad, rect, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * m, NULL, width);
+    evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * (size_t)m, NULL, width);
 }
 
 /* ---- pieces --------------------------------------------------------------------------------- */
