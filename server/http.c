@@ -1,4 +1,4 @@
-/* The only file that knows libmicrohttpd.
+/* The I/O threads, and requests on their way in; deliver.c has the way out.
  *
  * Each I/O thread owns a daemon of the library and an epoll set of three: the library's own descriptor, an
  * eventfd by which compute threads and the main thread wake it, and the listening socket that all share.
@@ -6,19 +6,15 @@
  * A connection, its timers and its request are only touched by their thread. While a compute thread works
  * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
  * it; the finished request comes back through `done` and the eventfd. */
-#include "http.h"
-
-#include "ahead.h"
 #include "bypass.h"
 #include "clock.h"
 #include "listen.h"
 #include "log.h"
-#include "watch.h"
+#include "loop.h"
 
 #include <errno.h>
 #include <microhttpd.h>
 #include <poll.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -28,56 +24,12 @@
 
 enum {
   CONNECTION_MEMORY = 32 << 10, /* the library's pool: headers in and out, and the window of a body */
-  LIVE_BLOCK = 16 << 10,        /* of a stream */
-  LIVE_BUFFER = 128 << 10,      /* in the kernel, of a stream: what a slow client is behind at most */
   ACCEPT_MAX = 8,               /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
-  STOP_MS = 2000, /* for what compute threads have begun of answers that are cut off */
-  PEER_SIZE = 64
+  STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */
 };
 
-static const unsigned LISTENER_RETRY_S = 5;
-
-typedef struct loop loop;
-
-typedef struct connection {
-  srv_exchange exchange; /* first: compute threads hand it back */
-  struct MHD_Connection *mhd;
-  loop *owner;
-  int fd;
-  srv_framing framing;
-  srv_watch watch;
-  struct connection *previous, *next; /* among the owner's */
-  struct connection *next_done;
-  bool waits; /* suspended in the middle of an answer, until `hand_back` */
-  char peer[PEER_SIZE];
-} connection;
-
-struct loop {
-  srv_http *http;
-  struct MHD_Daemon *daemon;
-  pthread_t thread;
-  bool started;
-  int epoll, event;
-  bool accepting;
-  connection *connections;
-  uint64_t swept_ms;
-  pthread_mutex_t lock;
-  connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */
-};
-
-struct srv_http {
-  srv_server *server;
-  srv_patience patience;
-  int listener;
-  bool tls;
-  atomic_bool stop;
-  atomic_bool unfinished; /* a loop ended with requests at compute threads */
-  size_t loop_count;
-  loop loops[];
-};
-
-static void wake(loop *l) {
+static void wake(srv_loop *l) {
   uint64_t one = 1;
   /* Fails only when the counter is full, and then the loop wakes anyway. */
   ssize_t written = write(l->event, &one, sizeof one);
@@ -86,44 +38,44 @@ static void wake(loop *l) {
 
 /* ---- watching -------------------------------------------------------------------------------- */
 
-static uint64_t moved(const connection *c) {
+static uint64_t moved(const srv_connection *c) {
   if (!srv_watch_paces(&c->watch)) return 0;
   return srv_watch_moved(c->fd, c->exchange.body.size + c->exchange.bytes_out);
 }
 
-static void enter(connection *c, srv_phase phase) {
+void srv_enter(srv_connection *c, srv_phase phase) {
   srv_watch_enter(&c->watch, phase, srv_now_ms());
 }
 
 /* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client
  * read it: the sending side is closed and what still arrives is thrown away for a while, because closing
  * with bytes unread would reset the connection under the answer. */
-static enum MHD_Result refuse_midway(connection *c) {
+static enum MHD_Result refuse_midway(srv_connection *c) {
   const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
   size_t size = 0;
   char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
   bool sent = text != NULL && srv_bypass_say(c->fd, text, size);
   free(text);
   shutdown(c->fd, sent ? SHUT_WR : SHUT_RDWR);
-  enter(c, SRV_PHASE_LINGER);
+  srv_enter(c, SRV_PHASE_LINGER);
   return MHD_YES;
 }
 
 /* The request is over and was refused: the library stops reading, sweeps throw away what comes. */
-static enum MHD_Result discard_rest(connection *c) {
+static enum MHD_Result discard_rest(srv_connection *c) {
   if (c->watch.phase != SRV_PHASE_LINGER) return MHD_NO;
   c->watch.phase = SRV_PHASE_DISCARD;
   MHD_suspend_connection(c->mhd);
   return MHD_YES;
 }
 
-static void end_discarding(connection *c) {
+static void end_discarding(srv_connection *c) {
   c->watch.phase = SRV_PHASE_OVER;
   shutdown(c->fd, SHUT_RDWR);
   MHD_resume_connection(c->mhd);
 }
 
-static void expire(connection *c) {
+static void expire(srv_connection *c) {
   if (c->watch.phase == SRV_PHASE_DISCARD) {
     end_discarding(c);
     return;
@@ -138,12 +90,12 @@ static void expire(connection *c) {
   refuse_midway(c);
 }
 
-static void sweep(loop *l) {
+static void sweep(srv_loop *l) {
   uint64_t now = srv_now_ms();
   if (now - l->swept_ms < SWEEP_MS) return;
   l->swept_ms = now;
   bool draining = atomic_load(&l->http->server->draining);
-  for (connection *c = l->connections; c != NULL; c = c->next) {
+  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_DISCARD && !srv_bypass_discard(c->fd)) {
       end_discarding(c);
     } else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) {
@@ -152,174 +104,15 @@ static void sweep(loop *l) {
   }
 }
 
-/* ---- answering ------------------------------------------------------------------------------- */
-
-/* What a response of the library refers to until it is freed. */
-typedef struct delivery {
-  api_answer answer;
-  connection *to;
-  srv_listener *listener; /* of a stream, NULL for HEAD */
-  srv_ahead *ahead;       /* of a large body, NULL for HEAD; then the answer is freed by it */
-} delivery;
-
-static void free_delivery(void *context) {
-  delivery *d = context;
-  srv_listener_leave(d->listener);
-  if (d->ahead == NULL) api_answer_deinit(&d->answer);
-  srv_ahead_leave(d->ahead);
-  free(d);
-}
-
-/* Leaves the connection alone until `hand_back`. */
-static ssize_t wait_for_more(connection *c) {
-  c->waits = true;
-  MHD_suspend_connection(c->mhd);
-  return 0;
-}
-
-static ssize_t read_block(void *context, uint64_t position, char *out, size_t capacity) {
-  (void)position; /* blocks are asked for in order, each once */
-  delivery *d = context;
-  if (atomic_load(&d->to->owner->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
-  int64_t size = d->ahead != NULL ? srv_ahead_read(d->ahead, (uint8_t *)out, capacity)
-                                  : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
-  if (size == SRV_AHEAD_LATER) return wait_for_more(d->to);
-  if (size < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
-  if (size == 0) {
-    return d->answer.body.size == API_SIZE_UNKNOWN ? MHD_CONTENT_READER_END_OF_STREAM
-                                                   : MHD_CONTENT_READER_END_WITH_ERROR;
-  }
-  d->to->exchange.bytes_out += (uint64_t)size;
-  return (ssize_t)size;
-}
-
-/* Between two frames the connection is suspended, until `hand_back`. */
-static ssize_t read_stream(void *context, uint64_t position, char *out, size_t capacity) {
-  (void)position;
-  delivery *d = context;
-  int64_t size = srv_listener_read(d->listener, (uint8_t *)out, capacity);
-  if (size < 0) return MHD_CONTENT_READER_END_OF_STREAM;
-  if (size == 0) return wait_for_more(d->to);
-  d->to->exchange.bytes_out += (uint64_t)size;
-  return (ssize_t)size;
-}
-
-static size_t block_size(uint64_t body_size) {
-  return body_size < SRV_BLOCK_SIZE ? (size_t)(body_size > 0 ? body_size : 1) : SRV_BLOCK_SIZE;
-}
-
-static struct MHD_Response *create_response(delivery *d) {
-  const api_answer *answer = &d->answer;
-  if (answer->live.frame != NULL || d->listener != NULL) {
-    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, LIVE_BLOCK, read_stream, d, free_delivery);
-  }
-  if (answer->body.read != NULL) {
-    uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
-    return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
-  }
-  if (answer->status == MHD_HTTP_NOT_MODIFIED) { /* read_block is not called, see is_sized */
-    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_block, d, free_delivery);
-  }
-  /* The library takes the bytes as writable but does not write. */
-  return MHD_create_response_from_buffer_with_free_callback_cls(
-      answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);
-}
-
-static void add_headers(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
-                        bool close) {
-  const api_answer *answer = &d->answer;
-  for (size_t i = 0; i < answer->header_count; i++) {
-    const api_header *header = &answer->headers[i];
-    if (MHD_add_response_header(response, header->name, header->value) != MHD_YES) {
-      srv_log(SRV_LOG_WARN, "header %s of request %s cannot be sent", header->name, exchange->id);
-    }
-  }
-  char timing[SRV_TIMING_SIZE];
-  srv_exchange_timing(exchange, timing);
-  MHD_add_response_header(response, "X-Request-Id", exchange->id);
-  MHD_add_response_header(response, "Server-Timing", timing);
-  if (close) MHD_add_response_header(response, "Connection", "close");
-}
-
-/* Gives the connection back to its thread, which resumes it. On any thread. */
-static void hand_back(void *owner) {
-  connection *c = owner;
-  loop *l = c->owner;
-  pthread_mutex_lock(&l->lock);
-  bool was_empty = l->done == NULL;
-  c->next_done = l->done;
-  l->done = c;
-  pthread_mutex_unlock(&l->lock);
-  if (was_empty) wake(l);
-}
-
-/* Joins a stream that is the answer; without a place in it the answer becomes a refusal. */
-static srv_listener *join_stream(connection *c) {
-  srv_exchange *exchange = &c->exchange;
-  if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
-  srv_listener *listener = srv_live_join(exchange->server->live, &exchange->answer.live, hand_back, c);
-  if (listener == NULL) {
-    srv_exchange_refuse(exchange, 503, "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
-    return NULL;
-  }
-  exchange->close = true; /* the buffer below suits nothing else */
-  int buffer = LIVE_BUFFER;
-  setsockopt(c->fd, SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
-  return listener;
-}
-
-/* Only what has some blocks to come; without memory it goes without. */
-static srv_ahead *go_ahead(connection *c, const api_answer *answer) {
-  bool is_large =
-      answer->body.read != NULL && answer->body.size > (uint64_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE;
-  if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
-  return srv_ahead_create(c->exchange.server->work, answer, hand_back, c);
-}
-
-/* Whether the library may tell a length. In 304 it would be that of the representation, which is not known.
- */
-static bool is_sized(const api_answer *answer) {
-  if (answer->status == MHD_HTTP_NOT_MODIFIED) return false;
-  return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
-}
-
-/* Hands the exchange's answer over to the library. */
-static enum MHD_Result deliver(connection *c) {
-  srv_exchange *exchange = &c->exchange;
-  delivery *d = malloc(sizeof *d);
-  if (d == NULL) return MHD_NO;
-  srv_listener *listener = join_stream(c);
-  *d = (delivery){exchange->answer, c, listener, go_ahead(c, &exchange->answer)};
-  exchange->answer = (api_answer){0};
-  exchange->answered = false;
-  struct MHD_Response *response = create_response(d);
-  if (response == NULL) {
-    free_delivery(d);
-    return MHD_NO;
-  }
-  bool is_head = strcmp(exchange->method, "HEAD") == 0;
-  /* In chunks the library ends even what has no body with a last chunk, which the client would take for the
-   * beginning of the next answer. Without, it closes the connection. */
-  if ((is_head || d->answer.status == MHD_HTTP_NOT_MODIFIED) && !is_sized(&d->answer))
-    MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
-  bool is_whole = d->answer.body.read == NULL && listener == NULL;
-  if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
-  add_headers(response, d, exchange, exchange->close || atomic_load(&exchange->server->draining));
-  enum MHD_Result queued = MHD_queue_response(c->mhd, (unsigned)exchange->status, response);
-  MHD_destroy_response(response);
-  enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
-  return queued;
-}
-
 /* ---- receiving ------------------------------------------------------------------------------- */
 
 /* The library calls this with the untouched target, before it looks for arguments in it. */
 static void *begin_request(void *context, const char *target, struct MHD_Connection *mhd) {
   (void)context;
   const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
-  connection *c = info != NULL ? info->socket_context : NULL;
+  srv_connection *c = info != NULL ? info->socket_context : NULL;
   if (c == NULL || !srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
-  enter(c, SRV_PHASE_HEAD);
+  srv_enter(c, SRV_PHASE_HEAD);
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
   if (c->framing.many_arguments) {
@@ -341,15 +134,19 @@ static const char *find_header(void *context, const char *name) {
 }
 
 static bool client_waits(srv_exchange *exchange) {
-  return srv_bypass_waits(((connection *)(void *)exchange)->fd);
+  return srv_bypass_waits(((srv_connection *)(void *)exchange)->fd);
 }
 
 /* On a compute thread. The connection may be resumed, and freed, as soon as it is back. */
 static void come_back(srv_exchange *exchange) {
-  hand_back(exchange);
+  srv_hand_back(exchange);
 }
 
-static enum MHD_Result open_request(connection *c, const char *method, const char *version) {
+static enum MHD_Result deliver(srv_connection *c) {
+  return srv_deliver(c) ? MHD_YES : MHD_NO;
+}
+
+static enum MHD_Result open_request(srv_connection *c, const char *method, const char *version) {
   srv_framing *framing = &c->framing;
   srv_framing_version(framing, version);
   MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_header, framing);
@@ -360,11 +157,11 @@ static enum MHD_Result open_request(connection *c, const char *method, const cha
     /* The library would close with the body unread, which resets the connection under the answer. */
     return framing->continues || c->owner->http->tls ? deliver(c) : refuse_midway(c);
   }
-  enter(c, SRV_PHASE_BODY);
+  srv_enter(c, SRV_PHASE_BODY);
   return MHD_YES;
 }
 
-static enum MHD_Result take_body(connection *c, const char *data, size_t *size) {
+static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *size) {
   size_t piece = *size;
   *size = 0;
   if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE) return MHD_YES;
@@ -372,9 +169,9 @@ static enum MHD_Result take_body(connection *c, const char *data, size_t *size) 
   return c->owner->http->tls ? MHD_YES : refuse_midway(c);
 }
 
-static enum MHD_Result finish_request(connection *c) {
+static enum MHD_Result finish_request(srv_connection *c) {
   if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return deliver(c);
-  enter(c, SRV_PHASE_WORK);
+  srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
   return MHD_YES;
 }
@@ -383,7 +180,7 @@ static enum MHD_Result handle(void *context, struct MHD_Connection *mhd, const c
                               const char *version, const char *data, size_t *size, void **request) {
   (void)context;
   (void)url; /* decoded and cut at %00; the exchange has it as it came */
-  connection *c = *request;
+  srv_connection *c = *request;
   if (c == NULL) return MHD_NO;
   c->mhd = mhd;
   bool refused = c->watch.phase >= SRV_PHASE_LINGER;
@@ -400,18 +197,18 @@ static void end_request(void *context, struct MHD_Connection *mhd, void **reques
                         enum MHD_RequestTerminationCode how) {
   (void)context;
   (void)mhd;
-  connection *c = *request;
+  srv_connection *c = *request;
   if (c == NULL) return;
   bool refused = c->watch.phase >= SRV_PHASE_LINGER;
   srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused);
   *request = NULL;
-  if (!refused) enter(c, SRV_PHASE_IDLE);
+  if (!refused) srv_enter(c, SRV_PHASE_IDLE);
 }
 
 /* ---- connections ----------------------------------------------------------------------------- */
 
-static void add_connection(loop *l, struct MHD_Connection *mhd, void **socket_context) {
-  connection *c = calloc(1, sizeof *c);
+static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socket_context) {
+  srv_connection *c = calloc(1, sizeof *c);
   atomic_fetch_add(&l->http->server->connections, 1);
   *socket_context = c;
   if (c == NULL) return;
@@ -423,11 +220,11 @@ static void add_connection(loop *l, struct MHD_Connection *mhd, void **socket_co
   c->next = l->connections;
   if (c->next != NULL) c->next->previous = c;
   l->connections = c;
-  enter(c, SRV_PHASE_HEAD);
+  srv_enter(c, SRV_PHASE_HEAD);
 }
 
-static void drop_connection(loop *l, void **socket_context) {
-  connection *c = *socket_context;
+static void drop_connection(srv_loop *l, void **socket_context) {
+  srv_connection *c = *socket_context;
   atomic_fetch_sub(&l->http->server->connections, 1);
   *socket_context = NULL;
   if (c == NULL) return;
@@ -444,7 +241,7 @@ static void drop_connection(loop *l, void **socket_context) {
 
 static void notify_connection(void *context, struct MHD_Connection *mhd, void **socket_context,
                               enum MHD_ConnectionNotificationCode what) {
-  loop *l = context;
+  srv_loop *l = context;
   if (what == MHD_CONNECTION_NOTIFY_STARTED) {
     add_connection(l, mhd, socket_context);
   } else {
@@ -453,7 +250,7 @@ static void notify_connection(void *context, struct MHD_Connection *mhd, void **
 }
 
 /* Says why before it closes; without TLS, where that takes a handshake. */
-static void turn_away(const loop *l, int fd) {
+static void turn_away(const srv_loop *l, int fd) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
   if (!l->http->tls) {
@@ -463,13 +260,13 @@ static void turn_away(const loop *l, int fd) {
   close(fd);
 }
 
-static void watch_listener(loop *l) {
+static void watch_listener(srv_loop *l) {
   /* One thread, not all, is woken for a connection. */
   struct epoll_event interest = {.events = EPOLLIN | EPOLLEXCLUSIVE, .data.fd = l->http->listener};
   l->accepting = epoll_ctl(l->epoll, EPOLL_CTL_ADD, l->http->listener, &interest) == 0;
 }
 
-static void accept_some(loop *l) {
+static void accept_some(srv_loop *l) {
   const srv_server *server = l->http->server;
   for (int i = 0; i < ACCEPT_MAX; i++) {
     struct sockaddr_storage peer = {0};
@@ -493,30 +290,41 @@ static void accept_some(loop *l) {
 
 /* ---- loop ------------------------------------------------------------------------------------ */
 
-static void resume_done(loop *l) {
+void srv_hand_back(void *owner) {
+  srv_connection *c = owner;
+  srv_loop *l = c->owner;
+  pthread_mutex_lock(&l->lock);
+  bool was_empty = l->done == NULL;
+  c->next_done = l->done;
+  l->done = c;
+  pthread_mutex_unlock(&l->lock);
+  if (was_empty) wake(l);
+}
+
+static void resume_done(srv_loop *l) {
   uint64_t count;
   ssize_t got = read(l->event, &count, sizeof count);
   (void)got; /* only clears it */
   pthread_mutex_lock(&l->lock);
-  connection *c = l->done;
+  srv_connection *c = l->done;
   l->done = NULL;
   pthread_mutex_unlock(&l->lock);
   while (c != NULL) {
-    connection *next = c->next_done;
+    srv_connection *next = c->next_done;
     c->waits = false;
     MHD_resume_connection(c->mhd);
     c = next;
   }
 }
 
-static int wait_ms(const loop *l) {
+static int wait_ms(const srv_loop *l) {
   unsigned long long wanted;
   int most = l->connections != NULL || !l->accepting ? SWEEP_MS : -1;
   if (MHD_get_timeout(l->daemon, &wanted) != MHD_YES) return most;
   return most < 0 || wanted < (unsigned long long)most ? (int)(wanted < SWEEP_MS ? wanted : SWEEP_MS) : most;
 }
 
-static void turn(loop *l) {
+static void turn(srv_loop *l) {
   struct epoll_event events[3];
   int count = epoll_wait(l->epoll, events, 3, wait_ms(l));
   srv_work_outside(l->http->server->work, true);
@@ -531,32 +339,32 @@ static void turn(loop *l) {
 }
 
 /* Streams have been handed back by now; a block that is under way takes no time to speak of. */
-static void await_waiting(loop *l) {
+static void await_waiting(srv_loop *l) {
   bool waits = true;
   for (int i = 0; waits && i < STOP_MS; i++) {
     struct pollfd event = {.fd = l->event, .events = POLLIN};
     if (i > 0) poll(&event, 1, 1);
     resume_done(l);
     waits = false;
-    for (const connection *c = l->connections; c != NULL; c = c->next) waits |= c->waits;
+    for (const srv_connection *c = l->connections; c != NULL; c = c->next) waits |= c->waits;
   }
 }
 
 /* The library panics when it is stopped with a suspended connection. */
-static bool all_back(loop *l) {
+static bool all_back(srv_loop *l) {
   await_waiting(l);
-  for (connection *c = l->connections; c != NULL; c = c->next) {
+  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_DISCARD) end_discarding(c);
   }
   MHD_run(l->daemon);
-  for (const connection *c = l->connections; c != NULL; c = c->next) {
+  for (const srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_WORK || c->waits) return false;
   }
   return true;
 }
 
 static void *run_loop(void *context) {
-  loop *l = context;
+  srv_loop *l = context;
   while (!atomic_load(&l->http->stop)) turn(l);
   if (all_back(l)) {
     MHD_stop_daemon(l->daemon);
@@ -586,7 +394,7 @@ static size_t keep_escaped(void *context, struct MHD_Connection *mhd, char *text
   return strlen(text);
 }
 
-static struct MHD_Daemon *start_daemon(loop *l, const char *certificate, const char *key) {
+static struct MHD_Daemon *start_daemon(srv_loop *l, const char *certificate, const char *key) {
   unsigned flags = MHD_USE_EPOLL | MHD_USE_NO_LISTEN_SOCKET | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
   if (l->http->tls) flags |= MHD_USE_TLS;
   struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, (void *)(uintptr_t)certificate},
@@ -602,12 +410,12 @@ static struct MHD_Daemon *start_daemon(loop *l, const char *certificate, const c
                           MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
 }
 
-static bool watch_descriptor(loop *l, int fd) {
+static bool watch_descriptor(srv_loop *l, int fd) {
   struct epoll_event interest = {.events = EPOLLIN, .data.fd = fd};
   return epoll_ctl(l->epoll, EPOLL_CTL_ADD, fd, &interest) == 0;
 }
 
-static bool start_loop(srv_http *http, loop *l, const char *certificate, const char *key) {
+static bool start_loop(srv_http *http, srv_loop *l, const char *certificate, const char *key) {
   l->http = http;
   pthread_mutex_init(&l->lock, NULL);
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
@@ -665,13 +473,13 @@ bool srv_http_stop(srv_http *http) {
   srv_live_end(http->server->live); /* hands every suspended stream back */
   atomic_store(&http->stop, true);
   for (size_t i = 0; i < http->loop_count; i++) {
-    loop *l = &http->loops[i];
+    srv_loop *l = &http->loops[i];
     wake(l);
     if (l->started) pthread_join(l->thread, NULL);
   }
   if (atomic_load(&http->unfinished)) return false;
   for (size_t i = 0; i < http->loop_count; i++) {
-    loop *l = &http->loops[i];
+    srv_loop *l = &http->loops[i];
     if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
     if (l->epoll >= 0) close(l->epoll);
     if (l->event >= 0) close(l->event);
