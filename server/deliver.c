@@ -10,8 +10,9 @@
 #include <sys/socket.h>
 
 enum {
-  LIVE_BLOCK = 16 << 10,  /* of a stream */
-  LIVE_BUFFER = 128 << 10 /* in the kernel, of a stream: what a slow client is behind at most */
+  LIVE_BLOCK = 16 << 10,   /* of a stream */
+  LIVE_BUFFER = 128 << 10, /* in the kernel, of a stream: what a slow client is behind at most */
+  FRESH_MOST = 6 << 10     /* bytes of an answer that was never sent before, see has_reply */
 };
 
 static const unsigned LISTENER_RETRY_S = 5;
@@ -21,7 +22,7 @@ static const unsigned LISTENER_RETRY_S = 5;
 /* What an answer's head says beside what the library adds. */
 typedef struct field_list {
   size_t count;
-  api_header fields[API_HEADERS_MAX + 2];
+  api_header fields[SRV_FIELDS_MAX];
   char timing[SRV_TIMING_SIZE];
 } field_list;
 
@@ -33,7 +34,39 @@ static void list_fields(const srv_exchange *exchange, const api_answer *answer, 
   out->fields[out->count++] = (api_header){"Server-Timing", out->timing};
 }
 
-/* ---- responses --------------------------------------------------------------------------------- */
+/* ---- responses that are used again ----------------------------------------------------------- */
+
+/* Whether the answer may go out in one: it is whole, and the connection stays. Few sizes come again, and in a
+ * long one copying takes what is won; but what is lent is sent again as it is. */
+static bool has_reply(const srv_exchange *exchange) {
+  const api_answer *answer = &exchange->answer;
+  bool is_whole = answer->body.read == NULL && answer->live.frame == NULL;
+  bool stays = !exchange->close && !atomic_load(&exchange->server->draining);
+  bool is_likely = answer->bytes.size <= FRESH_MOST || answer->lender != NULL;
+  return answer->status == MHD_HTTP_OK && is_whole && stays && is_likely;
+}
+
+/* True when the answer is queued. */
+static bool queue_reply(srv_connection *c) {
+  srv_exchange *exchange = &c->exchange;
+  field_list list;
+  if (!has_reply(exchange)) return false;
+  list_fields(exchange, &exchange->answer, &list);
+  c->reply = srv_replies_take(c->owner->replies, list.fields, list.count, exchange->answer.bytes);
+  if (c->reply == NULL) return false;
+  if (MHD_queue_response(c->mhd, MHD_HTTP_OK, srv_reply_response(c->reply)) != MHD_YES) {
+    srv_reply_give_back(c->reply);
+    c->reply = NULL;
+    return false;
+  }
+  if (strcmp(exchange->method, "HEAD") != 0) exchange->bytes_out = exchange->answer.bytes.size;
+  api_answer_deinit(&exchange->answer);
+  exchange->answered = false;
+  srv_enter(c, SRV_PHASE_SEND);
+  return true;
+}
+
+/* ---- responses of their own ------------------------------------------------------------------ */
 
 /* What a response of the library refers to until it is freed. */
 typedef struct delivery {
@@ -148,7 +181,8 @@ static bool is_sized(const api_answer *answer) {
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
 
-bool srv_deliver(srv_connection *c) {
+/* True when the answer is queued. */
+static bool queue_own(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return false;
@@ -173,4 +207,8 @@ bool srv_deliver(srv_connection *c) {
   MHD_destroy_response(response);
   srv_enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
   return queued == MHD_YES;
+}
+
+bool srv_deliver(srv_connection *c) {
+  return queue_reply(c) || queue_own(c);
 }

@@ -202,6 +202,8 @@ static void end_request(void *context, struct MHD_Connection *mhd, void **reques
   bool refused = c->watch.phase >= SRV_PHASE_LINGER;
   srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused);
   *request = NULL;
+  srv_reply_give_back(c->reply);
+  c->reply = NULL;
   if (!refused) srv_enter(c, SRV_PHASE_IDLE);
 }
 
@@ -418,10 +420,11 @@ static bool watch_descriptor(srv_loop *l, int fd) {
 static bool start_loop(srv_http *http, srv_loop *l, const char *certificate, const char *key) {
   l->http = http;
   pthread_mutex_init(&l->lock, NULL);
+  l->replies = srv_replies_create();
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
   l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   http->loop_count++;
-  if (l->epoll < 0 || l->event < 0) return false;
+  if (l->replies == NULL || l->epoll < 0 || l->event < 0) return false;
   l->daemon = start_daemon(l, certificate, key);
   if (l->daemon == NULL) return false;
   const union MHD_DaemonInfo *info = MHD_get_daemon_info(l->daemon, MHD_DAEMON_INFO_EPOLL_FD);
@@ -481,6 +484,7 @@ bool srv_http_stop(srv_http *http) {
   for (size_t i = 0; i < http->loop_count; i++) {
     srv_loop *l = &http->loops[i];
     if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
+    srv_replies_destroy(l->replies);
     if (l->epoll >= 0) close(l->epoll);
     if (l->event >= 0) close(l->event);
     pthread_mutex_destroy(&l->lock);

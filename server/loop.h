@@ -5,6 +5,7 @@
 
 #include "exchange.h"
 #include "http.h"
+#include "reply.h"
 #include "watch.h"
 
 #include <pthread.h>
@@ -22,7 +23,8 @@ typedef struct srv_connection {
   srv_watch watch;
   struct srv_connection *previous, *next; /* among the owner's */
   struct srv_connection *next_done;
-  bool waits; /* suspended in the middle of an answer, until srv_hand_back */
+  srv_reply *reply; /* being sent; NULL: what is sent is no such one */
+  bool waits;       /* suspended in the middle of an answer, until srv_hand_back */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 
@@ -34,6 +36,7 @@ struct srv_loop {
   int epoll, event;
   bool accepting;
   srv_connection *connections;
+  srv_replies *replies;
   uint64_t swept_ms;
   pthread_mutex_t lock;
   srv_connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */

@@ -54,6 +54,21 @@ static void answer_bytes(api_answer *answer, int status, const void *bytes, size
                          .bytes = {copy, size}};
 }
 
+static void answer_word(api_answer *answer, const char *query) {
+  size_t size = strcspn(query, ",");
+  answer_bytes(answer, 200, query, size);
+  /* The query lives longer than an answer of this size needs it: fields are copied when it is queued. */
+  if (query[size] == ',') answer->headers[answer->header_count++] = (api_header){"ETag", query + size + 1};
+}
+
+static void answer_padding(api_answer *answer, size_t size) {
+  char *bytes = malloc(size + 1);
+  if (bytes == NULL) abort();
+  memset(bytes, 'p', size);
+  answer_bytes(answer, 200, bytes, size);
+  free(bytes);
+}
+
 typedef struct stream {
   uint64_t position, end, breaks_at;
 } stream;
@@ -119,8 +134,9 @@ static bool is(const api_request *request, const char *path) {
 
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   (void)service;
-  static const char *const KNOWN[] = {"/light",  "/heavy",   "/echo",      "/pull",   "/endless", "/chunks",
-                                      "/broken", "/nothing", "/unchanged", "/readyz", "/healthz", "/live"};
+  static const char *const KNOWN[] = {"/light",   "/heavy",  "/echo",    "/pull",      "/endless",
+                                      "/chunks",  "/broken", "/nothing", "/unchanged", "/readyz",
+                                      "/healthz", "/live",   "/word",    "/pad"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -136,6 +152,10 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
   if (heavy) wait_at_gate();
   if (is(request, "/echo")) {
     answer_bytes(answer, 200, request->body.data, request->body.size);
+  } else if (is(request, "/word")) {
+    answer_word(answer, request->query);
+  } else if (is(request, "/pad")) {
+    answer_padding(answer, (size_t)size);
   } else if (is(request, "/pull")) {
     answer_stream(answer, size, size, UINT64_MAX);
   } else if (is(request, "/endless")) {

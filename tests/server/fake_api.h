@@ -7,6 +7,8 @@
  *   /endless      pulled until somebody stops reading
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
+ *   /word?W,T     the word W; T, where it is there, as ETag
+ *   /pad?N        N bytes at once, each 'p'
  *   /nothing      204
  *   /unchanged    304
  *   /live?N,M     a stream, 100 frames a second up to number N, each followed by M letters

@@ -1,0 +1,29 @@
+/* Responses of the HTTP library that are used again. Making one, field by field, costs the library more than
+ * most of the answers cost that they carry; and most answers of one size differ from those before them in few
+ * fields. Each I/O thread has a table of its own. */
+#ifndef SRV_REPLY_H
+#define SRV_REPLY_H
+
+#include "api.h"
+
+enum { SRV_FIELDS_MAX = API_HEADERS_MAX + 2 }; /* of one answer */
+
+struct MHD_Response;
+typedef struct srv_replies srv_replies;
+typedef struct srv_reply srv_reply;
+
+srv_replies *srv_replies_create(void);          /* NULL without memory */
+void srv_replies_destroy(srv_replies *replies); /* NULL accepted; none is being sent */
+
+/* A reply with these bytes and fields, both copied but for the names, which live as long as the program. It
+ * stays as it is until it is given back. NULL when there are no bytes or too many, when one like it is being
+ * sent, when a field cannot be sent or comes twice, or without memory. */
+srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
+                            api_bytes bytes);
+
+/* What to queue. Not the caller's to destroy. */
+struct MHD_Response *srv_reply_response(const srv_reply *reply);
+
+void srv_reply_give_back(srv_reply *reply); /* NULL accepted */
+
+#endif

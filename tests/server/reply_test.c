@@ -1,0 +1,206 @@
+/* Responses that are used again: alone, and over sockets, where no answer may show another's fields or bytes.
+ */
+#include "reply.h"
+
+#include "fake_api.h"
+#include "sockets.h"
+
+#include <microhttpd.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+/* ---- alone ----------------------------------------------------------------------------------- */
+
+enum { FIELDS = 3 };
+
+static const uint8_t BYTES[20000];
+
+static int create_table(void **state) {
+  *state = srv_replies_create();
+  return *state == NULL;
+}
+
+static int destroy_table(void **state) {
+  srv_replies_destroy(*state);
+  return 0;
+}
+
+static srv_reply *take(srv_replies *replies, const char *tag, const char *id, size_t size) {
+  const api_header fields[FIELDS] = {{"Vary", "Accept"}, {"ETag", tag}, {"X-Request-Id", id}};
+  return srv_replies_take(replies, fields, FIELDS, (api_bytes){BYTES, size});
+}
+
+static const char *field(const srv_reply *reply, const char *name) {
+  return MHD_get_response_header(srv_reply_response(reply), name);
+}
+
+static int count_fields(const srv_reply *reply) {
+  return MHD_get_response_headers(srv_reply_response(reply), NULL, NULL);
+}
+
+static void reply_is_lent_once_until_it_is_given_back(void **state) {
+  srv_reply *first = take(*state, "\"a\"", "1", 100);
+  assert_non_null(first);
+  assert_null(take(*state, "\"a\"", "1", 100));
+  srv_reply *other = take(*state, "\"a\"", "1", 101);
+  assert_non_null(other);
+  srv_reply_give_back(first);
+  assert_ptr_equal(take(*state, "\"a\"", "1", 100), first);
+  srv_reply_give_back(first);
+  srv_reply_give_back(other);
+  srv_reply_give_back(NULL);
+}
+
+static void fields_that_change_are_replaced_and_others_stay(void **state) {
+  srv_reply *reply = take(*state, "\"a\"", "1", 100);
+  const char *vary = field(reply, "Vary");
+  for (int i = 0; i < 100; i++) {
+    char tag[16], id[16];
+    snprintf(tag, sizeof tag, "\"%d\"", i / 2);
+    snprintf(id, sizeof id, "%d", i * i);
+    srv_reply_give_back(reply);
+    assert_ptr_equal(take(*state, tag, id, 100), reply);
+    assert_string_equal(field(reply, "ETag"), tag);
+    assert_string_equal(field(reply, "X-Request-Id"), id);
+    assert_ptr_equal(field(reply, "Vary"), vary);
+    assert_int_equal(count_fields(reply), FIELDS);
+  }
+  srv_reply_give_back(reply);
+}
+
+static void other_names_of_as_many_fields_make_another_reply(void **state) {
+  srv_reply_give_back(take(*state, "\"a\"", "1", 100));
+  const api_header fields[FIELDS] = {{"Vary", "Accept"}, {"Link", "<x>"}, {"X-Request-Id", "2"}};
+  srv_reply *reply = srv_replies_take(*state, fields, FIELDS, (api_bytes){BYTES, 100});
+  assert_non_null(reply);
+  assert_null(field(reply, "ETag"));
+  assert_string_equal(field(reply, "Link"), "<x>");
+  assert_int_equal(count_fields(reply), FIELDS);
+  srv_reply_give_back(reply);
+}
+
+static void field_that_cannot_be_sent_leaves_no_reply_behind(void **state) {
+  assert_null(take(*state, "\"a\"", "1\n2", 100));
+  srv_reply_give_back(take(*state, "\"a\"", "1", 100));
+  assert_null(take(*state, "\"a\"", "1\n2", 100));
+  srv_reply *reply = take(*state, "\"a\"", "1", 100);
+  assert_non_null(reply);
+  assert_int_equal(count_fields(reply), FIELDS);
+  srv_reply_give_back(reply);
+}
+
+/* Which of two fields of one name a value belongs to could not be told. */
+static void fields_of_one_name_are_not_for_replies(void **state) {
+  const api_header fields[FIELDS] = {{"Link", "<x>"}, {"Vary", "Accept"}, {"Link", "<y>"}};
+  assert_null(srv_replies_take(*state, fields, FIELDS, (api_bytes){BYTES, 100}));
+}
+
+static void nothing_and_much_are_not_for_replies(void **state) {
+  assert_null(take(*state, "\"a\"", "1", 0));
+  assert_null(take(*state, "\"a\"", "1", sizeof BYTES));
+}
+
+/* ---- over sockets ---------------------------------------------------------------------------- */
+
+static size_t count_text(const fixture *f, const char *text) {
+  size_t count = 0;
+  for (const char *at = f->answer; (at = strstr(at, text)) != NULL; at++) count++;
+  return count;
+}
+
+static void answers_of_one_size_bear_their_own_fields_and_bytes(void **state) {
+  fixture *f = *state;
+  static const char *const PATHS[] = {"light", "heavy", "echo1", "plain"};
+  int fd = connect_client(f);
+  for (int i = 0; i < 200; i++) {
+    char request[160], id[48], end[16];
+    const char *word = PATHS[i * 7 % 11 % 4];
+    bool is_tagged = i % 5 == 0;
+    snprintf(id, sizeof id, "X-Request-Id: %d.id\r\n", i * i);
+    snprintf(request, sizeof request, "GET /word?%s%s HTTP/1.1\r\nHost: x\r\n%s\r\n", word,
+             is_tagged ? ",\"t\"" : "", id);
+    snprintf(end, sizeof end, "\r\n\r\n%s", word);
+    say(fd, request);
+    read_until(f, fd, end);
+    assert_int_equal(status(f), 200);
+    assert_int_equal(count_text(f, id), 1);
+    assert_int_equal(count_text(f, "X-Request-Id: "), 1);
+    assert_int_equal(count_text(f, "Server-Timing: "), 1);
+    assert_int_equal(count_text(f, "Content-Type: text/plain\r\n"), 1);
+    assert_int_equal(count_text(f, "ETag: \"t\"\r\n"), is_tagged);
+    assert_true(has(f, "Content-Length: 5\r\n"));
+    assert_int_equal(body_size(f), 5);
+  }
+  close(fd);
+}
+
+static void head_has_the_length_and_the_next_answer_its_bytes(void **state) {
+  fixture *f = *state;
+  for (int i = 0; i < 3; i++) {
+    ask(f, "HEAD /light HTTP/1.1\r\nHost: x\r\n\r\n"
+           "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+    assert_int_equal(answers(f), 2);
+    assert_int_equal(count_text(f, "Content-Length: 5\r\n"), 2);
+    assert_int_equal(count_text(f, "light"), 1);
+    assert_int_equal(count_text(f, "Connection: close"), 1);
+  }
+}
+
+static void old_clients_are_answered_like_new_ones(void **state) {
+  fixture *f = *state;
+  for (int i = 0; i < 3; i++) {
+    assert_true(ask(f, "GET /light HTTP/1.0\r\n\r\n"));
+    assert_true(has(f, "Connection: close\r\n"));
+    assert_string_equal(body(f), "light");
+    int fd = connect_client(f);
+    say(fd, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, fd, "\r\n\r\nlight");
+    assert_false(has(f, "Connection: close"));
+    close(fd);
+  }
+}
+
+/* As much as it takes until the daemon cannot send any more, all of one size. */
+static void crowd(int fd) {
+  static const char REQUEST[] = "GET /pad?4000 HTTP/1.1\r\nHost: x\r\n\r\n";
+  for (int i = 0; i < 4000; i++)
+    if (send(fd, REQUEST, sizeof REQUEST - 1, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return;
+}
+
+static void client_that_does_not_read_and_leaves_disturbs_no_other(void **state) {
+  fixture *f = *state;
+  for (int round = 0; round < 3; round++) {
+    int stuck = connect_client(f);
+    crowd(stuck);
+    pause_ms(100);
+    for (int i = 0; i < 20; i++) {
+      ask(f, "GET /pad?4000 HTTP/1.1\r\nHost: x\r\nX-Request-Id: mine\r\nConnection: close\r\n\r\n");
+      assert_true(has(f, "X-Request-Id: mine\r\n"));
+      assert_int_equal(body_size(f), 4000);
+      assert_int_equal(strspn(body(f), "p"), 4000);
+    }
+    close(stuck);
+  }
+}
+
+int main(void) {
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test_setup_teardown(reply_is_lent_once_until_it_is_given_back, create_table, destroy_table),
+      cmocka_unit_test_setup_teardown(fields_that_change_are_replaced_and_others_stay, create_table,
+                                      destroy_table),
+      cmocka_unit_test_setup_teardown(other_names_of_as_many_fields_make_another_reply, create_table,
+                                      destroy_table),
+      cmocka_unit_test_setup_teardown(field_that_cannot_be_sent_leaves_no_reply_behind, create_table,
+                                      destroy_table),
+      cmocka_unit_test_setup_teardown(fields_of_one_name_are_not_for_replies, create_table, destroy_table),
+      cmocka_unit_test_setup_teardown(nothing_and_much_are_not_for_replies, create_table, destroy_table),
+      cmocka_unit_test_setup_teardown(answers_of_one_size_bear_their_own_fields_and_bytes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(head_has_the_length_and_the_next_answer_its_bytes, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(old_clients_are_answered_like_new_ones, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(client_that_does_not_read_and_leaves_disturbs_no_other, set_up,
+                                      tear_down),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
