@@ -1,25 +1,105 @@
-/* Rows of points and unit normals. Many tangents are found before they are crossed, some at a time, so that
- * roots and quotients overlap. */
+/* Rows of points and unit normals, in vectors as wide as the compiler may use. Many tangents are found before
+ * they are crossed, so that roots and quotients overlap. All instruction sets give the same bytes. */
 #ifndef TWEEND_NORMAL_ROWS_H
 #define TWEEND_NORMAL_ROWS_H
 
 #include "point.h"
-#include "tweend/base.h"
+#include "spline_kernel.h"
 
-/* 48 are whole items of one, two, three and four rows. */
-enum { TW_NORMAL_BATCH = 48, TW_NORMAL_SPARE = 3, TW_NORMAL_ROW = 6 };
+/* 48 are whole vectors, and whole items of one, two and three rows. */
+enum { NORMAL_BATCH = 48, NORMAL_ROW = 6 };
 
-/* Tangents of some rows. */
-typedef struct tw_normal_batch {
-  tw_point along[2][TW_NORMAL_BATCH + TW_NORMAL_SPARE]; /* the last four may begin at any row */
-} tw_normal_batch;
+/* Tangents of some rows. The last vector's may begin at any row. */
+typedef struct normal_batch {
+  tw_point along[2][NORMAL_BATCH + LANES];
+} normal_batch;
 
-/* Rows [from, to) of a batch, at least one. points: [to][3], of all its rows, and one float more; out:
- * [to - from][6]. False: some of the normals need tw_normal_look_closer. */
-bool tw_normal_put_rows(tw_normal_batch *batch, uint32_t from, uint32_t to, const float *points, float *out);
+/* One coordinate of LANES points each. */
+typedef struct coordinates {
+  vector x, y, z;
+} coordinates;
 
-/* The normal of row i. Four points serve where there is no tangent plane. */
-void tw_normal_look_closer(const tw_normal_batch *batch, uint32_t i, const float *const quad[4],
-                           float normal[3]);
+/* Of points as they lie: in the four lanes of a vector, each four of them stand apart. */
+static inline __attribute__((always_inline)) coordinates coordinates_of(const tw_point *points) {
+  const float *from = (const float *)points;
+  vector v[4];
+  for (size_t m = 0; m < 4; m++) v[m] = load(from + m * LANES);
+  vector low = SHUFFLE(v[0], v[1], 0, 4, 1, 5), high = SHUFFLE(v[2], v[3], 0, 4, 1, 5),
+         z_low = SHUFFLE(v[0], v[1], 2, 6, 2, 6), z_high = SHUFFLE(v[2], v[3], 2, 6, 2, 6);
+  return (coordinates){SHUFFLE(low, high, 0, 1, 4, 5), SHUFFLE(low, high, 2, 3, 6, 7),
+                       SHUFFLE(z_low, z_high, 0, 1, 4, 5)};
+}
+
+/* The other way round. */
+static inline __attribute__((always_inline)) void points_of(const coordinates *c, vector points[4]) {
+  vector low = SHUFFLE(c->x, c->y, 0, 4, 1, 5), high = SHUFFLE(c->x, c->y, 2, 6, 3, 7);
+  points[0] = SHUFFLE(low, c->z, 0, 1, 4, 4);
+  points[1] = SHUFFLE(low, c->z, 2, 3, 5, 5);
+  points[2] = SHUFFLE(high, c->z, 0, 1, 6, 6);
+  points[3] = SHUFFLE(high, c->z, 2, 3, 7, 7);
+}
+
+static inline vector dot(const coordinates *a, const coordinates *b) {
+  return a->x * b->x + a->y * b->y + a->z * b->z;
+}
+
+/* Unit normals, by the arithmetic of tw_normal_from_tangents where that is quick. Clears lanes of `sure` that
+ * need a closer look. */
+static inline __attribute__((always_inline)) coordinates cross(const tw_point *along1, const tw_point *along2,
+                                                               mask *sure) {
+  coordinates a = coordinates_of(along1), b = coordinates_of(along2);
+  coordinates n = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+  vector square = dot(&n, &n), lengths = dot(&a, &a) * dot(&b, &b);
+  *sure &= (square > lengths * 1e-6f) & (square > 1e-24f) & (square < TW_NORMAL_SQUARE_MAX);
+  vector scale = 1 / root(square);
+  return (coordinates){n.x * scale, n.y * scale, n.z * scale};
+}
+
+static inline void put_point_and_normal(tw_point point, tw_point normal, float *row) {
+  tw_point rest = __builtin_shufflevector(point, normal, 2, 4, 5, 6);
+  memcpy(row, &point, sizeof point);
+  memcpy(row + 2, &rest, sizeof rest);
+}
+
+/* As many rows as a vector holds points. Reads three floats more than the points. */
+static inline __attribute__((always_inline)) void put_points_and_normals(const float *points, vector normals,
+                                                                         float *rows) {
+#ifdef __AVX512F__
+  vector four_points = load(points),
+         first = __builtin_shufflevector(four_points, normals, 0, 1, 2, 16, 17, 18, 3, 4, 5, 20, 21, 22, 6, 7,
+                                         8, 24),
+         last = __builtin_shufflevector(four_points, normals, 25, 26, 9, 10, 11, 28, 29, 30, 25, 26, 9, 10,
+                                        11, 28, 29, 30);
+  four halves[2] = {four_of(last, 0), four_of(last, 1)};
+  put_all(rows, first);
+  memcpy(rows + LANES, halves, sizeof halves);
+#else
+  for (size_t n = 0; n < LANES / 4; n++)
+    put_point_and_normal(tw_load_point(points + 3 * n), four_of(normals, n), rows + NORMAL_ROW * n);
+#endif
+}
+
+/* Rows [from, to) of a batch, at least one. points: [to][3], of all its rows, and four floats more. False:
+ * some of the normals need a closer look. */
+static inline bool put_normal_rows(normal_batch *batch, uint32_t from, uint32_t to, const float *points,
+                                   float *restrict out) {
+  mask sure = first_mask();
+  for (uint32_t i = to; i < to + (LANES - (to - from) % LANES) % LANES; i++)
+    for (int k = 0; k < 2; k++) batch->along[k][i] = batch->along[k][to - 1];
+  for (uint32_t i = from; i < to; i += LANES) {
+    coordinates normals = cross(batch->along[0] + i, batch->along[1] + i, &sure);
+    vector rows[4];
+    points_of(&normals, rows);
+    if (to - i >= LANES) {
+      for (size_t m = 0; m < 4; m++, out += NORMAL_ROW * LANES / 4)
+        put_points_and_normals(points + 3 * ((size_t)i + m * LANES / 4), rows[m], out);
+    } else {
+      const tw_point *last = (const tw_point *)rows;
+      for (uint32_t k = i; k < to; k++, out += NORMAL_ROW)
+        put_point_and_normal(tw_load_point(points + 3 * (size_t)k), last[k - i], out);
+    }
+  }
+  return all_set(sure);
+}
 
 #endif

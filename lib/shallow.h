@@ -27,7 +27,7 @@ tw_topology tw_shallow_counts(const tw_shallow *shallow);
  * about them, all of this one. */
 size_t tw_shallow_kept_count(const tw_shallow *shallow);
 
-/* Floats that they take: their rows, and one behind the last, which is read with it. */
+/* Floats that they take: their rows, and some behind the last, which are read with it. */
 size_t tw_shallow_kept_size(const tw_shallow *shallow);
 
 /* Computes them. positions: [points][3]; point_of: [cage vertices], NULL when all points are used; kept:
@@ -43,6 +43,11 @@ void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t fi
 /* The same, each with the unit normal of the limit surface behind it. out: [count][6]. */
 void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                         float *out);
+
+/* With each instruction set that this machine has, from 0, which all machines have, to the best; false
+ * beyond. All write the same bytes. */
+bool tw_shallow_normals_by(uint32_t instruction_set, const tw_shallow *shallow, const float *kept,
+                           uint32_t first, uint32_t count, float *out);
 
 /* Corners of quads [first, first + count). out: [count][4]. */
 void tw_shallow_quads(const tw_shallow *shallow, uint32_t first, uint32_t count, uint32_t *out);

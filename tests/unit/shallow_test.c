@@ -136,6 +136,8 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
   for (uint32_t first = 0; first < count; first++) {
     tw_shallow_normals(&s, kept, first, count - first, blocks);
     assert_memory_equal(blocks, rows + 6 * (size_t)first, (count - first) * 6 * sizeof *rows);
+    for (uint32_t set = 0; tw_shallow_normals_by(set, &s, kept, first, count - first, blocks); set++)
+      assert_memory_equal(blocks, rows + 6 * (size_t)first, (count - first) * 6 * sizeof *rows);
   }
   free(kept);
   free(rows);

@@ -1,0 +1,55 @@
+/* What the kernels of the normals of shallow surfaces are told. */
+#ifndef TWEEND_SHALLOW_NORMALS_H
+#define TWEEND_SHALLOW_NORMALS_H
+
+#include "shallow.h"
+
+/* Weights of the neighbours along an edge and across a face, of valences that many vertices have in common.
+ */
+enum { TW_COMMON_VALENCES = 16 };
+typedef struct tw_shallow_weights {
+  bool known[TW_COMMON_VALENCES];
+  float edges[TW_COMMON_VALENCES][TW_COMMON_VALENCES], faces[TW_COMMON_VALENCES][TW_COMMON_VALENCES];
+} tw_shallow_weights;
+
+double tw_shallow_edge_weight(uint32_t i, uint32_t valence);
+double tw_shallow_face_weight(uint32_t i, uint32_t valence);
+void tw_shallow_learn(tw_shallow_weights *weights, uint32_t valence);
+
+/* A level: the points at the cage's vertices, in the middle of its edges and of its faces and, of level 2, in
+ * the middle of level 1's edges, which are the halves of the cage's and the spokes from a corner's edge to
+ * the face point, and in that of its faces. */
+typedef struct tw_shallow_level {
+  tw_topology cage;
+  const float *vertices, *edges, *faces, *halves, *spokes, *centres;
+  tw_shallow_weights *weights; /* those of valence 3 are known */
+} tw_shallow_level;
+
+/* What rows are of. */
+typedef enum tw_shallow_kind {
+  TW_SHALLOW_VERTICES_1,
+  TW_SHALLOW_EDGES_1,
+  TW_SHALLOW_FACES_1,
+  TW_SHALLOW_VERTICES_2,
+  TW_SHALLOW_EDGES_2,
+  TW_SHALLOW_FACES_2,
+  TW_SHALLOW_HALVES,
+  TW_SHALLOW_SPOKES,
+  TW_SHALLOW_CENTRES
+} tw_shallow_kind;
+
+/* Rows [begin, end) of a kind. points: of the kind's first row, and four floats behind its last one. */
+typedef struct tw_shallow_rows {
+  tw_shallow_kind kind;
+  const float *points;
+  uint32_t begin, end;
+  float *out;
+} tw_shallow_rows;
+
+typedef void tw_shallow_fill(const tw_shallow_level *level, const tw_shallow_rows *rows);
+tw_shallow_fill tw_shallow_fill_anywhere;
+#ifdef __x86_64__
+tw_shallow_fill tw_shallow_fill_avx2, tw_shallow_fill_avx512;
+#endif
+
+#endif
