@@ -1,9 +1,9 @@
 // Numbers as text: shortest round trip, no locale. By std::to_chars and std::from_chars; floats of common
-// magnitudes by Dragonbox where they have few digits, and without branches where they have many.
+// magnitudes by their digits from decimal.h.
+#include "decimal.h"
 #include "tweend/base.h"
 
-#include <dragonbox/dragonbox.h>
-
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -23,194 +23,164 @@ template <typename Number> size_t print(char *out, Number value) {
   return static_cast<size_t>(std::to_chars(out, out + TW_NUMBER_TEXT, value).ptr - out);
 }
 
-// Between these magnitudes std::to_chars never writes an exponent, because that would be longer, and every
-// whole number is exact. There the digits come from Dragonbox, which finds the same ones in less than half
-// the time; anything else is rare in a pose.
-constexpr float PLAIN_LEAST = 1e-3F;
-constexpr float PLAIN_LIMIT = 1e5F;
-
-// The most that such a number has: nine digits, the first of them in the third place.
-constexpr int DECIMALS_MAX = 12;
-constexpr uint64_t POWERS[DECIMALS_MAX + 1] = {1,           10,           100,          1000,      10000,
-                                               100000,      1000000,      10000000,     100000000, 1000000000,
-                                               10000000000, 100000000000, 1000000000000};
-
-void put_pair(char *out, uint32_t value) {
-  static const char pairs[] = "0001020304050607080910111213141516171819202122232425262728293031323334"
-                              "3536373839404142434445464748495051525354555657585960616263646566676869"
-                              "707172737475767778798081828384858687888990919293949596979899";
-  std::memcpy(out, pairs + 2 * size_t{value}, 2);
-}
-
-void put_four(char *out, uint32_t value) {
-  put_pair(out, value / 100);
-  put_pair(out + 2, value % 100);
-}
-
-// decimals of 10^-12, all of them, with the zeros in front.
-void put_decimals(char *out, uint64_t decimals) {
-  uint32_t last = static_cast<uint32_t>(decimals % 100000000);
-  put_four(out, static_cast<uint32_t>(decimals / 100000000));
-  put_four(out + 4, last / 10000);
-  put_four(out + 8, last % 10000);
-}
-
-// magnitude: in [PLAIN_LEAST, PLAIN_LIMIT). Returns the end; up to DECIMALS_MAX bytes behind it are written.
-char *print_plain(char *out, float magnitude) {
-  namespace policy = jkj::dragonbox::policy;
-  auto number = jkj::dragonbox::to_decimal(magnitude, policy::sign::ignore, policy::trailing_zero::ignore);
-  int places = number.exponent < 0 ? -number.exponent : 0;
-  uint64_t scale = POWERS[places];
-  uint64_t digits = number.exponent < 0 ? number.significand : number.significand * POWERS[number.exponent];
-  uint64_t whole = digits / scale;
-  uint64_t decimals = digits - whole * scale;
-  if (whole < 10)
-    *out++ = static_cast<char>('0' + whole);
-  else
-    out = std::to_chars(out, out + TW_NUMBER_TEXT, whole).ptr;
-  if (decimals == 0) return out;
-  *out++ = '.';
-  put_decimals(out, decimals * POWERS[DECIMALS_MAX - places]);
-  out += places;
-  while (out[-1] == '0') out--;
-  return out;
-}
-
-// ---- numbers with many digits ----
+// ---- floats of common magnitudes ----
 //
-// What is sampled or multiplied has seven digits to nine, at random, and branches that depend on them are
-// guessed wrong so often that it takes longer than all the arithmetic. In the plain range that is exact in 64
-// bits: with m the 24 bits of the float and 10^k what gives it nine digits before the point, it stands for
-// what lies between (2m - 1) 10^k and (2m + 1) 10^k, in units of 2^-unit. The shortest decimal in there is a
-// multiple of the largest power of ten that has one there; and as the interval is symmetric, that is the
-// nearest one.
+// Their digits are found a batch at a time, without branches, and placed without branches as well: what is
+// sampled or multiplied has seven digits to nine, at random, and a wrong guess takes longer than all of it.
 
-constexpr int NINE = 9;          // digits, which are always enough
-constexpr int LEAST_FIELD = 117; // exponent field of PLAIN_LEAST
-constexpr int FIELDS = 27;       // up to that of PLAIN_LIMIT
-constexpr uint32_t MANTISSA = 0x7FFFFF;
-
-// Of the floats of one exponent: those with `higher` or more as their 24 bits have one digit more in front.
-struct binade {
-  uint32_t higher;
-  int scale; // k of the others
+// Where the parts of a number go. All of them are written over each other, in this order, for every number.
+struct layout {
+  char start[8];                      // sign, and "0.0" as far as there is any
+  uint8_t digits, point, rest, ninth; // places: of the first eight digits, of those behind the point
+  uint8_t cut;                        // bits of the digits before the point
+  std::array<uint8_t, 8> length;      // by zeros at the end of the first eight, with a comma
 };
 
-constexpr std::array<binade, FIELDS> make_binades() {
-  std::array<binade, FIELDS> all{};
-  for (int i = 0; i < FIELDS; i++) {
-    int shift = 150 - LEAST_FIELD - i; // a float is m 2^-shift
-    int scale = DECIMALS_MAX;
-    while ((uint64_t{MANTISSA + 1} * POWERS[scale]) >> shift >= POWERS[NINE]) scale--;
-    uint64_t limit = POWERS[NINE] << shift;
-    all[static_cast<size_t>(i)] = {static_cast<uint32_t>((limit + POWERS[scale] - 1) / POWERS[scale]), scale};
+constexpr size_t KINDS = TW_DECIMAL_ZERO + 1;
+constexpr int EIGHT = 8;
+
+constexpr uint8_t byte(int value) {
+  return static_cast<uint8_t>(value);
+}
+
+constexpr layout make_layout(int kind, bool has_ninth) {
+  layout of{};
+  for (char &c : of.start) c = '0';
+  if (kind == TW_DECIMAL_ZERO) { // all digits go behind the end
+    for (uint8_t &length : of.length) length = 2;
+    of.digits = of.point = of.rest = of.ninth = EIGHT;
+    return of;
   }
+  int sign = kind % 2, whole = kind / 2 - 2; // digits before the point; below zero, zeros behind it
+  if (sign) of.start[0] = '-';
+  int first = whole > 0 ? sign : sign + 2 - whole, point = whole > 0 ? sign + whole : sign + 1;
+  of.digits = byte(first);
+  of.point = byte(point);
+  of.rest = byte(whole > 0 ? point + 1 : first);
+  of.ninth = byte(whole > 0 ? first + EIGHT + 1 : first + EIGHT);
+  of.cut = byte(whole > 0 ? 8 * whole : 0);
+  for (int zeros = 0; zeros < EIGHT; zeros++) {
+    int count = has_ninth ? EIGHT + 1 : EIGHT - zeros;
+    int end = whole <= 0 ? first + count : sign + (count > whole ? count + 1 : whole);
+    of.length[static_cast<size_t>(zeros)] = byte(end + 1);
+  }
+  return of;
+}
+
+// Those without a ninth digit, then those with one.
+constexpr std::array<layout, 2 * KINDS> make_layouts() {
+  std::array<layout, 2 * KINDS> all{};
+  for (size_t i = 0; i < all.size(); i++) all[i] = make_layout(static_cast<int>(i % KINDS), i >= KINDS);
   return all;
 }
 
-constexpr std::array<binade, FIELDS> BINADES = make_binades();
+constexpr std::array<layout, 2 *KINDS> LAYOUTS = make_layouts();
 
-struct candidate {
-  uint32_t digits;
-  uint32_t is_inside; // 0 or 1: nearer than the reach
-};
-
-// a where the choice is 0, b where it is 1; compilers make branches of the shorter way to say it.
-uint32_t choose(uint32_t choice, uint32_t a, uint32_t b) {
-  return a ^ ((a ^ b) & (0 - choice));
+// Eight bytes as a number whose lowest byte is the first, and back.
+uint64_t first_lowest(uint64_t word) {
+  return __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__ ? __builtin_bswap64(word) : word;
 }
 
-// The multiple of 10^zeros nearest to a number in units of 2^-unit; of two as near, the even one.
-template <int zeros> candidate nearest(uint64_t number, int unit, uint64_t reach) {
-  constexpr uint32_t power = static_cast<uint32_t>(POWERS[zeros]);
-  uint32_t below = static_cast<uint32_t>(number >> unit) / power;
-  uint64_t step = uint64_t{power} << unit;
-  uint64_t rest = number - below * step;
-  uint64_t missing = step - rest;
-  uint32_t up = static_cast<uint32_t>(rest + (below & 1) > missing);
-  uint32_t is_inside = static_cast<uint32_t>(rest < reach) | static_cast<uint32_t>(missing < reach);
-  return {(below + up) * power, is_inside};
-}
-
-// The eight decimal digits of a number below 10^8 as text: halves, pairs and digits are split side by side
-// (after Paul Khuong, "How to print integers really fast").
-void put_eight(char *out, uint32_t value) {
-  uint64_t halves = value / 10000 | uint64_t{value % 10000} << 32;
-  uint64_t hundreds = (halves * 10486 >> 20) & 0x7F0000007F; // exact below 10^4
-  uint64_t pairs = hundreds | (halves - 100 * hundreds) << 16;
-  uint64_t tens = (pairs * 103 >> 10) & 0x000F000F000F000F; // exact below 100
-  uint64_t text = (tens | (pairs - 10 * tens) << 8) + 0x3030303030303030;
-  if constexpr (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__) text = __builtin_bswap64(text);
+void put_eight(char *out, uint64_t digits) {
+  uint64_t text = first_lowest(digits | 0x3030303030303030);
   std::memcpy(out, &text, sizeof text);
 }
 
-void put_nine(char *out, uint32_t value) {
-  uint32_t first = value / 100000000;
-  *out = static_cast<char>('0' + first);
-  put_eight(out + 1, value - first * 100000000);
-}
-
-// magnitude: in [PLAIN_LEAST, PLAIN_LIMIT). NULL for a number of five digits or less, and for a power of two,
-// whose interval is not symmetric. Returns the end; up to DECIMALS_MAX bytes behind it are written.
-char *print_long(char *out, float magnitude) {
-  uint32_t bits = 0;
-  std::memcpy(&bits, &magnitude, sizeof bits);
-  int field = static_cast<int>(bits >> 23);
-  uint32_t mantissa = (bits & MANTISSA) | (MANTISSA + 1);
-  binade of = BINADES[static_cast<size_t>(field - LEAST_FIELD)];
-  int scale = of.scale - (mantissa >= of.higher ? 1 : 0), unit = 151 - field;
-  uint64_t half = POWERS[scale], number = 2 * mantissa * half;
-  uint64_t reach = half + (mantissa % 2 == 0 ? 1 : 0); // even ones take the ends of the interval too
-  candidate nine = nearest<0>(number, unit, reach), eight = nearest<1>(number, unit, reach),
-            seven = nearest<2>(number, unit, reach), six = nearest<3>(number, unit, reach),
-            five = nearest<4>(number, unit, reach);
-  if (five.is_inside != 0 || (bits & MANTISSA) == 0) return nullptr;
-  uint32_t digits = choose(eight.is_inside, nine.digits, eight.digits);
-  digits = choose(seven.is_inside, digits, seven.digits);
-  digits = choose(six.is_inside, digits, six.digits);
-  int count = NINE - static_cast<int>(eight.is_inside + seven.is_inside + six.is_inside);
-  int places = scale; // behind the point, of nine digits
-  if (magnitude < 1) {
-    std::memcpy(out, "0.00", 4);
-    out += 2 + places - NINE;
-    put_nine(out, digits);
-    return out + count;
+// The batch's value i and a comma. Up to TW_FLOAT_TEXT bytes are written, wherever the text ends. Returns the
+// end.
+char *put_decimal(char *out, const tw_decimals &batch, size_t i) {
+  uint32_t kind = batch.kinds[i], ninth = batch.ninths[i];
+  if (kind == TW_DECIMAL_OTHER) {
+    out += print(out, batch.values[i]);
+    *out++ = ',';
+    return out;
   }
-  int whole = NINE - places;
-  char text[NINE + 8] = {};
-  put_nine(text, digits);
-  std::memcpy(out, text, 8);
-  out[whole] = '.';
-  std::memcpy(out + whole + 1, text + whole, 8);
-  return out + count + 1;
+  const layout &of = LAYOUTS[kind + (ninth != 0 ? KINDS : 0)];
+  uint64_t digits = 0;
+  std::memcpy(&digits, batch.digits + EIGHT * i, sizeof digits);
+  digits = first_lowest(digits);
+  std::memcpy(out, of.start, sizeof of.start);
+  put_eight(out + of.digits, digits);
+  out[of.point] = '.';
+  put_eight(out + of.rest, digits >> of.cut);
+  out[of.ninth] = static_cast<char>('0' + ninth);
+  out += of.length[static_cast<size_t>(__builtin_clzll(digits | 1) / 8)];
+  out[-1] = ',';
+  return out;
 }
 
-char *print_float(char *out, float value) {
-  float magnitude = std::fabs(value);
-  if (!(magnitude >= PLAIN_LEAST && magnitude < PLAIN_LIMIT)) return out + print(out, value);
-  *out = '-';
-  out += value < 0 ? 1 : 0;
-  char *end = print_long(out, magnitude);
-  return end ? end : print_plain(out, magnitude);
+char *put_decimals(char *out, const tw_decimals &batch, size_t first, size_t count) {
+  for (size_t i = first; i < first + count; i++) out = put_decimal(out, batch, i);
+  return out;
+}
+
+// Vectors whose numbers a batch holds. Inlined, so that the widths of poses are known where they are copied.
+__attribute__((always_inline)) inline char *put_vectors(char *out, const tw_vectors &all, size_t width) {
+  size_t most = TW_DECIMALS / width;
+  char *start = out;
+  for (size_t first = 0; first < all.count; first += most) {
+    tw_decimals batch;
+    size_t left = std::min(all.count - first, most);
+    for (size_t i = 0; i < left; i++)
+      std::memcpy(batch.values + i * width, all.values + (first + i) * all.stride, width * sizeof(float));
+    tw_decimals_find(&batch, left * width);
+    for (size_t i = 0; i < left; i++) {
+      *out++ = '[';
+      out = put_decimals(out, batch, i * width, width);
+      out[-1] = ']';
+      *out++ = ',';
+      if (all.ends) all.ends[first + i] = static_cast<size_t>(out - start) - 1;
+    }
+  }
+  return out;
+}
+
+char *put_wide_vectors(char *out, const tw_vectors &all) {
+  char *start = out;
+  for (size_t i = 0; i < all.count; i++) {
+    *out++ = '[';
+    out += tw_print_floats(out, all.values + i * all.stride, all.width);
+    *out++ = ']';
+    *out++ = ',';
+    if (all.ends) all.ends[i] = static_cast<size_t>(out - start) - 1;
+  }
+  return out;
+}
+
+char *put_all_vectors(char *out, const tw_vectors &all) {
+  switch (all.width) {
+  case 3: return put_vectors(out, all, 3);
+  case 4: return put_vectors(out, all, 4);
+  case 16: return put_vectors(out, all, 16);
+  default:
+    return all.width > 0 && all.width <= TW_DECIMALS ? put_vectors(out, all, all.width)
+                                                     : put_wide_vectors(out, all);
+  }
 }
 
 } // namespace
 
 size_t tw_print_float(char *out, float value) {
-  return static_cast<size_t>(print_float(out, value) - out);
+  tw_decimals batch;
+  batch.values[0] = value;
+  tw_decimals_find(&batch, 1);
+  return static_cast<size_t>(put_decimal(out, batch, 0) - out) - 1;
 }
 
 size_t tw_print_floats(char *out, const float *values, size_t count) {
   char *end = out;
-  for (size_t i = 0; i < count; i++) {
-    if (i > 0) *end++ = ',';
-    // Most of a pose's translations and scales.
-    if (values[i] == 0 || values[i] == 1)
-      *end++ = values[i] == 0 ? '0' : '1';
-    else
-      end = print_float(end, values[i]);
+  for (size_t first = 0; first < count; first += TW_DECIMALS) {
+    tw_decimals batch;
+    size_t left = std::min<size_t>(count - first, TW_DECIMALS);
+    std::memcpy(batch.values, values + first, left * sizeof *values);
+    tw_decimals_find(&batch, left);
+    end = put_decimals(end, batch, 0, left);
   }
-  return static_cast<size_t>(end - out);
+  return static_cast<size_t>(end - out) - (count > 0 ? 1 : 0);
+}
+
+size_t tw_print_vectors(char *out, const tw_vectors *vectors) {
+  return static_cast<size_t>(put_all_vectors(out, *vectors) - out) - (vectors->count > 0 ? 1 : 0);
 }
 
 size_t tw_print_double(char *out, double value) {

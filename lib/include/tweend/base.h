@@ -71,7 +71,7 @@ void *tw_alloc_zero(size_t count, size_t size);
 
 /* ---- numbers as text ---------------------------------------------------------------------- */
 
-enum { TW_NUMBER_TEXT = 32 };
+enum { TW_NUMBER_TEXT = 32, TW_FLOAT_TEXT = 16 };
 
 /* The shortest decimal text that reads back as the same value, valid as a JSON number; a value
  * that is not finite prints as null. Writes at most TW_NUMBER_TEXT bytes, no terminator, returns
@@ -79,9 +79,21 @@ enum { TW_NUMBER_TEXT = 32 };
 size_t tw_print_float(char *out, float value);
 size_t tw_print_double(char *out, double value);
 
-/* Several, as tw_print_float prints each, with commas between them. Room for TW_NUMBER_TEXT + 1 bytes a
- * number is asked for. */
+/* Several, as tw_print_float prints each, with commas between them, in half the time and less. Room for
+ * TW_FLOAT_TEXT bytes a number, its comma included, is asked for. */
 size_t tw_print_floats(char *out, const float *values, size_t count);
+
+/* [count] vectors of `width` numbers each, `stride` floats from one to the next.
+ * ends: NULL, or [count]: where the text of each ends. */
+typedef struct tw_vectors {
+  const float *values;
+  size_t stride, width, count;
+  size_t *ends;
+} tw_vectors;
+
+/* Vectors as JSON's arrays, with commas between them. Room for TW_FLOAT_TEXT bytes a number and 3 more a
+ * vector is asked for. */
+size_t tw_print_vectors(char *out, const tw_vectors *vectors);
 
 /* Reads a decimal number (JSON's grammar, and a leading '+' or '.', as OBJ files have) from the
  * start of text[0..length). Returns bytes used, 0 when there is no number. Overflow gives

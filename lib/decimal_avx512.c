@@ -1,0 +1,6 @@
+/* Decimal digits on machines with AVX-512: compiled for it. */
+#include "decimal_kernel.h"
+
+void tw_decimals_find_avx512(tw_decimals *batch, size_t count) {
+  find_decimals(batch, count);
+}
