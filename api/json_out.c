@@ -144,23 +144,16 @@ void api_text_flag(api_text *text, bool value) {
   api_text_add(text, value ? "true" : "false");
 }
 
-void api_text_list(api_text *text, const float *values, size_t count) {
-  if (count > SIZE_MAX / (TW_NUMBER_TEXT + 1) - 1) {
-    text->failed = true;
-    return;
-  }
-  char *end = count ? reserve(text, count * (TW_NUMBER_TEXT + 1)) : NULL;
-  if (end) advance(text, tw_print_floats(end, values, count));
-}
-
 void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count) {
-  for (size_t i = 0; i < count; i++) {
-    char *start = reserve(text, width * (TW_NUMBER_TEXT + 1) + 3), *end = start;
+  /* Room is asked for by pieces: most numbers are shorter than they might be. */
+  enum { PIECE = 64, BRACKETS = 3 };
+  size_t most = width > 0 && width < PIECE ? PIECE / width : 1;
+  for (size_t i = 0; i < count; i += most) {
+    size_t piece = count - i < most ? count - i : most;
+    char *start = reserve(text, piece * (width * TW_FLOAT_TEXT + BRACKETS) + 1), *end = start;
     if (!start) return;
     if (i > 0) *end++ = ',';
-    *end++ = '[';
-    end += tw_print_floats(end, values + i * stride, width);
-    *end++ = ']';
+    end += tw_print_vectors(end, &(tw_vectors){values + i * stride, stride, width, piece, NULL});
     advance(text, (size_t)(end - start));
   }
 }

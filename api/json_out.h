@@ -39,8 +39,6 @@ void api_text_integer(api_text *text, int64_t value);
 void api_text_float(api_text *text, float value);
 void api_text_double(api_text *text, double value);
 void api_text_flag(api_text *text, bool value);
-/* a,b,c */
-void api_text_list(api_text *text, const float *values, size_t count);
 /* [a,b,c] */
 void api_text_floats(api_text *text, const float *values, size_t count);
 /* [a,b,c],[d,e,f]: `count` vectors of `width` numbers, each `stride` numbers behind the one before. */

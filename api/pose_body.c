@@ -352,8 +352,9 @@ bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *ar
   api_text text = {0};
   print_opening(query, &text);
   const char *opening = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
-  /* Some numbers of other times are longer, few by much, and most are as long. */
-  *out = (api_pose_template){.opening = opening, .opening_size = text.size, .size = size + size / 16 + 64};
+  /* Some numbers of other times are longer, few by much, and most are as long; but while they are printed,
+   * each piece is given the room that it might need. */
+  *out = (api_pose_template){.opening = opening, .opening_size = text.size, .size = size + size / 16 + 1200};
   api_text_deinit(&text);
   bool is_json = query->form == API_POSE_JSON || query->form == API_POSE_NDJSON;
   return opening && (!is_json || api_pose_sample_take(query, body->row, arena, &out->sample));

@@ -134,29 +134,50 @@ void api_pose_print_layout(const api_pose_query *query, api_text *text) {
   api_text_add(text, "]");
 }
 
-/* Bit for bit; width: of a part, 3 or more. */
+/* Bit for bit. The sizes that are told need no call. */
 static bool is_same(const float *a, const float *b, size_t width) {
-  return memcmp(a, b, 3 * sizeof *a) == 0 && memcmp(a + 3, b + 3, (width - 3) * sizeof *a) == 0;
+  switch (width) {
+  case 3: return memcmp(a, b, 3 * sizeof *a) == 0;
+  case 4: return memcmp(a, b, 4 * sizeof *a) == 0;
+  default: return memcmp(a, b, width * sizeof *a) == 0;
+  }
+}
+
+/* One part of all nodes of a row and of the sample, if there is one, at its first node. */
+typedef struct pose_column {
+  const float *values, *known;
+  size_t stride, width;
+  uint32_t count;
+} pose_column;
+
+/* Nodes from i on that are as in the sample. */
+static uint32_t count_known(const pose_column *column, uint32_t i) {
+  uint32_t first = i;
+  for (; column->known && i < column->count; i++)
+    if (!is_same(column->values + i * column->stride, column->known + i * column->stride, column->width))
+      break;
+  return i - first;
 }
 
 /* One part of all nodes, in runs that stand in the sample (from `ends` on) and runs that do not. */
 static void print_part(const api_pose_query *query, const pose_part *part, const float *row,
                        const api_pose_sample *sample, const uint32_t *ends, api_text *text) {
-  size_t width = api_pose_width(query->as);
-  const float *values = row + part->offset, *known = sample->row ? sample->row + part->offset : NULL;
-  for (uint32_t i = 0; i < query->node_count;) {
+  enum { FEW = 4 }; /* known ones print sooner among the others than they keep these apart */
+  const pose_column column = {row + part->offset, sample->row ? sample->row + part->offset : NULL,
+                              api_pose_width(query->as), part->width, query->node_count};
+  for (uint32_t i = 0, known; i < column.count; i += known) {
     uint32_t first = i;
-    while (known && i < query->node_count && is_same(values + i * width, known + i * width, part->width)) i++;
+    while ((known = count_known(&column, i)) < FEW && i < column.count) i += known + 1;
+    if (i > column.count) i = column.count;
     if (i > first) {
-      uint32_t start = first > 0 ? ends[first - 1] + 1 : ends == sample->ends ? 0 : ends[-1];
       api_text_element(text);
-      api_text_bytes(text, sample->text + start, ends[i - 1] - start);
-      continue;
+      api_text_vectors(text, column.values + first * column.stride, column.stride, column.width, i - first);
     }
-    do i++;
-    while (i < query->node_count && !(known && is_same(values + i * width, known + i * width, part->width)));
-    api_text_element(text);
-    api_text_vectors(text, values + first * width, width, part->width, i - first);
+    if (known > 0) {
+      uint32_t start = i > 0 ? ends[i - 1] + 1 : ends == sample->ends ? 0 : ends[-1];
+      api_text_element(text);
+      api_text_bytes(text, sample->text + start, ends[i + known - 1] - start);
+    }
   }
 }
 
@@ -213,16 +234,22 @@ static void print_csv_text(api_text *text, const char *value) {
   api_text_add(text, "\"");
 }
 
+/* Numbers of a few nodes are printed at once, since that is sooner, and then dealt out to their lines. */
 static void print_csv_pose(const api_pose_query *query, float time, const float *row, api_text *text) {
-  size_t width = api_pose_width(query->as);
-  char buffer[24], number[TW_NUMBER_TEXT];
+  enum { FEW = 6, WIDEST = 16, BRACKETS = 3 };
+  size_t width = api_pose_width(query->as), ends[FEW];
+  char buffer[24], number[TW_NUMBER_TEXT], printed[FEW * (WIDEST * TW_FLOAT_TEXT + BRACKETS)];
   size_t digits = tw_print_float(number, time);
   for (uint32_t i = 0; i < query->node_count; i++) {
+    uint32_t left = query->node_count - i, of = i % FEW;
+    if (of == 0)
+      tw_print_vectors(printed, &(tw_vectors){row + i * width, width, width, left < FEW ? left : FEW, ends});
+    size_t start = of > 0 ? ends[of - 1] + strlen(",[") : strlen("[");
     api_text_bytes(text, number, digits);
     api_text_bytes(text, ",", 1);
     print_csv_text(text, tw_model_node_name(query->model, query->nodes[i], buffer));
     api_text_bytes(text, ",", 1);
-    api_text_list(text, row + i * width, width);
+    api_text_bytes(text, printed + start, ends[of] - strlen("]") - start);
     api_text_bytes(text, "\r\n", 2);
   }
 }
