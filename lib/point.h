@@ -21,4 +21,9 @@ static inline void tw_store_point(tw_point point, float *row) {
   row[2] = point[2];
 }
 
+/* The same for a row that another one is stored behind later: writes one float more. */
+static inline void tw_store_inner_point(tw_point point, float *row) {
+  memcpy(row, &point, sizeof point);
+}
+
 #endif

@@ -1,52 +1,9 @@
 /* Points of shallow surfaces, rows in vectors: by the generic step's arithmetic, in its order. */
 #include <stdlib.h>
 
-#include "point.h"
-#include "shallow.h"
+#include "shallow_kernel.h"
 
-/* ---- rows ----------------------------------------------------------------------------------- */
-
-/* A level as what its points are made of: the cage and its points or, for level 2, the points of level 1 and
- * the middles of its quads. */
-typedef struct level {
-  tw_topology cage;
-  bool linear;
-  uint32_t middles, face_points; /* first vertex of level 1 in the middle of an edge, of a face */
-  const float *points, *centres;
-} level;
-
-static tw_point point(const level *l, uint32_t vertex) {
-  return tw_load_point(l->points + 3 * (size_t)vertex);
-}
-static tw_point centre(const level *l, uint32_t face) {
-  return tw_load_point(l->centres + 3 * (size_t)face);
-}
-
-/* A row of some kind. */
-typedef tw_point row_of(const level *l, uint32_t index);
-
-static inline __attribute__((always_inline)) void fill_rows(const level *l, row_of *row, uint32_t begin,
-                                                            uint32_t end, float *restrict out) {
-  const level own = *l; /* which no row that is stored can be taken to change */
-  for (uint32_t i = begin; i < end; i++, out += 3) tw_store_point(row(&own, i), out);
-}
-
-/* Rows of one kind, as they follow each other in a level. */
-typedef struct kind {
-  void (*fill)(const level *l, uint32_t begin, uint32_t end, float *restrict out);
-  uint32_t count;
-} kind;
-
-static void fill_kinds(const level *l, const kind *kinds, uint32_t first, uint32_t count, float *out) {
-  uint32_t end = first + count;
-  for (uint32_t begin = 0; first < end; begin += kinds++->count) {
-    uint32_t stop = end - begin < kinds->count ? end : begin + kinds->count;
-    if (first >= stop) continue;
-    kinds->fill(l, first - begin, stop - begin, out);
-    out += 3 * (size_t)(stop - first);
-    first = stop;
-  }
-}
+/* ---- rules ---------------------------------------------------------------------------------- */
 
 /* The smooth rule from sums over `count` edges and faces. */
 static inline tw_point smooth(tw_point own, tw_point faces, tw_point edges, uint32_t count) {
@@ -67,42 +24,49 @@ static inline tw_point between(tw_point own, tw_point a, tw_point b) {
 
 /* ---- level 1 of smooth cages ---------------------------------------------------------------- */
 
-static inline tw_point face_middle(const level *l, uint32_t face) {
+static inline void face_middle(const level *l, uint32_t face, tw_point *row) {
   const tw_topology *t = &l->cage;
-  uint32_t begin = tw_face_begin(t, face), end = begin + tw_face_size(t, face);
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
   tw_point sum = point(l, t->corner_vertex[begin]);
-  for (uint32_t c = begin + 1; c < end; c++) sum += point(l, t->corner_vertex[c]);
-  return sum / (float)(end - begin);
+  for (uint32_t c = begin + 1; c < begin + size; c++) sum += point(l, t->corner_vertex[c]);
+  *row = sum / (float)size;
 }
 
-static inline tw_point edge_point(const level *l, uint32_t edge) {
+static inline void edge_point(const level *l, uint32_t edge, tw_point *row) {
   const tw_topology *t = &l->cage;
   uint32_t corner = t->edge_corner[edge];
-  return smooth_middle(point(l, t->edge_vertices[edge][0]), point(l, t->edge_vertices[edge][1]),
-                       centre(l, tw_corner_face(t, corner)),
-                       centre(l, tw_corner_face(t, t->sibling[corner])));
+  *row =
+      smooth_middle(point(l, t->edge_vertices[edge][0]), point(l, t->edge_vertices[edge][1]),
+                    centre(l, tw_corner_face(t, corner)), centre(l, tw_corner_face(t, t->sibling[corner])));
 }
 
-static inline tw_point vertex_point(const level *l, uint32_t vertex) {
+static inline void prefetch_edge(const level *l, uint32_t soon, uint32_t later) {
+  const tw_topology *t = &l->cage;
+  __builtin_prefetch(t->sibling + t->edge_corner[later]);
+  __builtin_prefetch(centre_row(l, tw_corner_face(t, t->sibling[t->edge_corner[soon]])));
+}
+
+static inline void vertex_point(const level *l, uint32_t vertex, tw_point *row) {
   const tw_topology *t = &l->cage;
   uint32_t first = t->fan_offsets[vertex], count = t->fan_offsets[vertex + 1] - first;
   const uint32_t *fan = t->fan_corners + first, *ring = t->ring_edges + t->ring_offsets[vertex];
   tw_point faces = {0}, edges = {0};
   for (uint32_t i = 0; i < count; i++) {
+    const uint32_t *ends = t->edge_vertices[ring[i]];
     faces += centre(l, tw_corner_face(t, fan[i]));
-    edges += point(l, tw_far_end(t, ring[i], vertex));
+    edges += point(l, ends[0] ^ ends[1] ^ vertex); /* the far end */
   }
-  return smooth(point(l, vertex), faces, edges, count);
+  *row = smooth(point(l, vertex), faces, edges, count);
 }
 
 static void fill_face_middles(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, face_middle, begin, end, out);
+  fill_rows(l, face_middle, prefetch_nothing, 1, begin, end, out);
 }
 static void fill_edge_points(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, edge_point, begin, end, out);
+  fill_rows(l, edge_point, prefetch_edge, 1, begin, end, out);
 }
 static void fill_vertex_points(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, vertex_point, begin, end, out);
+  fill_rows(l, vertex_point, prefetch_nothing, 1, begin, end, out);
 }
 static void copy_centres(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
   memcpy(out, l->centres + 3 * (size_t)begin, 3 * (size_t)(end - begin) * sizeof *out);
@@ -118,36 +82,55 @@ static void level_1_points(const level *l, uint32_t first, uint32_t count, float
 
 /* ---- level 2, whose bilinear points stay where they are ------------------------------------- */
 
-static inline tw_point cage_face(const level *l, uint32_t face) {
+static inline void cage_face(const level *l, uint32_t face, tw_point *row) {
   const tw_topology *t = &l->cage;
   uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
-  if (l->linear) return point(l, l->face_points + face);
-  tw_point faces = {0}, edges = {0};
+  tw_point own = point(l, l->face_points + face), faces = {0}, edges = {0};
   for (uint32_t i = 0; i < size; i++) {
     faces += centre(l, begin + i);
     edges += point(l, l->middles + t->corner_edge[begin + (i ? i : size) - 1]);
   }
-  return smooth(point(l, l->face_points + face), faces, edges, size);
+  *row = l->linear ? own : smooth(own, faces, edges, size);
 }
 
 static bool is_sharp(const tw_topology *t, uint32_t edge) {
   return !t->smooth && t->edge_sharpness[edge] > 0;
 }
 
-static inline tw_point cage_edge(const level *l, uint32_t edge) {
+static inline tw_point smooth_cage_edge(const level *l, uint32_t edge) {
   const tw_topology *t = &l->cage;
-  tw_point own = point(l, l->middles + edge), start = point(l, t->edge_vertices[edge][0]),
-           end = point(l, t->edge_vertices[edge][1]);
-  if (l->linear) return own;
-  if (is_sharp(t, edge)) return between(own, start, end);
   /* A smooth edge has two faces. */
   uint32_t one = t->edge_corner[edge], other = t->sibling[one];
+  tw_point start = point(l, t->edge_vertices[edge][0]), end = point(l, t->edge_vertices[edge][1]);
   tw_point faces =
       ((centre(l, tw_corner_next(t, one)) + centre(l, one)) + centre(l, tw_corner_next(t, other))) +
       centre(l, other);
   tw_point edges = ((end + point(l, l->face_points + tw_corner_face(t, one))) + start) +
                    point(l, l->face_points + tw_corner_face(t, other));
-  return smooth(own, faces, edges, 4);
+  return smooth(point(l, l->middles + edge), faces, edges, 4);
+}
+
+static inline void cage_edge(const level *l, uint32_t edge, tw_point *row) {
+  const tw_topology *t = &l->cage;
+  if (l->linear)
+    *row = point(l, l->middles + edge);
+  else if (is_sharp(t, edge))
+    *row = between(point(l, l->middles + edge), point(l, t->edge_vertices[edge][0]),
+                   point(l, t->edge_vertices[edge][1]));
+  else
+    *row = smooth_cage_edge(l, edge);
+}
+
+static inline void prefetch_halves(const level *l, uint32_t soon, uint32_t later) {
+  const tw_topology *t = &l->cage;
+  __builtin_prefetch(t->sibling + t->edge_corner[later]);
+  __builtin_prefetch(centre_row(l, t->sibling[t->edge_corner[soon]]));
+}
+static inline void prefetch_cage_edge(const level *l, uint32_t soon, uint32_t later) {
+  const tw_topology *t = &l->cage;
+  uint32_t other = t->sibling[t->edge_corner[soon]];
+  prefetch_halves(l, soon, later);
+  __builtin_prefetch(point_row(l, l->face_points + tw_corner_face(t, other)));
 }
 
 static inline tw_point smooth_cage_vertex(const level *l, uint32_t vertex) {
@@ -162,70 +145,93 @@ static inline tw_point smooth_cage_vertex(const level *l, uint32_t vertex) {
   return smooth(point(l, vertex), faces, edges, count);
 }
 
-static inline tw_point cage_vertex(const level *l, uint32_t vertex) {
+static inline void cage_vertex(const level *l, uint32_t vertex, tw_point *row) {
   const tw_topology *t = &l->cage;
   uint32_t ends[2] = {0, 0};
-  if (l->linear) return point(l, vertex);
-  tw_vertex_rule rule = t->smooth ? TW_RULE_SMOOTH : tw_vertex_rule_at(t, vertex, ends);
-  if (rule <= TW_RULE_DART) return smooth_cage_vertex(l, vertex);
-  if (rule == TW_RULE_CORNER) return point(l, vertex);
-  const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
-  return between(point(l, vertex), point(l, l->middles + ring[ends[0]]),
-                 point(l, l->middles + ring[ends[1]]));
+  tw_vertex_rule rule = l->linear   ? TW_RULE_CORNER
+                        : t->smooth ? TW_RULE_SMOOTH
+                                    : tw_vertex_rule_at(t, vertex, ends);
+  if (rule <= TW_RULE_DART) {
+    *row = smooth_cage_vertex(l, vertex);
+  } else if (rule == TW_RULE_CORNER) {
+    *row = point(l, vertex);
+  } else {
+    const uint32_t *ring = t->ring_edges + t->ring_offsets[vertex];
+    *row =
+        between(point(l, vertex), point(l, l->middles + ring[ends[0]]), point(l, l->middles + ring[ends[1]]));
+  }
 }
 
-/* Both halves of an edge of the cage. */
-typedef struct halves {
-  tw_point points[2];
-} halves;
+/* Of the corners round a vertex as many as most have, or none so near to the end that there may be less. */
+enum { CORNERS_AROUND = 6 };
+static inline const uint32_t *corners_around(const tw_topology *t, uint32_t vertex) {
+  uint32_t first = t->fan_offsets[vertex];
+  return t->corner_count - first < CORNERS_AROUND ? NULL : t->fan_corners + first;
+}
 
-static inline halves halves_of(const level *l, uint32_t edge) {
+static inline void prefetch_cage_vertex(const level *l, uint32_t soon, uint32_t later) {
+  const uint32_t *fan = corners_around(&l->cage, soon);
+  (void)later;
+  for (uint32_t i = 0; fan && i < CORNERS_AROUND; i++) __builtin_prefetch(centre_row(l, fan[i]));
+}
+
+/* Both halves of an edge of the cage, which look at the same faces. */
+static inline void halves(const level *l, uint32_t edge, tw_point *rows) {
   const tw_topology *t = &l->cage;
   tw_point start = point(l, t->edge_vertices[edge][0]), end = point(l, t->edge_vertices[edge][1]),
            own = point(l, l->middles + edge);
-  if (l->linear || is_sharp(t, edge)) return (halves){{middle(start, own), middle(end, own)}};
+  if (l->linear || is_sharp(t, edge)) {
+    rows[0] = middle(start, own);
+    rows[1] = middle(end, own);
+    return;
+  }
   /* The first face runs along the edge, the second one against it. */
   uint32_t one = t->edge_corner[edge], other = t->sibling[one];
-  return (halves){{smooth_middle(start, own, centre(l, one), centre(l, tw_corner_next(t, other))),
-                   smooth_middle(end, own, centre(l, tw_corner_next(t, one)), centre(l, other))}};
+  rows[0] = smooth_middle(start, own, centre(l, one), centre(l, tw_corner_next(t, other)));
+  rows[1] = smooth_middle(end, own, centre(l, tw_corner_next(t, one)), centre(l, other));
 }
 
 /* From the middle of a face's edge to its face point. */
-static inline tw_point spoke_point(const level *l, uint32_t corner) {
+static inline tw_point spoke_between(const level *l, tw_point middle_of_edge, tw_point face_point,
+                                     tw_point left, tw_point right) {
+  return l->linear ? middle(middle_of_edge, face_point)
+                   : smooth_middle(middle_of_edge, face_point, left, right);
+}
+
+static inline void spoke(const level *l, uint32_t corner, tw_point *row) {
   const tw_topology *t = &l->cage;
-  tw_point a = point(l, l->middles + t->corner_edge[corner]),
-           b = point(l, l->face_points + tw_corner_face(t, corner));
-  if (l->linear) return middle(a, b);
-  return smooth_middle(a, b, centre(l, corner), centre(l, tw_corner_next(t, corner)));
+  *row = spoke_between(l, point(l, l->middles + t->corner_edge[corner]),
+                       point(l, l->face_points + tw_corner_face(t, corner)), centre(l, corner),
+                       centre(l, tw_corner_next(t, corner)));
+}
+
+/* Middles of a triangle's edges, on the sides of corners 0, 1, 2. */
+static inline void load_middles(const level *l, uint32_t face, tw_point *middles) {
+  for (uint32_t i = 0; i < 3; i++) middles[i] = point(l, l->middles + l->cage.corner_edge[3 * face + i]);
+}
+
+static inline void spokes_of_triangle(const level *l, uint32_t face, tw_point *rows) {
+  tw_point own = point(l, l->face_points + face), middles[3], centres[3];
+  load_middles(l, face, middles);
+  for (uint32_t i = 0; i < 3; i++) centres[i] = centre(l, 3 * face + i);
+  for (uint32_t i = 0; i < 3; i++)
+    rows[i] = spoke_between(l, middles[i], own, centres[i], centres[(i + 1) % 3]);
 }
 
 static void fill_cage_vertices(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, cage_vertex, begin, end, out);
+  fill_rows(l, cage_vertex, prefetch_cage_vertex, 1, begin, end, out);
 }
 static void fill_cage_edges(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, cage_edge, begin, end, out);
+  fill_rows(l, cage_edge, prefetch_cage_edge, 1, begin, end, out);
 }
 static void fill_cage_faces(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, cage_face, begin, end, out);
+  fill_rows(l, cage_face, prefetch_nothing, 1, begin, end, out);
 }
-
-/* Two at a time, which look at the same faces. */
 static void fill_halves(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  const level own = *l;
-  uint32_t at = begin;
-  if (at < end && at % 2 == 1) {
-    tw_store_point(halves_of(&own, at++ / 2).points[1], out);
-    out += 3;
-  }
-  for (; at + 1 < end; at += 2, out += 6) {
-    halves both = halves_of(&own, at / 2);
-    tw_store_point(both.points[0], out);
-    tw_store_point(both.points[1], out + 3);
-  }
-  if (at < end) tw_store_point(halves_of(&own, at / 2).points[0], out);
+  fill_rows(l, halves, prefetch_halves, 2, begin, end, out);
 }
 static void fill_spokes(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
-  fill_rows(l, spoke_point, begin, end, out);
+  fill_corners(l, spoke, spokes_of_triangle, prefetch_nothing, begin, end, out);
 }
 
 static void level_2_points(const level *l, uint32_t first, uint32_t count, float *out) {
@@ -258,17 +264,35 @@ static bool is_smooth(const tw_shallow *shallow) {
   return shallow->cage.smooth && !shallow->rules.linear && !shallow->rules.smooth_triangles;
 }
 
-static void average_quads(const level *l, float *restrict out) {
+/* Of a corner's quad of level 1. */
+static inline tw_point average(tw_point own, tw_point after, tw_point middle, tw_point before) {
+  return (((own + after) + middle) + before) * 0.25f;
+}
+
+static inline void quad_average(const level *l, uint32_t corner, tw_point *row) {
   const tw_topology *t = &l->cage;
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    uint32_t begin = tw_face_begin(t, f), end = begin + tw_face_size(t, f);
-    tw_point middle = point(l, l->face_points + f), before = point(l, l->middles + t->corner_edge[end - 1]);
-    for (uint32_t c = begin; c < end; c++, out += 3) {
-      tw_point own = point(l, t->corner_vertex[c]), after = point(l, l->middles + t->corner_edge[c]);
-      tw_store_point((((own + after) + middle) + before) * 0.25f, out);
-      before = after;
-    }
+  *row = average(point(l, t->corner_vertex[corner]), point(l, l->middles + t->corner_edge[corner]),
+                 point(l, l->face_points + tw_corner_face(t, corner)),
+                 point(l, l->middles + t->corner_edge[tw_corner_previous(t, corner)]));
+}
+
+static inline void averages_of_triangle(const level *l, uint32_t face, tw_point *rows) {
+  tw_point own = point(l, l->face_points + face), middles[3];
+  load_middles(l, face, middles);
+  for (uint32_t i = 0; i < 3; i++)
+    rows[i] = average(point(l, l->cage.corner_vertex[3 * face + i]), middles[i], own, middles[(i + 2) % 3]);
+}
+
+static inline void prefetch_averages(const level *l, uint32_t soon, uint32_t later) {
+  (void)later;
+  for (uint32_t c = 3 * soon; c < 3 * soon + 3; c++) {
+    __builtin_prefetch(point_row(l, l->cage.corner_vertex[c]));
+    __builtin_prefetch(point_row(l, l->middles + l->cage.corner_edge[c]));
   }
+}
+
+static void fill_averages(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
+  fill_corners(l, quad_average, averages_of_triangle, prefetch_averages, begin, end, out);
 }
 
 /* Level 1 from the cage's points. */
@@ -298,7 +322,7 @@ static void keep_parts(const tw_shallow *shallow, const float *positions, const 
     fill_face_middles(&l, 0, t->face_count, centres);
   } else {
     refine_cage(shallow, cage, points);
-    average_quads(&l, centres);
+    fill_averages(&l, 0, t->corner_count, centres);
   }
 }
 
