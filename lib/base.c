@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "block.h"
+
 const char *tw_version(void) {
   return TWEEND_VERSION;
 }
@@ -73,7 +75,7 @@ void *tw_alloc_zero(size_t count, size_t size) {
 
 /* Blocks double from the first to the last of these sizes, so that small arenas stay small. They are cleared
  * as they are handed out: most of a small arena is not, and calloc goes past the threads' own free lists.
- * What is larger has a block to itself, of pages that the system has cleared. */
+ * What is larger has a block to itself. */
 enum { ARENA_FIRST = 512, ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
 
 typedef struct arena_block {
@@ -97,39 +99,52 @@ void tw_arena_destroy(tw_arena *arena) {
   if (!arena) return;
   for (arena_block *block = arena->first; block;) {
     arena_block *next = block->next;
-    free(block);
+    tw_block_free(block);
     block = next;
   }
   free(arena);
 }
 
-void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
+/* A block of so many bytes, first in line unless it is for one array alone; NULL without memory. */
+static arena_block *add_block(tw_arena *arena, size_t whole, bool alone, bool zero) {
+  arena_block *fresh = zero ? tw_block_alloc_zero(whole, 1) : tw_block_alloc(whole, 1), *block = arena->first;
+  if (!fresh) return NULL;
+  fresh->used = 0;
+  fresh->capacity = whole - sizeof *fresh;
+  arena->size += whole;
+  if (block && alone) { /* a big one of its own: keep filling the block in use */
+    fresh->next = block->next;
+    block->next = fresh;
+  } else {
+    fresh->next = block;
+    arena->first = fresh;
+  }
+  return fresh;
+}
+
+static void *allocate(tw_arena *arena, size_t count, size_t size, bool zero) {
   if (size != 0 && count > (SIZE_MAX / 2) / size) return NULL;
   size_t bytes = (count * size + ARENA_ALIGN - 1) / ARENA_ALIGN * ARENA_ALIGN;
   if (bytes == 0) bytes = ARENA_ALIGN;
   arena_block *block = arena->first;
+  bool big = bytes > ARENA_BLOCK;
   if (!block || block->capacity - block->used < bytes) {
     bool alone = bytes > arena->next_block / 4;
-    size_t capacity = alone ? bytes : arena->next_block;
-    size_t whole = sizeof(arena_block) + capacity;
-    arena_block *fresh = capacity > ARENA_BLOCK ? calloc(1, whole) : malloc(whole);
-    if (!fresh) return NULL;
-    fresh->used = 0;
-    fresh->capacity = capacity;
-    arena->size += sizeof *fresh + capacity;
+    block = add_block(arena, alone ? sizeof *block + bytes : arena->next_block, alone, big && zero);
+    if (!block) return NULL;
     if (arena->next_block < ARENA_BLOCK) arena->next_block *= 2;
-    if (block && alone) { /* a big one of its own: keep filling the block in use */
-      fresh->next = block->next;
-      block->next = fresh;
-    } else {
-      fresh->next = block;
-      arena->first = fresh;
-    }
-    block = fresh;
   }
   void *memory = block->bytes + block->used;
   block->used += bytes;
-  return block->capacity > ARENA_BLOCK ? memory : memset(memory, 0, bytes);
+  return big || !zero ? memory : memset(memory, 0, bytes);
+}
+
+void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size) {
+  return allocate(arena, count, size, true);
+}
+
+void *tw_arena_alloc_raw(tw_arena *arena, size_t count, size_t size) {
+  return allocate(arena, count, size, false);
 }
 
 char *tw_arena_text(tw_arena *arena, const char *text, size_t length) {

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "block.h"
+
 enum {
   POINTS_MAX = 1024, /* of one neighbourhood: a pole of about 500 faces */
   BUCKETS_FIRST = 16,
@@ -63,12 +65,12 @@ tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes) {
 }
 
 tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
-  tw_collector *c = tw_alloc(1, sizeof *c);
+  tw_collector *c = tw_block_alloc(1, sizeof *c);
   if (!c) return NULL;
   c->topology = topology;
   c->chaikin = chaikin;
-  c->vertex_marks = tw_alloc_zero(topology->vertex_count, sizeof *c->vertex_marks);
-  c->face_marks = tw_alloc_zero(topology->face_count, 1);
+  c->vertex_marks = tw_block_alloc_zero(topology->vertex_count, sizeof *c->vertex_marks);
+  c->face_marks = tw_block_alloc_zero(topology->face_count, 1);
   if (c->vertex_marks && c->face_marks) return c;
   tw_collector_destroy(c);
   return NULL;
@@ -76,9 +78,9 @@ tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
 
 void tw_collector_destroy(tw_collector *collector) {
   if (!collector) return;
-  free(collector->vertex_marks);
-  free(collector->face_marks);
-  free(collector);
+  tw_block_free(collector->vertex_marks);
+  tw_block_free(collector->face_marks);
+  tw_block_free(collector);
 }
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes) {

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "block.h"
 #include "cage.h"
 #include "limit.h"
 #include "loop.h"
@@ -293,7 +294,7 @@ static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
   const tw_topology *base = &s->fields[0].base;
   uint8_t *visible = NULL;
   if (!b->whole) {
-    visible = tw_alloc(base->face_count, 1);
+    visible = tw_block_alloc(base->face_count, 1);
     if (!visible) return TW_NO_MEMORY;
     for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
   }
@@ -307,7 +308,7 @@ static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
   if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals))
     status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
-  free(visible);
+  tw_block_free(visible);
   return status;
 }
 

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "answer.h"
+#include "tweend/base.h"
 
 /* The names are those that the linker's --wrap makes. */
 /* NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
@@ -59,6 +60,7 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
   api_answer answer = {0};
   uint8_t piece[4096];
   *is_cut_off = has_failed = false;
+  tw_blocks_drop(); /* so that big allocations fail too */
   countdown = n;
   if (api_open(service, request, &answer) == API_READ_BODY) api_handle(service, request, API_HEAVY, &answer);
   int status = answer.status;

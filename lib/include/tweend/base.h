@@ -48,7 +48,7 @@ tw_status tw_error_at(tw_error *error, const char *format, ...) TW_PRINTF(2, 3);
 
 /* ---- arena: many allocations, one free ---------------------------------------------------- */
 
-/* Grows in blocks; not thread-safe. Memory is zeroed and aligned for any type. */
+/* Grows in blocks; not thread-safe. Memory is aligned for any type. */
 typedef struct tw_arena tw_arena;
 
 tw_arena *tw_arena_create(void);        /* NULL without memory */
@@ -57,12 +57,18 @@ void tw_arena_destroy(tw_arena *arena); /* NULL accepted */
 /* [count] elements of `size` bytes, zeroed; NULL on overflow or without memory. count 0 gives a
  * valid pointer to nothing. */
 void *tw_arena_alloc(tw_arena *arena, size_t count, size_t size);
+/* The same with anything in it: for arrays that are written before they are read. */
+void *tw_arena_alloc_raw(tw_arena *arena, size_t count, size_t size);
 
 /* A copy of `length` bytes of text with a terminator; NULL without memory. */
 char *tw_arena_text(tw_arena *arena, const char *text, size_t length);
 
 /* Bytes held, with what is yet to be handed out. */
 size_t tw_arena_size(const tw_arena *arena);
+
+/* Big blocks that arenas and surfaces give back are kept for the next ones, at most 32 MiB in the process;
+ * this hands them to the system. Any thread. */
+void tw_blocks_drop(void);
 
 /* malloc([count][size]) with the product checked; NULL on overflow or without memory. */
 void *tw_alloc(size_t count, size_t size);
