@@ -31,6 +31,7 @@ static bool careful_normal(const float a[3], const float b[3], float out[3]) {
   return true;
 }
 
+/* As the kernels of spline_kernel.h have it. */
 static bool quick_normal(const float a[3], const float b[3], float out[3]) {
   float n[3];
   cross(a, b, n);
@@ -38,7 +39,7 @@ static bool quick_normal(const float a[3], const float b[3], float out[3]) {
   float lengths = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]);
   if (!(square > tw_normal_least_square(lengths) && square < TW_NORMAL_SQUARE_MAX)) return false;
   float scale = 1 / sqrtf(square);
-  for (int i = 0; i < 3; i++) out[i] = n[i] * scale;
+  for (int i = 0; i < 3; i++) out[i] = n[i] * scale + 0.0f;
   return true;
 }
 

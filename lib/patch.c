@@ -175,12 +175,14 @@ static size_t place_of(const target *to, uint32_t i, uint32_t j) {
 static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX],
                             const float origin[WIDTH_MAX], uint32_t depth, tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
+  const uint32_t n = 1u << depth;
   size_t place = place_of(to, rect.i0, rect.j0);
   ptrdiff_t step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
   tw_spline_job rows = {.spline = tw_spline_table(depth),
                         .points = points,
                         .width = job->width,
                         .limit = job->limit,
+                        .column = (rect.i0 == 0 || rect.i0 == n) && rect.j0 > 0 && rect.j1 < n,
                         .rect = rect,
                         .values = job->values ? job->values + place : NULL,
                         .normals = job->normals ? job->normals + place : NULL,
@@ -392,13 +394,17 @@ static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
   for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
 }
 
-static void evaluate_regular(const target *to, const tw_patches *patches, const tw_patch *patch,
-                             tw_patch_rect rect) {
-  const tw_patch_job *job = to->job;
+void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
+                             float points[16][4]) {
+  const tw_patch *patch = &patches->patches[quad];
   const uint32_t *controls = patches->controls + patch->first_control;
-  float points[16][WIDTH_MAX];
-  for (int i = 0; i < 16; i++) load(points[i], job->in + (size_t)controls[i] * job->width, job->width);
+  for (int i = 0; i < 16; i++) load(points[i], in + (size_t)controls[i] * width, width);
   reflect_sides(points, patch->reflected);
+}
+
+static void evaluate_regular(const target *to, const tw_patches *patches, uint32_t quad, tw_patch_rect rect) {
+  float points[16][WIDTH_MAX];
+  tw_patch_regular_points(patches, quad, to->job->in, to->job->width, points);
   static const float origin[WIDTH_MAX];
   evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
 }
@@ -442,6 +448,18 @@ static bool evaluate_by_stencil(const target *to, const tw_patches *patches, con
   return true;
 }
 
+tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k) {
+  uint32_t i = k == 1 || k == 2 ? side : 0, j = k >= 2 ? side : 0;
+  return (tw_patch_rect){i, i, j, j};
+}
+
+tw_patch_rect tw_patch_side(uint32_t side, uint32_t k, bool *backwards) {
+  uint32_t last = side - 1;
+  tw_patch_rect rects[4] = {{1, last, 0, 0}, {side, side, 1, last}, {1, last, side, side}, {0, 0, 1, last}};
+  *backwards = k >= 2;
+  return rects[k];
+}
+
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
   *count = patches->linear ? 4 : patch->shape ? patch->shape->point_count : 16;
@@ -473,6 +491,6 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
     if (!patch->summed || !evaluate_by_stencil(&to, patches, patch, rect))
       evaluate_irregular(to, patches, patch, rect);
   } else {
-    evaluate_regular(&to, patches, patch, rect);
+    evaluate_regular(&to, patches, quad, rect);
   }
 }

@@ -65,6 +65,15 @@ typedef struct tw_patch_job {
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job, tw_patch_rect rect);
 
+/* Where a grid of side^2 cells has its corner k, and the inside of the side that begins there; backwards: the
+ * rectangle runs against the direction that leads from corner to corner. */
+tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k);
+tw_patch_rect tw_patch_side(uint32_t side, uint32_t k, bool *backwards);
+
+/* The control points of a regular patch, in rows of four along i. in, width: as for a job. */
+void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
+                             float points[16][4]);
+
 /* Asks for the memory that evaluating patches will read, for those who come to them in no order: three steps,
  * each of which reads what the one before has asked for. in, width: as for a job. */
 enum { TW_FETCH_STEPS = 3 };

@@ -106,7 +106,7 @@ static void write_by_mask(const skin_job *job, uint32_t corner) {
 }
 
 void tw_corner_weights(tw_surface_reader *reader, uint32_t corner, float *out) {
-  skin_job job = job_for(reader, corner / 4, tw_corner_rect(reader->surface, corner), out);
+  skin_job job = job_for(reader, corner / 4, tw_patch_corner(reader->surface->side, corner % 4), out);
   if (reader->surface->depth == 0)
     write_by_mask(&job, corner);
   else
@@ -115,7 +115,7 @@ void tw_corner_weights(tw_surface_reader *reader, uint32_t corner, float *out) {
 
 void tw_edge_weights(tw_surface_reader *reader, uint32_t corner, bool against, float *out) {
   bool backwards;
-  tw_patch_rect rect = tw_edge_rect(reader->surface, corner, &backwards);
+  tw_patch_rect rect = tw_patch_side(reader->surface->side, corner % 4, &backwards);
   skin_job job = job_for(reader, corner / 4, rect, out);
   job.backwards = backwards != against;
   write_rows(&job);

@@ -177,14 +177,18 @@ static inline __attribute__((always_inline)) void fill_derivatives(const tw_spli
 
 /* ---- normals -------------------------------------------------------------------------------- */
 
+static inline __attribute__((always_inline)) vector greater(vector a, vector b) {
+  mask more = a > b;
+  return (vector)(((mask)a & more) | ((mask)b & ~more));
+}
+
 /* At least the greatest square of some lines of vectors: that of the greatest components. */
 static inline __attribute__((always_inline)) float greatest_square(const float (*lines)[LINE], size_t count) {
   vector most = {0};
   for (size_t i = 0; i < count; i++)
     for (size_t m = 0; m < LINE; m += LANES) {
-      vector slope = load(lines[i] + m), square = slope * slope;
-      mask more = square > most;
-      most = (vector)(((mask)square & more) | ((mask)most & ~more));
+      vector slope = load(lines[i] + m);
+      most = greater(slope * slope, most);
     }
   four greatest = four_of(most, 0);
   for (size_t m = 1; m < LANES / 4; m++) {
@@ -237,7 +241,18 @@ static inline void take_from_memory(void) {
   __asm__ volatile("" ::: "memory");
 }
 
-/* Normals from place i on; sure: which of all so far need no closer look. */
+/* Unit normals of tangents, with no zero below 0: a patch has the same ones turned round. outward: 1, or -1
+ * to turn them over; sure: which of all so far need no closer look. */
+static inline __attribute__((always_inline)) void
+unit_normals(const vector a[3], const vector b[3], vector least, vector outward, vector *out, mask *sure) {
+  for (size_t c = 0; c < 3; c++) out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
+  vector square = out[0] * out[0] + out[1] * out[1] + out[2] * out[2];
+  *sure &= (square > least) & (square < TW_NORMAL_SQUARE_MAX);
+  vector scale = outward / root(square);
+  for (size_t c = 0; c < 3; c++) out[c] = out[c] * scale + 0.0f;
+}
+
+/* Normals from place i on. */
 static inline __attribute__((always_inline)) void normal_lanes(const tw_spline *spline, const line_slopes *s,
                                                                size_t i, bool transposed, float least,
                                                                vector *out, mask *sure) {
@@ -246,11 +261,8 @@ static inline __attribute__((always_inline)) void normal_lanes(const tw_spline *
     a[c] = tangent_along(spline, s, c, i);
     b[c] = tangent_across(spline, s, c, i);
   }
-  for (size_t c = 0; c < 3; c++) out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-  vector square = out[0] * out[0] + out[1] * out[1] + out[2] * out[2];
-  *sure &= (square > least) & (square < TW_NORMAL_SQUARE_MAX);
-  vector scale = (transposed ? -1.0f : 1.0f) / root(square);
-  for (size_t c = 0; c < 3; c++) out[c] *= scale;
+  vector zero = {0};
+  unit_normals(a, b, zero + least, zero + (transposed ? -1.0f : 1.0f), out, sure);
 }
 
 /* Asks for memory that rows farther on will be written to, be they of this patch or not: the processor sees

@@ -54,7 +54,8 @@ static fill_kernel *kernel_at(uint32_t instruction_set) {
 
 /* A single column runs along i once i and j have changed places. */
 static void run(fill_kernel *kernel, const tw_spline_job *job) {
-  if (job->rect.i0 != job->rect.i1 || job->rect.j0 == job->rect.j1) {
+  bool column = job->column || job->rect.j0 != job->rect.j1;
+  if (job->rect.i0 != job->rect.i1 || !column) {
     kernel(job, false);
     return;
   }

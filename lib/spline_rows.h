@@ -11,13 +11,14 @@ typedef struct tw_patch_rect {
 
 /* points: [16] control points, rows of four along i, relative to `origin`; width: 2 to 4, the rest is 0.
  * values, normals and derivatives, each NULL where not wanted, are as tw_patch_job has them: where those of
- * point (i0, j0) go. step and line_step lead to the next point along i and along j, in floats. */
+ * point (i0, j0) go. step and line_step lead to the next point along i and along j, in floats. column: a
+ * single point is summed up in the order of those of its column. */
 typedef struct tw_spline_job {
   const tw_spline *spline;
   const float (*points)[4];
   float origin[4];
   uint32_t width;
-  bool limit;
+  bool limit, column;
   tw_patch_rect rect;
   float *values, *normals, *derivatives;
   ptrdiff_t step, line_step;

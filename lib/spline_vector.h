@@ -182,13 +182,15 @@ static inline __attribute__((always_inline)) void put_row(float *out, size_t wid
   if (width == 6) put_half(out + 4, tail, (int)half);
 }
 
-/* Some of them, from memory. */
+/* One of them, from memory. */
+static inline void put_one_apart(const apart *a, size_t width, size_t lane, float *out) {
+  const float *row = (const float *)&a->rows[lane % 4], *tail = (const float *)&a->tails[lane % 4 / 2];
+  put_row(out, width, load_four(row + lane / 4 * 4), load_four(tail + lane / 4 * 4), lane % 2);
+}
+
 static __attribute__((noinline)) void put_some_apart(const apart *a, size_t width, size_t count, float *out,
                                                      ptrdiff_t step) {
-  for (size_t l = 0; l < count; l++, out += step) {
-    const float *row = (const float *)&a->rows[l % 4], *tail = (const float *)&a->tails[l % 4 / 2];
-    put_row(out, width, load_four(row + l / 4 * 4), load_four(tail + l / 4 * 4), l % 2);
-  }
+  for (size_t l = 0; l < count; l++, out += step) put_one_apart(a, width, l, out);
 }
 
 /* Rows of `width` components, 2, 3, 4 or 6: those of the first `count` points, `step` apart. */

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "limit.h"
+#include "patch_batch.h"
 #include "surface_reader.h"
 
 enum { PIECE_ROWS = 2048 };
@@ -18,6 +19,15 @@ static const tw_numbering *numbering_of(const tw_surface *s, tw_domain domain) {
 static uint32_t row_width(const tw_surface *s, tw_domain domain) {
   if (domain == TW_DOMAIN_POINTS) return 3;
   return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
+}
+
+static bool has_normals(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
+}
+
+/* Whether rows hold more than points and normals. */
+static bool has_attributes(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (has_normals(s, domain) ? 6 : 3);
 }
 
 static uint64_t rows_inside_edge(const tw_surface *s) {
@@ -40,24 +50,27 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
 
 /* ---- looking ahead -------------------------------------------------------------------------- */
 
-/* One step, for the patches of one set of values. */
-static void fetch(const tw_surface *s, const tw_values *values, uint32_t corner, uint32_t step) {
-  tw_patch_fetch(&s->fields[values->field].patches, corner / 4, step, values->base, values->width);
+/* The base corner that stands for a row of a corner, or for an edge. */
+static uint32_t corner_of(const tw_numbering *n, piece_kind kind, uint32_t item) {
+  return kind == PIECE_EDGES ? tw_corner_of_edge(n, item) : tw_corner_of_row(n, item);
 }
 
 /* Neighbours in a numbering of corners or edges lie anywhere in memory. Asks for what some of the next ones
- * need, of those before `end`, before the one at hand is computed. */
-static void look_ahead(const tw_surface *s, tw_domain domain, piece_kind kind, uint32_t item, uint32_t end) {
+ * need for one set of values, of those before `end`, before the one at hand is computed. */
+static void look_ahead(const tw_surface *s, const tw_numbering *n, const tw_values *values, piece_kind kind,
+                       uint32_t item, uint32_t end) {
   enum { APART = 4 };
-  const tw_numbering *n = numbering_of(s, domain);
   for (uint32_t step = 0; step < TW_FETCH_STEPS; step++) {
     uint32_t next = item + APART * (TW_FETCH_STEPS - step);
-    if (next >= end) continue;
-    uint32_t corner = kind == PIECE_EDGES ? tw_corner_of_edge(n, next) : tw_corner_of_row(n, next);
-    if (domain != TW_DOMAIN_UVS) fetch(s, &s->positions, corner, step);
-    uint32_t uvs = domain == TW_DOMAIN_POINTS ? 0 : domain == TW_DOMAIN_UVS ? 1 : s->layout.uv_count;
-    for (uint32_t i = 0; i < uvs; i++) fetch(s, &s->uvs[i], corner, step);
+    if (next < end)
+      tw_patch_fetch(&s->fields[values->field].patches, corner_of(n, kind, next) / 4, step, values->base,
+                     values->width);
   }
+}
+
+/* Likewise for the UVs of vertices. */
+static void look_ahead_uvs(const tw_surface *s, piece_kind kind, uint32_t item, uint32_t end) {
+  for (uint32_t i = 0; i < s->layout.uv_count; i++) look_ahead(s, &s->vertices, &s->uvs[i], kind, item, end);
 }
 
 /* ---- values at corners ---------------------------------------------------------------------- */
@@ -73,11 +86,6 @@ static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values,
                         .scratch = r->scratch};
 }
 
-tw_patch_rect tw_corner_rect(const tw_surface *surface, uint32_t corner) {
-  uint32_t k = corner % 4, i = k == 1 || k == 2 ? surface->side : 0, j = k >= 2 ? surface->side : 0;
-  return (tw_patch_rect){i, i, j, j};
-}
-
 static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
                             float *normal) {
   const tw_surface *s = r->surface;
@@ -86,11 +94,22 @@ static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint3
     return;
   }
   tw_patch_job job = job_for(r, values, out, normal, 4);
-  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job, tw_corner_rect(s, corner));
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job,
+                    tw_patch_corner(s->side, corner % 4));
 }
 
-static void point_corner(tw_surface_reader *r, uint32_t row, float *out) {
-  evaluate_corner(r, &r->surface->positions, tw_corner_of_row(&r->surface->points, row), out, NULL);
+/* Where a row has its normal; NULL: nowhere. */
+static float *normal_in(const tw_surface *s, tw_domain domain, float *row) {
+  return has_normals(s, domain) ? row + s->layout.normal : NULL;
+}
+
+/* A batch of points and, where vertices have them, normals. */
+static void begin_batch(const tw_surface_reader *r, tw_domain domain, tw_patch_piece piece, size_t count,
+                        tw_patch_batch *batch) {
+  const tw_surface *s = r->surface;
+  tw_patch_job job = job_for(r, &s->positions, NULL, NULL, row_width(s, domain));
+  bool normals = has_normals(s, domain);
+  tw_patch_batch_begin(batch, &s->fields[s->positions.field].patches, &job, normals, piece, count);
 }
 
 /* GPUs have v run down. */
@@ -103,16 +122,59 @@ static void clamp_color(float *color) {
   for (int c = 0; c < 4; c++) color[c] = color[c] < 0 ? 0 : color[c] > 1 ? 1 : color[c];
 }
 
-static void vertex_corner(tw_surface_reader *r, uint32_t row, float *out) {
+/* Whether some vertices of a domain share their point. */
+static bool is_split(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES &&
+         (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
+}
+
+/* Split vertices share their point to the last bit: it is computed from the corner that stands for the point.
+ */
+static uint32_t shared_corner(const tw_surface *s, uint32_t corner) {
+  return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
+}
+
+/* Point and normal. */
+static void corner_point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float *out) {
+  uint32_t shared = domain == TW_DOMAIN_VERTICES ? shared_corner(r->surface, corner) : corner;
+  float *normal = normal_in(r->surface, domain, out);
+  evaluate_corner(r, &r->surface->positions, shared, out, shared == corner ? normal : NULL);
+  if (normal && shared != corner) evaluate_corner(r, &r->surface->positions, corner, NULL, normal);
+}
+
+/* Points and normals of many. */
+static void corner_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count,
+                          float *out) {
+  const tw_surface *s = r->surface;
+  const tw_numbering *n = numbering_of(s, domain);
+  uint32_t width = row_width(s, domain);
+  bool split = is_split(s, domain);
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_CORNER, count, &batch);
+  for (uint32_t i = 0; i < count; i++, out += width) {
+    uint32_t corner = tw_corner_of_row(n, first + i);
+    look_ahead(s, n, &s->positions, PIECE_CORNERS, first + i, first + count);
+    if (!split || shared_corner(s, corner) == corner)
+      tw_patch_batch_add(&batch, corner, out);
+    else
+      corner_point(r, domain, corner, out);
+  }
+  tw_patch_batch_end(&batch);
+}
+
+static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  for (uint32_t i = 0; i < count; i++, out += 2) {
+    if (s->depth > 0) look_ahead(s, &s->uv_points, &s->uvs[0], PIECE_CORNERS, first + i, first + count);
+    evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
+  }
+}
+
+/* All else that a vertex's row holds. */
+static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t corner = tw_corner_of_row(&s->vertices, row);
-  /* Split vertices share their point to the last bit: it is computed from the corner that stands for
-   * the point. */
-  uint32_t shared = tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
-  float *normal = l->normal == UINT32_MAX ? NULL : out + l->normal;
-  evaluate_corner(r, &s->positions, shared, out, shared == corner ? normal : NULL);
-  if (normal && shared != corner) evaluate_corner(r, &s->positions, corner, NULL, normal);
+  uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = shared_corner(s, corner);
   if (l->tangent != UINT32_MAX) tw_corner_tangent(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
@@ -159,73 +221,109 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
     memcpy(out, s->positions.base + 3 * (size_t)first, (size_t)count * 3 * sizeof *out);
     return;
   }
-  for (uint32_t i = 0; i < count; i++, out += width) {
-    if (s->depth > 0) look_ahead(s, domain, PIECE_CORNERS, first + i, first + count);
-    if (domain == TW_DOMAIN_POINTS)
-      point_corner(r, first + i, out);
-    else if (domain == TW_DOMAIN_UVS)
-      evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
-    else
-      vertex_corner(r, first + i, out);
+  if (domain == TW_DOMAIN_UVS) {
+    uv_corners(r, first, count, out);
+    return;
+  }
+  if (s->depth > 0) {
+    corner_points(r, domain, first, count, out);
+  } else {
+    for (uint32_t i = 0; i < count; i++)
+      corner_point(r, domain, tw_corner_of_row(numbering_of(s, domain), first + i), out + (size_t)i * width);
+  }
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += width) {
+    if (s->depth > 0) look_ahead_uvs(s, PIECE_CORNERS, first + i, first + count);
+    corner_attributes(r, first + i, out);
   }
 }
 
 /* ---- insides of edges ----------------------------------------------------------------------- */
 
-tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *backwards) {
-  uint32_t n = surface->side, side = corner % 4;
-  tw_patch_rect rects[4] = {{1, n - 1, 0, 0}, {n, n, 1, n - 1}, {1, n - 1, n, n}, {0, 0, 1, n - 1}};
-  *backwards = side >= 2;
-  return rects[side];
-}
-
 /* The inside of the edge at a base corner, in the corner's direction, or against it. */
 static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
                           float *out, float *normals, uint32_t stride) {
   bool backwards;
-  tw_patch_rect rect = tw_edge_rect(r->surface, corner, &backwards);
+  tw_patch_rect rect = tw_patch_side(r->surface->side, corner % 4, &backwards);
   tw_patch_job job = job_for(r, values, out, normals, stride);
   job.backwards = backwards != against;
   tw_patch_evaluate(&r->surface->fields[values->field].patches, corner / 4, &job, rect);
 }
 
-static void vertex_edge(tw_surface_reader *r, uint32_t edge, float *out) {
+/* As at corners: the point's own representative, from which an edge may run the other way. */
+typedef struct shared_edge {
+  uint32_t corner;
+  bool against, same; /* same: it is the edge itself */
+} shared_edge;
+
+static shared_edge share_edge(const tw_surface *s, uint32_t corner) {
+  uint32_t edge = tw_row_of_edge(&s->points, corner), shared = tw_corner_of_edge(&s->points, edge / 2);
+  return (shared_edge){shared, edge & 1, shared == corner && (edge & 1) == 0};
+}
+
+/* Points and normals. */
+static void edge_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_numbering *n = numbering_of(s, domain);
+  uint32_t width = row_width(s, domain);
+  bool split = is_split(s, domain);
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_SIDE, count, &batch);
+  for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
+    uint32_t corner = tw_corner_of_edge(n, first + i);
+    look_ahead(s, n, &s->positions, PIECE_EDGES, first + i, first + count);
+    shared_edge shared = {corner, false, true};
+    if (split) shared = share_edge(s, corner);
+    if (shared.same) {
+      tw_patch_batch_add(&batch, corner, out);
+      continue;
+    }
+    float *normals = normal_in(s, domain, out);
+    evaluate_edge(r, &s->positions, shared.corner, shared.against, out, NULL, width);
+    if (normals) evaluate_edge(r, &s->positions, corner, false, NULL, normals, width);
+  }
+  tw_patch_batch_end(&batch);
+}
+
+/* All else that the rows of vertices hold. */
+static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
   uint32_t corner = tw_corner_of_edge(&s->vertices, edge);
-  /* As at corners: the point's own representative, from which this one may run the other way. */
-  uint32_t point_edge = tw_row_of_edge(&s->points, corner);
-  uint32_t shared = tw_corner_of_edge(&s->points, point_edge / 2);
-  bool against = point_edge & 1;
-  float *normals = l->normal == UINT32_MAX ? NULL : out + l->normal;
-  bool together = shared == corner && !against;
-  evaluate_edge(r, &s->positions, shared, against, out, together ? normals : NULL, l->stride);
-  if (normals && !together) evaluate_edge(r, &s->positions, corner, false, NULL, normals, l->stride);
+  shared_edge shared = share_edge(s, corner);
   if (l->tangent != UINT32_MAX) tw_edge_tangents(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
   }
   if (l->color != UINT32_MAX) {
-    evaluate_edge(r, &s->colors, shared, against, out + l->color, NULL, l->stride);
+    evaluate_edge(r, &s->colors, shared.corner, shared.against, out + l->color, NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
   }
-  if (l->joints != UINT32_MAX) tw_edge_weights(r, shared, against, out);
+  if (l->joints != UINT32_MAX) tw_edge_weights(r, shared.corner, shared.against, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_edge(r, &s->morphs[m], shared, against, out + l->morphs + 3 * (size_t)m, NULL, l->stride);
+    evaluate_edge(r, &s->morphs[m], shared.corner, shared.against, out + l->morphs + 3 * (size_t)m, NULL,
+                  l->stride);
+}
+
+static void uv_edges(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  for (uint32_t i = 0; i < count; i++, out += 2 * rows_inside_edge(s)) {
+    look_ahead(s, &s->uv_points, &s->uvs[0], PIECE_EDGES, first + i, first + count);
+    evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, 2);
+  }
 }
 
 static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
-  uint32_t width = row_width(s, domain);
-  for (uint32_t i = 0; i < count; i++, out += rows_inside_edge(s) * width) {
-    look_ahead(s, domain, PIECE_EDGES, first + i, first + count);
-    if (domain == TW_DOMAIN_POINTS)
-      evaluate_edge(r, &s->positions, tw_corner_of_edge(&s->points, first + i), false, out, NULL, width);
-    else if (domain == TW_DOMAIN_UVS)
-      evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, width);
-    else
-      vertex_edge(r, first + i, out);
+  if (domain == TW_DOMAIN_UVS) {
+    uv_edges(r, first, count, out);
+    return;
+  }
+  edge_points(r, domain, first, count, out);
+  size_t step = rows_inside_edge(s) * row_width(s, domain);
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += step) {
+    look_ahead_uvs(s, PIECE_EDGES, first + i, first + count);
+    edge_attributes(r, first + i, out);
   }
 }
 
@@ -237,22 +335,13 @@ static void evaluate_inside(tw_surface_reader *r, const tw_values *values, uint3
   tw_patch_evaluate(&r->surface->fields[values->field].patches, quad, &job, rect);
 }
 
-/* Lines j0 to j1 of the inside of one quad. */
-static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
-                       float *out) {
+/* All else that the rows of vertices hold. */
+static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
-  uint32_t quad = tw_base_quad(s, visible), width = row_width(s, domain);
-  tw_patch_rect rect = {1, s->side - 1, j0, j1};
-  if (domain == TW_DOMAIN_UVS) {
-    evaluate_inside(r, &s->uvs[0], quad, rect, out, NULL, width);
-    return;
-  }
-  bool normals = domain == TW_DOMAIN_VERTICES && l->normal != UINT32_MAX;
-  evaluate_inside(r, &s->positions, quad, rect, out, normals ? out + l->normal : NULL, width);
-  if (domain == TW_DOMAIN_POINTS) return;
+  uint32_t width = l->stride;
   if (l->tangent != UINT32_MAX) tw_inside_tangents(r, quad, rect, out);
-  size_t rows = (size_t)(j1 - j0 + 1) * (s->side - 1);
+  size_t rows = (size_t)(rect.j1 - rect.j0 + 1) * (s->side - 1);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
     for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
@@ -264,6 +353,36 @@ static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible,
   if (l->joints != UINT32_MAX) tw_inside_weights(r, quad, rect, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * (size_t)m, NULL, width);
+}
+
+/* Lines j0 to j1 of the inside of one quad. */
+static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
+                       float *out) {
+  const tw_surface *s = r->surface;
+  const tw_values *values = domain == TW_DOMAIN_UVS ? &s->uvs[0] : &s->positions;
+  uint32_t quad = tw_base_quad(s, visible);
+  tw_patch_rect rect = {1, s->side - 1, j0, j1};
+  evaluate_inside(r, values, quad, rect, out, normal_in(s, domain, out), row_width(s, domain));
+  if (domain == TW_DOMAIN_VERTICES) inside_attributes(r, quad, rect, out);
+}
+
+/* Whole insides of some quads. Short lines are computed in many patches at once. */
+static void fill_quads(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  enum { SHORT_SIDE = 8 };
+  const tw_surface *s = r->surface;
+  size_t step = rows_inside_quad(s) * row_width(s, domain);
+  if (domain == TW_DOMAIN_UVS || s->side > SHORT_SIDE) {
+    for (uint32_t i = 0; i < count; i++) fill_lines(r, domain, first + i, 1, s->side - 1, out + i * step);
+    return;
+  }
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_INSIDE, count, &batch);
+  for (uint32_t i = 0; i < count; i++)
+    tw_patch_batch_add(&batch, 4 * tw_base_quad(s, first + i), out + i * step);
+  tw_patch_batch_end(&batch);
+  tw_patch_rect rect = {1, s->side - 1, 1, s->side - 1};
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++)
+    inside_attributes(r, tw_base_quad(s, first + i), rect, out + i * step);
 }
 
 /* ---- pieces --------------------------------------------------------------------------------- */
@@ -319,8 +438,7 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   } else if (p->kind == PIECE_EDGES) {
     fill_edges(r, domain, p->item, p->items, out);
   } else if (p->kind == PIECE_QUADS) {
-    size_t step = rows_inside_quad(s) * row_width(s, domain);
-    for (uint32_t i = 0; i < p->items; i++) fill_lines(r, domain, p->item + i, 1, last_line, out + i * step);
+    fill_quads(r, domain, p->item, p->items, out);
   } else {
     uint32_t first_line = 1 + p->items, lines = p->count / last_line;
     fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);

@@ -28,11 +28,6 @@ struct tw_surface_reader {
   uint32_t piece_count, piece_capacity;
 };
 
-/* Where the patch of a base corner's quad has the corner, and the inside of the edge that begins there;
- * backwards: the rectangle runs against the corner's direction. */
-tw_patch_rect tw_corner_rect(const tw_surface *surface, uint32_t corner);
-tw_patch_rect tw_edge_rect(const tw_surface *surface, uint32_t corner, bool *backwards);
-
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */
 void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,

@@ -70,8 +70,8 @@ void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out) {
     evaluate_by_mask(reader, &s->positions, 0, corner);
     evaluate_by_mask(reader, tangent_uvs(s, face), 1, corner);
   } else {
-    evaluate(reader, &s->positions, 0, face, tw_corner_rect(s, corner));
-    evaluate(reader, tangent_uvs(s, face), 1, face, tw_corner_rect(s, corner));
+    evaluate(reader, &s->positions, 0, face, tw_patch_corner(s->side, corner % 4));
+    evaluate(reader, tangent_uvs(s, face), 1, face, tw_patch_corner(s->side, corner % 4));
   }
   write_tangents(reader, face, 1, false, out);
 }
@@ -79,7 +79,7 @@ void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out) {
 void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out) {
   const tw_surface *s = reader->surface;
   bool backwards;
-  tw_patch_rect rect = tw_edge_rect(s, corner, &backwards);
+  tw_patch_rect rect = tw_patch_side(s->side, corner % 4, &backwards);
   evaluate(reader, &s->positions, 0, corner / 4, rect);
   evaluate(reader, tangent_uvs(s, corner / 4), 1, corner / 4, rect);
   write_tangents(reader, corner / 4, s->side - 1, backwards, out);

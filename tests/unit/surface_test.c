@@ -205,7 +205,14 @@ static void the_same_bytes_come_whatever_the_blocks(void **state) {
   mesh.crease_count = 2;
   mesh.crease_edges = creases;
   mesh.crease_sharpness = sharpness;
-  for (uint32_t level = 0; level <= 5; level++) {
+  const float *straight = mesh.positions;
+  float collapsed[42][3]; /* from the third row on in some columns: patches without normals */
+  memcpy(collapsed, mesh.positions, sizeof collapsed);
+  for (size_t k = 14; k < 42; k++)
+    if (k % 7 < 5) memcpy(collapsed[k], collapsed[14], sizeof collapsed[k]);
+  for (uint32_t n = 0; n <= 11; n++) {
+    uint32_t level = n / 2;
+    mesh.positions = n % 2 == 1 ? collapsed[0] : straight;
     tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
     size_t count, stride = tw_surface_get_layout(surface)->stride;
     float *whole = rows_of(surface, TW_DOMAIN_VERTICES, &count), block[97 * 8];
