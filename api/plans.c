@@ -226,7 +226,9 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 
 /* ---- moving ------------------------------------------------------------------------------------ */
 
-static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves, api_plan *plan) {
+static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves, const api_crew *crew,
+                               api_plan *plan) {
+  const tw_crew hands = hands_of(crew);
   plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
   plan->borrows = tw_alloc_zero(moves->count, sizeof *plan->borrows);
   if (!plan->surfaces || !plan->borrows) return TW_NO_MEMORY;
@@ -236,14 +238,15 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
     plan->borrows[i] = !moves->positions[i];
     plan->surfaces[i] = surface;
     if (plan->borrows[i]) continue;
-    tw_status status = tw_surface_with_positions(surface, moves->positions[i], &plan->surfaces[i]);
+    tw_status status = tw_surface_with_positions_by(surface, moves->positions[i], hands.run ? &hands : NULL,
+                                                    &plan->surfaces[i]);
     if (status != TW_OK) return status;
   }
   return TW_OK;
 }
 
 /* Takes the reference to the source over. */
-static api_entry *move_plan(api_entry *source, const api_plan_moves *moves) {
+static api_entry *move_plan(api_entry *source, const api_plan_moves *moves, const api_crew *crew) {
   const api_plan *still = api_entry_value(source);
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
@@ -253,7 +256,7 @@ static api_entry *move_plan(api_entry *source, const api_plan_moves *moves) {
   plan->source = source;
   plan->total = still->total;
   atomic_init(&plan->is_warm, false);
-  if (move_surfaces(still, moves, plan) != TW_OK) {
+  if (move_surfaces(still, moves, crew, plan) != TW_OK) {
     destroy_plan(plan);
     return NULL;
   }
@@ -266,7 +269,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   api_entry *plan = NULL;
   api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
   if (outcome != API_DONE) return outcome;
-  if (moves->count > 0) plan = move_plan(plan, moves);
+  if (moves->count > 0) plan = move_plan(plan, moves, &call->service->crew);
   *out = plan;
   return plan ? API_DONE : api_fail_without_memory(call);
 }

@@ -38,7 +38,7 @@ size_t tw_shallow_kept_count(const tw_shallow *shallow) {
 }
 
 size_t tw_shallow_kept_size(const tw_shallow *shallow) {
-  return 3 * tw_shallow_kept_count(shallow) + (shallow->normals ? 8 : 1);
+  return 3 * tw_shallow_kept_count(shallow) + (shallow->normals ? 8 : 2);
 }
 
 /* ---- faces ---------------------------------------------------------------------------------- */

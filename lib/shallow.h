@@ -27,13 +27,14 @@ tw_topology tw_shallow_counts(const tw_shallow *shallow);
  * about them, all of this one. */
 size_t tw_shallow_kept_count(const tw_shallow *shallow);
 
-/* Floats that they take: their rows, and some behind the last, which are read with it. */
+/* Floats that they take: their rows, and some behind the last and behind the level above, which are read with
+ * those. */
 size_t tw_shallow_kept_size(const tw_shallow *shallow);
 
 /* Computes them. positions: [points][3]; point_of: [cage vertices], NULL when all points are used; kept:
  * [tw_shallow_kept_size]. TW_NO_MEMORY. */
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                          float *kept);
+                          const tw_crew *crew, float *kept);
 
 /* Points [first, first + count) of the level, in the order of refine.h: the same bytes as tw_refine_values
  * gives. */

@@ -10,7 +10,7 @@
  * the middles of its quads. */
 typedef struct level {
   tw_topology cage;
-  bool linear;
+  tw_rules rules;
   uint32_t middles, face_points; /* first vertex of level 1 in the middle of an edge, of a face */
   const float *points, *centres;
 } level;
@@ -96,14 +96,16 @@ static inline __attribute__((always_inline)) void fill_corners(const level *l, r
     fill_items(l, of_corner, prefetch_nothing, 1, false, begin, end, out);
 }
 
+/* Writes rows [begin, end) of some kind, or of all. */
+typedef void fill_of(const level *l, uint32_t begin, uint32_t end, float *restrict out);
+
 /* Rows of one kind, as they follow each other in a level. */
 typedef struct kind {
-  void (*fill)(const level *l, uint32_t begin, uint32_t end, float *restrict out);
+  fill_of *fill;
   uint32_t count;
 } kind;
 
-static inline void fill_kinds(const level *l, const kind *kinds, uint32_t first, uint32_t count, float *out) {
-  uint32_t end = first + count;
+static inline void fill_kinds(const level *l, const kind *kinds, uint32_t first, uint32_t end, float *out) {
   for (uint32_t begin = 0; first < end; begin += kinds++->count) {
     uint32_t stop = end - begin < kinds->count ? end : begin + kinds->count;
     if (first >= stop) continue;

@@ -71,12 +71,12 @@ static void copy_centres(const level *l, uint32_t begin, uint32_t end, float *re
   memcpy(out, l->centres + 3 * (size_t)begin, 3 * (size_t)(end - begin) * sizeof *out);
 }
 
-static void level_1_points(const level *l, uint32_t first, uint32_t count, float *out) {
+static void level_1_points(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
   const tw_topology *t = &l->cage;
   const kind kinds[] = {{fill_vertex_points, t->vertex_count},
                         {fill_edge_points, t->edge_count},
                         {copy_centres, t->face_count}};
-  fill_kinds(l, kinds, first, count, out);
+  fill_kinds(l, kinds, begin, end, out);
 }
 
 /* ---- level 2, whose bilinear points stay where they are ------------------------------------- */
@@ -89,7 +89,7 @@ static inline void cage_face(const level *l, uint32_t face, tw_point *row) {
     faces += centre(l, begin + i);
     edges += point(l, l->middles + t->corner_edge[begin + (i ? i : size) - 1]);
   }
-  *row = l->linear ? own : smooth(own, faces, edges, size);
+  *row = l->rules.linear ? own : smooth(own, faces, edges, size);
 }
 
 static bool is_sharp(const tw_topology *t, uint32_t edge) {
@@ -111,7 +111,7 @@ static inline tw_point smooth_cage_edge(const level *l, uint32_t edge) {
 
 static inline void cage_edge(const level *l, uint32_t edge, tw_point *row) {
   const tw_topology *t = &l->cage;
-  if (l->linear)
+  if (l->rules.linear)
     *row = point(l, l->middles + edge);
   else if (is_sharp(t, edge))
     *row = between(point(l, l->middles + edge), point(l, t->edge_vertices[edge][0]),
@@ -147,9 +147,9 @@ static inline tw_point smooth_cage_vertex(const level *l, uint32_t vertex) {
 static inline void cage_vertex(const level *l, uint32_t vertex, tw_point *row) {
   const tw_topology *t = &l->cage;
   uint32_t ends[2] = {0, 0};
-  tw_vertex_rule rule = l->linear   ? TW_RULE_CORNER
-                        : t->smooth ? TW_RULE_SMOOTH
-                                    : tw_vertex_rule_at(t, vertex, ends);
+  tw_vertex_rule rule = l->rules.linear ? TW_RULE_CORNER
+                        : t->smooth     ? TW_RULE_SMOOTH
+                                        : tw_vertex_rule_at(t, vertex, ends);
   if (rule <= TW_RULE_DART) {
     *row = smooth_cage_vertex(l, vertex);
   } else if (rule == TW_RULE_CORNER) {
@@ -179,7 +179,7 @@ static inline void halves(const level *l, uint32_t edge, tw_point *rows) {
   const tw_topology *t = &l->cage;
   tw_point start = point(l, t->edge_vertices[edge][0]), end = point(l, t->edge_vertices[edge][1]),
            own = point(l, l->middles + edge);
-  if (l->linear || is_sharp(t, edge)) {
+  if (l->rules.linear || is_sharp(t, edge)) {
     rows[0] = middle(start, own);
     rows[1] = middle(end, own);
     return;
@@ -193,8 +193,8 @@ static inline void halves(const level *l, uint32_t edge, tw_point *rows) {
 /* From the middle of a face's edge to its face point. */
 static inline tw_point spoke_between(const level *l, tw_point middle_of_edge, tw_point face_point,
                                      tw_point left, tw_point right) {
-  return l->linear ? middle(middle_of_edge, face_point)
-                   : smooth_middle(middle_of_edge, face_point, left, right);
+  return l->rules.linear ? middle(middle_of_edge, face_point)
+                         : smooth_middle(middle_of_edge, face_point, left, right);
 }
 
 static inline void spoke(const level *l, uint32_t corner, tw_point *row) {
@@ -233,12 +233,12 @@ static void fill_spokes(const level *l, uint32_t begin, uint32_t end, float *res
   fill_corners(l, spoke, spokes_of_triangle, prefetch_nothing, begin, end, out);
 }
 
-static void level_2_points(const level *l, uint32_t first, uint32_t count, float *out) {
+static void level_2_points(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
   const tw_topology *t = &l->cage;
   const kind kinds[] = {{fill_cage_vertices, t->vertex_count}, {fill_cage_edges, t->edge_count},
                         {fill_cage_faces, t->face_count},      {fill_halves, 2 * t->edge_count},
                         {fill_spokes, t->corner_count},        {copy_centres, t->corner_count}};
-  fill_kinds(l, kinds, first, count, out);
+  fill_kinds(l, kinds, begin, end, out);
 }
 
 /* ---- what is kept --------------------------------------------------------------------------- */
@@ -246,8 +246,7 @@ static void level_2_points(const level *l, uint32_t first, uint32_t count, float
 /* Of level 1 points and centres are the cage's, of level 2 those of level 1. */
 static level level_of(const tw_shallow *shallow, const float *points, const float *centres) {
   const tw_topology *t = &shallow->cage;
-  return (level){*t,     shallow->rules.linear, t->vertex_count, t->vertex_count + t->edge_count, points,
-                 centres};
+  return (level){*t, shallow->rules, t->vertex_count, t->vertex_count + t->edge_count, points, centres};
 }
 
 static size_t point_count(const tw_shallow *shallow) {
@@ -294,22 +293,50 @@ static void fill_averages(const level *l, uint32_t begin, uint32_t end, float *r
   fill_corners(l, quad_average, averages_of_triangle, prefetch_averages, begin, end, out);
 }
 
+/* Rows of a level that has special cases. */
+static void other_points(const level *l, uint32_t begin, uint32_t end, float *restrict out) {
+  tw_refine_points(&l->cage, &l->rules, l->points, l->centres, begin, end - begin, out);
+}
+
+static fill_of *fill_of_level(const tw_shallow *shallow) {
+  if (shallow->level == 2) return level_2_points;
+  return is_smooth(shallow) ? level_1_points : other_points;
+}
+
+typedef struct fill_job {
+  const level *level;
+  fill_of *fill;
+  float *out;
+} fill_job;
+
+static void fill_part(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const fill_job *j = context;
+  (void)part;
+  j->fill(j->level, begin, end, j->out + 3 * (size_t)begin);
+}
+
+/* Rows [0, count). */
+static void fill_by(const tw_crew *crew, const level *l, fill_of *fill, uint32_t count, float *out) {
+  fill_job job = {l, fill, out};
+  tw_crew_loop(crew, count, TW_CREW_LEAST, fill_part, &job);
+}
+
 /* Level 1 from the cage's points. */
-static void refine_cage(const tw_shallow *shallow, const float *cage, float *points) {
+static void refine_cage(const tw_shallow *shallow, const float *cage, const tw_crew *crew, float *points) {
   const tw_topology *t = &shallow->cage;
   if (!is_smooth(shallow)) {
-    tw_refine_values(t, &shallow->rules, 3, cage, NULL, points);
+    tw_refine_values(t, &shallow->rules, 3, cage, crew, points);
     return;
   }
   float *face_points = points + 3 * ((size_t)t->vertex_count + t->edge_count);
   level l = level_of(shallow, cage, face_points);
-  fill_face_middles(&l, 0, t->face_count, face_points);
-  level_1_points(&l, 0, t->vertex_count + t->edge_count, points);
+  fill_by(crew, &l, fill_face_middles, t->face_count, face_points);
+  fill_by(crew, &l, level_1_points, t->vertex_count + t->edge_count, points);
 }
 
 /* Points and centres; behind either there is a float more, which is read with the last row. */
 static void keep_parts(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                       float *points, float *centres) {
+                       const tw_crew *crew, float *points, float *centres) {
   const tw_topology *t = &shallow->cage;
   /* For level 2 the cage lies where the centres will: it has no more vertices than corners. */
   float *cage = shallow->level == 1 ? points : centres;
@@ -318,37 +345,27 @@ static void keep_parts(const tw_shallow *shallow, const float *positions, const 
   for (uint32_t v = 0; v < t->vertex_count; v++)
     memcpy(cage + 3 * (size_t)v, positions + 3 * (size_t)(point_of ? point_of[v] : v), 3 * sizeof *cage);
   if (shallow->level == 1) {
-    fill_face_middles(&l, 0, t->face_count, centres);
+    fill_by(crew, &l, fill_face_middles, t->face_count, centres);
   } else {
-    refine_cage(shallow, cage, points);
-    fill_averages(&l, 0, t->corner_count, centres);
+    refine_cage(shallow, cage, crew, points);
+    fill_by(crew, &l, fill_averages, t->corner_count, centres);
   }
 }
 
-static void rows_of_level(const tw_shallow *shallow, const level *l, uint32_t first, uint32_t count,
-                          float *out) {
-  if (shallow->level == 2)
-    level_2_points(l, first, count, out);
-  else if (is_smooth(shallow))
-    level_1_points(l, first, count, out);
-  else
-    tw_refine_points(&shallow->cage, &shallow->rules, l->points, l->centres, first, count, out);
-}
-
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                          float *kept) {
-  size_t points = 3 * point_count(shallow);
+                          const tw_crew *crew, float *kept) {
+  size_t points = 3 * point_count(shallow) + 1;
   if (!shallow->normals) {
-    keep_parts(shallow, positions, point_of, kept, kept + points);
+    keep_parts(shallow, positions, point_of, crew, kept, kept + points);
     return TW_OK;
   }
   /* The centres are the last of the level's own points. */
   uint32_t others = (uint32_t)tw_shallow_kept_count(shallow) - centre_count(shallow);
-  float *above = tw_block_alloc(points + 1, sizeof *above), *centres = kept + 3 * (size_t)others;
+  float *above = tw_block_alloc(points, sizeof *above), *centres = kept + 3 * (size_t)others;
   if (!above) return TW_NO_MEMORY;
-  keep_parts(shallow, positions, point_of, above, centres);
+  keep_parts(shallow, positions, point_of, crew, above, centres);
   level l = level_of(shallow, above, centres);
-  rows_of_level(shallow, &l, 0, others, kept);
+  fill_by(crew, &l, fill_of_level(shallow), others, kept);
   tw_block_free(above);
   return TW_OK;
 }
@@ -358,7 +375,7 @@ void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t fi
   if (shallow->normals) {
     memcpy(out, kept + 3 * (size_t)first, 3 * (size_t)count * sizeof *out);
   } else {
-    level l = level_of(shallow, kept, kept + 3 * point_count(shallow));
-    rows_of_level(shallow, &l, first, count, out);
+    level l = level_of(shallow, kept, kept + 3 * point_count(shallow) + 1);
+    fill_of_level(shallow)(&l, first, first + count, out);
   }
 }

@@ -486,7 +486,7 @@ static tw_status start_shallow(build *b) {
   s->shallow.rules = b->rules;
   float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_size(&s->shallow), sizeof *kept);
   if (!kept) return TW_NO_MEMORY;
-  tw_status status = tw_shallow_keep(&s->shallow, b->mesh->positions, s->point_of, kept);
+  tw_status status = tw_shallow_keep(&s->shallow, b->mesh->positions, s->point_of, b->crew, kept);
   if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);

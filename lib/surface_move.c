@@ -34,12 +34,12 @@ static uint32_t refined_count(const tw_surface *s, const tw_surface_step *step) 
 }
 
 /* The base from the cage by at least one step; NULL without memory. */
-static float *refine_floats(const tw_surface *s, const float *cage) {
+static float *refine_floats(const tw_surface *s, const float *cage, const tw_crew *crew) {
   float *at = NULL;
   for (uint32_t i = 0; i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     float *next = tw_block_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, NULL, next);
+    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, crew, next);
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
     tw_block_free(at);
     if (!next) return NULL;
@@ -56,14 +56,14 @@ tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *
 }
 
 /* The same in double. */
-static double *refine_doubles(const tw_surface *s, const float *cage) {
+static double *refine_doubles(const tw_surface *s, const float *cage, const tw_crew *crew) {
   size_t count = 3 * (size_t)cage_vertices(s);
   double *at = tw_block_alloc(count, sizeof *at);
   for (size_t i = 0; at && i < count; i++) at[i] = (double)cage[i];
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_block_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, NULL, next) != TW_OK) {
+    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, crew, next) != TW_OK) {
       tw_block_free(next);
       next = NULL;
     }
@@ -74,8 +74,8 @@ static double *refine_doubles(const tw_surface *s, const float *cage) {
   return at;
 }
 
-static tw_status move_exactly(tw_surface *s, const float *cage) {
-  double *exact = refine_doubles(s, cage);
+static tw_status move_exactly(tw_surface *s, const float *cage, const tw_crew *crew) {
+  double *exact = refine_doubles(s, cage, crew);
   size_t count = 3 * (size_t)s->fields[0].base.vertex_count;
   float *base = exact ? tw_block_alloc(count, sizeof *base) : NULL;
   for (size_t i = 0; base && i < count; i++) base[i] = (float)exact[i];
@@ -87,27 +87,27 @@ static tw_status move_exactly(tw_surface *s, const float *cage) {
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status move_shallow(tw_surface *s, const float *positions) {
+static tw_status move_shallow(tw_surface *s, const float *positions, const tw_crew *crew) {
   float *kept = tw_block_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
   s->positions.base = kept;
-  return kept ? tw_shallow_keep(&s->shallow, positions, s->point_of, kept) : TW_NO_MEMORY;
+  return kept ? tw_shallow_keep(&s->shallow, positions, s->point_of, crew, kept) : TW_NO_MEMORY;
 }
 
-static tw_status move_loop(tw_surface *s, const float *cage) {
-  double *points = refine_doubles(s, cage);
+static tw_status move_loop(tw_surface *s, const float *cage, const tw_crew *crew) {
+  double *points = refine_doubles(s, cage, crew);
   double *kept = points ? tw_block_alloc(base_size(s), sizeof *kept) : NULL;
-  tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, NULL, kept) : TW_NO_MEMORY;
+  tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, crew, kept) : TW_NO_MEMORY;
   tw_block_free(points);
   s->positions.exact = kept;
   return status;
 }
 
-static tw_status move_points(tw_surface *s, const float *positions) {
-  if (s->shallow.level > 0) return move_shallow(s, positions);
+static tw_status move_points(tw_surface *s, const float *positions, const tw_crew *crew) {
+  if (s->shallow.level > 0) return move_shallow(s, positions, crew);
   float *cage = gather_cage(s, positions);
   if (!cage) return TW_NO_MEMORY;
   if (s->loop.levels > 0) {
-    tw_status status = move_loop(s, cage);
+    tw_status status = move_loop(s, cage, crew);
     tw_block_free(cage);
     return status;
   }
@@ -117,8 +117,8 @@ static tw_status move_points(tw_surface *s, const float *positions) {
   }
   tw_status status = TW_OK;
   if (s->exact)
-    status = move_exactly(s, cage);
-  else if (!(s->positions.base = refine_floats(s, cage)))
+    status = move_exactly(s, cage, crew);
+  else if (!(s->positions.base = refine_floats(s, cage, crew)))
     status = TW_NO_MEMORY;
   if (s->options.level == 0)
     s->positions.cage = cage;
@@ -127,7 +127,8 @@ static tw_status move_points(tw_surface *s, const float *positions) {
   return status;
 }
 
-tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out) {
+tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions, const tw_crew *crew,
+                                       tw_surface **out) {
   assert(plan->options.movable);
   tw_surface *s = tw_alloc(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
@@ -136,12 +137,16 @@ tw_status tw_surface_with_positions(const tw_surface *plan, const float *positio
   s->positions = (tw_values){.width = 3};
   s->bounds_ready = tw_alloc_zero(1, sizeof *s->bounds_ready);
   s->bounds = tw_alloc_zero(1, sizeof *s->bounds);
-  tw_status status = s->bounds_ready && s->bounds ? move_points(s, positions) : TW_NO_MEMORY;
+  tw_status status = s->bounds_ready && s->bounds ? move_points(s, positions, crew) : TW_NO_MEMORY;
   if (status == TW_OK)
     *out = s;
   else
     tw_surface_destroy(s);
   return status;
+}
+
+tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out) {
+  return tw_surface_with_positions_by(plan, positions, NULL, out);
 }
 
 void tw_surface_free_moved(tw_surface *surface) {

@@ -161,10 +161,14 @@ Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool nor
 }
 
 Timing move(const tw_surface *known, const float *positions, unsigned threads) {
+  std::optional<Helper> helper;
+  if (threads > 1) helper.emplace();
+  tw_crew crew = helper ? helper->crew() : tw_crew{};
   return measure([&] {
     tw_surface *surface = nullptr;
     tw_error error{};
-    if (tw_surface_with_positions(known, positions, &surface) != TW_OK) give_up(error);
+    if (tw_surface_with_positions_by(known, positions, helper ? &crew : nullptr, &surface) != TW_OK)
+      give_up(error);
     read_all(surface, false, threads);
     tw_surface_destroy(surface);
   });

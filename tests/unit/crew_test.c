@@ -118,6 +118,14 @@ static void crease(sheet *s, uint32_t side) {
   s->mesh.crease_count = side;
 }
 
+/* Joins the borders that are across from each other: a torus. */
+static void join(sheet *s, uint32_t side) {
+  for (uint32_t c = 0; c < s->mesh.corner_count; c++) {
+    uint32_t x = s->corners[c] % (side + 1), y = s->corners[c] / (side + 1);
+    s->corners[c] = y % side * (side + 1) + x % side;
+  }
+}
+
 static void map(sheet *s) {
   s->mesh.uv_set_count = 1;
   s->mesh.uv_sets[0].value_count = s->mesh.point_count;
@@ -171,6 +179,26 @@ static void free_content(content *c) {
   free(c->corners);
 }
 
+static void check_same(content shared, const content *alone) {
+  assert_int_equal(shared.row_size, alone->row_size);
+  assert_int_equal(shared.corner_count, alone->corner_count);
+  assert_memory_equal(shared.rows, alone->rows, alone->row_size * sizeof *alone->rows);
+  assert_memory_equal(shared.corners, alone->corners, alone->corner_count * sizeof *alone->corners);
+  free_content(&shared);
+}
+
+/* Made by the calling thread, then moved to where it is. */
+static content move(const tw_mesh *mesh, tw_surface_options options, const tw_crew *crew) {
+  options.movable = true;
+  tw_surface *plan = NULL, *moved = NULL;
+  assert_int_equal(tw_surface_create(mesh, &options, &plan, NULL), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(plan, mesh->positions, crew, &moved), TW_OK);
+  content c = read_all(moved);
+  tw_surface_destroy(moved);
+  tw_surface_destroy(plan);
+  return c;
+}
+
 /* Returns the number of parts. */
 static uint32_t check(const sheet *s, tw_surface_options options) {
   uint32_t parts = 0;
@@ -178,12 +206,8 @@ static uint32_t check(const sheet *s, tw_surface_options options) {
   assert_true(alone.corner_count > 0);
   for (int threads = 0; threads < 2; threads++) {
     const tw_crew crew = {&parts, threads ? run_on_threads : run_backwards};
-    content shared = make(&s->mesh, &options, &crew);
-    assert_int_equal(shared.row_size, alone.row_size);
-    assert_int_equal(shared.corner_count, alone.corner_count);
-    assert_memory_equal(shared.rows, alone.rows, alone.row_size * sizeof *alone.rows);
-    assert_memory_equal(shared.corners, alone.corners, alone.corner_count * sizeof *alone.corners);
-    free_content(&shared);
+    check_same(make(&s->mesh, &options, &crew), &alone);
+    check_same(move(&s->mesh, options, &crew), &alone);
   }
   free_content(&alone);
   return parts;
@@ -227,6 +251,18 @@ static void bilinear_surfaces_are_the_same(void **state) {
   check_all(44, MIXED, (tw_surface_options){.level = 2, .scheme = TW_BILINEAR});
 }
 
+/* Levels that are read straight from the cage. */
+static void shallow_surfaces_are_the_same(void **state) {
+  (void)state;
+  enum { SIDE = 100 };
+  sheet s = new_sheet(SIDE, TRIANGLES, false);
+  join(&s, SIDE);
+  for (uint32_t level = 1; level <= 2; level++)
+    for (int normals = 0; normals < 2; normals++)
+      assert_true(check(&s, (tw_surface_options){.level = level, .normals = normals}) >= 8);
+  free_sheet(&s);
+}
+
 /* Normals of an open border look at differences in double. */
 static void points_refined_in_double_are_the_same(void **state) {
   (void)state;
@@ -251,6 +287,7 @@ int main(void) {
       cmocka_unit_test(loop_surfaces_are_the_same),
       cmocka_unit_test(catmull_clark_surfaces_of_mixed_cages_are_the_same),
       cmocka_unit_test(bilinear_surfaces_are_the_same),
+      cmocka_unit_test(shallow_surfaces_are_the_same),
       cmocka_unit_test(points_refined_in_double_are_the_same),
       cmocka_unit_test(loops_are_cut_into_even_parts_that_are_worth_it),
   };

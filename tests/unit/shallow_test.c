@@ -116,7 +116,7 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
   float *kept = calloc(tw_shallow_kept_size(&s), sizeof *kept), *rows = calloc(count, 6 * sizeof *rows),
         *blocks = calloc(count, 6 * sizeof *blocks);
   assert_true(kept && rows && blocks);
-  assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, kept), TW_OK);
+  assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, NULL, kept), TW_OK);
   check_points(&s, kept, values, count);
   tw_shallow_normals(&s, kept, 0, count, rows);
   for (uint32_t v = 0; v < count; v++) {
@@ -168,7 +168,7 @@ static void check(cage *c, tw_surface_options options) {
     assert_int_equal(counts.face_count, child.face_count);
     assert_int_equal(counts.corner_count, child.corner_count);
     float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept);
-    assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, kept), TW_OK);
+    assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, NULL, kept), TW_OK);
     check_points(&s, kept, next, child.vertex_count);
     check_quads(&s, child.corner_vertex, child.face_count);
     if (tw_shallow_fits_normals(&read.topology, &rules)) check_normals(&s, cage_values, &child, next);
@@ -274,7 +274,7 @@ static void a_mesh_that_is_one_point_has_normals_up(void **state) {
     float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
           *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows);
     assert_true(kept && rows);
-    assert_int_equal(tw_shallow_keep(&s, zeros[0], NULL, kept), TW_OK);
+    assert_int_equal(tw_shallow_keep(&s, zeros[0], NULL, NULL, kept), TW_OK);
     tw_shallow_normals(&s, kept, 0, count, rows);
     for (uint32_t v = 0; v < count; v++)
       assert_memory_equal(rows + 6 * (size_t)v, ((float[]){0, 0, 0, 0, 1, 0}), 24);

@@ -99,6 +99,10 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
  * answer for loop and open borders. Any thread, many at once on one plan. TW_NO_MEMORY. */
 tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out);
 
+/* The same, its longer loops shared out as those of tw_surface_create_by. */
+tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions, const tw_crew *crew,
+                                       tw_surface **out);
+
 void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
 size_t tw_surface_size(const tw_surface *surface); /* bytes held; of a plan's none */
 
