@@ -6,13 +6,18 @@
 #include "point.h"
 #include "spline_kernel.h"
 
-/* 48 are whole vectors, and whole items of one, two and three rows. */
-enum { NORMAL_BATCH = 48, NORMAL_ROW = 6 };
+/* 48 are whole vectors, and whole items of one, two and three rows; the last vector may begin at any row. */
+enum { NORMAL_BATCH = 48, NORMAL_PLACES = NORMAL_BATCH + LANES, NORMAL_ROW = 6 };
 
-/* Tangents of some rows. The last vector's may begin at any row. */
+/* Tangents of some rows: all first ones, then all second ones. */
 typedef struct normal_batch {
-  tw_point along[2][NORMAL_BATCH + LANES];
+  tw_point along[2 * NORMAL_PLACES];
 } normal_batch;
+
+static inline void put_tangents(const tw_point along[2], tw_point *place) {
+  place[0] = along[0];
+  place[NORMAL_PLACES] = along[1];
+}
 
 /* One coordinate of LANES points each. */
 typedef struct coordinates {
@@ -84,19 +89,20 @@ static inline __attribute__((always_inline)) void put_points_and_normals(const f
 static inline bool put_normal_rows(normal_batch *batch, uint32_t from, uint32_t to, const float *points,
                                    float *restrict out) {
   mask sure = first_mask();
-  for (uint32_t i = to; i < to + (LANES - (to - from) % LANES) % LANES; i++)
-    for (int k = 0; k < 2; k++) batch->along[k][i] = batch->along[k][to - 1];
+  tw_point *along = batch->along;
+  const tw_point last[2] = {along[to - 1], along[NORMAL_PLACES + to - 1]};
+  for (uint32_t i = to; (i - from) % LANES > 0; i++) put_tangents(last, along + i);
   for (uint32_t i = from; i < to; i += LANES) {
-    coordinates normals = cross(batch->along[0] + i, batch->along[1] + i, &sure);
+    coordinates normals = cross(along + i, along + NORMAL_PLACES + i, &sure);
     vector rows[4];
     points_of(&normals, rows);
     if (to - i >= LANES) {
       for (size_t m = 0; m < 4; m++, out += NORMAL_ROW * LANES / 4)
         put_points_and_normals(points + 3 * ((size_t)i + m * LANES / 4), rows[m], out);
     } else {
-      const tw_point *last = (const tw_point *)rows;
+      const tw_point *some = (const tw_point *)rows;
       for (uint32_t k = i; k < to; k++, out += NORMAL_ROW)
-        put_point_and_normal(tw_load_point(points + 3 * (size_t)k), last[k - i], out);
+        put_point_and_normal(tw_load_point(points + 3 * (size_t)k), some[k - i], out);
     }
   }
   return all_set(sure);

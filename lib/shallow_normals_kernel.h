@@ -72,20 +72,20 @@ static inline __attribute__((always_inline)) void fetch_sides(const tw_shallow_l
   }
 }
 
-/* Of a face's corner: what is known of its edge and vertex. */
+/* Of a face's corner: what is known of its edge, its halves, its vertex. */
 static inline __attribute__((always_inline)) void fetch_corner(const tw_shallow_level *l, size_t corner,
-                                                               bool vertex) {
+                                                               bool halves, bool vertex) {
   __builtin_prefetch(edge_at(l, corner));
-  if (l->halves) __builtin_prefetch(at(l->halves, 2 * (size_t)l->cage.corner_edge[corner]));
+  if (halves) __builtin_prefetch(at(l->halves, 2 * (size_t)l->cage.corner_edge[corner]));
   if (vertex) __builtin_prefetch(at(l->vertices, l->cage.corner_vertex[corner]));
 }
 
 /* Of all corners of a triangle. */
 static inline __attribute__((always_inline)) void fetch_triangle(const tw_shallow_level *l, uint32_t face,
-                                                                 bool vertices) {
+                                                                 bool halves, bool vertices) {
   if (l->cage.face_size != 3) return;
   size_t first = 3 * (size_t)ahead_of(face, l->cage.face_count, AHEAD);
-  for (size_t n = 0; n < 3; n++) fetch_corner(l, first + n, vertices);
+  for (size_t n = 0; n < 3; n++) fetch_corner(l, first + n, halves, vertices);
 }
 
 /* ---- tangents ------------------------------------------------------------------------------- */
@@ -219,7 +219,7 @@ static inline __attribute__((always_inline)) row face_row(const tw_shallow_level
 
 static inline __attribute__((always_inline)) void level_1_face(const tw_shallow_level *l, uint32_t face,
                                                                row *rows) {
-  fetch_triangle(l, face, true);
+  fetch_triangle(l, face, false, true);
   rows[0] = face_row(l, face, level_1_at_face);
 }
 static inline __attribute__((always_inline)) void level_2_face(const tw_shallow_level *l, uint32_t face,
@@ -310,12 +310,12 @@ static inline __attribute__((always_inline)) void corner_rows(const tw_shallow_l
 
 static inline __attribute__((always_inline)) void level_2_spokes(const tw_shallow_level *l, uint32_t item,
                                                                  row *rows) {
-  fetch_triangle(l, item, false);
+  fetch_triangle(l, item, true, false);
   corner_rows(l, item, spoke_row, rows);
 }
 static inline __attribute__((always_inline)) void level_2_centres(const tw_shallow_level *l, uint32_t item,
                                                                   row *rows) {
-  fetch_triangle(l, item, true);
+  fetch_triangle(l, item, true, true);
   corner_rows(l, item, centre_row, rows);
 }
 
@@ -332,20 +332,18 @@ static inline __attribute__((always_inline)) void fill(const tw_shallow_level *l
   for (uint32_t first = j->begin - j->begin % step; first < j->end; first += NORMAL_BATCH) {
     uint32_t from = first < j->begin ? j->begin - first : 0,
              to = j->end - first < NORMAL_BATCH ? j->end - first : NORMAL_BATCH;
-    for (uint32_t i = 0; i < to; i += step) {
+    tw_point *place = b.along, *stop = place + to;
+    for (uint32_t item = first / step; place < stop; item++, place += step) {
       row rows[3];
-      find(l, (first + i) / step, rows);
-      for (uint32_t r = 0; r < step; r++) {
-        b.along[0][i + r] = rows[r].along[0];
-        b.along[1][i + r] = rows[r].along[1];
-      }
+      find(l, item, rows);
+      for (uint32_t r = 0; r < step; r++) put_tangents(rows[r].along, place + r);
     }
     bool sure = put_normal_rows(&b, from, to, j->points + 3 * (size_t)first, out);
     for (uint32_t i = from; i < to; i++, out += NORMAL_ROW) {
       row rows[3];
       if (sure) continue;
       find(l, (first + i) / step, rows);
-      tw_normal_from_tangents((const float *)&b.along[0][i], (const float *)&b.along[1][i],
+      tw_normal_from_tangents((const float *)(b.along + i), (const float *)(b.along + NORMAL_PLACES + i),
                               rows[(first + i) % step].quad, out + 3);
     }
   }
