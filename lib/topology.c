@@ -114,7 +114,7 @@ static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint3
 /* Fills corner_face where faces differ in size; false without memory. */
 static bool map_corners(tw_topology *t, tw_arena *arena) {
   if (!t->face_offsets) return true;
-  t->corner_face = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
+  t->corner_face = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
   if (!t->corner_face) return false;
   for (uint32_t face = 0; face < t->face_count; face++)
     for (uint32_t c = t->face_offsets[face]; c < t->face_offsets[face + 1]; c++) t->corner_face[c] = face;
@@ -166,8 +166,8 @@ static bool order_fan(tw_topology *t, uint32_t vertex) {
 static bool allocate_fans(tw_topology *t, uint64_t ring_size, tw_arena *arena) {
   t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
-  t->fan_corners = tw_arena_alloc(arena, t->corner_count, sizeof(uint32_t));
-  t->ring_edges = tw_arena_alloc(arena, (size_t)ring_size, sizeof(uint32_t));
+  t->fan_corners = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  t->ring_edges = tw_arena_alloc_raw(arena, (size_t)ring_size, sizeof(uint32_t));
   t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
   return t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
 }
@@ -222,7 +222,7 @@ static tw_status link_any(tw_topology *t, const uint32_t *known_edges, tw_arena 
       join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
     memset(t->fan_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
     file_corners(t);
-    t->ring_edges = tw_arena_alloc(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
+    t->ring_edges = tw_arena_alloc_raw(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
     if (t->ring_edges) {
       link_fans(t);
       status = TW_OK;
@@ -244,12 +244,12 @@ static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex
   t->face_offsets = face_offsets;
   if (!face_offsets) t->face_size = corner_count == 3 * (uint64_t)face_count ? 3 : 4;
   t->corner_vertex = (uint32_t *)corners; /* never written through */
-  t->corner_edge = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
-  t->sibling = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
+  t->corner_edge = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
+  t->sibling = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
   /* At most one edge a corner; the unused tail costs address space only. */
-  t->edge_vertices = tw_arena_alloc(arena, corner_count, sizeof(uint32_t[2]));
-  t->edge_corner = tw_arena_alloc(arena, corner_count, sizeof(uint32_t));
-  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
+  t->edge_vertices = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t[2]));
+  t->edge_corner = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
+  t->edge_flags = tw_arena_alloc_raw(arena, corner_count, 1);
   if (!map_corners(t, arena) || !t->corner_edge || !t->sibling || !t->edge_vertices || !t->edge_corner ||
       !t->edge_flags || !allocate_fans(t, (uint64_t)corner_count + vertex_count, arena))
     return TW_NO_MEMORY;
