@@ -200,6 +200,7 @@ static void print_head(api_pose_body *body, api_text *text) {
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_query *query = &body->query;
   api_text *text = &body->text;
+  if (body->template) api_text_reserve(text, body->template->size); /* for the poses as well */
   print_head(body, text);
   uint64_t header = text->size - BIN_PREFIX + api_pose_measure_times(query) + strlen("]}");
   if (text->failed || header > UINT32_MAX - 4) return false;

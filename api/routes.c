@@ -98,9 +98,10 @@ static cut_path cut(const char *path) {
   return (cut_path){path, api_is_model_id(id, strnlen(id, ID_LENGTH)) ? id : NULL};
 }
 
-/* What of the path follows the route's; NULL when it does not begin with it. */
+/* What of the path follows the route's; NULL when it does not begin with it. No path with a model's id is
+ * one of a route without. */
 static const char *match_path(const api_route *route, const cut_path *path) {
-  if (route->tail && !path->id) return NULL;
+  if (!route->tail != !path->id) return NULL;
   const char *text = route->tail ? path->id + ID_LENGTH : path->whole;
   const char *pattern = route->tail ? route->tail : route->path;
   while (*pattern && *text == *pattern) text++, pattern++;
