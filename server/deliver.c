@@ -1,7 +1,6 @@
 /* Answers on their way out, as responses of libmicrohttpd: small ones in a response that was sent before,
  * others in one of their own, whose body is pulled out of them. */
 #include "ahead.h"
-#include "log.h"
 #include "loop.h"
 
 #include <microhttpd.h>

@@ -9,7 +9,6 @@
 #include "bypass.h"
 #include "clock.h"
 #include "listen.h"
-#include "log.h"
 #include "loop.h"
 
 #include <errno.h>
@@ -334,7 +333,9 @@ static void turn(srv_loop *l) {
     if (events[i].data.fd == l->http->listener) accept_some(l);
     if (events[i].data.fd == l->event) resume_done(l);
   }
+  srv_log_hold(l->log_lines);
   MHD_run(l->daemon);
+  srv_log_release();
   sweep(l);
   if (!l->accepting) watch_listener(l);
   srv_work_outside(l->http->server->work, false);
@@ -421,6 +422,7 @@ static bool start_loop(srv_http *http, srv_loop *l, const char *certificate, con
   l->http = http;
   pthread_mutex_init(&l->lock, NULL);
   l->replies = srv_replies_create();
+  l->log_lines = srv_log_lines_create();
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
   l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   http->loop_count++;
@@ -485,6 +487,7 @@ bool srv_http_stop(srv_http *http) {
     srv_loop *l = &http->loops[i];
     if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
     srv_replies_destroy(l->replies);
+    srv_log_lines_destroy(l->log_lines);
     if (l->epoll >= 0) close(l->epoll);
     if (l->event >= 0) close(l->event);
     pthread_mutex_destroy(&l->lock);

@@ -11,7 +11,7 @@ typedef enum srv_log_format { SRV_LOG_AUTO, SRV_LOG_TEXT, SRV_LOG_JSON } srv_log
 /* Call once, before other threads start. Until then: warnings and worse, as text. */
 void srv_log_configure(srv_log_level level, srv_log_format format);
 
-/* One event. Any thread; lines never mix. */
+/* One event, written at once. Any thread; lines never mix. */
 void srv_log(srv_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
 /* One finished request; logged as information. Text may hold anything, it is escaped. */
@@ -24,5 +24,17 @@ typedef struct srv_log_request {
 } srv_log_request;
 
 void srv_log_access(const srv_log_request *request);
+
+/* A thread's lines about finished requests that wait to leave in one write. They wait for no more than the
+ * thread's next words of another kind, which follow them, or than fit into what a pipe takes in one piece. */
+typedef struct srv_log_lines srv_log_lines;
+srv_log_lines *srv_log_lines_create(void);        /* NULL without memory */
+void srv_log_lines_destroy(srv_log_lines *lines); /* NULL accepted; not held */
+void srv_log_hold(srv_log_lines *lines);          /* from here on, on this thread; NULL: they don't wait */
+void srv_log_release(void);                       /* writes what waits */
+
+/* Has what waits written when the process ends by a fault or by abort. Call once, before other threads start.
+ */
+void srv_log_survive(void);
 
 #endif

@@ -5,6 +5,7 @@
 
 #include "exchange.h"
 #include "http.h"
+#include "log.h"
 #include "reply.h"
 #include "watch.h"
 
@@ -37,6 +38,7 @@ struct srv_loop {
   bool accepting;
   srv_connection *connections;
   srv_replies *replies;
+  srv_log_lines *log_lines;
   uint64_t swept_ms;
   pthread_mutex_t lock;
   srv_connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */

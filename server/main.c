@@ -167,6 +167,7 @@ static int run(process *p) {
   int signal_number;
   block_signals(&ending);
   srv_log_configure((srv_log_level)p->config.log_level, (srv_log_format)p->config.log_format);
+  srv_log_survive();
   bool serving = prepare(p, error) && store_samples(p, error) && serve(p, error);
   if (!serving) {
     fprintf(stderr, "tweend: %s\n", error);
