@@ -43,6 +43,13 @@ static void append(line *l, const char *format, ...) {
   l->size += (size_t)printed < room ? (size_t)printed : room;
 }
 
+/* The same as it is. */
+static void append_text(line *l, const char *text) {
+  size_t size = strnlen(text, LINE_SIZE - 1 - l->size);
+  memcpy(l->text + l->size, text, size);
+  l->size += size;
+}
+
 /* For text from outside: control bytes, quotes and backslashes cannot break the line. */
 static void append_escaped(line *l, const char *text) {
   for (const char *at = text; *at != '\0' && l->size < LINE_SIZE - LINE_RESERVE; at++) {
@@ -58,21 +65,31 @@ static void append_escaped(line *l, const char *text) {
 }
 
 static void append_field(line *l, const char *name, const char *text) {
-  append(l, ",\"%s\":\"", name);
+  append_text(l, ",\"");
+  append_text(l, name);
+  append_text(l, "\":\"");
   append_escaped(l, text);
-  append(l, "\"");
+  append_text(l, "\"");
+}
+
+/* Date and time up to a second, printed once for all lines in it. */
+static const char *print_second(time_t second) {
+  static _Thread_local time_t printed;
+  static _Thread_local char stamp[32];
+  if (second == printed && stamp[0] != '\0') return stamp;
+  struct tm utc;
+  gmtime_r(&second, &utc);
+  strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &utc);
+  printed = second;
+  return stamp;
 }
 
 static void begin(line *l, srv_log_level level) {
   struct timespec now;
-  struct tm utc;
-  char stamp[32];
   clock_gettime(CLOCK_REALTIME, &now);
-  gmtime_r(&now.tv_sec, &utc);
-  strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &utc);
   l->size = 0;
-  append(l, as_json ? "{\"time\":\"%s.%03ldZ\",\"level\":\"%s\"" : "%s.%03ldZ %-5s ", stamp,
-         now.tv_nsec / 1000000, LEVEL_NAMES[level]);
+  append(l, as_json ? "{\"time\":\"%s.%03ldZ\",\"level\":\"%s\"" : "%s.%03ldZ %-5s ",
+         print_second(now.tv_sec), now.tv_nsec / 1000000, LEVEL_NAMES[level]);
 }
 
 /* Where standard error is gone there is nobody to tell. */
@@ -152,7 +169,7 @@ void srv_log_survive(void) {
 /* ---- lines ----------------------------------------------------------------------------------- */
 
 static void finish(line *l, bool may_wait) {
-  append(l, as_json ? "}\n" : "\n");
+  append_text(l, as_json ? "}\n" : "\n");
   if (held == NULL || !may_wait || l->size > sizeof held->text) {
     write_held();
     write_out(l->text, l->size);
@@ -182,7 +199,7 @@ void srv_log(srv_log_level level, const char *format, ...) {
 
 static void append_target(line *l, const srv_log_request *request) {
   append_escaped(l, request->path);
-  if (request->query[0] != '\0') append(l, "?");
+  if (request->query[0] != '\0') append_text(l, "?");
   append_escaped(l, request->query);
 }
 
@@ -195,9 +212,9 @@ void srv_log_access(const srv_log_request *request) {
     append_field(&l, "id", request->id);
     append_field(&l, "peer", request->peer);
     append_field(&l, "method", request->method);
-    append(&l, ",\"target\":\"");
+    append_text(&l, ",\"target\":\"");
     append_target(&l, request);
-    append(&l, "\"");
+    append_text(&l, "\"");
     append(&l,
            ",\"status\":%d,\"aborted\":%s,\"bytes_in\":%llu,\"bytes_out\":%llu,"
            "\"queue_ms\":%.3f,\"work_ms\":%.3f,\"total_ms\":%.3f",
@@ -206,12 +223,12 @@ void srv_log_access(const srv_log_request *request) {
   } else {
     append(&l, "%d ", request->status);
     append_escaped(&l, request->method);
-    append(&l, " ");
+    append_text(&l, " ");
     append_target(&l, request);
     append(&l, " in=%llu out=%llu ms=%.1f%s peer=", (unsigned long long)request->bytes_in,
            (unsigned long long)request->bytes_out, request->total_ms, request->aborted ? " aborted" : "");
     append_escaped(&l, request->peer);
-    append(&l, " id=");
+    append_text(&l, " id=");
     append_escaped(&l, request->id);
   }
   finish(&l, true);
