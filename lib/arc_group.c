@@ -52,7 +52,7 @@ static bool order_arcs(tw_arc_group *group, tw_arena *arena, const tw_track *tra
   sort_keys(keys, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t track = keys[i].track;
-    arcs[i] = tracks[which[track]].segments.arcs[next_key[track]++];
+    arcs[i] = track_arc(&tracks[which[track]], next_key[track]++);
     whose[i] = (uint16_t)track;
   }
   free(keys);
@@ -138,10 +138,12 @@ static void find_arcs(const tw_arc_group *group, float time, uint32_t *found) {
     found[group->tracks[i]] = i;
 }
 
+enum { ARC_BLOCK = 64 };
+
 /* Asks for the block of arcs from `first` on, a block before it is read: when the clip is larger than the
  * cache, their loads wait side by side, not one behind the other. */
 static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint32_t first) {
-  for (uint32_t i = first; i < group->track_count && i < first + TW_ARC_BLOCK; i++) {
+  for (uint32_t i = first; i < group->track_count && i < first + ARC_BLOCK; i++) {
     __builtin_prefetch(group->arcs + found[i]);
     __builtin_prefetch(&group->arcs[found[i]].rate); /* may lie in another line of the cache */
   }
@@ -149,21 +151,12 @@ static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint
 
 void tw_arc_group_pose(const tw_arc_group *group, float time, tw_trs *locals) {
   uint32_t found[TW_GROUP_TRACKS];
-  const arc_segment *arcs[TW_ARC_BLOCK];
-  float angles[TW_ARC_BLOCK], rotations[TW_ARC_BLOCK][4];
   find_arcs(group, time, found);
   prefetch_arcs(group, found, 0);
   if (time > group->last) time = group->last; /* the last arcs stand still, but 0 times infinity is not 0 */
-  for (uint32_t done = 0; done < group->track_count; done += TW_ARC_BLOCK) {
-    uint32_t left = group->track_count - done, count = left < TW_ARC_BLOCK ? left : TW_ARC_BLOCK;
-    prefetch_arcs(group, found, done + TW_ARC_BLOCK);
-    for (uint32_t i = 0; i < count; i++) {
-      arcs[i] = group->arcs + found[done + i];
-      float start = arcs[i]->start;
-      angles[i] = ((time > start ? time : start) - start) * arcs[i]->rate;
-    }
-    tw_arcs_sample(arcs, angles, count, rotations);
-    for (uint32_t i = 0; i < count; i++)
-      memcpy(locals[group->nodes[done + i]].rotation, rotations[i], sizeof rotations[i]);
+  for (uint32_t done = 0; done < group->track_count; done += ARC_BLOCK) {
+    uint32_t left = group->track_count - done, count = left < ARC_BLOCK ? left : ARC_BLOCK;
+    prefetch_arcs(group, found, done + ARC_BLOCK);
+    tw_arcs_pose(group->arcs, found + done, count, time, group->nodes + done, locals);
   }
 }

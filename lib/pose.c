@@ -42,7 +42,20 @@ static void scatter(tw_path path, const float *samples, size_t count, uint32_t n
 }
 
 /* Times are taken this many at once, so that what one track writes stays in cache for the next. */
-enum { TIME_BLOCK = TW_ARC_BLOCK };
+enum { TIME_BLOCK = 64 };
+
+/* Asks for what a later block of times needs: the numbers of arcs lie in more places than the machine
+ * foresees. */
+static void prefetch_arcs(const tw_track *track, uint32_t key) {
+  enum { KEYS_AHEAD = 64, BUCKETS_A_LINE = 4 };
+  const tw_timeline *timeline = track->timeline;
+  size_t count = timeline->key_count, ahead = (size_t)key + KEYS_AHEAD;
+  if (track->kind != TRACK_ARC || ahead + BUCKETS_A_LINE >= count) return;
+  for (size_t i = 0; i < ARC_NUMBERS; i++) __builtin_prefetch(track->segments.arcs + i * count + ahead);
+  __builtin_prefetch(timeline->times + ahead);
+  __builtin_prefetch(timeline->buckets + ahead);
+  __builtin_prefetch(timeline->buckets + ahead + BUCKETS_A_LINE);
+}
 
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out) {
   const tw_track *sampled = &clip->tracks[track];
@@ -51,6 +64,7 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
     tw_timeline_find_all(sampled->timeline, times + done, count, clamped, keys);
+    prefetch_arcs(sampled, keys[count - 1]);
     tw_track_sample(sampled, clamped, keys, count, out + done * sampled->width);
   }
 }

@@ -48,32 +48,3 @@ uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, ui
   }
   return low - 1;
 }
-
-/* So many keys may begin within a block for comparing all of its times with each key to pay. */
-enum { KEYS_FEW = 12 };
-
-/* Keys at or before each clamped time; none is before key `first` or at or after the one after `last`. */
-static void count_keys(const float *key_times, uint32_t first, uint32_t last, const float *restrict clamped,
-                       size_t count, uint32_t *restrict keys) {
-  for (size_t i = 0; i < count; i++) keys[i] = first;
-  for (uint32_t key = first + 1; key <= last; key++) {
-    float time = key_times[key];
-    for (size_t i = 0; i < count; i++) keys[i] += clamped[i] >= time;
-  }
-}
-
-void tw_timeline_find_all(const tw_timeline *timeline, const float *restrict times, size_t count,
-                          float *restrict clamped, uint32_t *restrict keys) {
-  const tw_timeline line = *timeline;
-  uint32_t falls = 0;
-  for (size_t i = 0; i < count; i++) clamped[i] = timeline_clamp(&line, times[i]);
-  for (size_t i = 1; i < count; i++) falls += clamped[i] < clamped[i - 1];
-  if (falls == 0 && count > 1) {
-    uint32_t first = timeline_find(&line, clamped[0]), last = timeline_find(&line, clamped[count - 1]);
-    if (last - first <= KEYS_FEW) {
-      count_keys(line.times, first, last, clamped, count, keys);
-      return;
-    }
-  }
-  for (size_t i = 0; i < count; i++) keys[i] = timeline_find(&line, clamped[i]);
-}

@@ -2,6 +2,8 @@
 #ifndef TWEEND_TRACK_H
 #define TWEEND_TRACK_H
 
+#include <string.h>
+
 #include "quat.h"
 #include "timeline.h"
 
@@ -24,6 +26,11 @@ typedef struct arc_segment {
   float from[4], toward[4];
   float start, rate;
 } arc_segment;
+
+/* Its numbers by their places. A track keeps each of them for all its segments in a row, so that many times
+ * are sampled in vectors; a clip also keeps whole segments, in the order of time (arc_group.h), for single
+ * times. Vectors are loaded whole, with up to ARC_ROOM numbers beyond the last. */
+enum { ARC_FROM = 0, ARC_TOWARD = 4, ARC_START = 8, ARC_RATE, ARC_NUMBERS, ARC_ROOM = 15 };
 
 /* The same great arc at the pace of the straight line between its ends: at u the direction is
  * (1 - u versine, u sine). */
@@ -63,7 +70,7 @@ typedef struct tw_track {
   uint32_t timeline_index;
   const float *keys; /* [key_count][width]: TRACK_VALUES_STEP, _LINEAR, TRACK_SQUAD, TRACK_HERMITE */
   union {
-    const arc_segment *arcs;     /* [key_count] */
+    const float *arcs;           /* [ARC_NUMBERS][key_count], then room */
     const squad_segment *squads; /* [key_count] */
     const cubic *cubics;         /* [key_count][width] */
     const euler_segment *eulers; /* [key_count] */
@@ -94,8 +101,38 @@ void tw_track_rotation(const tw_track *track, uint32_t key, double part, double 
  * path densely enough needs. */
 double tw_track_travel(const tw_track *track, uint32_t key);
 
-/* Rotations of `count` arcs at once: out[i] at v = angles[i] of *arcs[i]. At most TW_ARC_BLOCK. */
-enum { TW_ARC_BLOCK = 64 };
-void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]);
+/* Of a track that has arcs. */
+static inline arc_segment track_arc(const tw_track *track, uint32_t key) {
+  float numbers[ARC_NUMBERS];
+  for (size_t i = 0; i < ARC_NUMBERS; i++)
+    numbers[i] = track->segments.arcs[i * track->timeline->key_count + key];
+  arc_segment arc;
+  memcpy(&arc, numbers, sizeof arc);
+  return arc;
+}
+
+/* Rotations of a track at [count] times: out[i] is that of arc which[i] of arc_count, which starts at or
+ * before times[i]. Quickest where they ascend. out: [count][4]. */
+void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
+                    size_t count, float *out);
+
+/* Those of [count] arcs of many tracks at one time into the local transforms of their nodes. Before its start
+ * an arc stands at its first key. */
+void tw_arcs_pose(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
+                  const uint32_t *nodes, tw_trs *locals);
+
+/* What does tw_timeline_find_all and these on one instruction set. */
+typedef struct tw_track_kernels {
+  void (*find_keys)(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
+                    uint32_t *keys);
+  void (*sample_arcs)(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
+                      size_t count, float *out);
+  void (*pose_arcs)(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
+                    const uint32_t *nodes, tw_trs *locals);
+} tw_track_kernels;
+extern const tw_track_kernels tw_track_kernels_avx2, tw_track_kernels_avx512;
+
+/* 0 for every machine, 1 AVX2, 2 AVX-512; NULL for one that the machine lacks. All give the same bytes. */
+const tw_track_kernels *tw_track_kernels_at(uint32_t instruction_set);
 
 #endif

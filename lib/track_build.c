@@ -82,21 +82,22 @@ static double seconds_to_next(const tw_timeline *timeline, uint32_t key) {
   return (double)timeline->times[key + 1] - (double)timeline->times[key];
 }
 
-static const arc_segment *build_arcs(tw_arena *arena, const rotation_keys *keys, const tw_timeline *timeline,
-                                     bool hold, tw_error *error) {
-  arc_segment *arcs = tw_arena_alloc(arena, timeline->key_count, sizeof *arcs);
+static const float *build_arcs(tw_arena *arena, const rotation_keys *keys, const tw_timeline *timeline,
+                               bool hold, tw_error *error) {
+  size_t count = timeline->key_count;
+  float *arcs = tw_arena_alloc(arena, count * ARC_NUMBERS + ARC_ROOM, sizeof *arcs);
   if (!arcs) return no_memory(error);
-  for (uint32_t i = 0; i < timeline->key_count; i++) {
-    memcpy(arcs[i].from, keys->stored[i], sizeof arcs[i].from);
-    arcs[i].start = timeline->times[i];
-    if (hold || i + 1 == timeline->key_count) continue;
+  for (uint32_t i = 0; i < count; i++) {
+    for (size_t j = 0; j < 4; j++) arcs[(ARC_FROM + j) * count + i] = keys->stored[i][j];
+    arcs[ARC_START * count + i] = timeline->times[i];
+    if (hold || i + 1 == count) continue;
     tw_arc arc = tw_arc_between(keys->unit[i], keys->unit[i + 1]);
     double from[4];
     quat_widen(keys->stored[i], from);
     double length = tw_length(from, 4);
-    for (int j = 0; j < 4; j++) arcs[i].toward[j] = (float)(arc.toward[j] * length);
+    for (size_t j = 0; j < 4; j++) arcs[(ARC_TOWARD + j) * count + i] = (float)(arc.toward[j] * length);
     /* Segments of a denormal part of a second: their samples stay finite. */
-    arcs[i].rate = (float)fmin(arc.angle / seconds_to_next(timeline, i), (double)FLT_MAX);
+    arcs[ARC_RATE * count + i] = (float)fmin(arc.angle / seconds_to_next(timeline, i), (double)FLT_MAX);
   }
   return arcs;
 }

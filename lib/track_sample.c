@@ -5,66 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
- * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
-static inline float sine(float v) {
-  float x = v * v;
-  return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
-}
-
-static inline float cosine(float v) {
-  float x = v * v;
-  return 1 +
-         x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
-}
-
-/* The same source for every instruction set, and no contraction: all give the same bytes. */
-static inline __attribute__((always_inline)) void sample_block(const arc_segment *const *restrict arcs,
-                                                               const float *restrict angles, size_t count,
-                                                               float (*restrict out)[4]) {
-  float c[TW_ARC_BLOCK], s[TW_ARC_BLOCK];
-  for (size_t i = 0; i < count; i++) {
-    c[i] = cosine(angles[i]);
-    s[i] = sine(angles[i]);
-  }
-  for (size_t i = 0; i < count; i++) {
-    const arc_segment *arc = arcs[i];
-    for (int j = 0; j < 4; j++) out[i][j] = arc->from[j] * c[i] + arc->toward[j] * s[i];
-  }
-}
-
-#ifdef __x86_64__
-static __attribute__((target("avx2"))) void
-sample_block_avx2(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
-  sample_block(arcs, angles, count, out);
-}
-#endif
-
-void tw_arcs_sample(const arc_segment *const *arcs, const float *angles, size_t count, float (*out)[4]) {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) {
-    sample_block_avx2(arcs, angles, count, out);
-    return;
-  }
-#endif
-  sample_block(arcs, angles, count, out);
-}
-
-static void sample_arcs(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
-                        float *out) {
-  const arc_segment *arcs[TW_ARC_BLOCK];
-  float angles[TW_ARC_BLOCK];
-  for (size_t done = 0; done < count; done += TW_ARC_BLOCK) {
-    size_t block = count - done < TW_ARC_BLOCK ? count - done : TW_ARC_BLOCK;
-    for (size_t i = 0; i < block; i++) {
-      const arc_segment *arc = track->segments.arcs + keys[done + i];
-      arcs[i] = arc;
-      angles[i] = (times[done + i] - arc->start) * arc->rate;
-    }
-    tw_arcs_sample(arcs, angles, block, (float(*)[4])(out + 4 * done));
-  }
-}
-
 double tw_track_seconds(const tw_track *track, uint32_t key) {
   const tw_timeline *timeline = track->timeline;
   if (key + 1 == timeline->key_count) return 0;
@@ -78,20 +18,20 @@ static double segment_part(const tw_track *track, float time, uint32_t key) {
 }
 
 static void arc_at(const tw_track *track, uint32_t key, double part, double out[4]) {
-  const arc_segment *arc = track->segments.arcs + key;
+  const arc_segment arc = track_arc(track, key);
   double angle = 0;
-  if (part > 0) angle = part * (double)arc->rate * tw_track_seconds(track, key);
+  if (part > 0) angle = part * (double)arc.rate * tw_track_seconds(track, key);
   double c = cos(angle), s = sin(angle);
-  for (int i = 0; i < 4; i++) out[i] = (double)arc->from[i] * c + (double)arc->toward[i] * s;
+  for (int i = 0; i < 4; i++) out[i] = (double)arc.from[i] * c + (double)arc.toward[i] * s;
 }
 
 static void nlerp_at(const tw_track *track, uint32_t key, double part, double out[4]) {
-  const arc_segment *arc = track->segments.arcs + key;
+  const arc_segment arc = track_arc(track, key);
   const nlerp_shape *shape = track->shapes + key;
   double c = 1 - part * (double)shape->versine, s = part * (double)shape->sine;
   double length = sqrt(c * c + s * s);
   for (int i = 0; i < 4; i++)
-    out[i] = (double)arc->from[i] * (c / length) + (double)arc->toward[i] * (s / length);
+    out[i] = (double)arc.from[i] * (c / length) + (double)arc.toward[i] * (s / length);
 }
 
 /* Shoemake's spherical quadrangle: slerp between the arc of the keys and that of the controls. */
@@ -207,7 +147,7 @@ static sampler sampler_of(track_kind kind) {
 void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
                      float *out) {
   if (track->kind == TRACK_ARC) {
-    sample_arcs(track, times, keys, count, out);
+    tw_arcs_sample(track->segments.arcs, track->timeline->key_count, keys, times, count, out);
     return;
   }
   sampler sample = sampler_of(track->kind);

@@ -1,0 +1,36 @@
+/* Finding keys and sampling arcs: the kernels for every machine, and the choice of the best ones. */
+#include "track_kernel.h"
+
+static const tw_track_kernels anywhere = {find_keys, sample_arcs, pose_arcs};
+
+const tw_track_kernels *tw_track_kernels_at(uint32_t instruction_set) {
+  if (instruction_set == 0) return &anywhere;
+#ifdef __x86_64__
+  if (instruction_set == 1 && __builtin_cpu_supports("avx2")) return &tw_track_kernels_avx2;
+  if (instruction_set == 2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512vl"))
+    return &tw_track_kernels_avx512;
+#endif
+  return NULL;
+}
+
+static const tw_track_kernels *best_kernels(void) {
+  uint32_t best = 2;
+  while (!tw_track_kernels_at(best)) best--;
+  return tw_track_kernels_at(best);
+}
+
+void tw_timeline_find_all(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
+                          uint32_t *keys) {
+  best_kernels()->find_keys(timeline, times, count, clamped, keys);
+}
+
+void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
+                    size_t count, float *out) {
+  best_kernels()->sample_arcs(arcs, arc_count, which, times, count, out);
+}
+
+void tw_arcs_pose(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
+                  const uint32_t *nodes, tw_trs *locals) {
+  best_kernels()->pose_arcs(arcs, which, count, time, nodes, locals);
+}
