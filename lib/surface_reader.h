@@ -28,6 +28,12 @@ struct tw_surface_reader {
   uint32_t piece_count, piece_capacity;
 };
 
+/* Of a domain's rows. */
+static inline const tw_numbering *tw_numbering_of(const tw_surface *s, tw_domain domain) {
+  if (domain == TW_DOMAIN_POINTS) return &s->points;
+  return domain == TW_DOMAIN_UVS ? &s->uv_points : &s->vertices;
+}
+
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */
 void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,
