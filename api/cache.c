@@ -86,19 +86,28 @@ static void link_newest(api_cache *cache, api_entry *entry) {
   cache->newest = entry;
 }
 
-static void list_entry(api_cache *cache, api_entry *entry) {
+static void link_first(api_cache *cache, api_entry *entry) {
   api_entry **bucket = bucket_of(cache, entry->hash);
   entry->next_in_bucket = *bucket;
   *bucket = entry;
-  entry->is_listed = true;
+}
+
+static void unlink_bucket(api_cache *cache, api_entry *entry) {
+  api_entry **link = bucket_of(cache, entry->hash);
+  while (*link != entry) link = &(*link)->next_in_bucket;
+  *link = entry->next_in_bucket;
+  entry->next_in_bucket = NULL;
+}
+
+static void list_entry(api_cache *cache, api_entry *entry) {
+  link_first(cache, entry);
   link_newest(cache, entry);
+  entry->is_listed = true;
 }
 
 /* Takes the entry out of table, list and account. */
 static void unlist_entry(api_cache *cache, api_entry *entry) {
-  api_entry **link = bucket_of(cache, entry->hash);
-  while (*link != entry) link = &(*link)->next_in_bucket;
-  *link = entry->next_in_bucket;
+  unlink_bucket(cache, entry);
   unlink_use(cache, entry);
   entry->is_listed = false;
   if (entry->state == READY) cache->size -= entry->built.size;
@@ -126,8 +135,8 @@ static api_entry *evict(api_cache *cache) {
   return evicted;
 }
 
-/* Takes out of a full chain the entry that has been in it for longest and is unheld: queries that are chosen
- * to have one hash drive out each other, instead of making every look-up a long walk. NULL for none. */
+/* Takes out of a full chain the unheld entry that was used least recently: queries that are chosen to have
+ * one hash drive out each other, instead of making every look-up a long walk. NULL for none. */
 static api_entry *crowd_out(api_cache *cache, uint32_t hash) {
   uint32_t length = 0;
   api_entry *last = NULL;
@@ -135,7 +144,6 @@ static api_entry *crowd_out(api_cache *cache, uint32_t hash) {
     if (entry->references == 0) last = entry;
   if (length < CHAIN_MOST || !last) return NULL;
   unlist_entry(cache, last);
-  last->next_in_bucket = NULL;
   return last;
 }
 
@@ -162,8 +170,11 @@ void api_cache_destroy(api_cache *cache) {
 
 /* ---- use --------------------------------------------------------------------------------------- */
 
+/* Chains are in the order of use as well, see crowd_out. */
 static void touch(api_cache *cache, api_entry *entry) {
   entry->references++;
+  unlink_bucket(cache, entry);
+  link_first(cache, entry);
   unlink_use(cache, entry);
   link_newest(cache, entry);
 }

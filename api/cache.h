@@ -1,6 +1,7 @@
 /* What is worth keeping between requests: parsed models, plans, clips, descriptions. Immutable values
- * by text keys, reference-counted, under a byte budget; the least recently used go first. Values in
- * use stay even when they are over the budget. Two requests for one missing key build it once. */
+ * by text keys, reference-counted, under a byte budget and few to a place of the table; the least recently
+ * used go first. Values in use stay even when they are over the budget. Two requests for one missing key
+ * build it once. */
 #ifndef API_CACHE_H
 #define API_CACHE_H
 

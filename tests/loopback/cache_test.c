@@ -263,6 +263,25 @@ static void keys_that_collide_drive_out_each_other(void **state) {
   assert_int_equal(shop.destroyed, KEYS);
 }
 
+static void key_that_is_asked_for_stays_among_those_that_collide(void **state) {
+  (void)state;
+  workshop shop = {.size = 1};
+  api_cache *cache = api_cache_create(UINT64_MAX);
+  uint32_t from = 0;
+  char first[16], key[16];
+  colliding_key(&from, first);
+  api_entry_release(take(cache, first, &shop));
+  for (int i = 0; i < 200; i++) {
+    colliding_key(&from, key);
+    api_entry_release(take(cache, key, &shop));
+    api_entry *entry = api_cache_peek(cache, first);
+    assert_non_null(entry);
+    api_entry_release(entry);
+  }
+  assert_true(shop.destroyed > 100);
+  api_cache_destroy(cache);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(a_key_is_built_once),
@@ -275,6 +294,7 @@ int main(void) {
       cmocka_unit_test(equal_requests_at_once_build_one),
       cmocka_unit_test(all_who_wait_for_a_failing_build_hear_why),
       cmocka_unit_test(keys_that_collide_drive_out_each_other),
+      cmocka_unit_test(key_that_is_asked_for_stays_among_those_that_collide),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
