@@ -1,5 +1,6 @@
 /* Decimal digits of floats: the kernel for every machine, and the choice of the best one. */
 #include "decimal_kernel.h"
+#include "processor.h"
 
 /* LANES: values of the widest vectors. FEW: take less time one by one. */
 enum { LANES = 16, FEW = 4 };
@@ -30,19 +31,11 @@ static void find_anywhere(tw_decimals *batch, size_t count) {
 
 typedef void find_kernel(tw_decimals *batch, size_t count);
 
-/* The last is the best; NULL beyond it. */
-static find_kernel *kernel_at(uint32_t instruction_set) {
-  if (instruction_set == 0) return find_anywhere;
+static find_kernel *const kernels[TW_SETS] = {find_anywhere,
 #ifdef __x86_64__
-  bool avx2 = __builtin_cpu_supports("avx2");
-  if (instruction_set == 1 && avx2) return tw_decimals_find_avx2;
-  if (instruction_set == 2 && avx2 && __builtin_cpu_supports("avx512f") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512bw"))
-    return tw_decimals_find_avx512;
+                                              tw_decimals_find_avx2, tw_decimals_find_avx512
 #endif
-  return NULL;
-}
+};
 
 static void run(find_kernel *kernel, tw_decimals *batch, size_t count) {
   for (; count % LANES != 0; count++) batch->values[count] = 0;
@@ -54,13 +47,11 @@ void tw_decimals_find(tw_decimals *batch, size_t count) {
     find_few(batch, count);
     return;
   }
-  uint32_t best = 2;
-  while (!kernel_at(best)) best--;
-  run(kernel_at(best), batch, count);
+  run(kernels[tw_processor_best()], batch, count);
 }
 
 bool tw_decimals_find_by(uint32_t instruction_set, tw_decimals *batch, size_t count) {
-  find_kernel *kernel = kernel_at(instruction_set);
-  if (kernel) run(kernel, batch, count);
-  return kernel != NULL;
+  if (!tw_processor_has(instruction_set)) return false;
+  run(kernels[instruction_set], batch, count);
+  return true;
 }

@@ -1,6 +1,7 @@
 /* Sixteen poses at once. Inner loops run over the lanes and nothing else, so that they become a few vector
  * instructions; the formulas and their order are those of one pose. */
 #include "clip.h"
+#include "processor.h"
 
 /* One number of sixteen poses. */
 typedef struct lane_row {
@@ -114,35 +115,37 @@ static inline __attribute__((always_inline)) void world_matrices(const tw_clip *
   }
 }
 
-#ifdef __x86_64__
-static __attribute__((target("avx512f,avx512vl,avx512dq"))) void
-world_matrices_avx512(const tw_clip *clip, const tw_node *nodes, const uint32_t *order, uint32_t node_count,
-                      const lane_row *locals, lane_row *world) {
+typedef void world_kernel(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
+                          uint32_t node_count, const lane_row *locals, lane_row *world);
+
+static void world_matrices_anywhere(const tw_clip *clip, const tw_node *nodes, const uint32_t *order,
+                                    uint32_t node_count, const lane_row *locals, lane_row *world) {
   world_matrices(clip, nodes, order, node_count, locals, world);
 }
 
+#ifdef __x86_64__
 static __attribute__((target("avx2"))) void world_matrices_avx2(const tw_clip *clip, const tw_node *nodes,
                                                                 const uint32_t *order, uint32_t node_count,
                                                                 const lane_row *locals, lane_row *world) {
   world_matrices(clip, nodes, order, node_count, locals, world);
 }
+
+static __attribute__((target("avx512f,avx512vl,avx512dq"))) void
+world_matrices_avx512(const tw_clip *clip, const tw_node *nodes, const uint32_t *order, uint32_t node_count,
+                      const lane_row *locals, lane_row *world) {
+  world_matrices(clip, nodes, order, node_count, locals, world);
+}
 #endif
+
+static world_kernel *const kernels[TW_SETS] = {world_matrices_anywhere,
+#ifdef __x86_64__
+                                               world_matrices_avx2, world_matrices_avx512
+#endif
+};
 
 void tw_lanes_world(const tw_clip *clip, const tw_node *nodes, const uint32_t *order, uint32_t node_count,
                     const float *locals, float *world) {
-  const lane_row *from = (const lane_row *)locals;
-  lane_row *to = (lane_row *)world;
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq")) {
-    world_matrices_avx512(clip, nodes, order, node_count, from, to);
-    return;
-  }
-  if (__builtin_cpu_supports("avx2")) {
-    world_matrices_avx2(clip, nodes, order, node_count, from, to);
-    return;
-  }
-#endif
-  world_matrices(clip, nodes, order, node_count, from, to);
+  kernels[tw_processor_best()](clip, nodes, order, node_count, (const lane_row *)locals, (lane_row *)world);
 }
 
 void tw_lanes_matrix(const float *world, uint32_t node, uint32_t lane, float out[16]) {

@@ -5,6 +5,7 @@
 
 #include "block.h"
 #include "normal.h"
+#include "processor.h"
 #include "stencil.h"
 
 enum { WIDTH_MAX = 4 };
@@ -310,7 +311,7 @@ refine_rows_avx2(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
 static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
                          double (*out)[WIDTH_MAX]) {
 #ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) { /* four doubles at once */
+  if (tw_processor_has(TW_SET_AVX2)) { /* four doubles at once */
     refine_rows_avx2(shape, points, out);
     return;
   }

@@ -2,6 +2,7 @@
  * best one. */
 #include <math.h>
 
+#include "processor.h"
 #include "shallow_normals_kernel.h"
 
 static const double pi = 3.14159265358979323846;
@@ -39,18 +40,11 @@ void tw_shallow_fill_anywhere(const tw_shallow_level *level, const tw_shallow_ro
   fill_rows(level, rows);
 }
 
-/* The last is the best; NULL beyond it. */
-static tw_shallow_fill *kernel_at(uint32_t instruction_set) {
-  if (instruction_set == 0) return tw_shallow_fill_anywhere;
+static tw_shallow_fill *const kernels[TW_SETS] = {tw_shallow_fill_anywhere,
 #ifdef __x86_64__
-  bool avx2 = __builtin_cpu_supports("avx2");
-  if (instruction_set == 1 && avx2) return tw_shallow_fill_avx2;
-  if (instruction_set == 2 && avx2 && __builtin_cpu_supports("avx512f") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    return tw_shallow_fill_avx512;
+                                                  tw_shallow_fill_avx2, tw_shallow_fill_avx512
 #endif
-  return NULL;
-}
+};
 
 /* ---- levels --------------------------------------------------------------------------------- */
 
@@ -93,14 +87,12 @@ static void fill_level(tw_shallow_fill *fill_kind_rows, const tw_shallow *shallo
 
 void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                         float *out) {
-  uint32_t best = 2;
-  while (!kernel_at(best)) best--;
-  fill_level(kernel_at(best), shallow, kept, first, count, out);
+  fill_level(kernels[tw_processor_best()], shallow, kept, first, count, out);
 }
 
 bool tw_shallow_normals_by(uint32_t instruction_set, const tw_shallow *shallow, const float *kept,
                            uint32_t first, uint32_t count, float *out) {
-  tw_shallow_fill *kernel = kernel_at(instruction_set);
-  if (kernel) fill_level(kernel, shallow, kept, first, count, out);
-  return kernel != NULL;
+  if (!tw_processor_has(instruction_set)) return false;
+  fill_level(kernels[instruction_set], shallow, kept, first, count, out);
+  return true;
 }

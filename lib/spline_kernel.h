@@ -12,7 +12,7 @@
 
 #include "normal.h"
 #include "spline_rows.h"
-#include "spline_vector.h"
+#include "wide.h"
 
 enum { DERIVATIVE_SECOND = 4 };
 

@@ -1,4 +1,5 @@
 /* Lines of regular patches: the kernel for every machine, and the choice of the best one. */
+#include "processor.h"
 #include "spline_kernel.h"
 
 /* At place i, by the arithmetic of the kernel. */
@@ -39,18 +40,11 @@ static void fill_anywhere(const tw_spline_job *job, bool transposed) {
 
 typedef void fill_kernel(const tw_spline_job *job, bool transposed);
 
-/* The last is the best; NULL beyond it. */
-static fill_kernel *kernel_at(uint32_t instruction_set) {
-  if (instruction_set == 0) return fill_anywhere;
+static fill_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-  bool avx2 = __builtin_cpu_supports("avx2");
-  if (instruction_set == 1 && avx2) return tw_spline_fill_avx2;
-  if (instruction_set == 2 && avx2 && __builtin_cpu_supports("avx512f") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl"))
-    return tw_spline_fill_avx512;
+                                              tw_spline_fill_avx2, tw_spline_fill_avx512
 #endif
-  return NULL;
-}
+};
 
 /* A single column runs along i once i and j have changed places. */
 static void run(fill_kernel *kernel, const tw_spline_job *job) {
@@ -71,13 +65,11 @@ static void run(fill_kernel *kernel, const tw_spline_job *job) {
 }
 
 void tw_spline_rows(const tw_spline_job *job) {
-  uint32_t best = 2;
-  while (!kernel_at(best)) best--;
-  run(kernel_at(best), job);
+  run(kernels[tw_processor_best()], job);
 }
 
 bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job) {
-  fill_kernel *kernel = kernel_at(instruction_set);
-  if (kernel) run(kernel, job);
-  return kernel != NULL;
+  if (!tw_processor_has(instruction_set)) return false;
+  run(kernels[instruction_set], job);
+  return true;
 }

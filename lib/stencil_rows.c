@@ -1,4 +1,5 @@
 /* Sums of stencils: the kernel for every machine, and the choice of the best one. */
+#include "processor.h"
 #include "stencil_kernel.h"
 
 typedef bool stencil_kernel(const tw_stencil_job *job);
@@ -7,22 +8,19 @@ static bool fill_anywhere(const tw_stencil_job *job) {
   return fill_stencil(job);
 }
 
-/* The last is the best; NULL beyond it. */
-static stencil_kernel *kernel_at(uint32_t instruction_set) {
-  if (instruction_set == 0) return fill_anywhere;
+/* There is none for wider vectors. */
+static stencil_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-  if (instruction_set == 1 && __builtin_cpu_supports("avx2")) return tw_stencil_fill_avx2;
+                                                 tw_stencil_fill_avx2, tw_stencil_fill_avx2
 #endif
-  return NULL;
-}
+};
 
 bool tw_stencil_rows(const tw_stencil_job *job) {
-  stencil_kernel *best = kernel_at(1);
-  return best ? best(job) : fill_anywhere(job);
+  return kernels[tw_processor_best()](job);
 }
 
 bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure) {
-  stencil_kernel *kernel = kernel_at(instruction_set);
-  if (kernel) *sure = kernel(job);
-  return kernel != NULL;
+  if (!tw_processor_has(instruction_set)) return false;
+  *sure = kernels[instruction_set](job);
+  return true;
 }

@@ -8,8 +8,8 @@
 #include <immintrin.h>
 #endif
 
-#include "spline_vector.h"
 #include "track.h"
+#include "wide.h"
 
 static inline __attribute__((always_inline)) bool all_of(mask lanes) {
 #ifdef __AVX512F__
@@ -21,8 +21,7 @@ static inline __attribute__((always_inline)) bool all_of(mask lanes) {
 #endif
 }
 
-/* ---- keys -----------------------------------------------------------------------------------------------
- */
+/* ---- keys ----------------------------------------------------------------------------------------- */
 
 static inline __attribute__((always_inline)) vector everywhere(float number) {
   return number - (vector){0}; /* minus, so that -0 stays */
@@ -78,8 +77,7 @@ static void find_keys(const tw_timeline *timeline, const float *times, size_t co
   }
 }
 
-/* ---- arcs -----------------------------------------------------------------------------------------------
- */
+/* ---- arcs ----------------------------------------------------------------------------------------- */
 
 /* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
  * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
@@ -94,8 +92,7 @@ static inline __attribute__((always_inline)) vector cosine(vector v) {
          x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
 }
 
-/* ---- the arcs of one track, time after time -------------------------------------------------------------
- */
+/* ---- the arcs of one track, time after time ---------------------------------------------------------- */
 
 /* Each lane from the numbers of its own arc. */
 static inline __attribute__((always_inline)) void evaluate(const vector *numbers, const float *times,

@@ -1,23 +1,21 @@
 /* Finding keys and sampling arcs: the kernels for every machine, and the choice of the best ones. */
+#include "processor.h"
 #include "track_kernel.h"
 
 static const tw_track_kernels anywhere = {find_keys, sample_arcs, pose_arcs};
 
-const tw_track_kernels *tw_track_kernels_at(uint32_t instruction_set) {
-  if (instruction_set == 0) return &anywhere;
+static const tw_track_kernels *const kernels[TW_SETS] = {&anywhere,
 #ifdef __x86_64__
-  if (instruction_set == 1 && __builtin_cpu_supports("avx2")) return &tw_track_kernels_avx2;
-  if (instruction_set == 2 && __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512vl"))
-    return &tw_track_kernels_avx512;
+                                                         &tw_track_kernels_avx2, &tw_track_kernels_avx512
 #endif
-  return NULL;
+};
+
+const tw_track_kernels *tw_track_kernels_at(uint32_t instruction_set) {
+  return tw_processor_has(instruction_set) ? kernels[instruction_set] : NULL;
 }
 
 static const tw_track_kernels *best_kernels(void) {
-  uint32_t best = 2;
-  while (!tw_track_kernels_at(best)) best--;
-  return tw_track_kernels_at(best);
+  return kernels[tw_processor_best()];
 }
 
 void tw_timeline_find_all(const tw_timeline *timeline, const float *times, size_t count, float *clamped,

@@ -1,7 +1,7 @@
 /* Vectors as wide as the compiler may use, and how those of components become rows in memory. For the kernels
  * of spline_kernel.h and track_kernel.h. */
-#ifndef TWEEND_SPLINE_VECTOR_H
-#define TWEEND_SPLINE_VECTOR_H
+#ifndef TWEEND_WIDE_H
+#define TWEEND_WIDE_H
 
 #include <stddef.h>
 #include <stdint.h>
