@@ -14,7 +14,8 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { LINE_SIZE = 8192, LINE_RESERVE = 1024 };
+/* Text that may be long is cut at FIELD_END, with room for all that is short, which is cut at SHORT_END. */
+enum { LINE_SIZE = 8192, FIELD_END = LINE_SIZE - 1024, SHORT_END = LINE_SIZE - 16 };
 
 typedef struct line {
   char text[LINE_SIZE];
@@ -50,9 +51,10 @@ static void append_text(line *l, const char *text) {
   l->size += size;
 }
 
-/* For text from outside: control bytes, quotes and backslashes cannot break the line. */
-static void append_escaped(line *l, const char *text) {
-  for (const char *at = text; *at != '\0' && l->size < LINE_SIZE - LINE_RESERVE; at++) {
+/* For text from outside: control bytes, quotes and backslashes cannot break the line. end: of the line, where
+ * the text is cut. */
+static void append_escaped(line *l, const char *text, size_t end) {
+  for (const char *at = text; *at != '\0' && l->size < end; at++) {
     unsigned char c = (unsigned char)*at;
     if (c == '"' || c == '\\') {
       append(l, "\\%c", c);
@@ -68,7 +70,7 @@ static void append_field(line *l, const char *name, const char *text) {
   append_text(l, ",\"");
   append_text(l, name);
   append_text(l, "\":\"");
-  append_escaped(l, text);
+  append_escaped(l, text, FIELD_END);
   append_text(l, "\"");
 }
 
@@ -192,15 +194,15 @@ void srv_log(srv_log_level level, const char *format, ...) {
   if (as_json) {
     append_field(&l, "message", message);
   } else {
-    append_escaped(&l, message);
+    append_escaped(&l, message, FIELD_END);
   }
   finish(&l, false);
 }
 
 static void append_target(line *l, const srv_log_request *request) {
-  append_escaped(l, request->path);
+  append_escaped(l, request->path, FIELD_END);
   if (request->query[0] != '\0') append_text(l, "?");
-  append_escaped(l, request->query);
+  append_escaped(l, request->query, FIELD_END);
 }
 
 void srv_log_access(const srv_log_request *request) {
@@ -222,14 +224,14 @@ void srv_log_access(const srv_log_request *request) {
            (unsigned long long)request->bytes_out, request->queue_ms, request->work_ms, request->total_ms);
   } else {
     append(&l, "%d ", request->status);
-    append_escaped(&l, request->method);
+    append_escaped(&l, request->method, SHORT_END);
     append_text(&l, " ");
     append_target(&l, request);
     append(&l, " in=%llu out=%llu ms=%.1f%s peer=", (unsigned long long)request->bytes_in,
            (unsigned long long)request->bytes_out, request->total_ms, request->aborted ? " aborted" : "");
-    append_escaped(&l, request->peer);
+    append_escaped(&l, request->peer, SHORT_END);
     append_text(&l, " id=");
-    append_escaped(&l, request->id);
+    append_escaped(&l, request->id, SHORT_END);
   }
   finish(&l, true);
 }

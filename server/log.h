@@ -25,8 +25,9 @@ typedef struct srv_log_request {
 
 void srv_log_access(const srv_log_request *request);
 
-/* A thread's lines about finished requests that wait to leave in one write. They wait for no more than the
- * thread's next words of another kind, which follow them, or than fit into what a pipe takes in one piece. */
+/* A thread's lines about finished requests, which wait so that many leave in one write: until they are
+ * released, until the thread logs something else, which follows them, or until no more fit into what a pipe
+ * takes in one piece. */
 typedef struct srv_log_lines srv_log_lines;
 srv_log_lines *srv_log_lines_create(void);        /* NULL without memory */
 void srv_log_lines_destroy(srv_log_lines *lines); /* NULL accepted; not held */

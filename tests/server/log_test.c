@@ -122,6 +122,19 @@ static void more_lines_than_fit_are_all_there_once_and_in_order(void **state) {
   }
 }
 
+static void long_target_is_cut_and_leaves_room_for_the_rest(void **state) {
+  static char query[9000];
+  memset(query, 'q', sizeof query - 1);
+  for (int format = SRV_LOG_TEXT; format <= SRV_LOG_JSON; format++) {
+    srv_log_configure(SRV_LOG_INFO, (srv_log_format)format);
+    log_request("rest", query);
+  }
+  const char *lines = written(*state);
+  assert_int_equal(count(lines, "peer=unix id=rest\n"), 1);
+  assert_int_equal(count(lines, "\"total_ms\":0.000}\n"), 1);
+  assert_int_equal(count(lines, "\n"), 2);
+}
+
 /* A process that ends by a signal with one line held; by abort where the number is 0. */
 static int die(const fixture *f, int number) {
   pid_t child = fork();
@@ -157,6 +170,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(warnings_wait_for_nothing_and_follow_what_came_before, redirect,
                                       restore),
       cmocka_unit_test_setup_teardown(more_lines_than_fit_are_all_there_once_and_in_order, redirect, restore),
+      cmocka_unit_test_setup_teardown(long_target_is_cut_and_leaves_room_for_the_rest, redirect, restore),
       cmocka_unit_test_setup_teardown(held_lines_outlive_a_fault, redirect, restore),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
