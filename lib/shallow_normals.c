@@ -16,8 +16,11 @@ bool tw_shallow_fits_normals(const tw_topology *cage, const tw_rules *rules) {
 
 /* ---- weights -------------------------------------------------------------------------------- */
 
+/* Nothing at a quarter turn, where rounding leaves something that points in the same place could not cancel:
+ * it would pass for a tangent. */
 double tw_shallow_edge_weight(uint32_t i, uint32_t n) {
-  return 4 * cos(2 * pi * (i % n) / n);
+  uint64_t quarters = 4 * (uint64_t)(i % n);
+  return quarters == n || quarters == 3 * (uint64_t)n ? 0 : 4 * cos(2 * pi * (i % n) / n);
 }
 double tw_shallow_face_weight(uint32_t i, uint32_t n) {
   double step = 2 * pi / n, cosine = cos(step);

@@ -283,6 +283,51 @@ static void a_mesh_that_is_one_point_has_normals_up(void **state) {
   }
 }
 
+/* Two opposite neighbours in one place leave a vertex between four triangles one tangent alone. All numbers
+ * are multiples of 3, so that nothing is rounded before the tangents. */
+static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
+  (void)state;
+  static const float points[6][3] = {{0, 0, 48},   {48, 0, 0}, {0, 48, 0},
+                                     {-48, 0, 24}, {0, 48, 0}, {0, 0, -48}};
+  cage *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  tw_mesh_init(&c->mesh);
+  for (uint32_t i = 0; i < 4; i++) {
+    uint32_t next = (i + 1) % 4;
+    add_face(c, 3, (uint32_t[]){0, 1 + i, 1 + next});
+    add_face(c, 3, (uint32_t[]){5, 1 + next, 1 + i});
+  }
+  c->mesh.point_count = 6;
+  c->mesh.positions = points[0];
+  c->mesh.corners = c->corners;
+  c->mesh.face_offsets = c->offsets;
+  tw_arena *arena = tw_arena_create();
+  tw_cage read;
+  assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 1}, arena, &read), TW_OK);
+  tw_shallow s = {read.topology, (tw_rules){0}, 1, true};
+  uint32_t count = tw_shallow_counts(&s).vertex_count;
+  float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
+        *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows);
+  assert_true(kept && rows);
+  assert_int_equal(tw_shallow_keep(&s, points[0], NULL, NULL, kept), TW_OK);
+  tw_shallow_normals(&s, kept, 0, count, rows);
+  uint32_t quads[4 * 24], ones = 0;
+  tw_shallow_quads(&s, 0, 24, quads);
+  for (uint32_t q = 0; q < 24; q++) {
+    const uint32_t *v = quads + 4 * (size_t)q;
+    if (v[0] != 0) continue;
+    double along1 = 0, along2 = 0; /* of its diagonals */
+    for (uint32_t i = 0; i < 3; i++) {
+      along1 += (double)rows[3 + i] * ((double)rows[6 * v[2] + i] - (double)rows[6 * v[0] + i]);
+      along2 += (double)rows[3 + i] * ((double)rows[6 * v[3] + i] - (double)rows[6 * v[1] + i]);
+    }
+    ones += fabs(along1) < 1e-4 && fabs(along2) < 1e-4;
+  }
+  assert_true(ones > 0);
+  tw_arena_destroy(arena);
+  free(c);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
@@ -293,6 +338,7 @@ int main(void) {
       cmocka_unit_test(what_decays_fits_for_one_level_alone),
       cmocka_unit_test(normals_fit_where_nothing_is_sharp_and_three_faces_meet),
       cmocka_unit_test(a_mesh_that_is_one_point_has_normals_up),
+      cmocka_unit_test(neighbours_in_one_place_leave_the_normal_of_a_face),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
