@@ -55,9 +55,10 @@ static inline __attribute__((always_inline)) coordinates cross(const tw_point *a
   coordinates a = coordinates_of(along1), b = coordinates_of(along2);
   coordinates n = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
   vector square = dot(&n, &n), lengths = dot(&a, &a) * dot(&b, &b);
-  *sure &= (square > lengths * 1e-6f) & (square > 1e-24f) & (square < TW_NORMAL_SQUARE_MAX);
+  *sure &= (square > lengths * TW_NORMAL_PARALLEL) & (square > TW_NORMAL_SQUARE_MIN) &
+           (square < TW_NORMAL_SQUARE_MAX);
   vector scale = 1 / root(square);
-  return (coordinates){n.x * scale, n.y * scale, n.z * scale};
+  return (coordinates){n.x * scale + 0.0f, n.y * scale + 0.0f, n.z * scale + 0.0f};
 }
 
 static inline void put_point_and_normal(tw_point point, tw_point normal, float *row) {

@@ -328,6 +328,32 @@ static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
   free(c);
 }
 
+/* A torus pressed flat, a part of it to a point: zeros of its normals come from either side. */
+static void flat_meshes_have_the_same_zeros_however_they_are_read(void **state) {
+  (void)state;
+  for (uint32_t level = 1; level <= 2; level++) {
+    cage *c = new_cage(3, false, false);
+    for (uint32_t p = 0; p < POINTS; p++) c->points[p][2] = 0;
+    for (uint32_t p = 1; p < 3 * SIDE; p++) memcpy(c->points[p], c->points[0], sizeof c->points[0]);
+    tw_arena *arena = tw_arena_create();
+    tw_cage read;
+    assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = level}, arena, &read), TW_OK);
+    tw_shallow s = {read.topology, (tw_rules){0}, level, true};
+    uint32_t count = tw_shallow_counts(&s).vertex_count;
+    float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
+          *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows), alone[6];
+    assert_true(kept && rows);
+    assert_int_equal(tw_shallow_keep(&s, c->points[0], NULL, NULL, kept), TW_OK);
+    tw_shallow_normals(&s, kept, 0, count, rows);
+    for (uint32_t v = 0; v < count; v++) {
+      tw_shallow_normals(&s, kept, v, 1, alone);
+      assert_memory_equal(alone, rows + 6 * (size_t)v, sizeof alone);
+    }
+    tw_arena_destroy(arena);
+    free(c);
+  }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
@@ -338,6 +364,7 @@ int main(void) {
       cmocka_unit_test(what_decays_fits_for_one_level_alone),
       cmocka_unit_test(normals_fit_where_nothing_is_sharp_and_three_faces_meet),
       cmocka_unit_test(a_mesh_that_is_one_point_has_normals_up),
+      cmocka_unit_test(flat_meshes_have_the_same_zeros_however_they_are_read),
       cmocka_unit_test(neighbours_in_one_place_leave_the_normal_of_a_face),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
