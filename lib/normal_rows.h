@@ -19,9 +19,9 @@ static inline void put_tangents(const tw_point along[2], tw_point *place) {
   place[NORMAL_PLACES] = along[1];
 }
 
-/* One coordinate of LANES points each. */
+/* Each coordinate of LANES points. */
 typedef struct coordinates {
-  vector x, y, z;
+  vector of[3];
 } coordinates;
 
 /* Of points as they lie: in the four lanes of a vector, each four of them stand apart. */
@@ -31,34 +31,32 @@ static inline __attribute__((always_inline)) coordinates coordinates_of(const tw
   for (size_t m = 0; m < 4; m++) v[m] = load(from + m * LANES);
   vector low = SHUFFLE(v[0], v[1], 0, 4, 1, 5), high = SHUFFLE(v[2], v[3], 0, 4, 1, 5),
          z_low = SHUFFLE(v[0], v[1], 2, 6, 2, 6), z_high = SHUFFLE(v[2], v[3], 2, 6, 2, 6);
-  return (coordinates){SHUFFLE(low, high, 0, 1, 4, 5), SHUFFLE(low, high, 2, 3, 6, 7),
-                       SHUFFLE(z_low, z_high, 0, 1, 4, 5)};
+  return (coordinates){
+      {SHUFFLE(low, high, 0, 1, 4, 5), SHUFFLE(low, high, 2, 3, 6, 7), SHUFFLE(z_low, z_high, 0, 1, 4, 5)}};
 }
 
 /* The other way round. */
 static inline __attribute__((always_inline)) void points_of(const coordinates *c, vector points[4]) {
-  vector low = SHUFFLE(c->x, c->y, 0, 4, 1, 5), high = SHUFFLE(c->x, c->y, 2, 6, 3, 7);
-  points[0] = SHUFFLE(low, c->z, 0, 1, 4, 4);
-  points[1] = SHUFFLE(low, c->z, 2, 3, 5, 5);
-  points[2] = SHUFFLE(high, c->z, 0, 1, 6, 6);
-  points[3] = SHUFFLE(high, c->z, 2, 3, 7, 7);
+  vector x = c->of[0], y = c->of[1], z = c->of[2];
+  vector low = SHUFFLE(x, y, 0, 4, 1, 5), high = SHUFFLE(x, y, 2, 6, 3, 7);
+  points[0] = SHUFFLE(low, z, 0, 1, 4, 4);
+  points[1] = SHUFFLE(low, z, 2, 3, 5, 5);
+  points[2] = SHUFFLE(high, z, 0, 1, 6, 6);
+  points[3] = SHUFFLE(high, z, 2, 3, 7, 7);
 }
 
-static inline vector dot(const coordinates *a, const coordinates *b) {
-  return a->x * b->x + a->y * b->y + a->z * b->z;
+static inline vector square_of(const coordinates *c) {
+  return c->of[0] * c->of[0] + c->of[1] * c->of[1] + c->of[2] * c->of[2];
 }
 
-/* Unit normals, by the arithmetic of tw_normal_from_tangents where that is quick. Clears lanes of `sure` that
- * need a closer look. */
+/* Unit normals. Clears lanes of `sure` that need a closer look. */
 static inline __attribute__((always_inline)) coordinates cross(const tw_point *along1, const tw_point *along2,
                                                                mask *sure) {
-  coordinates a = coordinates_of(along1), b = coordinates_of(along2);
-  coordinates n = {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-  vector square = dot(&n, &n), lengths = dot(&a, &a) * dot(&b, &b);
-  *sure &= (square > lengths * TW_NORMAL_PARALLEL) & (square > TW_NORMAL_SQUARE_MIN) &
-           (square < TW_NORMAL_SQUARE_MAX);
-  vector scale = 1 / root(square);
-  return (coordinates){n.x * scale + 0.0f, n.y * scale + 0.0f, n.z * scale + 0.0f};
+  coordinates a = coordinates_of(along1), b = coordinates_of(along2), normals;
+  vector zero = {0}, lengths = square_of(&a) * square_of(&b);
+  vector least = greater(lengths * TW_NORMAL_PARALLEL, zero + TW_NORMAL_SQUARE_MIN);
+  unit_normals(a.of, b.of, least, zero + 1.0f, normals.of, sure);
+  return normals;
 }
 
 static inline void put_point_and_normal(tw_point point, tw_point normal, float *row) {

@@ -261,24 +261,37 @@ static void normals_fit_where_nothing_is_sharp_and_three_faces_meet(void **state
   tw_arena_destroy(arena);
 }
 
+/* Rows of points and normals of a shallow level. */
+typedef struct shallow_rows {
+  tw_arena *arena;
+  tw_shallow shallow;
+  uint32_t count;
+  float *kept, *values;
+} shallow_rows;
+
+static shallow_rows read_normals(const cage *c, const float *positions, uint32_t level) {
+  shallow_rows r = {.arena = tw_arena_create()};
+  tw_cage read;
+  assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = level}, r.arena, &read), TW_OK);
+  r.shallow = (tw_shallow){read.topology, (tw_rules){0}, level, true};
+  r.count = tw_shallow_counts(&r.shallow).vertex_count;
+  r.kept = tw_arena_alloc(r.arena, tw_shallow_kept_size(&r.shallow), sizeof *r.kept);
+  r.values = tw_arena_alloc(r.arena, r.count, 6 * sizeof *r.values);
+  assert_true(r.kept && r.values);
+  assert_int_equal(tw_shallow_keep(&r.shallow, positions, NULL, NULL, r.kept), TW_OK);
+  tw_shallow_normals(&r.shallow, r.kept, 0, r.count, r.values);
+  return r;
+}
+
 static void a_mesh_that_is_one_point_has_normals_up(void **state) {
   (void)state;
   static const float zeros[POINTS][3];
   for (uint32_t level = 1; level <= 2; level++) {
     cage *c = new_cage(0, false, false);
-    tw_arena *arena = tw_arena_create();
-    tw_cage read;
-    assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = level}, arena, &read), TW_OK);
-    tw_shallow s = {read.topology, (tw_rules){0}, level, true};
-    uint32_t count = tw_shallow_counts(&s).vertex_count;
-    float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
-          *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows);
-    assert_true(kept && rows);
-    assert_int_equal(tw_shallow_keep(&s, zeros[0], NULL, NULL, kept), TW_OK);
-    tw_shallow_normals(&s, kept, 0, count, rows);
-    for (uint32_t v = 0; v < count; v++)
-      assert_memory_equal(rows + 6 * (size_t)v, ((float[]){0, 0, 0, 0, 1, 0}), 24);
-    tw_arena_destroy(arena);
+    shallow_rows r = read_normals(c, zeros[0], level);
+    for (uint32_t v = 0; v < r.count; v++)
+      assert_memory_equal(r.values + 6 * (size_t)v, ((float[]){0, 0, 0, 0, 1, 0}), 24);
+    tw_arena_destroy(r.arena);
     free(c);
   }
 }
@@ -301,18 +314,10 @@ static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
   c->mesh.positions = points[0];
   c->mesh.corners = c->corners;
   c->mesh.face_offsets = c->offsets;
-  tw_arena *arena = tw_arena_create();
-  tw_cage read;
-  assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 1}, arena, &read), TW_OK);
-  tw_shallow s = {read.topology, (tw_rules){0}, 1, true};
-  uint32_t count = tw_shallow_counts(&s).vertex_count;
-  float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
-        *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows);
-  assert_true(kept && rows);
-  assert_int_equal(tw_shallow_keep(&s, points[0], NULL, NULL, kept), TW_OK);
-  tw_shallow_normals(&s, kept, 0, count, rows);
+  shallow_rows r = read_normals(c, points[0], 1);
+  const float *rows = r.values;
   uint32_t quads[4 * 24], ones = 0;
-  tw_shallow_quads(&s, 0, 24, quads);
+  tw_shallow_quads(&r.shallow, 0, 24, quads);
   for (uint32_t q = 0; q < 24; q++) {
     const uint32_t *v = quads + 4 * (size_t)q;
     if (v[0] != 0) continue;
@@ -324,7 +329,7 @@ static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
     ones += fabs(along1) < 1e-4 && fabs(along2) < 1e-4;
   }
   assert_true(ones > 0);
-  tw_arena_destroy(arena);
+  tw_arena_destroy(r.arena);
   free(c);
 }
 
@@ -335,21 +340,13 @@ static void flat_meshes_have_the_same_zeros_however_they_are_read(void **state) 
     cage *c = new_cage(3, false, false);
     for (uint32_t p = 0; p < POINTS; p++) c->points[p][2] = 0;
     for (uint32_t p = 1; p < 3 * SIDE; p++) memcpy(c->points[p], c->points[0], sizeof c->points[0]);
-    tw_arena *arena = tw_arena_create();
-    tw_cage read;
-    assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = level}, arena, &read), TW_OK);
-    tw_shallow s = {read.topology, (tw_rules){0}, level, true};
-    uint32_t count = tw_shallow_counts(&s).vertex_count;
-    float *kept = tw_arena_alloc(arena, tw_shallow_kept_size(&s), sizeof *kept),
-          *rows = tw_arena_alloc(arena, count, 6 * sizeof *rows), alone[6];
-    assert_true(kept && rows);
-    assert_int_equal(tw_shallow_keep(&s, c->points[0], NULL, NULL, kept), TW_OK);
-    tw_shallow_normals(&s, kept, 0, count, rows);
-    for (uint32_t v = 0; v < count; v++) {
-      tw_shallow_normals(&s, kept, v, 1, alone);
-      assert_memory_equal(alone, rows + 6 * (size_t)v, sizeof alone);
+    shallow_rows r = read_normals(c, c->points[0], level);
+    for (uint32_t v = 0; v < r.count; v++) {
+      float alone[6];
+      tw_shallow_normals(&r.shallow, r.kept, v, 1, alone);
+      assert_memory_equal(alone, r.values + 6 * (size_t)v, sizeof alone);
     }
-    tw_arena_destroy(arena);
+    tw_arena_destroy(r.arena);
     free(c);
   }
 }
