@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "block.h"
+#include "few.h"
 #include "forest.h"
 #include "surface.h"
 
@@ -141,22 +142,6 @@ static int compare_entries(const void *left, const void *right) {
   return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* Few faces meet at most vertices, and what they have is nearly always in order. */
-static void sort_entries(fan_entry *entries, uint32_t count) {
-  enum { FEW = 16 };
-  if (count > FEW) {
-    qsort(entries, count, sizeof *entries, compare_entries);
-    return;
-  }
-  for (uint32_t i = 1; i < count; i++) {
-    fan_entry entry = entries[i];
-    uint32_t place = i;
-    for (; place > 0 && compare_entries(&entry, &entries[place - 1]) < 0; place--)
-      entries[place] = entries[place - 1];
-    entries[place] = entry;
-  }
-}
-
 static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   tw_numbering *out = n->out;
@@ -173,7 +158,8 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }
-  if (!one_sector || n->splits->uv_count > 0) sort_entries(n->entries, used);
+  if (!one_sector || n->splits->uv_count > 0)
+    tw_sort_few(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)
       out->corner_base[out->corner_count++] = n->entries[i].corner;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "few.h"
 #include "surface.h"
 
 typedef struct placed_value {
@@ -15,22 +16,6 @@ static int compare_values(const void *left, const void *right) {
   const placed_value *a = left, *b = right;
   if (a->value != b->value) return a->value < b->value ? -1 : 1;
   return a->corner < b->corner ? -1 : a->corner > b->corner;
-}
-
-/* Few values meet at most points. */
-static void sort_values(placed_value *values, uint32_t count) {
-  enum { FEW = 16 };
-  if (count > FEW) {
-    qsort(values, count, sizeof *values, compare_values);
-    return;
-  }
-  for (uint32_t i = 1; i < count; i++) {
-    placed_value value = values[i];
-    uint32_t place = i;
-    for (; place > 0 && compare_values(&value, &values[place - 1]) < 0; place--)
-      values[place] = values[place - 1];
-    values[place] = value;
-  }
 }
 
 /* Numbers the distinct values round each point: corners [corner_count] receives the numbers, values_of
@@ -52,7 +37,7 @@ static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, ui
       uint32_t corner = cage->fan_corners[first + i];
       fan[i] = (placed_value){set->corners[corner], corner};
     }
-    sort_values(fan, size);
+    tw_sort_few(fan, size, sizeof *fan, compare_values);
     for (uint32_t i = 0; i < size; i++) {
       if (i == 0 || fan[i].value != fan[i - 1].value) values_of[count++] = fan[i].value;
       corners[fan[i].corner] = count - 1;
