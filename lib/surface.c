@@ -1,395 +1,19 @@
 /* From a control mesh to a surface that can be read at any place: refine to the base level in the
  * generic way, number what the answer will hold, plan patches for the rest. */
-#include "surface.h"
+#include "surface_build.h"
 
 #include <stdlib.h>
-#include <string.h>
 
-#include "block.h"
-#include "cage.h"
 #include "limit.h"
-#include "loop.h"
-#include "open.h"
 #include "stencil.h"
-#include "tangents.h"
 
-/* ---- building ------------------------------------------------------------------------------- */
-
-/* A surface on its way from the cage to the base level. What only the next level needs lives in `arena`. */
-typedef struct build {
-  const tw_mesh *mesh;
-  tw_surface *surface;
-  const tw_crew *crew;
-  tw_rules rules;
-  tw_arena *arena;
-  tw_arena *points_arena; /* the cage, and the points' topologies between it and the base */
-  tw_cage cage;
-  uint32_t levels;    /* from the cage to the base */
-  bool whole;         /* the answer holds all faces in the order of the cage */
-  bool too_irregular; /* patches gave up */
-  tw_topology topologies[1 + TW_UV_SETS_MAX];
-  uint32_t *source; /* [faces] cage face of each face */
-} build;
-
-static bool is_loop(const build *b) {
-  return b->surface->options.scheme == TW_LOOP;
-}
+/* ---- choosing ------------------------------------------------------------------------------- */
 
 /* Where the border eats into the mesh, only one group is sure to stay in place. */
-static bool is_whole(const build *b) {
+static bool is_whole(const tw_build *b) {
   if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
   return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
-}
-
-static void *gather_rows(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
-                         size_t size) {
-  void *out = tw_arena_alloc(arena, count, size);
-  if (out) tw_gather_rows(in, indices, count, size, out);
-  return out;
-}
-
-/* Fills in the cage's values of one set, base for now the same. */
-static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t width, const float *in,
-                         const uint32_t *indices) {
-  values->field = field;
-  values->width = width;
-  bool stays = (b->levels == 0 && b->surface->loop.levels == 0) || b->surface->options.level == 0;
-  tw_arena *arena = stays ? b->surface->arena : b->arena;
-  values->cage = gather_rows(arena, in, indices, b->topologies[field].vertex_count, width * sizeof *in);
-  values->base = values->cage;
-  return values->cage != NULL;
-}
-
-static tw_status start_points(build *b) {
-  const tw_mesh *mesh = b->mesh;
-  tw_surface *s = b->surface;
-  const uint32_t *point_of = b->cage.point_of;
-  b->topologies[0] = b->cage.topology;
-  bool complete = start_values(b, &s->positions, 0, 3, mesh->positions, point_of);
-  if (mesh->colors) complete = complete && start_values(b, &s->colors, 0, 4, mesh->colors, point_of);
-  s->morph_count = mesh->morph_count;
-  s->morphs = tw_arena_alloc(s->arena, s->morph_count, sizeof *s->morphs);
-  complete = complete && s->morphs;
-  for (uint32_t m = 0; m < s->morph_count && complete; m++)
-    complete = start_values(b, &s->morphs[m], 0, 3, mesh->morphs[m], point_of);
-  return complete ? TW_OK : TW_NO_MEMORY;
-}
-
-static tw_status start_influences(build *b) {
-  tw_surface *s = b->surface;
-  if (!b->mesh->skin.joints) return TW_OK;
-  const uint32_t *point_of = b->cage.point_of;
-  uint32_t vertices = b->topologies[0].vertex_count;
-  tw_status status = tw_influences_init(&s->influences, b->mesh, point_of, vertices);
-  if (status == TW_OK && s->options.level == 0 && b->levels > 0)
-    status = tw_influences_init(&s->cage_influences, b->mesh, point_of, vertices);
-  return status;
-}
-
-static tw_status start_uvs(build *b) {
-  tw_surface *s = b->surface;
-  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
-    const tw_uv_set *set = &b->mesh->uv_sets[i];
-    uint32_t *values_of;
-    tw_topology *t = &b->topologies[1 + i];
-    tw_arena *arena = b->levels == 0 ? s->arena : b->arena;
-    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, arena, t, &values_of);
-    if (status == TW_OK && b->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
-    if (status != TW_OK) return status;
-    s->fields[1 + i].linear = b->rules.linear || s->options.uv == TW_UV_ALL;
-    if (!start_values(b, &s->uvs[i], 1 + i, 2, set->values, values_of)) return TW_NO_MEMORY;
-  }
-  return TW_OK;
-}
-
-static tw_rules field_rules(const build *b, uint32_t field) {
-  tw_rules rules = b->rules;
-  rules.linear = b->surface->fields[field].linear;
-  return rules;
-}
-
-/* Calls `change` for every set of values. */
-typedef tw_status value_change(build *b, const void *context, tw_arena *arena, tw_values *values);
-
-static tw_status change_values(build *b, value_change *change, const void *context, tw_arena *arena) {
-  tw_surface *s = b->surface;
-  tw_status status = change(b, context, arena, &s->positions);
-  if (status == TW_OK && s->colors.base) status = change(b, context, arena, &s->colors);
-  for (uint32_t m = 0; m < s->morph_count && status == TW_OK; m++)
-    status = change(b, context, arena, &s->morphs[m]);
-  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
-    status = change(b, context, arena, &s->uvs[i]);
-  return status;
-}
-
-/* As refine_set, in double. The last level's own are kept for normals alone, which live on differences, and
- * for the rows of Loop's scheme. */
-static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
-  const tw_topology *parent = &parents[values->field];
-  size_t before = (size_t)parent->vertex_count * values->width,
-         after = (size_t)b->topologies[values->field].vertex_count * values->width;
-  bool last = arena == b->surface->arena, rows = b->surface->loop.levels > 0,
-       kept = values == &b->surface->positions && b->surface->options.normals;
-  double *in = values->exact ? values->exact : tw_arena_alloc(b->arena, before, sizeof *in);
-  double *out = tw_arena_alloc(last && kept ? arena : b->arena, after, sizeof *out);
-  float *rounded = rows ? NULL : tw_arena_alloc(arena, after, sizeof *rounded);
-  if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
-  for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
-  tw_rules rules = field_rules(b, values->field);
-  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, b->crew, out);
-  if (status != TW_OK) return status;
-  for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
-  values->base = rounded;
-  values->exact = last && !kept && !rows ? NULL : out;
-  return TW_OK;
-}
-
-/* context: the topologies of the level above. */
-static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
-  const tw_topology *parents = context, *child = &b->topologies[values->field];
-  if (is_loop(b) || (b->surface->exact && values == &b->surface->positions))
-    return refine_exact(b, parents, arena, values);
-  float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
-  if (!out) return TW_NO_MEMORY;
-  tw_rules rules = field_rules(b, values->field);
-  tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->crew, out);
-  values->base = out;
-  return TW_OK;
-}
-
-static bool is_last(const build *b, const tw_arena *arena) {
-  return arena == b->surface->arena;
-}
-
-/* Where the topology of a field belongs at the level that goes to `arena`. */
-static tw_arena *topology_arena(const build *b, uint32_t field, tw_arena *arena) {
-  return field == 0 && !is_last(b, arena) ? b->points_arena : arena;
-}
-
-static tw_status refine_field(build *b, const tw_topology *parents, uint32_t field, tw_arena *level_arena) {
-  tw_arena *arena = topology_arena(b, field, level_arena);
-  const tw_topology *parent = &parents[field];
-  tw_topology *child = &b->topologies[field];
-  tw_rules rules = field_rules(b, field);
-  if (b->surface->plain && !is_loop(b) && is_last(b, level_arena))
-    return tw_refine_corners(parent, arena, b->crew, child);
-  tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->crew, child)
-                                : tw_refine_topology(parent, &rules, arena, b->crew, child);
-  if (status == TW_OK && field > 0 && rules.chaikin)
-    status = tw_topology_copy_semi(child, &b->topologies[0], arena);
-  return status;
-}
-
-/* context: for each field, the old vertices that are kept. */
-static tw_status cut_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
-  uint32_t *const *kept = context;
-  uint32_t count = b->topologies[values->field].vertex_count;
-  const uint32_t *rows = kept[values->field];
-  values->base = gather_rows(arena, values->base, rows, count, values->width * sizeof *values->base);
-  bool exact = values->exact;
-  if (exact) values->exact = gather_rows(arena, values->exact, rows, count, values->width * sizeof(double));
-  return values->base && (!exact || values->exact) ? TW_OK : TW_NO_MEMORY;
-}
-
-/* Cuts the level that refine_all has made back to the faces whose parents all exist. */
-static tw_status cut_border(build *b, const tw_topology *parent, tw_arena *arena) {
-  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX] = {NULL};
-  uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
-  tw_status status = faces ? TW_OK : TW_NO_MEMORY;
-  for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
-    tw_topology full = b->topologies[f];
-    tw_arena *own = topology_arena(b, f, arena);
-    status = tw_open_cut(&full, faces, face_count, own, &b->topologies[f], &kept[f]);
-  }
-  tw_surface_step *step = &b->surface->steps[b->surface->step_count - 1];
-  step->vertex_count = b->topologies[0].vertex_count;
-  step->kept = kept[0];
-  if (status == TW_OK) status = change_values(b, cut_set, kept, arena);
-  if (status == TW_OK && b->mesh->skin.joints)
-    status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
-  for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
-    b->source[q] = b->source[faces[q]];
-  return status;
-}
-
-/* One level of everything; what the next level needs goes to `arena`. */
-static tw_status refine_all(build *b, tw_arena *arena) {
-  tw_surface *s = b->surface;
-  tw_topology parents[1 + TW_UV_SETS_MAX];
-  memcpy(parents, b->topologies, sizeof parents);
-  tw_status status = TW_OK;
-  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
-    status = refine_field(b, parents, f, arena);
-  s->steps[s->step_count++] = (tw_surface_step){parents[0], b->topologies[0].vertex_count, NULL};
-  if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
-  if (status == TW_OK && b->mesh->skin.joints)
-    status = tw_influences_refine(&s->influences, &parents[0], &b->rules, is_loop(b));
-  if (status != TW_OK) return status;
-  if (!b->whole) {
-    uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);
-    if (!source) return TW_NO_MEMORY;
-    for (uint32_t q = 0; q < b->topologies[0].face_count; q++)
-      source[q] = b->source[is_loop(b) ? q / 4 : tw_corner_face(&parents[0], q)];
-    b->source = source;
-  }
-  return tw_cage_shrinks(&b->cage, &s->options) ? cut_border(b, &parents[0], arena) : TW_OK;
-}
-
-/* ---- numbering ------------------------------------------------------------------------------ */
-
-/* Rows that stand for vertices of the cage: they come first in every numbering. */
-static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {
-  if (n->same_as) return cage_vertices;
-  uint32_t count = 0;
-  while (count < n->corner_count && base->corner_vertex[n->corner_base[count]] < cage_vertices) count++;
-  return count;
-}
-
-static bool needs_splits(const build *b, bool split_normals) {
-  const tw_topology *t = &b->topologies[0];
-  if (b->mesh->uv_set_count > 0) return true;
-  if (!split_normals) return false;
-  if (b->rules.linear) return true;
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    if (tw_is_infinite(t->edge_sharpness[e]) && t->edge_flags[e] != TW_EDGE_BORDER) return true;
-  for (uint32_t v = 0; v < t->vertex_count; v++)
-    if (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
-  return false;
-}
-
-/* Tangents are for normal maps, which need normals and UVs. */
-static bool has_tangents(const build *b) {
-  return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
-}
-
-static tw_status find_tangent_frames(build *b) {
-  tw_surface *s = b->surface;
-  const uint8_t *sets = b->mesh->tangent_uvs;
-  uint32_t faces = s->fields[0].base.face_count;
-  s->tangent_frames = tw_arena_alloc(s->arena, faces, 1);
-  if (!s->tangent_frames) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < faces; f++) {
-    uint32_t set = sets ? sets[b->source[f]] : 0;
-    bool mirrored = tw_uv_is_mirrored(&s->fields[1 + set].base, s->uvs[set].base, f);
-    s->tangent_frames[f] = (uint8_t)(2 * set + mirrored);
-  }
-  return TW_OK;
-}
-
-static tw_status split_vertices(build *b, const uint8_t *visible) {
-  tw_surface *s = b->surface;
-  tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
-  for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
-  /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
-  splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
-  tw_status status = has_tangents(b) ? find_tangent_frames(b) : TW_OK;
-  splits.tangent_frames = s->tangent_frames;
-  return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
-                         : status;
-}
-
-static tw_status number_answer(build *b, const uint32_t *cage_vertices) {
-  tw_surface *s = b->surface;
-  const tw_topology *base = &s->fields[0].base;
-  uint8_t *visible = NULL;
-  if (!b->whole) {
-    visible = tw_block_alloc(base->face_count, 1);
-    if (!visible) return TW_NO_MEMORY;
-    for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
-  }
-  tw_status status = tw_number_field(base, visible, s->arena, &s->points);
-  s->cage_points = rows_of_cage(&s->points, base, cage_vertices[0]);
-  if (status == TW_OK && b->mesh->uv_set_count > 0) {
-    status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);
-    s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, cage_vertices[1]);
-  }
-  s->vertices = s->points;
-  if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals))
-    status = split_vertices(b, visible);
-  s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
-  tw_block_free(visible);
-  return status;
-}
-
-static void lay_out_rows(build *b) {
-  tw_surface *s = b->surface;
-  tw_surface_layout *l = &s->layout;
-  uint32_t stride = 3;
-  l->normal = l->tangent = l->color = l->joints = l->weights = l->morphs = UINT32_MAX;
-  if (s->options.normals) {
-    l->normal = stride;
-    stride += 3;
-  }
-  if (s->tangent_frames) {
-    l->tangent = stride;
-    stride += 4;
-  }
-  l->uv_count = b->mesh->uv_set_count;
-  for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
-  if (s->colors.base) {
-    l->color = stride;
-    stride += 4;
-  }
-  if (b->mesh->skin.joints) {
-    l->joints = stride;
-    l->weights = stride + 4;
-    stride += 8;
-  }
-  l->morph_count = s->morph_count;
-  if (s->morph_count > 0) {
-    l->morphs = stride;
-    stride += 3 * s->morph_count;
-  }
-  l->stride = stride;
-}
-
-/* NULL without memory. */
-static tw_patch_shapes *shapes_of(tw_surface *s) {
-  if (s->options.shapes) return s->options.shapes;
-  if (!s->shapes) s->shapes = tw_patch_shapes_create();
-  return s->shapes;
-}
-
-static void need_masks(tw_surface *s, const tw_topology *t) {
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = tw_limit_capacity(t, v);
-    if (capacity > s->mask_capacity) s->mask_capacity = capacity;
-  }
-}
-
-static tw_status plan_patches(build *b) {
-  tw_surface *s = b->surface;
-  for (uint32_t f = 0; f < s->field_count; f++) {
-    tw_field *field = &s->fields[f];
-    if (s->plain) continue;
-    need_masks(s, &field->base);
-    if (s->depth == 0) continue;
-    tw_rules rules = field_rules(b, f);
-    tw_patch_shapes *shapes = shapes_of(s);
-    if (!shapes) return TW_NO_MEMORY;
-    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
-    if (status == TW_OK)
-      status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
-    b->too_irregular = status == TW_LIMIT;
-    if (status != TW_OK) return status;
-    if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
-  }
-  return TW_OK;
-}
-
-static tw_status prepare_bounds(tw_surface *s) {
-  s->bounds_ready = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds_ready);
-  s->bounds = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds);
-  return s->bounds_ready && s->bounds ? TW_OK : TW_NO_MEMORY;
-}
-
-static tw_status start_sources(build *b) {
-  if (b->whole) return TW_OK;
-  b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
-  if (!b->source) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < b->mesh->face_count; f++) b->source[f] = f;
-  return TW_OK;
 }
 
 /* Up to this level float keeps what normals live on. */
@@ -404,7 +28,7 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
 }
 
 /* Nothing but points that stay where they are refined to. */
-static bool is_bare(const build *b) {
+static bool is_bare(const tw_build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface_options *options = &b->surface->options;
   bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
@@ -412,23 +36,23 @@ static bool is_bare(const build *b) {
          !tw_cage_shrinks(&b->cage, options);
 }
 
-static bool fits_shallow(const build *b) {
+static bool fits_shallow(const tw_build *b) {
   const tw_surface_options *options = &b->surface->options;
-  if (is_loop(b) || (options->normals && !tw_shallow_fits_normals(&b->cage.topology, &b->rules)))
+  if (tw_build_is_loop(b) || (options->normals && !tw_shallow_fits_normals(&b->cage.topology, &b->rules)))
     return false;
   return tw_shallow_fits(&b->cage.topology, &b->rules, options->level);
 }
 
-static bool fits_loop_rows(const build *b) {
+static bool fits_loop_rows(const tw_build *b) {
   const tw_surface_options *options = &b->surface->options;
-  if (!is_loop(b)) return false;
+  if (!tw_build_is_loop(b)) return false;
   return !options->normals || tw_loop_rows_fit_normals(&b->cage.topology, &b->rules, options->level);
 }
 
 /* Decides where the generic steps end: at the cage itself when all its faces are quads, else at the first
  * level, from where patches go on; or at the answer's own, where patches cannot go or would have next to
  * nothing to do. */
-static tw_status choose_levels(build *b, bool generic, tw_error *error) {
+static tw_status choose_levels(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level;
   bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX,
@@ -438,10 +62,10 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
                    "the mesh is too irregular for level %u: it has great poles, or thousands of "
                    "different sharpness values",
                    level);
-  bool even = b->cage.topology.face_size == (is_loop(b) ? 3 : 4),
+  bool even = b->cage.topology.face_size == (tw_build_is_loop(b) ? 3 : 4),
        bare_two = level == 2 && is_bare(b) && (!s->options.normals || fits_shallow(b)),
        few = !even && (level <= 1 || bare_two);
-  generic |= shrinks || is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
+  generic |= shrinks || tw_build_is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
   b->levels = generic && level > 0 ? level : even ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
@@ -459,28 +83,38 @@ static tw_status choose_levels(build *b, bool generic, tw_error *error) {
   }
   s->plain = bare && (s->shallow.level > 0 || s->loop.levels > 0 || !s->options.normals);
   /* Normals live on differences, which float loses the more the closer points come together. */
-  s->exact = is_loop(b) || (b->levels > FLOAT_LEVEL && s->options.normals && !b->rules.linear);
+  s->exact = tw_build_is_loop(b) || (b->levels > FLOAT_LEVEL && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }
 
+/* ---- building ------------------------------------------------------------------------------- */
+
+static void need_masks(tw_surface *s, const tw_topology *t) {
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(t, v);
+    if (capacity > s->mask_capacity) s->mask_capacity = capacity;
+  }
+}
+
 /* The cage outlives the mesh where it is the base, and where it is what positions are refined by. */
-static tw_status keep_cage(build *b) {
+static tw_status keep_cage(tw_build *b) {
   tw_surface *s = b->surface;
   if (b->levels > 0 && !s->options.movable) return TW_OK;
   tw_topology *t = &b->cage.topology;
   s->points_arena = b->points_arena;
   s->rules = b->rules;
   s->point_of = b->cage.point_of;
-  t->corner_vertex = gather_rows(b->points_arena, t->corner_vertex, NULL, t->corner_count, sizeof(uint32_t));
+  t->corner_vertex =
+      tw_build_gather(b->points_arena, t->corner_vertex, NULL, t->corner_count, sizeof(uint32_t));
   if (t->face_offsets)
     t->face_offsets =
-        gather_rows(b->points_arena, t->face_offsets, NULL, t->face_count + 1, sizeof(uint32_t));
+        tw_build_gather(b->points_arena, t->face_offsets, NULL, t->face_count + 1, sizeof(uint32_t));
   bool complete = t->corner_vertex && (t->face_size != 0 || t->face_offsets);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status start_shallow(build *b) {
+static tw_status start_shallow(tw_build *b) {
   tw_surface *s = b->surface;
   s->shallow.cage = b->cage.topology;
   s->shallow.rules = b->rules;
@@ -494,7 +128,7 @@ static tw_status start_shallow(build *b) {
 }
 
 /* Goes on from the base to what the rows of Loop's scheme are computed from. */
-static tw_status keep_loop(build *b) {
+static tw_status keep_loop(tw_build *b) {
   tw_surface *s = b->surface;
   tw_values *positions = &s->positions;
   s->loop.above = b->topologies[0];
@@ -510,12 +144,37 @@ static tw_status keep_loop(build *b) {
   return tw_loop_rows_keep(&s->loop, points, b->crew, kept);
 }
 
-/* All values at the cage. */
-static tw_status start_fields(build *b) {
-  tw_status status = start_points(b);
-  if (status == TW_OK) status = start_influences(b);
-  if (status == TW_OK) status = start_uvs(b);
-  return status == TW_OK ? start_sources(b) : status;
+/* NULL without memory. */
+static tw_patch_shapes *shapes_of(tw_surface *s) {
+  if (s->options.shapes) return s->options.shapes;
+  if (!s->shapes) s->shapes = tw_patch_shapes_create();
+  return s->shapes;
+}
+
+static tw_status plan_patches(tw_build *b) {
+  tw_surface *s = b->surface;
+  for (uint32_t f = 0; f < s->field_count; f++) {
+    tw_field *field = &s->fields[f];
+    if (s->plain) continue;
+    need_masks(s, &field->base);
+    if (s->depth == 0) continue;
+    tw_rules rules = tw_build_rules(b, f);
+    tw_patch_shapes *shapes = shapes_of(s);
+    if (!shapes) return TW_NO_MEMORY;
+    tw_status status = tw_patches_create(&field->patches, &field->base, &rules, s->depth, shapes);
+    if (status == TW_OK)
+      status = tw_patches_sum(&field->patches, shapes, s->options.limit, s->options.normals && f == 0);
+    b->too_irregular = status == TW_LIMIT;
+    if (status != TW_OK) return status;
+    if (field->patches.scratch_points > s->scratch_points) s->scratch_points = field->patches.scratch_points;
+  }
+  return TW_OK;
+}
+
+static tw_status prepare_bounds(tw_surface *s) {
+  s->bounds_ready = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds_ready);
+  s->bounds = tw_arena_alloc(s->arena, (size_t)s->morph_count + 1, sizeof *s->bounds);
+  return s->bounds_ready && s->bounds ? TW_OK : TW_NO_MEMORY;
 }
 
 /* A row at a vertex that no patch covers costs as much as the vertex has faces: many rows at a vertex of very
@@ -536,7 +195,7 @@ static tw_status check_fans(const tw_surface *s, tw_error *error) {
                  "limit=true can do without");
 }
 
-static tw_status build_surface(build *b, bool generic, tw_error *error) {
+static tw_status build_surface(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
   b->cage.arena = b->arena;
@@ -545,21 +204,21 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   b->whole = is_whole(b);
   status = choose_levels(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
-  if (status == TW_OK) status = s->shallow.level > 0 ? start_shallow(b) : start_fields(b);
+  if (status == TW_OK) status = s->shallow.level > 0 ? start_shallow(b) : tw_build_start(b);
   uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
-    status = refine_all(b, level == b->levels ? s->arena : b->arena);
+    status = tw_build_refine(b, level == b->levels ? s->arena : b->arena);
   if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
   tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + s->loop.levels + b->levels};
   if (status == TW_OK) status = tw_surface_order(s, &order);
-  if (status == TW_OK) status = number_answer(b, cage_vertices);
+  if (status == TW_OK) status = tw_build_number(b, cage_vertices);
   if (status == TW_OK) status = plan_patches(b);
   if (status == TW_OK) status = prepare_bounds(s);
   if (status == TW_OK) status = check_fans(s, error);
   if (status != TW_OK) return status;
-  lay_out_rows(b);
+  tw_build_lay_out(b);
   if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) < UINT32_MAX) return TW_OK;
   return tw_fail(error, TW_LIMIT,
                  "the surface would have over 4,294,967,294 vertices once its seams are split");
@@ -574,11 +233,11 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, 
   s->arena = tw_arena_create();
   s->field_count = 1 + mesh->uv_set_count;
   s->fields[0].linear = options->scheme == TW_BILINEAR;
-  build b = {.mesh = mesh,
-             .surface = s,
-             .crew = crew,
-             .arena = tw_arena_create(),
-             .points_arena = tw_arena_create()};
+  tw_build b = {.mesh = mesh,
+                .surface = s,
+                .crew = crew,
+                .arena = tw_arena_create(),
+                .points_arena = tw_arena_create()};
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
                        .chaikin = options->creasing == TW_CREASE_CHAIKIN,
                        .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
