@@ -26,6 +26,8 @@ typedef union header {
   alignas(max_align_t) unsigned char align[1];
 } header;
 
+static const size_t ALL_PLACES = (size_t)CLASSES * PLACES;
+
 static _Atomic(header *) kept[CLASSES * PLACES];
 static atomic_size_t kept_size;
 static atomic_uint oldest; /* where in kept[] to make room next, all ways round */
@@ -60,9 +62,9 @@ static header *take_of_class(size_t class) {
 
 /* Lets go of what is kept, place by place, until no more than the bound is claimed. */
 static void make_room(void) {
-  for (size_t tries = CLASSES * PLACES;
+  for (size_t tries = ALL_PLACES;
        tries > 0 && atomic_load_explicit(&kept_size, memory_order_relaxed) > TW_BLOCKS_KEPT; tries--)
-    free(take(atomic_fetch_add_explicit(&oldest, 1, memory_order_relaxed) % (CLASSES * PLACES)));
+    free(take(atomic_fetch_add_explicit(&oldest, 1, memory_order_relaxed) % ALL_PLACES));
 }
 
 /* False when the class's places are all taken. */
@@ -108,7 +110,7 @@ void tw_block_free(void *block) {
 }
 
 void tw_blocks_drop(void) {
-  for (size_t place = 0; place < CLASSES * PLACES; place++) free(take(place));
+  for (size_t place = 0; place < ALL_PLACES; place++) free(take(place));
 }
 
 size_t tw_blocks_kept(void) {

@@ -2,6 +2,7 @@
  * sharp in it are the halves of the sharp edges above, and the sharp vertices above. */
 #include "loop_rows.h"
 
+#include <assert.h>
 #include <string.h>
 
 #include "block.h"
@@ -163,6 +164,7 @@ static void points_two_down(const between *b, uint32_t first, uint32_t count, do
   const tw_topology *t = b->t;
   uint32_t end = first + count, middles = t->vertex_count, halves = middles + t->edge_count,
            across = halves + 2 * t->edge_count;
+  assert(first < end);
   while (first < end) {
     uint32_t stop = end;
     if (first < middles)

@@ -1,4 +1,5 @@
 /* Reads any faces of a surface: their rows follow from where a face is, by arithmetic. */
+#include <assert.h>
 #include <string.h>
 
 #include "surface_reader.h"
@@ -74,6 +75,7 @@ static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t f
                          uint32_t *out) {
   const tw_surface *s = r->surface;
   uint32_t side = s->side;
+  assert(side > 0);
   uint64_t face = first, end = first + count;
   quad_rows quad = {.inside = 0};
   while (face < end) {

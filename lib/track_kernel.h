@@ -155,7 +155,7 @@ static __attribute__((noinline)) void sample_lanes(const float *arcs, size_t arc
 
 static void sample_arcs(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
                         size_t count, float *out) {
-  for (; count >= LANES; count -= LANES, which += LANES, times += LANES, out += 4 * LANES)
+  for (; count >= LANES; count -= LANES, which += LANES, times += LANES, out += 4 * (size_t)LANES)
     sample_lanes(arcs, arc_count, which, times, out);
   if (count == 0) return;
   uint32_t last_arcs[LANES];
