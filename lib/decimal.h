@@ -1,10 +1,8 @@
-/* Floats as the shortest decimal digits that read back, a batch at a time. */
+/* Floats as the shortest decimal digits that read back, a batch at a time, and the text that they make. */
 #ifndef TWEEND_DECIMAL_H
 #define TWEEND_DECIMAL_H
 
-#include <stdbool.h>
-#include <stddef.h>
-#include <stdint.h>
+#include "tweend/base.h"
 
 #ifdef __cplusplus
 extern "C" {
@@ -16,27 +14,32 @@ enum { TW_DECIMALS = 64 }; /* a batch */
  * of zeros and of anything else nothing more is said. */
 enum { TW_DECIMAL_DECADES = 8, TW_DECIMAL_ZERO = 2 * TW_DECIMAL_DECADES, TW_DECIMAL_OTHER };
 
+/* What the text of a number is picked from: nine digits, the last one in the first place, so that zeros at
+ * the end are the lowest bits of a word; and what else there is in numbers. */
+enum { TW_PIECE_FIRST = 8, TW_PIECE_POINT, TW_PIECE_NOUGHT, TW_PIECE_MINUS, TW_PIECES = 16 };
+
 typedef struct tw_decimals {
-  float values[TW_DECIMALS];       /* given; those behind the last one are overwritten */
-  uint32_t kinds[TW_DECIMALS];     /* twice the decade, and one more below zero; or one of the above */
-  uint8_t digits[TW_DECIMALS * 8]; /* 0 to 9, the first eight of each; the first of all is not 0 */
-  uint32_t ninths[TW_DECIMALS];    /* the ninth of each */
+  float values[TW_DECIMALS];            /* given; those behind the last one are overwritten */
+  uint32_t kinds[TW_DECIMALS];          /* twice the decade, and one more below zero; or one of the above */
+  char pieces[TW_DECIMALS * TW_PIECES]; /* the first of all nine digits is not 0 */
 } tw_decimals;
 
-/* Finds the digits of the batch's first `count` values, with the best instruction set that this machine has.
- */
-void tw_decimals_find(tw_decimals *batch, size_t count);
+/* What finds and prints on one instruction set. All give the same bytes. */
+typedef struct tw_decimal_kernels {
+  /* The pieces of the batch's first `count` values. */
+  void (*find)(tw_decimals *batch, size_t count);
+  /* `count` numbers, and vectors of 1 to TW_DECIMALS numbers in brackets, a comma behind each. Return the
+   * end. */
+  char *(*print_row)(char *out, const float *values, size_t count);
+  char *(*print_vectors)(char *out, const tw_vectors *vectors);
+} tw_decimal_kernels;
+extern const tw_decimal_kernels tw_decimal_kernels_avx2, tw_decimal_kernels_avx512;
 
-/* With each instruction set that this machine has, from 0, which all machines have, to the best; false
- * beyond. All find the same digits. */
-bool tw_decimals_find_by(uint32_t instruction_set, tw_decimals *batch, size_t count);
+/* 0 for every machine, 1 AVX2, 2 AVX-512; NULL for one that the machine lacks. */
+const tw_decimal_kernels *tw_decimal_kernels_at(uint32_t instruction_set);
 
-/* ---- for the kernels alone ------------------------------------------------------------------ */
-
-#ifdef __x86_64__
-void tw_decimals_find_avx2(tw_decimals *batch, size_t count);
-void tw_decimals_find_avx512(tw_decimals *batch, size_t count);
-#endif
+/* As tw_print_float, by std::to_chars: of any magnitude. */
+size_t tw_print_any_float(char *out, float value);
 
 #ifdef __cplusplus
 }

@@ -1,6 +1,4 @@
-/* Decimal digits on machines with AVX2: compiled for it. */
+/* Printing floats on machines with AVX2: compiled for it. */
 #include "decimal_kernel.h"
 
-void tw_decimals_find_avx2(tw_decimals *batch, size_t count) {
-  find_decimals(batch, count);
-}
+const tw_decimal_kernels tw_decimal_kernels_avx2 = {find_decimals, print_row, print_vectors};

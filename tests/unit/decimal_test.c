@@ -34,7 +34,7 @@ static float any_float(void) {
 static void find_one(float value, tw_decimals *out) {
   memset(out, 0, sizeof *out);
   out->values[0] = value;
-  tw_decimals_find(out, 1);
+  tw_decimal_kernels_at(0)->find(out, 1);
 }
 
 static void floats_beyond_the_plain_range_are_told_apart(void **state) {
@@ -51,6 +51,14 @@ static void floats_beyond_the_plain_range_are_told_apart(void **state) {
   }
 }
 
+/* digits: from the last to the first. */
+static void assert_pieces(const tw_decimals *one, const char *digits) {
+  assert_memory_equal(one->pieces, digits, 9);
+  assert_int_equal(one->pieces[TW_PIECE_POINT], '.');
+  assert_int_equal(one->pieces[TW_PIECE_NOUGHT], '0');
+  assert_int_equal(one->pieces[TW_PIECE_MINUS], '-');
+}
+
 static void each_decade_has_nine_digits_with_zeros_behind_the_shortest(void **state) {
   (void)state;
   static const float first[] = {1e-3f, 1e-2f, 1e-1f, 1, 10, 100, 1000, 1e4f};
@@ -58,34 +66,56 @@ static void each_decade_has_nine_digits_with_zeros_behind_the_shortest(void **st
   for (uint32_t decade = 0; decade < TW_DECIMAL_DECADES; decade++) {
     find_one(-first[decade], &one);
     assert_int_equal(one.kinds[0], 2 * decade + 1);
-    assert_memory_equal(one.digits, "\1\0\0\0\0\0\0\0", 8);
-    assert_int_equal(one.ninths[0], 0);
+    assert_pieces(&one, "000000001");
   }
   find_one(0.123456789f, &one); /* the ninth and the eighth digit are not needed */
-  assert_memory_equal(one.digits, "\1\2\3\4\5\6\7\11", 8);
+  assert_pieces(&one, "097654321");
   find_one(0.251953125f, &one); /* in the middle between two of eight digits: the even one */
-  assert_memory_equal(one.digits, "\2\5\1\11\5\3\1\2", 8);
+  assert_pieces(&one, "021359152");
   find_one(12.3456135f, &one); /* eight digits are not enough */
-  assert_int_equal(one.ninths[0], 5);
+  assert_pieces(&one, "531654321");
 }
 
 static void all_instruction_sets_find_the_same_digits(void **state) {
   (void)state;
-  tw_decimals plain, other;
+  tw_decimals plain, other, empty;
   for (int run = 0; run < 20000; run++) {
     size_t count = noise() % (TW_DECIMALS + 1);
     memset(&plain, 0, sizeof plain);
     for (size_t i = 0; i < count; i++) plain.values[i] = any_float();
-    other = plain;
-    assert_true(tw_decimals_find_by(0, &plain, count));
-    tw_decimals empty = other;
-    for (uint32_t set = 1; other = empty, tw_decimals_find_by(set, &other, count); set++)
+    empty = plain;
+    tw_decimal_kernels_at(0)->find(&plain, count);
+    const tw_decimal_kernels *kernels;
+    for (uint32_t set = 1; (kernels = tw_decimal_kernels_at(set)); set++) {
+      other = empty;
+      kernels->find(&other, count);
       assert_memory_equal(&plain, &other, sizeof plain);
-    other = empty;
-    tw_decimals_find(&other, count); /* few are found one by one */
-    assert_memory_equal(plain.kinds, other.kinds, count * sizeof *plain.kinds);
-    assert_memory_equal(plain.digits, other.digits, count * 8);
-    assert_memory_equal(plain.ninths, other.ninths, count * sizeof *plain.ninths);
+    }
+    for (size_t i = 0; i < count; i++) { /* few are found one by one */
+      find_one(empty.values[i], &other);
+      assert_int_equal(plain.kinds[i], other.kinds[0]);
+      assert_memory_equal(plain.pieces + i * TW_PIECES, other.pieces, TW_PIECES);
+    }
+  }
+}
+
+static void all_instruction_sets_print_the_same_text(void **state) {
+  (void)state;
+  enum { STRIDE = TW_DECIMALS + 2, COUNT = 20, ROOM = COUNT * (TW_DECIMALS * TW_FLOAT_TEXT + 3) };
+  static float values[COUNT * STRIDE];
+  static char plain[ROOM], other[ROOM];
+  for (size_t width = 1; width <= TW_DECIMALS; width++) {
+    for (size_t i = 0; i < COUNT * STRIDE; i++) values[i] = any_float();
+    const tw_vectors vectors = {values, STRIDE, width, COUNT, NULL};
+    size_t size = (size_t)(tw_decimal_kernels_at(0)->print_vectors(plain, &vectors) - plain);
+    const tw_decimal_kernels *kernels;
+    for (uint32_t set = 1; (kernels = tw_decimal_kernels_at(set)); set++) {
+      assert_int_equal(kernels->print_vectors(other, &vectors) - other, size);
+      assert_memory_equal(plain, other, size);
+      size_t row = (size_t)(kernels->print_row(other, values, width) - other);
+      assert_memory_equal(plain + 1, other, row - 1);
+      assert_int_equal(other[row - 1], ',');
+    }
   }
 }
 
@@ -135,6 +165,7 @@ int main(void) {
       cmocka_unit_test(floats_beyond_the_plain_range_are_told_apart),
       cmocka_unit_test(each_decade_has_nine_digits_with_zeros_behind_the_shortest),
       cmocka_unit_test(all_instruction_sets_find_the_same_digits),
+      cmocka_unit_test(all_instruction_sets_print_the_same_text),
       cmocka_unit_test(vectors_are_their_numbers_in_brackets_and_keep_to_their_room),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
