@@ -22,14 +22,13 @@ void api_text_clear(api_text *text) {
 static char *reserve(api_text *text, size_t more) {
   if (text->failed) return NULL;
   if (text->capacity - text->size >= more) return text->data + text->size;
-  size_t capacity = text->capacity ? text->capacity : 512;
-  while (capacity - text->size < more) {
-    if (capacity > SIZE_MAX / 2) {
-      text->failed = true;
-      return NULL;
-    }
-    capacity *= 2;
+  if (more > SIZE_MAX / 2 - text->size) {
+    text->failed = true;
+    return NULL;
   }
+  size_t capacity = 2 * text->capacity, least = text->size + more;
+  if (capacity < least) capacity = least;
+  if (capacity < 512) capacity = 512;
   char *data = realloc(text->data, capacity);
   if (!data) {
     text->failed = true;

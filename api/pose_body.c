@@ -1,6 +1,7 @@
 /* Poses on the wire: times are evaluated in small blocks, each pose is printed as it is read. */
 #include "pose_body.h"
 
+#include "pose_frame.h"
 #include "pose_print.h"
 
 #include <string.h>
@@ -118,15 +119,18 @@ static void put_euler(api_pose_body *body, const tw_trs *local, uint32_t index, 
   for (int i = 0; query->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
 }
 
-/* One node's numbers, as all_parts orders them. */
+static void put_trs(const tw_trs *trs, float *out) {
+  memcpy(out, trs->rotation, sizeof trs->rotation);
+  memcpy(out + 4, trs->translation, sizeof trs->translation);
+  memcpy(out + 7, trs->scale, sizeof trs->scale);
+}
+
+/* One node's numbers, as api_pose_parts orders them. */
 static void put_node(api_pose_body *body, const tw_trs *local, uint32_t index, float *out) {
   const api_pose_query *query = &body->query;
   switch (query->as) {
   case API_AS_MATRIX: return;
-  case API_AS_TRS:
-    memcpy(out, local->rotation, sizeof local->rotation);
-    out += 4;
-    break;
+  case API_AS_TRS: put_trs(local, out); return;
   case API_AS_EULER:
     put_euler(body, local, index, out);
     out += 3;
@@ -141,28 +145,36 @@ static void put_node(api_pose_body *body, const tw_trs *local, uint32_t index, f
   memcpy(out + 3, local->scale, sizeof local->scale);
 }
 
-/* Fills the row with the next pose. */
-static void evaluate_pose(api_pose_body *body) {
+/* The block's pose `index` by matrices. */
+static void put_matrices(api_pose_body *body, uint32_t index, float *out) {
   const api_pose_query *query = &body->query;
-  if (body->block_next == body->block_count) evaluate_block(body);
-  uint32_t index = body->block_next++;
-  size_t first = (size_t)index * query->model->node_count;
-  if (body->matrices) evaluate_matrices(body, index);
-  size_t width = api_pose_width(query->as);
-  for (uint32_t i = 0; i < query->node_count; i++) {
-    uint32_t node = query->nodes[i];
-    float *out = body->row + i * width;
-    if (!body->matrices) {
-      put_node(body, &body->locals[first + node], i, out);
-    } else if (query->as == API_AS_MATRIX) {
-      const float *matrix = body->joints ? body->joints + (size_t)i * 16 : body->matrices + (size_t)node * 16;
-      memcpy(out, matrix, 16 * sizeof *out);
+  evaluate_matrices(body, index);
+  for (uint32_t i = 0; i < query->node_count; i++, out += api_pose_width(query->as)) {
+    const float *matrix = body->matrices + (size_t)query->nodes[i] * 16;
+    if (query->as == API_AS_MATRIX) {
+      memcpy(out, body->joints ? body->joints + (size_t)i * 16 : matrix, 16 * sizeof *out);
     } else {
       tw_trs world;
-      tw_trs_from_matrix(body->matrices + (size_t)node * 16, &world); /* shear has no place in it */
+      tw_trs_from_matrix(matrix, &world); /* shear has no place in it */
       put_node(body, &world, i, out);
     }
   }
+}
+
+/* Fills a row with the next pose. */
+static void evaluate_pose(api_pose_body *body, float *row) {
+  const api_pose_query *query = &body->query;
+  if (body->block_next == body->block_count) evaluate_block(body);
+  uint32_t index = body->block_next++, count = query->node_count;
+  const tw_trs *locals = body->locals + (size_t)index * query->model->node_count;
+  const uint32_t *nodes = query->nodes;
+  if (body->matrices)
+    put_matrices(body, index, row);
+  else if (query->as == API_AS_TRS)
+    for (uint32_t i = 0; i < count; i++) put_trs(&locals[nodes[i]], row + i * sizeof(tw_trs) / sizeof *row);
+  else
+    for (uint32_t i = 0; i < count; i++)
+      put_node(body, &locals[nodes[i]], i, row + i * api_pose_width(query->as));
   body->has_euler = true;
 }
 
@@ -236,9 +248,9 @@ static void open_poses(api_pose_body *body, api_text *text) {
 static void print_poses(api_pose_body *body, api_text *text) {
   size_t end = text->size + PIECE;
   while (body->next < body->query.times.count && text->size < end && !text->failed) {
-    evaluate_pose(body);
-    const api_pose_sample *sample = body->template ? &body->template->sample : NULL;
-    api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, sample, text);
+    evaluate_pose(body, body->row);
+    const api_pose_frame *frame = body->template ? &body->template->frame : NULL;
+    api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, frame, text);
     body->next++;
   }
   if (body->next == body->query.times.count) body->phase = PHASE_TAIL;
@@ -287,7 +299,7 @@ bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
   body->query.times = (api_times){.is_given = true, .count = 1, .list = &body->at};
   body->next = 0;
   body->block_next = body->block_count = 0;
-  evaluate_pose(body);
+  evaluate_pose(body, body->row);
   api_pose_print_row(&body->query, time, body->row, NULL, text);
   return !text->failed;
 }
@@ -314,35 +326,35 @@ static bool allocate_block(api_pose_body *body, tw_arena *arena) {
   uint32_t nodes = query->model->node_count;
   if (lanes_serve(query)) {
     body->block_times = TW_LANES;
-    body->sampled = tw_arena_alloc(arena, TW_LANES, sizeof *body->sampled);
-    body->lanes = tw_arena_alloc(arena, nodes, sizeof(float[TW_LANE_TRS][TW_LANES]));
-    body->lane_world = tw_arena_alloc(arena, nodes, sizeof(float[TW_LANE_MATRIX][TW_LANES]));
+    body->sampled = tw_arena_alloc_raw(arena, TW_LANES, sizeof *body->sampled);
+    body->lanes = tw_arena_alloc_raw(arena, nodes, sizeof(float[TW_LANE_TRS][TW_LANES]));
+    body->lane_world = tw_arena_alloc_raw(arena, nodes, sizeof(float[TW_LANE_MATRIX][TW_LANES]));
     return body->sampled && body->lanes && body->lane_world;
   }
   uint64_t times = BLOCK_BYTES / sizeof(tw_trs) / (nodes ? nodes : 1);
   if (times > BLOCK_TIMES) times = BLOCK_TIMES;
   if (times > query->times.count) times = query->times.count;
   body->block_times = times ? (uint32_t)times : 1;
-  body->sampled = tw_arena_alloc(arena, body->block_times, sizeof *body->sampled);
-  body->locals = tw_arena_alloc(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
+  body->sampled = tw_arena_alloc_raw(arena, body->block_times, sizeof *body->sampled);
+  body->locals = tw_arena_alloc_raw(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
   return body->sampled && body->locals;
 }
 
 static bool allocate(api_pose_body *body, tw_arena *arena) {
   const api_pose_query *query = &body->query;
   uint32_t nodes = query->model->node_count;
-  body->row = tw_arena_alloc(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
+  body->row = tw_arena_alloc_raw(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
   bool is_whole = allocate_block(body, arena) && body->row;
   if (query->as == API_AS_MATRIX || query->is_world) {
-    body->matrices = tw_arena_alloc(arena, nodes, 16 * sizeof *body->matrices);
+    body->matrices = tw_arena_alloc_raw(arena, nodes, 16 * sizeof *body->matrices);
     is_whole = is_whole && body->matrices;
   }
   if (query->is_skinning) {
-    body->joints = tw_arena_alloc(arena, query->node_count, 16 * sizeof *body->joints);
+    body->joints = tw_arena_alloc_raw(arena, query->node_count, 16 * sizeof *body->joints);
     is_whole = is_whole && body->joints;
   }
   if (query->as == API_AS_EULER) {
-    body->euler = tw_arena_alloc(arena, query->node_count, sizeof *body->euler);
+    body->euler = tw_arena_alloc_raw(arena, query->node_count, sizeof *body->euler);
     is_whole = is_whole && body->euler;
   }
   return is_whole;
@@ -358,7 +370,7 @@ bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *ar
   *out = (api_pose_template){.opening = opening, .opening_size = text.size, .size = size + size / 16 + 1200};
   api_text_deinit(&text);
   bool is_json = query->form == API_POSE_JSON || query->form == API_POSE_NDJSON;
-  return opening && (!is_json || api_pose_sample_take(query, body->row, arena, &out->sample));
+  return opening && (!is_json || api_pose_frame_take(query, body->row, arena, &out->frame));
 }
 
 api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,

@@ -33,19 +33,27 @@ static inline bool api_pose_has_all_nodes(const api_pose_query *query) {
 
 typedef struct api_pose_body api_pose_body;
 
-/* A row that was printed: what another one has of it in the same place is copied instead of printed. */
-typedef struct api_pose_sample {
-  const float *row;     /* [node_count][width] */
-  const char *text;     /* of its vectors as JSON, part by part, with commas between those of a part */
-  const uint32_t *ends; /* [parts][node_count], where in the text each vector ends */
-} api_pose_sample;
+/* Numbers of one part of some nodes, one node after the other, that time changes. */
+typedef struct api_pose_run {
+  size_t place;          /* in the frame's text */
+  size_t offset;         /* in a row, of the first node's */
+  uint32_t width, count; /* numbers of a node; nodes */
+} api_pose_run;
+
+/* A pose as JSON after its time, without the runs that belong into it. */
+typedef struct api_pose_frame {
+  const char *text;
+  size_t size;
+  uint32_t run_count;
+  const api_pose_run *runs; /* [run_count], in the order of the text */
+} api_pose_frame;
 
 /* What answers to one query have in common whatever their times, ready printed. */
 typedef struct api_pose_template {
   const char *opening; /* up to the times */
   size_t opening_size;
-  api_pose_sample sample;
-  size_t size; /* of most answers at most */
+  api_pose_frame frame; /* of JSON */
+  size_t size;          /* of most answers at most */
 } api_pose_template;
 
 /* The template of a body that is printed to its end, in `size` bytes; of one time, since a binary opening

@@ -1,37 +1,37 @@
 /* What a pose looks like in each form. */
 #include "pose_print.h"
 
+#include "pose_frame.h"
+
 #include <string.h>
 
-/* What a pose says of each node, in the order of the answer. */
-typedef struct pose_part {
-  const char *name;
-  uint32_t offset, width; /* floats, from the node's first */
-  const char *columns;    /* of CSV */
-} pose_part;
-
-static const pose_part trs_parts[] = {{"rotation", 0, 4, "rotation_x,rotation_y,rotation_z,rotation_w"},
-                                      {"translation", 4, 3, "translation_x,translation_y,translation_z"},
-                                      {"scale", 7, 3, "scale_x,scale_y,scale_z"},
-                                      {0}};
-static const pose_part matrix_parts[] = {
-    {"matrix", 0, 16, "m0,m1,m2,m3,m4,m5,m6,m7,m8,m9,m10,m11,m12,m13,m14,m15"}, {0}};
-static const pose_part euler_parts[] = {{"euler", 0, 3, "euler_x,euler_y,euler_z"},
-                                        {"translation", 3, 3, "translation_x,translation_y,translation_z"},
-                                        {"scale", 6, 3, "scale_x,scale_y,scale_z"},
-                                        {0}};
-static const pose_part axis_angle_parts[] = {
-    {"axis_angle", 0, 4, "axis_x,axis_y,axis_z,angle"},
-    {"translation", 4, 3, "translation_x,translation_y,translation_z"},
-    {"scale", 7, 3, "scale_x,scale_y,scale_z"},
+static const char translation_columns[] = "translation_x,translation_y,translation_z";
+static const char scale_columns[] = "scale_x,scale_y,scale_z";
+static const api_pose_part trs_parts[] = {
+    {"rotation", 0, 4, TW_ROTATION, "rotation_x,rotation_y,rotation_z,rotation_w"},
+    {"translation", 4, 3, TW_TRANSLATION, translation_columns},
+    {"scale", 7, 3, TW_SCALE, scale_columns},
+    {0}};
+static const api_pose_part matrix_parts[] = {
+    {"matrix", 0, 16, TW_ROTATION, "m0,m1,m2,m3,m4,m5,m6,m7,m8,m9,m10,m11,m12,m13,m14,m15"}, {0}};
+static const api_pose_part euler_parts[] = {{"euler", 0, 3, TW_ROTATION, "euler_x,euler_y,euler_z"},
+                                            {"translation", 3, 3, TW_TRANSLATION, translation_columns},
+                                            {"scale", 6, 3, TW_SCALE, scale_columns},
+                                            {0}};
+static const api_pose_part axis_angle_parts[] = {
+    {"axis_angle", 0, 4, TW_ROTATION, "axis_x,axis_y,axis_z,angle"},
+    {"translation", 4, 3, TW_TRANSLATION, translation_columns},
+    {"scale", 7, 3, TW_SCALE, scale_columns},
     {0}};
 
-static const pose_part *const all_parts[] = {trs_parts, matrix_parts, euler_parts, axis_angle_parts};
+const api_pose_part *api_pose_parts(api_pose_as as) {
+  static const api_pose_part *const all[] = {trs_parts, matrix_parts, euler_parts, axis_angle_parts};
+  return all[as];
+}
 
 size_t api_pose_width(api_pose_as as) {
-  size_t width = 0;
-  for (const pose_part *part = all_parts[as]; part->name; part++) width += part->width;
-  return width;
+  static const uint8_t widths[] = {10, 16, 9, 10};
+  return widths[as];
 }
 
 static void print_node_names(const api_pose_query *query, api_text *text) {
@@ -118,7 +118,7 @@ void api_pose_print_layout(const api_pose_query *query, api_text *text) {
   api_text_count(text, width);
   api_text_member(text, "layout");
   api_text_add(text, "[");
-  for (const pose_part *part = all_parts[query->as]; part->name; part++) {
+  for (const api_pose_part *part = api_pose_parts(query->as); part->name; part++) {
     api_text_element(text);
     api_text_add(text, "{");
     api_text_member(text, "name");
@@ -134,90 +134,25 @@ void api_pose_print_layout(const api_pose_query *query, api_text *text) {
   api_text_add(text, "]");
 }
 
-/* Bit for bit. The sizes that are told need no call. */
-static bool is_same(const float *a, const float *b, size_t width) {
-  switch (width) {
-  case 3: return memcmp(a, b, 3 * sizeof *a) == 0;
-  case 4: return memcmp(a, b, 4 * sizeof *a) == 0;
-  default: return memcmp(a, b, width * sizeof *a) == 0;
-  }
-}
-
-/* One part of all nodes of a row and of the sample, if there is one, at its first node. */
-typedef struct pose_column {
-  const float *values, *known;
-  size_t stride, width;
-  uint32_t count;
-} pose_column;
-
-/* Nodes from i on that are as in the sample. */
-static uint32_t count_known(const pose_column *column, uint32_t i) {
-  uint32_t first = i;
-  for (; column->known && i < column->count; i++)
-    if (!is_same(column->values + i * column->stride, column->known + i * column->stride, column->width))
-      break;
-  return i - first;
-}
-
-/* One part of all nodes, in runs that stand in the sample (from `ends` on) and runs that do not. */
-static void print_part(const api_pose_query *query, const pose_part *part, const float *row,
-                       const api_pose_sample *sample, const uint32_t *ends, api_text *text) {
-  enum { FEW = 4 }; /* known ones print sooner among the others than they keep these apart */
-  const pose_column column = {row + part->offset, sample->row ? sample->row + part->offset : NULL,
-                              api_pose_width(query->as), part->width, query->node_count};
-  for (uint32_t i = 0, known; i < column.count; i += known) {
-    uint32_t first = i;
-    while ((known = count_known(&column, i)) < FEW && i < column.count) i += known + 1;
-    if (i > column.count) i = column.count;
-    if (i > first) {
-      api_text_element(text);
-      api_text_vectors(text, column.values + first * column.stride, column.stride, column.width, i - first);
-    }
-    if (known > 0) {
-      uint32_t start = i > 0 ? ends[i - 1] + 1 : ends == sample->ends ? 0 : ends[-1];
-      api_text_element(text);
-      api_text_bytes(text, sample->text + start, ends[i + known - 1] - start);
-    }
-  }
-}
-
-static void print_json_pose(const api_pose_query *query, float time, const float *row,
-                            const api_pose_sample *sample, api_text *text) {
-  const uint32_t *ends = sample->ends;
-  api_text_add(text, "{");
-  api_text_member(text, "t");
-  api_text_float(text, time);
-  for (const pose_part *part = all_parts[query->as]; part->name; part++) {
+static void print_parts(const api_pose_query *query, const float *row, api_text *text) {
+  size_t width = api_pose_width(query->as);
+  for (const api_pose_part *part = api_pose_parts(query->as); part->name; part++) {
     api_text_member(text, part->name);
     api_text_add(text, "[");
-    print_part(query, part, row, sample, ends, text);
+    api_text_vectors(text, row + part->offset, width, part->width, query->node_count);
     api_text_add(text, "]");
-    if (ends) ends += query->node_count;
   }
   api_text_add(text, "}");
 }
 
-bool api_pose_sample_take(const api_pose_query *query, const float *row, tw_arena *arena,
-                          api_pose_sample *out) {
-  size_t width = api_pose_width(query->as), parts = 0;
-  while (all_parts[query->as][parts].name) parts++;
-  float *copy = tw_arena_alloc(arena, query->node_count * width, sizeof *copy);
-  uint32_t *ends = tw_arena_alloc(arena, query->node_count * parts, sizeof *ends), *end = ends;
-  if (!copy || !ends) return false;
-  memcpy(copy, row, query->node_count * width * sizeof *copy);
-  api_text text = {0};
-  for (const pose_part *part = all_parts[query->as]; part->name; part++) {
-    for (uint32_t i = 0; i < query->node_count; i++) {
-      if (i > 0) api_text_bytes(&text, ",", 1);
-      api_text_vectors(&text, row + i * width + part->offset, width, part->width, 1);
-      *end++ = (uint32_t)text.size;
-    }
-  }
-  const char *kept =
-      text.failed || text.size > UINT32_MAX ? NULL : tw_arena_text(arena, text.data, text.size);
-  api_text_deinit(&text);
-  if (kept) *out = (api_pose_sample){copy, kept, ends};
-  return kept != NULL;
+static void print_json_pose(const api_pose_query *query, float time, const float *row,
+                            const api_pose_frame *frame, api_text *text) {
+  api_text_add(text, "{\"t\":");
+  api_text_float(text, time);
+  if (frame)
+    api_pose_frame_print(query, frame, row, text);
+  else
+    print_parts(query, row, text);
 }
 
 /* A CSV field, quoted where RFC 4180 asks for it. */
@@ -261,16 +196,14 @@ void api_pose_print_u32(uint32_t value, api_text *text) {
 }
 
 void api_pose_print_row(const api_pose_query *query, float time, const float *row,
-                        const api_pose_sample *sample, api_text *text) {
-  static const api_pose_sample none = {0};
-  if (!sample) sample = &none;
+                        const api_pose_frame *frame, api_text *text) {
   switch (query->form) {
   case API_POSE_JSON:
     api_text_element(text);
-    print_json_pose(query, time, row, sample, text);
+    print_json_pose(query, time, row, frame, text);
     break;
   case API_POSE_NDJSON:
-    print_json_pose(query, time, row, sample, text);
+    print_json_pose(query, time, row, frame, text);
     api_text_add(text, "\n");
     break;
   case API_POSE_BIN: api_text_float32(text, row, api_pose_width(query->as) * query->node_count); break;
@@ -280,7 +213,7 @@ void api_pose_print_row(const api_pose_query *query, float time, const float *ro
 
 void api_pose_print_columns(const api_pose_query *query, api_text *text) {
   api_text_add(text, "t,node");
-  for (const pose_part *part = all_parts[query->as]; part->name; part++) {
+  for (const api_pose_part *part = api_pose_parts(query->as); part->name; part++) {
     api_text_add(text, ",");
     api_text_add(text, part->columns);
   }

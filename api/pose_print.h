@@ -4,6 +4,17 @@
 
 #include "pose_body.h"
 
+/* What a pose says of each node. */
+typedef struct api_pose_part {
+  const char *name;
+  uint32_t offset, width; /* floats, from the node's first */
+  tw_path path;           /* of the tracks that change it; of a matrix any may */
+  const char *columns;    /* of CSV */
+} api_pose_part;
+
+/* In the order of the answer; the last has no name. */
+const api_pose_part *api_pose_parts(api_pose_as as);
+
 /* Numbers that one node has in a pose. */
 size_t api_pose_width(api_pose_as as);
 
@@ -19,13 +30,9 @@ uint64_t api_pose_measure_times(const api_pose_query *query);
 /* CSV's line of column names. */
 void api_pose_print_columns(const api_pose_query *query, api_text *text);
 
-/* False without memory. The sample lives as long as the arena. */
-bool api_pose_sample_take(const api_pose_query *query, const float *row, tw_arena *arena,
-                          api_pose_sample *out);
-
-/* One pose in the query's form. row: [node_count][width]. sample: NULL for none; only JSON uses it. */
+/* One pose in the query's form. row: [node_count][width]. frame: NULL for none; only JSON uses it. */
 void api_pose_print_row(const api_pose_query *query, float time, const float *row,
-                        const api_pose_sample *sample, api_text *text);
+                        const api_pose_frame *frame, api_text *text);
 
 /* Little-endian, whatever the machine's order. */
 void api_pose_print_u32(uint32_t value, api_text *text);

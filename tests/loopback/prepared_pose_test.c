@@ -93,6 +93,44 @@ static void a_model_without_clips_rests_at_any_time(void **state) {
   assert_same_answer(f, "json", "as=trs", "7.5");
 }
 
+/* Nodes that hang on each other by sixes, of which a few move: what stays between those is printed once. */
+static void still_nodes_stay_between_moving_ones(void **state) {
+  one_model *f = *state;
+  enum { NODES = 30 };
+  char model[8192], *end = model + sprintf(model, "{\"nodes\":[");
+  for (int i = 0; i < NODES; i++) {
+    end += sprintf(end, "%s{\"name\":\"n%d\",\"translation\":[%d,0.25,0]", i ? "," : "", i, i);
+    end += i % 6 ? sprintf(end, ",\"parent\":\"n%d\"}", i - 1) : sprintf(end, "}");
+  }
+  end += sprintf(end, "],\"clips\":[{\"name\":\"some\",\"tracks\":[");
+  static const int turning[] = {0, 8, 14, 15, 16, 22, 29};
+  for (size_t i = 0; i < sizeof turning / sizeof *turning; i++)
+    end += sprintf(end,
+                   "{\"node\":\"n%d\",\"path\":\"rotation\",\"times\":[0,2],\"quaternions\":[[0,0,0,1],"
+                   "[0,0.6,0,0.8]]},",
+                   turning[i]);
+  sprintf(end, "{\"node\":\"n20\",\"path\":\"translation\",\"times\":[0,1],\"values\":[[0,0,0],[1,2,3]]},"
+               "{\"node\":\"n9\",\"path\":\"scale\",\"times\":[0,1],\"values\":[[1,1,1],[1,2,3]]}]}]}");
+  loopback_upload(f->loop, "application/json", model, f->id);
+  static const char *const queries[] = {"as=trs",
+                                        "as=euler",
+                                        "as=matrix",
+                                        "space=world",
+                                        "space=world&as=matrix",
+                                        "nodes=n1,n2,n3,n4,n5,n6,n22",
+                                        "nodes=n1,n2,n3"};
+  for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
+    prepare(f, "json", queries[i]);
+    prepare(f, "ndjson", queries[i]);
+    for (int at = 0; at < 20; at++) {
+      char time[8];
+      snprintf(time, sizeof time, "%.2f", at * 0.11);
+      assert_same_answer(f, "json", queries[i], time);
+      assert_same_answer(f, "ndjson", queries[i], time);
+    }
+  }
+}
+
 static void a_time_that_is_none_is_told_as_ever(void **state) {
   one_model *f = *state;
   static const char *const bad[] = {"",    "1e99", "-",      "1.2.3",    "1e",
@@ -179,6 +217,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(an_answer_at_another_time_is_what_it_is_from_the_beginning, setup,
                                       one_model_stop),
       cmocka_unit_test_setup_teardown(a_model_without_clips_rests_at_any_time, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(still_nodes_stay_between_moving_ones, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(a_time_that_is_none_is_told_as_ever, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(several_times_are_another_question, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, one_model_stop),

@@ -182,6 +182,10 @@ static void keys_come_back_bit_for_bit_and_times_outside_clamp(void **state) {
     tw_track_keys tracks[] = {quaternion_track(times, values[0], 9),
                               value_track(TW_SCALE, times, moves[0], 9)};
     tw_clip *clip = compile(tracks, 2, force);
+    for (uint32_t path = TW_TRANSLATION; path <= TW_SCALE; path++) {
+      assert_int_equal(tw_clip_changes(clip, 0, path), path != TW_TRANSLATION);
+      assert_false(tw_clip_changes(clip, 1, path));
+    }
     tw_trs pose[2];
     for (int i = -1; i <= 9; i++) {
       int key = i < 0 ? 0 : i > 8 ? 8 : i;
