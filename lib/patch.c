@@ -164,6 +164,7 @@ typedef struct target {
   tw_patch_rect whole;
   uint32_t column, row;
   const double *origin; /* what the points of an irregular patch are relative to */
+  bool split;           /* even where there is a stencil */
 } target;
 
 static size_t place_of(const target *to, uint32_t i, uint32_t j) {
@@ -333,6 +334,44 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
   return true;
 }
 
+/* ---- stencils ------------------------------------------------------------------------------- */
+
+/* False when that cannot give what is wanted. */
+static bool has_stencil(const target *to, const tw_stencil *stencil) {
+  const tw_patch_job *job = to->job;
+  return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents[0]);
+}
+
+/* sums: lacks the places that rows go to. False when the normals are not sure. */
+static bool sum_rows(const target *to, uint32_t depth, tw_patch_rect rect, tw_stencil_job *sums) {
+  const tw_patch_job *job = to->job;
+  size_t place = place_of(to, rect.i0, rect.j0);
+  sums->width = job->width;
+  sums->step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
+  sums->values = job->values ? job->values + place : NULL;
+  sums->normals = job->normals ? job->normals + place : NULL;
+  return tw_stencil_rect(sums, depth, rect, sums->step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1));
+}
+
+/* A quarter of a common class, which has an even number of points: relative to one of them, as a regular one.
+ * False when the normals are not sure. */
+static bool sum_part(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                     uint32_t depth, tw_patch_rect rect) {
+  tw_stencil_job sums = {.stencil = shape->stencils[to->job->limit][depth]};
+  float relative[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
+  double place[WIDTH_MAX];
+  for (int c = 0; c < WIDTH_MAX; c++) {
+    sums.origin[c] = (float)(to->origin[c] + points[0][c]);
+    place[c] = (double)sums.origin[c] - to->origin[c];
+  }
+  for (uint32_t i = 0; i < shape->point_count; i++)
+    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = (float)(points[i][c] - place[c]);
+  sums.controls = (const float(*)[WIDTH_MAX])relative;
+  return sum_rows(to, depth, rect, &sums);
+}
+
+/* ---- splitting ------------------------------------------------------------------------------ */
+
 /* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. In
  * double, because deep down points lie so close together that tangents would drown in rounding. */
 static void evaluate_shape(target to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
@@ -340,6 +379,15 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const double 
   if (depth == 0) {
     evaluate_corners(&to, shape, points, rect);
     return;
+  }
+  tw_patch_job normals;
+  if (shape->common && depth <= TW_STENCIL_DEPTH_MAX &&
+      has_stencil(&to, shape->stencils[to.job->limit][depth])) {
+    if (sum_part(&to, shape, points, depth, rect)) return;
+    normals = *to.job;
+    normals.values = NULL;
+    to.job = &normals;
+    to.split = true;
   }
   refine_shape(shape, points, scratch);
   const double(*refined)[WIDTH_MAX] = (const double(*)[WIDTH_MAX])scratch;
@@ -439,15 +487,10 @@ static inline void gather(const tw_patch_job *job, const uint32_t *controls, uin
   }
 }
 
-/* False when that cannot give what is wanted. */
-static bool evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
+static void evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
                                 tw_patch_rect rect) {
   const tw_patch_job *job = to->job;
-  const tw_stencil *stencil = patch->shape->stencils[job->limit][patches->depth];
-  tw_stencil_job sums = {.stencil = stencil, .width = job->width, .step = (ptrdiff_t)job->stride};
-  if (job->derivatives || (job->normals && !stencil->tangents[0]) ||
-      !tw_stencil_section(patches->depth, rect, &sums.first, &sums.count))
-    return false;
+  tw_stencil_job sums = {.stencil = patch->shape->stencils[job->limit][patches->depth]};
   float points[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
   const uint32_t *controls = patches->controls + patch->first_control;
   uint32_t count = patch->shape->point_count;
@@ -455,17 +498,12 @@ static bool evaluate_by_stencil(const target *to, const tw_patches *patches, con
     gather(job, controls, count, 3, sums.origin, points);
   else
     gather(job, controls, count, job->width, sums.origin, points);
-  if (count < stencil->control_count) memset(points[count], 0, sizeof points[count]);
+  if (count < sums.stencil->control_count) memset(points[count], 0, sizeof points[count]);
   sums.controls = (const float(*)[WIDTH_MAX])points;
-  size_t begin = job->backwards ? (sums.count - 1) * (size_t)job->stride : 0;
-  if (job->backwards) sums.step = -sums.step;
-  sums.values = job->values ? job->values + begin : NULL;
-  sums.normals = job->normals ? job->normals + begin : NULL;
-  if (tw_stencil_rows(&sums)) return true;
+  if (sum_rows(to, patches->depth, rect, &sums)) return;
   tw_patch_job normals = *job;
   normals.values = NULL;
-  evaluate_irregular((target){&normals, rect, 0, 0, NULL}, patches, patch, rect);
-  return true;
+  evaluate_irregular((target){.job = &normals, .whole = to->whole, .split = true}, patches, patch, rect);
 }
 
 tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k) {
@@ -501,14 +539,16 @@ void tw_patch_fetch(const tw_patches *patches, uint32_t quad, uint32_t step, con
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
-  target to = {job, rect, 0, 0, NULL};
+  target to = {.job = job, .whole = rect};
   if (patches->linear) {
     const uint32_t *controls = patches->controls + patch->first_control;
     const float *corners[4];
     for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
     evaluate_linear(&to, corners, patches->depth, rect);
   } else if (patch->shape) {
-    if (!patch->summed || !evaluate_by_stencil(&to, patches, patch, rect))
+    if (patch->summed && has_stencil(&to, patch->shape->stencils[job->limit][patches->depth]))
+      evaluate_by_stencil(&to, patches, patch, rect);
+    else
       evaluate_irregular(to, patches, patch, rect);
   } else {
     evaluate_regular(&to, patches, quad, rect);

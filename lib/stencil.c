@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "common_shape.h"
+
 enum {
   USES_MIN = 8,             /* patches of a class that make up for the time a stencil takes to make */
   BYTES_MAX = 4 << 20,      /* all stencils of one mesh together, which the processor's cache holds */
@@ -12,7 +14,8 @@ enum {
   TOGETHER = 4,             /* control points a patch: the components of its points */
   SLOPE_WIDTH = 8,
   SLOPE_SECOND = 4,
-  SECTIONS = 9
+  SECTIONS = 9,
+  INSIDE_MAX = ((1 << TW_STENCIL_DEPTH_MAX) - 1) * ((1 << TW_STENCIL_DEPTH_MAX) - 1)
 };
 
 /* In place of a class's uses, once they have proved enough. */
@@ -30,38 +33,16 @@ static inline tw_patch_rect section_rect(uint32_t n, uint32_t section) {
   return rect;
 }
 
-/* The only one that a rectangle may be. */
-static inline uint32_t section_of(uint32_t n, tw_patch_rect r) {
-  bool left = r.i1 == 0, right = r.i0 == n, low = r.j1 == 0, high = r.j0 == n;
-  if (left) return low ? 0 : high ? 3 : 7;
-  if (right) return low ? 1 : high ? 2 : 5;
-  return low ? 4 : high ? 6 : 8;
-}
-
 static inline uint32_t section_first(uint32_t n, uint32_t section) {
   return section <= 4 ? section : 4 + (section - 4) * (n - 1);
 }
 
-bool tw_stencil_section(uint32_t depth, tw_patch_rect rect, uint32_t *first, uint32_t *count) {
-  uint32_t n = 1u << depth, section = section_of(n, rect);
-  tw_patch_rect own = section_rect(n, section);
-  *first = section_first(n, section);
-  *count = (own.i1 - own.i0 + 1) * (own.j1 - own.j0 + 1);
-  return rect.i0 == own.i0 && rect.i1 == own.i1 && rect.j0 == own.j0 && rect.j1 == own.j1;
-}
-
 /* ---- weights -------------------------------------------------------------------------------- */
-
-/* What stencils are made for. */
-typedef struct wish {
-  uint32_t depth, scratch_points;
-  bool limit, normals;
-} wish;
 
 /* A class as the only patch there is. */
 typedef struct basis {
   tw_patch_class *shape;
-  const wish *wish;
+  const tw_stencil_wish *wish;
   uint32_t points, apart;
   uint32_t *controls; /* [point_count] */
   float *in;          /* [point_count][TOGETHER] */
@@ -142,7 +123,8 @@ static void scale_tangent(const basis *b, float *weights) {
     weights[(size_t)i * b->apart] = ldexpf(weights[(size_t)i * b->apart], -exponent);
 }
 
-static tw_status make_stencil(tw_patch_class *shape, const wish *wish, tw_arena *arena, tw_stencil *out) {
+tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
+                          tw_stencil *out) {
   uint32_t side = (1u << wish->depth) + 1, control_count = (shape->point_count + 1) & ~1u;
   basis b = {.shape = shape, .wish = wish, .points = side * side};
   b.apart = b.points + TW_SPLINE_LANES;
@@ -161,18 +143,18 @@ static tw_status make_stencil(tw_patch_class *shape, const wish *wish, tw_arena 
 
 /* ---- of all patches ------------------------------------------------------------------------- */
 
-static size_t bytes_of(const tw_patch_class *shape, const wish *wish) {
+static size_t bytes_of(const tw_patch_class *shape, const tw_stencil_wish *wish) {
   size_t side = ((size_t)1 << wish->depth) + 1;
   return (wish->normals ? 3 : 1) * shape->point_count * side * side * sizeof(float);
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */
-static tw_status need_stencil(tw_patch_class *shape, const wish *wish, tw_arena *arena) {
+static tw_status need_stencil(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena) {
   const tw_stencil **known = &shape->stencils[wish->limit][wish->depth];
   if (*known && (!wish->normals || (*known)->tangents[0])) return TW_OK;
   if (tw_arena_size(arena) > ALL_BYTES_MAX) return TW_LIMIT;
   tw_stencil *stencil = tw_arena_alloc(arena, 1, sizeof *stencil);
-  tw_status status = stencil ? make_stencil(shape, wish, arena, stencil) : TW_NO_MEMORY;
+  tw_status status = stencil ? tw_stencil_make(shape, wish, arena, stencil) : TW_NO_MEMORY;
   if (status == TW_OK) *known = stencil;
   return status;
 }
@@ -180,8 +162,9 @@ static tw_status need_stencil(tw_patch_class *shape, const wish *wish, tw_arena 
 /* Which patches are summed follows from these patches alone: a surface has the same rows whatever others
  * share its classes. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
-  if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
-  const wish wish = {patches->depth, patches->scratch_points, limit, normals};
+  tw_status status = tw_common_stencils(shapes, limit, normals);
+  if (status != TW_OK || patches->depth > TW_STENCIL_DEPTH_MAX) return status;
+  const tw_stencil_wish wish = {patches->depth, patches->scratch_points, limit, normals};
   size_t bytes = 0;
   tw_patch *first = patches->patches, *end = first + patches->base->face_count;
   for (tw_patch *patch = first; patch < end; patch++)
@@ -190,15 +173,92 @@ tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limi
     if (patch->shape) patch->shape->uses++;
   for (tw_patch *patch = first; patch < end; patch++) {
     tw_patch_class *shape = patch->shape;
-    if (!shape || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN) continue;
+    patch->summed = shape && shape->common;
+    if (!shape || shape->common || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN)
+      continue;
     if (shape->uses != TAKEN) {
       bytes += bytes_of(shape, &wish);
       shape->uses = bytes <= BYTES_MAX ? TAKEN : 0;
-      tw_status status =
-          shape->uses == TAKEN ? need_stencil(shape, &wish, tw_patch_shapes_stencils(shapes)) : TW_OK;
+      status = shape->uses == TAKEN ? need_stencil(shape, &wish, tw_patch_shapes_stencils(shapes)) : TW_OK;
       if (status != TW_OK) return status;
     }
     patch->summed = shape->uses == TAKEN;
   }
   return TW_OK;
+}
+
+/* ---- rectangles ----------------------------------------------------------------------------- */
+
+/* Rows of whole lines of the inside, before they are put where they belong. */
+typedef struct inside_rows {
+  float values[INSIDE_MAX * 4], normals[INSIDE_MAX * 3];
+} inside_rows;
+
+static void put_rows(const float *rows, uint32_t width, uint32_t count, ptrdiff_t step, float *out) {
+  if (step == (ptrdiff_t)width) {
+    memcpy(out, rows, (size_t)count * width * sizeof *out);
+    return;
+  }
+  for (uint32_t i = 0; i < count; i++, rows += width, out += step) memcpy(out, rows, width * sizeof *out);
+}
+
+/* Lines of the inside of a grid of n cells, which lie elsewhere than the points of the stencil. */
+static bool sum_lines(const tw_stencil_job *job, uint32_t n, tw_patch_rect rect, ptrdiff_t line_step) {
+  inside_rows rows;
+  tw_stencil_job lines = *job;
+  uint32_t line = n - 1, count = rect.i1 - rect.i0 + 1;
+  lines.first -= rect.i0 - 1;
+  lines.count = (rect.j1 - rect.j0 + 1) * line;
+  bool sure = true;
+  lines.normals = NULL;
+  if (job->values) {
+    lines.values = rows.values;
+    lines.step = (ptrdiff_t)job->width;
+    tw_stencil_rows(&lines);
+  }
+  if (job->normals) {
+    lines.values = NULL;
+    lines.normals = rows.normals;
+    lines.step = 3;
+    sure = tw_stencil_rows(&lines);
+  }
+  for (uint32_t j = rect.j0, from = rect.i0 - 1; j <= rect.j1; j++, from += line) {
+    ptrdiff_t place = (ptrdiff_t)(j - rect.j0) * line_step;
+    if (job->values)
+      put_rows(rows.values + (size_t)from * job->width, job->width, count, job->step, job->values + place);
+    if (job->normals) put_rows(rows.normals + (size_t)from * 3, 3, count, job->step, job->normals + place);
+  }
+  return sure;
+}
+
+/* What a rectangle has of one section. */
+static bool sum_section(const tw_stencil_job *job, uint32_t n, uint32_t section, tw_patch_rect rect,
+                        ptrdiff_t line_step) {
+  tw_patch_rect own = section_rect(n, section);
+  uint32_t width = own.i1 - own.i0 + 1, columns = rect.i1 - rect.i0 + 1, lines = rect.j1 - rect.j0 + 1;
+  tw_stencil_job run = *job;
+  run.first = section_first(n, section) + (rect.j0 - own.j0) * width + rect.i0 - own.i0;
+  run.count = columns * lines;
+  if (width == 1) run.step = line_step;
+  if (width == 1 || lines == 1 || (columns == width && line_step == (ptrdiff_t)width * job->step))
+    return tw_stencil_rows(&run);
+  return sum_lines(&run, n, rect, line_step);
+}
+
+bool tw_stencil_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect, ptrdiff_t line_step) {
+  bool sure = true;
+  for (uint32_t section = 0; section < SECTIONS; section++) {
+    tw_patch_rect part = section_rect(1u << depth, section);
+    if (part.i0 < rect.i0) part.i0 = rect.i0;
+    if (part.i1 > rect.i1) part.i1 = rect.i1;
+    if (part.j0 < rect.j0) part.j0 = rect.j0;
+    if (part.j1 > rect.j1) part.j1 = rect.j1;
+    if (part.i0 > part.i1 || part.j0 > part.j1) continue;
+    ptrdiff_t place = (ptrdiff_t)(part.j0 - rect.j0) * line_step + (ptrdiff_t)(part.i0 - rect.i0) * job->step;
+    tw_stencil_job sums = *job;
+    if (job->values) sums.values = job->values + place;
+    if (job->normals) sums.normals = job->normals + place;
+    if (!sum_section(&sums, 1u << depth, section, part, line_step)) sure = false;
+  }
+  return sure;
 }

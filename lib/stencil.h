@@ -19,13 +19,20 @@ typedef struct tw_stencil {
   const float *tangents[2];
 } tw_stencil;
 
-/* Has those patches summed whose classes many of the patches share, where the depth allows. shapes: those of
- * the patches. limit: as all jobs that want values will have it. normals: these will be asked for too.
- * TW_NO_MEMORY; TW_LIMIT: others who share the classes have left no room. */
-tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
+/* What stencils are made for. scratch_points: of patches of the depth. */
+typedef struct tw_stencil_wish {
+  uint32_t depth, scratch_points;
+  bool limit, normals;
+} tw_stencil_wish;
 
-/* The points of a section, which the rectangle has to be; false when it is none. */
-bool tw_stencil_section(uint32_t depth, tw_patch_rect rect, uint32_t *first, uint32_t *count);
+/* Makes one that lives in the arena. TW_NO_MEMORY. */
+tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
+                          tw_stencil *out);
+
+/* Has those patches summed whose classes are common or many of the patches share, where the depth allows.
+ * shapes: those of the patches. limit: as all jobs that want values will have it. normals: these will be
+ * asked for too. TW_NO_MEMORY; TW_LIMIT: others who share the classes have left no room. */
+tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
 
 /* controls: [control_count], relative to `origin`; width: 2 to 4, the rest is 0. values and normals, each
  * NULL where not wanted: where those of the first point go; step: to the next, in floats. */
@@ -42,6 +49,10 @@ typedef struct tw_stencil_job {
 /* With the best instruction set that this machine has. False when float does not suffice for all normals:
  * those that it wrote mean nothing then. */
 bool tw_stencil_rows(const tw_stencil_job *job);
+
+/* A rectangle of the grid of a stencil for `depth`. job: without first and count; line_step: to the next
+ * line. */
+bool tw_stencil_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect, ptrdiff_t line_step);
 
 /* With each instruction set that this machine has, as tw_spline_rows_by. */
 bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure);

@@ -7,6 +7,7 @@
 #include "built_cage.h"
 #include "cage.h"
 #include "shape.h"
+#include "split_patch.h"
 
 enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = 17 * 17 * STRIDE };
 
@@ -83,8 +84,8 @@ static tw_patch_rect rect_at(uint32_t n, uint32_t which) {
   return rects[which];
 }
 
-static void evaluate(const sheet *s, const tw_patches *patches, uint32_t quad, uint32_t width, bool limit,
-                     bool backwards, tw_patch_rect rect, float *out) {
+static void evaluate(const sheet *s, bool split, uint32_t quad, uint32_t width, bool limit, bool backwards,
+                     tw_patch_rect rect, float *out) {
   tw_patch_job job = {.in = s->values[width],
                       .width = width,
                       .limit = limit,
@@ -94,20 +95,19 @@ static void evaluate(const sheet *s, const tw_patches *patches, uint32_t quad, u
                       .stride = STRIDE,
                       .scratch = s->scratch};
   for (size_t i = 0; i < ROOM; i++) out[i] = untouched;
-  tw_patch_evaluate(patches, quad, &job, rect);
+  if (split)
+    evaluate_split(&s->patches, s->shapes, quad, &job, rect);
+  else
+    tw_patch_evaluate(&s->patches, quad, &job, rect);
 }
 
 static void compare_quad(const sheet *s, uint32_t quad, uint32_t width, bool limit) {
   static float expected[ROOM], found[ROOM];
-  tw_patch split = s->patches.patches[quad];
-  tw_patches without = s->patches;
-  split.summed = false;
-  without.patches = &split;
   for (uint32_t which = 0; which < 9; which++)
     for (int backwards = 0; backwards < 2; backwards++) {
       tw_patch_rect rect = rect_at(1u << s->patches.depth, which);
-      evaluate(s, &without, 0, width, limit, backwards, rect, expected);
-      evaluate(s, &s->patches, quad, width, limit, backwards, rect, found);
+      evaluate(s, true, quad, width, limit, backwards, rect, expected);
+      evaluate(s, false, quad, width, limit, backwards, rect, found);
       for (size_t i = 0; i < ROOM; i++) assert_true(fabsf(found[i] - expected[i]) < 3e-5f);
     }
 }
