@@ -43,58 +43,65 @@ static quad_rows rows_of_quad(const tw_surface *s, const tw_numbering *n, uint32
   return q;
 }
 
-/* Rows of line j of a quad's grid: out[side + 1]. */
-static void index_line(const quad_rows *q, uint32_t side, uint32_t j, uint32_t *out) {
-  side_rows run = {q->inside + (j - 1) * (side - 1), 1};
-  if (j == 0) {
-    run = q->low;
-    out[0] = q->corners[0];
-    out[side] = q->corners[1];
-  } else if (j == side) {
-    run = q->high;
-    out[0] = q->corners[3];
-    out[side] = q->corners[2];
-  } else {
-    out[0] = q->left.first + (j - 1) * q->left.step;
-    out[side] = q->right.first + (j - 1) * q->right.step;
-  }
-  for (uint32_t i = 1; i < side; i++) out[i] = run.first + (i - 1) * run.step;
+/* The rows of a line of a quad's grid: its ends, and what lies between. */
+typedef struct line_rows {
+  uint32_t left, right;
+  side_rows between;
+} line_rows;
+
+static line_rows rows_of_line(const quad_rows *q, uint32_t side, uint32_t j) {
+  if (j == 0) return (line_rows){q->corners[0], q->corners[1], q->low};
+  if (j == side) return (line_rows){q->corners[3], q->corners[2], q->high};
+  uint32_t before = j - 1;
+  side_rows inside = {q->inside + before * (side - 1), 1};
+  return (line_rows){q->left.first + before * q->left.step, q->right.first + before * q->right.step, inside};
 }
 
-/* Faces i0 to i1 - 1 of the line between two rows of indices. */
-static void emit_line(const uint32_t *low, const uint32_t *high, uint32_t i0, uint32_t i1, uint32_t *out) {
-  for (uint32_t i = i0; i < i1; i++, out += 4) {
-    out[0] = low[i];
-    out[1] = low[i + 1];
-    out[2] = high[i + 1];
-    out[3] = high[i];
+/* The rows of a face. */
+typedef uint32_t face_rows __attribute__((vector_size(16)));
+
+static inline uint32_t *put_face(face_rows face, uint32_t *out) {
+  memcpy(out, &face, sizeof face);
+  return out + 4;
+}
+
+/* Faces i0 to i1 - 1 between two lines of a grid of `side` cells, 2 or more. */
+static uint32_t *emit_line(const line_rows *below, const line_rows *above, uint32_t side, uint32_t i0,
+                           uint32_t i1, uint32_t *out) {
+  side_rows low = below->between, high = above->between;
+  if (i0 == 0) out = put_face((face_rows){below->left, low.first, high.first, above->left}, out);
+  uint32_t i = i0 > 1 ? i0 : 1, last = side - 1;
+  const face_rows step = {low.step, low.step, high.step, high.step};
+  face_rows face = {low.first, low.first + low.step, high.first + high.step, high.first};
+  if (i > 1) face += (i - 1) * step;
+  for (; i < i1 && i < last; i++, face += step) out = put_face(face, out);
+  if (i1 <= last) return out;
+  return put_face((face_rows){face[0], below->right, above->right, face[3]}, out);
+}
+
+/* Faces of one quad from `first` up to `end`. */
+static void emit_quad(const quad_rows *q, uint32_t side, uint32_t first, uint32_t end, uint32_t *out) {
+  uint32_t j = first / side;
+  line_rows below = rows_of_line(q, side, j);
+  for (uint32_t i = first % side, left = end - j * side; left > 0; j++, i = 0) {
+    uint32_t i1 = left < side ? left : side;
+    line_rows above = rows_of_line(q, side, j + 1);
+    out = emit_line(&below, &above, side, i, i1, out);
+    below = above;
+    left -= i1;
   }
 }
 
-static size_t read_quads(tw_surface_reader *r, const tw_numbering *n, uint64_t first, size_t count,
+static size_t read_quads(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                          uint32_t *out) {
-  const tw_surface *s = r->surface;
-  uint32_t side = s->side;
-  assert(side > 0);
-  uint64_t face = first, end = first + count;
-  quad_rows quad = {.inside = 0};
-  while (face < end) {
-    uint32_t visible = (uint32_t)(face / ((uint64_t)side * side)),
-             cell = (uint32_t)(face % ((uint64_t)side * side));
-    uint32_t j = cell / side, i0 = cell % side, i1 = side;
-    if (i0 + (end - face) < side) i1 = i0 + (uint32_t)(end - face);
-    if (cell == 0 || face == first) quad = rows_of_quad(s, n, visible);
-    if (i0 == 0 && j > 0 && face > first) {
-      uint32_t *swap = r->index_rows[0];
-      r->index_rows[0] = r->index_rows[1];
-      r->index_rows[1] = swap;
-    } else {
-      index_line(&quad, side, j, r->index_rows[0]);
-    }
-    index_line(&quad, side, j + 1, r->index_rows[1]);
-    emit_line(r->index_rows[0], r->index_rows[1], i0, i1, out);
-    out += 4 * (size_t)(i1 - i0);
-    face += i1 - i0;
+  uint64_t cells = (uint64_t)s->side * s->side, face = first, last = first + count;
+  while (face < last) {
+    uint32_t visible = (uint32_t)(face / cells);
+    uint64_t begin = visible * cells, end = begin + cells < last ? begin + cells : last;
+    quad_rows quad = rows_of_quad(s, n, visible);
+    emit_quad(&quad, s->side, (uint32_t)(face - begin), (uint32_t)(end - begin), out);
+    out += 4 * (size_t)(end - face);
+    face = end;
   }
   return 4 * count;
 }
@@ -141,5 +148,5 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
   for (size_t i = 0; sizes && i < count; i++) sizes[i] = corners_a_face(s);
   if (s->depth == 0) return read_base_faces(s, n, first, count, out);
-  return read_quads(reader, n, first, count, out);
+  return read_quads(s, n, first, count, out);
 }

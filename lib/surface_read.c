@@ -482,7 +482,7 @@ static uint32_t piece_capacity(const tw_surface *surface) {
 
 /* The most of everything that any of several surfaces needs. */
 typedef struct reader_needs {
-  uint32_t points, masks, side, slopes;        /* slopes: rows with tangents */
+  uint32_t points, masks, slopes;              /* slopes: rows with tangents */
   uint32_t joints, joint_controls, joint_rows; /* of skinned surfaces */
   size_t piece;                                /* floats */
 } reader_needs;
@@ -492,7 +492,6 @@ static void need(reader_needs *n, const tw_surface *s) {
   size_t piece = (size_t)rows * larger(s->layout.stride, 4);
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
-  n->side = larger(n->side, s->side);
   if (piece > n->piece) n->piece = piece;
   if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
   if (s->layout.joints == UINT32_MAX) return;
@@ -509,9 +508,8 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->joint_rows = tw_alloc(n->joint_rows, 4 * sizeof(float));
   bool complete = r->scratch && r->mask && r->piece && r->joint_controls && r->joint_rows;
   for (int i = 0; i < 2; i++) {
-    r->index_rows[i] = tw_alloc((size_t)n->side + 1, sizeof(uint32_t));
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
-    complete = complete && r->index_rows[i] && r->slopes[i];
+    complete = complete && r->slopes[i];
   }
   return complete && tw_joint_sum_init(&r->joints, n->joints) == TW_OK;
 }
@@ -543,10 +541,7 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   free(reader->scratch);
   free(reader->mask);
   free(reader->piece);
-  for (int i = 0; i < 2; i++) {
-    free(reader->index_rows[i]);
-    free(reader->slopes[i]);
-  }
+  for (int i = 0; i < 2; i++) free(reader->slopes[i]);
   free(reader->joint_controls);
   free(reader->joint_rows);
   tw_joint_sum_deinit(&reader->joints);

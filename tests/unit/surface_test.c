@@ -228,6 +228,29 @@ static void the_same_bytes_come_whatever_the_blocks(void **state) {
   }
 }
 
+static void the_same_faces_come_whatever_the_blocks(void **state) {
+  (void)state;
+  tw_mesh mesh = grid(4, 3, saddle);
+  for (uint32_t level = 1; level <= 5; level++) {
+    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level});
+    size_t count = (size_t)tw_surface_get_counts(surface)->faces;
+    uint32_t *whole = malloc(4 * count * sizeof *whole), block[4 * 97];
+    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    assert_true(whole && reader);
+    assert_int_equal(tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, count, NULL, whole), 4 * count);
+    for (size_t step = 1; step <= 97; step += step / 4 + 1)
+      for (size_t first = 0; first < count; first += step) {
+        size_t taken = first + step > count ? count - first : step;
+        size_t written = tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, first, taken, NULL, block);
+        assert_int_equal(written, 4 * taken);
+        assert_memory_equal(block, whole + 4 * first, 4 * taken * sizeof *block);
+      }
+    tw_surface_reader_destroy(reader);
+    free(whole);
+    tw_surface_destroy(surface);
+  }
+}
+
 static void faces_use_every_row_and_no_other(void **state) {
   (void)state;
   tw_mesh mesh = grid(5, 4, saddle);
@@ -432,6 +455,7 @@ int main(void) {
       cmocka_unit_test(cube_corner_moves_to_five_ninths),
       cmocka_unit_test(cube_approaches_its_limit_monotonically),
       cmocka_unit_test(the_same_bytes_come_whatever_the_blocks),
+      cmocka_unit_test(the_same_faces_come_whatever_the_blocks),
       cmocka_unit_test(faces_use_every_row_and_no_other),
       cmocka_unit_test(a_plane_stays_a_plane_with_its_normal),
       cmocka_unit_test(scaling_by_two_scales_the_surface_exactly),
