@@ -9,7 +9,6 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/random.h>
-#include <time.h>
 
 /* A refused body up to this size is read and dropped, which keeps the connection usable. */
 static const uint64_t DROP_MAX = 64 << 10;
@@ -272,14 +271,11 @@ void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]
 
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {
   const api_answer *answer = &exchange->answer;
-  char timing[SRV_TIMING_SIZE], date[64], *text = NULL;
-  struct tm utc;
-  time_t now = time(NULL);
-  strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &utc));
+  char timing[SRV_TIMING_SIZE], *text = NULL;
   srv_exchange_timing(exchange, timing);
   FILE *out = open_memstream(&text, size);
   if (out == NULL) return NULL;
-  fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, date);
+  fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, srv_date_now());
   fprintf(out, "X-Request-Id: %s\r\nServer-Timing: %s\r\n", exchange->id, timing);
   for (size_t i = 0; i < answer->header_count; i++) {
     fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);
