@@ -1,6 +1,7 @@
 /* Answers on their way out, as responses of libmicrohttpd: small ones in a response that was sent before,
  * others in one of their own, whose body is pulled out of them. */
 #include "ahead.h"
+#include "clock.h"
 #include "loop.h"
 
 #include <microhttpd.h>
@@ -9,9 +10,8 @@
 #include <sys/socket.h>
 
 enum {
-  LIVE_BLOCK = 16 << 10,   /* of a stream */
-  LIVE_BUFFER = 128 << 10, /* in the kernel, of a stream: what a slow client is behind at most */
-  FRESH_MOST = 6 << 10     /* bytes of an answer that was never sent before, see has_reply */
+  LIVE_BLOCK = 16 << 10,  /* of a stream */
+  LIVE_BUFFER = 128 << 10 /* in the kernel, of a stream: what a slow client is behind at most */
 };
 
 static const unsigned LISTENER_RETRY_S = 5;
@@ -35,14 +35,12 @@ static void list_fields(const srv_exchange *exchange, const api_answer *answer, 
 
 /* ---- responses that are used again ----------------------------------------------------------- */
 
-/* Whether the answer may go out in one: it is whole, and the connection stays. Few sizes come again, and in a
- * long one copying takes what is won; but what is lent is sent again as it is. */
+/* Whether the answer may go out in one: it is whole, and the connection stays. */
 static bool has_reply(const srv_exchange *exchange) {
   const api_answer *answer = &exchange->answer;
   bool is_whole = answer->body.read == NULL && answer->live.frame == NULL;
   bool stays = !exchange->close && !atomic_load(&exchange->server->draining);
-  bool is_likely = answer->bytes.size <= FRESH_MOST || answer->lender != NULL;
-  return answer->status == MHD_HTTP_OK && is_whole && stays && is_likely;
+  return answer->status == MHD_HTTP_OK && is_whole && stays;
 }
 
 /* True when the answer is queued. */
@@ -51,6 +49,8 @@ static bool queue_reply(srv_connection *c) {
   field_list list;
   if (!has_reply(exchange)) return false;
   list_fields(exchange, &exchange->answer, &list);
+  /* The library would make it for each answer. */
+  list.fields[list.count++] = (api_header){"Date", srv_date_now()};
   c->reply = srv_replies_take(c->owner->replies, list.fields, list.count, exchange->answer.bytes);
   if (c->reply == NULL) return false;
   if (MHD_queue_response(c->mhd, MHD_HTTP_OK, srv_reply_response(c->reply)) != MHD_YES) {

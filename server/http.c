@@ -421,7 +421,7 @@ static bool watch_descriptor(srv_loop *l, int fd) {
 static bool start_loop(srv_http *http, srv_loop *l, const char *certificate, const char *key) {
   l->http = http;
   pthread_mutex_init(&l->lock, NULL);
-  l->replies = srv_replies_create();
+  l->replies = srv_replies_create(http->rewrites);
   l->log_lines = srv_log_lines_create();
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
   l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
@@ -455,6 +455,7 @@ srv_http *srv_http_start(srv_server *server, int listener, const char *certifica
   http->server = server;
   http->listener = listener;
   http->tls = certificate != NULL;
+  http->rewrites = srv_rewrites();
   http->patience = (srv_patience){.header_ms = config->header_timeout,
                                   .idle_ms = config->idle_timeout,
                                   .request_ms = config->request_timeout,

@@ -48,7 +48,7 @@ struct srv_http {
   srv_server *server;
   srv_patience patience;
   int listener;
-  bool tls;
+  bool tls, rewrites; /* rewrites: see srv_rewrites */
   atomic_bool stop;
   atomic_bool unfinished; /* a loop ended with requests at compute threads */
   size_t loop_count;

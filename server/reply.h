@@ -1,18 +1,23 @@
 /* Responses of the HTTP library that are used again. Making one, field by field, costs the library more than
  * most of the answers cost that they carry; and most answers of one size differ from those before them in few
- * fields. Each I/O thread has a table of its own. */
+ * fields, whose values are as long as before. Each I/O thread has a table of its own. */
 #ifndef SRV_REPLY_H
 #define SRV_REPLY_H
 
 #include "api.h"
 
-enum { SRV_FIELDS_MAX = API_HEADERS_MAX + 2 }; /* of one answer */
+enum { SRV_FIELDS_MAX = API_HEADERS_MAX + 3 }; /* of one answer */
 
 struct MHD_Response;
 typedef struct srv_replies srv_replies;
 typedef struct srv_reply srv_reply;
 
-srv_replies *srv_replies_create(void);          /* NULL without memory */
+/* Whether the library sends what is written over its copy of a field's value. It may be relied on for as long
+ * as the program runs, but the library does not promise it. */
+bool srv_rewrites(void);
+
+/* rewrites: values may be written over; else fields are made anew. NULL without memory. */
+srv_replies *srv_replies_create(bool rewrites);
 void srv_replies_destroy(srv_replies *replies); /* NULL accepted; none is being sent */
 
 /* A reply with these bytes and fields, both copied but for the names, which live as long as the program. It

@@ -64,7 +64,7 @@ static void answer_word(api_answer *answer, const char *query) {
 static void answer_padding(api_answer *answer, size_t size) {
   char *bytes = malloc(size + 1);
   if (bytes == NULL) abort();
-  memset(bytes, 'p', size);
+  memset(bytes, 'A' + (int)(size % 26), size);
   answer_bytes(answer, 200, bytes, size);
   free(bytes);
 }

@@ -8,7 +8,7 @@
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
  *   /word?W,T     the word W; T, where it is there, as ETag
- *   /pad?N        N bytes at once, each 'p'
+ *   /pad?N        N bytes at once, each the capital letter N % 26
  *   /nothing      204
  *   /unchanged    304
  *   /live?N,M     a stream, 100 frames a second up to number N, each followed by M letters

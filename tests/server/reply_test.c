@@ -2,13 +2,16 @@
  */
 #include "reply.h"
 
+#include "clock.h"
 #include "fake_api.h"
 #include "sockets.h"
 
 #include <microhttpd.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 /* ---- alone ----------------------------------------------------------------------------------- */
@@ -18,7 +21,12 @@ enum { FIELDS = 3 };
 static const uint8_t BYTES[20000];
 
 static int create_table(void **state) {
-  *state = srv_replies_create();
+  *state = srv_replies_create(srv_rewrites());
+  return *state == NULL;
+}
+
+static int create_careful_table(void **state) {
+  *state = srv_replies_create(false);
   return *state == NULL;
 }
 
@@ -40,11 +48,18 @@ static int count_fields(const srv_reply *reply) {
   return MHD_get_response_headers(srv_reply_response(reply), NULL, NULL);
 }
 
+/* If not, answers are still right, but slower. */
+static void library_sends_what_is_written_over_a_value(void **state) {
+  (void)state;
+  assert_true(srv_rewrites());
+}
+
 static void reply_is_lent_once_until_it_is_given_back(void **state) {
   srv_reply *first = take(*state, "\"a\"", "1", 100);
   assert_non_null(first);
   assert_null(take(*state, "\"a\"", "1", 100));
-  srv_reply *other = take(*state, "\"a\"", "1", 101);
+  assert_null(take(*state, "\"a\"", "1", 101)); /* its bytes would be in the same place */
+  srv_reply *other = take(*state, "\"a\"", "1", 200);
   assert_non_null(other);
   srv_reply_give_back(first);
   assert_ptr_equal(take(*state, "\"a\"", "1", 100), first);
@@ -70,6 +85,16 @@ static void fields_that_change_are_replaced_and_others_stay(void **state) {
   srv_reply_give_back(reply);
 }
 
+static void value_as_long_as_before_takes_its_place(void **state) {
+  srv_reply *reply = take(*state, "\"a\"", "1", 100);
+  const char *tag = field(reply, "ETag");
+  srv_reply_give_back(reply);
+  assert_ptr_equal(take(*state, "\"b\"", "1", 100), reply);
+  assert_ptr_equal(field(reply, "ETag"), tag);
+  assert_string_equal(tag, "\"b\"");
+  srv_reply_give_back(reply);
+}
+
 static void other_names_of_as_many_fields_make_another_reply(void **state) {
   srv_reply_give_back(take(*state, "\"a\"", "1", 100));
   const api_header fields[FIELDS] = {{"Vary", "Accept"}, {"Link", "<x>"}, {"X-Request-Id", "2"}};
@@ -82,9 +107,14 @@ static void other_names_of_as_many_fields_make_another_reply(void **state) {
 }
 
 static void field_that_cannot_be_sent_leaves_no_reply_behind(void **state) {
-  assert_null(take(*state, "\"a\"", "1\n2", 100));
-  srv_reply_give_back(take(*state, "\"a\"", "1", 100));
-  assert_null(take(*state, "\"a\"", "1\n2", 100));
+  static const char *const BREAKS[] = {"1\n2", "1\r2", "\n"};
+  for (size_t i = 0; i < sizeof BREAKS / sizeof *BREAKS; i++) {
+    assert_null(take(*state, "\"a\"", BREAKS[i], 100));
+    srv_reply_give_back(take(*state, "\"a\"", "1", 100));
+    assert_null(take(*state, "\"a\"", BREAKS[i], 100));
+    srv_reply_give_back(take(*state, "\"a\"", "1.2", 100));
+    assert_null(take(*state, "\"a\"", BREAKS[i], 100));
+  }
   srv_reply *reply = take(*state, "\"a\"", "1", 100);
   assert_non_null(reply);
   assert_int_equal(count_fields(reply), FIELDS);
@@ -162,11 +192,63 @@ static void old_clients_are_answered_like_new_ones(void **state) {
   }
 }
 
+/* The second that the last answer says it is of. */
+static int64_t dated(const fixture *f) {
+  char text[64] = "";
+  assert_int_equal(count_text(f, "\r\nDate: "), 1);
+  assert_int_equal(sscanf(strstr(f->answer, "\r\nDate: ") + 8, "%63[^\r]", text), 1);
+  for (int64_t second = (int64_t)time(NULL) - 5; second < (int64_t)time(NULL) + 5; second++)
+    if (strcmp(srv_date(second), text) == 0) return second;
+  fail_msg("%s is not a date of now", text);
+  return 0;
+}
+
+static void dates_of_answers_go_on(void **state) {
+  fixture *f = *state;
+  static const char *const ENDS[] = {
+      "/light HTTP/1.1\r\nHost: x\r\n\r\n", /* in a reply, from its second on */
+      "/nothing HTTP/1.1\r\nHost: x\r\n\r\n"};
+  for (int round = 0; round < 3; round++) {
+    for (int i = 0; i < 4; i++) {
+      char request[128];
+      snprintf(request, sizeof request, "GET %s", ENDS[i % 2]);
+      int64_t before = (int64_t)time(NULL);
+      int fd = connect_client(f);
+      say(fd, request);
+      read_until(f, fd, "\r\n\r\n");
+      close(fd);
+      assert_in_range(dated(f), before - 1, (int64_t)time(NULL));
+    }
+    pause_ms(1100);
+  }
+}
+
 /* As much as it takes until the daemon cannot send any more, all of one size. */
 static void crowd(int fd) {
   static const char REQUEST[] = "GET /pad?4000 HTTP/1.1\r\nHost: x\r\n\r\n";
   for (int i = 0; i < 4000; i++)
     if (send(fd, REQUEST, sizeof REQUEST - 1, MSG_NOSIGNAL | MSG_DONTWAIT) < 0) return;
+}
+
+static char letter(size_t size) {
+  return (char)('A' + size % 26);
+}
+
+/* Reads until nothing comes any more: of bodies there are only such of this letter. */
+static void read_one_letter(int fd, char own) {
+  static char text[1 << 16];
+  struct pollfd event = {.fd = fd, .events = POLLIN};
+  size_t found = 0;
+  while (poll(&event, 1, 300) > 0) {
+    ssize_t got = recv(fd, text, sizeof text, 0);
+    assert_true(got > 0);
+    for (ssize_t i = 3; i < got; i++) {
+      bool is_body = text[i] >= 'A' && text[i] <= 'Z' && strncmp(&text[i - 3], &text[i - 2], 3) == 0;
+      if (is_body) assert_int_equal(text[i], own);
+      found += is_body;
+    }
+  }
+  assert_true(found > 4000);
 }
 
 static void client_that_does_not_read_and_leaves_disturbs_no_other(void **state) {
@@ -176,17 +258,29 @@ static void client_that_does_not_read_and_leaves_disturbs_no_other(void **state)
     crowd(stuck);
     pause_ms(100);
     for (int i = 0; i < 20; i++) {
-      ask(f, "GET /pad?4000 HTTP/1.1\r\nHost: x\r\nX-Request-Id: mine\r\nConnection: close\r\n\r\n");
+      size_t size = (size_t)(3990 + i); /* also such as share a place for bytes with what is stuck */
+      char request[128];
+      snprintf(request, sizeof request,
+               "GET /pad?%zu HTTP/1.1\r\nHost: x\r\nX-Request-Id: mine\r\nConnection: close\r\n\r\n", size);
+      ask(f, request);
       assert_true(has(f, "X-Request-Id: mine\r\n"));
-      assert_int_equal(body_size(f), 4000);
-      assert_int_equal(strspn(body(f), "p"), 4000);
+      assert_int_equal(body_size(f), size);
+      assert_int_equal(strspn(body(f), (char[]){letter(size), '\0'}), size);
     }
+    if (round == 0) read_one_letter(stuck, letter(4000));
     close(stuck);
   }
 }
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(library_sends_what_is_written_over_a_value),
+      cmocka_unit_test_setup_teardown(value_as_long_as_before_takes_its_place, create_table, destroy_table),
+      cmocka_unit_test_setup_teardown(fields_that_change_are_replaced_and_others_stay, create_careful_table,
+                                      destroy_table),
+      cmocka_unit_test_setup_teardown(field_that_cannot_be_sent_leaves_no_reply_behind, create_careful_table,
+                                      destroy_table),
+      cmocka_unit_test_setup_teardown(dates_of_answers_go_on, set_up, tear_down),
       cmocka_unit_test_setup_teardown(reply_is_lent_once_until_it_is_given_back, create_table, destroy_table),
       cmocka_unit_test_setup_teardown(fields_that_change_are_replaced_and_others_stay, create_table,
                                       destroy_table),
