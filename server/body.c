@@ -1,5 +1,6 @@
 /* Memory grows geometrically up to SPOOL_FROM, so what a connection can make the daemon hold is bounded
- * by bytes that really arrived; behind that the page cache does the holding. */
+ * by bytes that really arrived; behind that the page cache does the holding, but for a piece that gathers
+ * what comes, because file systems take few long pieces more quickly than many short ones. */
 #include "body.h"
 
 #include "disk.h"
@@ -12,7 +13,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20 };
+enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20, PIECE = 128 << 10 };
 
 void srv_body_init(srv_body *body, uint64_t limit, int folder) {
   *body = (srv_body){.limit = limit, .folder = folder};
@@ -37,16 +38,23 @@ static int open_nameless(int folder) {
   return file;
 }
 
+/* Writes what memory holds to the file. */
+static bool flush(srv_body *body) {
+  if (!srv_write_all(body->file, body->memory, body->held)) return false;
+  body->held = 0;
+  return true;
+}
+
 static bool spool(srv_body *body) {
   int file = open_nameless(body->folder);
   if (file < 0) return false;
   body->file = file;
   body->spooled = true;
-  if (!srv_write_all(file, body->memory, (size_t)body->size)) return false;
+  if (!flush(body)) return false;
   free(body->memory);
-  body->memory = NULL;
-  body->capacity = 0;
-  return true;
+  body->memory = malloc(PIECE);
+  body->capacity = PIECE;
+  return body->memory != NULL;
 }
 
 /* size is at most SPOOL_FROM. */
@@ -61,22 +69,34 @@ static bool reserve(srv_body *body, size_t size) {
   return true;
 }
 
+/* The file has room in memory for one piece. */
+static bool gather(srv_body *body, const void *data, size_t size) {
+  if (size > PIECE - body->held && !flush(body)) return false;
+  if (size >= PIECE) return srv_write_all(body->file, data, size);
+  memcpy(body->memory + body->held, data, size);
+  body->held += size;
+  return true;
+}
+
+static bool append_memory(srv_body *body, const void *data, size_t size) {
+  if (size == 0) return true;
+  if (!reserve(body, body->held + size)) return false;
+  memcpy(body->memory + body->held, data, size);
+  body->held += size;
+  return true;
+}
+
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
   if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
   if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
-  if (body->spooled) {
-    if (!srv_write_all(body->file, data, size)) return SRV_BODY_FAILED;
-  } else if (size > 0) {
-    if (!reserve(body, (size_t)body->size + size)) return SRV_BODY_FAILED;
-    memcpy(body->memory + body->size, data, size);
-  }
+  if (!(body->spooled ? gather : append_memory)(body, data, size)) return SRV_BODY_FAILED;
   body->size += size;
   return SRV_BODY_OK;
 }
 
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
   if (body->spooled && body->mapping == NULL) {
-    if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
+    if (body->size > SIZE_MAX || !flush(body)) return SRV_BODY_FAILED;
     void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
     if (mapping == MAP_FAILED) return SRV_BODY_FAILED;
     body->mapping = mapping;
