@@ -22,8 +22,10 @@
 #include <unistd.h>
 
 enum {
-  CONNECTION_MEMORY = 32 << 10, /* the library's pool: headers in and out, and the window of a body */
-  ACCEPT_MAX = 8,               /* connections a thread takes before it serves those it has */
+  /* The library's pool: headers in and out, and the window of a body. It holds what framing.h admits of
+   * target or of headers; the library clears all of it after each request, and half of it before. */
+  CONNECTION_MEMORY = 24 << 10,
+  ACCEPT_MAX = 8, /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
   STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */
 };
