@@ -8,11 +8,8 @@
 #ifndef TWEEND_SPLINE_KERNEL_H
 #define TWEEND_SPLINE_KERNEL_H
 
-#include <math.h>
-
-#include "normal.h"
 #include "spline_rows.h"
-#include "wide.h"
+#include "unit_normals.h"
 
 enum { DERIVATIVE_SECOND = 4 };
 
@@ -39,17 +36,22 @@ weigh_three(const float (*lines)[LINE], const float *const table[3], size_t j, f
   }
 }
 
-/* Component c of the points from place i on. */
+/* Of the points from place i on. */
+static inline __attribute__((always_inline)) void load_weights(const float *const *table, size_t count,
+                                                               size_t i, vector *out) {
+  for (size_t w = 0; w < count; w++) out[w] = load(table[w] + i);
+}
+
+/* Component c of points by their weights. */
 static inline __attribute__((always_inline)) vector across_four(const float (*columns)[WIDTH_MAX], size_t c,
-                                                                const float *const table[4], size_t i) {
-  return (load(table[0] + i) * columns[0][c] + load(table[3] + i) * columns[3][c]) +
-         (load(table[1] + i) * columns[1][c] + load(table[2] + i) * columns[2][c]);
+                                                                const vector weights[4]) {
+  return (weights[0] * columns[0][c] + weights[3] * columns[3][c]) +
+         (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
 }
 
 static inline __attribute__((always_inline)) vector across_three(const float (*columns)[WIDTH_MAX], size_t c,
-                                                                 const float *const table[3], size_t i) {
-  return (load(table[0] + i) * columns[0][c] + load(table[2] + i) * columns[2][c]) +
-         load(table[1] + i) * columns[1][c];
+                                                                 const vector weights[3]) {
+  return (weights[0] * columns[0][c] + weights[2] * columns[2][c]) + weights[1] * columns[1][c];
 }
 
 /* ---- values --------------------------------------------------------------------------------- */
@@ -89,9 +91,10 @@ static inline __attribute__((always_inline)) block block_at(const kernel_job *k,
   return (block){rect->i0 + first, LANES, (ptrdiff_t)first};
 }
 
-static inline __attribute__((always_inline)) void
-value_lanes(const kernel_job *k, const float (*columns)[WIDTH_MAX], size_t width, size_t i, vector *out) {
-  for (size_t c = 0; c < width; c++) out[c] = k->job.origin[c] + across_four(columns, c, k->value, i);
+static inline __attribute__((always_inline)) void value_lanes(const kernel_job *k,
+                                                              const float (*columns)[WIDTH_MAX], size_t width,
+                                                              const vector weights[4], vector *out) {
+  for (size_t c = 0; c < width; c++) out[c] = k->job.origin[c] + across_four(columns, c, weights);
 }
 
 static inline __attribute__((always_inline)) void fill_values(const tw_spline_job *job, size_t width) {
@@ -101,9 +104,10 @@ static inline __attribute__((always_inline)) void fill_values(const tw_spline_jo
     float columns[4][WIDTH_MAX];
     weigh_four((const float(*)[LINE])k.job.points, k.value, j, columns[0]);
     for (size_t n = 0; n < k.blocks; n++) {
-      vector values[WIDTH_MAX];
+      vector weights[4], values[WIDTH_MAX];
       block b = block_at(&k, n, j);
-      value_lanes(&k, (const float(*)[WIDTH_MAX])columns, width, b.i, values);
+      load_weights(k.value, 4, b.i, weights);
+      value_lanes(&k, (const float(*)[WIDTH_MAX])columns, width, weights, values);
       store_rows(values, width, b.count, line + b.place * k.job.step, k.job.step);
     }
   }
@@ -140,14 +144,24 @@ static inline __attribute__((always_inline)) void weigh_slopes(const slopes *s, 
   weigh_three(s->across, spline->slope, j, out->across[0]);
 }
 
-static inline __attribute__((always_inline)) vector tangent_along(const tw_spline *spline,
-                                                                  const line_slopes *s, size_t c, size_t i) {
-  return across_three((const float(*)[WIDTH_MAX])s->along, c, spline->slope, i);
+/* Weights of slopes along a line and across it. */
+typedef struct slope_weights {
+  vector along[3], across[4];
+} slope_weights;
+
+static inline __attribute__((always_inline)) void load_slope_weights(const tw_spline *spline, size_t i,
+                                                                     slope_weights *out) {
+  load_weights(spline->slope, 3, i, out->along);
+  load_weights(spline->limit, 4, i, out->across);
 }
 
-static inline __attribute__((always_inline)) vector tangent_across(const tw_spline *spline,
-                                                                   const line_slopes *s, size_t c, size_t i) {
-  return across_four((const float(*)[WIDTH_MAX])s->across, c, spline->limit, i);
+/* Tangents of points of a line. */
+static inline __attribute__((always_inline)) void tangent_lanes(const line_slopes *s, const slope_weights *w,
+                                                                size_t width, vector *along, vector *across) {
+  for (size_t c = 0; c < width; c++) {
+    along[c] = across_three((const float(*)[WIDTH_MAX])s->along, c, w->along);
+    across[c] = across_four((const float(*)[WIDTH_MAX])s->across, c, w->across);
+  }
 }
 
 /* transposed: the job's i is j of the patch, so that its first tangent is the patch's second. */
@@ -162,12 +176,11 @@ static inline __attribute__((always_inline)) void fill_derivatives(const tw_spli
     line_slopes at_line;
     weigh_slopes(&slopes, &k.spline, j, &at_line);
     for (size_t n = 0; n < k.blocks; n++) {
+      slope_weights weights;
       vector tangents[2][WIDTH_MAX];
       block b = block_at(&k, n, j);
-      for (size_t c = 0; c < width; c++) {
-        tangents[0][c] = tangent_along(&k.spline, &at_line, c, b.i);
-        tangents[1][c] = tangent_across(&k.spline, &at_line, c, b.i);
-      }
+      load_slope_weights(&k.spline, b.i, &weights);
+      tangent_lanes(&at_line, &weights, width, tangents[0], tangents[1]);
       float *out = line + b.place * k.job.step;
       store_rows(tangents[0], width, b.count, out + along, k.job.step);
       store_rows(tangents[1], width, b.count, out + DERIVATIVE_SECOND - along, k.job.step);
@@ -176,11 +189,6 @@ static inline __attribute__((always_inline)) void fill_derivatives(const tw_spli
 }
 
 /* ---- normals -------------------------------------------------------------------------------- */
-
-static inline __attribute__((always_inline)) vector greater(vector a, vector b) {
-  mask more = a > b;
-  return (vector)(((mask)a & more) | ((mask)b & ~more));
-}
 
 /* At least the greatest square of some lines of vectors: that of the greatest components. */
 static inline __attribute__((always_inline)) float greatest_square(const float (*lines)[LINE], size_t count) {
@@ -205,72 +213,105 @@ static inline float least_square(const slopes *s) {
   return tw_normal_least_square(greatest_square(s->along, 4) * greatest_square(s->across, 3));
 }
 
-static inline vector root(vector square) {
-  vector out;
-  for (int l = 0; l < LANES; l++) out[l] = sqrtf(square[l]);
-  return out;
-}
-
-static inline __attribute__((always_inline)) bool all_set(mask m) {
-  four_mask all = (four_mask)four_of((vector)m, 0);
-  for (size_t n = 1; n < LANES / 4; n++) all &= (four_mask)four_of((vector)m, n);
-  uint64_t halves[2];
-  memcpy(halves, &all, sizeof halves);
-  return (halves[0] & halves[1]) == UINT64_MAX;
-}
-
-static inline mask first_mask(void) {
-  return (mask){0} == 0;
-}
-
-/* What one line weighs its places' points and slopes with. */
-typedef struct line_weights {
-  _Alignas(LINE * sizeof(float)) float columns[4][WIDTH_MAX];
-  line_slopes slopes;
-} line_weights;
-
-static inline __attribute__((always_inline)) void weigh_line(const kernel_job *k, const slopes *s,
-                                                             bool positions, size_t j, line_weights *out) {
-  if (positions) weigh_four((const float(*)[LINE])k->job.points, k->value, j, out->columns[0]);
-  weigh_slopes(s, &k->spline, j, &out->slopes);
-}
-
 /* Lets the compiler keep nothing of a line in registers: there are fewer than numbers, and lines are too
  * short to pay for filling them. */
 static inline void take_from_memory(void) {
   __asm__ volatile("" ::: "memory");
 }
 
-/* Unit normals of tangents, with no zero below 0: a patch has the same ones turned round. outward: 1, or -1
- * to turn them over; sure: which of all so far need no closer look. */
-static inline __attribute__((always_inline)) void
-unit_normals(const vector a[3], const vector b[3], vector least, vector outward, vector *out, mask *sure) {
-  for (size_t c = 0; c < 3; c++) out[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-  vector square = out[0] * out[0] + out[1] * out[1] + out[2] * out[2];
-  *sure &= (square > least) & (square < TW_NORMAL_SQUARE_MAX);
-  vector scale = outward / root(square);
-  for (size_t c = 0; c < 3; c++) out[c] = out[c] * scale + 0.0f;
-}
-
-/* Normals from place i on. */
-static inline __attribute__((always_inline)) void normal_lanes(const tw_spline *spline, const line_slopes *s,
-                                                               size_t i, bool transposed, float least,
-                                                               vector *out, mask *sure) {
-  vector a[3], b[3];
-  for (size_t c = 0; c < 3; c++) {
-    a[c] = tangent_along(spline, s, c, i);
-    b[c] = tangent_across(spline, s, c, i);
-  }
-  vector zero = {0};
-  unit_normals(a, b, zero + least, zero + (transposed ? -1.0f : 1.0f), out, sure);
-}
-
-/* Asks for memory that rows farther on will be written to, be they of this patch or not: the processor sees
- * them coming too late. An address beyond the end does no harm. */
-static inline __attribute__((always_inline)) void prepare_rows(const float *out, size_t width) {
-  enum { AHEAD = 1024, CACHE_LINE = 64 };
+/* Asks for the memory of rows `ahead` floats farther on: the processor sees those coming too late. An address
+ * beyond the end does no harm. */
+static inline __attribute__((always_inline)) void prepare_rows(const float *out, ptrdiff_t ahead,
+                                                               size_t width) {
+  enum { CACHE_LINE = 64 };
+  uintptr_t from = (uintptr_t)out + (uintptr_t)ahead * sizeof *out;
   for (size_t at = 0; at < width * LANES * sizeof *out; at += CACHE_LINE)
-    __builtin_prefetch((const void *)((uintptr_t)out + AHEAD + at), 1, 3);
+    __builtin_prefetch((const void *)(from + at), 1, 3);
+}
+
+/* Neighbouring lines, side by side: one block of each is crossed, then all of these become normals. A normal
+ * waits for its root and quotient far longer than it takes to compute, and a processor does not look ahead as
+ * far as the next ones. Besides, the weights of the block are loaded but once. */
+enum { TOGETHER = 16 };
+
+typedef struct line_group {
+  size_t j, count; /* lines from j on */
+  struct {
+    _Alignas(LINE * sizeof(float)) float columns[4][WIDTH_MAX];
+    line_slopes slopes;
+  } weighed[TOGETHER];
+  crossed normals[TOGETHER];
+} line_group;
+
+static inline __attribute__((always_inline)) void start_group(const kernel_job *k, const slopes *s,
+                                                              bool positions, size_t j, line_group *g) {
+  size_t left = (size_t)k->job.rect.j1 + 1 - j;
+  g->j = j;
+  g->count = left < TOGETHER ? left : TOGETHER;
+  for (size_t l = 0; l < g->count; l++) {
+    if (positions) weigh_four((const float(*)[LINE])k->job.points, k->value, j + l, g->weighed[l].columns[0]);
+    weigh_slopes(s, &k->spline, j + l, &g->weighed[l].slopes);
+  }
+}
+
+static inline __attribute__((always_inline)) crossed cross_lanes(const line_slopes *s, const slope_weights *w,
+                                                                 float least, mask *sure) {
+  vector along[3], across[3], zero = {0};
+  tangent_lanes(s, w, 3, along, across);
+  return cross_tangents(along, across, zero + least, sure);
+}
+
+static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
+                                                              line_group *g, mask *sure) {
+  slope_weights weights;
+  load_slope_weights(&k->spline, block_at(k, n, g->j).i, &weights);
+  for (size_t l = 0; l < g->count; l++) {
+    take_from_memory();
+    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, sure);
+  }
+}
+
+/* How far ahead, in floats, those rows lie that take their turn some blocks later: in the same lines or,
+ * where these have no more, in the next group, be that of this patch or not. */
+static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
+  enum { POINTS_AHEAD = 512 }; /* 12 KB: memory answers in time, and the first cache still holds them */
+  size_t blocks = POINTS_AHEAD / LANES / g->count;
+  return k->blocks > blocks ? (ptrdiff_t)(blocks * LANES) * k->job.step
+                            : (ptrdiff_t)g->count * k->job.line_step;
+}
+
+/* line: where the first line's rows go. */
+static inline __attribute__((always_inline)) void
+put_block(const kernel_job *k, size_t n, bool positions, bool transposed, const line_group *g, float *line) {
+  const size_t before = positions ? 3 : 0, width = before + 3;
+  const ptrdiff_t step = k->job.step, line_step = k->job.line_step, ahead = rows_ahead(k, g);
+  const block b = block_at(k, n, g->j);
+  vector weights[4], zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
+  float *out = line + b.place * step;
+  load_weights(k->value, 4, b.i, weights);
+  for (size_t l = 0; l < g->count; l++, out += line_step) {
+    take_from_memory();
+    vector rows[ROW_MAX];
+    if (step == (ptrdiff_t)width) prepare_rows(out, ahead, width);
+    if (positions) value_lanes(k, (const float(*)[WIDTH_MAX])g->weighed[l].columns, 3, weights, rows);
+    normalise(&g->normals[l], outward, rows + before);
+    store_rows(rows, width, block_at(k, n, g->j + l).count, out, step);
+  }
+}
+
+/* Some normal of a group needs a closer look: finds the lines of such. */
+static void look_closer(const kernel_job *k, bool transposed, float least, const line_group *g, float *out) {
+  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
+    mask sure = first_mask();
+    for (size_t n = 0; n < k->blocks; n++) {
+      slope_weights weights;
+      load_slope_weights(&k->spline, block_at(k, n, g->j + l).i, &weights);
+      cross_lanes(&g->weighed[l].slopes, &weights, least, &sure);
+    }
+    if (!all_set(sure))
+      tw_spline_look_closer(&k->job, k->job.rect.i0, k->job.rect.i1 - k->job.rect.i0 + 1, g->j + l,
+                            transposed, out);
+  }
 }
 
 /* positions: the values as well, which are those of points, and the normals stand next to them. */
@@ -279,25 +320,17 @@ static inline __attribute__((always_inline)) void fill_normals(const tw_spline_j
   const kernel_job k = start(job);
   slopes slopes;
   find_slopes(k.job.points, &slopes);
-  size_t before = positions ? 3 : 0, width = before + 3;
   float least = least_square(&slopes), *line = positions ? k.job.values : k.job.normals;
-  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j++, line += k.job.line_step) {
-    line_weights weights;
-    weigh_line(&k, &slopes, positions, j, &weights);
+  line_group g;
+  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j += g.count) {
     mask sure = first_mask();
+    start_group(&k, &slopes, positions, j, &g);
     for (size_t n = 0; n < k.blocks; n++) {
-      take_from_memory();
-      vector rows[ROW_MAX];
-      block b = block_at(&k, n, j);
-      float *out = line + b.place * k.job.step;
-      if (k.job.step == (ptrdiff_t)width) prepare_rows(out, width);
-      if (positions) value_lanes(&k, (const float(*)[WIDTH_MAX])weights.columns, 3, b.i, rows);
-      normal_lanes(&k.spline, &weights.slopes, b.i, transposed, least, rows + before, &sure);
-      store_rows(rows, width, b.count, out, k.job.step);
+      cross_block(&k, n, least, &g, &sure);
+      put_block(&k, n, positions, transposed, &g, line);
     }
-    if (!all_set(sure))
-      tw_spline_look_closer(&k.job, k.job.rect.i0, k.job.rect.i1 - k.job.rect.i0 + 1, j, transposed,
-                            line + before);
+    if (!all_set(sure)) look_closer(&k, transposed, least, &g, line + (positions ? 3 : 0));
+    line += (ptrdiff_t)g.count * k.job.line_step;
   }
 }
 
