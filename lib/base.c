@@ -1,6 +1,7 @@
 /* Error reports and the arena. */
 #include "tweend/base.h"
 
+#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -84,25 +85,45 @@ typedef struct arena_block {
   _Alignas(ARENA_ALIGN) unsigned char bytes[];
 } arena_block;
 
+/* The first block lies behind it, in one piece of memory. */
 struct tw_arena {
   arena_block *first;
   size_t size, next_block;
+  _Alignas(ARENA_ALIGN) bool is_lent; /* that memory is another's */
 };
 
-tw_arena *tw_arena_create(void) {
-  tw_arena *arena = malloc(sizeof *arena);
-  if (arena) *arena = (tw_arena){.size = sizeof *arena, .next_block = ARENA_FIRST};
+static arena_block *block_behind(tw_arena *arena) {
+  return (arena_block *)(void *)(arena + 1);
+}
+
+static tw_arena *create_in(void *memory, size_t size, bool is_lent) {
+  tw_arena *arena = memory;
+  arena_block *block = block_behind(arena);
+  *arena = (tw_arena){block, size, 2 * ARENA_FIRST, is_lent};
+  block->next = NULL;
+  block->used = 0;
+  block->capacity = size - sizeof *arena - sizeof *block;
   return arena;
+}
+
+tw_arena *tw_arena_create(void) {
+  void *memory = malloc(ARENA_FIRST);
+  return memory ? create_in(memory, ARENA_FIRST, false) : NULL;
+}
+
+tw_arena *tw_arena_create_in(void *memory, size_t size) {
+  assert(size >= ARENA_FIRST && (uintptr_t)memory % ARENA_ALIGN == 0);
+  return create_in(memory, size, true);
 }
 
 void tw_arena_destroy(tw_arena *arena) {
   if (!arena) return;
   for (arena_block *block = arena->first; block;) {
     arena_block *next = block->next;
-    tw_block_free(block);
+    if (block != block_behind(arena)) tw_block_free(block);
     block = next;
   }
-  free(arena);
+  if (!arena->is_lent) free(arena);
 }
 
 /* A block of so many bytes, first in line unless it is for one array alone; NULL without memory. */
@@ -112,7 +133,7 @@ static arena_block *add_block(tw_arena *arena, size_t whole, bool alone, bool ze
   fresh->used = 0;
   fresh->capacity = whole - sizeof *fresh;
   arena->size += whole;
-  if (block && alone) { /* a big one of its own: keep filling the block in use */
+  if (alone) { /* a big one of its own: keep filling the block in use */
     fresh->next = block->next;
     block->next = fresh;
   } else {
@@ -128,7 +149,7 @@ static void *allocate(tw_arena *arena, size_t count, size_t size, bool zero) {
   if (bytes == 0) bytes = ARENA_ALIGN;
   arena_block *block = arena->first;
   bool big = bytes > ARENA_BLOCK;
-  if (!block || block->capacity - block->used < bytes) {
+  if (block->capacity - block->used < bytes) {
     bool alone = bytes > arena->next_block / 4;
     block = add_block(arena, alone ? sizeof *block + bytes : arena->next_block, alone, big && zero);
     if (!block) return NULL;
