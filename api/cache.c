@@ -49,10 +49,9 @@ api_cache *api_cache_create(uint64_t budget) {
 /* ---- the table and the list; under the lock --------------------------------------------------- */
 
 /* Eight bytes at a time, multiplied and folded. Keys that were chosen to collide meet in crowd_out. */
-uint32_t api_cache_hash(const char *key) {
+uint32_t api_cache_hash(const char *key, size_t length) {
   static const uint64_t odd = 0x9E3779B97F4A7C15;
   uint64_t hash = 0, word = 0;
-  size_t length = strlen(key);
   for (; length >= sizeof word; length -= sizeof word, key += sizeof word) {
     memcpy(&word, key, sizeof word);
     hash = (hash ^ word) * odd;
@@ -173,20 +172,33 @@ void api_cache_destroy(api_cache *cache) {
 /* Chains are in the order of use as well, see crowd_out. */
 static void touch(api_cache *cache, api_entry *entry) {
   entry->references++;
-  unlink_bucket(cache, entry);
-  link_first(cache, entry);
-  unlink_use(cache, entry);
-  link_newest(cache, entry);
+  if (*bucket_of(cache, entry->hash) != entry) {
+    unlink_bucket(cache, entry);
+    link_first(cache, entry);
+  }
+  if (cache->newest != entry) {
+    unlink_use(cache, entry);
+    link_newest(cache, entry);
+  }
+}
+
+bool api_cache_peek_all(api_cache *cache, const api_cache_key *keys, size_t count, api_entry **out) {
+  size_t found = 0;
+  pthread_mutex_lock(&cache->lock);
+  for (; found < count; found++) {
+    out[found] = find(cache, keys[found].text, keys[found].hash);
+    if (!out[found] || out[found]->state != READY) break;
+  }
+  bool is_all = found == count;
+  for (size_t i = 0; is_all && i < count; i++) touch(cache, out[i]);
+  pthread_mutex_unlock(&cache->lock);
+  return is_all;
 }
 
 api_entry *api_cache_peek(api_cache *cache, const char *key) {
-  uint32_t hash = api_cache_hash(key);
-  pthread_mutex_lock(&cache->lock);
-  api_entry *entry = find(cache, key, hash);
-  if (entry && entry->state != READY) entry = NULL;
-  if (entry) touch(cache, entry);
-  pthread_mutex_unlock(&cache->lock);
-  return entry;
+  api_entry *entry;
+  const api_cache_key hashed = {key, api_cache_hash(key, strlen(key))};
+  return api_cache_peek_all(cache, &hashed, 1, &entry) ? entry : NULL;
 }
 
 /* Waits, under the lock, until another thread has built the entry that is held. */
@@ -226,14 +238,14 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_build buil
 api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
                           api_fault *fault) {
   *fault = (api_fault){0};
-  uint32_t hash = api_cache_hash(key);
+  size_t length = strlen(key) + 1;
+  uint32_t hash = api_cache_hash(key, length - 1);
   pthread_mutex_lock(&cache->lock);
   api_entry *entry = find(cache, key, hash);
   if (entry) {
     touch(cache, entry);
     return await(cache, entry, fault);
   }
-  size_t length = strlen(key) + 1;
   entry = calloc(1, sizeof *entry + length);
   if (!entry) {
     pthread_mutex_unlock(&cache->lock);
@@ -274,20 +286,29 @@ void api_entry_hold(api_entry *entry) {
   if (entry->cache) pthread_mutex_unlock(&entry->cache->lock);
 }
 
+void api_entries_release(api_cache *cache, api_entry *const *entries, size_t count) {
+  api_entry *gone = NULL;
+  bool is_unheld = false;
+  pthread_mutex_lock(&cache->lock);
+  for (size_t i = 0; i < count; i++) {
+    if (--entries[i]->references > 0) continue;
+    is_unheld = true;
+    if (entries[i]->is_listed) continue;
+    entries[i]->next_in_bucket = gone;
+    gone = entries[i];
+  }
+  api_entry *evicted = is_unheld ? evict(cache) : NULL;
+  pthread_mutex_unlock(&cache->lock);
+  destroy_chain(gone);
+  destroy_chain(evicted);
+}
+
 void api_entry_release(api_entry *entry) {
   if (!entry) return;
-  api_cache *cache = entry->cache;
-  if (!cache) {
-    if (--entry->references == 0) destroy_entry(entry);
-    return;
-  }
-  pthread_mutex_lock(&cache->lock);
-  bool is_last = --entry->references == 0;
-  bool is_gone = is_last && !entry->is_listed;
-  api_entry *evicted = is_last && !is_gone ? evict(cache) : NULL;
-  pthread_mutex_unlock(&cache->lock);
-  if (is_gone) destroy_entry(entry);
-  destroy_chain(evicted);
+  if (entry->cache)
+    api_entries_release(entry->cache, &entry, 1);
+  else if (--entry->references == 0)
+    destroy_entry(entry);
 }
 
 void api_cache_forget(api_cache *cache, const char *part) {

@@ -26,6 +26,15 @@ typedef bool (*api_build)(void *context, api_built *out, api_fault *fault);
 /* The entry when it is there and complete, else NULL. Takes a reference. */
 api_entry *api_cache_peek(api_cache *cache, const char *key);
 
+/* A key whose hash is known. */
+typedef struct api_cache_key {
+  const char *text;
+  uint32_t hash;
+} api_cache_key;
+
+/* The same of several keys in one go: all of them, or none. out: [count]. */
+bool api_cache_peek_all(api_cache *cache, const api_cache_key *keys, size_t count, api_entry **out);
+
 /* The entry, built where it is missing; waits while another thread builds it. Takes a reference.
  * NULL: the fault says why (a failure is not remembered). */
 api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
@@ -39,11 +48,14 @@ void *api_entry_value(const api_entry *entry);
 void api_entry_hold(api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */
 
+/* Releases what api_cache_peek_all took. */
+void api_entries_release(api_cache *cache, api_entry *const *entries, size_t count);
+
 /* Forgets every key in which `part` stands. Who holds such an entry keeps it. */
 void api_cache_forget(api_cache *cache, const char *part);
 
-/* Of a key, for tables beside the cache. */
-uint32_t api_cache_hash(const char *key);
+/* Of a key of `length` bytes. */
+uint32_t api_cache_hash(const char *key, size_t length);
 
 /* Bytes of the complete entries. */
 uint64_t api_cache_size(api_cache *cache);

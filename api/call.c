@@ -51,30 +51,58 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
   }
 }
 
-const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
+_Static_assert(sizeof(api_stamp) == SHA256_DIGEST_SIZE, "a stamp is a SHA-256");
+
+void api_stamp_make(const char *representation, const char *canonical, api_stamp *out) {
   struct sha256_ctx hash;
-  uint8_t digest[8];
   sha256_init(&hash);
   sha256_update(&hash, strlen(representation) + 1, (const uint8_t *)representation);
   sha256_update(&hash, strlen(canonical) + 1, (const uint8_t *)canonical);
   /* Another version may print or compute the same answer in other bytes. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
-  sha256_digest(&hash, sizeof digest, digest);
-  char tag[2 + API_ID_TEXT + 2 * sizeof digest];
-  size_t length = strlen(id);
-  tag[0] = '"';
-  memcpy(tag + 1, id, length);
-  length++;
-  tag[length++] = '-';
-  api_hex(digest, sizeof digest, tag + length);
-  length += 2 * sizeof digest;
-  tag[length++] = '"';
-  return tw_arena_text(call->arena, tag, length);
+  sha256_digest(&hash, sizeof out->digest, out->digest);
+}
+
+/* NULL without memory. */
+static const char *print_tag(api_call *call, const char *id, const uint8_t *digest) {
+  enum { ID = API_ID_TEXT - 1, DIGEST = 8 };
+  char *tag = tw_arena_alloc_raw(call->arena, 1, ID + 2 * DIGEST + sizeof "\"-\""), *end = tag;
+  if (!tag) return NULL;
+  *end++ = '"';
+  memcpy(end, id, ID);
+  end += ID;
+  *end++ = '-';
+  api_hex(digest, DIGEST, end);
+  end += 2 * DIGEST;
+  memcpy(end, "\"", sizeof "\"");
+  return tag;
+}
+
+const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
+  api_stamp stamp;
+  api_stamp_make(representation, canonical, &stamp);
+  return print_tag(call, id, stamp.digest);
+}
+
+static api_outcome validate(api_call *call, const api_stamp *stamp) {
+  const char *etag = print_tag(call, call->id, stamp->digest);
+  return etag ? api_validate_tag(call, etag) : api_fail_without_memory(call);
 }
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
-  const char *etag = api_etag(call, call->id, representation, canonical);
-  return etag ? api_validate_tag(call, etag) : api_fail_without_memory(call);
+  api_stamp stamp;
+  api_stamp_make(representation, canonical, &stamp);
+  return validate(call, &stamp);
+}
+
+api_outcome api_validate_times(api_call *call, const api_stamp *stamp, const char *times, size_t size) {
+  struct sha256_ctx hash;
+  api_stamp timed;
+  sha256_init(&hash);
+  sha256_update(&hash, sizeof stamp->digest, stamp->digest);
+  sha256_update(&hash, size, (const uint8_t *)times);
+  sha256_digest(&hash, sizeof timed.digest, timed.digest);
+  return validate(call, &timed);
 }
 
 api_outcome api_validate_tag(api_call *call, const char *etag) {

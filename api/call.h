@@ -47,10 +47,19 @@ api_outcome api_reply(api_call *call, api_text *text);
 
 /* ---- answers about immutable models ---- */
 
-/* Sets the caching headers and the entity tag, which stands for the model, the representation ("pose.json")
- * and `canonical`: all parameters with their defaults filled in. Then judges If-None-Match and If-Match:
- * API_DONE when the answer is 304 already, API_FAILED for 412, API_LATER to go on. */
+/* What an entity tag stands for beside the model: the representation ("pose.json") and `canonical`, all
+ * parameters with their defaults filled in. */
+typedef struct api_stamp {
+  uint8_t digest[32];
+} api_stamp;
+void api_stamp_make(const char *representation, const char *canonical, api_stamp *out);
+
+/* Sets the caching headers and the entity tag. Then judges If-None-Match and If-Match: API_DONE when the
+ * answer is 304 already, API_FAILED for 412, API_LATER to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
+
+/* The same where the tag stands for times as well: many answers then share a stamp. */
+api_outcome api_validate_times(api_call *call, const api_stamp *stamp, const char *times, size_t size);
 
 /* The same with a tag that is known; it lives as long as the answer. */
 api_outcome api_validate_tag(api_call *call, const char *etag);

@@ -1,6 +1,7 @@
 /* Printing: a buffer that grows, and JSON's words. Numbers are the shortest that read back. */
 #include "json_out.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -161,21 +162,21 @@ void api_text_floats(api_text *text, const float *values, size_t count) {
   api_text_vectors(text, values, count, count, 1);
 }
 
-void api_text_float32(api_text *text, const float *values, size_t count) {
-  if (count > SIZE_MAX / sizeof *values) {
-    text->failed = true;
-    return;
+float *api_text_room(api_text *text, size_t count) {
+  if (count > SIZE_MAX / sizeof(float)) text->failed = true;
+  char *end = reserve(text, text->failed ? 0 : count * sizeof(float));
+  if (!end) return NULL;
+  assert(text->size % sizeof(float) == 0);
+  text->size += count * sizeof(float);
+  return (float *)(void *)end;
+}
+
+void api_text_room_filled(float *values, size_t count) {
+  if (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__) return;
+  for (size_t i = 0; i < count; i++) {
+    uint32_t bits;
+    memcpy(&bits, &values[i], sizeof bits);
+    bits = __builtin_bswap32(bits);
+    memcpy(&values[i], &bits, sizeof bits);
   }
-  char *end = count ? reserve(text, count * sizeof *values) : NULL;
-  if (!end) return;
-  if (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__) {
-    memcpy(end, values, count * sizeof *values);
-  } else {
-    for (size_t i = 0; i < count; i++) {
-      uint32_t bits;
-      memcpy(&bits, &values[i], sizeof bits);
-      for (int byte = 0; byte < 4; byte++) *end++ = (char)(bits >> 8 * byte & 0xFF);
-    }
-  }
-  advance(text, count * sizeof *values);
 }

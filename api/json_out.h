@@ -44,7 +44,10 @@ void api_text_floats(api_text *text, const float *values, size_t count);
 /* [a,b,c],[d,e,f]: `count` vectors of `width` numbers, each `stride` numbers behind the one before. */
 void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count);
 
-/* [count] little-endian float32, whatever the machine's order. */
-void api_text_float32(api_text *text, const float *values, size_t count);
+/* Room for [count] float32, which are to be filled in; NULL without memory. What is before them ends at a
+ * multiple of four bytes. */
+float *api_text_room(api_text *text, size_t count);
+/* Makes them little-endian, whatever the machine's order. */
+void api_text_room_filled(float *values, size_t count);
 
 #endif

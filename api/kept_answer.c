@@ -58,23 +58,22 @@ static bool was_asked(api_kept_answers *answers, uint32_t hash) {
   return atomic_load_explicit(&answers->asked[hash % ASKED], memory_order_relaxed) == hash;
 }
 
-static bool is_asked_again(api_kept_answers *answers, uint32_t hash) {
+bool api_kept_asked_again(api_kept_answers *answers, uint32_t hash) {
   return atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) == hash;
 }
 
-bool api_kept_asked_again(api_kept_answers *answers, const char *key) {
-  return is_asked_again(answers, api_cache_hash(key));
-}
-
-bool api_kept_key(const api_call *call, char out[API_KEPT_KEY]) {
+bool api_kept_key_read(const api_call *call, api_kept_key *out) {
   const api_request *request = call->request;
   size_t path = strlen(request->path), query = strlen(request->query);
   bool is_read = call->route->takes == API_TAKES_NOTHING && request->body.size == 0;
   if (!is_read || !call->id[0] || !strchr(request->path, '.')) return false;
   if (path > API_KEPT_KEY || query > API_KEPT_KEY || path + 1 + query >= API_KEPT_KEY) return false;
-  memcpy(out, request->path, path);
-  out[path] = '?';
-  memcpy(out + path + 1, request->query, query + 1);
+  memcpy(out->text, request->path, path);
+  out->text[path] = '?';
+  memcpy(out->text + path + 1, request->query, query + 1);
+  out->path = path;
+  out->size = path + 1 + query;
+  out->hash = api_cache_hash(out->text, out->size);
   return true;
 }
 
@@ -91,16 +90,15 @@ static api_outcome reply(api_call *call, api_entry *entry) {
   return outcome == API_FAILED ? API_FAILED : API_DONE;
 }
 
-api_outcome api_kept_answer(api_call *call) {
-  char key[API_KEPT_KEY];
+api_outcome api_kept_answer(api_call *call, const api_kept_key *key) {
   api_kept_answers *answers = call->service->answers;
-  if (!api_kept_key(call, key)) return API_LATER;
-  call->asked = api_cache_hash(key);
+  call->asked = key->hash;
   /* That most were not asked for before shows here, sooner than in the cache. One that was forgotten
    * meanwhile is answered from the beginning once more. */
-  if (!was_asked(answers, call->asked)) return API_LATER;
-  api_entry *entry = api_cache_peek(answers->cache, key);
-  if (!entry) return API_LATER;
+  if (!was_asked(answers, key->hash)) return API_LATER;
+  api_entry *entry;
+  if (!api_cache_peek_all(answers->cache, &(api_cache_key){key->text, key->hash}, 1, &entry))
+    return API_LATER;
   /* A model that was deleted while its answer was on the way to being kept is not here; one that is in use
    * should stay here. */
   api_entry *model = api_model_peek(call->service, call->id);
@@ -133,15 +131,15 @@ static kept_answer *copy_answer(const api_answer *answer, const char *type, cons
 }
 
 void api_keep_answer(const api_call *call) {
-  char key[API_KEPT_KEY];
+  api_kept_key key;
   const api_answer *answer = &call->answer;
   const char *etag = api_answer_find(answer, "ETag");
   if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || call->asked == 0) return;
   api_kept_answers *answers = call->service->answers;
-  if (!is_asked_again(answers, call->asked) || !api_kept_key(call, key)) return;
+  if (!api_kept_asked_again(answers, call->asked) || !api_kept_key_read(call, &key)) return;
   kept_answer *made = copy_answer(answer, call->offer->type, etag);
   if (!made) return;
   api_fault fault;
-  api_entry_release(api_cache_take(answers->cache, key, build_kept, &made, &fault));
+  api_entry_release(api_cache_take(answers->cache, key.text, build_kept, &made, &fault));
   free(made); /* when another thread kept it */
 }

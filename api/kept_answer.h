@@ -21,16 +21,23 @@ uint64_t api_kept_answers_size(api_kept_answers *answers);
  * them, under keys that no query can give. */
 api_cache *api_kept_answers_cache(api_kept_answers *answers);
 
-/* The key of a call's answer; false when none like it is kept. */
+/* The key of a call's answer. */
 enum { API_KEPT_KEY = 512 };
-bool api_kept_key(const api_call *call, char out[API_KEPT_KEY]);
+typedef struct api_kept_key {
+  size_t path, size; /* bytes, without terminator */
+  uint32_t hash;
+  char text[API_KEPT_KEY];
+} api_kept_key;
 
-/* Whether a key was asked for before, and not too many others since: what is asked for once is not worth
- * keeping. */
-bool api_kept_asked_again(api_kept_answers *answers, const char *key);
+/* False when no answer to such a call is kept. */
+bool api_kept_key_read(const api_call *call, api_kept_key *out);
+
+/* Whether a key of this hash was asked for before, and not too many others since: what is asked for once is
+ * not worth keeping. */
+bool api_kept_asked_again(api_kept_answers *answers, uint32_t hash);
 
 /* Answers a call whose route and key are judged. API_LATER: nothing is kept, go on. */
-api_outcome api_kept_answer(api_call *call);
+api_outcome api_kept_answer(api_call *call, const api_kept_key *key);
 
 /* Offers a complete answer of status 200 and bytes, with an entity tag: it is kept when it is small and not
  * asked for the first time. */

@@ -25,9 +25,12 @@ void api_model_id(api_bytes bytes, char out[API_ID_TEXT]) {
 
 bool api_is_model_id(const char *text, size_t length) {
   if (length != API_ID_TEXT - 1) return false;
-  for (size_t i = 0; i < length; i++)
-    if (!(text[i] >= '0' && text[i] <= '9') && !(text[i] >= 'a' && text[i] <= 'f')) return false;
-  return true;
+  unsigned others = 0; /* all are looked at, side by side */
+  for (size_t i = 0; i < API_ID_TEXT - 1; i++) {
+    uint8_t c = (uint8_t)text[i];
+    others |= !((c >= '0') & (c <= '9')) & !((c >= 'a') & (c <= 'f'));
+  }
+  return others == 0;
 }
 
 /* ---- parsed models ----------------------------------------------------------------------------- */
@@ -78,9 +81,7 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   return is_read;
 }
 
-enum { KEY_TEXT = 64 };
-
-static void model_key(const char *id, tw_quads quads, char out[KEY_TEXT]) {
+void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]) {
   static const char *const names[] = {"/model?quads=ngon", "/model?quads=auto", "/model?quads=off"};
   size_t length = strlen(id);
   memcpy(out, id, length);
@@ -88,8 +89,8 @@ static void model_key(const char *id, tw_quads quads, char out[KEY_TEXT]) {
 }
 
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out) {
-  char key[KEY_TEXT];
-  model_key(id, quads, key);
+  char key[API_MODEL_KEY];
+  api_model_key(id, quads, key);
   if (call->effort == API_LIGHT) {
     *out = api_cache_peek(call->service->cache, key);
     return *out ? API_DONE : API_LATER;
@@ -100,8 +101,8 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
 }
 
 api_entry *api_model_peek(api_service *service, const char *id) {
-  char key[KEY_TEXT];
-  model_key(id, TW_QUADS_NGON, key);
+  char key[API_MODEL_KEY];
+  api_model_key(id, TW_QUADS_NGON, key);
   return api_cache_peek(service->cache, key);
 }
 
@@ -155,9 +156,9 @@ static bool build_given(void *context, api_built *out, api_fault *fault) {
 
 /* Keeps a model that has just been stored: its first reader will not parse it again. */
 static void remember(api_service *service, const char *id, tw_model *model) {
-  char key[KEY_TEXT];
+  char key[API_MODEL_KEY];
   api_fault fault;
-  model_key(id, TW_QUADS_NGON, key);
+  api_model_key(id, TW_QUADS_NGON, key);
   api_entry_release(api_cache_take(service->cache, key, build_given, &model, &fault));
   tw_model_destroy(model); /* when it was known already */
 }
@@ -352,7 +353,7 @@ static bool print_description(void *context, api_text *out, api_fault *fault) {
 }
 
 api_outcome api_get_model(api_call *call) {
-  char key[KEY_TEXT];
+  char key[API_MODEL_KEY];
   snprintf(key, sizeof key, "%s/description", call->id);
   return api_reply_kept(call, key, description, "", print_description, call);
 }

@@ -47,7 +47,7 @@ struct api_pose_body {
   float *joints;     /* [node_count][16] with is_skinning */
   float (*euler)[3]; /* [node_count], the pose before; NULL unless asked for */
   bool has_euler;    /* there was a pose before */
-  float *row;        /* [node_count][width] */
+  float *row;        /* [node_count][width]; NULL in the binary form */
   float at;          /* of api_pose_body_print */
 };
 
@@ -229,7 +229,7 @@ static void print_times(api_pose_body *body, api_text *text) {
   size_t end = text->size + PIECE;
   while (body->next < body->query.times.count && text->size < end && !text->failed) {
     api_text_element(text);
-    api_text_float(text, api_times_get(&body->query.times, body->next++));
+    api_times_print_one(&body->query.times, body->next++, text);
   }
   if (body->next == body->query.times.count) body->phase = PHASE_OPEN_POSES;
 }
@@ -245,14 +245,23 @@ static void open_poses(api_pose_body *body, api_text *text) {
   for (uint32_t i = 0; i < body->padding; i++) api_text_add(text, " ");
 }
 
+static void print_pose(api_pose_body *body, api_text *text) {
+  const api_pose_query *query = &body->query;
+  size_t count = api_pose_width(query->as) * query->node_count;
+  bool is_binary = query->form == API_POSE_BIN;
+  float *row = is_binary ? api_text_room(text, count) : body->row;
+  if (!row) return;
+  evaluate_pose(body, row);
+  if (is_binary)
+    api_text_room_filled(row, count);
+  else
+    api_pose_print_row(query, body->next, row, body->template ? &body->template->frame : NULL, text);
+}
+
 static void print_poses(api_pose_body *body, api_text *text) {
   size_t end = text->size + PIECE;
-  while (body->next < body->query.times.count && text->size < end && !text->failed) {
-    evaluate_pose(body, body->row);
-    const api_pose_frame *frame = body->template ? &body->template->frame : NULL;
-    api_pose_print_row(&body->query, api_times_get(&body->query.times, body->next), body->row, frame, text);
-    body->next++;
-  }
+  for (; body->next < body->query.times.count && text->size < end && !text->failed; body->next++)
+    print_pose(body, text);
   if (body->next == body->query.times.count) body->phase = PHASE_TAIL;
 }
 
@@ -300,7 +309,7 @@ bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
   body->next = 0;
   body->block_next = body->block_count = 0;
   evaluate_pose(body, body->row);
-  api_pose_print_row(&body->query, time, body->row, NULL, text);
+  api_pose_print_row(&body->query, 0, body->row, NULL, text);
   return !text->failed;
 }
 
@@ -343,8 +352,11 @@ static bool allocate_block(api_pose_body *body, tw_arena *arena) {
 static bool allocate(api_pose_body *body, tw_arena *arena) {
   const api_pose_query *query = &body->query;
   uint32_t nodes = query->model->node_count;
-  body->row = tw_arena_alloc_raw(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
-  bool is_whole = allocate_block(body, arena) && body->row;
+  bool is_whole = allocate_block(body, arena);
+  if (query->form != API_POSE_BIN) {
+    body->row = tw_arena_alloc_raw(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
+    is_whole = is_whole && body->row;
+  }
   if (query->as == API_AS_MATRIX || query->is_world) {
     body->matrices = tw_arena_alloc_raw(arena, nodes, 16 * sizeof *body->matrices);
     is_whole = is_whole && body->matrices;

@@ -145,10 +145,10 @@ static void print_parts(const api_pose_query *query, const float *row, api_text 
   api_text_add(text, "}");
 }
 
-static void print_json_pose(const api_pose_query *query, float time, const float *row,
+static void print_json_pose(const api_pose_query *query, uint64_t index, const float *row,
                             const api_pose_frame *frame, api_text *text) {
   api_text_add(text, "{\"t\":");
-  api_text_float(text, time);
+  api_times_print_one(&query->times, index, text);
   if (frame)
     api_pose_frame_print(query, frame, row, text);
   else
@@ -170,11 +170,11 @@ static void print_csv_text(api_text *text, const char *value) {
 }
 
 /* Numbers of a few nodes are printed at once, since that is sooner, and then dealt out to their lines. */
-static void print_csv_pose(const api_pose_query *query, float time, const float *row, api_text *text) {
+static void print_csv_pose(const api_pose_query *query, uint64_t index, const float *row, api_text *text) {
   enum { FEW = 6, WIDEST = 16, BRACKETS = 3 };
   size_t width = api_pose_width(query->as), ends[FEW];
   char buffer[24], number[TW_NUMBER_TEXT], printed[FEW * (WIDEST * TW_FLOAT_TEXT + BRACKETS)];
-  size_t digits = tw_print_float(number, time);
+  size_t digits = tw_print_float(number, api_times_get(&query->times, index));
   for (uint32_t i = 0; i < query->node_count; i++) {
     uint32_t left = query->node_count - i, of = i % FEW;
     if (of == 0)
@@ -195,19 +195,19 @@ void api_pose_print_u32(uint32_t value, api_text *text) {
   api_text_bytes(text, bytes, sizeof bytes);
 }
 
-void api_pose_print_row(const api_pose_query *query, float time, const float *row,
+void api_pose_print_row(const api_pose_query *query, uint64_t index, const float *row,
                         const api_pose_frame *frame, api_text *text) {
   switch (query->form) {
   case API_POSE_JSON:
     api_text_element(text);
-    print_json_pose(query, time, row, frame, text);
+    print_json_pose(query, index, row, frame, text);
     break;
   case API_POSE_NDJSON:
-    print_json_pose(query, time, row, frame, text);
+    print_json_pose(query, index, row, frame, text);
     api_text_add(text, "\n");
     break;
-  case API_POSE_BIN: api_text_float32(text, row, api_pose_width(query->as) * query->node_count); break;
-  case API_POSE_CSV: print_csv_pose(query, time, row, text); break;
+  case API_POSE_BIN: break; /* is evaluated where it is sent from */
+  case API_POSE_CSV: print_csv_pose(query, index, row, text); break;
   }
 }
 
@@ -221,6 +221,7 @@ void api_pose_print_columns(const api_pose_query *query, api_text *text) {
 }
 
 uint64_t api_pose_measure_times(const api_pose_query *query) {
+  if (query->times.printed) return query->times.printed_size;
   uint64_t size = query->times.count > 0 ? query->times.count - 1 : 0;
   char number[TW_NUMBER_TEXT];
   for (uint64_t i = 0; i < query->times.count; i++)

@@ -30,8 +30,9 @@ uint64_t api_pose_measure_times(const api_pose_query *query);
 /* CSV's line of column names. */
 void api_pose_print_columns(const api_pose_query *query, api_text *text);
 
-/* One pose in the query's form. row: [node_count][width]. frame: NULL for none; only JSON uses it. */
-void api_pose_print_row(const api_pose_query *query, float time, const float *row,
+/* The pose at one of the query's times in its form. row: [node_count][width]. frame: NULL for none; only JSON
+ * uses it. */
+void api_pose_print_row(const api_pose_query *query, uint64_t index, const float *row,
                         const api_pose_frame *frame, api_text *text);
 
 /* Little-endian, whatever the machine's order. */

@@ -153,3 +153,16 @@ void api_pose_request_print(const api_pose_request *request, const api_clip_choi
     api_text_add(text, ",");
   }
 }
+
+bool api_pose_request_stamp(const api_call *call, const api_pose_request *request,
+                            const api_clip_choice *choice, api_stamp *out) {
+  char representation[16];
+  snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
+  api_text text = {0};
+  api_pose_request_print(request, choice, &text);
+  api_text_bytes(&text, "", 1);
+  if (!text.failed) api_stamp_make(representation, text.data, out);
+  bool is_made = !text.failed;
+  api_text_deinit(&text);
+  return is_made;
+}

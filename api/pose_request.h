@@ -23,4 +23,8 @@ api_outcome api_pose_choose_nodes(api_call *call, const tw_model *model, api_pos
 /* Prints all parameters but the times with their defaults, once the nodes are chosen. */
 void api_pose_request_print(const api_pose_request *request, const api_clip_choice *choice, api_text *text);
 
+/* What entity tags of answers to the call stand for beside times; false without memory. */
+bool api_pose_request_stamp(const api_call *call, const api_pose_request *request,
+                            const api_clip_choice *choice, api_stamp *out);
+
 #endif

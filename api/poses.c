@@ -10,7 +10,6 @@
 #include "service.h"
 #include "upload.h"
 
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,15 +44,15 @@ static api_outcome check_size(api_call *call, const api_pose_query *query) {
                        (unsigned long long)limit);
 }
 
-/* All parameters with their defaults, as text; NULL without memory. */
-static const char *canonical(api_call *call, const api_pose_request *request, const api_clip_choice *choice) {
-  api_text text = {0};
-  api_pose_request_print(request, choice, &text);
-  api_text_add(&text, "&times=");
-  api_times_print(&request->query.times, &text);
-  const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  api_text_deinit(&text);
-  return copy;
+static api_outcome validate(api_call *call, const api_pose_request *request, const api_clip_choice *choice) {
+  api_stamp stamp;
+  api_text times = {0};
+  bool is_stamped = api_pose_request_stamp(call, request, choice, &stamp);
+  api_times_print(&request->query.times, &times);
+  api_outcome outcome = is_stamped && !times.failed ? api_validate_times(call, &stamp, times.data, times.size)
+                                                    : api_fail_without_memory(call);
+  api_text_deinit(&times);
+  return outcome;
 }
 
 static void destroy_answer(void *context) {
@@ -131,10 +130,7 @@ static api_outcome answer_poses(api_call *call, api_pose_request *request, api_e
   if (outcome == API_DONE) outcome = check_size(call, &request->query);
   if (outcome == API_DONE && is_too_much(call, request, model)) outcome = API_LATER;
   if (outcome == API_DONE && is_stored && call->request->body.size == 0) {
-    const char *text = canonical(call, request, &choice);
-    char representation[16];
-    snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
-    outcome = text ? api_validate(call, representation, text) : api_fail_without_memory(call);
+    outcome = validate(call, request, &choice);
     if (outcome == API_LATER) return reply_poses(call, request, &choice, entry, clip);
   } else if (outcome == API_DONE) {
     return reply_poses(call, request, &choice, entry, clip);

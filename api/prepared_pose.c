@@ -12,19 +12,19 @@
 #include "service.h"
 
 #include <math.h>
-#include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 enum { NUMBERS_MOST = 4096, SIZE_MOST = 128 << 10 };
 
+/* On the stack: what some two hundred nodes are evaluated in. */
+enum { SCRATCH = 16 << 10 };
+
 typedef struct prepared_pose {
-  tw_arena *arena;         /* of what follows, and of this */
-  api_pose_query query;    /* without model, clip and times */
-  char clip[API_CLIP_KEY]; /* its key in the cache; "" for the rest pose */
-  const char *canonical;   /* all parameters but the times */
-  size_t canonical_size;
-  char representation[16];
+  tw_arena *arena;       /* of what follows, and of this */
+  api_pose_query query;  /* without model, clip and times */
+  api_cache_key held[2]; /* model and clip in the cache */
+  size_t held_count;     /* 1 for the rest pose */
+  api_stamp stamp;
   api_pose_template template;
 } prepared_pose;
 
@@ -34,11 +34,11 @@ static bool is_number_char(char c) {
   return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == 'e';
 }
 
-/* The value of the one parameter "at" of a key; NULL when there is none, or two, or it holds more than a
- * plain number does. */
-static char *find_time(char *key, size_t *length) {
+/* The value of the one parameter "at" of a query, '?' before it; NULL when there is none, or two, or it holds
+ * more than a plain number does. */
+static char *find_time(char *query, size_t *length) {
   char *found = NULL;
-  for (char *place = strchr(key, '?'); place; place = strchr(place + 1, '&')) {
+  for (char *place = query; place; place = strchr(place + 1, '&')) {
     if (strncmp(place + 1, "at=", 3) != 0) continue;
     if (found) return NULL;
     found = place + 4;
@@ -49,64 +49,64 @@ static char *find_time(char *key, size_t *length) {
   return is_whole ? found : NULL;
 }
 
-/* Writes the key that a call and all like it at other times have, and reads this one's time. */
-static bool write_key(const api_call *call, char out[API_KEPT_KEY], float *at) {
+/* Makes of a call's key the one that it and all like it at other times have, and reads this one's time. */
+static bool cut_time(const api_call *call, api_kept_key *key, float *at) {
   double value;
   size_t length;
-  if (call->route->handle != api_get_pose || !api_kept_key(call, out)) return false;
-  char *time = find_time(out, &length);
+  if (call->route->handle != api_get_pose) return false;
+  char *time = find_time(key->text + key->path, &length);
   if (!time || !api_number_read(time, length, &value) || !isfinite((float)value)) return false;
   *at = (float)value;
-  *time = '\n'; /* which no query has */
-  memmove(time + 1, time + length, strlen(time + length) + 1);
+  *time++ = '\n'; /* which no query has */
+  key->size -= length - 1;
+  memmove(time, time + length - 1, key->size + 1 - (size_t)(time - key->text));
+  key->hash = api_cache_hash(key->text, key->size);
   return true;
 }
 
 /* ---- answering ----------------------------------------------------------------------------------- */
 
-static api_outcome validate(api_call *call, const prepared_pose *prepared, const api_times *times) {
-  size_t size = prepared->canonical_size;
-  char *canonical = tw_arena_alloc(call->arena, size + TW_NUMBER_TEXT + 2, 1), *end = canonical + size;
-  if (!canonical) return api_fail_without_memory(call);
-  memcpy(canonical, prepared->canonical, size);
-  end += tw_print_float(end, times->list[0]);
-  memcpy(end, ",", sizeof ","); /* printing leaves anything behind its end */
-  return api_validate(call, prepared->representation, canonical);
-}
-
-/* With model and clip of the query, which are held. */
-static api_outcome answer(api_call *call, const prepared_pose *prepared, const api_pose_query *query) {
-  api_outcome outcome = validate(call, prepared, &query->times);
-  if (outcome != API_LATER) return outcome;
-  api_pose_body *body = api_pose_body_create(query, &prepared->template, call->arena);
-  if (!body) return api_fail_without_memory(call);
-  api_text text;
-  api_pose_body_print_whole(body, &text);
-  api_pose_body_deinit(body);
-  outcome = api_reply(call, &text);
+static api_outcome print(api_call *call, const prepared_pose *prepared, const api_pose_query *query) {
+  _Alignas(max_align_t) unsigned char memory[SCRATCH];
+  tw_arena *scratch = tw_arena_create_in(memory, sizeof memory);
+  api_pose_body *body = api_pose_body_create(query, &prepared->template, scratch);
+  api_text text = {.failed = true};
+  if (body) {
+    api_pose_body_print_whole(body, &text);
+    api_pose_body_deinit(body);
+  }
+  tw_arena_destroy(scratch);
+  api_outcome outcome = api_reply(call, &text);
   api_keep_answer(call);
   return outcome;
 }
 
-api_outcome api_prepared_pose(api_call *call) {
-  char key[API_KEPT_KEY];
+/* With model and clip of the query, which are held. */
+static api_outcome answer(api_call *call, const prepared_pose *prepared, api_pose_query *query, float at) {
+  char time[TW_NUMBER_TEXT];
+  size_t size = tw_print_float(time, at);
+  query->times =
+      (api_times){.is_given = true, .count = 1, .list = &at, .printed = time, .printed_size = size};
+  time[size] = ','; /* as api_times_print prints lists */
+  api_outcome outcome = api_validate_times(call, &prepared->stamp, time, size + 1);
+  return outcome == API_LATER ? print(call, prepared, query) : outcome;
+}
+
+api_outcome api_prepared_pose(api_call *call, api_kept_key *key) {
   float at;
-  api_service *service = call->service;
-  if (!write_key(call, key, &at)) return API_LATER;
-  api_entry *entry = api_cache_peek(api_kept_answers_cache(service->answers), key);
-  if (!entry) return API_LATER;
+  api_entry *entry, *held[2];
+  api_cache *cache = call->service->cache, *answers = api_kept_answers_cache(call->service->answers);
+  if (!cut_time(call, key, &at)) return API_LATER;
+  if (!api_cache_peek_all(answers, &(api_cache_key){key->text, key->hash}, 1, &entry)) return API_LATER;
   const prepared_pose *prepared = api_entry_value(entry);
-  api_pose_query query = prepared->query;
-  query.times = (api_times){.is_given = true, .count = 1, .list = &at};
-  bool has_clip = prepared->clip[0] != '\0';
-  api_entry *model = api_model_peek(service, call->id);
-  api_entry *clip = has_clip ? api_cache_peek(service->cache, prepared->clip) : NULL;
-  query.model = model ? api_entry_value(model) : NULL;
-  query.clip = clip ? api_entry_value(clip) : NULL;
-  bool is_at_hand = model && (clip || !has_clip);
-  api_outcome outcome = is_at_hand ? answer(call, prepared, &query) : API_LATER;
-  api_entry_release(clip);
-  api_entry_release(model);
+  api_outcome outcome = API_LATER;
+  if (api_cache_peek_all(cache, prepared->held, prepared->held_count, held)) {
+    api_pose_query query = prepared->query;
+    query.model = api_entry_value(held[0]);
+    query.clip = prepared->held_count > 1 ? api_entry_value(held[1]) : NULL;
+    outcome = answer(call, prepared, &query, at);
+    api_entries_release(cache, held, prepared->held_count);
+  }
   api_entry_release(entry);
   return outcome;
 }
@@ -125,6 +125,21 @@ typedef struct prepared_from {
   size_t size;
 } prepared_from;
 
+static bool hold(prepared_pose *prepared, const char *key) {
+  size_t length = strlen(key);
+  const char *copy = tw_arena_text(prepared->arena, key, length);
+  if (!copy) return false;
+  prepared->held[prepared->held_count++] = (api_cache_key){copy, api_cache_hash(copy, length)};
+  return true;
+}
+
+static bool hold_both(const prepared_from *from, prepared_pose *out) {
+  char model[API_MODEL_KEY], clip[API_CLIP_KEY];
+  api_model_key(from->call->id, TW_QUADS_NGON, model);
+  api_clip_key(from->call->id, from->choice, clip);
+  return hold(out, model) && (!from->request->query.clip || hold(out, clip));
+}
+
 static bool fill(const prepared_from *from, prepared_pose *out) {
   const api_pose_query *query = &from->request->query;
   uint32_t *nodes = tw_arena_alloc(out->arena, query->node_count, sizeof *nodes);
@@ -135,15 +150,9 @@ static bool fill(const prepared_from *from, prepared_pose *out) {
   out->query.clip = NULL;
   out->query.times = (api_times){0};
   out->query.nodes = nodes;
-  if (query->clip) api_clip_key(from->call->id, from->choice, out->clip);
-  snprintf(out->representation, sizeof out->representation, "pose.%s", from->call->offer->extension);
-  api_text text = {0};
-  api_pose_request_print(from->request, from->choice, &text);
-  api_text_add(&text, "&times=");
-  out->canonical = text.failed ? NULL : tw_arena_text(out->arena, text.data, text.size);
-  out->canonical_size = text.size;
-  api_text_deinit(&text);
-  return out->canonical && api_pose_template_take(from->body, from->size, out->arena, &out->template);
+  return hold_both(from, out) &&
+         api_pose_request_stamp(from->call, from->request, from->choice, &out->stamp) &&
+         api_pose_template_take(from->body, from->size, out->arena, &out->template);
 }
 
 static bool build(void *context, api_built *out, api_fault *fault) {
@@ -161,13 +170,14 @@ static bool build(void *context, api_built *out, api_fault *fault) {
 
 void api_prepare_pose(const api_call *call, const api_pose_request *request, const api_clip_choice *choice,
                       const api_pose_body *body, size_t size) {
-  char key[API_KEPT_KEY];
+  api_kept_key key;
   float at;
   api_fault fault;
   api_kept_answers *answers = call->service->answers;
   uint64_t numbers = (uint64_t)request->query.node_count * api_pose_width(request->query.as);
-  if (numbers > NUMBERS_MOST || choice->lender[0] || !write_key(call, key, &at)) return;
-  if (!api_kept_asked_again(answers, key) || call->effort == API_HEAVY) return;
+  if (numbers > NUMBERS_MOST || choice->lender[0]) return;
+  if (!api_kept_key_read(call, &key) || !cut_time(call, &key, &at)) return;
+  if (!api_kept_asked_again(answers, key.hash) || call->effort == API_HEAVY) return;
   prepared_from from = {call, request, choice, body, size};
-  api_entry_release(api_cache_take(api_kept_answers_cache(answers), key, build, &from, &fault));
+  api_entry_release(api_cache_take(api_kept_answers_cache(answers), key.text, build, &from, &fault));
 }

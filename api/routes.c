@@ -98,19 +98,19 @@ static cut_path cut(const char *path) {
   return (cut_path){path, api_is_model_id(id, strnlen(id, ID_LENGTH)) ? id : NULL};
 }
 
-/* What of the path follows the route's; NULL when it does not begin with it. No path with a model's id is
- * one of a route without. */
+/* What of the path follows the route's; NULL when it does not begin with it. */
 static const char *match_path(const api_route *route, const cut_path *path) {
-  if (!route->tail != !path->id) return NULL;
   const char *text = route->tail ? path->id + ID_LENGTH : path->whole;
   const char *pattern = route->tail ? route->tail : route->path;
   while (*pattern && *text == *pattern) text++, pattern++;
   return *pattern ? NULL : text;
 }
 
-/* Whether the path is this route's. *offer: what its extension asks for, NULL without one. */
+/* Whether the path is this route's. *offer: what its extension asks for, NULL without one. No path with a
+ * model's id is one of a route without. */
 static bool match_route(const api_route *route, const cut_path *path, const api_offer **offer) {
   *offer = NULL;
+  if (!route->tail != !path->id) return false;
   const char *rest = match_path(route, path);
   if (!rest) return false;
   if (*rest == '\0') return true;
@@ -237,6 +237,14 @@ static api_outcome admit_rest(api_call *call) {
   return outcome == API_DONE ? API_LATER : outcome;
 }
 
+/* Answers what was answered before, or all but the time of it. API_LATER: go on. */
+static api_outcome answer_known(api_call *call) {
+  api_kept_key key;
+  if (!api_kept_key_read(call, &key)) return API_LATER;
+  api_outcome outcome = api_kept_answer(call, &key);
+  return outcome == API_LATER ? api_prepared_pose(call, &key) : outcome;
+}
+
 /* ---- the two entries ------------------------------------------------------------------------- */
 
 static bool begin(api_call *call, api_service *service, const api_request *request, api_effort effort) {
@@ -283,8 +291,7 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
     return true;
   }
   api_outcome outcome = admit_route(&call);
-  if (outcome == API_LATER) outcome = api_kept_answer(&call);
-  if (outcome == API_LATER) outcome = api_prepared_pose(&call);
+  if (outcome == API_LATER) outcome = answer_known(&call);
   if (outcome == API_LATER) outcome = admit_rest(&call);
   if (outcome == API_LATER) outcome = call.route->handle(&call);
   if (outcome == API_LATER) {

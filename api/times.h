@@ -9,7 +9,9 @@
 typedef struct api_times {
   bool is_given; /* false: the request names no time */
   uint64_t count;
-  const float *list; /* [count], or NULL: from + i / fps */
+  const float *list;   /* [count], or NULL: from + i / fps */
+  const char *printed; /* a single one as text, of printed_size bytes, or NULL */
+  size_t printed_size;
   double from, to, fps;
   bool has_to; /* false: up to the clip's end */
 } api_times;
@@ -26,6 +28,8 @@ tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times,
 tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);
 
 float api_times_get(const api_times *times, uint64_t index);
+
+void api_times_print_one(const api_times *times, uint64_t index, api_text *text);
 
 /* Prints the times with all that makes them out, for entity tags. */
 void api_times_print(const api_times *times, api_text *text);

@@ -65,7 +65,7 @@ static void a_key_is_built_once(void **state) {
 
 static void the_least_recently_used_goes_first(void **state) {
   (void)state;
-  workshop shop = {.size = 1000};
+  workshop shop = {.size = 100000};
   /* Room for three of them and half of a fourth, with what an entry itself takes. */
   api_cache *cache = api_cache_create(UINT64_MAX);
   api_entry_release(take(cache, "a", &shop));
@@ -131,6 +131,56 @@ static void forgotten_keys_are_built_anew_and_holders_keep_theirs(void **state) 
   api_entry_release(fresh);
   api_cache_destroy(cache);
   assert_int_equal(shop.destroyed, shop.built);
+}
+
+static api_cache_key hashed(const char *text) {
+  return (api_cache_key){text, api_cache_hash(text, strlen(text))};
+}
+
+static void several_keys_are_looked_up_all_or_none(void **state) {
+  (void)state;
+  workshop shop = {.size = 100000};
+  api_cache *cache = api_cache_create(250000); /* for two */
+  const api_cache_key keys[] = {hashed("a"), hashed("b"), hashed("c")};
+  api_entry *found[3];
+  api_entry_release(take(cache, "a", &shop));
+  api_entry_release(take(cache, "b", &shop));
+  assert_false(api_cache_peek_all(cache, keys, 3, found));
+  assert_true(api_cache_peek_all(cache, keys, 2, found));
+  assert_int_equal(((piece *)api_entry_value(found[0]))->number, 0);
+  assert_int_equal(((piece *)api_entry_value(found[1]))->number, 1);
+  /* Those that are held stay, until they are released. */
+  api_entry_release(take(cache, "c", &shop));
+  assert_true(api_cache_size(cache) < 250000);
+  assert_int_equal(shop.destroyed, 1);
+  api_cache_forget(cache, "a");
+  assert_int_equal(shop.destroyed, 1);
+  api_entries_release(cache, found, 2);
+  assert_int_equal(shop.destroyed, 2);
+  assert_false(api_cache_peek_all(cache, keys, 1, found));
+  assert_true(api_cache_peek_all(cache, keys + 1, 1, found));
+  api_entries_release(cache, found, 1);
+  api_cache_destroy(cache);
+  assert_int_equal(shop.destroyed, shop.built);
+}
+
+static void keys_that_are_looked_up_together_are_used_together(void **state) {
+  (void)state;
+  workshop shop = {.size = 100000};
+  api_cache *cache = api_cache_create(350000); /* for three */
+  const api_cache_key keys[] = {hashed("b"), hashed("a")};
+  api_entry *found[2];
+  for (const char *const *key = (const char *const[]){"a", "b", "c", NULL}; *key; key++)
+    api_entry_release(take(cache, *key, &shop));
+  assert_true(api_cache_peek_all(cache, keys, 2, found));
+  api_entries_release(cache, found, 2);
+  api_entry_release(take(cache, "d", &shop)); /* drives out c */
+  assert_null(api_cache_peek(cache, "c"));
+  api_entry_release(take(cache, "e", &shop)); /* and b */
+  assert_null(api_cache_peek(cache, "b"));
+  assert_true(api_cache_peek_all(cache, keys + 1, 1, found));
+  api_entries_release(cache, found, 1);
+  api_cache_destroy(cache);
 }
 
 static void a_value_of_ones_own_is_freed_with_its_last_holder(void **state) {
@@ -230,7 +280,7 @@ static void all_who_wait_for_a_failing_build_hear_why(void **state) {
 /* Keys that meet in one place of any table of up to 2^14: as many as are asked for. */
 static void colliding_key(uint32_t *from, char out[16]) {
   do snprintf(out, 16, "key %u", (*from)++);
-  while (api_cache_hash(out) % (1 << 14) != 0);
+  while (api_cache_hash(out, strlen(out)) % (1 << 14) != 0);
 }
 
 static void keys_that_collide_drive_out_each_other(void **state) {
@@ -289,6 +339,8 @@ int main(void) {
       cmocka_unit_test(what_is_held_stays_over_the_budget_and_goes_when_released),
       cmocka_unit_test(a_failure_is_told_and_not_remembered),
       cmocka_unit_test(forgotten_keys_are_built_anew_and_holders_keep_theirs),
+      cmocka_unit_test(several_keys_are_looked_up_all_or_none),
+      cmocka_unit_test(keys_that_are_looked_up_together_are_used_together),
       cmocka_unit_test(a_value_of_ones_own_is_freed_with_its_last_holder),
       cmocka_unit_test(threads_share_build_forget_and_evict),
       cmocka_unit_test(equal_requests_at_once_build_one),

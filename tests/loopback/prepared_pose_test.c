@@ -178,6 +178,17 @@ static void a_deleted_model_has_no_more_poses(void **state) {
   assert_problem(ask(f, "json", "clip=turn", "1"), 404, NULL, NULL);
 }
 
+static void a_model_that_fell_out_of_the_cache_is_read_again(void **state) {
+  one_model *f = *state;
+  prepare(f, "json", "clip=turn");
+  api_cache_forget(f->loop->service->cache, "/clip");
+  assert_same_answer(f, "json", "clip=turn", "1.5");
+  size_t gets = loopback_store_gets(f->loop);
+  api_cache_forget(f->loop->service->cache, f->id);
+  assert_same_answer(f, "json", "clip=turn", "1.75");
+  assert_int_equal(loopback_store_gets(f->loop), gets + 1);
+}
+
 static void ask_at_three_times(one_model *f, const char *form, const char *query) {
   static const char *const times[] = {"0", "1", "2"};
   for (int i = 0; i < 3; i++) {
@@ -222,6 +233,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(several_times_are_another_question, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(conditions_are_judged_at_another_time, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(a_deleted_model_has_no_more_poses, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(a_model_that_fell_out_of_the_cache_is_read_again, setup,
+                                      one_model_stop),
       cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(a_node_among_many_is_left_to_heavy_calls, setup, one_model_stop),
   };
