@@ -5,6 +5,15 @@
 
 enum { WORTH_IT = 5 }; /* patches; a batch, however full, costs about as much as so many one by one */
 
+/* Which control point comes to place `at`, so that the piece at corner k lies as that at corner 0. A corner
+ * takes a mirror image, a side is turned, which both keep the order of sums. */
+static inline uint32_t moved_from(tw_patch_piece piece, uint32_t k, uint32_t at) {
+  static const uint8_t flips[4] = {0, 3, 15, 12};
+  if (piece == TW_PATCH_INSIDE) return at;
+  if (piece == TW_PATCH_SIDE && k % 2 == 1) at = at / 4 + at % 4 * 4;
+  return at ^ flips[k];
+}
+
 void tw_patch_batch_begin(tw_patch_batch *batch, const tw_patches *patches, const tw_patch_job *job,
                           bool normals, tw_patch_piece piece, size_t count) {
   batch->patches = patches;
@@ -20,6 +29,9 @@ void tw_patch_batch_begin(tw_patch_batch *batch, const tw_patches *patches, cons
                                    .normals = normals,
                                    .rect = rects[piece],
                                    .step = (ptrdiff_t)job->stride};
+  batch->points = piece == TW_PATCH_INSIDE ? 16 : 12;
+  for (uint32_t k = 0; k < 4; k++)
+    for (uint32_t i = 0; i < batch->points; i++) batch->from[k][i] = (uint8_t)moved_from(piece, k, i);
 }
 
 static void evaluate_alone(tw_patch_batch *batch, uint32_t corner, float *values) {
@@ -33,26 +45,17 @@ static void evaluate_alone(tw_patch_batch *batch, uint32_t corner, float *values
   tw_patch_evaluate(batch->patches, corner / 4, &job, rect);
 }
 
-/* Which control point comes to place `at`, so that the piece at corner k lies as that at corner 0. A corner
- * takes a mirror image, a side is turned, which both keep the order of sums. */
-static inline uint32_t moved_from(tw_patch_piece piece, uint32_t k, uint32_t at) {
-  static const uint8_t flips[4] = {0, 3, 15, 12};
-  if (piece == TW_PATCH_INSIDE) return at;
-  if (piece == TW_PATCH_SIDE && k % 2 == 1) at = at / 4 + at % 4 * 4;
-  return at ^ flips[k];
-}
-
 static void put_points(tw_patch_batch *batch, uint32_t corner, uint32_t lane) {
   const tw_patches *patches = batch->patches;
   const float *in = batch->job.in;
-  uint32_t k = corner % 4, count;
+  const uint8_t *from = batch->from[corner % 4];
+  uint32_t count;
   const uint32_t *controls = tw_patch_controls(patches, corner / 4, &count);
   float reflected[16][4];
   bool direct = patches->patches[corner / 4].reflected == 0;
   if (!direct) tw_patch_regular_points(patches, corner / 4, in, 3, reflected);
-  for (uint32_t i = 0; i < 16; i++) {
-    uint32_t from = moved_from(batch->piece, k, i);
-    const float *point = direct ? in + 3 * (size_t)controls[from] : reflected[from];
+  for (uint32_t i = 0; i < batch->points; i++) {
+    const float *point = direct ? in + 3 * (size_t)controls[from[i]] : reflected[from[i]];
     for (uint32_t c = 0; c < 3; c++) batch->lanes.points[i][c][lane] = point[c];
   }
 }

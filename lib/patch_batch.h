@@ -15,6 +15,10 @@ typedef struct tw_patch_batch {
   tw_patch_piece piece;
   bool normals, together;
   uint32_t corners[TW_SPLINE_LANES];
+  /* How many control points a piece is made of, those of the first lines, and which of a patch these are when
+   * the piece is that at corner k. What lies beyond the line of a corner or side weighs 0 there. */
+  uint32_t points;
+  uint8_t from[4][16];
   tw_spline_batch lanes;
 } tw_patch_batch;
 

@@ -54,7 +54,8 @@ static uint32_t corner_of(const tw_numbering *n, piece_kind kind, uint32_t item)
  * need for one set of values, of those before `end`, before the one at hand is computed. */
 static void look_ahead(const tw_surface *s, const tw_numbering *n, const tw_values *values, piece_kind kind,
                        uint32_t item, uint32_t end) {
-  enum { APART = 4 };
+  enum { APART = 4, CACHED = 4096 }; /* faces whose patches and values the processor keeps by itself */
+  if (s->fields[values->field].base.face_count <= CACHED) return;
   for (uint32_t step = 0; step < TW_FETCH_STEPS; step++) {
     uint32_t next = item + APART * (TW_FETCH_STEPS - step);
     if (next < end)
