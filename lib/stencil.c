@@ -15,6 +15,7 @@ enum {
   SLOPE_WIDTH = 8,
   SLOPE_SECOND = 4,
   SECTIONS = 9,
+  INSIDE_WIDTH = 7, /* floats of a point of the inside: four of its value, three of its normal */
   INSIDE_MAX = ((1 << TW_STENCIL_DEPTH_MAX) - 1) * ((1 << TW_STENCIL_DEPTH_MAX) - 1)
 };
 
@@ -189,44 +190,39 @@ tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limi
 
 /* ---- rectangles ----------------------------------------------------------------------------- */
 
-/* Rows of whole lines of the inside, before they are put where they belong. */
-typedef struct inside_rows {
-  float values[INSIDE_MAX * 4], normals[INSIDE_MAX * 3];
-} inside_rows;
-
-static void put_rows(const float *rows, uint32_t width, uint32_t count, ptrdiff_t step, float *out) {
-  if (step == (ptrdiff_t)width) {
-    memcpy(out, rows, (size_t)count * width * sizeof *out);
+/* Copies `width` floats of each of some rows. */
+static void put_rows(const float *rows, size_t width, size_t from_step, uint32_t count, ptrdiff_t step,
+                     float *out) {
+  if (step == (ptrdiff_t)width && from_step == width) {
+    memcpy(out, rows, count * width * sizeof *out);
     return;
   }
-  for (uint32_t i = 0; i < count; i++, rows += width, out += step) memcpy(out, rows, width * sizeof *out);
+  for (uint32_t i = 0; i < count; i++, rows += from_step, out += step) memcpy(out, rows, width * sizeof *out);
 }
 
-/* Lines of the inside of a grid of n cells, which lie elsewhere than the points of the stencil. */
+/* Lines of the inside of a grid of n cells, which lie elsewhere than the points of the stencil: whole ones
+ * are summed up, and then put where they belong. */
 static bool sum_lines(const tw_stencil_job *job, uint32_t n, tw_patch_rect rect, ptrdiff_t line_step) {
-  inside_rows rows;
+  float rows[INSIDE_MAX * INSIDE_WIDTH];
+  bool joined = job->values && job->normals == job->values + job->width;
+  size_t before = job->values ? job->width : 0, width = before + (job->normals ? 3 : 0);
   tw_stencil_job lines = *job;
   uint32_t line = n - 1, count = rect.i1 - rect.i0 + 1;
   lines.first -= rect.i0 - 1;
   lines.count = (rect.j1 - rect.j0 + 1) * line;
-  bool sure = true;
-  lines.normals = NULL;
-  if (job->values) {
-    lines.values = rows.values;
-    lines.step = (ptrdiff_t)job->width;
-    tw_stencil_rows(&lines);
-  }
-  if (job->normals) {
-    lines.values = NULL;
-    lines.normals = rows.normals;
-    lines.step = 3;
-    sure = tw_stencil_rows(&lines);
-  }
-  for (uint32_t j = rect.j0, from = rect.i0 - 1; j <= rect.j1; j++, from += line) {
+  lines.step = (ptrdiff_t)width;
+  if (job->values) lines.values = rows;
+  if (job->normals) lines.normals = rows + before;
+  bool sure = tw_stencil_rows(&lines);
+  const float *from = rows + (rect.i0 - 1) * width;
+  for (uint32_t j = rect.j0; j <= rect.j1; j++, from += line * width) {
     ptrdiff_t place = (ptrdiff_t)(j - rect.j0) * line_step;
-    if (job->values)
-      put_rows(rows.values + (size_t)from * job->width, job->width, count, job->step, job->values + place);
-    if (job->normals) put_rows(rows.normals + (size_t)from * 3, 3, count, job->step, job->normals + place);
+    if (joined) {
+      put_rows(from, width, width, count, job->step, job->values + place);
+      continue;
+    }
+    if (job->values) put_rows(from, before, width, count, job->step, job->values + place);
+    if (job->normals) put_rows(from + before, 3, width, count, job->step, job->normals + place);
   }
   return sure;
 }

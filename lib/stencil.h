@@ -61,6 +61,7 @@ bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, boo
 
 #ifdef __x86_64__
 bool tw_stencil_fill_avx2(const tw_stencil_job *job);
+bool tw_stencil_fill_avx512(const tw_stencil_job *job);
 #endif
 
 #endif

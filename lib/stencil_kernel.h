@@ -73,36 +73,43 @@ static inline __attribute__((always_inline)) void sum_tangents(const tw_stencil_
   memcpy(out[1], b, sizeof b);
 }
 
-static inline __attribute__((always_inline)) bool stencil_normals(const tw_stencil_job *from) {
+/* Those of the points from `place` on; sure: which of all so far need no closer look, be that those beyond
+ * the last point. */
+static inline __attribute__((always_inline)) void normal_sums(const tw_stencil_job *job, size_t place,
+                                                              float least, vector *out, mask *sure) {
+  vector tangents[2][3], zero = {0};
+  mask fits = first_mask();
+  sum_tangents(job, job->first + place, tangents);
+  unit_normals(tangents[0], tangents[1], zero + least, zero + 1.0f, out, &fits);
+  for (size_t l = count_at(job, place); l < LANES; l++) fits[l] = -1;
+  *sure &= fits;
+}
+
+/* positions: the values as well, and the normals stand next to them. */
+static inline __attribute__((always_inline)) bool stencil_normals(const tw_stencil_job *from,
+                                                                  bool positions) {
   const tw_stencil_job job = *from;
-  float least = least_stencil_square(&job), *out = job.normals;
+  const size_t before = positions ? 3 : 0;
+  float least = least_stencil_square(&job), *out = positions ? job.values : job.normals;
   mask sure = first_mask();
   for (size_t place = 0; place < job.count; place += LANES, out += LANES * job.step) {
-    vector tangents[2][3], cross[3];
-    sum_tangents(&job, job.first + place, tangents);
-    const vector *a = tangents[0], *b = tangents[1];
-    for (size_t c = 0; c < 3; c++)
-      cross[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-    vector square = cross[0] * cross[0] + cross[1] * cross[1] + cross[2] * cross[2];
-    vector scale = 1.0f / root(square);
-    for (size_t c = 0; c < 3; c++) cross[c] *= scale;
-    size_t count = count_at(&job, place);
-    mask fits = (square > least) & (square < TW_NORMAL_SQUARE_MAX);
-    for (size_t l = count; l < LANES; l++) fits[l] = -1;
-    sure &= fits;
-    store_rows(cross, 3, count, out, job.step);
+    vector rows[ROW_MAX];
+    if (positions) sum_values(&job, job.stencil->values + job.first + place, 3, rows);
+    normal_sums(&job, place, least, rows + before, &sure);
+    store_rows(rows, before + 3, count_at(&job, place), out, job.step);
   }
   return all_set(sure);
 }
 
 static inline bool fill_stencil(const tw_stencil_job *job) {
+  if (job->values && job->normals == job->values + 3 && job->width == 3) return stencil_normals(job, true);
   if (job->values && job->width == 3)
     stencil_values(job, 3);
   else if (job->values && job->width == 2)
     stencil_values(job, 2);
   else if (job->values)
     stencil_values(job, 4);
-  return !job->normals || stencil_normals(job);
+  return !job->normals || stencil_normals(job, false);
 }
 
 #endif

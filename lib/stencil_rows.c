@@ -8,10 +8,9 @@ static bool fill_anywhere(const tw_stencil_job *job) {
   return fill_stencil(job);
 }
 
-/* There is none for wider vectors. */
 static stencil_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-                                                 tw_stencil_fill_avx2, tw_stencil_fill_avx2
+                                                 tw_stencil_fill_avx2, tw_stencil_fill_avx512
 #endif
 };
 

@@ -180,7 +180,7 @@ static void smooth_points_come_in_the_order_of_the_class(void **state) {
 
 static void all_instruction_sets_write_the_same_bytes(void **state) {
   (void)state;
-  static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM];
+  static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM], apart[ROOM];
   sheet s = new_sheet(bumps, 0);
   plan(&s, 3, false);
   uint32_t quad = 0;
@@ -188,19 +188,28 @@ static void all_instruction_sets_write_the_same_bytes(void **state) {
   const tw_stencil *stencil = s.patches.patches[quad].shape->stencils[0][3];
   for (uint32_t i = 0; i < stencil->control_count; i++)
     for (uint32_t c = 0; c < 4; c++) points[i][c] = sinf((float)(7 * i + 3 * c * c));
-  for (uint32_t width = 2; width <= 4; width++)
+  for (uint32_t kind = 0; kind < 5; kind++)
     for (uint32_t first = 0; first < 81; first += 7)
       for (uint32_t count = 1; first + count <= 81; count += 3) {
-        tw_stencil_job job = {stencil, first, count, (const float(*)[4])points, {1, 2, 3, 4}, width,
-                              NULL,    NULL,  STRIDE};
-        bool sure;
-        for (uint32_t set = 0; set < 2; set++) {
-          for (size_t i = 0; i < ROOM; i++) out[set][i] = untouched;
-          job.values = out[set];
-          if (width == 3) job.normals = out[set] + 4;
-          if (!tw_stencil_rows_by(set, &job, &sure)) memcpy(out[1], out[0], sizeof out[0]);
+        uint32_t width = kind < 3 ? kind + 2 : 3;
+        bool joined = kind >= 3, sure; /* normals next to points, of which they are no part otherwise */
+        tw_stencil_job job = {stencil, first, count, (const float(*)[4])points, {1, 2, 3, 4},
+                              width,   NULL,  NULL,  kind == 4 ? 6 : STRIDE};
+        for (uint32_t set = 0;; set++) {
+          float *rows = out[set > 0];
+          for (size_t i = 0; i < ROOM; i++) rows[i] = untouched;
+          job.values = rows;
+          if (width == 3) job.normals = rows + (joined ? 3 : 4);
+          if (!tw_stencil_rows_by(set, &job, &sure)) break;
+          if (set > 0) assert_memory_equal(out[0], out[1], sizeof out[0]);
         }
-        assert_memory_equal(out[0], out[1], sizeof out[0]);
+        if (!joined) continue;
+        job.values = NULL;
+        job.normals = apart;
+        tw_stencil_rows(&job);
+        for (size_t i = 0; i < count; i++)
+          assert_memory_equal(apart + (size_t)job.step * i, out[0] + (size_t)job.step * i + 3,
+                              3 * sizeof(float));
       }
   free_plan(&s);
   free_sheet(&s);
