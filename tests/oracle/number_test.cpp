@@ -1,5 +1,6 @@
 // Floats as text: std::to_chars defines right, to the byte. TAP; with the argument "all" every float is
 // printed, which takes minutes.
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -8,7 +9,9 @@
 #include <cstring>
 #include <random>
 #include <string>
+#include <string_view>
 
+#include "decimal.h"
 #include "tweend/base.h"
 
 namespace {
@@ -34,10 +37,66 @@ std::string expected(float value) {
   return std::string(text, std::to_chars(text, text + sizeof text, value).ptr);
 }
 
-void compare(float value, std::string &failure) {
+// Floats in the rows and the vectors that a pose's are printed in, by every set of instructions that there
+// is.
+class rows {
+public:
+  void add(float value) {
+    values[count++] = value;
+    if (count == values.size()) compare_row();
+  }
+
+  std::string finish() {
+    compare_row();
+    return failure;
+  }
+
+private:
+  static constexpr size_t WIDTH = 4, VECTORS = 250;
+
+  void compare_row() {
+    compared += count;
+    std::string row, vectors;
+    for (size_t i = 0; i < count; i++) {
+      std::string number = expected(values[i]);
+      row.append(number).append(",");
+      if (i < count / WIDTH * WIDTH)
+        vectors.append(i % WIDTH == 0 ? "[" : "").append(number).append(i % WIDTH == WIDTH - 1 ? "]," : ",");
+    }
+    for (uint32_t set = 0; const tw_decimal_kernels *kernels = tw_decimal_kernels_at(set); set++) {
+      compare_text(row, kernels->print_row(text.data(), values.data(), count));
+      tw_vectors all = {values.data(), WIDTH, WIDTH, count / WIDTH, nullptr};
+      compare_text(vectors, kernels->print_vectors(text.data(), &all));
+    }
+    count = 0;
+  }
+
+  void compare_text(const std::string &right, const char *end) {
+    std::string_view found(text.data(), static_cast<size_t>(end - text.data()));
+    if (found == right || !failure.empty()) return;
+    size_t place = 0;
+    while (place < std::min(found.size(), right.size()) && found[place] == right[place]) place++;
+    size_t start = place < 16 ? 0 : place - 16;
+    failure.assign(found.substr(start, 32)).append(" in place of ").append(right, start, 32);
+  }
+
+  std::array<float, VECTORS *WIDTH> values = {};
+  std::array<char, VECTORS *(WIDTH *TW_FLOAT_TEXT + 3)> text = {};
+  size_t count = 0;
+  std::string failure;
+};
+
+// What is compared one by one, and in rows as well.
+struct comparison {
+  std::string failure;
+  rows others;
+};
+
+void compare(float value, comparison &with) {
   compared++;
+  with.others.add(value);
   std::string text = printed(value), right = expected(value);
-  if (text != right && failure.empty()) failure = text + " in place of " + right;
+  if (text != right && with.failure.empty()) with.failure = text + " in place of " + right;
 }
 
 void report(const char *name, const std::string &failure) {
@@ -47,10 +106,14 @@ void report(const char *name, const std::string &failure) {
   if (!passed) std::printf("# %s\n", failure.c_str());
 }
 
+void report(const char *name, comparison &of) {
+  report(name, of.failure.empty() ? of.others.finish() : of.failure);
+}
+
 // Of any magnitude; of those that poses have; and with few digits, whose zeros must go.
 void compare_random(int count) {
   std::mt19937 random(20261121);
-  std::string any, near, few;
+  comparison any, near, few;
   for (int i = 0; i < count; i++) {
     compare(float_of(static_cast<uint32_t>(random())), any);
     compare(std::ldexp(static_cast<float>(static_cast<int32_t>(random())), -static_cast<int>(random() % 50)),
@@ -64,7 +127,7 @@ void compare_random(int count) {
 }
 
 void compare_edges() {
-  std::string powers, special;
+  comparison powers, special;
   for (uint32_t exponent = 0; exponent < 512; exponent++)
     for (uint32_t step = 0; step < 64; step++) compare(float_of((exponent << 23) + step - 32), powers);
   report("floats around powers of two print as to_chars prints them", powers);
@@ -92,48 +155,14 @@ void compare_rows() {
   report("floats in a row have commas between them", failure);
 }
 
-// Floats in the rows that a pose's are printed in.
-class rows {
-public:
-  void add(uint32_t bits) {
-    values[count++] = float_of(bits);
-    if (count == values.size()) compare_row();
-  }
-
-  std::string finish() {
-    compare_row();
-    return failure;
-  }
-
-private:
-  void compare_row() {
-    compared += count;
-    size_t size = tw_print_floats(text.data(), values.data(), count);
-    text[size] = ',';
-    const char *place = text.data();
-    for (size_t i = 0; i < count && failure.empty(); i++) {
-      std::string right = expected(values[i]) + ",";
-      if (std::memcmp(place, right.data(), right.size()) != 0)
-        failure.assign(place, right.size()).append(" in place of ").append(right);
-      place += right.size();
-    }
-    if (failure.empty() && place != text.data() + size + (count > 0 ? 1 : 0)) failure = "too long a row";
-    count = 0;
-  }
-
-  std::array<float, 1000> values = {};
-  std::array<char, 1000 *TW_FLOAT_TEXT + 1> text = {};
-  size_t count = 0;
-  std::string failure;
-};
-
 // From 2^-12 to 2^18, which is more than what is printed in batches: among others those in the middle between
 // two decimals, which have zeros for their last bits.
 void compare_magnitudes() {
   rows spread, middles;
   for (uint32_t exponent = 115; exponent <= 145; exponent++) {
-    for (uint32_t bits = 0; bits < 1U << 23; bits += 29) spread.add(bits % 2 << 31 | exponent << 23 | bits);
-    for (uint32_t bits = 0; bits < 1U << 23; bits += 1U << 7) middles.add(exponent << 23 | bits);
+    for (uint32_t bits = 0; bits < 1U << 23; bits += 29)
+      spread.add(float_of(bits % 2 << 31 | exponent << 23 | bits));
+    for (uint32_t bits = 0; bits < 1U << 23; bits += 1U << 7) middles.add(float_of(exponent << 23 | bits));
   }
   report("rows of floats of each magnitude print as to_chars prints them", spread.finish());
   report("rows of floats in the middle between decimals print as to_chars prints them", middles.finish());
@@ -141,14 +170,14 @@ void compare_magnitudes() {
 
 void compare_all() {
   rows all;
-  std::string failure;
+  comparison alone;
   uint32_t bits = 0;
   do {
-    all.add(bits);
-    if (bits % 16 == 0) compare(float_of(bits), failure);
+    all.add(float_of(bits));
+    if (bits % 16 == 0) compare(float_of(bits), alone);
   } while (++bits != 0);
   report("every float prints as to_chars prints it", all.finish());
-  report("every sixteenth float alone prints as to_chars prints it", failure);
+  report("every sixteenth float alone prints as to_chars prints it", alone);
 }
 
 } // namespace
