@@ -4,15 +4,22 @@
 
 static const tw_decimal_kernels anywhere = {find_decimals, print_row, print_vectors};
 
-static const tw_decimal_kernels *const kernels[TW_SETS] = {&anywhere,
+enum { VBMI2 = TW_SETS, SETS };
+
+static const tw_decimal_kernels *const kernels[SETS] = {&anywhere,
 #ifdef __x86_64__
-                                                           &tw_decimal_kernels_avx2,
-                                                           &tw_decimal_kernels_avx512
+                                                        &tw_decimal_kernels_avx2, &tw_decimal_kernels_avx512,
+                                                        &tw_decimal_kernels_vbmi2
 #endif
 };
 
 const tw_decimal_kernels *tw_decimal_kernels_at(uint32_t instruction_set) {
-  return tw_processor_has(instruction_set) ? kernels[instruction_set] : NULL;
+  bool is_there = instruction_set == VBMI2 ? tw_processor_has_vbmi2() : tw_processor_has(instruction_set);
+  return is_there ? kernels[instruction_set] : NULL;
+}
+
+static const tw_decimal_kernels *best(void) {
+  return kernels[tw_processor_has_vbmi2() ? VBMI2 : tw_processor_best()];
 }
 
 size_t tw_print_float(char *out, float value) {
@@ -23,7 +30,7 @@ size_t tw_print_float(char *out, float value) {
 }
 
 size_t tw_print_floats(char *out, const float *values, size_t count) {
-  char *end = kernels[tw_processor_best()]->print_row(out, values, count);
+  char *end = best()->print_row(out, values, count);
   return (size_t)(end - out) - (count > 0 ? 1 : 0);
 }
 
@@ -42,6 +49,6 @@ static char *print_wide(char *out, const tw_vectors *all) {
 
 size_t tw_print_vectors(char *out, const tw_vectors *vectors) {
   bool fits = vectors->width > 0 && vectors->width <= TW_DECIMALS;
-  char *end = fits ? kernels[tw_processor_best()]->print_vectors(out, vectors) : print_wide(out, vectors);
+  char *end = fits ? best()->print_vectors(out, vectors) : print_wide(out, vectors);
   return (size_t)(end - out) - (vectors->count > 0 ? 1 : 0);
 }

@@ -26,16 +26,16 @@ typedef struct tw_decimals {
 
 /* What finds and prints on one instruction set. All give the same bytes. */
 typedef struct tw_decimal_kernels {
-  /* The pieces of the batch's first `count` values. */
+  /* The pieces of the batch's first `count` values; NULL where text is made without. */
   void (*find)(tw_decimals *batch, size_t count);
   /* `count` numbers, and vectors of 1 to TW_DECIMALS numbers in brackets, a comma behind each. Return the
    * end. */
   char *(*print_row)(char *out, const float *values, size_t count);
   char *(*print_vectors)(char *out, const tw_vectors *vectors);
 } tw_decimal_kernels;
-extern const tw_decimal_kernels tw_decimal_kernels_avx2, tw_decimal_kernels_avx512;
+extern const tw_decimal_kernels tw_decimal_kernels_avx2, tw_decimal_kernels_avx512, tw_decimal_kernels_vbmi2;
 
-/* 0 for every machine, 1 AVX2, 2 AVX-512; NULL for one that the machine lacks. */
+/* 0 for every machine, 1 AVX2, 2 AVX-512, 3 its VBMI2; NULL for one that the machine lacks, and beyond. */
 const tw_decimal_kernels *tw_decimal_kernels_at(uint32_t instruction_set);
 
 /* As tw_print_float, by std::to_chars: of any magnitude. */

@@ -6,6 +6,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -87,6 +88,7 @@ static void all_instruction_sets_find_the_same_digits(void **state) {
     tw_decimal_kernels_at(0)->find(&plain, count);
     const tw_decimal_kernels *kernels;
     for (uint32_t set = 1; (kernels = tw_decimal_kernels_at(set)); set++) {
+      if (!kernels->find) continue;
       other = empty;
       kernels->find(&other, count);
       assert_memory_equal(&plain, &other, sizeof plain);
@@ -160,6 +162,46 @@ static void vectors_are_their_numbers_in_brackets_and_keep_to_their_room(void **
     }
 }
 
+/* The longest text with a slot of its own, the longest of all, and others. */
+static float long_float(size_t i) {
+  static const float longest[] = {-0.0012345671f, -1.17549435e-38f, -0.0098765432f};
+  return i % 4 < 3 ? longest[i % 4] : any_float();
+}
+
+static void no_instruction_set_leaves_its_room(void **state) {
+  (void)state;
+  enum { GUARD = 16 };
+  static const char guard[GUARD] = "untouched so far";
+  for (size_t width = 1; width <= 20; width++)
+    for (size_t count = 0; count < 40; count++) {
+      size_t value_count = width * count, room = value_count * TW_FLOAT_TEXT + 3 * count;
+      float *values = malloc(value_count * sizeof *values + 1); /* read to the last, and no further */
+      char *text = malloc(room + GUARD), *right = malloc(room + GUARD);
+      assert_true(values && text && right);
+      for (size_t i = 0; i < value_count; i++)
+        values[i] = count % 3 ? long_float(i / (count % 3)) : -0.0012345671f;
+      size_t ends[40] = {0}, right_ends[40] = {0};
+      tw_vectors vectors = {values, width, width, count, count % 2 ? right_ends : NULL};
+      size_t size = print_singly(right, &vectors);
+      vectors.ends = count % 2 ? ends : NULL;
+      const tw_decimal_kernels *kernels;
+      for (uint32_t set = 0; (kernels = tw_decimal_kernels_at(set)); set++) {
+        memset(text, 0, room);
+        memcpy(text + room, guard, GUARD);
+        assert_int_equal(kernels->print_vectors(text, &vectors) - text, count > 0 ? size + 1 : 0);
+        assert_memory_equal(text, right, size);
+        assert_memory_equal(ends, right_ends, sizeof ends);
+        assert_memory_equal(text + room, guard, GUARD);
+        memcpy(text + value_count * TW_FLOAT_TEXT, guard, GUARD);
+        kernels->print_row(text, values, value_count);
+        assert_memory_equal(text + value_count * TW_FLOAT_TEXT, guard, GUARD);
+      }
+      free(values);
+      free(text);
+      free(right);
+    }
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(floats_beyond_the_plain_range_are_told_apart),
@@ -167,6 +209,7 @@ int main(void) {
       cmocka_unit_test(all_instruction_sets_find_the_same_digits),
       cmocka_unit_test(all_instruction_sets_print_the_same_text),
       cmocka_unit_test(vectors_are_their_numbers_in_brackets_and_keep_to_their_room),
+      cmocka_unit_test(no_instruction_set_leaves_its_room),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,25 @@
+/* Floats as texts of one form, and which of their bytes are not wanted. */
+#ifndef TWEEND_DECIMAL_SLOTS_H
+#define TWEEND_DECIMAL_SLOTS_H
+
+#include <stdalign.h>
+#include <stddef.h>
+#include <stdint.h>
+
+/* A number has a slot: '[', '-', BODY from the first digit on, and ','. A block of numbers is squeezed at
+ * once, and the digits of a group are found at once. */
+enum { TW_SLOT = 16, TW_BLOCK = 4, TW_GROUP = 16, TW_SLOTS = 64, TW_SLOT_BLOCKS = TW_SLOTS / TW_BLOCK };
+
+typedef struct tw_decimal_slots {
+  alignas(64) float values[TW_SLOTS]; /* given */
+  alignas(64) char text[TW_SLOT_BLOCKS][TW_BLOCK * TW_SLOT];
+  uint64_t kept[TW_SLOT_BLOCKS]; /* the bytes that are wanted, the first in the lowest bit; of each block the
+                                    first '[' */
+  uint64_t others;               /* the numbers whose slots say nothing, the first in the lowest bit */
+} tw_decimal_slots;
+
+/* Finds what the first `count` values print as. Those up to the end of the batch may be read as well: they
+ * may be anything. For machines with VBMI2. */
+void tw_decimal_slots_find(tw_decimal_slots *slots, size_t count);
+
+#endif
