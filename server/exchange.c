@@ -69,9 +69,19 @@ static void split_target(srv_exchange *exchange) {
   exchange->request.query = query != NULL ? query : "";
 }
 
+/* A copy of the target, where possible in the exchange itself. */
+static char *keep_target(srv_exchange *exchange, const char *target) {
+  size_t size = strlen(target) + 1;
+  if (size > sizeof exchange->short_target) return strdup(target);
+  return memcpy(exchange->short_target, target, size);
+}
+
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target) {
-  *exchange =
-      (srv_exchange){.server = server, .started_ns = srv_now_ns(), .target = strdup(target), .status = 400};
+  memset(exchange, 0, offsetof(srv_exchange, answer));
+  exchange->server = server;
+  exchange->started_ns = srv_now_ns();
+  exchange->status = 400;
+  exchange->target = keep_target(exchange, target);
   if (exchange->target == NULL) return false;
   split_target(exchange);
   make_id(exchange->id);
@@ -218,10 +228,10 @@ static void run(srv_job *job) {
   exchange->ready(exchange);
 }
 
-srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once) {
   if (exchange->answered) return SRV_EXCHANGE_NOW;
   srv_server *server = exchange->server;
-  exchange->received_ns = exchange->worked_ns = srv_now_ns();
+  exchange->received_ns = exchange->worked_ns = at_once ? exchange->started_ns : srv_now_ns();
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
   } else if (is_metrics(exchange)) {
@@ -244,6 +254,10 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
  * length, at most 21. */
 static size_t print_milliseconds(uint64_t from_ns, uint64_t to_ns, char *out) {
   uint64_t rest = to_ns > from_ns ? (to_ns - from_ns + 500) / 1000 : 0;
+  if (rest == 0) { /* most of them are */
+    memcpy(out, "0.000", 5);
+    return 5;
+  }
   char digits[24];
   size_t start = sizeof digits, least = start - 5; /* 0.000 */
   do {
@@ -310,6 +324,8 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   srv_body_deinit(&exchange->body);
-  free(exchange->target);
-  *exchange = (srv_exchange){0};
+  if (exchange->target != exchange->short_target) free(exchange->target);
+  exchange->target = NULL;
+  exchange->opened = exchange->answered = false;
+  exchange->bytes_out = 0;
 }

@@ -29,7 +29,7 @@ typedef struct srv_server {
   atomic_size_t in_flight;   /* opened exchanges that have not ended */
 } srv_server;
 
-enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96 };
+enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96, SRV_SHORT_TARGET_SIZE = 256 };
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool hands it back */
@@ -39,10 +39,9 @@ typedef struct srv_exchange {
   char id[SRV_REQUEST_ID_SIZE];
   api_request request;
   srv_body body;
-  bool opened;   /* headers were judged */
-  bool answered; /* answer is there, not yet taken */
-  bool close;    /* the connection cannot go on after the answer */
-  api_answer answer;
+  bool opened;       /* headers were judged */
+  bool answered;     /* answer is there, not yet taken */
+  bool close;        /* the connection cannot go on after the answer */
   int status;        /* of the answer, also after it was taken; 400 when no whole request came */
   const char *route; /* as of api_answer */
   uint64_t bytes_out;
@@ -50,6 +49,9 @@ typedef struct srv_exchange {
   /* Set by http.c before finish. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
+  /* From here on nothing is cleared between two requests. */
+  api_answer answer; /* valid with `answered` */
+  char short_target[SRV_SHORT_TARGET_SIZE];
 } srv_exchange;
 
 /* Begins with the target as it came. False without memory: drop the connection. */
@@ -70,8 +72,9 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
  * passed and are thrown away. */
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
 
-/* The body is complete. NOW or LATER. */
-srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
+/* The body is complete. at_once: since the exchange began no time has passed that is worth telling. NOW or
+ * LATER. */
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once);
 
 /* Replaces what answer there may be by a problem document. */
 void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);

@@ -45,7 +45,7 @@ static uint64_t moved(const srv_connection *c) {
 }
 
 void srv_enter(srv_connection *c, srv_phase phase) {
-  srv_watch_enter(&c->watch, phase, srv_now_ms());
+  srv_watch_enter(&c->watch, phase, c->owner->turn_ms);
 }
 
 /* Writes the answer past the library, which cannot answer in the middle of a request, and lets the client
@@ -114,6 +114,7 @@ static void *begin_request(void *context, const char *target, struct MHD_Connect
   srv_connection *c = info != NULL ? info->socket_context : NULL;
   if (c == NULL || !srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
   srv_enter(c, SRV_PHASE_HEAD);
+  c->begun = c->owner->turns;
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
   if (c->framing.many_arguments) {
@@ -171,7 +172,7 @@ static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *si
 }
 
 static enum MHD_Result finish_request(srv_connection *c) {
-  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return deliver(c);
+  if (srv_exchange_finish(&c->exchange, c->begun == c->owner->turns) == SRV_EXCHANGE_NOW) return deliver(c);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
   return MHD_YES;
@@ -330,6 +331,8 @@ static int wait_ms(const srv_loop *l) {
 static void turn(srv_loop *l) {
   struct epoll_event events[3];
   int count = epoll_wait(l->epoll, events, 3, wait_ms(l));
+  l->turns++;
+  l->turn_ms = srv_now_ms();
   srv_work_outside(l->http->server->work, true);
   for (int i = 0; i < count; i++) {
     if (events[i].data.fd == l->http->listener) accept_some(l);

@@ -26,6 +26,7 @@ typedef struct srv_connection {
   struct srv_connection *next_done;
   srv_reply *reply; /* being sent; NULL: what is sent is no such one */
   bool waits;       /* suspended in the middle of an answer, until srv_hand_back */
+  uint64_t begun;   /* turn of the loop in which the exchange did */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 
@@ -39,6 +40,7 @@ struct srv_loop {
   srv_connection *connections;
   srv_replies *replies;
   srv_log_lines *log_lines;
+  uint64_t turns, turn_ms; /* the present turn's number, and when it began */
   uint64_t swept_ms;
   pthread_mutex_t lock;
   srv_connection *done; /* to be resumed: answered, or with a frame to send; guarded by lock */

@@ -46,10 +46,15 @@ void srv_metrics_destroy(srv_metrics *metrics) {
   free(metrics);
 }
 
+/* Routes are mostly the same text in the same place. */
+static bool is_same(const char *route, const char *other) {
+  return route == other || strcmp(route, other) == 0;
+}
+
 static void count_status(srv_metrics *metrics, const char *route, int status) {
   size_t at = 0;
   while (at < metrics->counter_count &&
-         (metrics->counters[at].status != status || strcmp(metrics->counters[at].route, route) != 0)) {
+         (metrics->counters[at].status != status || !is_same(metrics->counters[at].route, route))) {
     at++;
   }
   if (at == COUNTERS_MAX) return;
@@ -62,7 +67,7 @@ static void count_status(srv_metrics *metrics, const char *route, int status) {
 
 static void count_duration(srv_metrics *metrics, const char *route, double seconds) {
   size_t at = 0;
-  while (at < metrics->histogram_count && strcmp(metrics->histograms[at].route, route) != 0) at++;
+  while (at < metrics->histogram_count && !is_same(metrics->histograms[at].route, route)) at++;
   if (at == ROUTES_MAX) return;
   histogram *h = &metrics->histograms[at];
   if (at == metrics->histogram_count) {

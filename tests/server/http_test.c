@@ -4,6 +4,7 @@
 
 #include <poll.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
@@ -101,6 +102,34 @@ static void request_id_is_taken_over_when_sane(void **state) {
   ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nX-Request-Id: <b>\r\nConnection: close\r\n\r\n");
   assert_false(has(f, "<b>"));
   assert_true(has(f, "X-Request-Id: ") && has(f, "Server-Timing: "));
+}
+
+/* Milliseconds that the request took to arrive, as the answer tells them. */
+static double receive_ms(const fixture *f) {
+  double duration = -1;
+  const char *field = strstr(f->answer, "\r\nServer-Timing: receive;dur=");
+  assert_non_null(field);
+  assert_int_equal(sscanf(field, "\r\nServer-Timing: receive;dur=%lf", &duration), 1);
+  return duration;
+}
+
+static void answers_tell_how_long_requests_took_to_arrive(void **state) {
+  fixture *f = *state;
+  static const char *const PIECES[][2] = {
+      {"GET /light HTTP/1.1\r\n", "Host: x\r\n\r\n"},
+      {"POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 5\r\n\r\nlig", "ht"}};
+  int fd = connect_client(f);
+  for (size_t i = 0; i < 4; i++) {
+    say(fd, PIECES[i % 2][0]);
+    pause_ms(60);
+    say(fd, PIECES[i % 2][1]);
+    read_until(f, fd, "\r\n\r\nlight");
+    assert_true(receive_ms(f) >= 50);
+    say(fd, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n");
+    read_until(f, fd, "\r\n\r\nlight");
+    assert_true(receive_ms(f) >= 0 && receive_ms(f) < 50);
+  }
+  close(fd);
 }
 
 static void pulled_answer_has_its_size_first_and_all_its_bytes(void **state) {
@@ -491,6 +520,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(one_kilobyte_of_arguments_over_the_limit_is_refused, set_up, tear_down),
       cmocka_unit_test_setup_teardown(light_and_heavy_answer_in_turn_on_one_connection, set_up, tear_down),
       cmocka_unit_test_setup_teardown(request_id_is_taken_over_when_sane, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(answers_tell_how_long_requests_took_to_arrive, set_up, tear_down),
       cmocka_unit_test_setup_teardown(pulled_answer_has_its_size_first_and_all_its_bytes, set_up, tear_down),
       cmocka_unit_test_setup_teardown(large_answer_is_whole_however_often_it_is_pulled, set_up, tear_down),
       cmocka_unit_test_setup_teardown(head_tells_the_size_and_pulls_nothing, set_up, tear_down),
