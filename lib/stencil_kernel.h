@@ -7,6 +7,14 @@
 #include "spline_kernel.h"
 #include "stencil.h"
 
+/* Held in a register: from memory that might change, it cannot be loaded again for each of its uses, which
+ * would take twice as long as all else. */
+static inline __attribute__((always_inline)) vector load_once(const float *from) {
+  vector held = load(from);
+  __asm__ volatile("" ::: "memory");
+  return held;
+}
+
 /* `width` components of the points from `weights` on: even and odd controls apart, which halves the time that
  * a sum waits for itself. */
 static inline __attribute__((always_inline)) void sum_values(const tw_stencil_job *job, const float *weights,
@@ -14,7 +22,7 @@ static inline __attribute__((always_inline)) void sum_values(const tw_stencil_jo
   size_t apart = job->stencil->apart, count = job->stencil->control_count;
   vector even[WIDTH_MAX] = {{0}}, odd[WIDTH_MAX] = {{0}};
   for (size_t k = 0; k < count; k += 2) {
-    vector one = load(weights + k * apart), other = load(weights + (k + 1) * apart);
+    vector one = load_once(weights + k * apart), other = load_once(weights + (k + 1) * apart);
     for (size_t c = 0; c < width; c++) {
       even[c] += one * job->controls[k][c];
       odd[c] += other * job->controls[k + 1][c];
@@ -63,7 +71,7 @@ static inline __attribute__((always_inline)) void sum_tangents(const tw_stencil_
   const float *first = job->stencil->tangents[0] + place, *second = job->stencil->tangents[1] + place;
   vector a[3] = {{0}}, b[3] = {{0}};
   for (size_t k = 0; k < count; k++) {
-    vector one = load(first + k * apart), other = load(second + k * apart);
+    vector one = load_once(first + k * apart), other = load_once(second + k * apart);
     for (size_t c = 0; c < 3; c++) {
       a[c] += one * job->controls[k][c];
       b[c] += other * job->controls[k][c];
