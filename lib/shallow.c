@@ -64,12 +64,16 @@ static void level_1_quads(const tw_topology *t, uint32_t first, uint32_t count, 
   }
 }
 
+/* Edges lie anywhere where the cage's faces come in any order: asks for that of a corner farther on. */
+enum { AHEAD = 24 };
+
 static void level_2_quads(const tw_topology *t, uint32_t first, uint32_t count, uint32_t *restrict out) {
   tw_topology parent = next_counts(t);
   uint32_t middles = parent.vertex_count, face_points = middles + parent.edge_count, end = first + count;
   while (first < end) {
     uint32_t c = first / 4, stop = end < 4 * c + 4 ? end : 4 * c + 4;
     corner_quad q = quad_of(t, c);
+    if (t->corner_count - c > AHEAD) __builtin_prefetch(t->edge_vertices + t->corner_edge[c + AHEAD]);
     for (; first < stop; first++, out += 4) {
       uint32_t k = first % 4;
       out[0] = q.vertices[k];
