@@ -24,15 +24,19 @@ typedef struct coordinates {
   vector of[3];
 } coordinates;
 
-/* Of points as they lie: in the four lanes of a vector, each four of them stand apart. */
-static inline __attribute__((always_inline)) coordinates coordinates_of(const tw_point *points) {
-  const float *from = (const float *)points;
-  vector v[4];
-  for (size_t m = 0; m < 4; m++) v[m] = load(from + m * LANES);
+/* Of points as they lie in four vectors: in the four lanes of one, each four of them stand apart. */
+static inline __attribute__((always_inline)) coordinates coordinates_in(const vector v[4]) {
   vector low = SHUFFLE(v[0], v[1], 0, 4, 1, 5), high = SHUFFLE(v[2], v[3], 0, 4, 1, 5),
          z_low = SHUFFLE(v[0], v[1], 2, 6, 2, 6), z_high = SHUFFLE(v[2], v[3], 2, 6, 2, 6);
   return (coordinates){
       {SHUFFLE(low, high, 0, 1, 4, 5), SHUFFLE(low, high, 2, 3, 6, 7), SHUFFLE(z_low, z_high, 0, 1, 4, 5)}};
+}
+
+static inline __attribute__((always_inline)) coordinates coordinates_of(const tw_point *points) {
+  const float *from = (const float *)points;
+  vector v[4];
+  for (size_t m = 0; m < 4; m++) v[m] = load(from + m * LANES);
+  return coordinates_in(v);
 }
 
 /* The other way round. */
@@ -50,12 +54,12 @@ static inline vector square_of(const coordinates *c) {
 }
 
 /* Unit normals. Clears lanes of `sure` that need a closer look. */
-static inline __attribute__((always_inline)) coordinates cross(const tw_point *along1, const tw_point *along2,
-                                                               mask *sure) {
-  coordinates a = coordinates_of(along1), b = coordinates_of(along2), normals;
-  vector zero = {0}, lengths = square_of(&a) * square_of(&b);
+static inline __attribute__((always_inline)) coordinates cross(const coordinates *along1,
+                                                               const coordinates *along2, mask *sure) {
+  coordinates normals;
+  vector zero = {0}, lengths = square_of(along1) * square_of(along2);
   vector least = greater(lengths * TW_NORMAL_PARALLEL, zero + TW_NORMAL_SQUARE_MIN);
-  unit_normals(a.of, b.of, least, zero + 1.0f, normals.of, sure);
+  unit_normals(along1->of, along2->of, least, zero + 1.0f, normals.of, sure);
   return normals;
 }
 
@@ -92,7 +96,8 @@ static inline bool put_normal_rows(normal_batch *batch, uint32_t from, uint32_t 
   const tw_point last[2] = {along[to - 1], along[NORMAL_PLACES + to - 1]};
   for (uint32_t i = to; (i - from) % LANES > 0; i++) put_tangents(last, along + i);
   for (uint32_t i = from; i < to; i += LANES) {
-    coordinates normals = cross(along + i, along + NORMAL_PLACES + i, &sure);
+    coordinates along1 = coordinates_of(along + i), along2 = coordinates_of(along + NORMAL_PLACES + i),
+                normals = cross(&along1, &along2, &sure);
     vector rows[4];
     points_of(&normals, rows);
     if (to - i >= LANES) {

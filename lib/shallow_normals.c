@@ -51,41 +51,36 @@ static tw_shallow_fill *const kernels[TW_SETS] = {tw_shallow_fill_anywhere,
 
 /* ---- levels --------------------------------------------------------------------------------- */
 
-/* Kinds as they follow each other in a level. */
-typedef struct kind {
-  tw_shallow_kind name;
-  uint32_t count;
-} kind;
+static tw_shallow_level level_of(const tw_shallow *shallow, const float *kept, tw_shallow_weights *weights) {
+  const tw_topology *t = &shallow->cage;
+  tw_shallow_level l = {.number = shallow->level, .cage = *t, .vertices = kept, .weights = weights};
+  l.edges = at(l.vertices, t->vertex_count);
+  l.faces = at(l.edges, t->edge_count);
+  if (shallow->level == 1) return l;
+  l.halves = at(l.faces, t->face_count);
+  l.spokes = at(l.halves, 2 * (size_t)t->edge_count);
+  l.centres = at(l.spokes, t->corner_count);
+  return l;
+}
 
-static void fill_level(tw_shallow_fill *fill_kind_rows, const tw_shallow *shallow, const float *kept,
+static void fill_level(tw_shallow_fill *fill_kinds, const tw_shallow *shallow, const float *kept,
                        uint32_t first, uint32_t count, float *out) {
   const tw_topology *t = &shallow->cage;
-  uint32_t V = t->vertex_count, E = t->edge_count, F = t->face_count, C = t->corner_count;
-  const kind levels[2][6] = {{{TW_SHALLOW_VERTICES_1, V}, {TW_SHALLOW_EDGES_1, E}, {TW_SHALLOW_FACES_1, F}},
-                             {{TW_SHALLOW_VERTICES_2, V},
-                              {TW_SHALLOW_EDGES_2, E},
-                              {TW_SHALLOW_FACES_2, F},
-                              {TW_SHALLOW_HALVES, 2 * E},
-                              {TW_SHALLOW_SPOKES, C},
-                              {TW_SHALLOW_CENTRES, C}}};
+  const uint32_t counts[TW_SHALLOW_KINDS] = {t->vertex_count,   t->edge_count,   t->face_count,
+                                             2 * t->edge_count, t->corner_count, t->corner_count};
   tw_shallow_weights weights = {.known = {false}};
   tw_shallow_learn(&weights, 3);
-  tw_shallow_level l = {.cage = *t, .vertices = kept, .weights = &weights};
-  l.edges = at(l.vertices, V);
-  l.faces = at(l.edges, E);
-  if (shallow->level == 2) {
-    l.halves = at(l.faces, F);
-    l.spokes = at(l.halves, 2 * (size_t)E);
-    l.centres = at(l.spokes, C);
+  tw_shallow_level l = level_of(shallow, kept, &weights);
+  tw_shallow_rows rows[TW_SHALLOW_KINDS];
+  uint64_t begin = 0, end = (uint64_t)first + count;
+  for (uint32_t k = 0; k < TW_SHALLOW_KINDS; begin += counts[k++]) {
+    uint64_t start = first > begin ? first : begin, stop = end < begin + counts[k] ? end : begin + counts[k];
+    rows[k] = (tw_shallow_rows){.points = kept, .out = out};
+    if (start >= stop) continue;
+    rows[k] = (tw_shallow_rows){at(kept, begin), (uint32_t)(start - begin), (uint32_t)(stop - begin), out};
+    out += NORMAL_ROW * (size_t)(stop - start);
   }
-  uint32_t end = first + count, begin = 0;
-  for (const kind *k = levels[shallow->level - 1]; first < end; begin += k++->count) {
-    uint32_t stop = end - begin < k->count ? end : begin + k->count;
-    if (first >= stop) continue;
-    fill_kind_rows(&l, &(tw_shallow_rows){k->name, at(kept, begin), first - begin, stop - begin, out});
-    out += NORMAL_ROW * (size_t)(stop - first);
-    first = stop;
-  }
+  fill_kinds(&l, rows);
 }
 
 void tw_shallow_normals(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,

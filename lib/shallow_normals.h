@@ -20,32 +20,32 @@ void tw_shallow_learn(tw_shallow_weights *weights, uint32_t valence);
  * the middle of level 1's edges, which are the halves of the cage's and the spokes from a corner's edge to
  * the face point, and in that of its faces. */
 typedef struct tw_shallow_level {
+  uint32_t number; /* 1 or 2 */
   tw_topology cage;
   const float *vertices, *edges, *faces, *halves, *spokes, *centres;
   tw_shallow_weights *weights; /* those of valence 3 are known */
 } tw_shallow_level;
 
-/* What rows are of. */
-typedef enum tw_shallow_kind {
-  TW_SHALLOW_VERTICES_1,
-  TW_SHALLOW_EDGES_1,
-  TW_SHALLOW_FACES_1,
-  TW_SHALLOW_VERTICES_2,
-  TW_SHALLOW_EDGES_2,
-  TW_SHALLOW_FACES_2,
+/* What rows are of, as they follow each other in a level; of level 1 the first three. */
+enum {
+  TW_SHALLOW_VERTICES,
+  TW_SHALLOW_EDGES,
+  TW_SHALLOW_FACES,
   TW_SHALLOW_HALVES,
   TW_SHALLOW_SPOKES,
-  TW_SHALLOW_CENTRES
-} tw_shallow_kind;
+  TW_SHALLOW_CENTRES,
+  TW_SHALLOW_KINDS
+};
 
-/* Rows [begin, end) of a kind. points: of the kind's first row, and four floats behind its last one. */
+/* Rows [begin, end) of a kind. points: of the kind's first row, and four floats behind its last one; out: of
+ * the row `begin`. */
 typedef struct tw_shallow_rows {
-  tw_shallow_kind kind;
   const float *points;
   uint32_t begin, end;
   float *out;
 } tw_shallow_rows;
 
+/* rows: [TW_SHALLOW_KINDS]. */
 typedef void tw_shallow_fill(const tw_shallow_level *level, const tw_shallow_rows *rows);
 tw_shallow_fill tw_shallow_fill_anywhere;
 #ifdef __x86_64__

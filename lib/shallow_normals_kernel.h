@@ -1,328 +1,34 @@
 /* Rows of shallow surfaces with normals, in vectors as wide as the compiler may use: each file that includes
- * this is compiled for another instruction set. The tangents are those of limit.h, over the ring of
- * neighbours that the cage's connectivity tells. Ring and faces between are passed round the vertex
- * counter-clockwise. */
+ * this is compiled for another instruction set. Tangents of polygons are found row by row, those of level 2
+ * of triangles LANES items at a time; kinds of rows that look at the same things are made together. */
 #ifndef TWEEND_SHALLOW_NORMALS_KERNEL_H
 #define TWEEND_SHALLOW_NORMALS_KERNEL_H
 
 #include "normal_rows.h"
-#include "shallow_normals.h"
+#include "shallow_tangents.h"
+#include "shallow_triangles.h"
 
-/* ---- neighbours ----------------------------------------------------------------------------- */
+/* ---- rows ----------------------------------------------------------------------------------- */
 
-static inline const float *at(const float *points, size_t index) {
-  return points + 3 * index;
-}
-
-/* The half of a corner's edge that begins and that ends at the end of the corner's side, and at a vertex. An
- * edge runs as the lower of its corners does. */
-static inline const float *half_from(const tw_shallow_level *l, size_t corner) {
-  return at(l->halves, 2 * (size_t)l->cage.corner_edge[corner] + (l->cage.sibling[corner] < corner));
-}
-static inline const float *half_to(const tw_shallow_level *l, size_t corner) {
-  return at(l->halves, 2 * (size_t)l->cage.corner_edge[corner] + (l->cage.sibling[corner] > corner));
-}
-static inline const float *half_at(const tw_shallow_level *l, size_t edge, uint32_t vertex) {
-  return at(l->halves, 2 * edge + (l->cage.edge_vertices[edge][0] != vertex));
-}
-static inline const float *edge_at(const tw_shallow_level *l, size_t corner) {
-  return at(l->edges, l->cage.corner_edge[corner]);
-}
-
-/* A corner with those beside it in the face. */
-typedef struct place {
-  size_t corner, next, previous, face;
-} place;
-
-/* Nobody could guess which of three a corner is: places beside it are read from the bits of a number, 1 2 0
- * and 2 0 1, without a branch. */
-static inline place nth_of_triangle(size_t face, size_t n) {
-  return (place){3 * face + n, 3 * face + (0x9 >> 2 * n & 3), 3 * face + (0x12 >> 2 * n & 3), face};
-}
-
-static inline place place_of(const tw_shallow_level *l, uint32_t corner) {
-  const tw_topology *t = &l->cage;
-  if (t->face_size == 3) return nth_of_triangle(corner / 3, corner % 3);
-  return (place){corner, tw_corner_next(t, corner), tw_corner_previous(t, corner), tw_corner_face(t, corner)};
-}
-
-/* ---- looking ahead -------------------------------------------------------------------------- */
-
-/* Neighbours of what is numbered in another order lie anywhere in memory: asks for those of items farther on,
- * of those before `count`. */
-enum { AHEAD = 12 };
-
-static inline uint32_t ahead_of(uint32_t item, uint32_t count, uint32_t steps) {
-  return item + steps < count ? item + steps : count - 1;
-}
-
-/* Of an edge: what is known of its two faces, the second of which its first one has to tell before. */
-static inline __attribute__((always_inline)) void fetch_sides(const tw_shallow_level *l, uint32_t edge,
-                                                              bool edges, const float *first,
-                                                              const float *second, bool by_face) {
-  const tw_topology *t = &l->cage;
-  uint32_t corners[2] = {t->edge_corner[ahead_of(edge, t->edge_count, AHEAD)]};
-  corners[1] = t->sibling[corners[0]];
-  __builtin_prefetch(&t->sibling[t->edge_corner[ahead_of(edge, t->edge_count, 2 * AHEAD)]]);
-  for (int i = 0; i < 2; i++) {
-    size_t index = by_face ? tw_corner_face(t, corners[i]) : corners[i];
-    if (edges) __builtin_prefetch(&t->corner_edge[corners[i]]);
-    __builtin_prefetch(at(first, index));
-    if (second) __builtin_prefetch(at(second, index));
+/* Normals of rows [from, to) one by one, some of which take care. */
+static __attribute__((noinline)) void look_at_each(const tw_shallow_level *l, const tw_shallow_rows *j,
+                                                   rows_of *find, uint32_t step, uint32_t from, uint32_t to) {
+  float *normal = j->out + NORMAL_ROW * (size_t)(from - j->begin) + 3;
+  for (uint32_t i = from; i < to; i++, normal += NORMAL_ROW) {
+    row rows[3];
+    find(l, i / step, rows);
+    const row *r = &rows[i % step];
+    tw_normal_from_tangents((const float *)&r->along[0], (const float *)&r->along[1], r->quad, normal);
   }
 }
 
-/* Of a face's corner: what is known of its edge, its halves, its vertex. */
-static inline __attribute__((always_inline)) void fetch_corner(const tw_shallow_level *l, size_t corner,
-                                                               bool halves, bool vertex) {
-  __builtin_prefetch(edge_at(l, corner));
-  if (halves) __builtin_prefetch(at(l->halves, 2 * (size_t)l->cage.corner_edge[corner]));
-  if (vertex) __builtin_prefetch(at(l->vertices, l->cage.corner_vertex[corner]));
+/* Hands out a copy of the level: nobody can be taken to change the one that the rows are found by. */
+static inline __attribute__((always_inline)) void take_care(const tw_shallow_level *l,
+                                                            const tw_shallow_rows *j, rows_of *find,
+                                                            uint32_t step, uint32_t from, uint32_t to) {
+  tw_shallow_level copy = *l;
+  look_at_each(&copy, j, find, step, from, to);
 }
-
-/* Of all corners of a triangle. */
-static inline __attribute__((always_inline)) void fetch_triangle(const tw_shallow_level *l, uint32_t face,
-                                                                 bool halves, bool vertices) {
-  if (l->cage.face_size != 3) return;
-  size_t first = 3 * (size_t)ahead_of(face, l->cage.face_count, AHEAD);
-  for (size_t n = 0; n < 3; n++) fetch_corner(l, first + n, halves, vertices);
-}
-
-/* ---- tangents ------------------------------------------------------------------------------- */
-
-/* Tangents at a vertex, and a face there: the vertex itself, the end of an edge, the corner across, the end
- * of the next edge. */
-typedef struct row {
-  tw_point along[2];
-  const float *quad[4];
-} row;
-
-static inline tw_point from_to(const float *from, const float *to) {
-  return tw_load_point(to) - tw_load_point(from);
-}
-
-/* Between four faces: the ends of the edges and, of the face behind each, the corner across. */
-static inline __attribute__((always_inline)) row
-tangents_of_four(const float *own, const float *const edges[4], const float *const faces[4]) {
-  tw_point rising = from_to(faces[2], faces[0]), falling = from_to(faces[1], faces[3]);
-  return (row){{4 * from_to(edges[2], edges[0]) + (rising + falling),
-                4 * from_to(edges[3], edges[1]) + (rising - falling)},
-               {own, edges[0], faces[0], edges[1]}};
-}
-
-/* Between three likewise, as differences of what the weights, each against that across, make of the edges. */
-static inline __attribute__((always_inline)) row tangents_of_three(const tw_shallow_level *l,
-                                                                   const float *own,
-                                                                   const float *const edges[3],
-                                                                   const float *const faces[3]) {
-  float face = l->weights->faces[3][1];
-  return (row){{4 * from_to(edges[0], edges[1]) + face * from_to(faces[1], faces[2]),
-                4 * from_to(edges[0], edges[2]) + face * from_to(faces[1], faces[0])},
-               {own, edges[0], faces[0], edges[1]}};
-}
-
-/* Between any number, of which the nth is told likewise. In a cage of triangles the corners across tell
- * nothing new: what the weights make of them is a multiple of what they make of the edges. */
-typedef struct neighbour {
-  const float *edge, *face;
-} neighbour;
-
-typedef neighbour neighbour_of(const tw_shallow_level *l, uint32_t index, uint32_t n);
-
-static inline __attribute__((always_inline)) row tangents_of_many(const tw_shallow_level *l, const float *own,
-                                                                  uint32_t index, uint32_t count,
-                                                                  bool edges_alone, neighbour_of *find) {
-  bool common = count < TW_COMMON_VALENCES;
-  if (common && !l->weights->known[count]) tw_shallow_learn(l->weights, count);
-  const float *edges = l->weights->edges[common ? count : 0], *faces = l->weights->faces[common ? count : 0];
-  tw_point centre = tw_load_point(own);
-  float edge2 = common ? edges[count - 1] : (float)tw_shallow_edge_weight(count - 1, count),
-        face2 = common ? faces[count - 1] : (float)tw_shallow_face_weight(count - 1, count);
-  row r = {{{0}, {0}}, {own, find(l, index, 0).edge, find(l, index, 0).face, find(l, index, 1).edge}};
-  for (uint32_t i = 0; i < count; i++) {
-    float edge1 = common ? edges[i] : (float)tw_shallow_edge_weight(i, count),
-          face1 = common ? faces[i] : (float)tw_shallow_face_weight(i, count);
-    neighbour n = find(l, index, i);
-    tw_point to_edge = tw_load_point(n.edge) - centre;
-    r.along[0] += edge1 * to_edge;
-    r.along[1] += edge2 * to_edge;
-    edge2 = edge1;
-    if (edges_alone) continue;
-    tw_point to_face = tw_load_point(n.face) - centre;
-    r.along[0] += face1 * to_face;
-    r.along[1] += face2 * to_face;
-    face2 = face1;
-  }
-  return r;
-}
-
-/* ---- vertices of the cage ------------------------------------------------------------------- */
-
-/* Where a vertex's neighbours begin: in fan_corners and ring_edges alike, as nothing has a border. */
-static inline uint32_t fan_begin(const tw_shallow_level *l, uint32_t vertex) {
-  return l->cage.fan_offsets[vertex];
-}
-static inline uint32_t fan_size(const tw_shallow_level *l, uint32_t vertex) {
-  return l->cage.fan_offsets[vertex + 1] - l->cage.fan_offsets[vertex];
-}
-
-static inline neighbour level_1_at_vertex(const tw_shallow_level *l, uint32_t vertex, uint32_t n) {
-  size_t i = fan_begin(l, vertex) + n;
-  return (neighbour){at(l->edges, l->cage.ring_edges[i]),
-                     at(l->faces, tw_corner_face(&l->cage, l->cage.fan_corners[i]))};
-}
-static inline neighbour level_2_at_vertex(const tw_shallow_level *l, uint32_t vertex, uint32_t n) {
-  size_t i = fan_begin(l, vertex) + n;
-  return (neighbour){half_at(l, l->cage.ring_edges[i], vertex), at(l->centres, l->cage.fan_corners[i])};
-}
-
-static inline __attribute__((always_inline)) void level_1_vertex(const tw_shallow_level *l, uint32_t vertex,
-                                                                 row *rows) {
-  rows[0] = tangents_of_many(l, at(l->vertices, vertex), vertex, fan_size(l, vertex), l->cage.face_size == 3,
-                             level_1_at_vertex);
-}
-static inline __attribute__((always_inline)) void level_2_vertex(const tw_shallow_level *l, uint32_t vertex,
-                                                                 row *rows) {
-  rows[0] = tangents_of_many(l, at(l->vertices, vertex), vertex, fan_size(l, vertex), l->cage.face_size == 3,
-                             level_2_at_vertex);
-}
-
-/* ---- faces of the cage ---------------------------------------------------------------------- */
-
-/* The nth corner of a face, and that before it. */
-static inline size_t corner_at(const tw_shallow_level *l, size_t face, size_t n) {
-  return l->cage.face_size == 3 ? 3 * face + n : l->cage.face_offsets[face] + n;
-}
-static inline size_t corner_before(const tw_shallow_level *l, uint32_t face, uint32_t n) {
-  return corner_at(l, face, n ? n : tw_face_size(&l->cage, face)) - 1;
-}
-
-static inline neighbour level_1_at_face(const tw_shallow_level *l, uint32_t face, uint32_t n) {
-  return (neighbour){edge_at(l, corner_before(l, face, n)),
-                     at(l->vertices, l->cage.corner_vertex[corner_at(l, face, n)])};
-}
-static inline neighbour level_2_at_face(const tw_shallow_level *l, uint32_t face, uint32_t n) {
-  return (neighbour){at(l->spokes, corner_before(l, face, n)), at(l->centres, corner_at(l, face, n))};
-}
-
-static inline __attribute__((always_inline)) row face_row(const tw_shallow_level *l, uint32_t face,
-                                                          neighbour_of *find) {
-  const float *own = at(l->faces, face), *edges[3], *faces[3];
-  if (l->cage.face_size != 3)
-    return tangents_of_many(l, own, face, tw_face_size(&l->cage, face), false, find);
-  for (uint32_t i = 0; i < 3; i++) {
-    edges[i] = find(l, face, i).edge;
-    faces[i] = find(l, face, i).face;
-  }
-  return tangents_of_three(l, own, edges, faces);
-}
-
-static inline __attribute__((always_inline)) void level_1_face(const tw_shallow_level *l, uint32_t face,
-                                                               row *rows) {
-  fetch_triangle(l, face, false, true);
-  rows[0] = face_row(l, face, level_1_at_face);
-}
-static inline __attribute__((always_inline)) void level_2_face(const tw_shallow_level *l, uint32_t face,
-                                                               row *rows) {
-  rows[0] = face_row(l, face, level_2_at_face);
-}
-
-/* ---- edges of the cage ---------------------------------------------------------------------- */
-
-static inline __attribute__((always_inline)) void level_1_middle(const tw_shallow_level *l, uint32_t edge,
-                                                                 row *rows) {
-  fetch_sides(l, edge, true, l->faces, NULL, true);
-  const tw_topology *t = &l->cage;
-  place one = place_of(l, t->edge_corner[edge]), other = place_of(l, t->sibling[one.corner]);
-  rows[0] = tangents_of_four(
-      at(l->edges, edge),
-      (const float *const[4]){at(l->vertices, t->edge_vertices[edge][1]), at(l->faces, one.face),
-                              at(l->vertices, t->edge_vertices[edge][0]), at(l->faces, other.face)},
-      (const float *const[4]){edge_at(l, one.next), edge_at(l, one.previous), edge_at(l, other.next),
-                              edge_at(l, other.previous)});
-}
-
-static inline __attribute__((always_inline)) void level_2_middle(const tw_shallow_level *l, uint32_t edge,
-                                                                 row *rows) {
-  fetch_sides(l, edge, false, l->spokes, l->centres, false);
-  const tw_topology *t = &l->cage;
-  place one = place_of(l, t->edge_corner[edge]), other = place_of(l, t->sibling[one.corner]);
-  const float *half = at(l->halves, 2 * (size_t)edge);
-  rows[0] = tangents_of_four(
-      at(l->edges, edge),
-      (const float *const[4]){half + 3, at(l->spokes, one.corner), half, at(l->spokes, other.corner)},
-      (const float *const[4]){at(l->centres, one.next), at(l->centres, one.corner),
-                              at(l->centres, other.next), at(l->centres, other.corner)});
-}
-
-/* Both halves of an edge, each along the quads of its two faces. The first face runs along the edge, the
- * second one against it. */
-static inline __attribute__((always_inline)) void level_2_halves(const tw_shallow_level *l, uint32_t edge,
-                                                                 row *rows) {
-  fetch_sides(l, edge, true, l->spokes, l->centres, false);
-  const tw_topology *t = &l->cage;
-  place one = place_of(l, t->edge_corner[edge]), other = place_of(l, t->sibling[one.corner]);
-  uint32_t start = t->edge_vertices[edge][0], end = t->edge_vertices[edge][1];
-  const float *own = at(l->edges, edge), *half = at(l->halves, 2 * (size_t)edge),
-              *left = at(l->spokes, one.corner), *right = at(l->spokes, other.corner);
-  rows[0] = tangents_of_four(half,
-                             (const float *const[4]){own, at(l->centres, one.corner), at(l->vertices, start),
-                                                     at(l->centres, other.next)},
-                             (const float *const[4]){left, half_at(l, t->corner_edge[one.previous], start),
-                                                     half_at(l, t->corner_edge[other.next], start), right});
-  rows[1] = tangents_of_four(half + 3,
-                             (const float *const[4]){at(l->vertices, end), at(l->centres, one.next), own,
-                                                     at(l->centres, other.corner)},
-                             (const float *const[4]){half_at(l, t->corner_edge[one.next], end), left, right,
-                                                     half_at(l, t->corner_edge[other.previous], end)});
-}
-
-/* ---- corners of the cage -------------------------------------------------------------------- */
-
-static inline __attribute__((always_inline)) row spoke_row(const tw_shallow_level *l, place p) {
-  return tangents_of_four(at(l->spokes, p.corner),
-                          (const float *const[4]){at(l->faces, p.face), at(l->centres, p.corner),
-                                                  edge_at(l, p.corner), at(l->centres, p.next)},
-                          (const float *const[4]){at(l->spokes, p.previous), half_from(l, p.corner),
-                                                  half_to(l, p.corner), at(l->spokes, p.next)});
-}
-
-static inline __attribute__((always_inline)) row centre_row(const tw_shallow_level *l, place p) {
-  return tangents_of_four(at(l->centres, p.corner),
-                          (const float *const[4]){half_from(l, p.corner), at(l->spokes, p.corner),
-                                                  at(l->spokes, p.previous), half_to(l, p.previous)},
-                          (const float *const[4]){edge_at(l, p.corner), at(l->faces, p.face),
-                                                  edge_at(l, p.previous),
-                                                  at(l->vertices, l->cage.corner_vertex[p.corner])});
-}
-
-typedef row row_at(const tw_shallow_level *l, place p);
-
-/* All of a triangle, or one. */
-static inline __attribute__((always_inline)) void corner_rows(const tw_shallow_level *l, uint32_t item,
-                                                              row_at *find, row *rows) {
-  if (l->cage.face_size == 3) {
-    for (uint32_t i = 0; i < 3; i++) rows[i] = find(l, nth_of_triangle(item, i));
-  } else {
-    rows[0] = find(l, place_of(l, item));
-  }
-}
-
-static inline __attribute__((always_inline)) void level_2_spokes(const tw_shallow_level *l, uint32_t item,
-                                                                 row *rows) {
-  fetch_triangle(l, item, true, false);
-  corner_rows(l, item, spoke_row, rows);
-}
-static inline __attribute__((always_inline)) void level_2_centres(const tw_shallow_level *l, uint32_t item,
-                                                                  row *rows) {
-  fetch_triangle(l, item, true, true);
-  corner_rows(l, item, centre_row, rows);
-}
-
-/* ---- levels --------------------------------------------------------------------------------- */
-
-/* The rows of an item. */
-typedef void rows_of(const tw_shallow_level *l, uint32_t item, row *rows);
 
 /* Rows of which each item has `step`, 1 to 3. */
 static inline __attribute__((always_inline)) void fill(const tw_shallow_level *l, const tw_shallow_rows *j,
@@ -338,44 +44,169 @@ static inline __attribute__((always_inline)) void fill(const tw_shallow_level *l
       find(l, item, rows);
       for (uint32_t r = 0; r < step; r++) put_tangents(rows[r].along, place + r);
     }
-    bool sure = put_normal_rows(&b, from, to, j->points + 3 * (size_t)first, out);
-    for (uint32_t i = from; i < to; i++, out += NORMAL_ROW) {
-      row rows[3];
-      if (sure) continue;
-      find(l, (first + i) / step, rows);
-      tw_normal_from_tangents((const float *)(b.along + i), (const float *)(b.along + NORMAL_PLACES + i),
-                              rows[(first + i) % step].quad, out + 3);
+    if (!put_normal_rows(&b, from, to, j->points + 3 * (size_t)first, out))
+      take_care(l, j, find, step, first + from, first + to);
+    out += NORMAL_ROW * (size_t)(to - from);
+  }
+}
+
+/* Few rows. */
+static __attribute__((noinline)) void fill_few(const tw_shallow_level *l, const tw_shallow_rows *j,
+                                               rows_of *find, uint32_t step) {
+  fill(l, j, find, step);
+}
+
+/* ---- triangles ------------------------------------------------------------------------------ */
+
+/* Rows that items have of a kind: how many, and how those of one item are found. */
+typedef struct family {
+  uint32_t step;
+  rows_of *find;
+} family;
+
+/* How tangents of LANES items are. */
+typedef struct lanes {
+  find_from *look;
+  tangents_from *find;
+} lanes;
+
+/* Items. */
+typedef struct span {
+  uint32_t begin, end;
+} span;
+
+/* Those of which all rows are asked for. */
+static inline span whole_items(const tw_shallow_rows *j, uint32_t step) {
+  return (span){(uint32_t)(((uint64_t)j->begin + step - 1) / step), j->end / step};
+}
+
+/* Whether every lane can have one; and offsets must be within 32 bits. */
+static inline bool fills_lanes(const tw_shallow_level *l, span items) {
+  return items.end > items.begin && items.end - items.begin >= LANES &&
+         l->cage.corner_count <= UINT32_MAX / 3;
+}
+
+static inline tw_shallow_rows part_of(const tw_shallow_rows *j, uint32_t begin, uint32_t end) {
+  return (tw_shallow_rows){j->points, begin, end, j->out + NORMAL_ROW * ((size_t)begin - j->begin)};
+}
+
+/* All rows of some items, LANES at a time, be they of one kind or of two that look at the same things. The
+ * last ones are found again with some before them, so that every lane has an item. */
+static inline __attribute__((always_inline)) void fill_span(const tw_shallow_level *l, span items, lanes by,
+                                                            const tw_shallow_rows *const jobs[],
+                                                            const family kinds[], uint32_t kind_count) {
+  offsets about[2];
+  uint32_t last = items.end - LANES, item = items.begin, n = 0;
+  by.look(l, item, &about[0]);
+  for (bool more = true; more; n = 1 - n) {
+    uint32_t next = last - item > LANES ? item + LANES : last;
+    tangents found[6], *rows = found;
+    more = item < last;
+    if (more) by.look(l, next, &about[1 - n]);
+    by.find(l, item, &about[n], rows);
+    for (uint32_t k = 0; k < kind_count; rows += kinds[k++].step) {
+      const tw_shallow_rows *j = jobs[k];
+      uint32_t step = kinds[k].step, first = item * step;
+      bool sure = put_items(rows, j->points + 3 * (size_t)first, step,
+                            j->out + NORMAL_ROW * (size_t)(first - j->begin));
+      if (!sure) take_care(l, j, kinds[k].find, step, first, first + step * LANES);
     }
+    item = next;
   }
 }
 
-static inline __attribute__((always_inline)) void fill_kind(const tw_shallow_level *l, bool triangles,
-                                                            const tw_shallow_rows *j) {
-  uint32_t corners = triangles ? 3 : 1;
-  switch (j->kind) {
-  case TW_SHALLOW_VERTICES_1: fill(l, j, level_1_vertex, 1); return;
-  case TW_SHALLOW_EDGES_1: fill(l, j, level_1_middle, 1); return;
-  case TW_SHALLOW_FACES_1: fill(l, j, level_1_face, 1); return;
-  case TW_SHALLOW_VERTICES_2: fill(l, j, level_2_vertex, 1); return;
-  case TW_SHALLOW_EDGES_2: fill(l, j, level_2_middle, 1); return;
-  case TW_SHALLOW_FACES_2: fill(l, j, level_2_face, 1); return;
-  case TW_SHALLOW_HALVES: fill(l, j, level_2_halves, 2); return;
-  case TW_SHALLOW_SPOKES: fill(l, j, level_2_spokes, corners); return;
-  case TW_SHALLOW_CENTRES: fill(l, j, level_2_centres, corners); return;
+/* Rows of a kind; few where an item is not whole. */
+static inline __attribute__((always_inline)) void fill_kind(const tw_shallow_level *l,
+                                                            const tw_shallow_rows *j, family kind, lanes by) {
+  span items = whole_items(j, kind.step);
+  if (!fills_lanes(l, items)) {
+    fill_few(l, j, kind.find, kind.step);
+    return;
+  }
+  tw_shallow_rows before = part_of(j, j->begin, items.begin * kind.step),
+                  behind = part_of(j, items.end * kind.step, j->end);
+  fill_few(l, &before, kind.find, kind.step);
+  fill_span(l, items, by, &j, &kind, 1);
+  fill_few(l, &behind, kind.find, kind.step);
+}
+
+typedef void fill_rows_of(const tw_shallow_level *l, const tw_shallow_rows *j);
+
+/* Rows of two kinds: together where both are asked for, what is left of either alone. */
+static inline __attribute__((always_inline)) void fill_both(const tw_shallow_level *l,
+                                                            const tw_shallow_rows *const jobs[2],
+                                                            const family kinds[2], lanes by,
+                                                            fill_rows_of *const alone[2]) {
+  span a = whole_items(jobs[0], kinds[0].step), b = whole_items(jobs[1], kinds[1].step),
+       items = {a.begin > b.begin ? a.begin : b.begin, a.end < b.end ? a.end : b.end};
+  bool together = fills_lanes(l, items);
+  if (together) fill_span(l, items, by, jobs, kinds, 2);
+  for (uint32_t k = 0; k < 2; k++) {
+    uint32_t middle = together ? items.begin * kinds[k].step : jobs[k]->end;
+    tw_shallow_rows before = part_of(jobs[k], jobs[k]->begin, middle);
+    alone[k](l, &before);
+    if (!together) continue;
+    tw_shallow_rows behind = part_of(jobs[k], items.end * kinds[k].step, jobs[k]->end);
+    alone[k](l, &behind);
   }
 }
 
-/* Of triangles, to which the compiler then binds all that asks for the size of a face. */
-static void fill_triangles(const tw_shallow_level *level_at, const tw_shallow_rows *j) {
-  tw_shallow_level l = *level_at; /* which no row that is stored can be taken to change */
-  l.cage.face_size = 3;
-  l.cage.face_offsets = NULL;
-  fill_kind(&l, true, j);
+static const family middles = {1, level_2_middle}, both_halves = {2, level_2_halves},
+                    spokes = {3, level_2_spokes}, centres = {3, level_2_centres};
+
+static __attribute__((noinline)) void fill_middles(const tw_shallow_level *l, const tw_shallow_rows *j) {
+  fill_kind(l, j, middles, (lanes){find_middles, edges_2});
+}
+static __attribute__((noinline)) void fill_halves(const tw_shallow_level *l, const tw_shallow_rows *j) {
+  fill_kind(l, j, both_halves, (lanes){find_both_halves, halves_2});
+}
+static __attribute__((noinline)) void fill_spokes(const tw_shallow_level *l, const tw_shallow_rows *j) {
+  fill_kind(l, j, spokes, (lanes){find_corners, spokes_2});
+}
+static __attribute__((noinline)) void fill_centres(const tw_shallow_level *l, const tw_shallow_rows *j) {
+  fill_kind(l, j, centres, (lanes){find_corners, centres_2});
 }
 
-static void fill_polygons(const tw_shallow_level *level_at, const tw_shallow_rows *j) {
-  tw_shallow_level l = *level_at;
-  fill_kind(&l, false, j);
+/* Single rows are found by a copy, to which the compiler binds all that asks for the size of a face: nobody
+ * else is told of it, so that no call and no row that is stored can be taken to change it. */
+static void fill_triangles(const tw_shallow_level *level_at, const tw_shallow_rows *rows) {
+  tw_shallow_level own = *level_at;
+  const tw_shallow_level *l = &own;
+  own.cage.face_size = 3;
+  own.cage.face_offsets = NULL;
+  if (l->number == 1) {
+    fill(l, &rows[TW_SHALLOW_VERTICES], level_1_vertex, 1);
+    fill(l, &rows[TW_SHALLOW_EDGES], level_1_middle, 1);
+    fill(l, &rows[TW_SHALLOW_FACES], level_1_face, 1);
+    return;
+  }
+  fill(l, &rows[TW_SHALLOW_VERTICES], level_2_vertex, 1);
+  fill_kind(level_at, &rows[TW_SHALLOW_FACES], (family){1, level_2_face}, (lanes){find_in_turn, faces_2});
+  fill_both(level_at, (const tw_shallow_rows *const[2]){&rows[TW_SHALLOW_EDGES], &rows[TW_SHALLOW_HALVES]},
+            (const family[2]){middles, both_halves}, (lanes){find_both_halves, whole_edges_2},
+            (fill_rows_of *const[2]){fill_middles, fill_halves});
+  fill_both(level_at, (const tw_shallow_rows *const[2]){&rows[TW_SHALLOW_SPOKES], &rows[TW_SHALLOW_CENTRES]},
+            (const family[2]){spokes, centres}, (lanes){find_corners, corners_2},
+            (fill_rows_of *const[2]){fill_spokes, fill_centres});
+}
+
+/* ---- polygons ------------------------------------------------------------------------------- */
+
+static void fill_polygons(const tw_shallow_level *level_at, const tw_shallow_rows *rows) {
+  tw_shallow_level own = *level_at;
+  const tw_shallow_level *l = &own;
+  if (l->number == 1) {
+    fill(l, &rows[TW_SHALLOW_VERTICES], level_1_vertex, 1);
+    fill(l, &rows[TW_SHALLOW_EDGES], level_1_middle, 1);
+    fill(l, &rows[TW_SHALLOW_FACES], level_1_face, 1);
+    return;
+  }
+  fill(l, &rows[TW_SHALLOW_VERTICES], level_2_vertex, 1);
+  fill(l, &rows[TW_SHALLOW_EDGES], level_2_middle, 1);
+  fill(l, &rows[TW_SHALLOW_FACES], level_2_face, 1);
+  fill(l, &rows[TW_SHALLOW_HALVES], level_2_halves, 2);
+  fill(l, &rows[TW_SHALLOW_SPOKES], level_2_spokes, 1);
+  fill(l, &rows[TW_SHALLOW_CENTRES], level_2_centres, 1);
 }
 
 static inline void fill_rows(const tw_shallow_level *level, const tw_shallow_rows *rows) {

@@ -30,17 +30,22 @@ static void add_face(cage *c, uint32_t size, const uint32_t *points) {
   c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
 }
 
-/* sizes: 3, or 0 for all kinds. open: some faces are missing. fin: one edge has a third face. */
-static cage *new_cage(uint32_t sizes, bool open, bool fin) {
+static cage *new_mesh(uint32_t points) {
   cage *c = calloc(1, sizeof *c);
   assert_non_null(c);
   tw_mesh_init(&c->mesh);
-  c->mesh.point_count = POINTS;
+  c->mesh.point_count = points;
   c->mesh.positions = c->points[0];
   c->mesh.corners = c->corners;
   c->mesh.face_offsets = c->offsets;
-  for (uint32_t p = 0; p < POINTS; p++)
+  for (uint32_t p = 0; p < points; p++)
     for (uint32_t i = 0; i < 3; i++) c->points[p][i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
+  return c;
+}
+
+/* sizes: 3, or 0 for all kinds. open: some faces are missing. fin: one edge has a third face. */
+static cage *new_cage(uint32_t sizes, bool open, bool fin) {
+  cage *c = new_mesh(POINTS);
   for (uint32_t y = 0; y < SIDE; y++)
     for (uint32_t x = 0; x < SIDE; x++) {
       uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
@@ -107,6 +112,16 @@ static void mask_normal(const tw_topology *t, const float *values, uint32_t vert
   for (int i = 0; i < 3; i++) normal[i] /= length;
 }
 
+/* Rows that others end in the middle of are the same, and nothing is written behind them. */
+static void check_range(const tw_shallow *s, uint32_t set, const float *kept, const float *rows,
+                        uint32_t first, uint32_t count, float *out) {
+  const float mark = -7;
+  if (first + count < tw_shallow_counts(s).vertex_count) out[6 * (size_t)count] = mark;
+  assert_true(tw_shallow_normals_by(set, s, kept, first, count, out));
+  assert_memory_equal(out, rows + 6 * (size_t)first, 6 * (size_t)count * sizeof *rows);
+  if (first + count < tw_shallow_counts(s).vertex_count) assert_true(out[6 * (size_t)count] == mark);
+}
+
 static void check_normals(const tw_shallow *plain, const float *cage_values, const tw_topology *child,
                           const float *values) {
   tw_shallow s = *plain;
@@ -133,12 +148,12 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
                          blocks + 6 * (size_t)first);
     assert_memory_equal(blocks, rows, count * 6 * sizeof *rows);
   }
-  for (uint32_t first = 0; first < count; first++) {
-    tw_shallow_normals(&s, kept, first, count - first, blocks);
-    assert_memory_equal(blocks, rows + 6 * (size_t)first, (count - first) * 6 * sizeof *rows);
-    for (uint32_t set = 0; tw_shallow_normals_by(set, &s, kept, first, count - first, blocks); set++)
-      assert_memory_equal(blocks, rows + 6 * (size_t)first, (count - first) * 6 * sizeof *rows);
-  }
+  for (uint32_t set = 0; tw_shallow_normals_by(set, &s, kept, 0, count, blocks); set++)
+    for (uint32_t first = 0; first < count; first++) {
+      check_range(&s, set, kept, rows, first, count - first, blocks);
+      check_range(&s, set, kept, rows, first / 2, (count - first / 2) / 2, blocks);
+      check_range(&s, set, kept, rows, 0, first, blocks);
+    }
   free(kept);
   free(rows);
   free(blocks);
@@ -183,6 +198,21 @@ static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
   (void)state;
   check(new_cage(3, false, false), (tw_surface_options){0});
   check(new_cage(0, false, false), (tw_surface_options){0});
+}
+
+/* Two pyramids of so many sides: of fewer faces and edges than vectors have lanes, of as many, of a few more.
+ */
+static void small_meshes_are_too(void **state) {
+  (void)state;
+  for (uint32_t sides = 3; sides <= 16; sides++) {
+    cage *c = new_mesh(sides + 2);
+    for (uint32_t i = 0; i < sides; i++) {
+      uint32_t next = (i + 1) % sides;
+      add_face(c, 3, (uint32_t[]){sides, i, next});
+      add_face(c, 3, (uint32_t[]){sides + 1, next, i});
+    }
+    check(c, (tw_surface_options){0});
+  }
 }
 
 /* Of lengths that float cannot square, normals take a closer look. */
@@ -354,6 +384,7 @@ static void flat_meshes_have_the_same_zeros_however_they_are_read(void **state) 
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
+      cmocka_unit_test(small_meshes_are_too),
       cmocka_unit_test(tiny_meshes_are_too),
       cmocka_unit_test(borders_corners_and_fins_are_too),
       cmocka_unit_test(infinite_creases_and_corners_are_too),
