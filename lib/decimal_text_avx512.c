@@ -97,34 +97,35 @@ typedef struct place {
   size_t vector, column;
 } place;
 
-static inline size_t live_numbers(const tw_vectors *all, place at) {
-  return all->width - at.column < TW_BLOCK ? all->width - at.column : TW_BLOCK;
+static inline size_t live_numbers(size_t width, place at) {
+  return width - at.column < TW_BLOCK ? width - at.column : TW_BLOCK;
 }
 
-static inline place next_block(const tw_vectors *all, place at) {
-  bool is_last = all->width - at.column <= TW_BLOCK;
+static inline place next_block(size_t width, place at) {
+  bool is_last = width - at.column <= TW_BLOCK;
   return (place){at.vector + is_last, is_last ? 0 : at.column + TW_BLOCK};
 }
 
-/* Vectors of several blocks, which begin with one of their own. */
-static char *put_wide(const page *p) {
+/* Vectors of several blocks, which begin with one of their own. Inlined, so that the width of matrices is
+ * known. */
+static inline __attribute__((always_inline)) char *put_wide(const page *p, size_t width) {
   const tw_vectors *all = p->all;
   char *out = p->start;
   for (place from = {0, 0}, to = {0, 0}; to.vector < all->count;) {
     tw_decimal_slots slots;
     size_t count = 0;
-    for (; count < TW_SLOT_BLOCKS && from.vector < all->count; count++, from = next_block(all, from))
+    for (; count < TW_SLOT_BLOCKS && from.vector < all->count; count++, from = next_block(width, from))
       _mm_store_ps(
           slots.values + TW_BLOCK * count,
-          load_block(all->values + from.vector * all->stride + from.column, live_numbers(all, from)));
+          load_block(all->values + from.vector * all->stride + from.column, live_numbers(width, from)));
     tw_decimal_slots_find(&slots, TW_BLOCK * count);
     for (size_t i = 0; i < count; i++) {
-      size_t live = live_numbers(all, to);
+      size_t live = live_numbers(width, to);
       uint64_t kept = slots.kept[i] & live_bits(live);
       if (to.column != 0 || !p->in_brackets) kept &= ~1ULL;
       out = has_others(&slots, i) ? put_slowly(out, &slots, i, kept)
                                   : put_block(p, out, slots.text[i], kept, 0, live);
-      place next = next_block(all, to);
+      place next = next_block(width, to);
       if (next.column == 0 && p->in_brackets) {
         out = close_bracket(out);
         if (all->ends) all->ends[to.vector] = (size_t)(out - p->start) - 1;
@@ -137,7 +138,7 @@ static char *put_wide(const page *p) {
 
 static char *print_row(char *out, const float *values, size_t count) {
   const tw_vectors all = {values, count, count, count > 0, NULL};
-  return put_wide(&(page){&all, false, out, out + count * TW_FLOAT_TEXT});
+  return put_wide(&(page){&all, false, out, out + count * TW_FLOAT_TEXT}, count);
 }
 
 static char *print_vectors(char *out, const tw_vectors *all) {
@@ -145,7 +146,8 @@ static char *print_vectors(char *out, const tw_vectors *all) {
   switch (all->width) {
   case 3: return put_narrow(&p, 3);
   case 4: return put_narrow(&p, 4);
-  default: return put_wide(&p);
+  case 16: return put_wide(&p, 16);
+  default: return put_wide(&p, all->width);
   }
 }
 
