@@ -4,22 +4,27 @@
 
 static const tw_decimal_kernels anywhere = {find_decimals, print_row, print_vectors};
 
-enum { VBMI2 = TW_SETS, SETS };
+/* Few machines have AVX-512 and not this: they print with AVX2. */
+enum { VBMI2 = TW_SET_AVX2 + 1, SETS };
 
 static const tw_decimal_kernels *const kernels[SETS] = {&anywhere,
 #ifdef __x86_64__
-                                                        &tw_decimal_kernels_avx2, &tw_decimal_kernels_avx512,
-                                                        &tw_decimal_kernels_vbmi2
+                                                        &tw_decimal_kernels_avx2, &tw_decimal_kernels_vbmi2
 #endif
 };
 
+static bool has(uint32_t set) {
+  return set == VBMI2 ? tw_processor_has_vbmi2() : set < VBMI2 && tw_processor_has(set);
+}
+
 const tw_decimal_kernels *tw_decimal_kernels_at(uint32_t instruction_set) {
-  bool is_there = instruction_set == VBMI2 ? tw_processor_has_vbmi2() : tw_processor_has(instruction_set);
-  return is_there ? kernels[instruction_set] : NULL;
+  return has(instruction_set) ? kernels[instruction_set] : NULL;
 }
 
 static const tw_decimal_kernels *best(void) {
-  return kernels[tw_processor_has_vbmi2() ? VBMI2 : tw_processor_best()];
+  uint32_t set = VBMI2;
+  while (!has(set)) set--;
+  return kernels[set];
 }
 
 size_t tw_print_float(char *out, float value) {

@@ -33,9 +33,9 @@ typedef struct tw_decimal_kernels {
   char *(*print_row)(char *out, const float *values, size_t count);
   char *(*print_vectors)(char *out, const tw_vectors *vectors);
 } tw_decimal_kernels;
-extern const tw_decimal_kernels tw_decimal_kernels_avx2, tw_decimal_kernels_avx512, tw_decimal_kernels_vbmi2;
+extern const tw_decimal_kernels tw_decimal_kernels_avx2, tw_decimal_kernels_vbmi2;
 
-/* 0 for every machine, 1 AVX2, 2 AVX-512, 3 its VBMI2; NULL for one that the machine lacks, and beyond. */
+/* 0 for every machine, 1 AVX2, 2 AVX-512 with VBMI2; NULL for one that the machine lacks, and beyond. */
 const tw_decimal_kernels *tw_decimal_kernels_at(uint32_t instruction_set);
 
 /* As tw_print_float, by std::to_chars: of any magnitude. */

@@ -12,9 +12,7 @@
 #ifndef TWEEND_DECIMAL_KERNEL_H
 #define TWEEND_DECIMAL_KERNEL_H
 
-#ifdef __AVX512F__
-#include "decimal_sixteen.h"
-#elif defined __AVX2__
+#ifdef __AVX2__
 #include <immintrin.h>
 #elif defined __ARM_NEON && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__
 #include <arm_neon.h>
@@ -110,15 +108,8 @@ static inline void find_few(tw_decimals *batch, size_t count) {
   }
 }
 
-/* count: of the batch, rounded up to what vectors hold. */
-#ifdef __AVX512F__
-static inline void find_many(tw_decimals *restrict batch, size_t count) {
-  for (size_t i = 0; i < count; i += 16)
-    find_sixteen(batch->values + i, batch->kinds + i, batch->pieces + i * TW_PIECES);
-}
-#else
 /* Nine digits are split into a first and two fours, those into pairs, those into digits, each in a loop of
- * its own for vectors of one width. */
+ * its own for vectors of one width. count: of the batch, rounded up to what vectors hold. */
 static inline __attribute__((always_inline)) void find_many(tw_decimals *restrict batch, size_t count) {
   uint32_t nines[TW_DECIMALS], firsts[TW_DECIMALS];
   uint16_t fours[2 * TW_DECIMALS], pairs[4 * TW_DECIMALS];
@@ -148,7 +139,6 @@ static inline __attribute__((always_inline)) void find_many(tw_decimals *restric
   }
   memcpy(batch->pieces, pieces, count * TW_PIECES);
 }
-#endif
 
 static void find_decimals(tw_decimals *batch, size_t count) {
   /* LANES: values of the widest vectors. FEW: take less time one by one. */
