@@ -150,14 +150,11 @@ tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool n
   return surface;
 }
 
-Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals, unsigned threads) {
-  std::optional<Helper> helper;
-  if (threads > 1) helper.emplace();
-  return measure([&] {
-    tw_surface *surface = create(mesh, scheme, level, normals, false, helper ? &*helper : nullptr);
-    read_all(surface, true, threads);
-    tw_surface_destroy(surface);
-  });
+void subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool normals,
+               Helper *helper = nullptr) {
+  tw_surface *surface = create(mesh, scheme, level, normals, false, helper);
+  read_all(surface, true, helper ? 2 : 1);
+  tw_surface_destroy(surface);
 }
 
 Timing move(const tw_surface *known, const float *positions, unsigned threads) {
@@ -248,8 +245,9 @@ void compare_soups(Report &report, const std::vector<Case> &cases) {
   for (const Case &c : cases)
     for (unsigned level : c.levels) {
       tw_mesh mesh = c.soup.mesh();
-      Timing one = subdivide(mesh, c.scheme, level, false, 1),
-             two = subdivide(mesh, c.scheme, level, false, 2);
+      Helper helper;
+      Timing one = measure([&] { subdivide(mesh, c.scheme, level, false); }),
+             two = measure([&] { subdivide(mesh, c.scheme, level, false, &helper); });
       Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, false);
       report.row(label(c, level), face_count(mesh, c.scheme, level),
                  {{"tweend", one}, {"tweend_2_threads", two}, {"opensubdiv", peer}});
@@ -265,8 +263,8 @@ void compare_normals(Report &report, const std::vector<Case> &cases) {
   for (const Case &c : cases)
     for (unsigned level : c.levels) {
       tw_mesh mesh = c.soup.mesh();
-      Timing without = subdivide(mesh, c.scheme, level, false, 1),
-             with = subdivide(mesh, c.scheme, level, true, 1);
+      auto [without, with] = measure_by_turns([&] { subdivide(mesh, c.scheme, level, false); },
+                                              [&] { subdivide(mesh, c.scheme, level, true); });
       Timing peer = opensubdiv::subdivide(mesh, c.scheme, level, true);
       report.row(label(c, level), face_count(mesh, c.scheme, level),
                  {{"without", without}, {"with", with}, {"opensubdiv", peer}});

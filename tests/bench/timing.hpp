@@ -1,8 +1,9 @@
-// Times of repeated work: median, least and most.
+// Times of repeated work: median, least and most, but for a twentieth at each end.
 #ifndef TWEEND_TIMING_HPP
 #define TWEEND_TIMING_HPP
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <vector>
 
@@ -12,18 +13,39 @@ struct Timing {
   double spread() const { return (high - low) / median; }
 };
 
-// The first run, which warms caches and buffers up, is not counted.
-template <typename Work> Timing measure(const Work &work, int runs = 7) {
+// Works by turns, so that none of them alone meets a minute in which the machine is slow: seven times each
+// and more, until they have taken a quarter of a second. The first run, which warms caches and buffers up, is
+// not counted.
+template <typename... Works> std::array<Timing, sizeof...(Works)> measure_by_turns(const Works &...works) {
+  constexpr size_t RUNS = 7;
+  constexpr double SECONDS = 0.25;
   using Clock = std::chrono::steady_clock;
-  std::vector<double> times;
-  for (int i = 0; i <= runs; i++) {
+  std::array<std::vector<double>, sizeof...(Works)> times;
+  auto run = [](const auto &work, std::vector<double> &out) {
     Clock::time_point start = Clock::now();
     work();
-    times.push_back(std::chrono::duration<double>(Clock::now() - start).count());
-  }
-  times.erase(times.begin());
-  std::sort(times.begin(), times.end());
-  return {times[times.size() / 2], times.front(), times.back()};
+    out.push_back(std::chrono::duration<double>(Clock::now() - start).count());
+  };
+  auto turn = [&] {
+    size_t next = 0;
+    (run(works, times[next++]), ...);
+  };
+  turn();
+  for (std::vector<double> &each : times) each.clear();
+  for (Clock::time_point begin = Clock::now();
+       times[0].size() < RUNS || Clock::now() - begin < std::chrono::duration<double>(SECONDS);)
+    turn();
+  std::array<Timing, sizeof...(Works)> out;
+  std::transform(times.begin(), times.end(), out.begin(), [](std::vector<double> &each) {
+    std::sort(each.begin(), each.end());
+    size_t apart = each.size() / 20;
+    return Timing{each[each.size() / 2], each[apart], each[each.size() - 1 - apart]};
+  });
+  return out;
+}
+
+template <typename Work> Timing measure(const Work &work) {
+  return measure_by_turns(work)[0];
 }
 
 #endif
