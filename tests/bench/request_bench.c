@@ -16,11 +16,12 @@
 #include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { CONNECTIONS = 16, KEYS = 100 };
 
-static const double RUN_SECONDS = 0.1;
+static const double RUN_SECONDS = 0.2;
 
 static void fail(const char *what) {
   fprintf(stderr, "request_bench: %s\n", what);
@@ -70,18 +71,12 @@ static void stop_daemon(const daemon_process *daemon) {
   waitpid(removal, NULL, 0);
 }
 
-/* Seconds that a process has spent. */
+/* Seconds that all threads of a process have spent. */
 static double cpu_seconds(pid_t process) {
-  char path[64], text[1024] = "";
-  snprintf(path, sizeof path, "/proc/%d/stat", (int)process);
-  FILE *file = fopen(path, "r");
-  if (!file || !fgets(text, sizeof text, file)) fail("no /proc");
-  fclose(file);
-  unsigned long user = 0, kernel = 0;
-  const char *fields = strrchr(text, ')');
-  if (!fields || sscanf(fields, ") %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %*s %lu %lu", &user, &kernel) != 2)
-    fail("no times in /proc");
-  return (double)(user + kernel) / (double)sysconf(_SC_CLK_TCK);
+  clockid_t clock;
+  struct timespec spent;
+  if (clock_getcpuclockid(process, &clock) != 0 || clock_gettime(clock, &spent) != 0) fail("no clock");
+  return (double)spent.tv_sec + (double)spent.tv_nsec * 1e-9;
 }
 
 /* ---- the model --------------------------------------------------------------------------------------- */
@@ -127,27 +122,19 @@ static size_t pose_request(const void *context, uint64_t n, char out[LOAD_REQUES
 typedef struct server {
   load load;
   pid_t process;
-  double rates[BENCH_RUNS];
-  double cpu_us; /* a request */
+  double rates[BENCH_RUNS], cpu_us[BENCH_RUNS]; /* a request */
 } server;
 
 static void run_by_turns(server *servers, int count) {
-  uint64_t first[4];
-  for (int i = 0; i < count; i++) {
-    load_run(&servers[i].load, 2, 0.01);
-    first[i] = servers[i].load.sent;
-  }
+  for (int i = 0; i < count; i++) load_run(&servers[i].load, 2, 0.01);
   for (int run = 0; run < BENCH_RUNS; run++)
     for (int i = 0; i < count; i++) {
-      double before = cpu_seconds(servers[i].process);
-      servers[i].rates[run] = load_run(&servers[i].load, CONNECTIONS, RUN_SECONDS);
-      servers[i].cpu_us += cpu_seconds(servers[i].process) - before;
+      server *s = &servers[i];
+      uint64_t first = s->load.sent;
+      double before = cpu_seconds(s->process);
+      s->rates[run] = load_run(&s->load, CONNECTIONS, RUN_SECONDS);
+      s->cpu_us[run] = (cpu_seconds(s->process) - before) * 1e6 / (double)(s->load.sent - first);
     }
-  for (int i = 0; i < count; i++) servers[i].cpu_us *= 1e6 / (double)(servers[i].load.sent - first[i]);
-}
-
-static bench_timing single(double value) {
-  return (bench_timing){value, value, value};
 }
 
 static void bench_requests(bench_report *report, const daemon_process *daemon, const char *id,
@@ -167,15 +154,15 @@ static void bench_requests(bench_report *report, const daemon_process *daemon, c
   bare_stop(servers[3].process);
   static const char *const names[] = {"another time each", "the same time again", NULL,
                                       "bare without fields"};
-  bench_timing bare = bench_summary(servers[2].rates);
+  bench_timing bare = bench_summary(servers[2].rates), bare_cpu = bench_summary(servers[2].cpu_us);
   for (int i = 0; i < 4; i++) {
     char name[64];
     if (i == 2) continue;
     snprintf(name, sizeof name, "pose.%s, %s", form, names[i]);
     bench_row(report, name, "requests/s", bench_summary(servers[i].rates), "bare handler", bare, true);
     snprintf(name, sizeof name, "pose.%s, %s, cpu", form, names[i]);
-    bench_row(report, name, "us a request", single(servers[i].cpu_us), "bare handler",
-              single(servers[2].cpu_us), false);
+    bench_row(report, name, "us a request", bench_summary(servers[i].cpu_us), "bare handler", bare_cpu,
+              false);
   }
 }
 
