@@ -1,6 +1,7 @@
 /* Makes common classes and their stencils, and publishes them. */
 #include "common_shape.h"
 
+#include <assert.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
@@ -35,7 +36,9 @@ static bool is_smooth(const tw_neighbourhood *n) {
   return true;
 }
 
-/* PLACES where there is none. What looks alike but is not differs in its key. */
+/* PLACES where there is none. Whoever comes first decides what all share, so that no more than one key may
+ * have a place: smooth corners lie inside a manifold, where so many faces and points leave one way to be
+ * joined. */
 static uint32_t place_of(const tw_neighbourhood *n) {
   uint32_t faces[4] = {0}, odd = 0;
   for (uint32_t f = 0; f < n->face_count; f++)
@@ -55,23 +58,18 @@ static void destroy(tw_common_shape *common) {
   free(common);
 }
 
-static bool is_own_quarter(const tw_patch_class *shape) {
-  for (uint32_t k = 0; k < 4; k++)
-    if (shape->parts[k].shape && shape->parts[k].shape != shape) return false;
-  return true;
-}
-
-/* *out: NULL where it would not be what is promised of common ones. */
 static tw_status make(const tw_neighbourhood *n, tw_common_shape **out) {
-  *out = NULL;
   tw_common_shape *common = tw_alloc_zero(1, sizeof *common);
   if (!common) return TW_NO_MEMORY;
   tw_status status = tw_patch_shapes_of(n, &common->shapes, &common->shape);
-  if (status == TW_OK && is_own_quarter(common->shape))
-    *out = common;
-  else
+  if (status != TW_OK) {
     destroy(common);
-  return status;
+    return status;
+  }
+  for (uint32_t k = 0; k < 4; k++)
+    assert(!common->shape->parts[k].shape || common->shape->parts[k].shape == common->shape);
+  *out = common;
+  return TW_OK;
 }
 
 tw_status tw_common_find(const tw_neighbourhood *neighbourhood, tw_common_shape **out) {
@@ -83,7 +81,7 @@ tw_status tw_common_find(const tw_neighbourhood *neighbourhood, tw_common_shape 
   if (!found) {
     tw_common_shape *made;
     tw_status status = make(n, &made);
-    if (status != TW_OK || !made) return status;
+    if (status != TW_OK) return status;
     if (atomic_compare_exchange_strong(&places[place], &found, made))
       found = made;
     else

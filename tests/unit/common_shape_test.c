@@ -155,9 +155,9 @@ static void compare_quad(const planned *p, uint32_t quad, bool limit, float tole
     }
 }
 
-static uint32_t commons_of(const planned *p) {
+static uint32_t commons_in(const tw_patch_shapes *shapes) {
   uint32_t count = 0;
-  for (tw_patch_class *s = tw_patch_shapes_commons(p->shapes); s; s = s->next_common) count++;
+  for (tw_patch_class *s = tw_patch_shapes_commons(shapes); s; s = s->next_common) count++;
   return count;
 }
 
@@ -166,7 +166,7 @@ static void compare_star(uint32_t sectors, uint32_t depth, bool creased) {
   if (creased) add_creases(c, sectors);
   bool limit = (depth + sectors) % 3 == 0, common = sectors != 4 && sectors != MOST;
   planned p = plan(c, depth, limit);
-  if (!creased) assert_int_equal(commons_of(&p), common ? (sectors < 4 ? sectors : 4) : 0);
+  if (!creased) assert_int_equal(commons_in(p.shapes), common ? (sectors < 4 ? sectors : 4) : 0);
   uint32_t each = depth > 4 ? 11 : 3;
   for (uint32_t quad = sectors % each; quad < p.read.topology.face_count; quad += each)
     if (p.patches.patches[quad].shape) compare_quad(&p, quad, limit, 2e-5f);
@@ -196,11 +196,11 @@ static void collapsed_quarters_have_the_normals_of_splitting(void **state) {
   }
 }
 
-/* ---- memory and threads --------------------------------------------------------------------- */
+/* ---- which are common ----------------------------------------------------------------------- */
 
-/* The shapes round the vertex in the middle. */
-static tw_status classify(const tw_topology *base, tw_patch_shapes *shapes, size_t n) {
-  tw_collector *collector = tw_collector_create(base, false);
+/* The shapes round the vertex in the middle; allocation n fails. */
+static tw_status classify(const tw_topology *base, bool chaikin, tw_patch_shapes *shapes, size_t n) {
+  tw_collector *collector = tw_collector_create(base, chaikin);
   assert_non_null(collector);
   tw_status status = TW_OK;
   tw_patch_class *shape;
@@ -212,6 +212,78 @@ static tw_status classify(const tw_topology *base, tw_patch_shapes *shapes, size
   tw_collector_destroy(collector);
   return status;
 }
+
+static tw_patch_shapes *shapes_of(cage *c, bool chaikin) {
+  tw_arena *arena = tw_arena_create();
+  tw_patch_shapes *shapes = tw_patch_shapes_create();
+  tw_surface_options options = {.level = 6, .creasing = chaikin ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
+  tw_cage read;
+  assert_true(arena && shapes);
+  assert_int_equal(tw_cage_read(&c->mesh, &options, arena, &read), TW_OK);
+  assert_int_equal(classify(&read.topology, chaikin, shapes, SIZE_MAX), TW_OK);
+  left = SIZE_MAX;
+  tw_arena_destroy(arena);
+  return shapes;
+}
+
+static void expect_no_commons(cage *c, bool chaikin) {
+  tw_patch_shapes *shapes = shapes_of(c, chaikin);
+  assert_int_equal(commons_in(shapes), 0);
+  tw_patch_shapes_destroy(shapes);
+}
+
+/* Before anything else here: what is not smooth must not take the place of what is, which later tests ask
+ * for. */
+static void shapes_that_are_not_smooth_are_not_shared(void **state) {
+  (void)state;
+  const uint32_t middle = 0;
+  const float infinite[2] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
+  for (uint32_t sectors = FEWEST; sectors < MOST; sectors++) {
+    if (sectors == 4) continue;
+    cage *c = star(sectors, bumps);
+    const uint32_t edges[2][2] = {{0, point_of(sectors, 0, 1, 0)}, {0, point_of(sectors, 1, 1, 0)}};
+    expect_no_commons(c, true);
+    c->mesh.sharp_point_count = 1;
+    c->mesh.sharp_points = &middle;
+    c->mesh.point_sharpness = infinite;
+    expect_no_commons(c, false);
+    c->mesh.sharp_point_count = 0;
+    c->mesh.crease_edges = edges[0];
+    c->mesh.crease_sharpness = infinite;
+    c->mesh.crease_count = 2;
+    expect_no_commons(c, false);
+    free(c);
+  }
+}
+
+/* As many faces and points, but joined in another way. */
+static void what_looks_alike_is_not_shared(void **state) {
+  (void)state;
+  cage *c = star(5, bumps);
+  tw_patch_shapes *shapes = shapes_of(c, false);
+  for (tw_patch_class *shape = tw_patch_shapes_commons(shapes); shape; shape = shape->next_common) {
+    tw_neighbourhood alike = shape->local;
+    uint32_t(*quads)[4] = malloc(alike.key_size);
+    tw_common_shape *common;
+    assert_non_null(quads);
+    memcpy(quads, alike.quads, alike.key_size);
+    alike.sharpness = (float(*)[4])(void *)(quads + alike.face_count);
+    alike.vertex_sharpness = (float *)(alike.sharpness + alike.face_count);
+    alike.quads = quads;
+    assert_int_equal(tw_common_find(&alike, &common), TW_OK);
+    assert_ptr_equal(common, shape->common);
+    uint32_t *last = quads[alike.face_count - 1], swapped = last[2];
+    last[2] = last[1];
+    last[1] = swapped;
+    assert_int_equal(tw_common_find(&alike, &common), TW_OK);
+    assert_null(common);
+    free(quads);
+  }
+  tw_patch_shapes_destroy(shapes);
+  free(c);
+}
+
+/* ---- memory and threads --------------------------------------------------------------------- */
 
 /* Whether allocation n was to fail, be it that one can do without it. */
 static bool failed(void) {
@@ -225,7 +297,7 @@ static size_t fail_shapes(const tw_topology *base) {
   for (size_t n = 0;; n++) {
     tw_patch_shapes *shapes = tw_patch_shapes_create();
     assert_non_null(shapes);
-    tw_status status = classify(base, shapes, n);
+    tw_status status = classify(base, false, shapes, n);
     assert_true(status == TW_OK || status == TW_NO_MEMORY);
     tw_patch_shapes_destroy(shapes);
     failures += status != TW_OK;
@@ -236,7 +308,7 @@ static size_t fail_shapes(const tw_topology *base) {
 static size_t fail_stencils(const tw_topology *base) {
   tw_patch_shapes *shapes = tw_patch_shapes_create();
   assert_non_null(shapes);
-  assert_int_equal(classify(base, shapes, SIZE_MAX), TW_OK);
+  assert_int_equal(classify(base, false, shapes, SIZE_MAX), TW_OK);
   for (size_t n = 0;; n++) {
     tw_blocks_drop();
     left = n;
@@ -249,7 +321,7 @@ static size_t fail_stencils(const tw_topology *base) {
   }
 }
 
-/* Before anything else here has made what is shared. Each time more of it is there already. */
+/* Before anything here has made what is shared. Each time more of it is there already. */
 static void every_allocation_that_fails_is_told_of(void **state) {
   (void)state;
   size_t shapes = 0, stencils = 0;
@@ -340,8 +412,10 @@ static void rows_are_the_same_in_any_order(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
+      cmocka_unit_test(shapes_that_are_not_smooth_are_not_shared),
       cmocka_unit_test(every_allocation_that_fails_is_told_of),
       cmocka_unit_test(threads_that_come_first_together_share_one_shape),
+      cmocka_unit_test(what_looks_alike_is_not_shared),
       cmocka_unit_test(stencils_of_quarters_give_what_splitting_gives),
       cmocka_unit_test(collapsed_quarters_have_the_normals_of_splitting),
       cmocka_unit_test(rows_are_the_same_in_any_order),
