@@ -99,7 +99,7 @@ static arena_block *block_behind(tw_arena *arena) {
 static tw_arena *create_in(void *memory, size_t size, bool is_lent) {
   tw_arena *arena = memory;
   arena_block *block = block_behind(arena);
-  *arena = (tw_arena){block, size, 2 * ARENA_FIRST, is_lent};
+  *arena = (tw_arena){block, size, 2 * (size_t)ARENA_FIRST, is_lent};
   block->next = NULL;
   block->used = 0;
   block->capacity = size - sizeof *arena - sizeof *block;

@@ -182,7 +182,7 @@ static inline void find_kept(const group *g, uint64_t *kept) {
 }
 
 /* The slots of block i of a group, from the digits and the other bytes of its numbers. */
-static inline void put_block(__m512i kinds, int i, __m512i bytes, char *text) {
+static inline void put_block(__m512i kinds, size_t i, __m512i bytes, char *text) {
   const __m512i lane =
       _mm512_setr_epi32(0, 0, 0, 0, 0x04040404, 0x04040404, 0x04040404, 0x04040404, 0x08080808, 0x08080808,
                         0x08080808, 0x08080808, 0x0C0C0C0C, 0x0C0C0C0C, 0x0C0C0C0C, 0x0C0C0C0C);
@@ -197,7 +197,7 @@ static inline void put_block(__m512i kinds, int i, __m512i bytes, char *text) {
 static inline void put_blocks(const group *g, char (*text)[TW_BLOCK * TW_SLOT]) {
   const __m512i zeros = _mm512_set1_epi64(0x3030303030303030), signs = _mm512_set1_epi64(0x2C5B2D302E30);
   __m512i kinds = _mm512_slli_epi32(g->kind, 4); /* zeros look like the lowest decade */
-  for (int i = 0; i < 2; i++) {
+  for (size_t i = 0; i < 2; i++) {
     __m512i digits = _mm512_or_si512(g->halves[i].digits, zeros);
     __m512i rest = _mm512_or_si512(g->halves[i].rest, signs);
     put_block(kinds, 2 * i, _mm512_unpacklo_epi64(digits, rest), text[2 * i]);
@@ -206,25 +206,25 @@ static inline void put_blocks(const group *g, char (*text)[TW_BLOCK * TW_SLOT]) 
 }
 
 /* Returns the others. */
-static inline __attribute__((always_inline)) uint64_t find_groups(tw_decimal_slots *slots, int count) {
+static inline __attribute__((always_inline)) uint64_t find_groups(tw_decimal_slots *slots, size_t count) {
   group g[GROUPS];
   uint64_t others = 0;
-  for (int i = 0; i < count; i++) classify(&g[i], slots->values + TW_GROUP * i);
-  for (int i = 0; i < count; i++) others |= (uint64_t)g[i].is_other << TW_GROUP * i;
-  for (int i = 0; i < count; i++) find_decade(&g[i]);
-  for (int i = 0; i < count; i++) scale_halves(&g[i]);
-  for (int i = 0; i < 2 * count; i++) shorten(&g[i / 2].halves[i % 2]);
-  for (int i = 0; i < 2 * count; i++) split_nine(&g[i / 2].halves[i % 2]);
-  for (int i = 0; i < 2 * count; i++) split_fours(&g[i / 2].halves[i % 2]);
-  for (int i = 0; i < count; i++) find_zeros(&g[i]);
-  for (int i = 0; i < count; i++) find_kept(&g[i], slots->kept + TW_GROUP / TW_BLOCK * i);
-  for (int i = 0; i < count; i++) put_blocks(&g[i], slots->text + TW_GROUP / TW_BLOCK * i);
+  for (size_t i = 0; i < count; i++) classify(&g[i], slots->values + TW_GROUP * i);
+  for (size_t i = 0; i < count; i++) others |= (uint64_t)g[i].is_other << TW_GROUP * i;
+  for (size_t i = 0; i < count; i++) find_decade(&g[i]);
+  for (size_t i = 0; i < count; i++) scale_halves(&g[i]);
+  for (size_t i = 0; i < 2 * count; i++) shorten(&g[i / 2].halves[i % 2]);
+  for (size_t i = 0; i < 2 * count; i++) split_nine(&g[i / 2].halves[i % 2]);
+  for (size_t i = 0; i < 2 * count; i++) split_fours(&g[i / 2].halves[i % 2]);
+  for (size_t i = 0; i < count; i++) find_zeros(&g[i]);
+  for (size_t i = 0; i < count; i++) find_kept(&g[i], slots->kept + TW_GROUP / TW_BLOCK * i);
+  for (size_t i = 0; i < count; i++) put_blocks(&g[i], slots->text + TW_GROUP / TW_BLOCK * i);
   return others;
 }
 
 void tw_decimal_slots_find(tw_decimal_slots *slots, size_t count) {
-  uint64_t others = count <= TW_GROUP       ? find_groups(slots, 1)
-                    : count <= 2 * TW_GROUP ? find_groups(slots, 2)
-                                            : find_groups(slots, GROUPS);
+  uint64_t others = count <= TW_GROUP               ? find_groups(slots, 1)
+                    : count <= 2 * (size_t)TW_GROUP ? find_groups(slots, 2)
+                                                    : find_groups(slots, GROUPS);
   slots->others = count < TW_SLOTS ? others & ((1ULL << count) - 1) : others;
 }

@@ -28,7 +28,7 @@ static inline char *put_block(const page *p, char *out, const char *slots, uint6
   const __m512i commas = _mm512_set1_epi8(','), brackets = _mm512_set1_epi8(']');
   __m512i text = _mm512_mask_mov_epi8(_mm512_load_si512(slots), closing, brackets);
   text = _mm512_mask_compress_epi8(commas, kept, text);
-  if (live == TW_BLOCK || p->limit - out >= TW_BLOCK * TW_SLOT)
+  if (live == TW_BLOCK || p->limit - out >= (ptrdiff_t)TW_BLOCK * TW_SLOT)
     _mm512_storeu_si512(out, text);
   else
     _mm512_mask_storeu_epi32(out, (__mmask16)((1U << TW_BLOCK * live) - 1), text);

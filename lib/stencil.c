@@ -2,6 +2,7 @@
  * patches in which one control point is 1 and all others are 0. */
 #include "stencil.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -116,6 +117,7 @@ static void weigh(const basis *b, uint32_t k) {
 
 /* By a power of two, which loses nothing. */
 static void scale_tangent(const basis *b, float *weights) {
+  assert(weights);
   float sum = 0;
   int exponent;
   for (uint32_t i = 0; i < b->shape->point_count; i++) sum += fabsf(weights[(size_t)i * b->apart]);
@@ -146,7 +148,7 @@ tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw
 
 static size_t bytes_of(const tw_patch_class *shape, const tw_stencil_wish *wish) {
   size_t side = ((size_t)1 << wish->depth) + 1;
-  return (wish->normals ? 3 : 1) * shape->point_count * side * side * sizeof(float);
+  return (wish->normals ? 3 : 1) * sizeof(float) * shape->point_count * side * side;
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */

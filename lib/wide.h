@@ -118,10 +118,10 @@ static inline __attribute__((always_inline)) void put_packed(const vector *packe
     }
     put_all(out, QUARTERS(even[0], even[1], 0, 2, 4, 6));
     put_all(out + LANES, QUARTERS(even[2], odd[0], 0, 2, 4, 6));
-    put_all(out + 2 * LANES, QUARTERS(odd[1], odd[2], 0, 2, 4, 6));
-    put_all(out + 3 * LANES, QUARTERS(even[0], even[1], 1, 3, 5, 7));
-    put_all(out + 4 * LANES, QUARTERS(even[2], odd[0], 1, 3, 5, 7));
-    put_all(out + 5 * LANES, QUARTERS(odd[1], odd[2], 1, 3, 5, 7));
+    put_all(out + 2 * (size_t)LANES, QUARTERS(odd[1], odd[2], 0, 2, 4, 6));
+    put_all(out + 3 * (size_t)LANES, QUARTERS(even[0], even[1], 1, 3, 5, 7));
+    put_all(out + 4 * (size_t)LANES, QUARTERS(even[2], odd[0], 1, 3, 5, 7));
+    put_all(out + 5 * (size_t)LANES, QUARTERS(odd[1], odd[2], 1, 3, 5, 7));
     return;
   }
 #endif
