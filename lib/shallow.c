@@ -30,11 +30,19 @@ tw_topology tw_shallow_counts(const tw_shallow *shallow) {
   return shallow->level == 1 ? t : next_counts(&t);
 }
 
+bool tw_shallow_is_remade(const tw_shallow *shallow) {
+  enum { FACES_LEAST = 16 }; /* the most that a vector has lanes */
+  const tw_topology *t = &shallow->cage;
+  return shallow->normals && shallow->level == 2 && t->face_size == 3 && t->face_count >= FACES_LEAST &&
+         t->corner_count <= UINT32_MAX / 3;
+}
+
 size_t tw_shallow_kept_count(const tw_shallow *shallow) {
   const tw_topology *t = &shallow->cage;
-  if (shallow->normals) return tw_shallow_counts(shallow).vertex_count;
+  bool remade = tw_shallow_is_remade(shallow);
+  if (shallow->normals && !remade) return tw_shallow_counts(shallow).vertex_count;
   if (shallow->level == 1) return (size_t)t->vertex_count + t->face_count;
-  return (size_t)t->vertex_count + t->edge_count + t->face_count + t->corner_count;
+  return (remade ? 2 : 1) * (size_t)t->vertex_count + t->edge_count + t->face_count + t->corner_count;
 }
 
 size_t tw_shallow_kept_size(const tw_shallow *shallow) {

@@ -23,8 +23,12 @@ bool tw_shallow_fits_normals(const tw_topology *cage, const tw_rules *rules);
 /* Counts of the level, without arrays. Those of the answer must be within 32 bits. */
 tw_topology tw_shallow_counts(const tw_shallow *shallow);
 
-/* Points that are kept: all of the level above, then the face points of this one; with normals, which look
- * about them, all of this one. */
+/* With normals: whether level 2 is made from level 1 wherever it is read, rather than kept. Cages of
+ * triangles can do so, of which any vector of faces or edges is full. */
+bool tw_shallow_is_remade(const tw_shallow *shallow);
+
+/* Points that are kept: all of the level above, then the face points of this one. With normals, which look
+ * about them, all of this one; where it is remade, those that it has at the cage's vertices besides. */
 size_t tw_shallow_kept_count(const tw_shallow *shallow);
 
 /* Floats that they take: their rows, and some behind the last and behind the level above, which are read with

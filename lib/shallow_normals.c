@@ -57,6 +57,11 @@ static tw_shallow_level level_of(const tw_shallow *shallow, const float *kept, t
   l.edges = at(l.vertices, t->vertex_count);
   l.faces = at(l.edges, t->edge_count);
   if (shallow->level == 1) return l;
+  if (tw_shallow_is_remade(shallow)) {
+    l.centres = at(l.faces, t->face_count) + 1;
+    l.remade = at(l.centres, t->corner_count) + 1;
+    return l;
+  }
   l.halves = at(l.faces, t->face_count);
   l.spokes = at(l.halves, 2 * (size_t)t->edge_count);
   l.centres = at(l.spokes, t->corner_count);
@@ -75,9 +80,10 @@ static void fill_level(tw_shallow_fill *fill_kinds, const tw_shallow *shallow, c
   uint64_t begin = 0, end = (uint64_t)first + count;
   for (uint32_t k = 0; k < TW_SHALLOW_KINDS; begin += counts[k++]) {
     uint64_t start = first > begin ? first : begin, stop = end < begin + counts[k] ? end : begin + counts[k];
-    rows[k] = (tw_shallow_rows){.points = kept, .out = out};
+    const float *points = !l.remade ? at(kept, begin) : k == TW_SHALLOW_VERTICES ? l.remade : NULL;
+    rows[k] = (tw_shallow_rows){.out = out};
     if (start >= stop) continue;
-    rows[k] = (tw_shallow_rows){at(kept, begin), (uint32_t)(start - begin), (uint32_t)(stop - begin), out};
+    rows[k] = (tw_shallow_rows){points, (uint32_t)(start - begin), (uint32_t)(stop - begin), out};
     out += NORMAL_ROW * (size_t)(stop - start);
   }
   fill_kinds(&l, rows);

@@ -18,11 +18,13 @@ void tw_shallow_learn(tw_shallow_weights *weights, uint32_t valence);
 
 /* A level: the points at the cage's vertices, in the middle of its edges and of its faces and, of level 2, in
  * the middle of level 1's edges, which are the halves of the cage's and the spokes from a corner's edge to
- * the face point, and in that of its faces. */
+ * the face point, and in that of its faces. Of a level 2 that is remade the first three are those of level 1,
+ * and there are no halves and spokes. */
 typedef struct tw_shallow_level {
   uint32_t number; /* 1 or 2 */
   tw_topology cage;
   const float *vertices, *edges, *faces, *halves, *spokes, *centres;
+  const float *remade;         /* at the cage's vertices; NULL: level 2 is kept */
   tw_shallow_weights *weights; /* those of valence 3 are known */
 } tw_shallow_level;
 
@@ -37,8 +39,8 @@ enum {
   TW_SHALLOW_KINDS
 };
 
-/* Rows [begin, end) of a kind. points: of the kind's first row, and four floats behind its last one; out: of
- * the row `begin`. */
+/* Rows [begin, end) of a kind. points: of the kind's first row, and four floats behind its last one, NULL
+ * where they are remade; out: of the row `begin`. */
 typedef struct tw_shallow_rows {
   const float *points;
   uint32_t begin, end;

@@ -352,11 +352,20 @@ static void keep_parts(const tw_shallow *shallow, const float *positions, const 
   }
 }
 
+static bool is_made_when_read(const tw_shallow *shallow) {
+  return !shallow->normals || tw_shallow_is_remade(shallow);
+}
+
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
                           const tw_crew *crew, float *kept) {
   size_t points = 3 * point_count(shallow) + 1;
-  if (!shallow->normals) {
-    keep_parts(shallow, positions, point_of, crew, kept, kept + points);
+  if (is_made_when_read(shallow)) {
+    float *centres = kept + points;
+    keep_parts(shallow, positions, point_of, crew, kept, centres);
+    level l = level_of(shallow, kept, centres);
+    if (shallow->normals)
+      fill_by(crew, &l, level_2_points, shallow->cage.vertex_count,
+              centres + 3 * (size_t)centre_count(shallow) + 1);
     return TW_OK;
   }
   /* The centres are the last of the level's own points. */
@@ -372,10 +381,10 @@ tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, con
 
 void tw_shallow_points(const tw_shallow *shallow, const float *kept, uint32_t first, uint32_t count,
                        float *out) {
-  if (shallow->normals) {
-    memcpy(out, kept + 3 * (size_t)first, 3 * (size_t)count * sizeof *out);
-  } else {
+  if (is_made_when_read(shallow)) {
     level l = level_of(shallow, kept, kept + 3 * point_count(shallow) + 1);
     fill_of_level(shallow)(&l, first, first + count, out);
+  } else {
+    memcpy(out, kept + 3 * (size_t)first, 3 * (size_t)count * sizeof *out);
   }
 }

@@ -70,20 +70,14 @@ static inline __attribute__((always_inline)) void fetch_sides(const tw_shallow_l
   }
 }
 
-/* Of a face's corner: what is known of its edge, its halves, its vertex. */
-static inline __attribute__((always_inline)) void fetch_corner(const tw_shallow_level *l, size_t corner,
-                                                               bool halves, bool vertex) {
-  __builtin_prefetch(edge_at(l, corner));
-  if (halves) __builtin_prefetch(at(l->halves, 2 * (size_t)l->cage.corner_edge[corner]));
-  if (vertex) __builtin_prefetch(at(l->vertices, l->cage.corner_vertex[corner]));
-}
-
-/* Of all corners of a triangle. */
-static inline __attribute__((always_inline)) void fetch_triangle(const tw_shallow_level *l, uint32_t face,
-                                                                 bool halves, bool vertices) {
+/* Of all corners of a triangle: what is known of their edges and vertices. */
+static inline __attribute__((always_inline)) void fetch_triangle(const tw_shallow_level *l, uint32_t face) {
   if (l->cage.face_size != 3) return;
   size_t first = 3 * (size_t)ahead_of(face, l->cage.face_count, AHEAD);
-  for (size_t n = 0; n < 3; n++) fetch_corner(l, first + n, halves, vertices);
+  for (size_t corner = first; corner < first + 3; corner++) {
+    __builtin_prefetch(edge_at(l, corner));
+    __builtin_prefetch(at(l->vertices, l->cage.corner_vertex[corner]));
+  }
 }
 
 /* ---- tangents ------------------------------------------------------------------------------- */
@@ -164,12 +158,14 @@ static inline uint32_t fan_size(const tw_shallow_level *l, uint32_t vertex) {
   return l->cage.fan_offsets[vertex + 1] - l->cage.fan_offsets[vertex];
 }
 
-static inline neighbour level_1_at_vertex(const tw_shallow_level *l, uint32_t vertex, uint32_t n) {
+static inline __attribute__((always_inline)) neighbour level_1_at_vertex(const tw_shallow_level *l,
+                                                                         uint32_t vertex, uint32_t n) {
   size_t i = fan_begin(l, vertex) + n;
   return (neighbour){at(l->edges, l->cage.ring_edges[i]),
                      at(l->faces, tw_corner_face(&l->cage, l->cage.fan_corners[i]))};
 }
-static inline neighbour level_2_at_vertex(const tw_shallow_level *l, uint32_t vertex, uint32_t n) {
+static inline __attribute__((always_inline)) neighbour level_2_at_vertex(const tw_shallow_level *l,
+                                                                         uint32_t vertex, uint32_t n) {
   size_t i = fan_begin(l, vertex) + n;
   return (neighbour){half_at(l, l->cage.ring_edges[i], vertex), at(l->centres, l->cage.fan_corners[i])};
 }
@@ -195,11 +191,13 @@ static inline size_t corner_before(const tw_shallow_level *l, uint32_t face, uin
   return corner_at(l, face, n ? n : tw_face_size(&l->cage, face)) - 1;
 }
 
-static inline neighbour level_1_at_face(const tw_shallow_level *l, uint32_t face, uint32_t n) {
+static inline __attribute__((always_inline)) neighbour level_1_at_face(const tw_shallow_level *l,
+                                                                       uint32_t face, uint32_t n) {
   return (neighbour){edge_at(l, corner_before(l, face, n)),
                      at(l->vertices, l->cage.corner_vertex[corner_at(l, face, n)])};
 }
-static inline neighbour level_2_at_face(const tw_shallow_level *l, uint32_t face, uint32_t n) {
+static inline __attribute__((always_inline)) neighbour level_2_at_face(const tw_shallow_level *l,
+                                                                       uint32_t face, uint32_t n) {
   return (neighbour){at(l->spokes, corner_before(l, face, n)), at(l->centres, corner_at(l, face, n))};
 }
 
@@ -217,7 +215,7 @@ static inline __attribute__((always_inline)) row face_row(const tw_shallow_level
 
 static inline __attribute__((always_inline)) void level_1_face(const tw_shallow_level *l, uint32_t face,
                                                                row *rows) {
-  fetch_triangle(l, face, false, true);
+  fetch_triangle(l, face);
   rows[0] = face_row(l, face, level_1_at_face);
 }
 static inline __attribute__((always_inline)) void level_2_face(const tw_shallow_level *l, uint32_t face,
@@ -294,27 +292,13 @@ static inline __attribute__((always_inline)) row centre_row(const tw_shallow_lev
                                                   at(l->vertices, l->cage.corner_vertex[p.corner])});
 }
 
-typedef row row_at(const tw_shallow_level *l, place p);
-
-/* All of a triangle, or one. */
-static inline __attribute__((always_inline)) void corner_rows(const tw_shallow_level *l, uint32_t item,
-                                                              row_at *find, row *rows) {
-  if (l->cage.face_size == 3) {
-    for (uint32_t i = 0; i < 3; i++) rows[i] = find(l, nth_of_triangle(item, i));
-  } else {
-    rows[0] = find(l, place_of(l, item));
-  }
+static inline __attribute__((always_inline)) void level_2_spoke(const tw_shallow_level *l, uint32_t corner,
+                                                                row *rows) {
+  rows[0] = spoke_row(l, place_of(l, corner));
 }
-
-static inline __attribute__((always_inline)) void level_2_spokes(const tw_shallow_level *l, uint32_t item,
+static inline __attribute__((always_inline)) void level_2_centre(const tw_shallow_level *l, uint32_t corner,
                                                                  row *rows) {
-  fetch_triangle(l, item, true, false);
-  corner_rows(l, item, spoke_row, rows);
-}
-static inline __attribute__((always_inline)) void level_2_centres(const tw_shallow_level *l, uint32_t item,
-                                                                  row *rows) {
-  fetch_triangle(l, item, true, true);
-  corner_rows(l, item, centre_row, rows);
+  rows[0] = centre_row(l, place_of(l, corner));
 }
 
 /* ---- items ---------------------------------------------------------------------------------- */
