@@ -138,16 +138,19 @@ static struct MHD_Response *create_response(delivery *d) {
       answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);
 }
 
-static void add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
+/* False without memory: an answer that lacks one of its fields would be kept and read as what it is not. */
+static bool add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
                        bool close) {
   field_list list;
   list_fields(exchange, &d->answer, &list);
+  if (close) list.fields[list.count++] = (api_header){"Connection", "close"};
   for (size_t i = 0; i < list.count; i++) {
-    if (MHD_add_response_header(response, list.fields[i].name, list.fields[i].value) != MHD_YES) {
-      srv_log(SRV_LOG_WARN, "header %s of request %s cannot be sent", list.fields[i].name, exchange->id);
-    }
+    const api_header *field = &list.fields[i];
+    if (MHD_add_response_header(response, field->name, field->value) == MHD_YES) continue;
+    srv_log(SRV_LOG_WARN, "header %s of request %s cannot be sent", field->name, exchange->id);
+    return false;
   }
-  if (close) MHD_add_response_header(response, "Connection", "close");
+  return true;
 }
 
 /* Joins a stream that is the answer; without a place in it the answer becomes a refusal. */
@@ -201,11 +204,13 @@ static bool queue_own(srv_connection *c) {
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
   bool is_whole = d->answer.body.read == NULL && listener == NULL;
   if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
-  add_fields(response, d, exchange, exchange->close || atomic_load(&exchange->server->draining));
-  enum MHD_Result queued = MHD_queue_response(c->mhd, (unsigned)exchange->status, response);
+  bool close = exchange->close || atomic_load(&exchange->server->draining);
+  bool is_queued = add_fields(response, d, exchange, close) &&
+                   MHD_queue_response(c->mhd, (unsigned)exchange->status, response) == MHD_YES;
   MHD_destroy_response(response);
+  if (!is_queued) exchange->bytes_out = 0;
   srv_enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
-  return queued == MHD_YES;
+  return is_queued;
 }
 
 bool srv_deliver(srv_connection *c) {

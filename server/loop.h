@@ -59,8 +59,8 @@ struct srv_http {
 
 void srv_enter(srv_connection *connection, srv_phase phase);
 
-/* Gives a connection back to its thread, which resumes it. On any thread. */
-void srv_hand_back(void *connection);
+/* Gives a connection (owner) back to its thread, which resumes it. On any thread. */
+void srv_hand_back(void *owner);
 
 /* Hands the exchange's answer over to the library. False: the connection has to be closed. */
 bool srv_deliver(srv_connection *connection);
