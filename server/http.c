@@ -22,9 +22,10 @@
 #include <unistd.h>
 
 enum {
-  /* The library's pool: headers in and out, and the window of a body. It holds what framing.h admits of
-   * target or of headers; the library clears all of it after each request, and half of it before. */
-  CONNECTION_MEMORY = 24 << 10,
+  /* The library's pool: headers in and out, and the window of a body. With less, the longest target and the
+   * longest headers that framing.h admits would not fit at once, and of some that do there would be no room
+   * for the answer's fields: the library then closes without a word. */
+  CONNECTION_MEMORY = 32 << 10,
   ACCEPT_MAX = 8, /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
   STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */
