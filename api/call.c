@@ -65,15 +65,15 @@ void api_stamp_make(const char *representation, const char *canonical, api_stamp
 
 /* NULL without memory. */
 static const char *print_tag(api_call *call, const char *id, const uint8_t *digest) {
-  enum { ID = API_ID_TEXT - 1, DIGEST = 8 };
-  char *tag = tw_arena_alloc_raw(call->arena, 1, ID + 2 * DIGEST + sizeof "\"-\""), *end = tag;
+  const size_t id_size = API_ID_TEXT - 1, digest_size = 8;
+  char *tag = tw_arena_alloc_raw(call->arena, 1, id_size + 2 * digest_size + sizeof "\"-\""), *end = tag;
   if (!tag) return NULL;
   *end++ = '"';
-  memcpy(end, id, ID);
-  end += ID;
+  memcpy(end, id, id_size);
+  end += id_size;
   *end++ = '-';
-  api_hex(digest, DIGEST, end);
-  end += 2 * DIGEST;
+  api_hex(digest, digest_size, end);
+  end += 2 * digest_size;
   memcpy(end, "\"", sizeof "\"");
   return tag;
 }
