@@ -10,14 +10,20 @@
 
 /* ---- rows ----------------------------------------------------------------------------------- */
 
-/* Normals of rows [from, to) one by one, some of which take care. */
+/* Normals of rows [from, to) one by one, some of which take care. Of a level 2 that is remade only the
+ * vertices come here, with tangents of level 1; but where those are parallel, level 2's own face serves. */
 static __attribute__((noinline)) void look_at_each(const tw_shallow_level *l, const tw_shallow_rows *j,
                                                    rows_of *find, uint32_t step, uint32_t from, uint32_t to) {
   float *normal = j->out + NORMAL_ROW * (size_t)(from - j->begin) + 3;
   for (uint32_t i = from; i < to; i++, normal += NORMAL_ROW) {
     row rows[2];
     find(l, i / step, rows);
-    const row *r = &rows[i % step];
+    row *r = &rows[i % step];
+    float quad[4][3];
+    if (l->remade) {
+      remake_quad(l, i, quad);
+      for (size_t k = 0; k < 4; k++) r->quad[k] = quad[k];
+    }
     tw_normal_from_tangents((const float *)&r->along[0], (const float *)&r->along[1], r->quad, normal);
   }
 }

@@ -181,6 +181,21 @@ static inline __attribute__((always_inline)) void level_2_vertex(const tw_shallo
                              level_2_at_vertex);
 }
 
+/* A face at a vertex of a level 2 that is remade, as rows have it. */
+static inline void remake_quad(const tw_shallow_level *l, uint32_t vertex, float quad[4][3]) {
+  const uint32_t *corners = l->cage.fan_corners + fan_begin(l, vertex);
+  const uint32_t *edges = l->cage.ring_edges + fan_begin(l, vertex);
+  const uint32_t sides[2][2] = {{corners[fan_size(l, vertex) - 1], corners[0]}, {corners[0], corners[1]}};
+  memcpy(quad[0], at(l->remade, vertex), sizeof quad[0]);
+  memcpy(quad[2], at(l->centres, corners[0]), sizeof quad[2]);
+  for (size_t i = 0; i < 2; i++) {
+    const float *one = at(l->vertices, vertex), *other = at(l->edges, edges[i]),
+                *before = at(l->centres, sides[i][0]), *behind = at(l->centres, sides[i][1]);
+    for (size_t c = 0; c < 3; c++)
+      quad[1 + 2 * i][c] = 0.25f * (one[c] + other[c]) + 0.25f * (before[c] + behind[c]);
+  }
+}
+
 /* ---- faces of the cage ---------------------------------------------------------------------- */
 
 /* The nth corner of a face, and that before it. */

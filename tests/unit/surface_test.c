@@ -251,6 +251,51 @@ static void the_same_faces_come_whatever_the_blocks(void **state) {
   }
 }
 
+/* Two octahedra: in each, opposite points of the ring meet, so that tangents at the tips are parallel. */
+static void tips_of_folds_have_one_normal_whatever_the_way(void **state) {
+  (void)state;
+  enum { POINTS = 6, FACES = 8, COPIES = 2, LEVEL = 2 };
+  static const float folded[POINTS][3] = {{0, 3, 0},     {0, -3, 1.5F},     {3, 1.5F, 0},
+                                          {0, -1.5F, 3}, {-3, 1.5F, -1.5F}, {0, -1.5F, 3}};
+  float points[COPIES * POINTS][3], colors[COPIES * POINTS][4];
+  uint32_t corners[COPIES * FACES * 3], offsets[COPIES * FACES + 1] = {0}, *corner = corners;
+  for (uint32_t copy = 0; copy < COPIES; copy++) {
+    memcpy(points[copy * POINTS], folded, sizeof folded);
+    for (uint32_t f = 0; f < FACES; f++) {
+      uint32_t one = 2 + f % 4, next = 2 + (f + 1) % 4;
+      *corner++ = copy * POINTS + f / 4;
+      *corner++ = copy * POINTS + (f < 4 ? one : next);
+      *corner++ = copy * POINTS + (f < 4 ? next : one);
+    }
+  }
+  for (uint32_t f = 0; f <= COPIES * FACES; f++) offsets[f] = 3 * f;
+  for (uint32_t p = 0; p < COPIES * POINTS; p++)
+    for (int c = 0; c < 4; c++) colors[p][c] = 1;
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = COPIES * POINTS;
+  mesh.positions = points[0];
+  mesh.face_count = COPIES * FACES;
+  mesh.corner_count = 3 * mesh.face_count;
+  mesh.corners = corners;
+  mesh.face_offsets = offsets;
+  size_t count, coloured_count;
+  tw_surface *bare = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
+  mesh.colors = colors[0]; /* which are refined in the generic way */
+  tw_surface *coloured = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
+  float *rows = rows_of(bare, TW_DOMAIN_VERTICES, &count);
+  float *expected = rows_of(coloured, TW_DOMAIN_VERTICES, &coloured_count);
+  size_t stride = tw_surface_get_layout(coloured)->stride;
+  assert_int_equal(count, coloured_count);
+  for (uint32_t p = 0; p < 2; p++)
+    for (int c = 3; c < 6; c++)
+      assert_true(fabsf(rows[6 * p + (uint32_t)c] - expected[stride * p + (uint32_t)c]) < 1e-5F);
+  free(expected);
+  free(rows);
+  tw_surface_destroy(coloured);
+  tw_surface_destroy(bare);
+}
+
 static void faces_use_every_row_and_no_other(void **state) {
   (void)state;
   tw_mesh mesh = grid(5, 4, saddle);
@@ -456,6 +501,7 @@ int main(void) {
       cmocka_unit_test(cube_approaches_its_limit_monotonically),
       cmocka_unit_test(the_same_bytes_come_whatever_the_blocks),
       cmocka_unit_test(the_same_faces_come_whatever_the_blocks),
+      cmocka_unit_test(tips_of_folds_have_one_normal_whatever_the_way),
       cmocka_unit_test(faces_use_every_row_and_no_other),
       cmocka_unit_test(a_plane_stays_a_plane_with_its_normal),
       cmocka_unit_test(scaling_by_two_scales_the_surface_exactly),
