@@ -162,7 +162,7 @@ enum { CACHE_LINE = 64 };
  * sees them coming too late. An address beyond the end does no harm. */
 static inline __attribute__((always_inline)) void fetch_on(const void *numbers, size_t count) {
   enum { ITEMS = 48 };
-  uintptr_t from = (uintptr_t)numbers + ITEMS / LANES * 4 * count;
+  uintptr_t from = (uintptr_t)numbers + (size_t)(ITEMS / LANES) * 4 * count;
   for (size_t b = 0; b < 4 * count; b += CACHE_LINE) __builtin_prefetch((const void *)(from + b));
 }
 
@@ -228,7 +228,7 @@ static inline __attribute__((always_inline)) bool put_items(const lane_row *item
                                                             float *restrict out) {
   vector points[4][3], normals[4][3];
   mask sure = first_mask();
-  prepare_memory(out, NORMAL_ROW * step * LANES);
+  prepare_memory(out, (size_t)NORMAL_ROW * step * LANES);
   for (uint32_t r = 0; r < step; r++) {
     coordinates normal = cross(&items[r].along[0], &items[r].along[1], &sure);
     vector own[4], rows[4];

@@ -12,9 +12,10 @@ typedef struct tw_shallow_weights {
   float edges[TW_COMMON_VALENCES][TW_COMMON_VALENCES], faces[TW_COMMON_VALENCES][TW_COMMON_VALENCES];
 } tw_shallow_weights;
 
-double tw_shallow_edge_weight(uint32_t i, uint32_t valence);
-double tw_shallow_face_weight(uint32_t i, uint32_t valence);
-void tw_shallow_learn(tw_shallow_weights *weights, uint32_t valence);
+/* n: the valence. */
+double tw_shallow_edge_weight(uint32_t i, uint32_t n);
+double tw_shallow_face_weight(uint32_t i, uint32_t n);
+void tw_shallow_learn(tw_shallow_weights *w, uint32_t n);
 
 /* A level: the points at the cage's vertices, in the middle of its edges and of its faces and, of level 2, in
  * the middle of level 1's edges, which are the halves of the cage's and the spokes from a corner's edge to

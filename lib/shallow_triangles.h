@@ -96,7 +96,7 @@ static inline __attribute__((always_inline)) void find_middle(const tw_shallow_l
                                                               offsets *at) {
   size_t first = 3 * (size_t)face;
   fetch_on(l->cage.corner_edge + first, TRIPLES);
-  fetch_on(l->centres + 3 * first, 3 * TRIPLES);
+  fetch_on(l->centres + 3 * first, 3 * (size_t)TRIPLES);
   fetch_on(l->faces + first, TRIPLES);
   find_edges(&l->cage, first, &at->faces);
   fetch(l->edges, at->faces.edges, TRIPLES);
@@ -215,7 +215,7 @@ static inline void find_sides(const tw_topology *t, uint32_t edge, corners sides
   uint32_t other[LANES];
   for (size_t k = 0; k < LANES; k++) other[k] = t->sibling[one[k]];
   if (t->edge_count - edge >= 2 * LANES)
-    for (size_t k = LANES; k < 2 * LANES; k++) __builtin_prefetch(t->sibling + one[k]);
+    for (size_t k = LANES; k < 2 * (size_t)LANES; k++) __builtin_prefetch(t->sibling + one[k]);
   find_side(load_indices(one), &sides[0]);
   find_side(load_indices(other), &sides[1]);
 }
@@ -244,8 +244,8 @@ static inline __attribute__((always_inline)) void find_inside(const tw_shallow_l
                                                               offsets *at) {
   pairs *p = &at->edges;
   fetch_on(l->cage.edge_corner + edge, LANES);
-  fetch_on(l->cage.edge_vertices + edge, 2 * LANES);
-  fetch_on(l->edges + 3 * (size_t)edge, 3 * LANES);
+  fetch_on(l->cage.edge_vertices + edge, 2 * (size_t)LANES);
+  fetch_on(l->edges + 3 * (size_t)edge, 3 * (size_t)LANES);
   find_sides(&l->cage, edge, p->sides);
   find_ends(&l->cage, edge, p->ends);
   for (size_t s = 0; s < 2; s++) {
