@@ -31,12 +31,7 @@ uint32_t tw_loop_rows_fit(const tw_topology *cage, const tw_rules *rules, uint32
 }
 
 bool tw_loop_rows_fit_normals(const tw_topology *cage, const tw_rules *rules, uint32_t level) {
-  if (!settles_in(cage, rules, level < 2 ? 0 : level - 2)) return false;
-  for (uint32_t e = 0; e < cage->edge_count; e++)
-    if (tw_is_infinite(cage->edge_sharpness[e]) && cage->edge_flags[e] != TW_EDGE_BORDER) return false;
-  for (uint32_t v = 0; v < cage->vertex_count; v++)
-    if (cage->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return false;
-  return true;
+  return settles_in(cage, rules, level < 2 ? 0 : level - 2) && !tw_topology_parts_normals(cage);
 }
 
 static tw_topology next_counts(const tw_topology *t) {

@@ -4,7 +4,7 @@
 #define TWEEND_NORMAL_ROWS_H
 
 #include "point.h"
-#include "spline_kernel.h"
+#include "unit_normals.h"
 
 /* 48 are whole vectors, and whole items of one, two and three rows; the last vector may begin at any row. */
 enum { NORMAL_BATCH = 48, NORMAL_PLACES = NORMAL_BATCH + LANES, NORMAL_ROW = 6 };

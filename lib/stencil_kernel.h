@@ -4,8 +4,8 @@
 #ifndef TWEEND_STENCIL_KERNEL_H
 #define TWEEND_STENCIL_KERNEL_H
 
-#include "spline_kernel.h"
 #include "stencil.h"
+#include "unit_normals.h"
 
 /* Held in a register: from memory that might change, it cannot be loaded again for each of its uses, which
  * would take twice as long as all else. */

@@ -1,8 +1,6 @@
 /* The rows of a surface's base: which vertices they are, and what stands in them. */
 #include "surface_build.h"
 
-#include <string.h>
-
 #include "block.h"
 #include "tangents.h"
 
@@ -15,15 +13,8 @@ static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uin
 }
 
 static bool needs_splits(const tw_build *b, bool split_normals) {
-  const tw_topology *t = &b->topologies[0];
   if (b->mesh->uv_set_count > 0) return true;
-  if (!split_normals) return false;
-  if (b->rules.linear) return true;
-  for (uint32_t e = 0; e < t->edge_count; e++)
-    if (tw_is_infinite(t->edge_sharpness[e]) && t->edge_flags[e] != TW_EDGE_BORDER) return true;
-  for (uint32_t v = 0; v < t->vertex_count; v++)
-    if (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
-  return false;
+  return split_normals && (b->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }
 
 /* Tangents are for normal maps, which need normals and UVs. */

@@ -379,3 +379,12 @@ bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces,
   } while (corner != first);
   return false;
 }
+
+bool tw_topology_parts_normals(const tw_topology *topology) {
+  const tw_topology *t = topology;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (tw_is_infinite(t->edge_sharpness[e]) && t->edge_flags[e] != TW_EDGE_BORDER) return true;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    if (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD) return true;
+  return false;
+}

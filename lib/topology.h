@@ -94,6 +94,10 @@ uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t
 bool tw_topology_touches_vertex(const tw_topology *topology, const uint8_t *faces, uint32_t vertex);
 bool tw_topology_touches_edge(const tw_topology *topology, const uint8_t *faces, uint32_t edge);
 
+/* Whether some point of the smooth surface has more than one normal: at an edge between faces that is sharp
+ * for ever, or where faces meet in a point alone. */
+bool tw_topology_parts_normals(const tw_topology *topology);
+
 static inline uint32_t tw_face_begin(const tw_topology *t, uint32_t face) {
   return t->face_offsets ? t->face_offsets[face] : t->face_size * face;
 }

@@ -1,5 +1,4 @@
-/* Vectors as wide as the compiler may use, and how those of components become rows in memory. For the kernels
- * of spline_kernel.h and track_kernel.h. */
+/* Vectors as wide as the compiler may use, and how those of components become rows in memory. */
 #ifndef TWEEND_WIDE_H
 #define TWEEND_WIDE_H
 
