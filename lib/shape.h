@@ -1,24 +1,10 @@
-/* Neighbourhoods of quads: regular ones as 16 control points, irregular ones as shared classes. */
+/* Classes of irregular quads, shared by all whose neighbourhoods are the same. */
 #ifndef TWEEND_SHAPE_H
 #define TWEEND_SHAPE_H
 
 #include "limit.h"
+#include "neighbourhood.h"
 #include "patch.h"
-
-/* A quad with all faces that touch it, in canonical order: faces counter-clockwise round corner 0, then
- * 1, 2, 3; each face begins at that corner; points are numbered as they are met. */
-typedef struct tw_neighbourhood {
-  uint32_t point_count, face_count;
-  bool chaikin; /* the rule of its creases */
-  size_t key_size;
-  uint32_t hash;
-  /* The key: what tells neighbourhoods apart. */
-  uint32_t (*quads)[4];    /* [face_count] */
-  float (*sharpness)[4];   /* [face_count], of the edges that touch the quad's corners, else 0 */
-  float *vertex_sharpness; /* [4] */
-  float *semi_sum;         /* [point_count] at the ends of those edges, else 0 (Chaikin only) */
-  uint32_t *semi_count;    /* [point_count] */
-} tw_neighbourhood;
 
 /* A quarter of an irregular patch, in its parent's orientation. */
 typedef struct tw_patch_part {
@@ -66,32 +52,6 @@ tw_status tw_patch_shapes_of(const tw_neighbourhood *neighbourhood, tw_patch_sha
                              tw_patch_class **out);
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
-
-enum {
-  TW_SMOOTH_FACES_MAX = 32,
-  TW_SMOOTH_POINTS_MAX = 8 * TW_SMOOTH_FACES_MAX /* of a quad whose corners have so many faces */
-};
-
-/* Number of faces of an inner vertex with nothing sharp at it, 3 to TW_SMOOTH_FACES_MAX; else 0. */
-uint8_t tw_vertex_smooth_faces(const tw_topology *topology, uint32_t vertex);
-
-/* The 16 control points round the quad that begins at `corner`, rows of four from (-1, -1); places
- * beyond reflected sides repeat the quad's first corner. False when the quad is not regular.
- * smooth_faces: [vertex_count] tw_vertex_smooth_faces of all, or NULL. */
-bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                      uint32_t points[16], uint8_t *reflected);
-
-/* The points of the class of a quad whose corners all have smooth_faces, in the order of tw_patch_classify,
- * as if no point came up twice; returns their number. points: [TW_SMOOTH_POINTS_MAX]. */
-uint32_t tw_patch_smooth_points(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                                uint32_t *points);
-
-/* What the neighbourhoods of one topology are collected with. */
-typedef struct tw_collector tw_collector;
-
-/* topology outlives it. NULL without memory. */
-tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin);
-void tw_collector_destroy(tw_collector *collector);
 
 /* The class of the quad that begins at `corner`, made if it is new and good for `depth` steps.
  * *points: its points in the topology, valid until the collector's next call. TW_LIMIT: see
