@@ -1,4 +1,5 @@
-/* Inside of a reader: scratch memory, and the columns that are made of more than one field. */
+/* Inside of a reader: scratch memory, the rows of whole items, and the columns that are made of more than one
+ * field. */
 #ifndef TWEEND_SURFACE_READER_H
 #define TWEEND_SURFACE_READER_H
 
@@ -32,6 +33,28 @@ static inline const tw_numbering *tw_numbering_of(const tw_surface *s, tw_domain
   if (domain == TW_DOMAIN_POINTS) return &s->points;
   return domain == TW_DOMAIN_UVS ? &s->uv_points : &s->vertices;
 }
+
+/* Floats of a domain's row. */
+static inline uint32_t tw_row_width(const tw_surface *s, tw_domain domain) {
+  if (domain == TW_DOMAIN_POINTS) return 3;
+  return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
+}
+
+static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
+  return s->side - 1;
+}
+
+static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
+  return (uint64_t)(s->side - 1) * (s->side - 1);
+}
+
+/* The rows of `count` corners of a domain's numbering, of the insides of as many edges, of as many visible
+ * quads; and lines j0 to j1 of the inside of one of these. A row is the same however it is asked for. */
+void tw_fill_corners(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
+void tw_fill_edges(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
+void tw_fill_quads(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
+void tw_fill_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
+                   float *out);
 
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */
