@@ -11,6 +11,8 @@ enum { POINTS_MAX = 256, FACES_MAX = 512 };
 typedef struct cage {
   float points[POINTS_MAX][3];
   uint32_t corners[4 * FACES_MAX], offsets[FACES_MAX + 1];
+  uint32_t creases[4][2];
+  float sharpness[4];
   tw_mesh mesh;
 } cage;
 
@@ -47,6 +49,17 @@ static inline void add_quad(cage *c, const uint32_t quad[4], bool cut) {
   }
   add_face(c, halves[0], 3);
   add_face(c, halves[1], 3);
+}
+
+/* Four edges, each the first of a triangle's where all faces before are triangles. */
+static inline void crease_some(cage *c, float sharpness) {
+  c->mesh.crease_edges = c->creases[0];
+  c->mesh.crease_sharpness = c->sharpness;
+  for (uint32_t i = 0; i < 4; i++) {
+    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
+    c->sharpness[i] = sharpness;
+  }
+  c->mesh.crease_count = 4;
 }
 
 /* Quads over columns x rows points at height(x, y), 0 for NULL; cut: triangles, six round each inner point.

@@ -11,66 +11,9 @@
 
 #include "cage.h"
 #include "loop_rows.h"
+#include "torus_cage.h"
 
 enum { NEVER = 100 }; /* of levels */
-enum { SIDE = 6, POINTS = SIDE * SIDE + 1, FACES_MAX = 100 };
-
-/* A torus of triangles, of many valences. */
-typedef struct cage {
-  tw_mesh mesh;
-  float points[POINTS][3];
-  uint32_t corners[3 * FACES_MAX], offsets[FACES_MAX + 1];
-  uint32_t creases[4][2];
-  float sharpness[4];
-} cage;
-
-static void add_face(cage *c, uint32_t p, uint32_t q, uint32_t r) {
-  const uint32_t corners[3] = {p, q, r};
-  memcpy(c->corners + c->mesh.corner_count, corners, sizeof corners);
-  c->mesh.corner_count += 3;
-  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
-}
-
-typedef enum gaps { NO_GAPS, GAPS, GAPS_THAT_TOUCH } gaps;
-
-/* fin: one edge has a third face. */
-static cage *new_cage(gaps gaps, bool fin) {
-  cage *c = calloc(1, sizeof *c);
-  assert_non_null(c);
-  tw_mesh_init(&c->mesh);
-  c->mesh.point_count = POINTS;
-  c->mesh.positions = c->points[0];
-  c->mesh.corners = c->corners;
-  c->mesh.face_offsets = c->offsets;
-  for (uint32_t p = 0; p < POINTS; p++)
-    for (uint32_t i = 0; i < 3; i++) c->points[p][i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
-  for (uint32_t y = 0; y < SIDE; y++)
-    for (uint32_t x = 0; x < SIDE; x++) {
-      uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
-               e = (y + 1) % SIDE * SIDE + (x + 1) % SIDE;
-      if (gaps == GAPS && x % 3 == 0 && y % 3 == 0) continue;
-      if (gaps == GAPS_THAT_TOUCH && (x + y) % 5 == 0) continue;
-      if ((x + 2 * y) % 3 == 0) {
-        add_face(c, a, b, d);
-        add_face(c, e, d, b);
-      } else {
-        add_face(c, e, a, b);
-        add_face(c, a, e, d);
-      }
-    }
-  if (fin) add_face(c, c->corners[0], c->corners[1], POINTS - 1);
-  return c;
-}
-
-static void crease(cage *c, float sharpness) {
-  c->mesh.crease_edges = c->creases[0];
-  c->mesh.crease_sharpness = c->sharpness;
-  for (uint32_t i = 0; i < 4; i++) {
-    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
-    c->sharpness[i] = sharpness;
-  }
-  c->mesh.crease_count = 4;
-}
 
 /* The same rows in blocks of many sizes. */
 static void check_points(const tw_loop_rows *rows, const double *kept, const double *expected,
@@ -100,22 +43,6 @@ static void check_triangles(const tw_loop_rows *rows, const uint32_t *expected, 
     assert_memory_equal(triangles, expected, (size_t)count * 3 * sizeof *triangles);
     free(triangles);
   }
-}
-
-/* By the limit masks of the mesh that the generic step made. */
-static void mask_normal(const tw_topology *t, const double *values, uint32_t vertex, double normal[3]) {
-  tw_limit_entry entries[64];
-  assert_true(tw_limit_capacity(t, vertex) <= 64);
-  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
-  double a[3] = {0}, b[3] = {0};
-  for (uint32_t e = 0; e < count; e++)
-    for (int i = 0; i < 3; i++) {
-      a[i] += (double)entries[e].tangent1 * values[3 * (size_t)entries[e].vertex + (size_t)i];
-      b[i] += (double)entries[e].tangent2 * values[3 * (size_t)entries[e].vertex + (size_t)i];
-    }
-  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-  for (int i = 0; i < 3; i++) normal[i] /= length;
 }
 
 static void check_normals(const tw_loop_rows *plain, const double *points, const tw_topology *t,
@@ -202,16 +129,18 @@ static void check(cage *c, tw_surface_options options, uint32_t least_two, uint3
 
 static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
   (void)state;
-  check(new_cage(NO_GAPS, false), (tw_surface_options){0}, 2, 1);
+  check(torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false), (tw_surface_options){0}, 2, 1);
 }
 
 static void borders_corners_and_fins_are_too(void **state) {
   (void)state;
-  check(new_cage(GAPS, false), (tw_surface_options){0}, 2, 1);
-  check(new_cage(GAPS, false), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2, 1);
-  check(new_cage(GAPS_THAT_TOUCH, false), (tw_surface_options){0}, 2, NEVER);
-  check(new_cage(GAPS, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2, NEVER);
-  check(new_cage(NO_GAPS, true), (tw_surface_options){0}, 2, NEVER);
+  check(torus(TORUS_TURNED_TRIANGLES, GAPS, false), (tw_surface_options){0}, 2, 1);
+  check(torus(TORUS_TURNED_TRIANGLES, GAPS, false), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY},
+        2, 1);
+  check(torus(TORUS_TURNED_TRIANGLES, GAPS_THAT_TOUCH, false), (tw_surface_options){0}, 2, NEVER);
+  check(torus(TORUS_TURNED_TRIANGLES, GAPS, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY}, 2,
+        NEVER);
+  check(torus(TORUS_TURNED_TRIANGLES, NO_GAPS, true), (tw_surface_options){0}, 2, NEVER);
 }
 
 static void infinite_creases_and_corners_are_too(void **state) {
@@ -219,8 +148,8 @@ static void infinite_creases_and_corners_are_too(void **state) {
   static const uint32_t sharp_points[] = {7, 20};
   static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
   for (int creased = 0; creased < 2; creased++) {
-    cage *c = new_cage(NO_GAPS, false);
-    if (creased) crease(c, TW_SHARPNESS_INFINITE);
+    cage *c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
+    if (creased) crease_some(c, TW_SHARPNESS_INFINITE);
     c->mesh.sharp_point_count = 2;
     c->mesh.sharp_points = sharp_points;
     c->mesh.point_sharpness = point_sharpness;
@@ -233,19 +162,19 @@ static void what_decays_is_too(void **state) {
   (void)state;
   static const uint32_t sharp_points[] = {7};
   static const float point_sharpness[] = {1.75f};
-  cage *c = new_cage(GAPS, false);
-  crease(c, 0.5f);
+  cage *c = torus(TORUS_TURNED_TRIANGLES, GAPS, false);
+  crease_some(c, 0.5f);
   check(c, (tw_surface_options){0}, 3, 3);
-  c = new_cage(NO_GAPS, false);
-  crease(c, 2);
+  c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
+  crease_some(c, 2);
   check(c, (tw_surface_options){0}, 4, 4);
-  c = new_cage(NO_GAPS, false);
+  c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
   c->mesh.sharp_point_count = 1;
   c->mesh.sharp_points = sharp_points;
   c->mesh.point_sharpness = point_sharpness;
   check(c, (tw_surface_options){0}, 4, 4);
-  c = new_cage(NO_GAPS, false);
-  crease(c, 1.5f);
+  c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
+  crease_some(c, 1.5f);
   check(c, (tw_surface_options){.creasing = TW_CREASE_CHAIKIN}, NEVER, NEVER);
 }
 

@@ -10,67 +10,8 @@
 #include <cmocka.h>
 
 #include "cage.h"
-#include "limit.h"
 #include "shallow.h"
-
-enum { SIDE = 6, POINTS = SIDE * SIDE + 2, FACES_MAX = 100, CORNERS_MAX = 400 };
-
-/* A torus of triangles, or of triangles and quads. */
-typedef struct cage {
-  tw_mesh mesh;
-  float points[POINTS][3];
-  uint32_t corners[CORNERS_MAX], offsets[FACES_MAX + 1];
-  uint32_t creases[4][2];
-  float sharpness[4];
-} cage;
-
-static void add_face(cage *c, uint32_t size, const uint32_t *points) {
-  memcpy(c->corners + c->mesh.corner_count, points, size * sizeof *points);
-  c->mesh.corner_count += size;
-  c->offsets[++c->mesh.face_count] = c->mesh.corner_count;
-}
-
-static cage *new_mesh(uint32_t points) {
-  cage *c = calloc(1, sizeof *c);
-  assert_non_null(c);
-  tw_mesh_init(&c->mesh);
-  c->mesh.point_count = points;
-  c->mesh.positions = c->points[0];
-  c->mesh.corners = c->corners;
-  c->mesh.face_offsets = c->offsets;
-  for (uint32_t p = 0; p < points; p++)
-    for (uint32_t i = 0; i < 3; i++) c->points[p][i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
-  return c;
-}
-
-/* sizes: 3, or 0 for all kinds. open: some faces are missing. fin: one edge has a third face. */
-static cage *new_cage(uint32_t sizes, bool open, bool fin) {
-  cage *c = new_mesh(POINTS);
-  for (uint32_t y = 0; y < SIDE; y++)
-    for (uint32_t x = 0; x < SIDE; x++) {
-      uint32_t a = y * SIDE + x, b = y * SIDE + (x + 1) % SIDE, d = (y + 1) % SIDE * SIDE + x,
-               e = (y + 1) % SIDE * SIDE + (x + 1) % SIDE;
-      if (open && (x + y) % 5 == 0) continue;
-      if (sizes == 0 && (x + 2 * y) % 3 > 0) {
-        add_face(c, 4, (uint32_t[]){b, e, d, a});
-        continue;
-      }
-      add_face(c, 3, (uint32_t[]){e, a, b});
-      add_face(c, 3, (uint32_t[]){a, e, d});
-    }
-  if (fin) add_face(c, 3, (uint32_t[]){c->corners[0], c->corners[1], POINTS - 1});
-  return c;
-}
-
-static void crease(cage *c, float sharpness) {
-  c->mesh.crease_edges = c->creases[0];
-  c->mesh.crease_sharpness = c->sharpness;
-  for (uint32_t i = 0; i < 4; i++) {
-    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
-    c->sharpness[i] = sharpness;
-  }
-  c->mesh.crease_count = 4;
-}
+#include "torus_cage.h"
 
 /* The same rows in blocks of many sizes. */
 static void check_points(const tw_shallow *s, const float *kept, const float *expected, uint32_t count) {
@@ -96,22 +37,6 @@ static void check_quads(const tw_shallow *s, const uint32_t *expected, uint32_t 
   }
 }
 
-/* By the limit masks of the mesh that the generic step made. */
-static void mask_normal(const tw_topology *t, const float *values, uint32_t vertex, double normal[3]) {
-  tw_limit_entry entries[64];
-  assert_true(tw_limit_capacity(t, vertex) <= 64);
-  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
-  double a[3] = {0}, b[3] = {0};
-  for (uint32_t e = 0; e < count; e++)
-    for (int i = 0; i < 3; i++) {
-      a[i] += (double)entries[e].tangent1 * (double)values[3 * (size_t)entries[e].vertex + (size_t)i];
-      b[i] += (double)entries[e].tangent2 * (double)values[3 * (size_t)entries[e].vertex + (size_t)i];
-    }
-  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-  for (int i = 0; i < 3; i++) normal[i] /= length;
-}
-
 /* Rows that others end in the middle of are the same, and nothing is written behind them. */
 static void check_range(const tw_shallow *s, uint32_t set, const float *kept, const float *rows,
                         uint32_t first, uint32_t count, float *out) {
@@ -133,13 +58,15 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
                    remade ? tw_shallow_kept_count(plain) + s.cage.vertex_count : count);
   float *kept = calloc(tw_shallow_kept_size(&s), sizeof *kept), *rows = calloc(count, 6 * sizeof *rows),
         *blocks = calloc(count, 6 * sizeof *blocks);
-  assert_true(kept && rows && blocks);
+  double *exact = calloc(count, 3 * sizeof *exact);
+  assert_true(kept && rows && blocks && exact);
+  for (size_t i = 0; i < 3 * (size_t)count; i++) exact[i] = (double)values[i];
   assert_int_equal(tw_shallow_keep(&s, cage_values, NULL, NULL, kept), TW_OK);
   check_points(&s, kept, values, count);
   tw_shallow_normals(&s, kept, 0, count, rows);
   for (uint32_t v = 0; v < count; v++) {
     double expected[3];
-    mask_normal(child, values, v, expected);
+    mask_normal(child, exact, v, expected);
     assert_memory_equal(rows + 6 * (size_t)v, values + 3 * (size_t)v, 3 * sizeof *rows);
     for (int i = 0; i < 3; i++)
       assert_true(fabs((double)rows[6 * (size_t)v + 3 + (size_t)i] - expected[i]) < 1e-4);
@@ -160,6 +87,7 @@ static void check_normals(const tw_shallow *plain, const float *cage_values, con
   free(kept);
   free(rows);
   free(blocks);
+  free(exact);
 }
 
 static void check(cage *c, tw_surface_options options) {
@@ -199,8 +127,8 @@ static void check(cage *c, tw_surface_options options) {
 
 static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
   (void)state;
-  check(new_cage(3, false, false), (tw_surface_options){0});
-  check(new_cage(0, false, false), (tw_surface_options){0});
+  check(torus(TORUS_TRIANGLES, NO_GAPS, false), (tw_surface_options){0});
+  check(torus(TORUS_MIXED, NO_GAPS, false), (tw_surface_options){0});
 }
 
 /* Two pyramids of so many sides: of fewer faces and edges than vectors have lanes, of as many, of a few more.
@@ -208,11 +136,12 @@ static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
 static void small_meshes_are_too(void **state) {
   (void)state;
   for (uint32_t sides = 3; sides <= 16; sides++) {
-    cage *c = new_mesh(sides + 2);
+    cage *c = new_cage();
+    add_scattered_points(c, sides + 2);
     for (uint32_t i = 0; i < sides; i++) {
       uint32_t next = (i + 1) % sides;
-      add_face(c, 3, (uint32_t[]){sides, i, next});
-      add_face(c, 3, (uint32_t[]){sides + 1, next, i});
+      add_face(c, (uint32_t[]){sides, i, next}, 3);
+      add_face(c, (uint32_t[]){sides + 1, next, i}, 3);
     }
     check(c, (tw_surface_options){0});
   }
@@ -221,9 +150,9 @@ static void small_meshes_are_too(void **state) {
 /* Of lengths that float cannot square, normals take a closer look. */
 static void tiny_meshes_are_too(void **state) {
   (void)state;
-  for (uint32_t sizes = 0; sizes <= 3; sizes += 3) {
-    cage *c = new_cage(sizes, false, false);
-    for (uint32_t p = 0; p < POINTS; p++)
+  for (int mixed = 0; mixed < 2; mixed++) {
+    cage *c = torus(mixed ? TORUS_MIXED : TORUS_TRIANGLES, NO_GAPS, false);
+    for (uint32_t p = 0; p < c->mesh.point_count; p++)
       for (uint32_t i = 0; i < 3; i++) c->points[p][i] *= 1e-14f;
     check(c, (tw_surface_options){0});
   }
@@ -231,19 +160,19 @@ static void tiny_meshes_are_too(void **state) {
 
 static void borders_corners_and_fins_are_too(void **state) {
   (void)state;
-  check(new_cage(3, true, false), (tw_surface_options){0});
-  check(new_cage(0, true, true), (tw_surface_options){0});
-  check(new_cage(0, true, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY});
-  check(new_cage(3, false, true), (tw_surface_options){0});
+  check(torus(TORUS_TRIANGLES, GAPS_THAT_TOUCH, false), (tw_surface_options){0});
+  check(torus(TORUS_MIXED, GAPS_THAT_TOUCH, true), (tw_surface_options){0});
+  check(torus(TORUS_MIXED, GAPS_THAT_TOUCH, true), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY});
+  check(torus(TORUS_TRIANGLES, NO_GAPS, true), (tw_surface_options){0});
 }
 
 static void infinite_creases_and_corners_are_too(void **state) {
   (void)state;
   static const uint32_t sharp_points[] = {7, 20};
   static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
-  for (uint32_t sizes = 0; sizes <= 3; sizes += 3) {
-    cage *c = new_cage(sizes, false, false);
-    crease(c, TW_SHARPNESS_INFINITE);
+  for (int mixed = 0; mixed < 2; mixed++) {
+    cage *c = torus(mixed ? TORUS_MIXED : TORUS_TRIANGLES, NO_GAPS, false);
+    crease_some(c, TW_SHARPNESS_INFINITE);
     c->mesh.sharp_point_count = 2;
     c->mesh.sharp_points = sharp_points;
     c->mesh.point_sharpness = point_sharpness;
@@ -253,15 +182,15 @@ static void infinite_creases_and_corners_are_too(void **state) {
 
 static void bilinear_and_smooth_triangles_are_too(void **state) {
   (void)state;
-  check(new_cage(0, true, true), (tw_surface_options){.scheme = TW_BILINEAR});
-  check(new_cage(3, false, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
-  check(new_cage(0, false, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
+  check(torus(TORUS_MIXED, GAPS_THAT_TOUCH, true), (tw_surface_options){.scheme = TW_BILINEAR});
+  check(torus(TORUS_TRIANGLES, NO_GAPS, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
+  check(torus(TORUS_MIXED, NO_GAPS, false), (tw_surface_options){.triangles = TW_TRIANGLES_SMOOTH});
 }
 
 static void what_decays_fits_for_one_level_alone(void **state) {
   (void)state;
-  cage *c = new_cage(0, false, false);
-  crease(c, 2.5f);
+  cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+  crease_some(c, 2.5f);
   tw_arena *arena = tw_arena_create();
   tw_cage read;
   assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 2}, arena, &read), TW_OK);
@@ -279,8 +208,8 @@ static void normals_fit_where_nothing_is_sharp_and_three_faces_meet(void **state
   const tw_rules smooth = {0}, linear = {.linear = true};
   static const uint32_t back_to_back[] = {0, 1, 2, 2, 1, 0};
   for (uint32_t kind = 0; kind < 4; kind++) {
-    cage *c = new_cage(3, kind == 1, false);
-    if (kind == 2) crease(c, 1);
+    cage *c = torus(TORUS_TRIANGLES, kind == 1 ? GAPS_THAT_TOUCH : NO_GAPS, false);
+    if (kind == 2) crease_some(c, 1);
     if (kind == 3) {
       memcpy(c->corners, back_to_back, sizeof back_to_back);
       c->mesh.face_count = 2;
@@ -318,9 +247,9 @@ static shallow_rows read_normals(const cage *c, const float *positions, uint32_t
 
 static void a_mesh_that_is_one_point_has_normals_up(void **state) {
   (void)state;
-  static const float zeros[POINTS][3];
+  static const float zeros[POINTS_MAX][3];
   for (uint32_t level = 1; level <= 2; level++) {
-    cage *c = new_cage(0, false, false);
+    cage *c = torus(TORUS_MIXED, NO_GAPS, false);
     shallow_rows r = read_normals(c, zeros[0], level);
     for (uint32_t v = 0; v < r.count; v++)
       assert_memory_equal(r.values + 6 * (size_t)v, ((float[]){0, 0, 0, 0, 1, 0}), 24);
@@ -335,18 +264,13 @@ static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
   (void)state;
   static const float points[6][3] = {{0, 0, 48},   {48, 0, 0}, {0, 48, 0},
                                      {-48, 0, 24}, {0, 48, 0}, {0, 0, -48}};
-  cage *c = calloc(1, sizeof *c);
-  assert_non_null(c);
-  tw_mesh_init(&c->mesh);
+  cage *c = new_cage();
+  for (uint32_t i = 0; i < 6; i++) add_point(c, points[i][0], points[i][1], points[i][2]);
   for (uint32_t i = 0; i < 4; i++) {
     uint32_t next = (i + 1) % 4;
-    add_face(c, 3, (uint32_t[]){0, 1 + i, 1 + next});
-    add_face(c, 3, (uint32_t[]){5, 1 + next, 1 + i});
+    add_face(c, (uint32_t[]){0, 1 + i, 1 + next}, 3);
+    add_face(c, (uint32_t[]){5, 1 + next, 1 + i}, 3);
   }
-  c->mesh.point_count = 6;
-  c->mesh.positions = points[0];
-  c->mesh.corners = c->corners;
-  c->mesh.face_offsets = c->offsets;
   shallow_rows r = read_normals(c, points[0], 1);
   const float *rows = r.values;
   uint32_t quads[4 * 24], ones = 0;
@@ -370,9 +294,9 @@ static void neighbours_in_one_place_leave_the_normal_of_a_face(void **state) {
 static void flat_meshes_have_the_same_zeros_however_they_are_read(void **state) {
   (void)state;
   for (uint32_t level = 1; level <= 2; level++) {
-    cage *c = new_cage(3, false, false);
-    for (uint32_t p = 0; p < POINTS; p++) c->points[p][2] = 0;
-    for (uint32_t p = 1; p < 3 * SIDE; p++) memcpy(c->points[p], c->points[0], sizeof c->points[0]);
+    cage *c = torus(TORUS_TRIANGLES, NO_GAPS, false);
+    for (uint32_t p = 0; p < c->mesh.point_count; p++) c->points[p][2] = 0;
+    for (uint32_t p = 1; p < 3 * TORUS_SIDE; p++) memcpy(c->points[p], c->points[0], sizeof c->points[0]);
     shallow_rows r = read_normals(c, c->points[0], level);
     for (uint32_t v = 0; v < r.count; v++) {
       float alone[6];

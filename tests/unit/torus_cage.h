@@ -1,0 +1,72 @@
+/* Cages on a torus, of many kinds, and what the limit masks say of their children. */
+#ifndef TORUS_CAGE_H
+#define TORUS_CAGE_H
+
+#include <math.h>
+
+#include "built_cage.h"
+#include "limit.h"
+
+enum { TORUS_SIDE = 6 }; /* points along it and round it */
+
+typedef enum torus_faces {
+  TORUS_TRIANGLES,        /* six round each point */
+  TORUS_TURNED_TRIANGLES, /* some cut the other way: of many valences */
+  TORUS_MIXED             /* and quads */
+} torus_faces;
+
+typedef enum torus_gaps { NO_GAPS, GAPS, GAPS_THAT_TOUCH } torus_gaps;
+
+static inline void add_scattered_points(cage *c, uint32_t count) {
+  for (uint32_t p = 0; p < count; p++) {
+    float at[3];
+    for (uint32_t i = 0; i < 3; i++) at[i] = 0.1f * (float)((p * p * (i + 3) + 7 * p) % 101) - 3;
+    add_point(c, at[0], at[1], at[2]);
+  }
+}
+
+static inline bool torus_lacks(torus_gaps gaps, uint32_t x, uint32_t y) {
+  if (gaps == GAPS) return x % 3 == 0 && y % 3 == 0;
+  return gaps == GAPS_THAT_TOUCH && (x + y) % 5 == 0;
+}
+
+/* fin: one edge has a third face, to the last point; else that is in no face. Nor is the one before it. */
+static inline cage *torus(torus_faces faces, torus_gaps gaps, bool fin) {
+  cage *c = new_cage();
+  add_scattered_points(c, TORUS_SIDE * TORUS_SIDE + 2);
+  for (uint32_t y = 0; y < TORUS_SIDE; y++)
+    for (uint32_t x = 0; x < TORUS_SIDE; x++) {
+      uint32_t right = (x + 1) % TORUS_SIDE, row = y * TORUS_SIDE, above = (y + 1) % TORUS_SIDE * TORUS_SIDE;
+      uint32_t a = row + x, b = row + right, d = above + x, e = above + right;
+      if (torus_lacks(gaps, x, y)) continue;
+      bool third = (x + 2 * y) % 3 == 0;
+      if (faces == TORUS_MIXED)
+        add_quad(c, (uint32_t[]){e, d, a, b}, third);
+      else if (faces == TORUS_TURNED_TRIANGLES && third)
+        add_quad(c, (uint32_t[]){b, e, d, a}, true);
+      else
+        add_quad(c, (uint32_t[]){e, d, a, b}, true);
+    }
+  if (fin) add_face(c, (uint32_t[]){c->corners[0], c->corners[1], c->mesh.point_count - 1}, 3);
+  return c;
+}
+
+/* The limit normal of a vertex of a mesh of these values, [vertex_count][3]. */
+static inline void mask_normal(const tw_topology *t, const double *values, uint32_t vertex,
+                               double normal[3]) {
+  tw_limit_entry entries[64];
+  assert_true(tw_limit_capacity(t, vertex) <= 64);
+  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
+  double a[3] = {0}, b[3] = {0};
+  for (uint32_t e = 0; e < count; e++)
+    for (int i = 0; i < 3; i++) {
+      double value = values[3 * (size_t)entries[e].vertex + (size_t)i];
+      a[i] += (double)entries[e].tangent1 * value;
+      b[i] += (double)entries[e].tangent2 * value;
+    }
+  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
+  for (int i = 0; i < 3; i++) normal[i] /= length;
+}
+
+#endif
