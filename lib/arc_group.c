@@ -1,6 +1,7 @@
-/* Puts arcs into the order of time, takes snapshots along it, and poses by them. */
+/* Puts arcs into the order of time, cuts it into frames, and poses by them. */
 #include "arc_group.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -39,124 +40,145 @@ static void sort_keys(group_key *keys, uint32_t count) {
   }
 }
 
-static bool order_arcs(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which) {
-  uint32_t count = group->arc_count, next_key[TW_GROUP_TRACKS] = {0};
-  arc_segment *arcs = tw_arena_alloc(arena, count, sizeof *arcs);
-  uint16_t *whose = tw_arena_alloc(arena, count, sizeof *whose);
-  group_key *keys = tw_alloc(count, 2 * sizeof *keys);
-  if (!arcs || !whose || !keys) {
-    free(keys);
-    return false;
-  }
-  list_keys(tracks, which, group->track_count, keys);
-  sort_keys(keys, count);
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t track = keys[i].track;
-    arcs[i] = track_arc(&tracks[which[track]], next_key[track]++);
-    whose[i] = (uint16_t)track;
-  }
-  free(keys);
-  group->arcs = arcs;
-  group->tracks = whose;
-  group->last = arcs[count - 1].start;
-  return true;
+/* ---- frames ------------------------------------------------------------------------------------------- */
+
+/* The keys between two frames. */
+typedef struct frame_span {
+  uint32_t first; /* that is later than the frame */
+  uint32_t end;   /* the first one at the time of the next frame, if there is one */
+} frame_span;
+
+static uint32_t blocks_for(uint32_t arc_count) {
+  return (arc_count + ARC_BLOCK - 1) / ARC_BLOCK;
 }
 
-/* ---- snapshots ---------------------------------------------------------------------------------------- */
-
-/* So many arcs at least are between two snapshots, or as many as there are tracks: then all snapshots are of
- * the size of four bytes a key. */
-enum { SPACING_LEAST = 16 };
-
-/* Never between arcs that start together: with the times of all tracks equal, a snapshot is the whole answer.
- * Returns how many there are. */
-static uint32_t take_snapshots(const tw_arc_group *group, uint32_t spacing, uint32_t *standing,
-                               uint32_t *next, float *times) {
-  uint32_t at[TW_GROUP_TRACKS], count = 0, width = group->track_count;
-  for (uint32_t i = group->arc_count; i-- > 0;) at[group->tracks[i]] = i;
-  for (uint32_t i = 0; i < group->arc_count; i++) {
-    at[group->tracks[i]] = i;
-    bool is_followed = i + 1 < group->arc_count && group->arcs[i + 1].start == group->arcs[i].start;
-    if (is_followed || (count > 0 && i - next[count - 1] < spacing)) continue;
-    memcpy(standing + (size_t)count * width, at, width * sizeof *at);
-    times[count] = group->arcs[i].start;
-    next[count++] = i + 1;
+/* Where all tracks meet, so that with equal times a frame is the whole answer, unless a few keys would make
+ * it dear; and else when more keys have come than a frame has lanes, but never between keys that meet. So no
+ * more than its lanes are in any span. Returns how many frames there are. */
+static uint32_t list_spans(const group_key *keys, uint32_t key_count, uint32_t track_count,
+                           frame_span *spans) {
+  uint32_t count = 0, lanes = blocks_for(track_count) * ARC_BLOCK;
+  for (uint32_t i = 0, meeting = 0; i < key_count; i++) {
+    if (keys[i].time != keys[meeting].time) meeting = i;
+    bool is_followed = i + 1 < key_count && keys[i + 1].time == keys[i].time;
+    uint32_t passed = count > 0 ? i + 1 - spans[count - 1].first : UINT32_MAX;
+    bool all_meet = i + 1 - meeting == track_count && passed >= ARC_BLOCK;
+    if (is_followed || (passed <= lanes && !all_meet)) continue;
+    if (count > 0) spans[count - 1].end = meeting;
+    spans[count++] = (frame_span){i + 1, key_count};
   }
   return count;
 }
 
-static bool build_snapshots(tw_arc_group *group, tw_arena *arena) {
-  uint32_t spacing = group->track_count > SPACING_LEAST ? group->track_count : SPACING_LEAST;
-  size_t most = 1 + (size_t)group->arc_count / spacing; /* the first one at any arc, others spaced */
-  uint32_t *standing = tw_arena_alloc(arena, most, group->track_count * sizeof *standing);
-  uint32_t *next = tw_arena_alloc(arena, most, sizeof *next);
-  float *times = tw_alloc(most, sizeof *times);
-  bool is_done = false;
-  if (standing && next && times) {
-    uint32_t count = take_snapshots(group, spacing, standing, next, times);
-    group->standing = standing;
-    group->next = next;
-    is_done = tw_timeline_init(&group->snapshots, arena, times, count);
+/* The frames' times and places; returns the number of blocks, 0 without memory. */
+static uint32_t place_frames(tw_arc_group *group, tw_arena *arena, const group_key *keys,
+                             const frame_span *spans, uint32_t count) {
+  uint32_t *places = tw_arena_alloc(arena, (size_t)count + 1, sizeof *places);
+  float *times = tw_alloc(count, sizeof *times);
+  bool is_done = places && times;
+  for (uint32_t i = 0; is_done && i < count; i++) {
+    memcpy(&times[i], &keys[spans[i].first - 1].time, sizeof *times);
+    places[i + 1] = places[i] + group->standing_count + blocks_for(spans[i].end - spans[i].first);
   }
+  is_done = is_done && tw_timeline_init(&group->frames, arena, times, count);
   free(times);
+  group->places = places;
+  return is_done ? places[count] : 0;
+}
+
+/* What fills the blocks. */
+typedef struct frame_maker {
+  const tw_track *tracks;
+  const uint32_t *which;
+  uint32_t begun[TW_GROUP_TRACKS]; /* arcs of each track */
+  arc_block *block;                /* next one */
+} frame_maker;
+
+static void put_arc(const frame_maker *maker, uint32_t track, uint32_t key, size_t place) {
+  const tw_track *source = &maker->tracks[maker->which[track]];
+  const float *arc = source->segments.arcs + key;
+  arc_block *block = maker->block + place / ARC_BLOCK;
+  size_t lane = place % ARC_BLOCK;
+  for (size_t i = 0; i < ARC_NUMBERS; i++, arc += source->timeline->key_count) block->numbers[i][lane] = *arc;
+  block->nodes[lane] = source->node;
+}
+
+/* Where all tracks are. */
+static void put_standing(frame_maker *maker, uint32_t track_count) {
+  uint32_t blocks = blocks_for(track_count);
+  for (uint32_t place = 0; place < blocks * ARC_BLOCK; place++) {
+    uint32_t track = place < track_count ? place : track_count - 1, begun = maker->begun[track];
+    put_arc(maker, track, begun > 0 ? begun - 1 : 0, place);
+  }
+  maker->block += blocks;
+}
+
+static void put_changes(frame_maker *maker, const group_key *keys, frame_span span) {
+  uint32_t count = span.end - span.first, place = 0;
+  for (; place < count; place++) {
+    uint32_t track = keys[span.first + place].track;
+    put_arc(maker, track, maker->begun[track]++, place);
+  }
+  for (; place % ARC_BLOCK != 0; place++)
+    maker->block[place / ARC_BLOCK].numbers[ARC_START][place % ARC_BLOCK] = INFINITY;
+  maker->block += blocks_for(count);
+}
+
+/* False without memory. */
+static bool fill_frames(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                        const group_key *keys, const frame_span *spans, uint32_t block_count) {
+  enum { CACHE_LINE = 64 };
+  frame_maker maker = {.tracks = tracks, .which = which};
+  char *memory = tw_arena_alloc(arena, (size_t)block_count + 1, sizeof *maker.block);
+  if (!memory) return false;
+  memory += -(uintptr_t)memory % CACHE_LINE; /* a vector in each line of the cache */
+  group->blocks = maker.block = (arc_block *)(void *)memory;
+  for (uint32_t i = 0, key = 0; i < group->frames.key_count; i++) {
+    for (; key < spans[i].first; key++) maker.begun[keys[key].track]++;
+    put_standing(&maker, group->track_count);
+    put_changes(&maker, keys, spans[i]);
+    key = spans[i].end;
+  }
+  return true;
+}
+
+static bool build_frames(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                         uint32_t key_count) {
+  group_key *keys = tw_alloc(key_count, 2 * sizeof *keys);
+  frame_span *spans = tw_alloc(1 + (size_t)key_count / ARC_BLOCK, sizeof *spans);
+  bool is_done = false;
+  if (keys && spans) {
+    list_keys(tracks, which, group->track_count, keys);
+    sort_keys(keys, key_count);
+    memcpy(&group->last, &keys[key_count - 1].time, sizeof group->last);
+    uint32_t count = list_spans(keys, key_count, group->track_count, spans);
+    uint32_t block_count = place_frames(group, arena, keys, spans, count);
+    is_done = block_count > 0 && fill_frames(group, arena, tracks, which, keys, spans, block_count);
+  }
+  free(keys);
+  free(spans);
   return is_done;
 }
 
-/* ---- groups ------------------------------------------------------------------------------------------ */
-
 tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *tracks, const uint32_t *which,
                                   uint32_t count) {
-  uint32_t most = count < TW_GROUP_TRACKS ? count : TW_GROUP_TRACKS;
+  uint32_t most = count < TW_GROUP_TRACKS ? count : TW_GROUP_TRACKS, key_count = 0;
   tw_arc_group *group = tw_arena_alloc(arena, 1, sizeof *group);
-  uint32_t *nodes = tw_arena_alloc(arena, most, sizeof *nodes);
-  if (!group || !nodes) return NULL;
-  group->nodes = nodes;
-  while (group->track_count < most) {
-    const tw_track *track = &tracks[which[group->track_count]];
-    if (track->timeline->key_count > UINT32_MAX - group->arc_count) break;
-    group->arc_count += track->timeline->key_count;
-    nodes[group->track_count++] = track->node;
+  if (!group) return NULL;
+  for (; group->track_count < most; group->track_count++) {
+    uint32_t more = tracks[which[group->track_count]].timeline->key_count;
+    if (more > UINT32_MAX - key_count) break;
+    key_count += more;
   }
-  return order_arcs(group, arena, tracks, which) && build_snapshots(group, arena) ? group : NULL;
+  group->standing_count = blocks_for(group->track_count);
+  return build_frames(group, arena, tracks, which, key_count) ? group : NULL;
 }
 
 /* ---- posing ------------------------------------------------------------------------------------------- */
 
-static uint32_t find_snapshot(const tw_arc_group *group, float time) {
-  return timeline_find(&group->snapshots, timeline_clamp(&group->snapshots, time));
-}
-
-uint32_t tw_arc_group_between(const tw_arc_group *group, float first, float last) {
-  return group->next[find_snapshot(group, last)] - group->next[find_snapshot(group, first)];
-}
-
-/* For each track the last arc that starts at or before a time, else its first. */
-static void find_arcs(const tw_arc_group *group, float time, uint32_t *found) {
-  uint32_t snapshot = find_snapshot(group, time);
-  memcpy(found, group->standing + (size_t)snapshot * group->track_count, group->track_count * sizeof *found);
-  for (uint32_t i = group->next[snapshot]; i < group->arc_count && group->arcs[i].start <= time; i++)
-    found[group->tracks[i]] = i;
-}
-
-enum { ARC_BLOCK = 64 };
-
-/* Asks for the block of arcs from `first` on, a block before it is read: when the clip is larger than the
- * cache, their loads wait side by side, not one behind the other. */
-static void prefetch_arcs(const tw_arc_group *group, const uint32_t *found, uint32_t first) {
-  for (uint32_t i = first; i < group->track_count && i < first + ARC_BLOCK; i++) {
-    __builtin_prefetch(group->arcs + found[i]);
-    __builtin_prefetch(&group->arcs[found[i]].rate); /* may lie in another line of the cache */
-  }
-}
-
 void tw_arc_group_pose(const tw_arc_group *group, float time, tw_trs *locals) {
-  uint32_t found[TW_GROUP_TRACKS];
-  find_arcs(group, time, found);
-  prefetch_arcs(group, found, 0);
+  uint32_t frame = timeline_find(&group->frames, timeline_clamp(&group->frames, time));
+  const uint32_t *places = group->places + frame;
   if (time > group->last) time = group->last; /* the last arcs stand still, but 0 times infinity is not 0 */
-  for (uint32_t done = 0; done < group->track_count; done += ARC_BLOCK) {
-    uint32_t left = group->track_count - done, count = left < ARC_BLOCK ? left : ARC_BLOCK;
-    prefetch_arcs(group, found, done + ARC_BLOCK);
-    tw_arcs_pose(group->arcs, found + done, count, time, group->nodes + done, locals);
-  }
+  tw_arcs_pose(group->blocks + places[0], group->standing_count, places[1] - places[0], time, locals);
 }

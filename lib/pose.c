@@ -69,19 +69,18 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   }
 }
 
+/* The first pose of some; the others are copied from it, which is sooner, before the same parts are moved. */
 static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *locals) {
   for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
 }
 
-/* Tracks one by one, each at all times. They stand together where their key times are the same, which are
- * searched once. */
-static void pose_tracks(const tw_clip *clip, const uint32_t *tracks, uint32_t track_count, const float *times,
-                        size_t count, tw_trs *locals) {
+/* Tracks that are in no group one by one, each at all times. They stand together where their key times are
+ * the same, which are searched once. */
+static void pose_tracks(const tw_clip *clip, const float *times, size_t count, tw_trs *locals) {
   float clamped[TIME_BLOCK], samples[4 * TIME_BLOCK];
   uint32_t keys[TIME_BLOCK], timeline = TW_NO_INDEX;
-  for (uint32_t i = 0; i < track_count; i++) {
-    const tw_track *track = &clip->tracks[tracks[i]];
-    if (track->path == TW_WEIGHTS) continue;
+  for (uint32_t i = 0; i < clip->other_count; i++) {
+    const tw_track *track = &clip->tracks[clip->others[i]];
     if (track->timeline_index != timeline) {
       timeline = track->timeline_index;
       tw_timeline_find_all(track->timeline, times, count, clamped, keys);
@@ -91,31 +90,19 @@ static void pose_tracks(const tw_clip *clip, const uint32_t *tracks, uint32_t tr
   }
 }
 
-/* Whether many times lie between a few keys, as they do in slow motion: each track is then quicker on its
- * own, else all of them at one time. */
-static bool lie_close(const tw_arc_group *group, const float *times, size_t count) {
-  enum { TIMES_MANY = 32, TIMES_FOR_A_KEY = 8 };
-  if (count < TIMES_MANY) return false;
-  for (size_t i = 1; i < count; i++)
-    if (times[i] < times[i - 1]) return false;
-  uint64_t passed = tw_arc_group_between(group, times[0], times[count - 1]);
-  return passed * TIMES_FOR_A_KEY <= (uint64_t)group->track_count * count;
-}
-
 /* At most TIME_BLOCK times. */
 static void pose_block(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
                        size_t count, tw_trs *locals) {
-  bool by_track = clip->groups && lie_close(clip->groups, times, count);
   for (size_t i = 0; i < count; i++) {
     tw_trs *pose = locals + i * node_count;
-    put_at_rest(nodes, node_count, pose);
-    for (const tw_arc_group *group = by_track ? NULL : clip->groups; group; group = group->following)
+    if (i == 0)
+      put_at_rest(nodes, node_count, pose);
+    else
+      memcpy(pose, pose - node_count, node_count * sizeof *pose);
+    for (const tw_arc_group *group = clip->groups; group; group = group->following)
       tw_arc_group_pose(group, times[i], pose);
   }
-  if (by_track)
-    pose_tracks(clip, clip->by_timeline, clip->track_count, times, count, locals);
-  else
-    pose_tracks(clip, clip->others, clip->other_count, times, count, locals);
+  pose_tracks(clip, times, count, locals);
 }
 
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,

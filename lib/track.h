@@ -20,17 +20,24 @@ typedef enum track_kind {
   TRACK_VALUES_HERMITE /* cubic [width] */
 } track_kind;
 
-/* from cos v + toward sin v with v = (time - start) rate. Everything that slerp needs in one place in
- * memory. At v = 0 this is `from`, bit for bit: the key. toward is as long as from. */
+/* from cos v + toward sin v with v = (time - start) rate. At v = 0 this is `from`, bit for bit: the key.
+ * toward is as long as from. */
 typedef struct arc_segment {
   float from[4], toward[4];
   float start, rate;
 } arc_segment;
 
 /* Its numbers by their places. A track keeps each of them for all its segments in a row, so that many times
- * are sampled in vectors; a clip also keeps whole segments, in the order of time (arc_group.h), for single
- * times. Vectors are loaded whole, with up to ARC_ROOM numbers beyond the last. */
+ * are sampled in vectors; a clip also keeps them for many tracks in blocks, in the order of time
+ * (arc_group.h), for single times. Vectors are loaded whole, with up to ARC_ROOM numbers beyond the last. */
 enum { ARC_FROM = 0, ARC_TOWARD = 4, ARC_START = 8, ARC_RATE, ARC_NUMBERS, ARC_ROOM = 15 };
+
+/* Arcs of some tracks side by side, and whose they are. */
+enum { ARC_BLOCK = 16 };
+typedef struct arc_block {
+  float numbers[ARC_NUMBERS][ARC_BLOCK];
+  uint32_t nodes[ARC_BLOCK];
+} arc_block;
 
 /* The same great arc at the pace of the straight line between its ends: at u the direction is
  * (1 - u versine, u sine). */
@@ -116,10 +123,10 @@ static inline arc_segment track_arc(const tw_track *track, uint32_t key) {
 void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
                     size_t count, float *out);
 
-/* Those of [count] arcs of many tracks at one time into the local transforms of their nodes. Before its start
- * an arc stands at its first key. */
-void tw_arcs_pose(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
-                  const uint32_t *nodes, tw_trs *locals);
+/* Puts rotations of many tracks at one time into the local transforms of their nodes: of the first
+ * whole_count blocks all, an arc before its start standing at its first key; of the others those that start
+ * at or before the time, which come first, since they are in the order of their starts. */
+void tw_arcs_pose(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals);
 
 /* What does tw_timeline_find_all and these on one instruction set. */
 typedef struct tw_track_kernels {
@@ -127,8 +134,7 @@ typedef struct tw_track_kernels {
                     uint32_t *keys);
   void (*sample_arcs)(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
                       size_t count, float *out);
-  void (*pose_arcs)(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
-                    const uint32_t *nodes, tw_trs *locals);
+  void (*pose_arcs)(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals);
 } tw_track_kernels;
 extern const tw_track_kernels tw_track_kernels_avx2, tw_track_kernels_avx512;
 

@@ -92,14 +92,19 @@ static inline __attribute__((always_inline)) vector cosine(vector v) {
          x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
 }
 
+/* The components of the rotations that lanes have at their times. */
+static inline __attribute__((always_inline)) void turn(const vector *numbers, vector times, vector rows[4]) {
+  vector angle = (times - numbers[ARC_START]) * numbers[ARC_RATE], c = cosine(angle), s = sine(angle);
+  for (size_t i = 0; i < 4; i++) rows[i] = numbers[ARC_FROM + i] * c + numbers[ARC_TOWARD + i] * s;
+}
+
 /* ---- the arcs of one track, time after time ---------------------------------------------------------- */
 
 /* Each lane from the numbers of its own arc. */
 static inline __attribute__((always_inline)) void evaluate(const vector *numbers, const float *times,
                                                            float *out) {
-  vector angle = (load(times) - numbers[ARC_START]) * numbers[ARC_RATE], c = cosine(angle), s = sine(angle);
   vector rows[4];
-  for (size_t i = 0; i < 4; i++) rows[i] = numbers[ARC_FROM + i] * c + numbers[ARC_TOWARD + i] * s;
+  turn(numbers, load(times), rows);
   store_rows(rows, 4, LANES, out, 4);
 }
 
@@ -170,23 +175,43 @@ static void sample_arcs(const float *arcs, size_t arc_count, const uint32_t *whi
 
 /* ---- the arcs of many tracks at one time -------------------------------------------------------------- */
 
-/* Before its start an arc stands at its first key. */
-static void pose_arcs(const arc_segment *arcs, const uint32_t *which, size_t count, float time,
-                      const uint32_t *nodes, tw_trs *locals) {
-  for (size_t some; count > 0; count -= some, which += some, nodes += some) {
-    float angles[LANES] = {0}, c[LANES], s[LANES];
-    some = count < LANES ? count : LANES;
-    for (size_t i = 0; i < some; i++) {
-      const arc_segment *arc = arcs + which[i];
-      angles[i] = ((time > arc->start ? time : arc->start) - arc->start) * arc->rate;
-    }
-    put_all(c, cosine(load(angles)));
-    put_all(s, sine(load(angles)));
-    for (size_t i = 0; i < some; i++) {
-      const arc_segment *arc = arcs + which[i];
-      put(locals[nodes[i]].rotation, load_four(arc->from) * c[i] + load_four(arc->toward) * s[i]);
-    }
+static inline __attribute__((always_inline)) size_t count_of(mask lanes) {
+#ifdef __AVX512F__
+  return (size_t)__builtin_popcount(_mm512_movepi32_mask((__m512i)lanes));
+#elif defined __AVX2__
+  return (size_t)__builtin_popcount((unsigned)_mm256_movemask_ps((__m256)lanes));
+#else
+  return (size_t) - (lanes[0] + lanes[1] + lanes[2] + lanes[3]);
+#endif
+}
+
+/* The first `count` arcs of some lanes of a block. */
+static inline __attribute__((always_inline)) void pose_lanes(const arc_block *block, size_t first,
+                                                             size_t count, float time, tw_trs *locals) {
+  vector numbers[ARC_NUMBERS], at = everywhere(time), rows[4];
+  for (size_t i = 0; i < ARC_NUMBERS; i++) numbers[i] = load(block->numbers[i] + first);
+  turn(numbers, choose(at > numbers[ARC_START], at, numbers[ARC_START]), rows);
+  apart turned = take_apart(rows, 4);
+  const uint32_t *nodes = block->nodes + first;
+  if (count < LANES) {
+    apart kept = turned;
+    for (size_t lane = 0; lane < count; lane++) put_one_apart(&kept, 4, lane, locals[nodes[lane]].rotation);
+    return;
   }
+  for (size_t m = 0; m < LANES / 4; m++)
+    for (size_t r = 0; r < 4; r++, nodes++) put(locals[*nodes].rotation, four_of(turned.rows[r], m));
+}
+
+static void pose_arcs(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals) {
+  for (size_t i = 0; i < whole_count; i++)
+    for (size_t first = 0; first < ARC_BLOCK; first += LANES)
+      pose_lanes(&blocks[i], first, LANES, time, locals);
+  for (size_t i = whole_count; i < count; i++)
+    for (size_t first = 0; first < ARC_BLOCK; first += LANES) {
+      size_t begun = count_of(load(blocks[i].numbers[ARC_START] + first) <= time);
+      if (begun > 0) pose_lanes(&blocks[i], first, begun, time, locals);
+      if (begun < LANES) return;
+    }
 }
 
 #endif

@@ -1,4 +1,4 @@
-/* Arcs in the order of time: the same poses as track by track, bit for bit, in memory and steps that no
+/* Arcs in frames along time: the same poses as track by track, bit for bit, in memory and steps that no
  * choice of keys makes many. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -94,14 +94,13 @@ static void assert_poses_are_samples(const group_scene *s) {
   }
 }
 
-/* Finding an arc looks at no more arcs than the tracks have about one snapshot. */
+/* What follows a frame takes no more blocks than the frame itself. */
 static void assert_steps_are_few(const tw_clip *clip) {
   for (const tw_arc_group *group = clip->groups; group; group = group->following) {
-    uint32_t most = 2 * (group->track_count > 16 ? group->track_count : 16);
-    for (uint32_t i = 0; i < group->snapshots.key_count; i++) {
-      bool is_last = i + 1 == group->snapshots.key_count;
-      assert_in_range((is_last ? group->arc_count : group->next[i + 1]) - group->next[i], 0, most);
-    }
+    assert_int_equal(group->standing_count, (group->track_count + ARC_BLOCK - 1) / ARC_BLOCK);
+    for (uint32_t i = 0; i < group->frames.key_count; i++)
+      assert_in_range(group->places[i + 1] - group->places[i], group->standing_count,
+                      2 * group->standing_count);
   }
 }
 
@@ -170,10 +169,20 @@ static void memory_grows_with_keys_and_not_with_where_they_are(void **state) {
   for (size_t rule = 0; rule < 3; rule++)
     for (size_t i = 0; i < 4; i++) {
       group_scene s = make_scene(shapes[i][0], shapes[i][1], shapes[i][2], rules[rule]);
-      /* Times and buckets 20 bytes, arcs 40, their copies 46; the rest is what tracks and blocks take. */
-      assert_in_range(tw_clip_size(s.clip), 0, 106 * s.keys + 700 * (uint64_t)s.track_count + 200000);
+      /* Times and buckets 20 bytes, arcs 40, their copies 88; the rest is what tracks and blocks take. */
+      assert_in_range(tw_clip_size(s.clip), 0, 148 * s.keys + 700 * (uint64_t)s.track_count + 200000);
       free_scene(&s);
     }
+}
+
+/* With the times of all tracks equal, a frame is the whole answer. */
+static void nothing_follows_frames_of_equal_times(void **state) {
+  (void)state;
+  group_scene s = make_scene(40, 50, 50, shared_time);
+  const tw_arc_group *group = s.clip->groups;
+  assert_int_equal(group->frames.key_count, 50);
+  assert_int_equal(group->places[50], 50 * group->standing_count);
+  free_scene(&s);
 }
 
 int main(void) {
@@ -182,6 +191,7 @@ int main(void) {
       cmocka_unit_test(a_track_alone_is_in_no_group),
       cmocka_unit_test(many_tracks_are_in_several_groups),
       cmocka_unit_test(memory_grows_with_keys_and_not_with_where_they_are),
+      cmocka_unit_test(nothing_follows_frames_of_equal_times),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -135,33 +135,34 @@ static void keys_are_given_back_exactly(void **state) {
   tw_clip_destroy(clip);
 }
 
-/* Each arc of a track as if it were a node's. */
+/* Each arc of a track as if it were a node's: of the blocks that are taken whole all, of the others those
+ * that have begun. */
 static void arcs_of_many_tracks_are_as_alone(void **state) {
   (void)state;
-  enum { NODES = 53 };
+  enum { BLOCKS = 4, NODES = BLOCKS * ARC_BLOCK };
   tw_clip *clip = make_clip(NODES);
   const tw_track *track = &clip->tracks[0];
-  arc_segment arcs[NODES];
-  uint32_t which[NODES], nodes[NODES];
+  static arc_block blocks[BLOCKS];
   for (uint32_t i = 0; i < NODES; i++) {
-    arcs[i] = track_arc(track, i);
-    which[i] = (i * 7) % NODES;
-    nodes[i] = NODES - 1 - i;
+    for (uint32_t j = 0; j < ARC_NUMBERS; j++)
+      blocks[i / ARC_BLOCK].numbers[j][i % ARC_BLOCK] = track->segments.arcs[j * NODES + i];
+    blocks[i / ARC_BLOCK].nodes[i % ARC_BLOCK] = NODES - 1 - i;
   }
   for (uint32_t set = 0; set < 3; set++) {
     const tw_track_kernels *kernels = tw_track_kernels_at(set);
-    for (uint32_t count = 0; kernels && count <= NODES; count++) {
-      tw_trs locals[NODES] = {{{0}, {0}, {0}}};
-      float time = 3;
-      kernels->pose_arcs(arcs, which, count, time, nodes, locals);
-      for (uint32_t i = 0; i < NODES; i++) {
-        float alone[4] = {0}, begun = fmaxf(time, arcs[which[i]].start);
-        if (i < count)
-          tw_track_kernels_at(0)->sample_arcs(track->segments.arcs, NODES, &which[i], &begun, 1, alone);
-        assert_memory_equal(locals[nodes[i]].rotation, alone, sizeof alone);
-        assert_true(locals[nodes[i]].translation[2] == 0 && locals[nodes[i]].scale[0] == 0);
+    for (uint32_t key = 0; kernels && key < NODES; key++)
+      for (uint32_t whole = 0; whole <= BLOCKS; whole++) {
+        tw_trs locals[NODES] = {{{0}, {0}, {0}}};
+        float time = track_arc(track, key).start;
+        kernels->pose_arcs(blocks, whole, BLOCKS, time, locals);
+        for (uint32_t i = 0; i < NODES; i++) {
+          float alone[4] = {0}, begun = fmaxf(time, track_arc(track, i).start);
+          if (i < whole * ARC_BLOCK || i <= key)
+            tw_track_kernels_at(0)->sample_arcs(track->segments.arcs, NODES, &i, &begun, 1, alone);
+          assert_memory_equal(locals[NODES - 1 - i].rotation, alone, sizeof alone);
+          assert_true(locals[i].translation[2] == 0 && locals[i].scale[0] == 0);
+        }
       }
-    }
   }
   tw_clip_destroy(clip);
 }
