@@ -1,8 +1,13 @@
-/* The cache: a hash table of entries, a list of them by use, one lock. Builds run outside the lock. */
+/* The cache: a hash table of entries, a list of them by use, one lock. Builds run outside the lock.
+ *
+ * The table holds what it lists, as users do. Only under the lock does a reference come from the table, so
+ * that what the table alone holds stays so until the lock is given back; whoever lets go of the last
+ * reference frees the entry, with the lock or without it. */
 #include "cache.h"
 
 #include <assert.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,7 +17,8 @@ typedef enum entry_state { BUILDING, READY, FAILED } entry_state;
 
 struct api_entry {
   api_cache *cache; /* NULL: of one request's own */
-  uint32_t references, hash;
+  atomic_uint references;
+  uint32_t hash;
   entry_state state;
   bool is_listed; /* in the table: others may find it */
   api_built built;
@@ -25,7 +31,8 @@ struct api_entry {
 struct api_cache {
   pthread_mutex_t lock;
   pthread_cond_t built; /* some entry has left BUILDING */
-  uint64_t budget, size;
+  uint64_t budget;
+  atomic_uint_fast64_t size; /* of the complete entries; changes under the lock */
   api_entry *newest, *oldest;
   api_entry *buckets[BUCKETS];
 };
@@ -102,17 +109,25 @@ static void list_entry(api_cache *cache, api_entry *entry) {
   link_first(cache, entry);
   link_newest(cache, entry);
   entry->is_listed = true;
+  atomic_fetch_add(&entry->references, 1);
 }
 
-/* Takes the entry out of table, list and account. */
-static void unlist_entry(api_cache *cache, api_entry *entry) {
+/* Takes the entry out of table, list and account. True when nobody else holds it: it is to be destroyed,
+ * outside the lock. */
+static bool unlist_entry(api_cache *cache, api_entry *entry) {
   unlink_bucket(cache, entry);
   unlink_use(cache, entry);
   entry->is_listed = false;
-  if (entry->state == READY) cache->size -= entry->built.size;
+  if (entry->state == READY) atomic_fetch_sub(&cache->size, entry->built.size);
+  return atomic_fetch_sub(&entry->references, 1) == 1;
 }
 
-/* Frees an entry that nobody holds or finds. */
+/* Whether only the table holds the entry, which is listed. */
+static bool is_unheld(const api_entry *entry) {
+  return atomic_load(&entry->references) == 1;
+}
+
+/* Frees an entry that nobody holds. */
 static void destroy_entry(api_entry *entry) {
   if (entry->state == READY && entry->built.destroy) entry->built.destroy(entry->built.value);
   free(entry);
@@ -124,8 +139,7 @@ static api_entry *evict(api_cache *cache) {
   api_entry *evicted = NULL;
   for (api_entry *entry = cache->oldest; entry && cache->size > cache->budget;) {
     api_entry *newer = entry->newer;
-    if (entry->references == 0) {
-      unlist_entry(cache, entry);
+    if (is_unheld(entry) && unlist_entry(cache, entry)) {
       entry->next_in_bucket = evicted;
       evicted = entry;
     }
@@ -140,10 +154,8 @@ static api_entry *crowd_out(api_cache *cache, uint32_t hash) {
   uint32_t length = 0;
   api_entry *last = NULL;
   for (api_entry *entry = *bucket_of(cache, hash); entry; entry = entry->next_in_bucket, length++)
-    if (entry->references == 0) last = entry;
-  if (length < CHAIN_MOST || !last) return NULL;
-  unlist_entry(cache, last);
-  return last;
+    if (is_unheld(entry)) last = entry;
+  return length >= CHAIN_MOST && last && unlist_entry(cache, last) ? last : NULL;
 }
 
 static void destroy_chain(api_entry *entry) {
@@ -158,8 +170,9 @@ void api_cache_destroy(api_cache *cache) {
   if (!cache) return;
   while (cache->oldest) {
     api_entry *entry = cache->oldest;
-    assert(entry->references == 0);
-    unlist_entry(cache, entry);
+    bool is_last = unlist_entry(cache, entry);
+    assert(is_last);
+    (void)is_last;
     destroy_entry(entry);
   }
   pthread_cond_destroy(&cache->built);
@@ -171,7 +184,7 @@ void api_cache_destroy(api_cache *cache) {
 
 /* Chains are in the order of use as well, see crowd_out. */
 static void touch(api_cache *cache, api_entry *entry) {
-  entry->references++;
+  atomic_fetch_add(&entry->references, 1);
   if (*bucket_of(cache, entry->hash) != entry) {
     unlink_bucket(cache, entry);
     link_first(cache, entry);
@@ -223,9 +236,9 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_build buil
   entry->built = built;
   entry->built.size += sizeof *entry + strlen(entry->key);
   entry->fault = *fault;
-  if (!is_built && entry->is_listed) unlist_entry(cache, entry);
+  if (!is_built && entry->is_listed) unlist_entry(cache, entry); /* the caller still holds it */
   entry->state = is_built ? READY : FAILED;
-  if (is_built && entry->is_listed) cache->size += entry->built.size;
+  if (is_built && entry->is_listed) atomic_fetch_add(&cache->size, entry->built.size);
   api_entry *evicted = evict(cache);
   pthread_cond_broadcast(&cache->built);
   pthread_mutex_unlock(&cache->lock);
@@ -255,7 +268,7 @@ api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, vo
   memcpy(entry->key, key, length);
   entry->cache = cache;
   entry->hash = hash;
-  entry->references = 1;
+  atomic_init(&entry->references, 1);
   entry->state = BUILDING;
   api_entry *crowded_out = crowd_out(cache, hash);
   list_entry(cache, entry);
@@ -270,7 +283,7 @@ api_entry *api_entry_create(const api_built *built) {
     built->destroy(built->value);
     return NULL;
   }
-  entry->references = 1;
+  atomic_init(&entry->references, 1);
   entry->state = READY;
   entry->built = *built;
   return entry;
@@ -281,34 +294,26 @@ void *api_entry_value(const api_entry *entry) {
 }
 
 void api_entry_hold(api_entry *entry) {
-  if (entry->cache) pthread_mutex_lock(&entry->cache->lock);
-  entry->references++;
-  if (entry->cache) pthread_mutex_unlock(&entry->cache->lock);
+  atomic_fetch_add(&entry->references, 1);
 }
 
-void api_entries_release(api_cache *cache, api_entry *const *entries, size_t count) {
-  api_entry *gone = NULL;
-  bool is_unheld = false;
+/* What was over the budget while it was held goes when the table alone holds it. */
+static void fit_budget(api_cache *cache) {
+  if (atomic_load(&cache->size) <= cache->budget) return;
   pthread_mutex_lock(&cache->lock);
-  for (size_t i = 0; i < count; i++) {
-    if (--entries[i]->references > 0) continue;
-    is_unheld = true;
-    if (entries[i]->is_listed) continue;
-    entries[i]->next_in_bucket = gone;
-    gone = entries[i];
-  }
-  api_entry *evicted = is_unheld ? evict(cache) : NULL;
+  api_entry *evicted = evict(cache);
   pthread_mutex_unlock(&cache->lock);
-  destroy_chain(gone);
   destroy_chain(evicted);
 }
 
 void api_entry_release(api_entry *entry) {
   if (!entry) return;
-  if (entry->cache)
-    api_entries_release(entry->cache, &entry, 1);
-  else if (--entry->references == 0)
+  api_cache *cache = entry->cache;
+  uint32_t left = atomic_fetch_sub(&entry->references, 1) - 1;
+  if (left == 0)
     destroy_entry(entry);
+  else if (left == 1 && cache)
+    fit_budget(cache);
 }
 
 void api_cache_forget(api_cache *cache, const char *part) {
@@ -317,8 +322,7 @@ void api_cache_forget(api_cache *cache, const char *part) {
   for (api_entry *entry = cache->oldest; entry;) {
     api_entry *newer = entry->newer;
     if (strstr(entry->key, part)) {
-      unlist_entry(cache, entry);
-      if (entry->references == 0) {
+      if (unlist_entry(cache, entry)) {
         entry->next_in_bucket = gone;
         gone = entry;
       }
@@ -330,8 +334,5 @@ void api_cache_forget(api_cache *cache, const char *part) {
 }
 
 uint64_t api_cache_size(api_cache *cache) {
-  pthread_mutex_lock(&cache->lock);
-  uint64_t size = cache->size;
-  pthread_mutex_unlock(&cache->lock);
-  return size;
+  return atomic_load(&cache->size);
 }

@@ -48,9 +48,6 @@ void *api_entry_value(const api_entry *entry);
 void api_entry_hold(api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */
 
-/* Releases what api_cache_peek_all took. */
-void api_entries_release(api_cache *cache, api_entry *const *entries, size_t count);
-
 /* Forgets every key in which `part` stands. Who holds such an entry keeps it. */
 void api_cache_forget(api_cache *cache, const char *part);
 

@@ -105,7 +105,7 @@ api_outcome api_prepared_pose(api_call *call, api_kept_key *key) {
     query.model = api_entry_value(held[0]);
     query.clip = prepared->held_count > 1 ? api_entry_value(held[1]) : NULL;
     outcome = answer(call, prepared, &query, at);
-    api_entries_release(cache, held, prepared->held_count);
+    for (size_t i = 0; i < prepared->held_count; i++) api_entry_release(held[i]);
   }
   api_entry_release(entry);
   return outcome;

@@ -155,11 +155,11 @@ static void several_keys_are_looked_up_all_or_none(void **state) {
   assert_int_equal(shop.destroyed, 1);
   api_cache_forget(cache, "a");
   assert_int_equal(shop.destroyed, 1);
-  api_entries_release(cache, found, 2);
+  for (int i = 0; i < 2; i++) api_entry_release(found[i]);
   assert_int_equal(shop.destroyed, 2);
   assert_false(api_cache_peek_all(cache, keys, 1, found));
   assert_true(api_cache_peek_all(cache, keys + 1, 1, found));
-  api_entries_release(cache, found, 1);
+  api_entry_release(found[0]);
   api_cache_destroy(cache);
   assert_int_equal(shop.destroyed, shop.built);
 }
@@ -173,13 +173,13 @@ static void keys_that_are_looked_up_together_are_used_together(void **state) {
   for (const char *const *key = (const char *const[]){"a", "b", "c", NULL}; *key; key++)
     api_entry_release(take(cache, *key, &shop));
   assert_true(api_cache_peek_all(cache, keys, 2, found));
-  api_entries_release(cache, found, 2);
+  for (int i = 0; i < 2; i++) api_entry_release(found[i]);
   api_entry_release(take(cache, "d", &shop)); /* drives out c */
   assert_null(api_cache_peek(cache, "c"));
   api_entry_release(take(cache, "e", &shop)); /* and b */
   assert_null(api_cache_peek(cache, "b"));
   assert_true(api_cache_peek_all(cache, keys + 1, 1, found));
-  api_entries_release(cache, found, 1);
+  api_entry_release(found[0]);
   api_cache_destroy(cache);
 }
 
