@@ -48,7 +48,9 @@ static const api_offer live_offers[] = {{"", "text/event-stream"}, {0}};
 #define WHOLE(path)    path, NULL
 #define OF_MODEL(tail) "/v1/models/{id}" tail, tail
 
+/* What is asked for most comes first: the routes are gone through in this order. */
 static const api_route routes[] = {
+    {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
     {"GET", WHOLE("/healthz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
     {"GET", WHOLE("/readyz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
     {"GET", WHOLE("/version"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
@@ -67,7 +69,6 @@ static const api_route routes[] = {
      api_post_surface},
     {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, false, false, json_offers, tracks_parameters,
      api_get_tracks},
-    {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
     {"POST", OF_MODEL("/pose"), API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
     {"GET", OF_MODEL("/live"), API_TAKES_NOTHING, false, false, live_offers, live_parameters, api_get_live},
     {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
