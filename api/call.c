@@ -51,58 +51,54 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
   }
 }
 
-_Static_assert(sizeof(api_stamp) == SHA256_DIGEST_SIZE, "a stamp is a SHA-256");
-
-void api_stamp_make(const char *representation, const char *canonical, api_stamp *out) {
+void api_stamp_make(const char *id, const char *representation, const char *canonical, api_stamp *out) {
   struct sha256_ctx hash;
+  uint8_t digest[API_STAMP_DIGEST];
   sha256_init(&hash);
   sha256_update(&hash, strlen(representation) + 1, (const uint8_t *)representation);
   sha256_update(&hash, strlen(canonical) + 1, (const uint8_t *)canonical);
   /* Another version may print or compute the same answer in other bytes. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
-  sha256_digest(&hash, sizeof out->digest, out->digest);
+  sha256_digest(&hash, sizeof digest, digest);
+  char *end = out->text;
+  *end++ = '"';
+  memcpy(end, id, API_ID_TEXT - 1);
+  end += API_ID_TEXT - 1;
+  *end++ = '-';
+  api_hex(digest, sizeof digest, end);
 }
 
-/* NULL without memory. */
-static const char *print_tag(api_call *call, const char *id, const uint8_t *digest) {
-  const size_t id_size = API_ID_TEXT - 1, digest_size = 8;
-  char *tag = tw_arena_alloc_raw(call->arena, 1, id_size + 2 * digest_size + sizeof "\"-\""), *end = tag;
+/* A tag of the stamp and, where one of its own is asked for, a mark. NULL without memory. */
+static const char *print_tag(api_call *call, const api_stamp *stamp, const char *mark) {
+  size_t size = mark ? strlen(mark) : 0;
+  char *tag = tw_arena_alloc_raw(call->arena, 1, sizeof stamp->text + size + sizeof "-\""), *end = tag;
   if (!tag) return NULL;
-  *end++ = '"';
-  memcpy(end, id, id_size);
-  end += id_size;
-  *end++ = '-';
-  api_hex(digest, digest_size, end);
-  end += 2 * digest_size;
+  memcpy(end, stamp->text, sizeof stamp->text);
+  end += sizeof stamp->text;
+  if (mark) {
+    *end++ = '-';
+    memcpy(end, mark, size);
+    end += size;
+  }
   memcpy(end, "\"", sizeof "\"");
   return tag;
 }
 
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
   api_stamp stamp;
-  api_stamp_make(representation, canonical, &stamp);
-  return print_tag(call, id, stamp.digest);
+  api_stamp_make(id, representation, canonical, &stamp);
+  return print_tag(call, &stamp, NULL);
 }
 
-static api_outcome validate(api_call *call, const api_stamp *stamp) {
-  const char *etag = print_tag(call, call->id, stamp->digest);
+api_outcome api_validate_stamp(api_call *call, const api_stamp *stamp, const char *mark) {
+  const char *etag = print_tag(call, stamp, mark);
   return etag ? api_validate_tag(call, etag) : api_fail_without_memory(call);
 }
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
   api_stamp stamp;
-  api_stamp_make(representation, canonical, &stamp);
-  return validate(call, &stamp);
-}
-
-api_outcome api_validate_times(api_call *call, const api_stamp *stamp, const char *times, size_t size) {
-  struct sha256_ctx hash;
-  api_stamp timed;
-  sha256_init(&hash);
-  sha256_update(&hash, sizeof stamp->digest, stamp->digest);
-  sha256_update(&hash, size, (const uint8_t *)times);
-  sha256_digest(&hash, sizeof timed.digest, timed.digest);
-  return validate(call, &timed);
+  api_stamp_make(call->id, representation, canonical, &stamp);
+  return api_validate_stamp(call, &stamp, NULL);
 }
 
 api_outcome api_validate_tag(api_call *call, const char *etag) {

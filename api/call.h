@@ -47,19 +47,20 @@ api_outcome api_reply(api_call *call, api_text *text);
 
 /* ---- answers about immutable models ---- */
 
-/* What an entity tag stands for beside the model: the representation ("pose.json") and `canonical`, all
- * parameters with their defaults filled in. */
+/* What many entity tags begin with. It stands for the model, the representation ("pose.json") and
+ * `canonical`, all parameters with their defaults filled in. Not terminated. */
+enum { API_STAMP_DIGEST = 8 };
 typedef struct api_stamp {
-  uint8_t digest[32];
+  char text[1 + (API_ID_TEXT - 1) + 1 + 2 * API_STAMP_DIGEST];
 } api_stamp;
-void api_stamp_make(const char *representation, const char *canonical, api_stamp *out);
+void api_stamp_make(const char *id, const char *representation, const char *canonical, api_stamp *out);
 
 /* Sets the caching headers and the entity tag. Then judges If-None-Match and If-Match: API_DONE when the
  * answer is 304 already, API_FAILED for 412, API_LATER to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
-/* The same where the tag stands for times as well: many answers then share a stamp. */
-api_outcome api_validate_times(api_call *call, const api_stamp *stamp, const char *times, size_t size);
+/* The same with a stamp. mark: what the tag stands for beside it, in letters and digits; NULL for nothing. */
+api_outcome api_validate_stamp(api_call *call, const api_stamp *stamp, const char *mark);
 
 /* The same with a tag that is known; it lives as long as the answer. */
 api_outcome api_validate_tag(api_call *call, const char *etag);

@@ -3,6 +3,7 @@
 
 #include "query.h"
 
+#include <nettle/sha2.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -161,7 +162,33 @@ bool api_pose_request_stamp(const api_call *call, const api_pose_request *reques
   api_text text = {0};
   api_pose_request_print(request, choice, &text);
   api_text_bytes(&text, "", 1);
-  if (!text.failed) api_stamp_make(representation, text.data, out);
+  if (!text.failed) api_stamp_make(call->id, representation, text.data, out);
+  bool is_made = !text.failed;
+  api_text_deinit(&text);
+  return is_made;
+}
+
+void api_time_mark(float time, char out[API_TIMES_MARK]) {
+  uint32_t bits;
+  memcpy(&bits, &time, sizeof bits);
+  for (int shift = 28; shift >= 0; shift -= 4) *out++ = "0123456789abcdef"[bits >> shift & 15];
+  *out = '\0';
+}
+
+bool api_times_mark(const api_times *times, char out[API_TIMES_MARK]) {
+  if (times->list && times->count == 1) {
+    api_time_mark(times->list[0], out);
+    return true;
+  }
+  api_text text = {0};
+  api_times_print(times, &text);
+  struct sha256_ctx hash;
+  uint8_t digest[API_STAMP_DIGEST];
+  sha256_init(&hash);
+  sha256_update(&hash, text.size, (const uint8_t *)text.data);
+  sha256_digest(&hash, sizeof digest, digest);
+  api_hex(digest, sizeof digest, out);
+  out[2 * sizeof digest] = '\0';
   bool is_made = !text.failed;
   api_text_deinit(&text);
   return is_made;

@@ -27,4 +27,10 @@ void api_pose_request_print(const api_pose_request *request, const api_clip_choi
 bool api_pose_request_stamp(const api_call *call, const api_pose_request *request,
                             const api_clip_choice *choice, api_stamp *out);
 
+/* What such a tag says of times: of one its bits, as long and as cheap for each, of several a digest.
+ * Terminated; false without memory. */
+enum { API_TIMES_MARK = 2 * API_STAMP_DIGEST + 1 };
+void api_time_mark(float time, char out[API_TIMES_MARK]);
+bool api_times_mark(const api_times *times, char out[API_TIMES_MARK]);
+
 #endif

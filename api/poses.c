@@ -46,13 +46,10 @@ static api_outcome check_size(api_call *call, const api_pose_query *query) {
 
 static api_outcome validate(api_call *call, const api_pose_request *request, const api_clip_choice *choice) {
   api_stamp stamp;
-  api_text times = {0};
+  char mark[API_TIMES_MARK];
   bool is_stamped = api_pose_request_stamp(call, request, choice, &stamp);
-  api_times_print(&request->query.times, &times);
-  api_outcome outcome = is_stamped && !times.failed ? api_validate_times(call, &stamp, times.data, times.size)
-                                                    : api_fail_without_memory(call);
-  api_text_deinit(&times);
-  return outcome;
+  return is_stamped && api_times_mark(&request->query.times, mark) ? api_validate_stamp(call, &stamp, mark)
+                                                                   : api_fail_without_memory(call);
 }
 
 static void destroy_answer(void *context) {

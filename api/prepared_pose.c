@@ -83,12 +83,12 @@ static api_outcome print(api_call *call, const prepared_pose *prepared, const ap
 
 /* With model and clip of the query, which are held. */
 static api_outcome answer(api_call *call, const prepared_pose *prepared, api_pose_query *query, float at) {
-  char time[TW_NUMBER_TEXT];
+  char time[TW_NUMBER_TEXT], mark[API_TIMES_MARK];
   size_t size = tw_print_float(time, at);
   query->times =
       (api_times){.is_given = true, .count = 1, .list = &at, .printed = time, .printed_size = size};
-  time[size] = ','; /* as api_times_print prints lists */
-  api_outcome outcome = api_validate_times(call, &prepared->stamp, time, size + 1);
+  api_time_mark(at, mark);
+  api_outcome outcome = api_validate_stamp(call, &prepared->stamp, mark);
   return outcome == API_LATER ? print(call, prepared, query) : outcome;
 }
 
