@@ -4,6 +4,7 @@
 #include "pose_frame.h"
 #include "pose_print.h"
 
+#include <stddef.h>
 #include <string.h>
 
 /* Local transforms of one block: enough times at once for the clip's work track by track. */
@@ -41,6 +42,7 @@ struct api_pose_body {
   uint32_t block_times, block_count, block_next;
   float *sampled;    /* [block_times], folded onto the clip */
   tw_trs *locals;    /* [block_times][nodes of the model] */
+  bool is_direct;    /* locals are the row itself */
   float *matrices;   /* [nodes of the model][16]; NULL where local transforms are told as they are */
   float *lanes;      /* a block of TW_LANES times side by side, in place of locals; NULL: one by one */
   float *lane_world; /* the same block's world matrices */
@@ -119,18 +121,17 @@ static void put_euler(api_pose_body *body, const tw_trs *local, uint32_t index, 
   for (int i = 0; query->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
 }
 
-static void put_trs(const tw_trs *trs, float *out) {
-  memcpy(out, trs->rotation, sizeof trs->rotation);
-  memcpy(out + 4, trs->translation, sizeof trs->translation);
-  memcpy(out + 7, trs->scale, sizeof trs->scale);
-}
+/* A transform is told as it is held: see trs_parts. */
+_Static_assert(offsetof(tw_trs, rotation) == 0 && offsetof(tw_trs, translation) == 4 * sizeof(float) &&
+                   offsetof(tw_trs, scale) == 7 * sizeof(float) && sizeof(tw_trs) == 10 * sizeof(float),
+               "rotation, translation and scale, without gaps");
 
 /* One node's numbers, as api_pose_parts orders them. */
 static void put_node(api_pose_body *body, const tw_trs *local, uint32_t index, float *out) {
   const api_pose_query *query = &body->query;
   switch (query->as) {
   case API_AS_MATRIX: return;
-  case API_AS_TRS: put_trs(local, out); return;
+  case API_AS_TRS: memcpy(out, local, sizeof *local); return;
   case API_AS_EULER:
     put_euler(body, local, index, out);
     out += 3;
@@ -164,17 +165,15 @@ static void put_matrices(api_pose_body *body, uint32_t index, float *out) {
 /* Fills a row with the next pose. */
 static void evaluate_pose(api_pose_body *body, float *row) {
   const api_pose_query *query = &body->query;
+  if (body->is_direct) body->locals = (tw_trs *)(void *)row;
   if (body->block_next == body->block_count) evaluate_block(body);
   uint32_t index = body->block_next++, count = query->node_count;
   const tw_trs *locals = body->locals + (size_t)index * query->model->node_count;
-  const uint32_t *nodes = query->nodes;
   if (body->matrices)
     put_matrices(body, index, row);
-  else if (query->as == API_AS_TRS)
-    for (uint32_t i = 0; i < count; i++) put_trs(&locals[nodes[i]], row + i * sizeof(tw_trs) / sizeof *row);
-  else
+  else if (!body->is_direct)
     for (uint32_t i = 0; i < count; i++)
-      put_node(body, &locals[nodes[i]], i, row + i * api_pose_width(query->as));
+      put_node(body, &locals[query->nodes[i]], i, row + i * api_pose_width(query->as));
   body->has_euler = true;
 }
 
@@ -345,6 +344,10 @@ static bool allocate_block(api_pose_body *body, tw_arena *arena) {
   if (times > query->times.count) times = query->times.count;
   body->block_times = times ? (uint32_t)times : 1;
   body->sampled = tw_arena_alloc_raw(arena, body->block_times, sizeof *body->sampled);
+  /* One pose of all nodes, told as it is held, is evaluated where it is told from. */
+  body->is_direct =
+      body->block_times == 1 && query->as == API_AS_TRS && !query->is_world && api_pose_has_all_nodes(query);
+  if (body->is_direct) return body->sampled;
   body->locals = tw_arena_alloc_raw(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
   return body->sampled && body->locals;
 }

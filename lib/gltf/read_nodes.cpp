@@ -30,7 +30,7 @@ void read_node(Document &document, size_t index) {
   node.parent = TW_NO_INDEX;
   node.mesh = optional_index(source.mesh, document.source.meshes.size(), pointer + "/mesh");
   node.skin = optional_index(source.skin, document.source.skins.size(), pointer + "/skin");
-  node.rest = tw_trs{{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}};
+  node.rest = tw_trs{{0, 0, 0, 1}, {0, 0, 0}, {1, 1, 1}};
   copy_numbers(source.translation, 3, node.rest.translation, pointer + "/translation");
   copy_numbers(source.rotation, 4, node.rest.rotation, pointer + "/rotation");
   copy_numbers(source.scale, 3, node.rest.scale, pointer + "/scale");

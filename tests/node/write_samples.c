@@ -323,7 +323,7 @@ static void write_hierarchy(void) {
   uint32_t arm = fixture_node(&f, NULL, 0, TW_NO_INDEX),
            hand = fixture_node(&f, "hand \"\xC3\xA9\" \\", arm, 0);
   fixture_node(&f, NULL, hand, TW_NO_INDEX);
-  f.model->nodes[0].rest = (tw_trs){{1, 2, 3}, {0.5f, 0.5f, 0.5f, 0.5f}, {1, 2, 0.5f}};
+  f.model->nodes[0].rest = (tw_trs){{0.5f, 0.5f, 0.5f, 0.5f}, {1, 2, 3}, {1, 2, 0.5f}};
   f.model->nodes[arm].has_matrix = true;
   static const float turned[16] = {0, 2, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1};
   memcpy(f.model->nodes[arm].matrix, turned, sizeof turned);

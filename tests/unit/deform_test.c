@@ -123,7 +123,7 @@ static void targets_move_before_joints_do(void **state) {
   fixture_init(&f, cube_text);
   fixture_add_skin(&f);
   fixture_add_morphs(&f, 1);
-  tw_trs hip = {{1, 2, 3}, {0, 0, 0, 1}, {2, 2, 2}};
+  tw_trs hip = {{0, 0, 0, 1}, {1, 2, 3}, {2, 2, 2}};
   matrices_of(&f, hip, f.model->nodes[2].rest, matrices);
   static const float weight = 3;
   float *out = deformed(&f, &weight, matrices[0]);
@@ -168,7 +168,7 @@ static void rigid_pose_commutes_with_subdivision(void **state) {
   uint16_t *joints = fixture_alloc(&f, mesh->point_count, 4 * sizeof *joints);
   for (uint32_t i = 0; i < 4 * mesh->point_count; i++) joints[i] = 1;
   mesh->skin.joints = joints;
-  tw_trs knee = {{3, 1, -2}, {0.5f, 0.5f, -0.5f, 0.5f}, {1, 2, 3}};
+  tw_trs knee = {{0.5f, 0.5f, -0.5f, 0.5f}, {3, 1, -2}, {1, 2, 3}};
   matrices_of(&f, f.model->nodes[1].rest, knee, matrices);
   float *moved = deformed(&f, NULL, matrices[0]);
   tw_mesh posed = *mesh;

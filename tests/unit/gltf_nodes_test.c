@@ -55,7 +55,7 @@ static void nodes_keep_names_order_and_transforms(void **state) {
   static const char odd[] = "say \"\xC3\xA4\" \\ /";
   uint32_t child = fixture_node(&f, odd, 0, TW_NO_INDEX);
   uint32_t grandchild = fixture_node(&f, NULL, child, TW_NO_INDEX);
-  f.model->nodes[child].rest = (tw_trs){{1, 2, 0.1f}, {0, 0.6f, 0, 0.8f}, {1, 1, 1}};
+  f.model->nodes[child].rest = (tw_trs){{0, 0.6f, 0, 0.8f}, {1, 2, 0.1f}, {1, 1, 1}};
   f.model->nodes[grandchild].has_matrix = true;
   static const float sheared[16] = {1, 0, 0, 0, 0.5f, 1, 0, 0, 0, 0, 1, 0, 7, 8, 9, 1};
   memcpy(f.model->nodes[grandchild].matrix, sheared, sizeof sheared);

@@ -47,13 +47,14 @@ void tw_quat_from_matrix3(const float m[9], float out[4]); /* of a rotation matr
 void tw_quat_rotate(const float q[4], const float point[3], float out[3]);
 void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]); /* the short way */
 
+/* Ten floats without gaps: an array of these is one of numbers, too. */
 typedef struct tw_trs {
-  float translation[3];
   float rotation[4];
+  float translation[3];
   float scale[3];
 } tw_trs;
 
-#define TW_TRS_IDENTITY ((tw_trs){{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}})
+#define TW_TRS_IDENTITY ((tw_trs){{0, 0, 0, 1}, {0, 0, 0}, {1, 1, 1}})
 
 void tw_trs_to_matrix(const tw_trs *trs, float out[16]);
 /* TRS of a finite affine matrix; false when it has shear, a zero axis or a last row other than 0 0 0 1,
