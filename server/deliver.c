@@ -2,6 +2,7 @@
  * others in one of their own, whose body is pulled out of them. */
 #include "ahead.h"
 #include "clock.h"
+#include "field_block.h"
 #include "loop.h"
 
 #include <microhttpd.h>
@@ -26,8 +27,8 @@ typedef struct field_list {
 } field_list;
 
 static void list_fields(const srv_exchange *exchange, const api_answer *answer, field_list *out) {
-  out->count = answer->header_count;
-  memcpy(out->fields, answer->headers, answer->header_count * sizeof *out->fields);
+  memcpy(out->fields + out->count, answer->headers, answer->header_count * sizeof *out->fields);
+  out->count += answer->header_count;
   srv_exchange_timing(exchange, out->timing);
   out->fields[out->count++] = (api_header){"X-Request-Id", exchange->id};
   out->fields[out->count++] = (api_header){"Server-Timing", out->timing};
@@ -46,11 +47,11 @@ static bool has_reply(const srv_exchange *exchange) {
 /* True when the answer is queued. */
 static bool queue_reply(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
-  field_list list;
   if (!has_reply(exchange)) return false;
+  field_list list;
+  list.count = 1;
+  list.fields[0] = (api_header){"Date", srv_date_now()}; /* else the library makes it for each answer */
   list_fields(exchange, &exchange->answer, &list);
-  /* The library would make it for each answer. */
-  list.fields[list.count++] = (api_header){"Date", srv_date_now()};
   c->reply = srv_replies_take(c->owner->replies, list.fields, list.count, exchange->answer.bytes);
   if (c->reply == NULL) return false;
   if (MHD_queue_response(c->mhd, MHD_HTTP_OK, srv_reply_response(c->reply)) != MHD_YES) {
@@ -142,6 +143,7 @@ static struct MHD_Response *create_response(delivery *d) {
 static bool add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
                        bool close) {
   field_list list;
+  list.count = 0;
   list_fields(exchange, &d->answer, &list);
   if (close) list.fields[list.count++] = (api_header){"Connection", "close"};
   for (size_t i = 0; i < list.count; i++) {

@@ -1,7 +1,11 @@
 /* A table with a place for each size, and for those that are as much larger as it has places: whoever comes
- * with another size, or other names of fields, takes the place over. Places hold fields; the bytes of many
- * are in one buffer, because hardly ever is more than one of them being sent. */
+ * with another size, of the bytes or of the fields, takes the place over. The library knows one field only,
+ * the first; in its value the others follow, written over what the library was given, which takes a line's
+ * end from nobody: so it copies them in one piece. The bytes of a table are in one buffer, which stays in the
+ * processor's cache; hardly ever is more than one of them being sent, and then the next table serves. */
 #include "reply.h"
+
+#include "field_block.h"
 
 #include <microhttpd.h>
 #include <stdlib.h>
@@ -11,28 +15,30 @@
 
 enum {
   PLACES = 256,
-  BUFFERS = 4,
+  TABLES = 4,
   SIZE_MOST = 16 << 10,
   TURNS_MAX = 10 /* of the library, to take a connection over, to read, to send */
 };
 
-/* Of PLACES / BUFFERS sizes that follow each other. */
-typedef struct buffer {
-  bool is_taken; /* one of its replies is being sent */
-  uint8_t bytes[SIZE_MOST];
-} buffer;
+typedef struct table table;
 
 struct srv_reply {
-  struct MHD_Response *response;
-  buffer *buffer;
-  size_t size, field_count;
-  api_header fields[SRV_FIELDS_MAX]; /* the caller's names, and the library's copies of the values */
+  struct MHD_Response *response; /* NULL: a free place */
+  table *table;
+  char *fields; /* the library's copy of the first one's value, and the others behind it */
+  size_t size, fields_size;
+};
+
+struct table {
+  bool is_taken; /* one of its replies is being sent */
+  srv_reply places[PLACES];
+  uint8_t bytes[SIZE_MOST];
 };
 
 struct srv_replies {
   bool rewrites;
-  srv_reply *places[PLACES];
-  buffer buffers[BUFFERS];
+  srv_field_block block; /* of the last answer */
+  table tables[TABLES];
 };
 
 /* ---- what the library sends ------------------------------------------------------------------ */
@@ -63,10 +69,12 @@ static bool is_sent(struct MHD_Daemon *daemon, int client, const char *field) {
 }
 
 static bool sends_what_is_written(struct MHD_Daemon *daemon, int client, struct MHD_Response *response) {
-  if (MHD_add_response_header(response, "Tag", "before") != MHD_YES) return false;
-  if (!is_sent(daemon, client, "\r\nTag: before\r\n")) return false;
-  memcpy((char *)(uintptr_t)MHD_get_response_header(response, "Tag"), "behind", strlen("behind"));
-  return is_sent(daemon, client, "\r\nTag: behind\r\n");
+  static const char BEFORE[] = "one is there", BEHIND[] = "1\r\nTwo: is 2";
+  if (MHD_add_response_header(response, "Tag", BEFORE) != MHD_YES) return false;
+  if (!is_sent(daemon, client, "\r\nTag: one is there\r\n")) return false;
+  _Static_assert(sizeof BEFORE == sizeof BEHIND, "takes its place");
+  memcpy((char *)(uintptr_t)MHD_get_response_header(response, "Tag"), BEHIND, sizeof BEHIND - 1);
+  return is_sent(daemon, client, "\r\nTag: 1\r\nTwo: is 2\r\n");
 }
 
 /* Asks it, over a pair of sockets: it sends one response twice, and in between a value is written over. */
@@ -89,7 +97,7 @@ bool srv_rewrites(void) {
   return rewrites;
 }
 
-/* ---- table ----------------------------------------------------------------------------------- */
+/* ---- tables ---------------------------------------------------------------------------------- */
 
 srv_replies *srv_replies_create(bool rewrites) {
   srv_replies *replies = calloc(1, sizeof *replies);
@@ -97,95 +105,55 @@ srv_replies *srv_replies_create(bool rewrites) {
   return replies;
 }
 
-static void destroy_reply(srv_reply *reply) {
-  if (reply == NULL) return;
-  MHD_destroy_response(reply->response);
-  free(reply);
+/* Leaves a free place. */
+static void clear_place(srv_reply *place) {
+  if (place->response != NULL) MHD_destroy_response(place->response);
+  *place = (srv_reply){0};
 }
 
 void srv_replies_destroy(srv_replies *replies) {
   if (replies == NULL) return;
-  for (size_t i = 0; i < PLACES; i++) destroy_reply(replies->places[i]);
+  for (size_t i = 0; i < TABLES; i++)
+    for (size_t k = 0; k < PLACES; k++) clear_place(&replies->tables[i].places[k]);
   free(replies);
 }
 
-static srv_reply *create_reply(buffer *buffer, size_t size, size_t field_count) {
-  srv_reply *reply = calloc(1, sizeof *reply);
-  if (reply == NULL) return NULL;
-  *reply = (srv_reply){.buffer = buffer, .size = size, .field_count = field_count};
-  reply->response = MHD_create_response_from_buffer(size, buffer->bytes, MHD_RESPMEM_PERSISTENT);
-  if (reply->response != NULL) return reply;
-  free(reply);
-  return NULL;
-}
-
-/* Whether the reply has as many bytes, and fields of the same names in the same order. */
-static bool is_like(const srv_reply *reply, const api_header *fields, size_t field_count, size_t size) {
-  if (reply->size != size || reply->field_count != field_count) return false;
-  for (size_t i = 0; i < field_count; i++) {
-    const char *name = reply->fields[i].name, *wanted = fields[i].name;
-    if (name != wanted && strcmp(name, wanted) != 0) return false;
-  }
-  return true;
-}
-
-/* Whether the library would take it: it refuses what ends a field, or could. */
-static bool is_plain(const char *value, size_t size) {
-  uint32_t control = 0;
-  for (size_t i = 0; i < size; i++) control |= (unsigned char)value[i] < 0x20;
-  return control == 0;
-}
-
-/* Writes over the library's copy of a value what is as long; false when it is not. */
-static bool rewrite(const api_header *field, const char *value) {
-  size_t size = strlen(value);
-  if (strlen(field->value) != size || !is_plain(value, size)) return false;
-  memcpy((char *)(uintptr_t)field->value, value, size); /* see srv_rewrites */
-  return true;
-}
-
-/* Gives one of the reply's fields its first value, or another one. Two fields of one name are refused: the
- * library would not tell which of them a value is of. */
-static bool set_field(srv_reply *reply, api_header *field, const api_header *wanted, bool rewrites) {
-  if (field->value != NULL && strcmp(field->value, wanted->value) == 0) return true;
-  if (field->value != NULL && rewrites && rewrite(field, wanted->value)) return true;
-  if (field->value != NULL) {
-    MHD_del_response_header(reply->response, field->name, field->value);
-  } else if (MHD_get_response_header(reply->response, wanted->name) != NULL) {
+/* Makes a place's reply for so many bytes of a body, and for fields as long as these. */
+static bool fill_place(srv_reply *place, table *owner, const char *name, size_t size, size_t fields_size) {
+  clear_place(place);
+  char filler[SRV_FIELDS_SIZE_MAX + 1];
+  memset(filler, '-', fields_size);
+  filler[fields_size] = '\0';
+  struct MHD_Response *response = MHD_create_response_from_buffer(size, owner->bytes, MHD_RESPMEM_PERSISTENT);
+  if (response == NULL) return false;
+  if (MHD_add_response_header(response, name, filler) != MHD_YES) {
+    MHD_destroy_response(response);
     return false;
   }
-  if (MHD_add_response_header(reply->response, wanted->name, wanted->value) != MHD_YES) return false;
-  *field = (api_header){wanted->name, MHD_get_response_header(reply->response, wanted->name)};
+  char *fields = (char *)(uintptr_t)MHD_get_response_header(response, name); /* see srv_rewrites */
+  *place = (srv_reply){response, owner, fields, size, fields_size};
   return true;
 }
 
-/* After a failure the reply is good for nothing. */
-static bool fill(srv_reply *reply, const api_header *fields, api_bytes bytes, bool rewrites) {
-  for (size_t i = 0; i < reply->field_count; i++) {
-    if (!set_field(reply, &reply->fields[i], &fields[i], rewrites)) return false;
-  }
-  memcpy(reply->buffer->bytes, bytes.data, bytes.size);
-  return true;
+static table *find_table(srv_replies *replies) {
+  for (size_t i = 0; i < TABLES; i++)
+    if (!replies->tables[i].is_taken) return &replies->tables[i];
+  return NULL;
 }
 
 srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
                             api_bytes bytes) {
-  if (bytes.size == 0 || bytes.size > SIZE_MOST || field_count > SRV_FIELDS_MAX) return NULL;
-  size_t at = bytes.size % PLACES;
-  buffer *buffer = &replies->buffers[at / (PLACES / BUFFERS)];
-  if (buffer->is_taken) return NULL;
-  srv_reply **place = &replies->places[at], *reply = *place;
-  if (reply == NULL || !is_like(reply, fields, field_count, bytes.size)) {
-    destroy_reply(reply);
-    reply = *place = create_reply(buffer, bytes.size, field_count);
-  }
-  if (reply != NULL && fill(reply, fields, bytes, replies->rewrites)) {
-    buffer->is_taken = true;
-    return reply;
-  }
-  destroy_reply(reply);
-  *place = NULL;
-  return NULL;
+  table *table = replies->rewrites ? find_table(replies) : NULL;
+  if (table == NULL || bytes.size == 0 || bytes.size > SIZE_MOST) return NULL;
+  srv_field_block *block = &replies->block;
+  if (!srv_field_block_set(block, fields, field_count)) return NULL;
+  srv_reply *place = &table->places[bytes.size % PLACES];
+  bool is_like = place->size == bytes.size && place->fields_size == block->size;
+  if (!is_like && !fill_place(place, table, fields[0].name, bytes.size, block->size)) return NULL;
+  memcpy(place->fields, block->text, block->size);
+  memcpy(table->bytes, bytes.data, bytes.size);
+  table->is_taken = true;
+  return place;
 }
 
 struct MHD_Response *srv_reply_response(const srv_reply *reply) {
@@ -193,5 +161,5 @@ struct MHD_Response *srv_reply_response(const srv_reply *reply) {
 }
 
 void srv_reply_give_back(srv_reply *reply) {
-  if (reply != NULL) reply->buffer->is_taken = false;
+  if (reply != NULL) reply->table->is_taken = false;
 }

@@ -6,23 +6,22 @@
 
 #include "api.h"
 
-enum { SRV_FIELDS_MAX = API_HEADERS_MAX + 3 }; /* of one answer */
-
 struct MHD_Response;
 typedef struct srv_replies srv_replies;
 typedef struct srv_reply srv_reply;
 
-/* Whether the library sends what is written over its copy of a field's value. It may be relied on for as long
- * as the program runs, but the library does not promise it. */
+/* Whether the library sends what is written over its copy of a field's value, ends of lines too. It may be
+ * relied on for as long as the program runs, but the library does not promise it. */
 bool srv_rewrites(void);
 
-/* rewrites: values may be written over; else fields are made anew. NULL without memory. */
+/* rewrites: values may be written over; else nothing is taken. NULL without memory. */
 srv_replies *srv_replies_create(bool rewrites);
 void srv_replies_destroy(srv_replies *replies); /* NULL accepted; none is being sent */
 
-/* A reply with these bytes and fields, both copied but for the names, which live as long as the program. It
- * stays as it is until it is given back. NULL when there are no bytes or too many, when one like it is being
- * sent, when a field cannot be sent or comes twice, or without memory. */
+/* A reply with these bytes and fields, all copied. Every call has the same name in the first field, which is
+ * none that says how the answer is framed. The reply stays as it is until it is given back. NULL when there
+ * are no bytes or too many, too many or unfit ones of fields, when as many replies as can be are being sent,
+ * or without memory. */
 srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
                             api_bytes bytes);
 
