@@ -36,9 +36,11 @@ void srv_framing_target(srv_framing *framing, const char *target) {
     unclean |= !is_target_char((unsigned char)target[i]);
     arguments += target[i] == '&';
   }
-  framing->many_arguments = arguments > SRV_QUERY_ARGUMENTS_MAX;
+  framing->text = size;
+  framing->records = arguments * (size_t)SRV_RECORD_SIZE;
+  framing->many_arguments = arguments > SRV_ARGUMENTS_MAX;
   if (size > SRV_TARGET_MAX) refuse(framing, 414, "the request target is longer than 8192 bytes");
-  if (framing->many_arguments) refuse(framing, 400, "the query has more than 200 arguments");
+  if (framing->many_arguments) refuse(framing, 400, "the query has more than 100 arguments");
   if (unclean) refuse(framing, 400, "the request target holds a character that must be percent-encoded");
   if (!escapes_sound(target))
     refuse(framing, 400, "the request target holds a broken percent-encoding or %00");
@@ -92,14 +94,19 @@ static void take_coding(srv_framing *framing, const char *value, size_t size) {
   if (!same(value, size, "chunked")) refuse(framing, 501, "the only transfer coding known here is chunked");
 }
 
+/* The library copies cookies to cut them apart. */
+static size_t measure_cookies(const char *value, size_t size) {
+  size_t cookies = 1;
+  for (size_t i = 0; i < size; i++) cookies += value[i] == ';' || value[i] == ',';
+  return size + 1 + cookies * SRV_RECORD_SIZE;
+}
+
 void srv_framing_header(srv_framing *framing, const char *name, size_t name_size, const char *value,
                         size_t value_size) {
   framing->headers++;
-  framing->header_bytes += name_size + value_size + 4;
-  if (framing->headers > SRV_HEADERS_MAX || framing->header_bytes > SRV_HEADER_BYTES_MAX) {
-    refuse(framing, 431, "more than 100 headers, or more than 16384 bytes of them");
-    return;
-  }
+  framing->text += name_size + value_size + 4;
+  framing->records += SRV_RECORD_SIZE;
+  if (framing->headers > SRV_HEADERS_MAX) refuse(framing, 431, "there are more than 100 headers");
   if (!is_token(name, name_size)) {
     refuse(framing, 400, "a header's name holds a character that is not allowed");
     return;
@@ -108,6 +115,7 @@ void srv_framing_header(srv_framing *framing, const char *name, size_t name_size
   if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
   if (same(name, name_size, "Transfer-Encoding")) take_coding(framing, value, value_size);
   if (same(name, name_size, "Host")) framing->hosts++;
+  if (same(name, name_size, "Cookie")) framing->records += measure_cookies(value, value_size);
   if (same(name, name_size, "Expect")) {
     framing->continues = true;
     if (!same(value, value_size, "100-continue"))
@@ -116,6 +124,10 @@ void srv_framing_header(srv_framing *framing, const char *name, size_t name_size
 }
 
 void srv_framing_end(srv_framing *framing) {
+  if (framing->records > SRV_RECORDS_MAX || framing->text + framing->records > SRV_HEAD_MAX)
+    refuse(framing, 431,
+           "the request's head is longer than 18432 bytes, with 64 more for each header, argument and cookie "
+           "and cookies twice; or more than 10240 of them are no text");
   if (framing->has_length && framing->chunked) {
     refuse(framing, 400, "Content-Length and Transfer-Encoding exclude each other");
   }

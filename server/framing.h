@@ -9,9 +9,13 @@
 
 enum {
   SRV_TARGET_MAX = 8192,
-  SRV_QUERY_ARGUMENTS_MAX = 200,
+  SRV_ARGUMENTS_MAX = 100, /* of the query */
   SRV_HEADERS_MAX = 100,
-  SRV_HEADER_BYTES_MAX = 16384
+  /* What a head may take of the HTTP library's memory: in all, and beside its text, where each argument,
+   * header and cookie takes a record and cookies are copied. */
+  SRV_HEAD_MAX = 18 << 10,
+  SRV_RECORDS_MAX = 10 << 10,
+  SRV_RECORD_SIZE = 64
 };
 
 /* What the headers of one request say, filled by the functions below. */
@@ -22,7 +26,8 @@ typedef struct srv_framing {
   bool many_arguments;                 /* more than the HTTP library can cut apart */
   bool has_length, chunked, continues; /* continues: the client waits for 100 */
   uint64_t length;                     /* with has_length */
-  size_t headers, header_bytes, hosts;
+  size_t headers, hosts;
+  size_t text, records; /* bytes that the head takes of the HTTP library's memory */
 } srv_framing;
 
 /* First; target: as on the wire. */

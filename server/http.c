@@ -22,10 +22,11 @@
 #include <unistd.h>
 
 enum {
-  /* The library's pool: headers in and out, and the window of a body. With less, the longest target and the
-   * longest headers that framing.h admits would not fit at once, and of some that do there would be no room
-   * for the answer's fields: the library then closes without a word. */
-  CONNECTION_MEMORY = 32 << 10,
+  /* The library's pool: the head, in which it reads, its records of it, and the answer's fields. It clears
+   * the pool behind each request, so that more than it takes costs time; with less, the library would close
+   * without a word on some of the heads that framing.h admits. It reads into the first half at least, so that
+   * what comes behind a head leaves no more than the other half to the records. */
+  CONNECTION_MEMORY = SRV_HEAD_MAX + (2 << 10),
   ACCEPT_MAX = 8, /* connections a thread takes before it serves those it has */
   SWEEP_MS = 250,
   STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */

@@ -53,7 +53,7 @@ static void targets_of_every_form_are_fine(void **state) {
   for (size_t i = 0; i < sizeof GOOD / sizeof *GOOD; i++) assert_int_equal(target_status(GOOD[i]), 0);
 }
 
-static void target_may_have_8192_bytes_and_200_arguments(void **state) {
+static void target_may_have_8192_bytes_and_100_arguments(void **state) {
   (void)state;
   static char target[SRV_TARGET_MAX + 2];
   memset(target, 'a', SRV_TARGET_MAX);
@@ -62,10 +62,10 @@ static void target_may_have_8192_bytes_and_200_arguments(void **state) {
   target[SRV_TARGET_MAX] = 'a';
   assert_int_equal(target_status(target), 414);
 
-  char query[SRV_QUERY_ARGUMENTS_MAX + 8] = "/?";
-  memset(query + 2, '&', SRV_QUERY_ARGUMENTS_MAX - 1);
+  char query[SRV_ARGUMENTS_MAX + 8] = "/?";
+  memset(query + 2, '&', SRV_ARGUMENTS_MAX - 1);
   assert_int_equal(target_status(query), 0);
-  query[2 + SRV_QUERY_ARGUMENTS_MAX - 1] = '&';
+  query[2 + SRV_ARGUMENTS_MAX - 1] = '&';
   assert_int_equal(target_status(query), 400);
 }
 
@@ -127,16 +127,41 @@ static void versions_but_two_are_505(void **state) {
   assert_int_equal(judge("", NULL, NULL, NULL, NULL).status, 505);
 }
 
-static void a_hundred_headers_and_16_kilobytes_are_the_most(void **state) {
+static void a_hundred_headers_are_the_most(void **state) {
   (void)state;
   srv_framing framing = {0};
-  for (int i = 0; i < SRV_HEADERS_MAX; i++) add(&framing, "a", "b");
+  add(&framing, "Host", "x");
+  for (int i = 1; i < SRV_HEADERS_MAX; i++) add(&framing, "a", "b");
+  srv_framing_end(&framing);
   assert_int_equal(framing.status, 0);
   add(&framing, "a", "b");
   assert_int_equal(framing.status, 431);
-  static char value[SRV_HEADER_BYTES_MAX];
-  memset(value, 'v', sizeof value - 6);
-  assert_int_equal(one("ab", value), 431);
+}
+
+/* One header of this name with so many bytes, each of which is the letter. */
+static int long_one(const char *name, char letter, size_t size) {
+  static char value[SRV_HEAD_MAX + 1];
+  memset(value, letter, size);
+  value[size] = '\0';
+  return one(name, value);
+}
+
+static void head_is_measured_with_its_records(void **state) {
+  (void)state;
+  size_t others = strlen("/") + strlen("Host: x\r\n") + strlen("Long: \r\n") + 3 * SRV_RECORD_SIZE;
+  assert_int_equal(long_one("Long", 'v', SRV_HEAD_MAX - others), 0);
+  assert_int_equal(long_one("Long", 'v', SRV_HEAD_MAX - others + 1), 431);
+}
+
+static void cookies_are_measured_twice_and_each_by_itself(void **state) {
+  (void)state;
+  size_t others = strlen("/") + strlen("Host: x\r\n") + strlen("Cookie: \r\n") + 4 * SRV_RECORD_SIZE + 1;
+  size_t most = (SRV_HEAD_MAX - others) / 2;
+  assert_int_equal(long_one("cookie", 'v', most), 0);
+  assert_int_equal(long_one("COOKIE", 'v', most + 1), 431);
+  size_t records = SRV_RECORDS_MAX - 4 * SRV_RECORD_SIZE - 1;
+  assert_int_equal(long_one("Cookie", ';', records / (SRV_RECORD_SIZE + 1)), 0);
+  assert_int_equal(long_one("Cookie", ',', records / (SRV_RECORD_SIZE + 1) + 1), 431);
 }
 
 static void first_refusal_stays(void **state) {
@@ -148,7 +173,7 @@ int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(targets_with_raw_or_broken_bytes_are_400),
       cmocka_unit_test(targets_of_every_form_are_fine),
-      cmocka_unit_test(target_may_have_8192_bytes_and_200_arguments),
+      cmocka_unit_test(target_may_have_8192_bytes_and_100_arguments),
       cmocka_unit_test(lengths_that_are_not_plain_numbers_are_400),
       cmocka_unit_test(two_framings_are_400),
       cmocka_unit_test(other_transfer_codings_are_501),
@@ -156,7 +181,9 @@ int main(void) {
       cmocka_unit_test(expectations_but_one_are_417),
       cmocka_unit_test(host_is_there_once),
       cmocka_unit_test(versions_but_two_are_505),
-      cmocka_unit_test(a_hundred_headers_and_16_kilobytes_are_the_most),
+      cmocka_unit_test(a_hundred_headers_are_the_most),
+      cmocka_unit_test(head_is_measured_with_its_records),
+      cmocka_unit_test(cookies_are_measured_twice_and_each_by_itself),
       cmocka_unit_test(first_refusal_stays),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
