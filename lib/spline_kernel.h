@@ -123,13 +123,15 @@ typedef struct slopes {
 } slopes;
 
 static inline void find_slopes(const float (*points)[WIDTH_MAX], slopes *out) {
-  four at[16];
-  memcpy(at, points, sizeof at);
+  static const int32_t three_fours[LINE] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
   for (size_t r = 0; r < 4; r++)
-    for (size_t k = 0; k < 4; k++) {
-      four along = k < 3 ? at[4 * r + k + 1] - at[4 * r + k] : (four){0};
-      put(out->along[r] + k * WIDTH_MAX, along);
-      if (r < 3) put(out->across[r] + k * WIDTH_MAX, at[4 * r + k + 4] - at[4 * r + k]);
+    for (size_t m = 0; m < LINE; m += LANES) {
+      const float *row = points[4 * r];
+      mask kept;
+      memcpy(&kept, three_fours + m, sizeof kept);
+      vector at = load(row + m), next = four_on(at, load(row + (m + LANES) % LINE)) - at;
+      put_all(out->along[r] + m, (vector)((mask)next & kept));
+      if (r < 3) put_all(out->across[r] + m, load(row + LINE + m) - at);
     }
 }
 
@@ -229,7 +231,7 @@ static inline __attribute__((always_inline)) void prepare_rows(const float *out,
     __builtin_prefetch((const void *)(from + at), 1, 3);
 }
 
-/* Neighbouring lines, side by side: one block of each is crossed, then all of these become normals. A normal
+/* Neighbouring lines, side by side: one block of each is crossed, then all of these become rows. A normal
  * waits for its root and quotient far longer than it takes to compute, and a processor does not look ahead as
  * far as the next ones. Besides, the weights of the block are loaded but once. */
 enum { TOGETHER = 16 };
@@ -243,31 +245,35 @@ typedef struct line_group {
   crossed normals[TOGETHER];
 } line_group;
 
+/* One table after the other: the addresses of all their weights are more than there are registers. */
 static inline __attribute__((always_inline)) void start_group(const kernel_job *k, const slopes *s,
                                                               bool positions, size_t j, line_group *g) {
   size_t left = (size_t)k->job.rect.j1 + 1 - j;
   g->j = j;
   g->count = left < TOGETHER ? left : TOGETHER;
-  for (size_t l = 0; l < g->count; l++) {
-    if (positions) weigh_four((const float(*)[LINE])k->job.points, k->value, j + l, g->weighed[l].columns[0]);
-    weigh_slopes(s, &k->spline, j + l, &g->weighed[l].slopes);
-  }
+  for (size_t l = 0; positions && l < g->count; l++)
+    weigh_four((const float(*)[LINE])k->job.points, k->value, j + l, g->weighed[l].columns[0]);
+  for (size_t l = 0; l < g->count; l++)
+    weigh_four(s->along, k->spline.limit, j + l, g->weighed[l].slopes.along[0]);
+  for (size_t l = 0; l < g->count; l++)
+    weigh_three(s->across, k->spline.slope, j + l, g->weighed[l].slopes.across[0]);
 }
 
 static inline __attribute__((always_inline)) crossed cross_lanes(const line_slopes *s, const slope_weights *w,
-                                                                 float least, mask *sure) {
+                                                                 float least, vector outward, mask *sure) {
   vector along[3], across[3], zero = {0};
   tangent_lanes(s, w, 3, along, across);
-  return cross_tangents(along, across, zero + least, sure);
+  return cross_tangents(along, across, zero + least, outward, sure);
 }
 
 static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
-                                                              line_group *g, mask *sure) {
+                                                              bool transposed, line_group *g, mask *sure) {
   slope_weights weights;
+  vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
   load_slope_weights(&k->spline, block_at(k, n, g->j).i, &weights);
   for (size_t l = 0; l < g->count; l++) {
     take_from_memory();
-    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, sure);
+    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, outward, sure);
   }
 }
 
@@ -280,21 +286,39 @@ static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
                             : (ptrdiff_t)g->count * k->job.line_step;
 }
 
+/* Points of line l of a group where wanted, and their normals. */
+static inline __attribute__((always_inline)) void row_lanes(const kernel_job *k, const line_group *g,
+                                                            size_t l, bool positions, const vector weights[4],
+                                                            vector *rows) {
+  if (positions) value_lanes(k, (const float(*)[WIDTH_MAX])g->weighed[l].columns, 3, weights, rows);
+  normalise(&g->normals[l], rows + (positions ? 3 : 0));
+}
+
+/* How many lines of a group are stored as whole blocks. */
+static inline size_t whole_lines(const kernel_job *k, const line_group *g) {
+  if (k->job.rect.i1 - k->job.rect.i0 + 1 >= LANES) return g->count;
+  size_t whole = k->whole_before > g->j ? k->whole_before - g->j : 0;
+  return whole < g->count ? whole : g->count;
+}
+
 /* line: where the first line's rows go. */
-static inline __attribute__((always_inline)) void
-put_block(const kernel_job *k, size_t n, bool positions, bool transposed, const line_group *g, float *line) {
+static inline __attribute__((always_inline)) void put_block(const kernel_job *k, size_t n, bool positions,
+                                                            const line_group *g, float *line) {
   const size_t before = positions ? 3 : 0, width = before + 3;
   const ptrdiff_t step = k->job.step, line_step = k->job.line_step, ahead = rows_ahead(k, g);
   const block b = block_at(k, n, g->j);
-  vector weights[4], zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
+  const size_t packed = step == (ptrdiff_t)width ? whole_lines(k, g) : 0;
+  vector weights[4], rows[ROW_MAX];
   float *out = line + b.place * step;
   load_weights(k->value, 4, b.i, weights);
-  for (size_t l = 0; l < g->count; l++, out += line_step) {
+  for (size_t l = 0; l < packed; l++, out += line_step) {
     take_from_memory();
-    vector rows[ROW_MAX];
-    if (step == (ptrdiff_t)width) prepare_rows(out, ahead, width);
-    if (positions) value_lanes(k, (const float(*)[WIDTH_MAX])g->weighed[l].columns, 3, weights, rows);
-    normalise(&g->normals[l], outward, rows + before);
+    prepare_rows(out, ahead, width);
+    row_lanes(k, g, l, positions, weights, rows);
+    store_packed(rows, width, LANES, out);
+  }
+  for (size_t l = packed; l < g->count; l++, out += line_step) {
+    row_lanes(k, g, l, positions, weights, rows);
     store_rows(rows, width, block_at(k, n, g->j + l).count, out, step);
   }
 }
@@ -303,10 +327,11 @@ put_block(const kernel_job *k, size_t n, bool positions, bool transposed, const 
 static void look_closer(const kernel_job *k, bool transposed, float least, const line_group *g, float *out) {
   for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
     mask sure = first_mask();
+    vector zero = {0};
     for (size_t n = 0; n < k->blocks; n++) {
       slope_weights weights;
       load_slope_weights(&k->spline, block_at(k, n, g->j + l).i, &weights);
-      cross_lanes(&g->weighed[l].slopes, &weights, least, &sure);
+      cross_lanes(&g->weighed[l].slopes, &weights, least, zero, &sure);
     }
     if (!all_set(sure))
       tw_spline_look_closer(&k->job, k->job.rect.i0, k->job.rect.i1 - k->job.rect.i0 + 1, g->j + l,
@@ -326,8 +351,8 @@ static inline __attribute__((always_inline)) void fill_normals(const tw_spline_j
     mask sure = first_mask();
     start_group(&k, &slopes, positions, j, &g);
     for (size_t n = 0; n < k.blocks; n++) {
-      cross_block(&k, n, least, &g, &sure);
-      put_block(&k, n, positions, transposed, &g, line);
+      cross_block(&k, n, least, transposed, &g, &sure);
+      put_block(&k, n, positions, &g, line);
     }
     if (!all_set(sure)) look_closer(&k, transposed, least, &g, line + (positions ? 3 : 0));
     line += (ptrdiff_t)g.count * k.job.line_step;

@@ -31,31 +31,32 @@ static inline mask first_mask(void) {
   return (mask){0} == 0;
 }
 
-/* Cross products that have yet to become unit normals. */
+/* Cross products, and what each is multiplied by to become a unit normal. */
 typedef struct crossed {
-  vector of[3], square;
+  vector of[3], scale;
 } crossed;
 
-/* least: what the square of each has to exceed; sure: which of all so far need no closer look. */
-static inline __attribute__((always_inline)) crossed cross_tangents(const vector a[3], const vector b[3],
-                                                                    vector least, mask *sure) {
+/* least: what the square of each has to exceed; outward: 1, or -1 to turn them over; sure: which of all so
+ * far need no closer look. */
+static inline __attribute__((always_inline)) crossed
+cross_tangents(const vector a[3], const vector b[3], vector least, vector outward, mask *sure) {
   crossed n;
   for (size_t c = 0; c < 3; c++) n.of[c] = a[(c + 1) % 3] * b[(c + 2) % 3] - a[(c + 2) % 3] * b[(c + 1) % 3];
-  n.square = n.of[0] * n.of[0] + n.of[1] * n.of[1] + n.of[2] * n.of[2];
-  *sure &= (n.square > least) & (n.square < TW_NORMAL_SQUARE_MAX);
+  vector square = n.of[0] * n.of[0] + n.of[1] * n.of[1] + n.of[2] * n.of[2];
+  *sure &= (square > least) & (square < TW_NORMAL_SQUARE_MAX);
+  n.scale = outward / root(square);
   return n;
 }
 
-/* With no zero below 0: a patch has the same normals turned round. outward: 1, or -1 to turn them over. */
-static inline __attribute__((always_inline)) void normalise(const crossed *n, vector outward, vector *out) {
-  vector scale = outward / root(n->square);
-  for (size_t c = 0; c < 3; c++) out[c] = n->of[c] * scale + 0.0f;
+/* With no zero below 0: a patch has the same normals turned round. */
+static inline __attribute__((always_inline)) void normalise(const crossed *n, vector *out) {
+  for (size_t c = 0; c < 3; c++) out[c] = n->of[c] * n->scale + 0.0f;
 }
 
 static inline __attribute__((always_inline)) void
 unit_normals(const vector a[3], const vector b[3], vector least, vector outward, vector *out, mask *sure) {
-  crossed n = cross_tangents(a, b, least, sure);
-  normalise(&n, outward, out);
+  crossed n = cross_tangents(a, b, least, outward, sure);
+  normalise(&n, out);
 }
 
 #endif

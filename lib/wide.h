@@ -68,6 +68,18 @@ static inline __attribute__((always_inline)) four four_of(vector from, size_t n)
   return __builtin_shufflevector(from, from, 0, 1, 2, 3);
 }
 
+/* Lanes from the fifth on, and the first four of what follows. */
+static inline __attribute__((always_inline)) vector four_on(vector at, vector following) {
+#ifdef __AVX512F__
+  return __builtin_shufflevector(at, following, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19);
+#elif defined __AVX__
+  return __builtin_shufflevector(at, following, 4, 5, 6, 7, 8, 9, 10, 11);
+#else
+  (void)at;
+  return following;
+#endif
+}
+
 static inline __attribute__((always_inline)) void put(float *out, four row) {
   memcpy(out, &row, sizeof row);
 }
