@@ -160,16 +160,24 @@ static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
   return kept;
 }
 
+/* NULL without memory. */
+static const tw_trs *keep_rest(const tw_model *model, tw_arena *arena) {
+  tw_trs *rest = tw_arena_alloc_raw(arena, model->node_count, sizeof *rest);
+  for (uint32_t i = 0; rest && i < model->node_count; i++) rest[i] = model->nodes[i].rest;
+  return rest;
+}
+
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   const tw_clip_keys *keys = &source->lender->clips[source->choice->index];
   char buffer[24];
   const char *name = tw_model_clip_name(source->lender, source->choice->index, buffer);
   clip->name = tw_arena_text(clip->arena, name, strlen(name));
   clip->node_names = keep_node_names(source->model, clip->arena);
+  clip->rest = keep_rest(source->model, clip->arena);
   /* A model's own keys are not kept: the cache may drop the model before the clip. */
   bool is_carried = source->lender == source->model || carry_over(clip, source->model, source->lender, keys);
   if (clip->keys) keys = clip->keys;
-  if (!clip->name || !clip->node_names || !is_carried) {
+  if (!clip->name || !clip->node_names || !clip->rest || !is_carried) {
     api_fault_without_memory(fault);
     return false;
   }

@@ -11,6 +11,7 @@ typedef struct api_clip {
   tw_arena *arena; /* of what follows */
   const char *name;
   const char *node_names;   /* of all of the model's nodes, as api_node_names_print prints them */
+  const tw_trs *rest;       /* [nodes of the model] where the clip does not move them */
   const tw_clip_keys *keys; /* of a borrowed clip, carried over to the model; NULL for the model's own */
   tw_clip *compiled;
   uint32_t missing_count; /* nodes of a borrowed clip that the model does not have */

@@ -80,7 +80,7 @@ static void evaluate_block(api_pose_body *body) {
   if (body->lanes)
     evaluate_lanes(body, count);
   else
-    tw_clip_poses(query->clip->compiled, query->model->nodes, nodes, body->sampled, count, body->locals);
+    tw_clip_poses(query->clip->compiled, query->clip->rest, nodes, body->sampled, count, body->locals);
 }
 
 /* World matrices of one of the block's poses, of the nodes that the answer tells of. */

@@ -69,11 +69,6 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   }
 }
 
-/* The first pose of some; the others are copied from it, which is sooner, before the same parts are moved. */
-static void put_at_rest(const tw_node *nodes, uint32_t node_count, tw_trs *locals) {
-  for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
-}
-
 /* Tracks that are in no group one by one, each at all times. They stand together where their key times are
  * the same, which are searched once. */
 static void pose_tracks(const tw_clip *clip, const float *times, size_t count, tw_trs *locals) {
@@ -90,30 +85,27 @@ static void pose_tracks(const tw_clip *clip, const float *times, size_t count, t
   }
 }
 
-/* At most TIME_BLOCK times. */
-static void pose_block(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
-                       size_t count, tw_trs *locals) {
-  for (size_t i = 0; i < count; i++) {
-    tw_trs *pose = locals + i * node_count;
-    if (i == 0)
-      put_at_rest(nodes, node_count, pose);
-    else
-      memcpy(pose, pose - node_count, node_count * sizeof *pose);
+/* Moves poses that are at rest; at most TIME_BLOCK times. */
+static void move(const tw_clip *clip, uint32_t node_count, const float *times, size_t count, tw_trs *locals) {
+  for (size_t i = 0; i < count; i++)
     for (const tw_arc_group *group = clip->groups; group; group = group->following)
-      tw_arc_group_pose(group, times[i], pose);
-  }
+      tw_arc_group_pose(group, times[i], locals + i * node_count);
   pose_tracks(clip, times, count, locals);
 }
 
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
                   tw_trs *locals) {
-  pose_block(clip, nodes, node_count, &time, 1, locals);
+  for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
+  move(clip, node_count, &time, 1, locals);
 }
 
-void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
+void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals) {
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
-    pose_block(clip, nodes, node_count, times + done, count, locals + done * node_count);
+    tw_trs *block = locals + done * node_count;
+    for (size_t i = 0; i < count && node_count > 0; i++)
+      memcpy(block + i * node_count, rest, node_count * sizeof *rest);
+    move(clip, node_count, times + done, count, block);
   }
 }

@@ -24,6 +24,7 @@ typedef struct scene {
   float *values; /* [joint_count][key_count][4] */
   tw_track_keys *tracks;
   tw_node *nodes;
+  tw_trs *rest; /* of the nodes */
   uint32_t *order;
   tw_clip *clip;
 } scene;
@@ -35,6 +36,7 @@ static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool 
   s->values = bench_alloc(keys, 4 * sizeof *s->values);
   s->tracks = bench_alloc(joint_count, sizeof *s->tracks);
   s->nodes = bench_alloc(joint_count, sizeof *s->nodes);
+  s->rest = bench_alloc(joint_count, sizeof *s->rest);
   s->order = bench_alloc(joint_count, sizeof *s->order);
   for (uint32_t joint = 0; joint < joint_count; joint++) {
     float *times = s->times + (size_t)joint * key_count;
@@ -57,6 +59,7 @@ static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool 
                                        .values = values};
     s->nodes[joint] = (tw_node){.parent = joint ? (joint - 1) / 2 : TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
     s->nodes[joint].rest.translation[1] = 0.3f;
+    s->rest[joint] = s->nodes[joint].rest;
   }
   tw_clip_keys clip = {.track_count = joint_count, .tracks = s->tracks};
   if (tw_clip_create(&clip, joint_count, -1, &s->clip, NULL) != TW_OK) fail();
@@ -69,6 +72,7 @@ static void scene_deinit(scene *s) {
   free(s->values);
   free(s->tracks);
   free(s->nodes);
+  free(s->rest);
   free(s->order);
 }
 
@@ -123,7 +127,7 @@ static void by_plain_pose(const scene *s, const float *times, uint32_t count, tw
 static void by_poses(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
   for (uint32_t i = 0; i < count; i += POSE_BLOCK) {
     uint32_t block = count - i < POSE_BLOCK ? count - i : POSE_BLOCK;
-    tw_clip_poses(s->clip, s->nodes, s->joint_count, times + i, block, locals);
+    tw_clip_poses(s->clip, s->rest, s->joint_count, times + i, block, locals);
   }
 }
 
@@ -194,7 +198,7 @@ static void bench_worlds(bench_report *report, uint32_t joint_count) {
   float *matrices = bench_alloc((size_t)joint_count * POSES, 16 * sizeof *matrices);
   float *lanes = bench_alloc((size_t)joint_count * TW_LANES, TW_LANE_TRS * sizeof *lanes);
   fill_times(times, POSES, true);
-  tw_clip_poses(s.clip, s.nodes, joint_count, times, POSES, locals);
+  tw_clip_poses(s.clip, s.rest, joint_count, times, POSES, locals);
   tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
   double plain[BENCH_RUNS], side_by_side[BENCH_RUNS], sampled[BENCH_RUNS],
       per = 1e9 / ((double)ROUNDS * POSES * joint_count);

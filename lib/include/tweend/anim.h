@@ -153,8 +153,10 @@ float tw_loop_time(float t, float duration, tw_loop loop);
  * locals: [node_count]. Any thread, allocates nothing. Exact key values at key times. */
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time, tw_trs *locals);
 
-/* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count]. */
-void tw_clip_poses(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, const float *times,
+/* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count].
+ * rest: [node_count], of the nodes, side by side; copying them out of the nodes costs as much as moving some.
+ */
+void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals);
 
 /* Samples one track, counted as in tw_clip_keys: out [time_count][tw_clip_width]. The only way to
