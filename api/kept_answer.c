@@ -1,10 +1,8 @@
 /* Kept answers are entries of a cache of their own, so that poses, of which there is no end, do not drive out
- * models and plans. Only an extension says what the answer is regardless of Accept, so that only such paths
- * are kept. */
+ * models and plans. */
 #include "kept_answer.h"
 
 #include "models.h"
-#include "routes.h"
 #include "service.h"
 
 #include <stdatomic.h>
@@ -62,21 +60,6 @@ bool api_kept_asked_again(api_kept_answers *answers, uint32_t hash) {
   return atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) == hash;
 }
 
-bool api_kept_key_read(const api_call *call, api_kept_key *out) {
-  const api_request *request = call->request;
-  size_t path = strlen(request->path), query = strlen(request->query);
-  bool is_read = call->route->takes == API_TAKES_NOTHING && request->body.size == 0;
-  if (!is_read || !call->id[0] || !strchr(request->path, '.')) return false;
-  if (path > API_KEPT_KEY || query > API_KEPT_KEY || path + 1 + query >= API_KEPT_KEY) return false;
-  memcpy(out->text, request->path, path);
-  out->text[path] = '?';
-  memcpy(out->text + path + 1, request->query, query + 1);
-  out->path = path;
-  out->size = path + 1 + query;
-  out->hash = api_cache_hash(out->text, out->size);
-  return true;
-}
-
 /* Takes over the entry in any case: tag and bytes are sent from where they are kept. */
 static api_outcome reply(api_call *call, api_entry *entry) {
   const kept_answer *kept = api_entry_value(entry);
@@ -90,12 +73,13 @@ static api_outcome reply(api_call *call, api_entry *entry) {
   return outcome == API_FAILED ? API_FAILED : API_DONE;
 }
 
-api_outcome api_kept_answer(api_call *call, const api_kept_key *key) {
+api_outcome api_kept_answer(api_call *call, api_kept_key *key) {
   api_kept_answers *answers = call->service->answers;
-  call->asked = key->hash;
+  call->asked = api_kept_key_asked(key);
   /* That most were not asked for before shows here, sooner than in the cache. One that was forgotten
    * meanwhile is answered from the beginning once more. */
-  if (!was_asked(answers, key->hash)) return API_LATER;
+  if (!was_asked(answers, call->asked)) return API_LATER;
+  api_kept_key_whole(key);
   api_entry *entry;
   if (!api_cache_peek_all(answers->cache, &(api_cache_key){key->text, key->hash}, 1, &entry))
     return API_LATER;
@@ -133,10 +117,12 @@ static kept_answer *copy_answer(const api_answer *answer, const char *type, cons
 void api_keep_answer(const api_call *call) {
   api_kept_key key;
   const api_answer *answer = &call->answer;
-  const char *etag = api_answer_find(answer, "ETag");
-  if (answer->status != 200 || answer->bytes.size > SIZE_MOST || !etag || call->asked == 0) return;
   api_kept_answers *answers = call->service->answers;
+  if (call->asked == 0 || answer->status != 200 || answer->bytes.size > SIZE_MOST) return;
   if (!api_kept_asked_again(answers, call->asked) || !api_kept_key_read(call, &key)) return;
+  const char *etag = api_answer_find(answer, "ETag");
+  if (!etag) return;
+  api_kept_key_whole(&key);
   kept_answer *made = copy_answer(answer, call->offer->type, etag);
   if (!made) return;
   api_fault fault;

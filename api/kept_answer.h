@@ -4,7 +4,7 @@
 #define API_KEPT_ANSWER_H
 
 #include "cache.h"
-#include "call.h"
+#include "kept_key.h"
 
 typedef struct api_kept_answers api_kept_answers;
 
@@ -17,27 +17,16 @@ void api_kept_answers_forget(api_kept_answers *answers, const char *id);
 /* Bytes of the answers that are kept. */
 uint64_t api_kept_answers_size(api_kept_answers *answers);
 
-/* Where they are kept: keys are a path, '?' and a query. Others that answers are made from may stand beside
- * them, under keys that no query can give. */
+/* Where they are kept. Under keys without their time stands what answers at any time are made from. */
 api_cache *api_kept_answers_cache(api_kept_answers *answers);
-
-/* The key of a call's answer. */
-enum { API_KEPT_KEY = 512 };
-typedef struct api_kept_key {
-  size_t path, size; /* bytes, without terminator */
-  uint32_t hash;
-  char text[API_KEPT_KEY];
-} api_kept_key;
-
-/* False when no answer to such a call is kept. */
-bool api_kept_key_read(const api_call *call, api_kept_key *out);
 
 /* Whether a key of this hash was asked for before, and not too many others since: what is asked for once is
  * not worth keeping. */
 bool api_kept_asked_again(api_kept_answers *answers, uint32_t hash);
 
-/* Answers a call whose route and key are judged. API_LATER: nothing is kept, go on. */
-api_outcome api_kept_answer(api_call *call, const api_kept_key *key);
+/* Answers a call whose route and key are judged. API_LATER: nothing is kept, go on. The key is whole then
+ * when an answer was asked for before. */
+api_outcome api_kept_answer(api_call *call, api_kept_key *key);
 
 /* Offers a complete answer of status 200 and bytes, with an entity tag: it is kept when it is small and not
  * asked for the first time. */

@@ -1,17 +1,13 @@
-/* Prepared poses stand beside the kept answers, under the same budget. The key is path and query without the
- * time's value: a request that was answered once fails at another time for that time alone. Model and clip
- * are looked up anew for each answer: kept from here, they would outlive their place in the cache's budget.
- */
+/* Prepared poses stand beside the kept answers, under the same budget. The key is that of an answer without
+ * its time: a request that was answered once fails at another time for that time alone. Model and clip are
+ * looked up anew for each answer: kept from here, they would outlive their place in the cache's budget. */
 #include "prepared_pose.h"
 
-#include "handlers.h"
 #include "kept_answer.h"
 #include "models.h"
 #include "pose_print.h"
-#include "routes.h"
 #include "service.h"
 
-#include <math.h>
 #include <string.h>
 
 enum { NUMBERS_MOST = 4096, SIZE_MOST = 128 << 10 };
@@ -27,42 +23,6 @@ typedef struct prepared_pose {
   api_stamp stamp;
   api_pose_template template;
 } prepared_pose;
-
-/* ---- keys ---------------------------------------------------------------------------------------- */
-
-static bool is_number_char(char c) {
-  return (c >= '0' && c <= '9') || c == '.' || c == '-' || c == 'e';
-}
-
-/* The value of the one parameter "at" of a query, '?' before it; NULL when there is none, or two, or it holds
- * more than a plain number does. */
-static char *find_time(char *query, size_t *length) {
-  char *found = NULL;
-  for (char *place = query; place; place = strchr(place + 1, '&')) {
-    if (strncmp(place + 1, "at=", 3) != 0) continue;
-    if (found) return NULL;
-    found = place + 4;
-  }
-  *length = 0;
-  while (found && is_number_char(found[*length])) ++*length;
-  bool is_whole = found && *length > 0 && (found[*length] == '&' || found[*length] == '\0');
-  return is_whole ? found : NULL;
-}
-
-/* Makes of a call's key the one that it and all like it at other times have, and reads this one's time. */
-static bool cut_time(const api_call *call, api_kept_key *key, float *at) {
-  double value;
-  size_t length;
-  if (call->route->handle != api_get_pose) return false;
-  char *time = find_time(key->text + key->path, &length);
-  if (!time || !api_number_read(time, length, &value) || !isfinite((float)value)) return false;
-  *at = (float)value;
-  *time++ = '\n'; /* which no query has */
-  key->size -= length - 1;
-  memmove(time, time + length - 1, key->size + 1 - (size_t)(time - key->text));
-  key->hash = api_cache_hash(key->text, key->size);
-  return true;
-}
 
 /* ---- answering ----------------------------------------------------------------------------------- */
 
@@ -92,11 +52,10 @@ static api_outcome answer(api_call *call, const prepared_pose *prepared, api_pos
   return outcome == API_LATER ? print(call, prepared, query) : outcome;
 }
 
-api_outcome api_prepared_pose(api_call *call, api_kept_key *key) {
-  float at;
+api_outcome api_prepared_pose(api_call *call, const api_kept_key *key) {
   api_entry *entry, *held[2];
   api_cache *cache = call->service->cache, *answers = api_kept_answers_cache(call->service->answers);
-  if (!cut_time(call, key, &at)) return API_LATER;
+  if (!key->has_time) return API_LATER;
   if (!api_cache_peek_all(answers, &(api_cache_key){key->text, key->hash}, 1, &entry)) return API_LATER;
   const prepared_pose *prepared = api_entry_value(entry);
   api_outcome outcome = API_LATER;
@@ -104,7 +63,7 @@ api_outcome api_prepared_pose(api_call *call, api_kept_key *key) {
     api_pose_query query = prepared->query;
     query.model = api_entry_value(held[0]);
     query.clip = prepared->held_count > 1 ? api_entry_value(held[1]) : NULL;
-    outcome = answer(call, prepared, &query, at);
+    outcome = answer(call, prepared, &query, key->time);
     for (size_t i = 0; i < prepared->held_count; i++) api_entry_release(held[i]);
   }
   api_entry_release(entry);
@@ -171,12 +130,11 @@ static bool build(void *context, api_built *out, api_fault *fault) {
 void api_prepare_pose(const api_call *call, const api_pose_request *request, const api_clip_choice *choice,
                       const api_pose_body *body, size_t size) {
   api_kept_key key;
-  float at;
   api_fault fault;
   api_kept_answers *answers = call->service->answers;
   uint64_t numbers = (uint64_t)request->query.node_count * api_pose_width(request->query.as);
   if (numbers > NUMBERS_MOST || choice->lender[0]) return;
-  if (!api_kept_key_read(call, &key) || !cut_time(call, &key, &at)) return;
+  if (call->asked == 0 || !api_kept_key_read(call, &key) || !key.has_time) return;
   if (!api_kept_asked_again(answers, key.hash) || call->effort == API_HEAVY) return;
   prepared_from from = {call, request, choice, body, size};
   api_entry_release(api_cache_take(api_kept_answers_cache(answers), key.text, build, &from, &fault));

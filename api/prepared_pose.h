@@ -7,8 +7,8 @@
 #include "pose_request.h"
 
 /* Answers a call whose route and key are judged, and whose query is one that was prepared for, at any one
- * time. key: the call's, which is lost. API_LATER: go on with reading the query. */
-api_outcome api_prepared_pose(api_call *call, api_kept_key *key);
+ * time. key: the call's. API_LATER: go on with reading the query. */
+api_outcome api_prepared_pose(api_call *call, const api_kept_key *key);
 
 /* Offers what has just been answered: a stored model's own clip at one time, printed by `body` in `size`
  * bytes. It is kept when it is small, asked for again, and what a light call may answer, at any time: the

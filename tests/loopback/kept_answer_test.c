@@ -62,6 +62,24 @@ static void an_answer_is_kept_from_the_second_time_on_and_stays_the_same(void **
   }
 }
 
+static void a_time_is_the_same_in_other_words_and_another_one_is_not(void **state) {
+  one_model *f = *state;
+  ask_times(f, "pose.json?at=0.5&space=local", 3);
+  uint64_t before = kept(f);
+  reply first = ask(f, "pose.json?at=0.5&space=local", NULL);
+  reply same = ask(f, "pose.json?at=5e-1&space=local", NULL);
+  reply other = ask(f, "pose.json?at=0.50000006&space=local", NULL);
+  assert_memory_equal(same.body, first.body, first.size);
+  assert_same_header(&first, &same, "ETag");
+  assert_non_null(strstr(other.body, "\"times\":[0.50000006]"));
+  assert_int_equal(kept(f), before);
+  reply_free(&first);
+  reply_free(&same);
+  reply_free(&other);
+  reply broken = ask(f, "pose.json?at=1e99&space=local", NULL);
+  assert_problem(broken, 400, NULL, "at");
+}
+
 static void conditions_are_judged_on_a_kept_answer(void **state) {
   one_model *f = *state;
   ask_times(f, "pose.json?at=0.5", 3);
@@ -157,6 +175,8 @@ static void a_kept_answer_needs_the_key_too(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(an_answer_is_kept_from_the_second_time_on_and_stays_the_same, setup,
+                                      one_model_stop),
+      cmocka_unit_test_setup_teardown(a_time_is_the_same_in_other_words_and_another_one_is_not, setup,
                                       one_model_stop),
       cmocka_unit_test_setup_teardown(conditions_are_judged_on_a_kept_answer, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(a_deleted_models_answers_go_with_it, setup, one_model_stop),
