@@ -16,7 +16,7 @@ void api_answer_deinit(api_answer *answer) {
   if (answer->live.destroy) answer->live.destroy(answer->live.context);
   if (answer->lender)
     api_entry_release(answer->lender);
-  else
+  else if (!answer->in_room)
     free((void *)answer->bytes.data);
   tw_arena_destroy(answer->memory);
   *answer = (api_answer){0};
@@ -62,6 +62,7 @@ void api_answer_text(api_answer *answer, int status, const char *type, api_text 
   answer->status = status;
   api_answer_header(answer, "Content-Type", type);
   answer->bytes = (api_bytes){(const uint8_t *)text->data, text->size};
+  answer->in_room = text->in_room;
   *text = (api_text){0};
 }
 

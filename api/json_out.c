@@ -11,7 +11,7 @@
 #include "tweend/utf8.h"
 
 void api_text_deinit(api_text *text) {
-  free(text->data);
+  if (!text->in_room) free(text->data);
   *text = (api_text){0};
 }
 
@@ -30,11 +30,13 @@ static char *reserve(api_text *text, size_t more) {
   size_t capacity = 2 * text->capacity, least = text->size + more;
   if (capacity < least) capacity = least;
   if (capacity < 512) capacity = 512;
-  char *data = realloc(text->data, capacity);
+  char *data = text->in_room ? malloc(capacity) : realloc(text->data, capacity);
   if (!data) {
     text->failed = true;
     return NULL;
   }
+  if (text->in_room) memcpy(data, text->data, text->size);
+  text->in_room = false;
   text->data = data;
   text->capacity = capacity;
   return data + text->size;

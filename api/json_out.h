@@ -10,8 +10,9 @@
 typedef struct api_text {
   char *data;
   size_t size, capacity;
-  char last;   /* the last byte printed, also after the buffer was emptied */
-  bool failed; /* out of memory: what follows is dropped */
+  char last;    /* the last byte printed, also after the buffer was emptied */
+  bool failed;  /* out of memory: what follows is dropped */
+  bool in_room; /* the memory is lent; what does not fit moves to the text's own */
 } api_text;
 
 void api_text_deinit(api_text *text);

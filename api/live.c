@@ -153,7 +153,7 @@ static live_poses *create_live(const live_request *request, api_entry *model, ap
     *live = (live_poses){.arena = arena,
                          .model = model,
                          .clip = clip,
-                         .body = api_pose_body_create(&query, NULL, arena),
+                         .body = api_pose_body_create(&query, NULL, arena, (api_room){0}),
                          .speed = request->speed,
                          .fps = request->fps,
                          .from = request->from,

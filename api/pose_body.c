@@ -389,12 +389,14 @@ bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *ar
 }
 
 api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,
-                                    tw_arena *arena) {
+                                    tw_arena *arena, api_room room) {
   api_pose_body *body = tw_arena_alloc(arena, 1, sizeof *body);
   if (!body) return NULL;
   body->query = *query;
   body->template = template;
   body->size = API_SIZE_UNKNOWN;
+  if (room.data)
+    body->text = (api_text){.data = (char *)room.data, .capacity = room.capacity, .in_room = true};
   if (!allocate(body, arena)) return NULL;
   if (query->form != API_POSE_BIN || print_bin_head(body)) return body;
   api_text_deinit(&body->text);

@@ -61,9 +61,9 @@ typedef struct api_pose_template {
 bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *arena, api_pose_template *out);
 
 /* NULL without memory. template: of the same query at another time, or NULL. arena: scratch in proportion to
- * the model's nodes. */
+ * the model's nodes. room: what is printed is put there as far as it fits. */
 api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,
-                                    tw_arena *arena);
+                                    tw_arena *arena, api_room room);
 void api_pose_body_deinit(api_pose_body *body);
 
 /* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */

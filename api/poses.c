@@ -77,7 +77,8 @@ static api_outcome print_now(api_call *call, const api_pose_request *request, co
 static api_outcome reply_poses(api_call *call, const api_pose_request *request, const api_clip_choice *choice,
                                api_entry *model, api_entry *clip) {
   pose_answer *answer = tw_arena_alloc(call->arena, 1, sizeof *answer);
-  api_pose_body *body = answer ? api_pose_body_create(&request->query, NULL, call->arena) : NULL;
+  api_pose_body *body =
+      answer ? api_pose_body_create(&request->query, NULL, call->arena, (api_room){0}) : NULL;
   if (!body) {
     api_entry_release(clip);
     api_entry_release(model);

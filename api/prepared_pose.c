@@ -29,7 +29,7 @@ typedef struct prepared_pose {
 static api_outcome print(api_call *call, const prepared_pose *prepared, const api_pose_query *query) {
   _Alignas(max_align_t) unsigned char memory[SCRATCH];
   tw_arena *scratch = tw_arena_create_in(memory, sizeof memory);
-  api_pose_body *body = api_pose_body_create(query, &prepared->template, scratch);
+  api_pose_body *body = api_pose_body_create(query, &prepared->template, scratch, call->request->room);
   api_text text = {.failed = true};
   if (body) {
     api_pose_body_print_whole(body, &text);

@@ -185,9 +185,21 @@ static bool is_sized(const api_answer *answer) {
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
 
+/* Moves the bytes out of the room, which the next request has. */
+static bool leave_room(api_answer *answer) {
+  if (!answer->in_room) return true;
+  uint8_t *bytes = malloc(answer->bytes.size + 1);
+  if (bytes == NULL) return false;
+  memcpy(bytes, answer->bytes.data, answer->bytes.size);
+  answer->bytes.data = bytes;
+  answer->in_room = false;
+  return true;
+}
+
 /* True when the answer is queued. */
 static bool queue_own(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
+  if (!leave_room(&exchange->answer)) return false;
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return false;
   srv_listener *listener = join_stream(c);

@@ -239,6 +239,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once) {
   } else if (api_handle(server->service, &exchange->request, API_LIGHT, &exchange->answer)) {
     answered(exchange);
   } else {
+    exchange->request.room = (api_room){0}; /* which others use meanwhile */
     exchange->job.run = run;
     if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) {
       return SRV_EXCHANGE_LATER;

@@ -72,8 +72,8 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
  * passed and are thrown away. */
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
 
-/* The body is complete. at_once: since the exchange began no time has passed that is worth telling. NOW or
- * LATER. */
+/* The body is complete; the request may have a room until the answer is delivered. at_once: since the
+ * exchange began no time has passed that is worth telling. NOW or LATER. */
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once);
 
 /* Replaces what answer there may be by a problem document. */

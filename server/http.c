@@ -174,6 +174,7 @@ static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *si
 }
 
 static enum MHD_Result finish_request(srv_connection *c) {
+  c->exchange.request.room = srv_replies_room(c->owner->replies); /* deliver is next to take from there */
   if (srv_exchange_finish(&c->exchange, c->begun == c->owner->turns) == SRV_EXCHANGE_NOW) return deliver(c);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);

@@ -32,7 +32,7 @@ struct srv_reply {
 struct table {
   bool is_taken; /* one of its replies is being sent */
   srv_reply places[PLACES];
-  uint8_t bytes[SIZE_MOST];
+  _Alignas(max_align_t) uint8_t bytes[SIZE_MOST];
 };
 
 struct srv_replies {
@@ -136,14 +136,19 @@ static bool fill_place(srv_reply *place, table *owner, const char *name, size_t 
 }
 
 static table *find_table(srv_replies *replies) {
-  for (size_t i = 0; i < TABLES; i++)
+  for (size_t i = 0; replies->rewrites && i < TABLES; i++)
     if (!replies->tables[i].is_taken) return &replies->tables[i];
   return NULL;
 }
 
+api_room srv_replies_room(srv_replies *replies) {
+  table *table = find_table(replies);
+  return table != NULL ? (api_room){table->bytes, sizeof table->bytes} : (api_room){0};
+}
+
 srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
                             api_bytes bytes) {
-  table *table = replies->rewrites ? find_table(replies) : NULL;
+  table *table = find_table(replies);
   if (table == NULL || bytes.size == 0 || bytes.size > SIZE_MOST) return NULL;
   srv_field_block *block = &replies->block;
   if (!srv_field_block_set(block, fields, field_count)) return NULL;
@@ -151,7 +156,7 @@ srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size
   bool is_like = place->size == bytes.size && place->fields_size == block->size;
   if (!is_like && !fill_place(place, table, fields[0].name, bytes.size, block->size)) return NULL;
   memcpy(place->fields, block->text, block->size);
-  memcpy(table->bytes, bytes.data, bytes.size);
+  if (bytes.data != table->bytes) memcpy(table->bytes, bytes.data, bytes.size);
   table->is_taken = true;
   return place;
 }

@@ -25,6 +25,10 @@ void srv_replies_destroy(srv_replies *replies); /* NULL accepted; none is being 
 srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
                             api_bytes bytes);
 
+/* Where the bytes may be put that are taken next: there they need not be copied. None when no reply could be
+ * taken. */
+api_room srv_replies_room(srv_replies *replies);
+
 /* What to queue. Not the caller's to destroy. */
 struct MHD_Response *srv_reply_response(const srv_reply *reply);
 

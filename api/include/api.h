@@ -17,6 +17,12 @@ typedef struct api_bytes {
   size_t size;
 } api_bytes;
 
+/* Memory that is lent to put bytes in. */
+typedef struct api_room {
+  uint8_t *data; /* as aligned as malloc's; NULL: none */
+  size_t capacity;
+} api_room;
+
 /* ---- what the host supplies ---------------------------------------------------------------- */
 
 typedef enum api_store_status { API_STORE_OK, API_STORE_ABSENT, API_STORE_UNAVAILABLE } api_store_status;
@@ -93,6 +99,7 @@ typedef struct api_request {
   const char *(*header)(void *context, const char *name);
   void *context;
   api_bytes body; /* complete, still content-encoded */
+  api_room room;  /* the answer's bytes may be put here; it outlives the answer */
 } api_request;
 
 typedef struct api_header {
@@ -138,7 +145,8 @@ typedef struct api_answer {
   api_body body;
   api_live live; /* the server may take it out of the answer */
   void *memory;  /* what the answer owns */
-  void *lender;  /* NULL: the answer owns the bytes too */
+  void *lender;  /* NULL: the answer owns the bytes too, unless in_room */
+  bool in_room;  /* the bytes are in the request's room */
 } api_answer;
 
 /* The stage before the body is read. */

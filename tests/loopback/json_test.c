@@ -7,6 +7,7 @@
 
 #include "json_check.h"
 #include "json_in.h"
+#include "json_out.h"
 
 /* A document that is refused. */
 typedef struct bad_document {
@@ -323,6 +324,20 @@ static void the_tank_is_read(void **state) {
   free(text);
 }
 
+static void text_that_fills_its_room_moves_out_of_it(void **state) {
+  (void)state;
+  char room[5] = "....!";
+  api_text text = {.data = room, .capacity = 4, .in_room = true};
+  api_text_add(&text, "abcd");
+  assert_true(text.in_room && text.data == room);
+  api_text_add(&text, "e");
+  assert_false(text.in_room);
+  assert_int_equal(text.size, 5);
+  assert_memory_equal(text.data, "abcde", 5);
+  assert_memory_equal(room, "abcd!", 5);
+  api_text_deinit(&text);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(what_is_no_json_is_refused_with_its_place, loopback_setup,
@@ -342,6 +357,7 @@ int main(void) {
       cmocka_unit_test(tracks_keep_form_order_and_unit),
       cmocka_unit_test(spline_keys_are_interleaved_as_in_gltf),
       cmocka_unit_test(the_tank_is_read),
+      cmocka_unit_test(text_that_fills_its_room_moves_out_of_it),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

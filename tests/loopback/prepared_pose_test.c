@@ -210,6 +210,34 @@ static void large_poses_are_not_prepared(void **state) {
   assert_int_equal(kept(f), 0);
 }
 
+/* Answers of less than ROOM bytes. */
+static void an_answer_goes_into_a_room_as_far_as_it_fits(void **state) {
+  enum { ROOM = 4096, GUARD = 0xA5 };
+  one_model *f = *state;
+  _Alignas(max_align_t) static uint8_t room[ROOM + 1];
+  static const char *const forms[] = {"json", "ndjson", "bin", "csv"};
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    prepare(f, forms[i], "clip=turn");
+    size_t moved = 0;
+    for (size_t capacity = 1; capacity <= ROOM; capacity += 5) {
+      char at[16];
+      snprintf(at, sizeof at, "1.%zu", capacity);
+      memset(room, GUARD, sizeof room);
+      loopback_room = (api_room){room, capacity};
+      assert_same_answer(f, forms[i], "clip=turn", at);
+      snprintf(at, sizeof at, "1.1%zu", capacity);
+      reply r = ask(f, forms[i], "clip=turn", at);
+      assert_int_equal(r.answer.in_room, r.answer.bytes.data == room);
+      assert_true(!r.answer.in_room || r.answer.bytes.size <= capacity);
+      moved += !r.answer.in_room;
+      for (size_t k = capacity; k < sizeof room; k++) assert_int_equal(room[k], GUARD);
+      reply_free(&r);
+    }
+    loopback_room = (api_room){0};
+    assert_in_range(moved, 2, ROOM / 5 - 2);
+  }
+}
+
 static void a_node_among_many_is_left_to_heavy_calls(void **state) {
   one_model *f = *state;
   enum { NODES = 20001 };
@@ -236,6 +264,7 @@ int main(void) {
       cmocka_unit_test_setup_teardown(a_model_that_fell_out_of_the_cache_is_read_again, setup,
                                       one_model_stop),
       cmocka_unit_test_setup_teardown(large_poses_are_not_prepared, setup, one_model_stop),
+      cmocka_unit_test_setup_teardown(an_answer_goes_into_a_room_as_far_as_it_fits, setup, one_model_stop),
       cmocka_unit_test_setup_teardown(a_node_among_many_is_left_to_heavy_calls, setup, one_model_stop),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

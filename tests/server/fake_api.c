@@ -54,18 +54,29 @@ static void answer_bytes(api_answer *answer, int status, const void *bytes, size
                          .bytes = {copy, size}};
 }
 
-static void answer_word(api_answer *answer, const char *query) {
-  size_t size = strcspn(query, ",");
-  answer_bytes(answer, 200, query, size);
+/* In the room where they fit. */
+static void answer_small(api_answer *answer, const api_request *request, const void *bytes, size_t size) {
+  answer_bytes(answer, 200, bytes, size);
+  if (size <= request->room.capacity) {
+    memcpy(request->room.data, bytes, size);
+    free((void *)(uintptr_t)answer->bytes.data);
+    answer->bytes.data = request->room.data;
+    answer->in_room = true;
+  }
   /* The query lives longer than an answer of this size needs it: fields are copied when it is queued. */
-  if (query[size] == ',') answer->headers[answer->header_count++] = (api_header){"ETag", query + size + 1};
+  const char *tag = strchr(request->query, ',');
+  if (tag != NULL) answer->headers[answer->header_count++] = (api_header){"ETag", tag + 1};
 }
 
-static void answer_padding(api_answer *answer, size_t size) {
+static void answer_word(api_answer *answer, const api_request *request) {
+  answer_small(answer, request, request->query, strcspn(request->query, ","));
+}
+
+static void answer_padding(api_answer *answer, const api_request *request, size_t size) {
   char *bytes = malloc(size + 1);
   if (bytes == NULL) abort();
   memset(bytes, 'A' + (int)(size % 26), size);
-  answer_bytes(answer, 200, bytes, size);
+  answer_small(answer, request, bytes, size);
   free(bytes);
 }
 
@@ -153,9 +164,9 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
   if (is(request, "/echo")) {
     answer_bytes(answer, 200, request->body.data, request->body.size);
   } else if (is(request, "/word")) {
-    answer_word(answer, request->query);
+    answer_word(answer, request);
   } else if (is(request, "/pad")) {
-    answer_padding(answer, (size_t)size);
+    answer_padding(answer, request, (size_t)size);
   } else if (is(request, "/pull")) {
     answer_stream(answer, size, size, UINT64_MAX);
   } else if (is(request, "/endless")) {
@@ -187,7 +198,7 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy != NULL) answer->body.destroy(answer->body.context);
   if (answer->live.destroy != NULL) answer->live.destroy(answer->live.context);
-  free((void *)(uintptr_t)answer->bytes.data);
+  if (!answer->in_room) free((void *)(uintptr_t)answer->bytes.data);
   *answer = (api_answer){0};
 }
 

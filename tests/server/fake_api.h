@@ -8,7 +8,8 @@
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
  *   /word?W,T     the word W; T, where it is there, as ETag
- *   /pad?N        N bytes at once, each the capital letter N % 26
+ *   /pad?N,T      N bytes at once, each the capital letter N % 26; T, where it is there, as ETag
+ *                 these two in the request's room where they fit
  *   /nothing      204
  *   /unchanged    304
  *   /live?N,M     a stream, 100 frames a second up to number N, each followed by M letters
