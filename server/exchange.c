@@ -1,4 +1,4 @@
-/* The stages of a request, in the order in which http.c runs through them. */
+/* The stages of a request, in the order in which intake.c runs through them. */
 #include "exchange.h"
 
 #include "clock.h"

@@ -1,4 +1,4 @@
-/* One request and its answer, from the request line to the log line. Knows no socket: http.c feeds it and
+/* One request and its answer, from the request line to the log line. Knows no socket: intake.c feeds it and
  * delivers what it answers. An exchange moves between an I/O thread and a compute thread, never at the
  * same time: from srv_exchange_finish returning SRV_EXCHANGE_LATER until `ready` is called it belongs to
  * the compute thread. */
@@ -46,7 +46,7 @@ typedef struct srv_exchange {
   const char *route; /* as of api_answer */
   uint64_t bytes_out;
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
-  /* Set by http.c before finish. */
+  /* Set by intake.c before finish. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
   /* From here on nothing is cleared between two requests. */

@@ -1,5 +1,5 @@
-/* What http.c and deliver.c share: the I/O threads and their connections. Each thread touches its own alone,
- * but for `done`. */
+/* The I/O threads and their connections, for http.c, connections.c, intake.c and deliver.c. Each thread
+ * touches its own alone, but for `done`. */
 #ifndef SRV_LOOP_H
 #define SRV_LOOP_H
 

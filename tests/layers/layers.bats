@@ -51,7 +51,7 @@ plant() {
 @test "api must not include the server's headers" { plant api/problem.c '#include "store.h"'; }
 @test "server must not include lib's headers" { plant server/main.c '#include "tweend/mesh.h"'; }
 @test "server must not take lib's headers for system headers" { plant server/main.c '#include <tweend/mesh.h>'; }
-@test "server includes microhttpd.h in http.c, deliver.c and reply.c alone" { plant server/planted.c '#include <microhttpd.h>'; }
+@test "server includes microhttpd.h in the I/O threads' files alone" { plant server/planted.c '#include <microhttpd.h>'; }
 @test "server must not hold C++" { plant server/planted.cpp ''; }
 
 @test "lib calls no function of files, threads, clocks or the environment" {
