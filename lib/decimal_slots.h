@@ -6,7 +6,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* A number has a slot: '[', '-', BODY from the first digit on, and ','. A block of numbers is squeezed at
+/* A number has a slot: '[', '-', what is from its first digit on, and ','. A block of numbers is squeezed at
  * once, and the digits of a group are found at once. */
 enum { TW_SLOT = 16, TW_BLOCK = 4, TW_GROUP = 16, TW_SLOTS = 64, TW_SLOT_BLOCKS = TW_SLOTS / TW_BLOCK };
 
@@ -18,8 +18,8 @@ typedef struct tw_decimal_slots {
   uint64_t others;               /* the numbers whose slots say nothing, the first in the lowest bit */
 } tw_decimal_slots;
 
-/* Finds what the first `count` values print as. Those up to the end of the batch may be read as well: they
- * may be anything. For machines with VBMI2. */
-void tw_decimal_slots_find(tw_decimal_slots *slots, size_t count);
+/* Finds what the first `count` values print as, which are whole blocks. Behind number `closed` of each block
+ * stands ']' in place of ','; TW_BLOCK: behind none. For machines with VBMI2. */
+void tw_decimal_slots_find(tw_decimal_slots *slots, size_t count, size_t closed);
 
 #endif

@@ -22,12 +22,9 @@ static inline __m128 load_block(const float *values, size_t live) {
 }
 
 /* All 64 bytes where there is room for them, and no more than the block's own otherwise; behind the text are
- * commas. The byte that `closing` tells is a ']'. */
-static inline char *put_block(const page *p, char *out, const char *slots, uint64_t kept, uint64_t closing,
-                              size_t live) {
-  const __m512i commas = _mm512_set1_epi8(','), brackets = _mm512_set1_epi8(']');
-  __m512i text = _mm512_mask_mov_epi8(_mm512_load_si512(slots), closing, brackets);
-  text = _mm512_mask_compress_epi8(commas, kept, text);
+ * commas. */
+static inline char *put_block(const page *p, char *out, const char *slots, uint64_t kept, size_t live) {
+  __m512i text = _mm512_mask_compress_epi8(_mm512_set1_epi8(','), kept, _mm512_load_si512(slots));
   if (live == TW_BLOCK || p->limit - out >= (ptrdiff_t)TW_BLOCK * TW_SLOT)
     _mm512_storeu_si512(out, text);
   else
@@ -69,23 +66,23 @@ static inline bool has_others(const tw_decimal_slots *slots, size_t block) {
 /* Vectors of a block each, in brackets. */
 static inline __attribute__((always_inline)) char *put_narrow(const page *p, size_t width) {
   const tw_vectors *all = p->all;
-  uint64_t live = live_bits(width), closing = 1ULL << (TW_SLOT * width - 1);
+  uint64_t live = live_bits(width);
   char *out = p->start;
   for (size_t first = 0; first < all->count; first += TW_SLOT_BLOCKS) {
     tw_decimal_slots slots;
     size_t count = all->count - first < TW_SLOT_BLOCKS ? all->count - first : TW_SLOT_BLOCKS;
     for (size_t i = 0; i < count; i++)
       _mm_store_ps(slots.values + TW_BLOCK * i, load_block(all->values + (first + i) * all->stride, width));
-    tw_decimal_slots_find(&slots, TW_BLOCK * count);
+    tw_decimal_slots_find(&slots, TW_BLOCK * count, width - 1);
     if (slots.others == 0 && !all->ends) {
       for (size_t i = 0; i < count; i++)
-        out = put_block(p, out, slots.text[i], slots.kept[i] & live, closing, width) + 1;
+        out = put_block(p, out, slots.text[i], slots.kept[i] & live, width) + 1;
       continue;
     }
     for (size_t i = 0; i < count; i++) {
       uint64_t kept = slots.kept[i] & live;
       out = close_bracket(has_others(&slots, i) ? put_slowly(out, &slots, i, kept)
-                                                : put_block(p, out, slots.text[i], kept, 0, width));
+                                                : put_block(p, out, slots.text[i], kept, width));
       if (all->ends) all->ends[first + i] = (size_t)(out - p->start) - 1;
     }
   }
@@ -118,13 +115,13 @@ static inline __attribute__((always_inline)) char *put_wide(const page *p, size_
       _mm_store_ps(
           slots.values + TW_BLOCK * count,
           load_block(all->values + from.vector * all->stride + from.column, live_numbers(width, from)));
-    tw_decimal_slots_find(&slots, TW_BLOCK * count);
+    tw_decimal_slots_find(&slots, TW_BLOCK * count, TW_BLOCK);
     for (size_t i = 0; i < count; i++) {
       size_t live = live_numbers(width, to);
       uint64_t kept = slots.kept[i] & live_bits(live);
       if (to.column != 0 || !p->in_brackets) kept &= ~1ULL;
       out = has_others(&slots, i) ? put_slowly(out, &slots, i, kept)
-                                  : put_block(p, out, slots.text[i], kept, 0, live);
+                                  : put_block(p, out, slots.text[i], kept, live);
       place next = next_block(width, to);
       if (next.column == 0 && p->in_brackets) {
         out = close_bracket(out);
