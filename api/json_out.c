@@ -147,12 +147,15 @@ void api_text_flag(api_text *text, bool value) {
 }
 
 void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count) {
-  /* Room is asked for by pieces: most numbers are shorter than they might be. */
+  /* As many at once as surely fit; more room is asked for by pieces: most numbers are shorter than they might
+   * be. */
   enum { PIECE = 64, BRACKETS = 3 };
-  size_t most = width > 0 && width < PIECE ? PIECE / width : 1;
-  for (size_t i = 0; i < count; i += most) {
-    size_t piece = count - i < most ? count - i : most;
-    char *start = reserve(text, piece * (width * TW_FLOAT_TEXT + BRACKETS) + 1), *end = start;
+  size_t each = width * TW_FLOAT_TEXT + BRACKETS, least = width > 0 && width < PIECE ? PIECE / width : 1;
+  for (size_t i = 0, piece; i < count; i += piece) {
+    size_t room = text->capacity - text->size;
+    piece = room > each * least ? (room - 1) / each : least;
+    if (piece > count - i) piece = count - i;
+    char *start = reserve(text, piece * each + 1), *end = start;
     if (!start) return;
     if (i > 0) *end++ = ',';
     end += tw_print_vectors(end, &(tw_vectors){values + i * stride, stride, width, piece, NULL});

@@ -338,6 +338,24 @@ static void text_that_fills_its_room_moves_out_of_it(void **state) {
   api_text_deinit(&text);
 }
 
+static void vectors_are_the_same_whatever_room_there_is(void **state) {
+  (void)state;
+  enum { COUNT = 40, WIDTH = 3, EACH = WIDTH * TW_FLOAT_TEXT + 3 };
+  float values[COUNT * WIDTH];
+  for (int i = 0; i < COUNT * WIDTH; i++) values[i] = 1.0f / (float)(i + 1);
+  api_text whole = {0};
+  api_text_reserve(&whole, COUNT * EACH + 1);
+  api_text_vectors(&whole, values, WIDTH, WIDTH, COUNT);
+  for (size_t capacity = 0; capacity <= COUNT * EACH + 1; capacity += capacity % EACH < 2 ? 1 : EACH - 2) {
+    api_text text = {.data = malloc(capacity ? capacity : 1), .capacity = capacity};
+    api_text_vectors(&text, values, WIDTH, WIDTH, COUNT);
+    assert_int_equal(text.size, whole.size);
+    assert_memory_equal(text.data, whole.data, whole.size);
+    api_text_deinit(&text);
+  }
+  api_text_deinit(&whole);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(what_is_no_json_is_refused_with_its_place, loopback_setup,
@@ -358,6 +376,7 @@ int main(void) {
       cmocka_unit_test(spline_keys_are_interleaved_as_in_gltf),
       cmocka_unit_test(the_tank_is_read),
       cmocka_unit_test(text_that_fills_its_room_moves_out_of_it),
+      cmocka_unit_test(vectors_are_the_same_whatever_room_there_is),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
