@@ -101,6 +101,11 @@ static size_t measure_cookies(const char *value, size_t size) {
   return size + 1 + cookies * SRV_RECORD_SIZE;
 }
 
+/* The same for both cases of a letter. */
+static uint32_t initial_of(const char *name) {
+  return 1U << ((unsigned char)*name & 31);
+}
+
 void srv_framing_header(srv_framing *framing, const char *name, size_t name_size, const char *value,
                         size_t value_size) {
   framing->headers++;
@@ -112,6 +117,7 @@ void srv_framing_header(srv_framing *framing, const char *name, size_t name_size
     return;
   }
   if (!is_field_text(value, value_size)) refuse(framing, 400, "a header's value holds a control character");
+  framing->initials |= initial_of(name);
   if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
   if (same(name, name_size, "Transfer-Encoding")) take_coding(framing, value, value_size);
   if (same(name, name_size, "Host")) framing->hosts++;
@@ -135,4 +141,8 @@ void srv_framing_end(srv_framing *framing) {
   if (framing->hosts > 1 || (framing->hosts == 0 && !framing->http_10)) {
     refuse(framing, 400, "a request has one Host header");
   }
+}
+
+bool srv_framing_may_have(const srv_framing *framing, const char *name) {
+  return (framing->initials & initial_of(name)) != 0;
 }

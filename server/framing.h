@@ -27,6 +27,7 @@ typedef struct srv_framing {
   bool has_length, chunked, continues; /* continues: the client waits for 100 */
   uint64_t length;                     /* with has_length */
   size_t headers, hosts;
+  uint32_t initials;    /* a bit for each letter that a header's name begins with */
   size_t text, records; /* bytes that the head takes of the HTTP library's memory */
 } srv_framing;
 
@@ -41,5 +42,8 @@ void srv_framing_header(srv_framing *framing, const char *name, size_t name_size
 
 /* After the last header: what only shows in their combination. */
 void srv_framing_end(srv_framing *framing);
+
+/* False when no header has this name, which most requests show by the initials of the few that they have. */
+bool srv_framing_may_have(const srv_framing *framing, const char *name);
 
 #endif

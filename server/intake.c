@@ -56,7 +56,9 @@ static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const
 }
 
 static const char *find_header(void *context, const char *name) {
-  return MHD_lookup_connection_value(context, MHD_HEADER_KIND, name);
+  const srv_connection *c = context;
+  if (!srv_framing_may_have(&c->framing, name)) return NULL;
+  return MHD_lookup_connection_value(c->mhd, MHD_HEADER_KIND, name);
 }
 
 static bool client_waits(srv_exchange *exchange) {
@@ -79,7 +81,7 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   srv_framing_end(framing);
   c->exchange.wanted = client_waits;
   c->exchange.ready = come_back;
-  if (srv_exchange_open(&c->exchange, method, framing, find_header, c->mhd) == SRV_EXCHANGE_NOW) {
+  if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
     /* The library would close with the body unread, which resets the connection under the answer. */
     return framing->continues || c->owner->http->tls ? deliver(c) : srv_intake_refuse(c);
   }

@@ -169,6 +169,17 @@ static void first_refusal_stays(void **state) {
   assert_int_equal(two("Transfer-Encoding", "cow", "X A", "b"), 501);
 }
 
+static void names_are_ruled_out_by_their_initials(void **state) {
+  (void)state;
+  srv_framing framing = judge("HTTP/1.1", "if-match", "*", "X-API-Key", "k");
+  assert_true(srv_framing_may_have(&framing, "If-Match"));
+  assert_true(srv_framing_may_have(&framing, "IF-NONE-MATCH"));
+  assert_true(srv_framing_may_have(&framing, "x-api-key"));
+  assert_true(srv_framing_may_have(&framing, "Host"));
+  assert_false(srv_framing_may_have(&framing, "Authorization"));
+  assert_false(srv_framing_may_have(&framing, "Range"));
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(targets_with_raw_or_broken_bytes_are_400),
@@ -185,6 +196,7 @@ int main(void) {
       cmocka_unit_test(head_is_measured_with_its_records),
       cmocka_unit_test(cookies_are_measured_twice_and_each_by_itself),
       cmocka_unit_test(first_refusal_stays),
+      cmocka_unit_test(names_are_ruled_out_by_their_initials),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
