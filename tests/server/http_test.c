@@ -34,7 +34,7 @@ static void ambiguous_lengths_are_refused_and_nothing_is_read_behind_them(void *
 static void bytes_sent_after_a_refusal_do_not_reset_the_answer(void **state) {
   fixture *f = *state;
   int fd = connect_client(f);
-  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length : 35\r\n\r\n");
+  say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nHost: y\r\nContent-Length: 35\r\n\r\n");
   static const char MORE[] = "GET /light HTTP/1.1\r\nHost: x\r\n\r\n";
   for (int i = 0; i < 20; i++) {
     pause_ms(20);
