@@ -259,24 +259,6 @@ static inline __attribute__((always_inline)) void start_group(const kernel_job *
     weigh_three(s->across, k->spline.slope, j + l, g->weighed[l].slopes.across[0]);
 }
 
-static inline __attribute__((always_inline)) crossed cross_lanes(const line_slopes *s, const slope_weights *w,
-                                                                 float least, vector outward, mask *sure) {
-  vector along[3], across[3], zero = {0};
-  tangent_lanes(s, w, 3, along, across);
-  return cross_tangents(along, across, zero + least, outward, sure);
-}
-
-static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
-                                                              bool transposed, line_group *g, mask *sure) {
-  slope_weights weights;
-  vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
-  load_slope_weights(&k->spline, block_at(k, n, g->j).i, &weights);
-  for (size_t l = 0; l < g->count; l++) {
-    take_from_memory();
-    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, outward, sure);
-  }
-}
-
 /* How far ahead, in floats, those rows lie that take their turn some blocks later: in the same lines or,
  * where these have no more, in the next group, be that of this patch or not. */
 static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
@@ -284,6 +266,30 @@ static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
   size_t blocks = POINTS_AHEAD / LANES / g->count;
   return k->blocks > blocks ? (ptrdiff_t)(blocks * LANES) * k->job.step
                             : (ptrdiff_t)g->count * k->job.line_step;
+}
+
+static inline __attribute__((always_inline)) crossed cross_lanes(const line_slopes *s, const slope_weights *w,
+                                                                 float least, vector outward, mask *sure) {
+  vector along[3], across[3], zero = {0};
+  tangent_lanes(s, w, 3, along, across);
+  return cross_tangents(along, across, zero + least, outward, sure);
+}
+
+/* line: where the first line's rows will go. Memory that is asked for here comes while nothing is stored. */
+static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
+                                                              bool positions, bool transposed, line_group *g,
+                                                              const float *line, mask *sure) {
+  const ptrdiff_t width = positions ? 6 : 3, ahead = rows_ahead(k, g);
+  const block b = block_at(k, n, g->j);
+  slope_weights weights;
+  vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
+  const float *out = line + b.place * k->job.step;
+  load_slope_weights(&k->spline, b.i, &weights);
+  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
+    take_from_memory();
+    if (k->job.step == width) prepare_rows(out, ahead, (size_t)width);
+    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, outward, sure);
+  }
 }
 
 /* Points of line l of a group where wanted, and their normals. */
@@ -305,7 +311,7 @@ static inline size_t whole_lines(const kernel_job *k, const line_group *g) {
 static inline __attribute__((always_inline)) void put_block(const kernel_job *k, size_t n, bool positions,
                                                             const line_group *g, float *line) {
   const size_t before = positions ? 3 : 0, width = before + 3;
-  const ptrdiff_t step = k->job.step, line_step = k->job.line_step, ahead = rows_ahead(k, g);
+  const ptrdiff_t step = k->job.step, line_step = k->job.line_step;
   const block b = block_at(k, n, g->j);
   const size_t packed = step == (ptrdiff_t)width ? whole_lines(k, g) : 0;
   vector weights[4], rows[ROW_MAX];
@@ -313,7 +319,6 @@ static inline __attribute__((always_inline)) void put_block(const kernel_job *k,
   load_weights(k->value, 4, b.i, weights);
   for (size_t l = 0; l < packed; l++, out += line_step) {
     take_from_memory();
-    prepare_rows(out, ahead, width);
     row_lanes(k, g, l, positions, weights, rows);
     store_packed(rows, width, LANES, out);
   }
@@ -351,7 +356,7 @@ static inline __attribute__((always_inline)) void fill_normals(const tw_spline_j
     mask sure = first_mask();
     start_group(&k, &slopes, positions, j, &g);
     for (size_t n = 0; n < k.blocks; n++) {
-      cross_block(&k, n, least, transposed, &g, &sure);
+      cross_block(&k, n, least, positions, transposed, &g, line, &sure);
       put_block(&k, n, positions, &g, line);
     }
     if (!all_set(sure)) look_closer(&k, transposed, least, &g, line + (positions ? 3 : 0));
