@@ -70,19 +70,21 @@ static inline __attribute__((always_inline)) vector least_lane_square(lane_line 
   return greater(lengths * (1.001f * TW_NORMAL_PARALLEL), zero + TW_NORMAL_SQUARE_MIN);
 }
 
-/* Row i of a line of each patch; sure: as unit_normals has it. */
-static inline __attribute__((always_inline)) void lane_row(const tw_spline *spline, lane_line *line,
-                                                           const float *const *value, size_t i, bool normals,
-                                                           vector least, vector outward, vector *row,
-                                                           mask *sure) {
+/* Points i of a line of each patch. */
+static inline __attribute__((always_inline)) void lane_values(lane_line *line, const float *const *value,
+                                                              size_t i, vector *row) {
   for (size_t c = 0; c < 3; c++) row[c] = 0.0f + sum_four(value, i, &line->columns[0][c], 3);
-  if (!normals) return;
-  vector tangents[2][3];
+}
+
+/* Their normals; sure: as unit_normals has it. */
+static inline __attribute__((always_inline)) crossed
+lane_normals(const tw_spline *spline, lane_line *line, size_t i, vector least, vector outward, mask *sure) {
+  vector along[3], across[3];
   for (size_t c = 0; c < 3; c++) {
-    tangents[0][c] = sum_three(spline->slope, i, &line->along[0][c], 3);
-    tangents[1][c] = sum_four(spline->limit, i, &line->across[0][c], 3);
+    along[c] = sum_three(spline->slope, i, &line->along[0][c], 3);
+    across[c] = sum_four(spline->limit, i, &line->across[0][c], 3);
   }
-  unit_normals(tangents[0], tangents[1], least, outward, row + 3, sure);
+  return cross_tangents(along, across, least, outward, sure);
 }
 
 static inline uint32_t bits_unset(mask m, size_t count) {
@@ -104,6 +106,9 @@ store_lanes(const vector *v, size_t width, float *const *rows, size_t count, ptr
     for (size_t r = 0; r < 4; r++)
       put_row(rows[4 * m + r] + place, width, four_of(a.rows[r], m), four_of(a.tails[r / 2], m), r % 2);
 }
+
+/* Points of a line that are crossed before the first of them becomes a row, as the lines of a group are. */
+enum { TOGETHER_LANES = 8 };
 
 /* Patches from `first` on, one a lane; the bits of those that need a closer look. */
 static inline __attribute__((always_inline)) uint32_t fill_lanes(const tw_spline_batch *b, size_t first,
@@ -131,10 +136,17 @@ static inline __attribute__((always_inline)) uint32_t fill_lanes(const tw_spline
       weigh_lane_slopes(&spline, &slopes, j, &line);
       least = least_lane_square(&line);
     }
-    for (size_t i = rect.i0; i <= rect.i1; i++, place += step) {
-      vector row[ROW_MAX];
-      lane_row(&spline, &line, value, i, normals, least, outward, row, &sure);
-      store_lanes(row, normals ? 6 : 3, rows, count, place);
+    for (size_t i = rect.i0; i <= rect.i1; i += TOGETHER_LANES) {
+      crossed crosses[TOGETHER_LANES];
+      size_t points = rect.i1 + 1 - i < TOGETHER_LANES ? rect.i1 + 1 - i : TOGETHER_LANES;
+      for (size_t p = 0; normals && p < points; p++)
+        crosses[p] = lane_normals(&spline, &line, i + p, least, outward, &sure);
+      for (size_t p = 0; p < points; p++, place += step) {
+        vector row[ROW_MAX];
+        lane_values(&line, value, i + p, row);
+        if (normals) normalise(&crosses[p], row + 3);
+        store_lanes(row, normals ? 6 : 3, rows, count, place);
+      }
     }
   }
   return bits_unset(sure, count) << first;
