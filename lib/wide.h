@@ -7,6 +7,7 @@
 #include <string.h>
 
 #ifdef __AVX512F__
+#include <immintrin.h>
 enum { LANES = 16 };
 #elif defined __AVX__
 enum { LANES = 8 };
@@ -118,38 +119,73 @@ static inline __attribute__((always_inline)) void pack_six(const vector *v, vect
   out[5] = SHUFFLE(high[1], high[2], 2, 3, 6, 7);
 }
 
-/* All packed rows. */
-static inline __attribute__((always_inline)) void put_packed(const vector *packed, size_t width, float *out) {
 #ifdef __AVX512F__
-  if (width == 6) { /* 24 quarters, turned round so that full vectors are stored */
-    vector even[3], odd[3];
-    for (size_t c = 0; c < 3; c++) {
-      even[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 0, 2, 4, 6);
-      odd[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 1, 3, 5, 7);
-    }
-    put_all(out, QUARTERS(even[0], even[1], 0, 2, 4, 6));
-    put_all(out + LANES, QUARTERS(even[2], odd[0], 0, 2, 4, 6));
-    put_all(out + 2 * (size_t)LANES, QUARTERS(odd[1], odd[2], 0, 2, 4, 6));
-    put_all(out + 3 * (size_t)LANES, QUARTERS(even[0], even[1], 1, 3, 5, 7));
-    put_all(out + 4 * (size_t)LANES, QUARTERS(even[2], odd[0], 1, 3, 5, 7));
-    put_all(out + 5 * (size_t)LANES, QUARTERS(odd[1], odd[2], 1, 3, 5, 7));
+/* Packed rows as they lie in memory: their quarters, turned round so that full vectors are stored. */
+static inline __attribute__((always_inline)) void turn_packed(const vector *packed, size_t width,
+                                                              vector *out) {
+  if (width == 3) {
+    vector low = QUARTERS(packed[0], packed[1], 0, 4, 1, 5),
+           high = QUARTERS(packed[0], packed[1], 2, 6, 3, 7), middle = QUARTERS(low, packed[2], 3, 5, 3, 5);
+    out[0] = QUARTERS(low, packed[2], 0, 1, 4, 2);
+    out[1] = QUARTERS(middle, high, 0, 1, 4, 5);
+    out[2] = QUARTERS(packed[2], high, 2, 6, 7, 3);
     return;
   }
-#endif
+  vector even[3], odd[3];
+  for (size_t c = 0; c < 3; c++) {
+    even[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 0, 2, 4, 6);
+    odd[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 1, 3, 5, 7);
+  }
+  out[0] = QUARTERS(even[0], even[1], 0, 2, 4, 6);
+  out[1] = QUARTERS(even[2], odd[0], 0, 2, 4, 6);
+  out[2] = QUARTERS(odd[1], odd[2], 0, 2, 4, 6);
+  out[3] = QUARTERS(even[0], even[1], 1, 3, 5, 7);
+  out[4] = QUARTERS(even[2], odd[0], 1, 3, 5, 7);
+  out[5] = QUARTERS(odd[1], odd[2], 1, 3, 5, 7);
+}
+
+static inline __attribute__((always_inline)) void put_packed(const vector *packed, size_t width, float *out) {
+  vector turned[ROW_MAX];
+  turn_packed(packed, width, turned);
+  for (size_t k = 0; k < width; k++, out += LANES) put_all(out, turned[k]);
+}
+
+/* Those of the first `count` points alone. */
+static inline __attribute__((always_inline)) void put_some_packed(const vector *packed, size_t width,
+                                                                  size_t count, float *out) {
+  vector turned[ROW_MAX];
+  size_t left = count * width;
+  turn_packed(packed, width, turned);
+  for (size_t k = 0; k < width && left > 0; k++, out += LANES) {
+    size_t floats = left < LANES ? left : LANES;
+    _mm512_mask_storeu_ps(out, (__mmask16)((1u << floats) - 1), (__m512)turned[k]);
+    left -= floats;
+  }
+}
+#else
+/* All packed rows. */
+static inline __attribute__((always_inline)) void put_packed(const vector *packed, size_t width, float *out) {
   for (size_t m = 0; m < LANES / 4; m++)
     for (size_t k = 0; k < width; k++, out += 4) put(out, four_of(packed[k], m));
 }
 
 /* Some of them, from memory. */
-static __attribute__((noinline)) void put_some_packed(const vector *packed, size_t width, size_t count,
-                                                      float *out) {
-  const float *from = (const float *)packed;
+static __attribute__((noinline)) void put_kept(const vector *kept, size_t width, size_t count, float *out) {
+  const float *from = (const float *)kept;
   for (; count >= 4; count -= 4, from += 4)
     for (size_t k = 0; k < width; k++, out += 4) put(out, load_four(from + k * LANES));
   size_t left = count * width, k = 0;
   for (; k + 4 <= left; k += 4) put(out + k, load_four(from + k / 4 * LANES));
   for (; k < left; k++) out[k] = from[k / 4 * LANES + k % 4];
 }
+
+static inline __attribute__((always_inline)) void put_some_packed(const vector *packed, size_t width,
+                                                                  size_t count, float *out) {
+  vector kept[ROW_MAX];
+  for (size_t k = 0; k < width; k++) kept[k] = packed[k];
+  put_kept(kept, width, count, out);
+}
+#endif
 
 static inline __attribute__((always_inline)) void store_packed(const vector *v, size_t width, size_t count,
                                                                float *out) {
@@ -158,13 +194,10 @@ static inline __attribute__((always_inline)) void store_packed(const vector *v, 
     pack_three(v, packed);
   else
     pack_six(v, packed);
-  if (count == LANES) {
+  if (count == LANES)
     put_packed(packed, width, out);
-  } else {
-    vector kept[ROW_MAX];
-    for (size_t k = 0; k < width; k++) kept[k] = packed[k];
-    put_some_packed(kept, width, count, out);
-  }
+  else
+    put_some_packed(packed, width, count, out);
 }
 
 /* Rows by themselves: of each four points the first components, then a fifth and sixth. */
