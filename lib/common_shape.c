@@ -133,7 +133,7 @@ static const stencil_set *stencils_of(tw_common_shape *common, bool limit, bool 
 tw_status tw_common_stencils(tw_patch_shapes *shapes, bool limit, bool normals) {
   for (tw_patch_class *copy = tw_patch_shapes_commons(shapes); copy; copy = copy->next_common) {
     const tw_stencil **own = copy->stencils[limit];
-    if (own[1] && (!normals || own[1]->tangents[0])) continue;
+    if (own[1] && (!normals || own[1]->tangents)) continue;
     const stencil_set *set = stencils_of(copy->common, limit, normals);
     if (!set) return TW_NO_MEMORY;
     for (uint32_t depth = 1; depth <= TW_STENCIL_DEPTH_MAX; depth++) own[depth] = &set->of_depth[depth];

@@ -197,7 +197,7 @@ static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, t
 /* False when that cannot give what is wanted. */
 static bool has_stencil(const target *to, const tw_stencil *stencil) {
   const tw_patch_job *job = to->job;
-  return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents[0]);
+  return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents);
 }
 
 /* sums: lacks the places that rows go to. False when the normals are not sure. */
@@ -208,7 +208,8 @@ static bool sum_rows(const target *to, uint32_t depth, tw_patch_rect rect, tw_st
   sums->step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
   sums->values = job->values ? job->values + place : NULL;
   sums->normals = job->normals ? job->normals + place : NULL;
-  return tw_stencil_rect(sums, depth, rect, sums->step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1));
+  sums->line_step = sums->step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1);
+  return tw_stencil_rect(sums, depth, rect);
 }
 
 /* A quarter of a common class, which has an even number of points: relative to one of them, as a regular one.

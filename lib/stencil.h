@@ -6,17 +6,20 @@
 
 #include "shape.h"
 
-enum { TW_STENCIL_CONTROLS_MAX = 128 };
+enum {
+  TW_STENCIL_CONTROLS_MAX = 128,
+  TW_STENCIL_BLOCK = 16 /* points; no vector holds more */
+};
 
-/* Weights of one class. Points of the grid lie in sections, one after the other: the corners, the insides of
- * the four sides, the inside, each row by row of its own rectangle. */
+/* Weights of one class, a block of points after the other, so that they are read in the order in which they
+ * lie in memory. Which points these are: see stencil_sections.h. Unused places weigh nothing. */
 typedef struct tw_stencil {
   uint32_t control_count; /* even: a last one may weigh nothing */
-  uint32_t apart;         /* points, and some more so that vectors can be read from each */
-  const float *values;    /* [control_count][apart] */
+  const float *values;    /* [blocks][control_count][TW_STENCIL_BLOCK] */
   /* Of any two tangents whose cross product points outward, each to a scale of its own at each point, at
-   * which its weights' absolute values sum to 1 or less; NULL where no normals are asked for. */
-  const float *tangents[2];
+   * which its weights' absolute values sum to 1 or less; NULL where no normals are asked for.
+   * [blocks][control_count][2][TW_STENCIL_BLOCK] */
+  const float *tangents;
 } tw_stencil;
 
 /* What stencils are made for. scratch_points: of patches of the depth. */
@@ -34,25 +37,25 @@ tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw
  * asked for too. TW_NO_MEMORY; TW_LIMIT: others who share the classes have left no room. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
 
-/* controls: [control_count], relative to `origin`; width: 2 to 4, the rest is 0. values and normals, each
- * NULL where not wanted: where those of the first point go; step: to the next, in floats. */
+/* Lines of points. controls: [control_count], relative to `origin`; width: 2 to 4, the rest is 0. values and
+ * normals, each NULL where not wanted: where those of the first point go. step and line_step lead to the next
+ * point and the next line, in floats. */
 typedef struct tw_stencil_job {
   const tw_stencil *stencil;
-  uint32_t first, count;
+  uint32_t first, count, lines, apart; /* places: lines of `count` points begin `apart` from each other */
   const float (*controls)[4];
   float origin[4];
   uint32_t width;
   float *values, *normals;
-  ptrdiff_t step;
+  ptrdiff_t step, line_step;
 } tw_stencil_job;
 
 /* With the best instruction set that this machine has. False when float does not suffice for all normals:
  * those that it wrote mean nothing then. */
 bool tw_stencil_rows(const tw_stencil_job *job);
 
-/* A rectangle of the grid of a stencil for `depth`. job: without first and count; line_step: to the next
- * line. */
-bool tw_stencil_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect, ptrdiff_t line_step);
+/* A rectangle of the grid of a stencil for `depth`. job: without its places. */
+bool tw_stencil_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect);
 
 /* With each instruction set that this machine has, as tw_spline_rows_by. */
 bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure);

@@ -9,7 +9,7 @@
 #include "shape.h"
 #include "split_patch.h"
 
-enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = 17 * 17 * STRIDE };
+enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = (17 * 17 + 1) * STRIDE };
 
 static const float untouched = -77.5f;
 
@@ -178,40 +178,150 @@ static void smooth_points_come_in_the_order_of_the_class(void **state) {
   free_sheet(&s);
 }
 
+/* ---- the kernels ---------------------------------------------------------------------------- */
+
+/* A stencil of the sheet, and the control points of one of its patches. */
+static const tw_stencil *stencil_of(const sheet *s, float points[TW_STENCIL_CONTROLS_MAX][4]) {
+  uint32_t quad = 0, count;
+  while (!s->patches.patches[quad].summed) quad++;
+  const uint32_t *controls = tw_patch_controls(&s->patches, quad, &count);
+  for (uint32_t i = 0; i < count; i++)
+    for (uint32_t c = 0; c < 4; c++) points[i][c] = s->values[4][4 * controls[i] + c];
+  return s->patches.patches[quad].shape->stencils[0][s->patches.depth];
+}
+
+static void clear(float *rows) {
+  for (size_t i = 0; i < ROOM; i++) rows[i] = untouched;
+}
+
+/* What each instruction set writes for a job, and what it says of its normals; the first one's rows stay. */
+static bool compare_sets(tw_stencil_job *job, bool joined, float out[2][ROOM]) {
+  bool first = true, sure = true;
+  for (uint32_t set = 0;; set++) {
+    float *rows = out[set > 0];
+    clear(rows);
+    job->values = rows;
+    if (job->width == 3) job->normals = rows + (joined ? 3 : 4);
+    if (!tw_stencil_rows_by(set, job, &sure)) return first;
+    if (set > 0) assert_memory_equal(out[0], out[1], sizeof out[0]);
+    if (set > 0) assert_int_equal(sure, first);
+    first = sure;
+  }
+}
+
+/* Whether the normals of all points are sure by themselves: those of unused places are not. */
+static bool all_sure(const tw_stencil_job *job) {
+  static float rows[STRIDE];
+  bool all = true;
+  tw_stencil_job one = *job;
+  one.count = one.lines = 1;
+  one.values = NULL;
+  one.normals = job->normals ? rows : NULL;
+  for (uint32_t line = 0; line < job->lines; line++)
+    for (uint32_t i = 0; i < job->count; i++) {
+      one.first = job->first + line * job->apart + i;
+      all = tw_stencil_rows(&one) && all;
+    }
+  return all;
+}
+
+/* Normals by themselves are those next to points. */
+static void compare_normals(const tw_stencil_job *job, const float *rows) {
+  static float apart[ROOM];
+  tw_stencil_job alone = *job;
+  alone.values = NULL;
+  alone.normals = apart;
+  tw_stencil_rows(&alone);
+  for (uint32_t line = 0; line < job->lines; line++)
+    for (uint32_t i = 0; i < job->count; i++) {
+      ptrdiff_t place = (ptrdiff_t)line * job->line_step + (ptrdiff_t)i * job->step;
+      assert_memory_equal(apart + place, rows + place + 3, 3 * sizeof(float));
+    }
+}
+
 static void all_instruction_sets_write_the_same_bytes(void **state) {
   (void)state;
-  static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM], apart[ROOM];
+  enum { PLACES = 97, GAP = 2, LINES = 3 };
+  static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM];
+  uint32_t sure = 0, unsure = 0;
   sheet s = new_sheet(bumps, 0);
   plan(&s, 3, false);
-  uint32_t quad = 0;
-  while (!s.patches.patches[quad].summed) quad++;
-  const tw_stencil *stencil = s.patches.patches[quad].shape->stencils[0][3];
-  for (uint32_t i = 0; i < stencil->control_count; i++)
-    for (uint32_t c = 0; c < 4; c++) points[i][c] = sinf((float)(7 * i + 3 * c * c));
-  for (uint32_t kind = 0; kind < 5; kind++)
-    for (uint32_t first = 0; first < 81; first += 7)
-      for (uint32_t count = 1; first + count <= 81; count += 3) {
-        uint32_t width = kind < 3 ? kind + 2 : 3;
-        bool joined = kind >= 3, sure; /* normals next to points, of which they are no part otherwise */
-        tw_stencil_job job = {stencil, first, count, (const float(*)[4])points, {1, 2, 3, 4},
-                              width,   NULL,  NULL,  kind == 4 ? 6 : STRIDE};
-        for (uint32_t set = 0;; set++) {
-          float *rows = out[set > 0];
-          for (size_t i = 0; i < ROOM; i++) rows[i] = untouched;
-          job.values = rows;
-          if (width == 3) job.normals = rows + (joined ? 3 : 4);
-          if (!tw_stencil_rows_by(set, &job, &sure)) break;
-          if (set > 0) assert_memory_equal(out[0], out[1], sizeof out[0]);
-        }
-        if (!joined) continue;
-        job.values = NULL;
-        job.normals = apart;
-        tw_stencil_rows(&job);
-        for (size_t i = 0; i < count; i++)
-          assert_memory_equal(apart + (size_t)job.step * i, out[0] + (size_t)job.step * i + 3,
-                              3 * sizeof(float));
+  const tw_stencil *stencil = stencil_of(&s, points);
+  for (uint32_t kind = 0; kind < 6; kind++)
+    for (uint32_t first = 0; first < PLACES; first += 5)
+      for (uint32_t count = 1; first + count <= PLACES; count += 3) {
+        uint32_t apart = count + first % 3, lines = first + 2 * apart + count <= PLACES ? LINES : 1;
+        bool joined = kind >= 3; /* normals next to points, of which they are no part otherwise */
+        ptrdiff_t step = kind >= 4 ? 6 : STRIDE, gap = kind == 5 ? GAP : 0;
+        tw_stencil_job job = {.stencil = stencil,
+                              .first = first,
+                              .count = count,
+                              .lines = lines,
+                              .apart = apart,
+                              .controls = (const float(*)[4])points,
+                              .origin = {1, 2, 3, 4},
+                              .width = kind < 3 ? kind + 2 : 3,
+                              .step = step,
+                              .line_step = ((ptrdiff_t)count + gap) * step};
+        bool all = compare_sets(&job, joined, out);
+        assert_int_equal(all, all_sure(&job));
+        sure += all;
+        unsure += !all;
+        if (joined) compare_normals(&job, out[0]);
+        if (gap) assert_true(out[0][(ptrdiff_t)count * step] == untouched);
+        assert_true(out[0][(ptrdiff_t)(lines - 1) * job.line_step + (ptrdiff_t)count * step] == untouched);
       }
+  assert_true(sure > 900 && unsure > 900);
   free_plan(&s);
+  free_sheet(&s);
+}
+
+/* grid: rows of all points. */
+static void compare_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect, const float *grid) {
+  static float rows[ROOM];
+  uint32_t side = (1u << depth) + 1, width = rect.i1 - rect.i0 + 1;
+  tw_stencil_job part = *job;
+  clear(rows);
+  part.values = rows;
+  part.normals = rows + 3;
+  part.line_step = (ptrdiff_t)width * job->step;
+  assert_true(tw_stencil_rect(&part, depth, rect));
+  const float *row = rows;
+  for (uint32_t j = rect.j0; j <= rect.j1; j++)
+    for (uint32_t i = rect.i0; i <= rect.i1; i++, row += job->step)
+      assert_memory_equal(row, grid + (ptrdiff_t)(j * side + i) * job->step, 6 * sizeof *row);
+  assert_true(*row == untouched);
+}
+
+static void rectangles_are_parts_of_the_whole(void **state) {
+  (void)state;
+  static float points[TW_STENCIL_CONTROLS_MAX][4], grid[ROOM];
+  sheet s = new_sheet(bumps, 0);
+  for (uint32_t depth = 1; depth <= DEPTH_MAX; depth++) {
+    plan(&s, depth, false);
+    uint32_t n = 1u << depth;
+    for (ptrdiff_t step = 6; step < STRIDE; step += 4) {
+      tw_stencil_job job = {.stencil = stencil_of(&s, points),
+                            .controls = (const float(*)[4])points,
+                            .width = 3,
+                            .values = grid,
+                            .normals = grid + 3,
+                            .step = step,
+                            .line_step = (ptrdiff_t)(n + 1) * step};
+      for (uint32_t j = 0; j <= n; j++)
+        for (uint32_t i = 0; i <= n; i++) {
+          job.values = grid + (ptrdiff_t)(j * (n + 1) + i) * step;
+          job.normals = job.values + 3;
+          assert_true(tw_stencil_rect(&job, depth, (tw_patch_rect){i, i, j, j}));
+        }
+      const uint32_t bounds[] = {0, 1, n / 2, n - 1, n};
+      for (uint32_t k = 0; k < 5 * 5 * 5 * 5; k++) {
+        tw_patch_rect rect = {bounds[k % 5], bounds[k / 5 % 5], bounds[k / 25 % 5], bounds[k / 125]};
+        if (rect.i0 <= rect.i1 && rect.j0 <= rect.j1) compare_rect(&job, depth, rect, grid);
+      }
+    }
+    free_plan(&s);
+  }
   free_sheet(&s);
 }
 
@@ -221,6 +331,7 @@ int main(void) {
       cmocka_unit_test(collapsed_patches_have_the_normals_of_splitting),
       cmocka_unit_test(smooth_points_come_in_the_order_of_the_class),
       cmocka_unit_test(all_instruction_sets_write_the_same_bytes),
+      cmocka_unit_test(rectangles_are_parts_of_the_whole),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
