@@ -155,11 +155,17 @@ static inline void scale_halves(group *g) {
   scale(&g->halves[1], _mm512_extractf32x8_ps(plain, 1));
 }
 
+/* The nearest integer to a number from 0 up to 2^51. */
+static inline __m512d nearest(__m512d number) {
+  const __m512d shift = _mm512_set1_pd(0x1p52);
+  return _mm512_sub_pd(_mm512_add_pd(number, shift), shift);
+}
+
 /* Nine digits, those that need not be there as zeros, as a number in the lowest bits. */
 static inline void shorten(half *h) {
   const __m512d magnitude = _mm512_castsi512_pd(_mm512_set1_epi64(INT64_MAX));
-  __m512d eight = _mm512_roundscale_pd(_mm512_mul_pd(h->number, _mm512_set1_pd(0.1)), 0);
-  __m512d seven = _mm512_roundscale_pd(_mm512_mul_pd(h->number, _mm512_set1_pd(0.01)), 0);
+  __m512d eight = nearest(_mm512_mul_pd(h->number, _mm512_set1_pd(0.1)));
+  __m512d seven = nearest(_mm512_mul_pd(h->number, _mm512_set1_pd(0.01)));
   __m512d over_eight = _mm512_fnmadd_pd(eight, _mm512_set1_pd(10), h->number);
   __m512d over_seven = _mm512_fnmadd_pd(seven, _mm512_set1_pd(100), h->number);
   __mmask8 is_eight = _mm512_cmp_pd_mask(_mm512_and_pd(over_eight, magnitude), h->reach, _CMP_LT_OQ);
