@@ -21,6 +21,10 @@ enum {
 /* In place of a class's uses, once they have proved enough. */
 static const uint32_t TAKEN = UINT32_MAX;
 
+static uint32_t control_count_of(const tw_patch_class *shape) {
+  return (shape->point_count + 1) & ~1u;
+}
+
 /* ---- weights -------------------------------------------------------------------------------- */
 
 /* A class as the only patch there is. */
@@ -134,8 +138,7 @@ static void scale_tangents(const basis *b) {
 tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
                           tw_stencil *out) {
   uint32_t side = (1u << wish->depth) + 1;
-  basis b = {
-      .shape = shape, .wish = wish, .points = side * side, .control_count = (shape->point_count + 1) & ~1u};
+  basis b = {.shape = shape, .wish = wish, .points = side * side, .control_count = control_count_of(shape)};
   tw_arena *scratch = tw_arena_create();
   tw_status status = scratch && allocate(&b, scratch, arena) ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
@@ -151,8 +154,8 @@ tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw
 /* ---- of all patches ------------------------------------------------------------------------- */
 
 static size_t bytes_of(const tw_patch_class *shape, const tw_stencil_wish *wish) {
-  size_t side = ((size_t)1 << wish->depth) + 1;
-  return (wish->normals ? 3 : 1) * sizeof(float) * shape->point_count * side * side;
+  size_t places = (size_t)tw_section_blocks(1u << wish->depth) * TW_STENCIL_BLOCK;
+  return (wish->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * places;
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */

@@ -6,10 +6,11 @@
 
 #include "built_cage.h"
 #include "cage.h"
+#include "cube.h"
 #include "shape.h"
 #include "split_patch.h"
 
-enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = (17 * 17 + 1) * STRIDE };
+enum { STRIDE = 11, DEPTH_MAX = TW_STENCIL_DEPTH_MAX, ROOM = (17 * 17 + 1) * STRIDE, PAIRS = 2000 };
 
 static const float untouched = -77.5f;
 
@@ -325,6 +326,60 @@ static void rectangles_are_parts_of_the_whole(void **state) {
   free_sheet(&s);
 }
 
+/* ---- memory --------------------------------------------------------------------------------- */
+
+/* Pairs of cubes apart from all others, so that each has classes of its own: by how sharp their edges are. */
+typedef struct cubes {
+  float points[8 * 2 * PAIRS][3], sharpness[2 * PAIRS][12];
+  uint32_t offsets[6 * 2 * PAIRS + 1], corners[2 * PAIRS][24], edges[2 * PAIRS][24];
+  tw_mesh mesh;
+} cubes;
+
+static void add_cube(cubes *c, uint32_t index) {
+  static const uint32_t edges[24] = {0, 1, 1, 2, 2, 3, 3, 0, 4, 5, 5, 6, 6, 7, 7, 4, 0, 4, 1, 5, 2, 6, 3, 7};
+  memcpy(c->points + 8 * (size_t)index, cube_points, sizeof cube_points);
+  for (uint32_t i = 0; i < 8; i++) c->points[8 * index + i][0] += 3 * (float)index;
+  for (uint32_t i = 0; i < 24; i++) {
+    c->corners[index][i] = 8 * index + cube_corners[i];
+    c->edges[index][i] = 8 * index + edges[i];
+  }
+  for (uint32_t i = 0; i < 12; i++) c->sharpness[index][i] = 0.5f + (float)(index / 2) / 4096;
+  for (uint32_t i = 1; i <= 6; i++) c->offsets[6 * index + i] = 24 * index + cube_offsets[i];
+}
+
+static cubes *new_cubes(void) {
+  cubes *c = calloc(1, sizeof *c);
+  assert_non_null(c);
+  for (uint32_t i = 0; i < 2 * PAIRS; i++) add_cube(c, i);
+  tw_mesh_init(&c->mesh);
+  c->mesh.point_count = 8 * 2 * PAIRS;
+  c->mesh.positions = c->points[0];
+  c->mesh.face_count = 6 * 2 * PAIRS;
+  c->mesh.corner_count = 24 * 2 * PAIRS;
+  c->mesh.face_offsets = c->offsets;
+  c->mesh.corners = c->corners[0];
+  c->mesh.crease_count = 12 * 2 * PAIRS;
+  c->mesh.crease_edges = c->edges[0];
+  c->mesh.crease_sharpness = c->sharpness[0];
+  return c;
+}
+
+static void stencils_of_one_mesh_stay_small(void **state) {
+  (void)state;
+  const size_t most = 4 << 20, around = most / 4; /* what an arena has beside them */
+  cubes *c = new_cubes();
+  for (uint32_t level = 1; level <= DEPTH_MAX; level++) {
+    tw_patch_shapes *shapes = tw_patch_shapes_create();
+    tw_surface_options options = {.level = level, .normals = true, .shapes = shapes};
+    tw_surface *surface;
+    assert_int_equal(tw_surface_create(&c->mesh, &options, &surface, NULL), TW_OK);
+    assert_in_range(tw_arena_size(tw_patch_shapes_stencils(shapes)), most - around, most + around);
+    tw_surface_destroy(surface);
+    tw_patch_shapes_destroy(shapes);
+  }
+  free(c);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(stencils_give_what_splitting_gives),
@@ -332,6 +387,7 @@ int main(void) {
       cmocka_unit_test(smooth_points_come_in_the_order_of_the_class),
       cmocka_unit_test(all_instruction_sets_write_the_same_bytes),
       cmocka_unit_test(rectangles_are_parts_of_the_whole),
+      cmocka_unit_test(stencils_of_one_mesh_stay_small),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }
