@@ -129,6 +129,12 @@ static float crowded_time(uint32_t track, uint32_t key, uint32_t key_count) {
   return key + 1 == key_count ? (float)(track + 10) : (float)key * 1.4e-45f;
 }
 
+/* All tracks meet at each other key of the first. */
+static float often_meeting_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)key_count;
+  return (float)(track == 0 ? key : 2 * key);
+}
+
 static void poses_are_the_samples_of_their_tracks(void **state) {
   (void)state;
   const time_rule rules[] = {own_time, shared_time, meeting_time, crowded_time};
@@ -175,6 +181,16 @@ static void memory_grows_with_keys_and_not_with_where_they_are(void **state) {
     }
 }
 
+/* A frame for every few keys, however few lanes of its blocks these fill: copies of half as much again. */
+static void tracks_that_often_meet_take_little_more(void **state) {
+  (void)state;
+  for (uint32_t track_count = 2; track_count < 40; track_count++) {
+    group_scene s = make_scene(track_count, 8000, 4000, often_meeting_time);
+    assert_in_range(tw_clip_size(s.clip), 0, 192 * s.keys + 700 * (uint64_t)track_count + 200000);
+    free_scene(&s);
+  }
+}
+
 /* With the times of all tracks equal, a frame is the whole answer. */
 static void nothing_follows_frames_of_equal_times(void **state) {
   (void)state;
@@ -191,6 +207,7 @@ int main(void) {
       cmocka_unit_test(a_track_alone_is_in_no_group),
       cmocka_unit_test(many_tracks_are_in_several_groups),
       cmocka_unit_test(memory_grows_with_keys_and_not_with_where_they_are),
+      cmocka_unit_test(tracks_that_often_meet_take_little_more),
       cmocka_unit_test(nothing_follows_frames_of_equal_times),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
