@@ -83,7 +83,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
     l->connections = c->next;
   }
   if (c->next != NULL) c->next->previous = c->previous;
-  /* Where the library fails before it has called `handle`, it does not call end_request either. */
+  /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
   free(c);
 }

@@ -1,5 +1,5 @@
-/* A value is compared with the one before it and not with what a name would say of it: names are constants,
- * so that one of them is mostly the same text in the same place. */
+/* Names are compared by their addresses: they are constants, so that the same name is mostly the same text in
+ * the same place. Where it is not, the block is printed anew, with the same bytes. */
 #include "field_block.h"
 
 #include <string.h>
