@@ -24,7 +24,9 @@ enum {
   /* The library's pool: the head, in which it reads, its records of it, and the answer's fields. It clears
    * the pool behind each request, so that more than it takes costs time; with less, the library would close
    * without a word on some of the heads that framing.h admits. It reads into the first half at least, so that
-   * what comes behind a head leaves no more than the other half to the records. */
+   * what comes behind a head leaves no more than the other half to the records. Framing cannot see blanks
+   * around values, and that the library copies those that go over several lines (obsolete, RFC 9112, 5.2): of
+   * long heads that have many of either it still closes on some. */
   CONNECTION_MEMORY = SRV_HEAD_MAX + (2 << 10),
   STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */
 };
