@@ -14,9 +14,8 @@ static inline __attribute__((always_inline)) vector greater(vector a, vector b) 
 }
 
 static inline vector root(vector square) {
-  vector out;
-  for (int l = 0; l < LANES; l++) out[l] = sqrtf(square[l]);
-  return out;
+  for (int l = 0; l < LANES; l++) square[l] = sqrtf(square[l]);
+  return square;
 }
 
 static inline __attribute__((always_inline)) bool all_set(mask m) {
