@@ -89,17 +89,18 @@ typedef struct arena_block {
 struct tw_arena {
   arena_block *first;
   size_t size, next_block;
-  _Alignas(ARENA_ALIGN) bool is_lent; /* that memory is another's */
+  void *owned; /* that memory; NULL where it is another's */
 };
+_Static_assert(sizeof(struct tw_arena) % ARENA_ALIGN == 0, "the block behind it is aligned");
 
 static arena_block *block_behind(tw_arena *arena) {
   return (arena_block *)(void *)(arena + 1);
 }
 
-static tw_arena *create_in(void *memory, size_t size, bool is_lent) {
+static tw_arena *create_in(void *memory, size_t size, void *owned) {
   tw_arena *arena = memory;
   arena_block *block = block_behind(arena);
-  *arena = (tw_arena){block, size, 2 * (size_t)ARENA_FIRST, is_lent};
+  *arena = (tw_arena){block, size, 2 * (size_t)ARENA_FIRST, owned};
   block->next = NULL;
   block->used = 0;
   block->capacity = size - sizeof *arena - sizeof *block;
@@ -108,12 +109,12 @@ static tw_arena *create_in(void *memory, size_t size, bool is_lent) {
 
 tw_arena *tw_arena_create(void) {
   void *memory = malloc(ARENA_FIRST);
-  return memory ? create_in(memory, ARENA_FIRST, false) : NULL;
+  return memory ? create_in(memory, ARENA_FIRST, memory) : NULL;
 }
 
 tw_arena *tw_arena_create_in(void *memory, size_t size) {
   assert(size >= ARENA_FIRST && (uintptr_t)memory % ARENA_ALIGN == 0);
-  return create_in(memory, size, true);
+  return create_in(memory, size, NULL);
 }
 
 void tw_arena_destroy(tw_arena *arena) {
@@ -123,7 +124,7 @@ void tw_arena_destroy(tw_arena *arena) {
     if (block != block_behind(arena)) tw_block_free(block);
     block = next;
   }
-  if (!arena->is_lent) free(arena);
+  free(arena->owned);
 }
 
 /* A block of so many bytes, first in line unless it is for one array alone; NULL without memory. */
