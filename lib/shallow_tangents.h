@@ -200,7 +200,7 @@ static inline void remake_quad(const tw_shallow_level *l, uint32_t vertex, float
 
 /* The nth corner of a face, and that before it. */
 static inline size_t corner_at(const tw_shallow_level *l, size_t face, size_t n) {
-  return l->cage.face_size == 3 ? 3 * face + n : l->cage.face_offsets[face] + n;
+  return (l->cage.face_offsets ? l->cage.face_offsets[face] : l->cage.face_size * face) + n;
 }
 static inline size_t corner_before(const tw_shallow_level *l, uint32_t face, uint32_t n) {
   return corner_at(l, face, n ? n : tw_face_size(&l->cage, face)) - 1;

@@ -129,6 +129,7 @@ static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
   (void)state;
   check(torus(TORUS_TRIANGLES, NO_GAPS, false), (tw_surface_options){0});
   check(torus(TORUS_MIXED, NO_GAPS, false), (tw_surface_options){0});
+  check(torus(TORUS_QUADS, NO_GAPS, false), (tw_surface_options){0});
 }
 
 /* Two pyramids of so many sides: of fewer faces and edges than vectors have lanes, of as many, of a few more.

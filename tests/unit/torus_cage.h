@@ -12,7 +12,8 @@ enum { TORUS_SIDE = 6 }; /* points along it and round it */
 typedef enum torus_faces {
   TORUS_TRIANGLES,        /* six round each point */
   TORUS_TURNED_TRIANGLES, /* some cut the other way: of many valences */
-  TORUS_MIXED             /* and quads */
+  TORUS_MIXED,            /* and quads */
+  TORUS_QUADS             /* four round each point */
 } torus_faces;
 
 typedef enum torus_gaps { NO_GAPS, GAPS, GAPS_THAT_TOUCH } torus_gaps;
@@ -42,6 +43,8 @@ static inline cage *torus(torus_faces faces, torus_gaps gaps, bool fin) {
       bool third = (x + 2 * y) % 3 == 0;
       if (faces == TORUS_MIXED)
         add_quad(c, (uint32_t[]){e, d, a, b}, third);
+      else if (faces == TORUS_QUADS)
+        add_quad(c, (uint32_t[]){e, d, a, b}, false);
       else if (faces == TORUS_TURNED_TRIANGLES && third)
         add_quad(c, (uint32_t[]){b, e, d, a}, true);
       else
