@@ -7,13 +7,18 @@
 
 /* ---- numbers -------------------------------------------------------------------------------- */
 
-bool tw_shallow_fits(const tw_topology *cage, const tw_rules *rules, uint32_t level) {
+/* Each step takes 1 away, or more. */
+static bool outlasts(float sharpness, uint32_t steps) {
+  return tw_is_semi_sharp(sharpness) && sharpness > (float)steps;
+}
+
+bool tw_shallow_fits(const tw_topology *mesh, uint32_t steps, const tw_rules *rules, uint32_t level) {
   if (level == 0 || level > 2) return false;
-  if (level == 1 || cage->smooth || rules->linear) return true;
-  for (uint32_t e = 0; e < cage->edge_count; e++)
-    if (tw_is_semi_sharp(cage->edge_sharpness[e])) return false;
-  for (uint32_t v = 0; v < cage->vertex_count; v++)
-    if (tw_is_semi_sharp(cage->vertex_sharpness[v])) return false;
+  if (level == 1 || mesh->smooth || rules->linear) return true;
+  for (uint32_t e = 0; e < mesh->edge_count; e++)
+    if (outlasts(mesh->edge_sharpness[e], steps)) return false;
+  for (uint32_t v = 0; v < mesh->vertex_count; v++)
+    if (outlasts(mesh->vertex_sharpness[v], steps)) return false;
   return true;
 }
 

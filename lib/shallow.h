@@ -1,7 +1,7 @@
-/* The first two levels of a mesh of any faces, where patches would have next to nothing to do: rows of points
- * and faces straight from the cage's connectivity. Nothing is built of the refined meshes but their points
- * above the level asked for and its face points; how those are joined follows from the cage by the arithmetic
- * that refine.h tells of. */
+/* A level or two below a mesh of any faces, where patches would have next to nothing to do: rows of points
+ * and faces straight from the connectivity of the mesh, be it a cage or what generic steps have made of one.
+ * Nothing is built of the refined meshes but their points above the level asked for and its face points; how
+ * those are joined follows from the cage by the arithmetic that refine.h tells of. */
 #ifndef TWEEND_SHALLOW_H
 #define TWEEND_SHALLOW_H
 
@@ -14,8 +14,9 @@ typedef struct tw_shallow {
   bool normals;   /* are asked for */
 } tw_shallow;
 
-/* Whether a level can be read so: what is sharp at the cage has to be so for ever at the level above. */
-bool tw_shallow_fits(const tw_topology *cage, const tw_rules *rules, uint32_t level);
+/* Whether a level can be read so of what some steps make of a mesh: what is then sharp at the cage has to be
+ * so for ever at the level above. */
+bool tw_shallow_fits(const tw_topology *mesh, uint32_t steps, const tw_rules *rules, uint32_t level);
 
 /* Whether normals can be too: nothing is sharp, and no vertex has two faces alone. */
 bool tw_shallow_fits_normals(const tw_topology *cage, const tw_rules *rules);

@@ -7,87 +7,6 @@
 #include "limit.h"
 #include "stencil.h"
 
-/* ---- choosing ------------------------------------------------------------------------------- */
-
-/* Where the border eats into the mesh, only one group is sure to stay in place. */
-static bool is_whole(const tw_build *b) {
-  if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
-  uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
-  return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
-}
-
-/* Up to this level float keeps what normals live on. */
-enum { FLOAT_LEVEL = 2 };
-
-/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
-static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
-  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
-  for (uint32_t i = 0; i < mesh->crease_count; i++)
-    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
-  return false;
-}
-
-/* Nothing but points that stay where they are refined to. */
-static bool is_bare(const tw_build *b) {
-  const tw_mesh *m = b->mesh;
-  const tw_surface_options *options = &b->surface->options;
-  bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
-  return points_only && options->level > 0 && b->whole && !options->limit &&
-         !tw_cage_shrinks(&b->cage, options);
-}
-
-static bool fits_shallow(const tw_build *b) {
-  const tw_surface_options *options = &b->surface->options;
-  if (tw_build_is_loop(b) || (options->normals && !tw_shallow_fits_normals(&b->cage.topology, &b->rules)))
-    return false;
-  return tw_shallow_fits(&b->cage.topology, &b->rules, options->level);
-}
-
-static bool fits_loop_rows(const tw_build *b) {
-  const tw_surface_options *options = &b->surface->options;
-  if (!tw_build_is_loop(b)) return false;
-  return !options->normals || tw_loop_rows_fit_normals(&b->cage.topology, &b->rules, options->level);
-}
-
-/* Decides where the generic steps end: at the cage itself when all its faces are quads, else at the first
- * level, from where patches go on; or at the answer's own, where patches cannot go or would have next to
- * nothing to do. */
-static tw_status choose_levels(tw_build *b, bool generic, tw_error *error) {
-  tw_surface *s = b->surface;
-  uint32_t level = s->options.level;
-  bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX,
-       shrinks = tw_cage_shrinks(&b->cage, &s->options);
-  if (generic && !small)
-    return tw_fail(error, TW_LIMIT,
-                   "the mesh is too irregular for level %u: it has great poles, or thousands of "
-                   "different sharpness values",
-                   level);
-  bool even = b->cage.topology.face_size == (tw_build_is_loop(b) ? 3 : 4),
-       bare_two = level == 2 && is_bare(b) && (!s->options.normals || fits_shallow(b)),
-       few = !even && (level <= 1 || bare_two);
-  generic |= shrinks || tw_build_is_loop(b) || (small && (few || crosses_seams(b->mesh, &s->options)));
-  b->levels = generic && level > 0 ? level : even ? 0 : 1;
-  s->depth = level > b->levels ? level - b->levels : 0;
-  s->side = 1u << s->depth;
-  s->cage_step = b->levels == 0 ? 1 : 4;
-  bool bare = generic && is_bare(b);
-  if (bare && few && fits_shallow(b)) {
-    s->shallow.level = level;
-    s->shallow.normals = s->options.normals;
-    b->levels = 0;
-  }
-  if (bare && fits_loop_rows(b)) {
-    s->loop.levels = tw_loop_rows_fit(&b->cage.topology, &b->rules, level);
-    s->loop.normals = s->options.normals;
-    b->levels = level - s->loop.levels;
-  }
-  s->plain = bare && (s->shallow.level > 0 || s->loop.levels > 0 || !s->options.normals);
-  /* Normals live on differences, which float loses the more the closer points come together. */
-  s->exact = tw_build_is_loop(b) || (b->levels > FLOAT_LEVEL && s->options.normals && !b->rules.linear);
-  s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
-  return s->steps ? TW_OK : TW_NO_MEMORY;
-}
-
 /* ---- building ------------------------------------------------------------------------------- */
 
 static void need_masks(tw_surface *s, const tw_topology *t) {
@@ -114,13 +33,16 @@ static tw_status keep_cage(tw_build *b) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status start_shallow(tw_build *b) {
+/* Goes on from the base to what rows are made of. */
+static tw_status keep_shallow(tw_build *b) {
   tw_surface *s = b->surface;
-  s->shallow.cage = b->cage.topology;
+  s->shallow.cage = b->topologies[0];
   s->shallow.rules = b->rules;
   float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_size(&s->shallow), sizeof *kept);
   if (!kept) return TW_NO_MEMORY;
-  tw_status status = tw_shallow_keep(&s->shallow, b->mesh->positions, s->point_of, b->crew, kept);
+  bool refined = b->levels > 0;
+  tw_status status = tw_shallow_keep(&s->shallow, refined ? s->positions.base : b->mesh->positions,
+                                     refined ? NULL : s->point_of, b->crew, kept);
   if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);
@@ -201,14 +123,14 @@ static tw_status build_surface(tw_build *b, bool generic, tw_error *error) {
   b->cage.arena = b->arena;
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status != TW_OK) return status;
-  b->whole = is_whole(b);
-  status = choose_levels(b, generic, error);
+  status = tw_build_choose(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
-  if (status == TW_OK) status = s->shallow.level > 0 ? start_shallow(b) : tw_build_start(b);
+  if (status == TW_OK) status = tw_build_start(b);
   uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
   for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
     status = tw_build_refine(b, level == b->levels ? s->arena : b->arena);
+  if (status == TW_OK && s->shallow.level > 0) status = keep_shallow(b);
   if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
   tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + s->loop.levels + b->levels};

@@ -81,8 +81,8 @@ struct tw_surface {
   uint32_t step_count;
   tw_rules rules;
 
-  /* Rows follow from the cage itself: positions.base holds what is kept for it, and of the base's
-   * connectivity only the counts are there. */
+  /* Rows follow from what the steps make of the cage: positions.base holds what is kept for it, and of the
+   * base's connectivity only the counts are there. */
   tw_shallow shallow;
 
   /* Likewise from the base itself, of Loop's scheme: positions.exact holds what is kept for it. */

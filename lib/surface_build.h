@@ -34,7 +34,11 @@ static inline tw_rules tw_build_rules(const tw_build *b, uint32_t field) {
 /* A copy of rows of `size` bytes, of those at `indices` (NULL: of the first `count`). NULL without memory. */
 void *tw_build_gather(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count, size_t size);
 
-/* All values at the cage. */
+/* Decides how the levels are shared out: how many of them generic steps make, and what makes the rest.
+ * generic: no patches. */
+tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error);
+
+/* All values at the cage; where rows are made of that, its topology alone. */
 tw_status tw_build_start(tw_build *b);
 
 /* One level of everything; what the next level needs goes to `arena`, the surface's own at the last. */

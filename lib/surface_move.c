@@ -87,10 +87,21 @@ static tw_status move_exactly(tw_surface *s, const float *cage, const tw_crew *c
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
-static tw_status move_shallow(tw_surface *s, const float *positions, const tw_crew *crew) {
+/* points: of what rows are made of; point_of: as for tw_shallow_keep. */
+static tw_status keep_shallow(tw_surface *s, const float *points, const uint32_t *point_of,
+                              const tw_crew *crew) {
   float *kept = tw_block_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
   s->positions.base = kept;
-  return kept ? tw_shallow_keep(&s->shallow, positions, s->point_of, crew, kept) : TW_NO_MEMORY;
+  return kept ? tw_shallow_keep(&s->shallow, points, point_of, crew, kept) : TW_NO_MEMORY;
+}
+
+static tw_status move_shallow(tw_surface *s, const float *positions, const tw_crew *crew) {
+  if (s->step_count == 0) return keep_shallow(s, positions, s->point_of, crew);
+  float *cage = gather_cage(s, positions), *points = cage ? refine_floats(s, cage, crew) : NULL;
+  tw_status status = points ? keep_shallow(s, points, NULL, crew) : TW_NO_MEMORY;
+  tw_block_free(cage);
+  tw_block_free(points);
+  return status;
 }
 
 static tw_status move_loop(tw_surface *s, const float *cage, const tw_crew *crew) {

@@ -30,7 +30,6 @@ static tw_status start_points(tw_build *b) {
   const tw_mesh *mesh = b->mesh;
   tw_surface *s = b->surface;
   const uint32_t *point_of = b->cage.point_of;
-  b->topologies[0] = b->cage.topology;
   bool complete = start_values(b, &s->positions, 0, 3, mesh->positions, point_of);
   if (mesh->colors) complete = complete && start_values(b, &s->colors, 0, 4, mesh->colors, point_of);
   s->morph_count = mesh->morph_count;
@@ -77,6 +76,8 @@ static tw_status start_sources(tw_build *b) {
 }
 
 tw_status tw_build_start(tw_build *b) {
+  b->topologies[0] = b->cage.topology;
+  if (b->surface->shallow.level > 0 && b->levels == 0) return TW_OK;
   tw_status status = start_points(b);
   if (status == TW_OK) status = start_influences(b);
   if (status == TW_OK) status = start_uvs(b);
@@ -126,7 +127,9 @@ static tw_status refine_set(tw_build *b, const void *context, tw_arena *arena, t
   const tw_topology *parents = context, *child = &b->topologies[values->field];
   if (tw_build_is_loop(b) || (b->surface->exact && values == &b->surface->positions))
     return refine_exact(b, parents, arena, values);
-  float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
+  /* What rows are made of is kept in a form of its own. */
+  tw_arena *own = b->surface->shallow.level > 0 ? b->arena : arena;
+  float *out = tw_arena_alloc(own, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = tw_build_rules(b, values->field);
   tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->crew, out);
@@ -149,7 +152,8 @@ static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t 
   const tw_topology *parent = &parents[field];
   tw_topology *child = &b->topologies[field];
   tw_rules rules = tw_build_rules(b, field);
-  if (b->surface->plain && !tw_build_is_loop(b) && is_last(b, level_arena))
+  bool drawn = b->surface->plain && b->surface->shallow.level == 0;
+  if (drawn && !tw_build_is_loop(b) && is_last(b, level_arena))
     return tw_refine_corners(parent, arena, b->crew, child);
   tw_status status = tw_build_is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->crew, child)
                                          : tw_refine_topology(parent, &rules, arena, b->crew, child);

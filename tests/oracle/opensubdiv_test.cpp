@@ -195,11 +195,23 @@ public:
     }
   }
 
+  // With all that the cage bears, and its points alone, which are made in other ways.
   std::string run() {
     CageView view(cage_);
+    std::string result = run(view.mesh, options_.tw);
+    if (!result.empty() || options_.tw.limit) return result;
+    tw_surface_options bare = options_.tw;
+    bare.normals = false;
+    view.mesh.uv_set_count = 0;
+    result = run(view.mesh, bare);
+    return result.empty() ? result : result + " without normals";
+  }
+
+private:
+  std::string run(const tw_mesh &mesh, const tw_surface_options &options) {
     tw_error error{};
     tw_surface *surface = nullptr;
-    if (tw_surface_create(&view.mesh, &options_.tw, &surface, &error) != TW_OK) return error.detail;
+    if (tw_surface_create(&mesh, &options, &surface, &error) != TW_OK) return error.detail;
     tw_surface_reader *reader = tw_surface_reader_create(surface);
     std::string result;
     for (Order order : {Order::CagePatches, Order::Patches, Order::Generic}) {
@@ -211,7 +223,6 @@ public:
     return result;
   }
 
-private:
   std::string compare(tw_surface *surface, tw_surface_reader *reader, Order order) {
     const auto &level = oracle_.refiner().GetLevel(static_cast<int>(options_.tw.level));
     CellWalk walk(oracle_.refiner(), static_cast<int>(options_.tw.level), order);
@@ -234,7 +245,7 @@ private:
     double worst_point = 0, worst_uv = 0;
     Normals compared(oracle_, vertex_rows);
     std::vector<size_t> comparable_sets;
-    for (size_t set = 0; set < cage_.uv_sets.size(); set++)
+    for (size_t set = 0; set < layout->uv_count; set++)
       if (oracle_.misreads(set))
         misread_sets++;
       else

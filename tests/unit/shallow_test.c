@@ -106,7 +106,7 @@ static void check(cage *c, tw_surface_options options) {
     assert_int_equal(tw_refine_topology(&at, &rules, arena, NULL, &child), TW_OK);
     float *next = tw_arena_alloc(arena, child.vertex_count, 3 * sizeof *next);
     tw_refine_values(&at, &rules, 3, values, NULL, next);
-    assert_true(tw_shallow_fits(&read.topology, &rules, level));
+    assert_true(tw_shallow_fits(&read.topology, 0, &rules, level));
     tw_shallow s = {read.topology, rules, level, false};
     tw_topology counts = tw_shallow_counts(&s);
     assert_int_equal(counts.vertex_count, child.vertex_count);
@@ -195,9 +195,10 @@ static void what_decays_fits_for_one_level_alone(void **state) {
   tw_arena *arena = tw_arena_create();
   tw_cage read;
   assert_int_equal(tw_cage_read(&c->mesh, &(tw_surface_options){.level = 2}, arena, &read), TW_OK);
-  assert_true(tw_shallow_fits(&read.topology, &(tw_rules){0}, 1));
-  assert_false(tw_shallow_fits(&read.topology, &(tw_rules){0}, 2));
-  assert_false(tw_shallow_fits(&read.topology, &(tw_rules){0}, 0));
+  assert_true(tw_shallow_fits(&read.topology, 0, &(tw_rules){0}, 1));
+  for (uint32_t steps = 0; steps < 4; steps++)
+    assert_int_equal(tw_shallow_fits(&read.topology, steps, &(tw_rules){0}, 2), steps >= 3);
+  assert_false(tw_shallow_fits(&read.topology, 0, &(tw_rules){0}, 0));
   tw_arena_destroy(arena);
   free(c);
 }

@@ -95,8 +95,9 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
  * `movable` (or is the result of this call) and outlives *out; only the points of the base are computed, and
  * bounds are known anew. The same bytes as those of a surface made of the mesh with these positions.
  * positions: [mesh point_count][3] of the mesh that the plan was made of, each at most TW_COORDINATE_MAX.
- * O(points of the cage) where the cage is all quads, and of the first level or two where it is not; of the
- * answer for loop and open borders. Any thread, many at once on one plan. TW_NO_MEMORY. */
+ * O(points of the cage) where the cage is all quads, and of the first level or two where it is not; to level
+ * 4, where patches would not pay, of the level above the answer; of the answer for loop and open borders. Any
+ * thread, many at once on one plan. TW_NO_MEMORY. */
 tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out);
 
 /* The same, its longer loops shared out as those of tw_surface_create_by. */
