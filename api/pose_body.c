@@ -43,6 +43,7 @@ struct api_pose_body {
   float *sampled;    /* [block_times], folded onto the clip */
   tw_trs *locals;    /* [block_times][nodes of the model] */
   bool is_direct;    /* locals are the row itself */
+  bool tells_still;  /* what the clip does not change is read from there as well */
   float *matrices;   /* [nodes of the model][16]; NULL where local transforms are told as they are */
   float *lanes;      /* a block of TW_LANES times side by side, in place of locals; NULL: one by one */
   float *lane_world; /* the same block's world matrices */
@@ -80,7 +81,8 @@ static void evaluate_block(api_pose_body *body) {
   if (body->lanes)
     evaluate_lanes(body, count);
   else
-    tw_clip_poses(query->clip->compiled, query->clip->rest, nodes, body->sampled, count, body->locals);
+    tw_clip_poses(query->clip->compiled, body->tells_still ? query->clip->rest : NULL, nodes, body->sampled,
+                  count, body->locals);
 }
 
 /* World matrices of one of the block's poses, of the nodes that the answer tells of. */
@@ -347,6 +349,8 @@ static bool allocate_block(api_pose_body *body, tw_arena *arena) {
   /* One pose of all nodes, told as it is held, is evaluated where it is told from. */
   body->is_direct =
       body->block_times == 1 && query->as == API_AS_TRS && !query->is_world && api_pose_has_all_nodes(query);
+  const api_pose_frame *frame = body->template ? &body->template->frame : NULL;
+  body->tells_still = !body->is_direct || !frame || !frame->text || frame->has_still;
   if (body->is_direct) return body->sampled;
   body->locals = tw_arena_alloc_raw(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
   return body->sampled && body->locals;

@@ -46,6 +46,7 @@ typedef struct api_pose_frame {
   size_t size;
   uint32_t run_count;
   const api_pose_run *runs; /* [run_count], in the order of the text */
+  bool has_still;           /* the runs hold some numbers that time does not change, too */
 } api_pose_frame;
 
 /* What answers to one query have in common whatever their times, ready printed. */

@@ -40,6 +40,7 @@ typedef struct frame_maker {
   const bool *moved;
   api_pose_run *runs;
   uint32_t run_count;
+  bool has_still;
   api_text text;
 } frame_maker;
 
@@ -55,7 +56,10 @@ static void take_part(frame_maker *maker, const api_pose_part *part) {
   size_t width = api_pose_width(maker->query->as);
   for (uint32_t i = 0, still; i < count; i += still) {
     uint32_t first = i;
-    while ((still = count_still(maker, part, i)) < FEW && i < count) i += still + 1;
+    while ((still = count_still(maker, part, i)) < FEW && i < count) {
+      maker->has_still |= still > 0;
+      i += still + 1;
+    }
     if (i > count) i = count;
     if (i > first) {
       api_text_element(&maker->text);
@@ -80,7 +84,7 @@ static bool take_text(frame_maker *maker, tw_arena *arena, api_pose_frame *out) 
   }
   api_text_add(text, "}");
   const char *copy = text->failed ? NULL : tw_arena_text(arena, text->data, text->size);
-  *out = (api_pose_frame){copy, text->size, maker->run_count, maker->runs};
+  *out = (api_pose_frame){copy, text->size, maker->run_count, maker->runs, maker->has_still};
   api_text_deinit(text);
   return copy != NULL;
 }

@@ -104,7 +104,7 @@ void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count,
   for (size_t done = 0; done < time_count; done += TIME_BLOCK) {
     size_t count = time_count - done < TIME_BLOCK ? time_count - done : TIME_BLOCK;
     tw_trs *block = locals + done * node_count;
-    for (size_t i = 0; i < count && node_count > 0; i++)
+    for (size_t i = 0; rest && i < count && node_count > 0; i++)
       memcpy(block + i * node_count, rest, node_count * sizeof *rest);
     move(clip, node_count, times + done, count, block);
   }

@@ -102,23 +102,27 @@ static void still_nodes_stay_between_moving_ones(void **state) {
     end += sprintf(end, "%s{\"name\":\"n%d\",\"translation\":[%d,0.25,0]", i ? "," : "", i, i);
     end += i % 6 ? sprintf(end, ",\"parent\":\"n%d\"}", i - 1) : sprintf(end, "}");
   }
-  end += sprintf(end, "],\"clips\":[{\"name\":\"some\",\"tracks\":[");
-  static const int turning[] = {0, 8, 14, 15, 16, 22, 29};
-  for (size_t i = 0; i < sizeof turning / sizeof *turning; i++)
-    end += sprintf(end,
-                   "{\"node\":\"n%d\",\"path\":\"rotation\",\"times\":[0,2],\"quaternions\":[[0,0,0,1],"
-                   "[0,0.6,0,0.8]]},",
-                   turning[i]);
-  sprintf(end, "{\"node\":\"n20\",\"path\":\"translation\",\"times\":[0,1],\"values\":[[0,0,0],[1,2,3]]},"
-               "{\"node\":\"n9\",\"path\":\"scale\",\"times\":[0,1],\"values\":[[1,1,1],[1,2,3]]}]}]}");
+  enum { CLIPS = 2, TURNING = 7 };
+  static const char *const clips[CLIPS] = {"far", "near"};
+  static const int turning[CLIPS][TURNING] = {{0, 8, 14, 15, 16, 22, 29}, {0, 8, 14, 15, 17, 22, 27}};
+  end += sprintf(end, "],\"clips\":[");
+  for (int c = 0; c < CLIPS; c++) {
+    end += sprintf(end, "%s{\"name\":\"%s\",\"tracks\":[", c ? "," : "", clips[c]);
+    for (int i = 0; i < TURNING; i++)
+      end += sprintf(end,
+                     "{\"node\":\"n%d\",\"path\":\"rotation\",\"times\":[0,2],\"quaternions\":[[0,0,0,1],"
+                     "[0,0.6,0,0.8]]},",
+                     turning[c][i]);
+    end += sprintf(end, "{\"node\":\"n20\",\"path\":\"translation\",\"times\":[0,1],\"values\":[[0,0,0],"
+                        "[1,2,3]]},{\"node\":\"n9\",\"path\":\"scale\",\"times\":[0,1],\"values\":[[1,1,1],"
+                        "[1,2,3]]}]}");
+  }
+  sprintf(end, "]}");
   loopback_upload(f->loop, "application/json", model, f->id);
-  static const char *const queries[] = {"as=trs",
-                                        "as=euler",
-                                        "as=matrix",
-                                        "space=world",
-                                        "space=world&as=matrix",
-                                        "nodes=n1,n2,n3,n4,n5,n6,n22",
-                                        "nodes=n1,n2,n3"};
+  static const char *const queries[] = {
+      "as=trs",        "clip=near",   "clip=near&as=euler",    "as=euler",
+      "as=matrix",     "space=world", "space=world&as=matrix", "nodes=n1,n2,n3,n4,n5,n6,n22",
+      "nodes=n1,n2,n3"};
   for (size_t i = 0; i < sizeof queries / sizeof *queries; i++) {
     prepare(f, "json", queries[i]);
     prepare(f, "ndjson", queries[i]);

@@ -230,6 +230,26 @@ static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
   tw_clip_destroy(clip);
 }
 
+static void without_a_rest_pose_others_stay_as_they_are(void **state) {
+  (void)state;
+  tw_node nodes[NODES];
+  const float time = 0.7f;
+  tw_trs pose[NODES], moved[NODES], before[NODES];
+  tw_clip *clip = mixed_clip(nodes);
+  tw_clip_pose(clip, nodes, NODES, time, pose);
+  memset(before, 0x7B, sizeof before);
+  memcpy(moved, before, sizeof moved);
+  tw_clip_poses(clip, NULL, NODES, &time, 1, moved);
+  for (uint32_t n = 0; n < NODES; n++) {
+    bool shifts = tw_clip_changes(clip, n, TW_TRANSLATION), grows = tw_clip_changes(clip, n, TW_SCALE);
+    assert_memory_equal(moved[n].rotation, pose[n].rotation, sizeof pose[n].rotation);
+    assert_memory_equal(moved[n].translation, shifts ? pose[n].translation : before[n].translation,
+                        sizeof pose[n].translation);
+    assert_memory_equal(moved[n].scale, grows ? pose[n].scale : before[n].scale, sizeof pose[n].scale);
+  }
+  tw_clip_destroy(clip);
+}
+
 static void lanes_are_sixteen_single_poses(void **state) {
   (void)state;
   tw_node nodes[NODES];
@@ -274,6 +294,7 @@ int main(void) {
       cmocka_unit_test(shear_of_a_scaled_parent_is_kept),
       cmocka_unit_test(a_matrix_counts_until_a_track_moves_the_node),
       cmocka_unit_test(skin_matrices_are_the_identity_in_bind_pose),
+      cmocka_unit_test(without_a_rest_pose_others_stay_as_they_are),
       cmocka_unit_test(lanes_are_sixteen_single_poses),
       cmocka_unit_test(bulk_poses_are_the_single_ones_byte_for_byte),
   };

@@ -155,7 +155,7 @@ void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count
 
 /* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count].
  * rest: [node_count], of the nodes, side by side; copying them out of the nodes costs as much as moving some.
- */
+ * NULL: locals keep what they hold where no track moves them. */
 void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals);
 
