@@ -1,5 +1,6 @@
 // Numbers as text: shortest round trip, no locale. By std::to_chars and std::from_chars.
 #include "decimal.h"
+#include "plain_number.h"
 #include "tweend/base.h"
 
 #include <charconv>
@@ -31,13 +32,15 @@ size_t tw_print_double(char *out, double value) {
 }
 
 size_t tw_read_double(const char *text, size_t length, double *out) {
+  size_t plain = tw_read_plain(text, length, out);
+  if (plain > 0) return plain;
   const char *end = text + length;
   const char *start = text;
   if (start < end && *start == '+') start++;
   const char *digits = start;
   if (digits < end && *digits == '-' && start == text) digits++;
   // from_chars also takes "inf" and "nan"; a number begins with a digit or a point.
-  if (digits == end || !((*digits >= '0' && *digits <= '9') || *digits == '.')) return 0;
+  if (digits == end || !(tw_is_digit(*digits) || *digits == '.')) return 0;
   double value = 0;
   std::from_chars_result result = std::from_chars(start, end, value);
   if (result.ec == std::errc::invalid_argument) return 0;

@@ -2,6 +2,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include <cmocka.h>
@@ -78,9 +79,42 @@ static void numbers_print_shortest_and_read_back(void **state) {
   assert_true(value == 0);
 }
 
+static uint64_t next_random(uint64_t *seed) {
+  *seed = *seed * 6364136223846793005u + 1442695040888963407u;
+  return *seed >> 33;
+}
+
+/* Digits with a point anywhere among them, or without one, and what may follow a number. */
+static void plain_numbers_read_as_strtod_reads_them(void **state) {
+  (void)state;
+  static const char *const tails[] = {"", " ", ".", "x", "e", "e2", "E-3", ",1", "\n7"};
+  uint64_t seed = 5;
+  for (int i = 0; i < 100000; i++) {
+    char text[40], *end = text, *after;
+    size_t digits = 1 + next_random(&seed) % 17, point = next_random(&seed) % (digits + 4);
+    if (i % 3 == 0) *end++ = '-';
+    for (size_t k = 0; k < digits; k++) {
+      if (k == point) *end++ = '.';
+      *end++ = (char)('0' + next_random(&seed) % 10);
+    }
+    if (point == digits) *end++ = '.';
+    end = stpcpy(end, tails[next_random(&seed) % (sizeof tails / sizeof *tails)]);
+    double value, expected = strtod(text, &after);
+    assert_int_equal(tw_read_double(text, (size_t)(end - text), &value), after - text);
+    assert_memory_equal(&value, &expected, sizeof value);
+  }
+  double value;
+  assert_int_equal(tw_read_double("12345", 2, &value), 2);
+  assert_true(value == 12);
+  static const char *const none[] = {"", "-", ".", "-.", "-e1", "- 1", "+-1"};
+  for (size_t i = 0; i < sizeof none / sizeof *none; i++)
+    assert_int_equal(tw_read_double(none[i], strlen(none[i]), &value), 0);
+}
+
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(error_detail_is_cut_between_characters),
+      cmocka_unit_test(plain_numbers_read_as_strtod_reads_them),
       cmocka_unit_test(arena_refuses_an_overflowing_product),
       cmocka_unit_test(arena_memory_is_zeroed_and_separate),
       cmocka_unit_test(an_arena_may_begin_in_memory_of_the_caller),
