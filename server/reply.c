@@ -146,13 +146,20 @@ api_room srv_replies_room(srv_replies *replies) {
   return table != NULL ? (api_room){table->bytes, sizeof table->bytes} : (api_room){0};
 }
 
+/* Has what is needed of a reply fetched into the processor's cache, where little of so many stays. */
+static void fetch(const srv_reply *place) {
+  __builtin_prefetch(place->response);
+  __builtin_prefetch(place->fields, 1);
+}
+
 srv_reply *srv_replies_take(srv_replies *replies, const api_header *fields, size_t field_count,
                             api_bytes bytes) {
   table *table = find_table(replies);
   if (table == NULL || bytes.size == 0 || bytes.size > SIZE_MOST) return NULL;
+  srv_reply *place = &table->places[bytes.size % PLACES];
+  fetch(place);
   srv_field_block *block = &replies->block;
   if (!srv_field_block_set(block, fields, field_count)) return NULL;
-  srv_reply *place = &table->places[bytes.size % PLACES];
   bool is_like = place->size == bytes.size && place->fields_size == block->size;
   if (!is_like && !fill_place(place, table, fields[0].name, bytes.size, block->size)) return NULL;
   memcpy(place->fields, block->text, block->size);
