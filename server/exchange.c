@@ -56,10 +56,15 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
 
 /* ---- stages ---------------------------------------------------------------------------------- */
 
+static bool is_absolute(const char *target) {
+  return target[0] != '/' &&
+         (strncasecmp(target, "http://", 7) == 0 || strncasecmp(target, "https://", 8) == 0);
+}
+
 /* Cuts the target in place. The absolute form names a host that the Host header repeats. */
 static void split_target(srv_exchange *exchange) {
   char *path = exchange->target;
-  if (strncasecmp(path, "http://", 7) == 0 || strncasecmp(path, "https://", 8) == 0) {
+  if (is_absolute(path)) {
     path = strstr(path, "//") + 2;
     path += strcspn(path, "/?");
   }

@@ -48,10 +48,9 @@ void srv_framing_target(srv_framing *framing, const char *target) {
 }
 
 void srv_framing_version(srv_framing *framing, const char *version) {
+  if (strcmp(version, "HTTP/1.1") == 0) return;
   framing->http_10 = strcmp(version, "HTTP/1.0") == 0;
-  if (!framing->http_10 && strcmp(version, "HTTP/1.1") != 0) {
-    refuse(framing, 505, "only HTTP/1.1 and HTTP/1.0 are spoken here");
-  }
+  if (!framing->http_10) refuse(framing, 505, "only HTTP/1.1 and HTTP/1.0 are spoken here");
 }
 
 static bool is_token(const char *text, size_t size) {
