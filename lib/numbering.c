@@ -128,6 +128,32 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   return sectors;
 }
 
+/* Whether the faces at a vertex are one sector. Where they form one fan, it takes two edges to part them, or
+ * one besides those of a border. */
+static bool is_one_sector(vertex_numberer *n, uint32_t vertex) {
+  const tw_topology *base = n->base;
+  if (!n->splits->normals) return true;
+  if (base->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD) return find_sectors(n, vertex) == 1;
+  uint32_t parting = base->vertex_flags[vertex] & TW_VERTEX_BORDER ? 1 : 0;
+  for (uint32_t i = base->ring_offsets[vertex]; i < base->ring_offsets[vertex + 1]; i++) {
+    uint32_t edge = base->ring_edges[i];
+    parting += !(base->edge_flags[edge] & TW_EDGE_BORDER) && edge_splits(n, edge);
+  }
+  return parting < 2 || find_sectors(n, vertex) == 1;
+}
+
+/* One row for all faces at a vertex. */
+static void number_whole(vertex_numberer *n, uint32_t vertex) {
+  const tw_topology *base = n->base;
+  uint32_t row = n->out->corner_count, first = base->fan_offsets[vertex], end = base->fan_offsets[vertex + 1];
+  for (uint32_t i = first; i < end; i++) {
+    uint32_t corner = base->fan_corners[i];
+    if (n->visible && !n->visible[tw_corner_face(base, corner)]) continue;
+    if (n->out->corner_count == row) n->out->corner_base[n->out->corner_count++] = corner;
+    n->out->corner_row[corner] = row;
+  }
+}
+
 static int compare_keys(const fan_entry *a, const fan_entry *b) {
   int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
   if (uvs != 0) return uvs;
@@ -147,7 +173,11 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   tw_numbering *out = n->out;
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
-  bool one_sector = !n->splits->normals || find_sectors(n, vertex) == 1;
+  bool one_sector = is_one_sector(n, vertex);
+  if (one_sector && n->splits->uv_count == 0 && !n->splits->tangent_frames) {
+    number_whole(n, vertex);
+    return;
+  }
   for (uint32_t i = 0; i < count; i++) {
     if (n->visible && !n->visible[tw_corner_face(base, fan[i])]) continue;
     fan_entry *entry = &n->entries[used++];
