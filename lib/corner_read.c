@@ -63,25 +63,25 @@ static const tw_limit_entry *smooth_mask(tw_surface_reader *r, const tw_topology
   return entries;
 }
 
-static inline void add(const tw_limit_entry *entry, const float *value, const float *own, uint32_t width,
-                       float sums[3][4]) {
-  for (uint32_t c = 0; c < width; c++) {
-    float offset = value[c] - own[c];
-    sums[0][c] += entry->position * offset;
-    sums[1][c] += entry->tangent1 * offset;
-    sums[2][c] += entry->tangent2 * offset;
-  }
-}
-
-/* The fan has all neighbours: each of its quads the end of one edge and the corner across. */
-static inline void sum_fan(const tw_topology *t, const float *values, uint32_t width, uint32_t vertex,
-                           const tw_limit_entry *mask, float sums[3][4]) {
+/* The fan has all neighbours: each of its quads the end of one edge and the corner across. In double where
+ * the values are. */
+static inline __attribute__((always_inline)) void sum_fan(const tw_topology *t, const tw_values *values,
+                                                          bool exact, uint32_t width, uint32_t vertex,
+                                                          const tw_limit_entry *mask, double sums[3][4]) {
   uint32_t first = t->fan_offsets[vertex], valence = t->fan_offsets[vertex + 1] - first;
-  const float *own = values + (size_t)vertex * width;
   for (uint32_t i = 0; i < valence; i++) {
     uint32_t next = tw_quad_next(t->fan_corners[first + i]), across = tw_quad_next(next);
-    add(&mask[1 + i], values + (size_t)t->corner_vertex[next] * width, own, width, sums);
-    add(&mask[1 + valence + i], values + (size_t)t->corner_vertex[across] * width, own, width, sums);
+    const tw_limit_entry *entries[2] = {&mask[1 + i], &mask[1 + valence + i]};
+    size_t own = (size_t)vertex * width,
+           places[2] = {(size_t)t->corner_vertex[next] * width, (size_t)t->corner_vertex[across] * width};
+    for (int k = 0; k < 2; k++)
+      for (uint32_t c = 0; c < width; c++) {
+        double offset = exact ? values->exact[places[k] + c] - values->exact[own + c]
+                              : (double)(values->base[places[k] + c] - values->base[own + c]);
+        sums[0][c] += (double)entries[k]->position * offset;
+        sums[1][c] += (double)entries[k]->tangent1 * offset;
+        sums[2][c] += (double)entries[k]->tangent2 * offset;
+      }
   }
 }
 
@@ -96,18 +96,26 @@ static bool by_smooth_mask(tw_surface_reader *r, const tw_values *values, uint32
       !is_smooth(t, vertex))
     return false;
   const tw_limit_entry *mask = smooth_mask(r, t, corner, valence);
-  float sums[3][4] = {{0}};
-  if (width == 3) /* most of all; known numbers let the compiler unroll */
-    sum_fan(t, values->base, 3, vertex, mask, sums);
+  double sums[3][4] = {{0}};
+  if (values->exact)
+    sum_fan(t, values, true, 3, vertex, mask, sums);
+  else if (width == 3) /* most of all; known numbers let the compiler unroll */
+    sum_fan(t, values, false, 3, vertex, mask, sums);
   else
-    sum_fan(t, values->base, width, vertex, mask, sums);
-  const float *own = values->base + (size_t)vertex * width; /* which is not the cage's at level 0 */
-  for (uint32_t c = 0; out && r->surface->options.limit && c < width; c++) out[c] = own[c] + sums[0][c];
+    sum_fan(t, values, false, width, vertex, mask, sums);
+  /* The base's own, which is not the cage's at level 0. */
+  for (uint32_t c = 0; out && r->surface->options.limit && c < width; c++)
+    out[c] = (float)(base_value(values, vertex, c) + sums[0][c]);
   if (!normal) return true;
+  float tangent1[4], tangent2[4];
+  for (int c = 0; c < 4; c++) {
+    tangent1[c] = (float)sums[1][c];
+    tangent2[c] = (float)sums[2][c];
+  }
   const float *quad[4];
   for (uint32_t k = 0; k < 4; k++)
     quad[k] = values->base + (size_t)t->corner_vertex[(corner & ~3u) + k] * width;
-  tw_normal_from_tangents(sums[1], sums[2], quad, normal);
+  tw_normal_from_tangents(tangent1, tangent2, quad, normal);
   return true;
 }
 
@@ -118,6 +126,5 @@ void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint3
   const float *at_level = s->options.level == 0 ? values->cage : values->base;
   if (out) memcpy(out, at_level + (size_t)vertex * width, width * sizeof *out);
   if (!normal && !s->options.limit) return;
-  if (values->exact || !by_smooth_mask(reader, values, corner, out, normal))
-    by_mask(reader, values, corner, out, normal);
+  if (!by_smooth_mask(reader, values, corner, out, normal)) by_mask(reader, values, corner, out, normal);
 }

@@ -61,6 +61,18 @@ static bool patches_cost_more(const tw_build *b, uint32_t shallow) {
   return quads << (level - 3) < tw_patch_cost(&b->cage.topology);
 }
 
+/* Whether a mesh of quads is better refined to the end, vertex by vertex, than in patches. Other meshes are
+ * at level 1 alone, where patches have nothing to do. Displacements and joints would take many times the
+ * memory. */
+static bool few_quads_pay(const tw_build *b) {
+  enum { MASKS_COST = 30 }; /* of a quad's share of vertices, as tw_patch_cost counts */
+  uint32_t level = b->surface->options.level;
+  uint64_t quads = b->cage.refined_faces;
+  if (b->rules.linear || level == 0 || level > 2 || quads > SHALLOW_FACES_MAX) return false;
+  if (b->mesh->morph_count > 0 || b->mesh->skin.joints) return false;
+  return quads * MASKS_COST < tw_patch_cost(&b->cage.topology);
+}
+
 /* How many levels of a bare surface, the last ones, are rows that follow from the mesh above; 0: none. The
  * first two levels are made so wherever that can be done. */
 static uint32_t shallow_levels(const tw_build *b, bool generic) {
@@ -98,9 +110,9 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
                    "different sharpness values",
                    level);
   uint32_t shallow = small && is_bare(b) ? shallow_levels(b, generic) : 0;
-  bool few = shallow > 0 || (!even && level <= 1);
+  bool few = shallow > 0 || (!even && level <= 1), masks = even && !loop && !few && few_quads_pay(b);
   generic |= tw_cage_shrinks(&b->cage, &s->options) || loop ||
-             (small && (few || crosses_seams(b->mesh, &s->options)));
+             (small && (few || masks || crosses_seams(b->mesh, &s->options)));
   b->levels = generic && level > 0 ? level : even ? 0 : 1;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
@@ -109,7 +121,7 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
   choose_rows(b, shallow);
   s->plain = bare && (s->shallow.level > 0 || s->loop.levels > 0 || !s->options.normals);
   /* Normals live on differences, which float loses the more the closer points come together. */
-  s->exact = loop || (b->levels > FLOAT_LEVEL && s->options.normals && !b->rules.linear);
+  s->exact = loop || ((masks || b->levels > FLOAT_LEVEL) && s->options.normals && !b->rules.linear);
   s->steps = tw_arena_alloc(s->arena, b->levels, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }

@@ -67,6 +67,7 @@ static void all_ways_give_the_same_rows(void **state) {
     for (int flags = 1; flags < 16; flags++) {
       tw_surface_options options = {.level = flags & 8 ? 2 : 1, .limit = flags & 1, .normals = flags & 2};
       if (!options.limit && !options.normals) continue;
+      if (sides[n] == 4 && !(flags & 4)) continue; /* a cage of quads, which patches may cover */
       tw_mesh mesh = drum(sides[n], flags & 4), colored = mesh, creased = mesh;
       colored.colors = colors[0];
       creased.crease_count = 1;

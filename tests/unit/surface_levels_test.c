@@ -177,6 +177,37 @@ static void patches_make_what_rows_cannot(void **state) {
   }
 }
 
+/* Levels that patches make. */
+static uint32_t patch_levels(const tw_mesh *mesh, tw_surface_options options) {
+  tw_surface *s;
+  assert_int_equal(tw_mesh_check(mesh, NULL, NULL), TW_OK);
+  assert_int_equal(tw_surface_create(mesh, &options, &s, NULL), TW_OK);
+  uint32_t levels = s->depth;
+  assert_int_equal(s->exact, levels == 0 && options.normals);
+  tw_surface_destroy(s);
+  return levels;
+}
+
+/* Where normals and the like of few points are wanted, vertices are done one by one, as exactly. */
+static void first_levels_of_small_irregular_cages_have_no_patches(void **state) {
+  (void)state;
+  static const float colors[8][4] = {{0}};
+  tw_mesh irregular = cube(), colored = cube();
+  colored.colors = colors[0];
+  cage *c = torus(TORUS_QUADS, NO_GAPS, false), *gaps = torus(TORUS_QUADS, GAPS_THAT_TOUCH, false);
+  for (uint32_t level = 1; level <= 4; level++) {
+    const tw_surface_options normals = {.level = level, .normals = true},
+                             limit = {.level = level, .limit = true};
+    assert_int_equal(patch_levels(&irregular, normals), level > 1 ? level : 0);
+    assert_int_equal(patch_levels(&irregular, limit), level > 1 ? level : 0);
+    assert_int_equal(patch_levels(&colored, (tw_surface_options){.level = level}), level > 1 ? level : 0);
+    assert_int_equal(patch_levels(&gaps->mesh, normals), level > 2 ? level : 0);
+    assert_int_equal(patch_levels(&c->mesh, normals), level);
+  }
+  free(c);
+  free(gaps);
+}
+
 static uint64_t cost_of(const tw_mesh *mesh) {
   tw_arena *arena = tw_arena_create();
   tw_cage read;
@@ -241,6 +272,7 @@ int main(void) {
       cmocka_unit_test(creases_are_what_generic_steps_make),
       cmocka_unit_test(patches_make_what_many_points_come_of),
       cmocka_unit_test(patches_make_what_rows_cannot),
+      cmocka_unit_test(first_levels_of_small_irregular_cages_have_no_patches),
       cmocka_unit_test(irregular_patches_cost_more_than_regular_ones),
       cmocka_unit_test(straight_borders_and_creases_cost_nothing),
   };
