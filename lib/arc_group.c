@@ -1,4 +1,4 @@
-/* Puts arcs into the order of time, cuts it into frames, and poses by them. */
+/* Puts arcs into the order of time, repeats those that a pose would miss, and poses by them. */
 #include "arc_group.h"
 
 #include <math.h>
@@ -40,123 +40,234 @@ static void sort_keys(group_key *keys, uint32_t count) {
   }
 }
 
-/* ---- frames ------------------------------------------------------------------------------------------- */
+/* ---- the order of arcs -------------------------------------------------------------------------------- */
 
-/* The keys between two frames. */
-typedef struct frame_span {
-  uint32_t first; /* that is later than the frame */
-  uint32_t end;   /* the first one at the time of the next frame, if there is one */
-} frame_span;
+/* An order on its way. */
+typedef struct arc_order {
+  uint16_t *tracks;            /* [room] whose the arcs are, with ARC_NEXT where they are the next ones */
+  size_t room, window, count;  /* of arcs */
+  const group_key *next, *end; /* keys whose arcs are to come */
+  uint32_t track_count;
+  size_t places[TW_GROUP_TRACKS]; /* of each track's newest arc */
+} arc_order;
+
+enum { ARC_NEXT = 1 << 15 };
+
+static void put_track(arc_order *order, uint32_t track, uint32_t flag) {
+  order->places[track] = order->count;
+  order->tracks[order->count++] = (uint16_t)(track | flag);
+}
+
+static uint32_t track_at(const arc_order *order, size_t place) {
+  return order->tracks[place] % ARC_NEXT;
+}
+
+/* All tracks at the time of the first key. Of that time are first keys alone, since a track's ascend. */
+static void begin_order(arc_order *order, const group_key *keys, uint32_t key_count, uint32_t window) {
+  order->next = keys;
+  order->end = keys + key_count;
+  order->window = (size_t)window * ARC_BLOCK;
+  order->count = 0;
+  for (uint32_t i = 0; i < order->track_count; i++) put_track(order, i, 0);
+  for (; order->next < order->end && order->next->time == keys->time; order->next++)
+    order->tracks[order->next->track] |= ARC_NEXT;
+}
 
 static uint32_t blocks_for(uint32_t arc_count) {
   return (arc_count + ARC_BLOCK - 1) / ARC_BLOCK;
 }
 
-/* Where all tracks meet, so that with equal times a frame is the whole answer, unless a few keys would make
- * it dear; and else when more keys have come than a frame has lanes, but never between keys that meet. So no
- * more than its lanes are in any span. Returns how many frames there are. */
-static uint32_t list_spans(const group_key *keys, uint32_t key_count, uint32_t track_count,
-                           frame_span *spans) {
-  uint32_t count = 0, lanes = blocks_for(track_count) * ARC_BLOCK;
-  for (uint32_t i = 0, meeting = 0; i < key_count; i++) {
-    if (keys[i].time != keys[meeting].time) meeting = i;
-    bool is_followed = i + 1 < key_count && keys[i + 1].time == keys[i].time;
-    uint32_t passed = count > 0 ? i + 1 - spans[count - 1].first : UINT32_MAX;
-    bool all_meet = i + 1 - meeting == track_count && passed >= ARC_BLOCK;
-    if (is_followed || (passed <= lanes && !all_meet)) continue;
-    if (count > 0) spans[count - 1].end = meeting;
-    spans[count++] = (frame_span){i + 1, key_count};
-  }
-  return count;
+/* Whether the next keys are of all tracks at one time, and fill enough of their blocks. */
+static bool all_meet(const arc_order *order) {
+  uint32_t count = order->track_count;
+  return 2 * count >= ARC_BLOCK && (size_t)(order->end - order->next) >= count &&
+         order->next[0].time == order->next[count - 1].time;
 }
 
-/* The frames' times and places; returns the number of blocks, 0 without memory. */
-static uint32_t place_frames(tw_arc_group *group, tw_arena *arena, const group_key *keys,
-                             const frame_span *spans, uint32_t count) {
-  uint32_t *places = tw_arena_alloc(arena, (size_t)count + 1, sizeof *places);
-  float *times = tw_alloc(count, sizeof *times);
-  bool is_done = places && times;
-  for (uint32_t i = 0; is_done && i < count; i++) {
-    memcpy(&times[i], &keys[spans[i].first - 1].time, sizeof *times);
-    places[i + 1] = places[i] + group->standing_count + blocks_for(spans[i].end - spans[i].first);
+/* Puts the arc of the next key; before it one that would leave the window while it goes on, or the last one
+ * again, so that blocks are full where all tracks meet. */
+static void put_next(arc_order *order) {
+  uint32_t track = order->next->track;
+  if (order->count >= order->window) {
+    size_t leaving = order->count - order->window;
+    uint32_t other = track_at(order, leaving);
+    if (order->places[other] == leaving && other != track) {
+      put_track(order, other, 0);
+      return;
+    }
   }
-  is_done = is_done && tw_timeline_init(&group->frames, arena, times, count);
-  free(times);
-  group->places = places;
-  return is_done ? places[count] : 0;
+  if (order->count % ARC_BLOCK != 0 && all_meet(order)) {
+    put_track(order, track_at(order, order->count - 1), 0);
+    return;
+  }
+  put_track(order, track, ARC_NEXT);
+  order->next++;
 }
 
-/* What fills the blocks. */
-typedef struct frame_maker {
-  const tw_track *tracks;
-  const uint32_t *which;
-  uint32_t begun[TW_GROUP_TRACKS]; /* arcs of each track */
-  arc_block *block;                /* next one */
-} frame_maker;
+/* False where there is no room. */
+static bool put_all(arc_order *order, const group_key *keys, uint32_t key_count, uint32_t window) {
+  begin_order(order, keys, key_count, window);
+  while (order->next < order->end && order->count < order->room) put_next(order);
+  return order->next == order->end;
+}
 
-static void put_arc(const frame_maker *maker, uint32_t track, uint32_t key, size_t place) {
-  const tw_track *source = &maker->tracks[maker->which[track]];
-  const float *arc = source->segments.arcs + key;
-  arc_block *block = maker->block + place / ARC_BLOCK;
+/* What poses cost with a window, up to a factor. A smaller one is read in less time, but the more arcs are
+ * repeated for it, the less of them is in a cache; weighed as poses of clips of many sizes were fastest. */
+static double cost_of(arc_order *order, const group_key *keys, uint32_t key_count, uint32_t window) {
+  order->room = 2 * ((size_t)key_count + order->track_count);
+  if (!put_all(order, keys, key_count, window)) return INFINITY;
+  return pow((double)window, 1.5) * (double)order->count;
+}
+
+/* The window that is likely to be best, by the first keys. */
+static uint32_t choose_window(arc_order *order, const group_key *keys, uint32_t key_count) {
+  enum { STEPS = 8, KEYS_A_TRACK = 32 };
+  uint32_t least = blocks_for(order->track_count), best = 2 * least, few = KEYS_A_TRACK * order->track_count;
+  if (few > key_count) few = key_count;
+  double cost = cost_of(order, keys, few, best);
+  for (uint32_t step = STEPS; step-- > 0;) {
+    uint32_t less = least + least * step / STEPS;
+    if (less == best) continue;
+    double other = cost_of(order, keys, few, less);
+    if (other >= cost) break;
+    best = less;
+    cost = other;
+  }
+  return best;
+}
+
+/* Room for so many arcs; what was there is lost. False without memory. */
+static bool make_room(arc_order *order, size_t room) {
+  free(order->tracks);
+  order->tracks = tw_alloc(room, sizeof *order->tracks);
+  order->room = room;
+  return order->tracks != NULL;
+}
+
+/* Puts all arcs into an order; as long as the smaller windows do, at most every other is repeated. So it is
+ * with the largest one, twice the tracks, since it sees no track repeated twice; and where tracks meet, no
+ * more are put again than came since they last did. False without memory. */
+static bool order_arcs(arc_order *order, const group_key *keys, uint32_t key_count, uint32_t track_count,
+                       uint32_t *window) {
+  size_t twice = 2 * ((size_t)key_count + track_count);
+  order->track_count = track_count;
+  if (!make_room(order, twice)) return false;
+  *window = choose_window(order, keys, key_count);
+  order->room = twice;
+  if (put_all(order, keys, key_count, *window)) return true;
+  *window = 2 * blocks_for(track_count);
+  return make_room(order, 2 * twice) && put_all(order, keys, key_count, *window);
+}
+
+/* ---- filling blocks ----------------------------------------------------------------------------------- */
+
+/* What arcs of a track are copied from. */
+typedef struct arc_source {
+  const float *arcs; /* [ARC_NUMBERS][key_count] */
+  size_t key_count;
+  uint32_t begun; /* arcs so far */
+  uint32_t node;
+} arc_source;
+
+typedef struct arc_maker {
+  arc_block *blocks;
+  float first; /* start of all */
+  arc_source sources[TW_GROUP_TRACKS];
+} arc_maker;
+
+static void list_sources(arc_maker *maker, const tw_track *tracks, const uint32_t *which, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++) {
+    const tw_track *track = &tracks[which[i]];
+    maker->sources[i] = (arc_source){track->segments.arcs, track->timeline->key_count, 0, track->node};
+  }
+}
+
+/* The arc that a track is on; before its first one it stands there. */
+static void put_arc(const arc_maker *maker, const arc_source *source, size_t place) {
+  const float *arc = source->arcs + source->begun - (source->begun > 0);
+  arc_block *block = maker->blocks + place / ARC_BLOCK;
   size_t lane = place % ARC_BLOCK;
-  for (size_t i = 0; i < ARC_NUMBERS; i++, arc += source->timeline->key_count) block->numbers[i][lane] = *arc;
+  for (size_t i = 0; i < ARC_NUMBERS; i++, arc += source->key_count) block->numbers[i][lane] = *arc;
   block->nodes[lane] = source->node;
+  if (source->begun > 0) return;
+  block->numbers[ARC_START][lane] = maker->first;
+  block->numbers[ARC_RATE][lane] = 0;
 }
 
-/* Where all tracks are. */
-static void put_standing(frame_maker *maker, uint32_t track_count) {
-  uint32_t blocks = blocks_for(track_count);
-  for (uint32_t place = 0; place < blocks * ARC_BLOCK; place++) {
-    uint32_t track = place < track_count ? place : track_count - 1, begun = maker->begun[track];
-    put_arc(maker, track, begun > 0 ? begun - 1 : 0, place);
-  }
-  maker->block += blocks;
+/* Blocks in which the first arc that starts later is looked for at some times. Of equal times the last one is
+ * kept: so before the next time it is in that block or the first of the block behind it. */
+typedef struct frame_list {
+  float *times;
+  uint32_t *places;
+  uint32_t count;
+} frame_list;
+
+static void add_frame(frame_list *frames, const group_key *key, size_t place) {
+  float time;
+  memcpy(&time, &key->time, sizeof time);
+  if (frames->count == 0 || frames->times[frames->count - 1] < time) frames->count++;
+  frames->times[frames->count - 1] = time;
+  frames->places[frames->count - 1] = (uint32_t)(place / ARC_BLOCK);
 }
 
-static void put_changes(frame_maker *maker, const group_key *keys, frame_span span) {
-  uint32_t count = span.end - span.first, place = 0;
-  for (; place < count; place++) {
-    uint32_t track = keys[span.first + place].track;
-    put_arc(maker, track, maker->begun[track]++, place);
+static void fill_blocks(arc_maker *maker, const arc_order *order, const group_key *keys, frame_list *frames) {
+  const group_key *key = keys;
+  for (size_t place = 0; place < order->count; place++) {
+    bool is_next = order->tracks[place] >= ARC_NEXT;
+    arc_source *source = &maker->sources[track_at(order, place)];
+    source->begun += is_next;
+    key += is_next;
+    put_arc(maker, source, place);
+    size_t count = place + 1;
+    if (count < order->track_count) continue;
+    if (count % ARC_BLOCK == 0 || count == order->track_count || count == order->count)
+      add_frame(frames, key - 1, count);
   }
-  for (; place % ARC_BLOCK != 0; place++)
-    maker->block[place / ARC_BLOCK].numbers[ARC_START][place % ARC_BLOCK] = INFINITY;
-  maker->block += blocks_for(count);
+  for (size_t place = order->count; place == order->count || place % ARC_BLOCK != 0; place++)
+    maker->blocks[place / ARC_BLOCK].numbers[ARC_START][place % ARC_BLOCK] = INFINITY;
+}
+
+/* In whole lines of the cache, a vector in each. NULL without memory. */
+static arc_block *allocate_blocks(tw_arena *arena, size_t count) {
+  enum { CACHE_LINE = 64 };
+  char *memory = tw_arena_alloc(arena, count + 1, sizeof(arc_block));
+  return memory ? (arc_block *)(void *)(memory + -(uintptr_t)memory % CACHE_LINE) : NULL;
 }
 
 /* False without memory. */
-static bool fill_frames(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
-                        const group_key *keys, const frame_span *spans, uint32_t block_count) {
-  enum { CACHE_LINE = 64 };
-  frame_maker maker = {.tracks = tracks, .which = which};
-  char *memory = tw_arena_alloc(arena, (size_t)block_count + 1, sizeof *maker.block);
-  if (!memory) return false;
-  memory += -(uintptr_t)memory % CACHE_LINE; /* a vector in each line of the cache */
-  group->blocks = maker.block = (arc_block *)(void *)memory;
-  for (uint32_t i = 0, key = 0; i < group->frames.key_count; i++) {
-    for (; key < spans[i].first; key++) maker.begun[keys[key].track]++;
-    put_standing(&maker, group->track_count);
-    put_changes(&maker, keys, spans[i]);
-    key = spans[i].end;
+static bool build_blocks(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                         const group_key *keys, const arc_order *order) {
+  size_t block_count = order->count / ARC_BLOCK + 1;
+  arc_maker maker = {.blocks = allocate_blocks(arena, block_count)};
+  frame_list frames = {.times = tw_alloc(block_count + 1, sizeof *frames.times),
+                       .places = tw_arena_alloc(arena, block_count + 1, sizeof *frames.places)};
+  bool is_done = maker.blocks && frames.times && frames.places;
+  if (is_done) {
+    memcpy(&maker.first, &keys->time, sizeof maker.first);
+    list_sources(&maker, tracks, which, group->track_count);
+    fill_blocks(&maker, order, keys, &frames);
+    group->block_count = block_count;
+    group->blocks = maker.blocks;
+    group->places = frames.places;
+    is_done = tw_timeline_init(&group->frames, arena, frames.times, frames.count);
   }
-  return true;
+  free(frames.times);
+  return is_done;
 }
 
-static bool build_frames(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
-                         uint32_t key_count) {
+static bool build_group(tw_arc_group *group, tw_arena *arena, const tw_track *tracks, const uint32_t *which,
+                        uint32_t key_count) {
   group_key *keys = tw_alloc(key_count, 2 * sizeof *keys);
-  frame_span *spans = tw_alloc(1 + (size_t)key_count / ARC_BLOCK, sizeof *spans);
+  arc_order order = {0};
   bool is_done = false;
-  if (keys && spans) {
+  if (keys) {
     list_keys(tracks, which, group->track_count, keys);
     sort_keys(keys, key_count);
-    memcpy(&group->last, &keys[key_count - 1].time, sizeof group->last);
-    uint32_t count = list_spans(keys, key_count, group->track_count, spans);
-    uint32_t block_count = place_frames(group, arena, keys, spans, count);
-    is_done = block_count > 0 && fill_frames(group, arena, tracks, which, keys, spans, block_count);
+    is_done = order_arcs(&order, keys, key_count, group->track_count, &group->window) &&
+              build_blocks(group, arena, tracks, which, keys, &order);
   }
   free(keys);
-  free(spans);
+  free(order.tracks);
   return is_done;
 }
 
@@ -170,15 +281,13 @@ tw_arc_group *tw_arc_group_create(tw_arena *arena, const tw_track *tracks, const
     if (more > UINT32_MAX - key_count) break;
     key_count += more;
   }
-  group->standing_count = blocks_for(group->track_count);
-  return build_frames(group, arena, tracks, which, key_count) ? group : NULL;
+  return build_group(group, arena, tracks, which, key_count) ? group : NULL;
 }
 
 /* ---- posing ------------------------------------------------------------------------------------------- */
 
 void tw_arc_group_pose(const tw_arc_group *group, float time, tw_trs *locals) {
-  uint32_t frame = timeline_find(&group->frames, timeline_clamp(&group->frames, time));
-  const uint32_t *places = group->places + frame;
-  if (time > group->last) time = group->last; /* the last arcs stand still, but 0 times infinity is not 0 */
-  tw_arcs_pose(group->blocks + places[0], group->standing_count, places[1] - places[0], time, locals);
+  float clamped = timeline_clamp(&group->frames, time);
+  uint32_t frame = timeline_find(&group->frames, clamped);
+  tw_arcs_pose(group->blocks, group->window, group->places[frame], clamped, locals);
 }

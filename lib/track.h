@@ -123,10 +123,10 @@ static inline arc_segment track_arc(const tw_track *track, uint32_t key) {
 void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
                     size_t count, float *out);
 
-/* Puts rotations of many tracks at one time into the local transforms of their nodes: of the first
- * whole_count blocks all, an arc before its start standing at its first key; of the others those that start
- * at or before the time, which come first, since they are in the order of their starts. */
-void tw_arcs_pose(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals);
+/* Puts rotations of many tracks at one time into the local transforms of their nodes: of the arcs before the
+ * first one from `block` on that starts later, which there is, those in its block and in `window` ones before
+ * it; one after another, so that the last of a node counts. None of them starts later. */
+void tw_arcs_pose(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals);
 
 /* What does tw_timeline_find_all and these on one instruction set. */
 typedef struct tw_track_kernels {
@@ -134,7 +134,7 @@ typedef struct tw_track_kernels {
                     uint32_t *keys);
   void (*sample_arcs)(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
                       size_t count, float *out);
-  void (*pose_arcs)(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals);
+  void (*pose_arcs)(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals);
 } tw_track_kernels;
 extern const tw_track_kernels tw_track_kernels_avx2, tw_track_kernels_avx512;
 

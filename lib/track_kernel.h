@@ -175,43 +175,54 @@ static void sample_arcs(const float *arcs, size_t arc_count, const uint32_t *whi
 
 /* ---- the arcs of many tracks at one time -------------------------------------------------------------- */
 
-static inline __attribute__((always_inline)) size_t count_of(mask lanes) {
+/* A bit for each lane. */
+static inline __attribute__((always_inline)) uint32_t bits_of(mask lanes) {
 #ifdef __AVX512F__
-  return (size_t)__builtin_popcount(_mm512_movepi32_mask((__m512i)lanes));
+  return _mm512_movepi32_mask((__m512i)lanes);
 #elif defined __AVX2__
-  return (size_t)__builtin_popcount((unsigned)_mm256_movemask_ps((__m256)lanes));
+  return (uint32_t)_mm256_movemask_ps((__m256)lanes);
 #else
-  return (size_t) - (lanes[0] + lanes[1] + lanes[2] + lanes[3]);
+  return (uint32_t)((lanes[0] & 1) | (lanes[1] & 2) | (lanes[2] & 4) | (lanes[3] & 8));
 #endif
 }
 
-/* The first `count` arcs of some lanes of a block. */
-static inline __attribute__((always_inline)) void pose_lanes(const arc_block *block, size_t first,
-                                                             size_t count, float time, tw_trs *locals) {
-  vector numbers[ARC_NUMBERS], at = everywhere(time), rows[4];
-  for (size_t i = 0; i < ARC_NUMBERS; i++) numbers[i] = load(block->numbers[i] + first);
-  turn(numbers, choose(at > numbers[ARC_START], at, numbers[ARC_START]), rows);
-  apart turned = take_apart(rows, 4);
-  const uint32_t *nodes = block->nodes + first;
-  if (count < LANES) {
-    apart kept = turned;
-    for (size_t lane = 0; lane < count; lane++) put_one_apart(&kept, 4, lane, locals[nodes[lane]].rotation);
-    return;
-  }
-  for (size_t m = 0; m < LANES / 4; m++)
-    for (size_t r = 0; r < 4; r++, nodes++) put(locals[*nodes].rotation, four_of(turned.rows[r], m));
+/* How many arcs of a block have begun before the first that has not. */
+static inline __attribute__((always_inline)) size_t count_begun(const arc_block *block, float time) {
+  uint32_t later = 1u << ARC_BLOCK;
+  for (size_t first = 0; first < ARC_BLOCK; first += LANES)
+    later |= bits_of(load(block->numbers[ARC_START] + first) > time) << first;
+  return (size_t)__builtin_ctz(later);
 }
 
-static void pose_arcs(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals) {
-  for (size_t i = 0; i < whole_count; i++)
-    for (size_t first = 0; first < ARC_BLOCK; first += LANES)
-      pose_lanes(&blocks[i], first, LANES, time, locals);
-  for (size_t i = whole_count; i < count; i++)
-    for (size_t first = 0; first < ARC_BLOCK; first += LANES) {
-      size_t begun = count_of(load(blocks[i].numbers[ARC_START] + first) <= time);
-      if (begun > 0) pose_lanes(&blocks[i], first, begun, time, locals);
-      if (begun < LANES) return;
-    }
+/* Some lanes of a block, the arcs of which have begun. */
+static inline __attribute__((always_inline)) apart turn_lanes(const arc_block *block, size_t first,
+                                                              float time) {
+  vector numbers[ARC_NUMBERS], rows[4];
+  for (size_t i = 0; i < ARC_NUMBERS; i++) numbers[i] = load(block->numbers[i] + first);
+  turn(numbers, everywhere(time), rows);
+  return take_apart(rows, 4);
+}
+
+static inline __attribute__((always_inline)) void pose_block(const arc_block *block, float time,
+                                                             tw_trs *locals) {
+  const uint32_t *nodes = block->nodes;
+  for (size_t first = 0; first < ARC_BLOCK; first += LANES) {
+    const apart turned = turn_lanes(block, first, time);
+    for (size_t m = 0; m < LANES / 4; m++)
+      for (size_t r = 0; r < 4; r++, nodes++) put(locals[*nodes].rotation, four_of(turned.rows[r], m));
+  }
+}
+
+static void pose_arcs(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals) {
+  size_t begun;
+  while ((begun = count_begun(&blocks[block], time)) == ARC_BLOCK) block++;
+  for (size_t i = block > window ? block - window : 0; i < block; i++) pose_block(&blocks[i], time, locals);
+  for (size_t first = 0; first < begun; first += LANES) {
+    const apart turned = turn_lanes(&blocks[block], first, time);
+    const uint32_t *nodes = blocks[block].nodes + first;
+    for (size_t lane = 0; lane < LANES && first + lane < begun; lane++)
+      put_one_apart(&turned, 4, lane, locals[nodes[lane]].rotation);
+  }
 }
 
 #endif

@@ -28,6 +28,6 @@ void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, 
   best_kernels()->sample_arcs(arcs, arc_count, which, times, count, out);
 }
 
-void tw_arcs_pose(const arc_block *blocks, size_t whole_count, size_t count, float time, tw_trs *locals) {
-  best_kernels()->pose_arcs(blocks, whole_count, count, time, locals);
+void tw_arcs_pose(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals) {
+  best_kernels()->pose_arcs(blocks, window, block, time, locals);
 }

@@ -1,4 +1,4 @@
-/* Arcs in frames along time: the same poses as track by track, bit for bit, in memory and steps that no
+/* Arcs in the order of time: the same poses as track by track, bit for bit, in memory and steps that no
  * choice of keys makes many. */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -94,13 +94,23 @@ static void assert_poses_are_samples(const group_scene *s) {
   }
 }
 
-/* What follows a frame takes no more blocks than the frame itself. */
+static uint32_t blocks_for(uint32_t arc_count) {
+  return (arc_count + ARC_BLOCK - 1) / ARC_BLOCK;
+}
+
+/* Blocks are read for twice the tracks at most, and where to begin is found at once: before the next frame an
+ * arc of the block starts later, or the first one of the block behind it. */
 static void assert_steps_are_few(const tw_clip *clip) {
   for (const tw_arc_group *group = clip->groups; group; group = group->following) {
-    assert_int_equal(group->standing_count, (group->track_count + ARC_BLOCK - 1) / ARC_BLOCK);
-    for (uint32_t i = 0; i < group->frames.key_count; i++)
-      assert_in_range(group->places[i + 1] - group->places[i], group->standing_count,
-                      2 * group->standing_count);
+    const tw_timeline *frames = &group->frames;
+    assert_in_range(group->window, blocks_for(group->track_count), 2 * blocks_for(group->track_count));
+    for (uint32_t i = 0; i < frames->key_count; i++) {
+      float time = i + 1 < frames->key_count ? nextafterf(frames->times[i + 1], 0) : frames->last;
+      const float *starts = group->blocks[group->places[i]].numbers[ARC_START];
+      size_t lane = 0;
+      while (lane < ARC_BLOCK && starts[lane] <= time) lane++;
+      assert_true(lane < ARC_BLOCK || group->blocks[group->places[i] + 1].numbers[ARC_START][0] > time);
+    }
   }
 }
 
@@ -127,6 +137,13 @@ static float meeting_time(uint32_t track, uint32_t key, uint32_t key_count) {
 /* As near one another as numbers can be, then nothing for long. */
 static float crowded_time(uint32_t track, uint32_t key, uint32_t key_count) {
   return key + 1 == key_count ? (float)(track + 10) : (float)key * 1.4e-45f;
+}
+
+/* One key a second, somewhere in it, after one at its beginning. */
+static float regular_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)key_count;
+  uint64_t seed = track * 1000 + key;
+  return key == 0 ? 0 : (float)(key + 0.8 * ref_random(&seed));
 }
 
 /* All tracks meet at each other key of the first. */
@@ -175,29 +192,40 @@ static void memory_grows_with_keys_and_not_with_where_they_are(void **state) {
   for (size_t rule = 0; rule < 3; rule++)
     for (size_t i = 0; i < 4; i++) {
       group_scene s = make_scene(shapes[i][0], shapes[i][1], shapes[i][2], rules[rule]);
-      /* Times and buckets 20 bytes, arcs 40, their copies 88; the rest is what tracks and blocks take. */
-      assert_in_range(tw_clip_size(s.clip), 0, 148 * s.keys + 700 * (uint64_t)s.track_count + 200000);
+      /* Times and buckets 20 bytes, arcs 40, at most two copies 46 each; the rest is what tracks take. */
+      assert_in_range(tw_clip_size(s.clip), 0, 152 * s.keys + 700 * (uint64_t)s.track_count + 200000);
       free_scene(&s);
     }
 }
 
-/* A frame for every few keys, however few lanes of its blocks these fill: copies of half as much again. */
+/* Blocks that are filled up for every few keys. */
 static void tracks_that_often_meet_take_little_more(void **state) {
   (void)state;
   for (uint32_t track_count = 2; track_count < 40; track_count++) {
     group_scene s = make_scene(track_count, 8000, 4000, often_meeting_time);
-    assert_in_range(tw_clip_size(s.clip), 0, 192 * s.keys + 700 * (uint64_t)track_count + 200000);
+    assert_in_range(tw_clip_size(s.clip), 0, 160 * s.keys + 700 * (uint64_t)track_count + 200000);
     free_scene(&s);
   }
 }
 
-/* With the times of all tracks equal, a frame is the whole answer. */
-static void nothing_follows_frames_of_equal_times(void **state) {
+/* With the times of all tracks equal, blocks are theirs and no other's. */
+static void equal_times_fill_blocks_of_their_own(void **state) {
   (void)state;
   group_scene s = make_scene(40, 50, 50, shared_time);
   const tw_arc_group *group = s.clip->groups;
+  assert_int_equal(group->window, blocks_for(40));
+  assert_int_equal(group->block_count, 50 * blocks_for(40));
   assert_int_equal(group->frames.key_count, 50);
-  assert_int_equal(group->places[50], 50 * group->standing_count);
+  for (uint32_t i = 0; i < 49; i++) assert_int_equal(group->places[i], (i + 1) * blocks_for(40));
+  free_scene(&s);
+}
+
+/* At a regular pace no arc is needed again. */
+static void regular_keys_are_hardly_repeated(void **state) {
+  (void)state;
+  group_scene s = make_scene(100, 100, 100, regular_time);
+  assert_in_range(s.clip->groups->block_count, 100 * 100 / ARC_BLOCK, 108 * 100 / ARC_BLOCK);
+  assert_poses_are_samples(&s);
   free_scene(&s);
 }
 
@@ -208,7 +236,8 @@ int main(void) {
       cmocka_unit_test(many_tracks_are_in_several_groups),
       cmocka_unit_test(memory_grows_with_keys_and_not_with_where_they_are),
       cmocka_unit_test(tracks_that_often_meet_take_little_more),
-      cmocka_unit_test(nothing_follows_frames_of_equal_times),
+      cmocka_unit_test(equal_times_fill_blocks_of_their_own),
+      cmocka_unit_test(regular_keys_are_hardly_repeated),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -135,34 +135,34 @@ static void keys_are_given_back_exactly(void **state) {
   tw_clip_destroy(clip);
 }
 
-/* Each arc of a track as if it were a node's: of the blocks that are taken whole all, of the others those
- * that have begun. */
+/* Arcs of a track as if they were nodes', some of which have two: those in a window before the first one that
+ * starts later, from each block that has begun. */
 static void arcs_of_many_tracks_are_as_alone(void **state) {
   (void)state;
-  enum { BLOCKS = 4, NODES = BLOCKS * ARC_BLOCK };
-  tw_clip *clip = make_clip(NODES);
+  enum { BLOCKS = 4, ARCS = BLOCKS * ARC_BLOCK - 3, NODES = ARCS - 20 };
+  tw_clip *clip = make_clip(ARCS);
   const tw_track *track = &clip->tracks[0];
   static arc_block blocks[BLOCKS];
-  for (uint32_t i = 0; i < NODES; i++) {
-    for (uint32_t j = 0; j < ARC_NUMBERS; j++)
-      blocks[i / ARC_BLOCK].numbers[j][i % ARC_BLOCK] = track->segments.arcs[j * NODES + i];
-    blocks[i / ARC_BLOCK].nodes[i % ARC_BLOCK] = NODES - 1 - i;
+  for (uint32_t i = 0; i < BLOCKS * ARC_BLOCK; i++) {
+    for (uint32_t j = 0; j < ARC_NUMBERS && i < ARCS; j++)
+      blocks[i / ARC_BLOCK].numbers[j][i % ARC_BLOCK] = track->segments.arcs[j * ARCS + i];
+    if (i >= ARCS) blocks[i / ARC_BLOCK].numbers[ARC_START][i % ARC_BLOCK] = INFINITY;
+    blocks[i / ARC_BLOCK].nodes[i % ARC_BLOCK] = i % NODES;
   }
   for (uint32_t set = 0; set < 3; set++) {
     const tw_track_kernels *kernels = tw_track_kernels_at(set);
-    for (uint32_t key = 0; kernels && key < NODES; key++)
-      for (uint32_t whole = 0; whole <= BLOCKS; whole++) {
-        tw_trs locals[NODES] = {{{0}, {0}, {0}}};
-        float time = track_arc(track, key).start;
-        kernels->pose_arcs(blocks, whole, BLOCKS, time, locals);
-        for (uint32_t i = 0; i < NODES; i++) {
-          float alone[4] = {0}, begun = fmaxf(time, track_arc(track, i).start);
-          if (i < whole * ARC_BLOCK || i <= key)
-            tw_track_kernels_at(0)->sample_arcs(track->segments.arcs, NODES, &i, &begun, 1, alone);
-          assert_memory_equal(locals[NODES - 1 - i].rotation, alone, sizeof alone);
-          assert_true(locals[i].translation[2] == 0 && locals[i].scale[0] == 0);
+    for (uint32_t key = 0; kernels && key < ARCS; key++)
+      for (uint32_t window = 0; window <= BLOCKS; window++)
+        for (uint32_t block = 0; block <= (key + 1) / ARC_BLOCK; block++) {
+          tw_trs locals[NODES] = {{{0}, {0}, {0}}}, alone[NODES] = {{{0}, {0}, {0}}};
+          float time = track_arc(track, key).start;
+          uint32_t last = (key + 1) / ARC_BLOCK, first = last > window ? last - window : 0;
+          kernels->pose_arcs(blocks, window, block, time, locals);
+          for (uint32_t i = first * ARC_BLOCK; i <= key; i++)
+            tw_track_kernels_at(0)->sample_arcs(track->segments.arcs, ARCS, &i, &time, 1,
+                                                alone[i % NODES].rotation);
+          assert_memory_equal(locals, alone, sizeof alone);
         }
-      }
   }
   tw_clip_destroy(clip);
 }
