@@ -15,7 +15,7 @@ enum { SIZE_MOST = 64 << 10, ASKED = 4096 };
  * for once, and keeping those would only cost. */
 struct api_kept_answers {
   api_cache *cache;
-  atomic_uint asked[ASKED]; /* hashes */
+  atomic_ushort asked[ASKED]; /* parts of hashes: of larger ones less would stay in the cache */
 };
 
 typedef struct kept_answer {
@@ -52,12 +52,18 @@ api_cache *api_kept_answers_cache(api_kept_answers *answers) {
   return answers->cache;
 }
 
+/* What of a hash its place does not tell; not 0, which every place is at first. */
+static unsigned short part_of(uint32_t hash) {
+  return (unsigned short)(hash >> 16 | 1);
+}
+
 static bool was_asked(api_kept_answers *answers, uint32_t hash) {
-  return atomic_load_explicit(&answers->asked[hash % ASKED], memory_order_relaxed) == hash;
+  return atomic_load_explicit(&answers->asked[hash % ASKED], memory_order_relaxed) == part_of(hash);
 }
 
 bool api_kept_asked_again(api_kept_answers *answers, uint32_t hash) {
-  return atomic_exchange_explicit(&answers->asked[hash % ASKED], hash, memory_order_relaxed) == hash;
+  unsigned short part = part_of(hash);
+  return atomic_exchange_explicit(&answers->asked[hash % ASKED], part, memory_order_relaxed) == part;
 }
 
 /* Takes over the entry in any case: tag and bytes are sent from where they are kept. */
