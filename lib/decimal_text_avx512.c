@@ -44,7 +44,7 @@ static __attribute__((noinline)) char *put_slowly(char *out, const tw_decimal_sl
     uint64_t bits = kept & 0xFFFFULL << TW_SLOT * i;
     if (slots->others >> (TW_BLOCK * block + i) & 1) {
       if (bits >> TW_SLOT * i & 1) *out++ = '[';
-      out += tw_print_any_float(out, slots->values[TW_BLOCK * block + i]);
+      out += tw_print_any_float(out, slots->values[block * slots->stride + i]);
       *out++ = ',';
     } else {
       _mm_storeu_si128((__m128i *)out, _mm512_castsi512_si128(_mm512_maskz_compress_epi8(bits, text)));
@@ -63,6 +63,30 @@ static inline bool has_others(const tw_decimal_slots *slots, size_t block) {
   return slots->others >> TW_BLOCK * block & 0xF;
 }
 
+/* copies: of so many blocks, with room for all that slots take. */
+static inline void find_copies(tw_decimal_slots *slots, float *copies, size_t count, size_t closed) {
+  for (; !tw_decimal_slots_take(count); count++) _mm_store_ps(copies + TW_BLOCK * count, _mm_setzero_ps());
+  slots->values = copies;
+  slots->stride = TW_BLOCK;
+  tw_decimal_slots_find(slots, count, closed);
+}
+
+/* Whole blocks are read where they are, if they are as many as slots take. */
+static inline __attribute__((always_inline)) void find_narrow(tw_decimal_slots *slots, float *copies,
+                                                              const tw_vectors *all, size_t first,
+                                                              size_t count, size_t width) {
+  const float *values = all->values + first * all->stride;
+  if (width == TW_BLOCK && tw_decimal_slots_take(count)) {
+    slots->values = values;
+    slots->stride = all->stride;
+    tw_decimal_slots_find(slots, count, width - 1);
+    return;
+  }
+  for (size_t i = 0; i < count; i++)
+    _mm_store_ps(copies + TW_BLOCK * i, load_block(values + i * all->stride, width));
+  find_copies(slots, copies, count, width - 1);
+}
+
 /* Vectors of a block each, in brackets. */
 static inline __attribute__((always_inline)) char *put_narrow(const page *p, size_t width) {
   const tw_vectors *all = p->all;
@@ -70,10 +94,9 @@ static inline __attribute__((always_inline)) char *put_narrow(const page *p, siz
   char *out = p->start;
   for (size_t first = 0; first < all->count; first += TW_SLOT_BLOCKS) {
     tw_decimal_slots slots;
+    alignas(64) float copies[TW_SLOTS];
     size_t count = all->count - first < TW_SLOT_BLOCKS ? all->count - first : TW_SLOT_BLOCKS;
-    for (size_t i = 0; i < count; i++)
-      _mm_store_ps(slots.values + TW_BLOCK * i, load_block(all->values + (first + i) * all->stride, width));
-    tw_decimal_slots_find(&slots, TW_BLOCK * count, width - 1);
+    find_narrow(&slots, copies, all, first, count, width);
     if (slots.others == 0 && !all->ends) {
       for (size_t i = 0; i < count; i++)
         out = put_block(p, out, slots.text[i], slots.kept[i] & live, width) + 1;
@@ -110,12 +133,13 @@ static inline __attribute__((always_inline)) char *put_wide(const page *p, size_
   char *out = p->start;
   for (place from = {0, 0}, to = {0, 0}; to.vector < all->count;) {
     tw_decimal_slots slots;
+    alignas(64) float copies[TW_SLOTS];
     size_t count = 0;
     for (; count < TW_SLOT_BLOCKS && from.vector < all->count; count++, from = next_block(width, from))
       _mm_store_ps(
-          slots.values + TW_BLOCK * count,
+          copies + TW_BLOCK * count,
           load_block(all->values + from.vector * all->stride + from.column, live_numbers(width, from)));
-    tw_decimal_slots_find(&slots, TW_BLOCK * count, TW_BLOCK);
+    find_copies(&slots, copies, count, TW_BLOCK);
     for (size_t i = 0; i < count; i++) {
       size_t live = live_numbers(width, to);
       uint64_t kept = slots.kept[i] & live_bits(live);
