@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -333,7 +334,8 @@ int main(int argc, char **argv) {
     else if (std::strncmp(argv[i], "--print-ball=", 13) == 0)
       return print_obj(ball(std::atoi(argv[i] + 13), false, false));
     else
-      cases.push_back({argv[i], read_obj(argv[i]), {1, 2, 3}, TW_CATMULL_CLARK});
+      cases.push_back(
+          {std::filesystem::path(argv[i]).stem(), read_obj(argv[i]), {1, 2, 3}, TW_CATMULL_CLARK});
   }
   cases.erase(std::remove_if(cases.begin(), cases.end(),
                              [&](const Case &c) { return c.name.find(only) == std::string::npos; }),
