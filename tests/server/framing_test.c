@@ -123,8 +123,9 @@ static void host_is_there_once(void **state) {
 
 static void versions_but_two_are_505(void **state) {
   (void)state;
-  assert_int_equal(judge("HTTP/2.0", NULL, NULL, NULL, NULL).status, 505);
-  assert_int_equal(judge("", NULL, NULL, NULL, NULL).status, 505);
+  static const char *const others[] = {"HTTP/2.0", "HTTP/1.2", "HTTP/1.10", "HTTP/1.1 ", "http/1.1", ""};
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+    assert_int_equal(judge(others[i], NULL, NULL, NULL, NULL).status, 505);
 }
 
 static void a_hundred_headers_are_the_most(void **state) {
