@@ -31,11 +31,14 @@ static double determinant(double m[3][3]) {
 }
 
 /* Turns rows and columns p and q of the symmetric k so that k[p][q] vanishes; vectors gathers the
- * turns. */
+ * turns. By roots alone, which round alike on all processors, as sines of the C library do not: where scales
+ * are 0, many rotations agree as well, and the last bit would choose among them. */
 static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
-  if (k[p][q] == 0) return;
-  double angle = atan2(2 * k[p][q], k[q][q] - k[p][p]) / 2;
-  double c = cos(angle), s = sin(angle);
+  static const double NOTHING = 1e-100; /* beside axes of length 1; its square is a number yet */
+  if (fabs(k[p][q]) < NOTHING) return;
+  double x = k[q][q] - k[p][p], y = 2 * k[p][q], length = sqrt(x * x + y * y);
+  double larger = sqrt((length + fabs(x)) / (2 * length)), smaller = fabs(y) / (2 * length * larger);
+  double c = x < 0 ? smaller : larger, s = copysign(x < 0 ? larger : smaller, y);
   for (int i = 0; i < 4; i++) {
     double kp = k[i][p], kq = k[i][q], vp = vectors[i][p], vq = vectors[i][q];
     k[i][p] = c * kp - s * kq;

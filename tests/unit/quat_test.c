@@ -174,6 +174,17 @@ static void zero_axes_and_odd_last_rows_are_told(void **state) {
   assert_false(tw_trs_from_matrix(projective, &trs));
 }
 
+/* Along one axis alone, where a last bit would choose among many rotations, and so would the processor. */
+static void one_axis_gives_the_same_rotation_on_every_processor(void **state) {
+  (void)state;
+  tw_trs trs;
+  const float m[16] = {175.05899f, 947.8759f, 126.97069f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
+  static const float expected[4] = {0.0445181802f, -0.0480861403f, 0.638481259f, 0.766842544f};
+  assert_false(tw_trs_from_matrix(m, &trs));
+  for (int i = 0; i < 4; i++) assert_true(trs.rotation[i] == expected[i]);
+  assert_true(trs.scale[0] == 972.232483f && trs.scale[1] == 0 && trs.scale[2] == 0);
+}
+
 static void matrix_product_is_the_books(void **state) {
   (void)state;
   float a[16], b[16], ab[16];
@@ -206,6 +217,7 @@ int main(void) {
       cmocka_unit_test(trs_survives_the_matrix),
       cmocka_unit_test(shear_is_told_and_its_fit_is_finite),
       cmocka_unit_test(zero_axes_and_odd_last_rows_are_told),
+      cmocka_unit_test(one_axis_gives_the_same_rotation_on_every_processor),
       cmocka_unit_test(matrix_product_is_the_books),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
