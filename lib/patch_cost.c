@@ -24,6 +24,7 @@ static bool is_regular_crease(const tw_topology *t, uint32_t vertex) {
   uint32_t faces = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex], first = t->ring_offsets[vertex],
            sharp = 0, ends[2] = {0, 0};
   bool border = t->vertex_flags[vertex] & TW_VERTEX_BORDER;
+  if (faces > REGULAR_FACES) return false; /* a pole is asked for by each of its faces */
   if (t->vertex_flags[vertex] & TW_VERTEX_NONMANIFOLD) return false;
   for (uint32_t i = first; i < t->ring_offsets[vertex + 1]; i++) {
     float sharpness = t->edge_sharpness[t->ring_edges[i]];
