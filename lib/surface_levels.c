@@ -63,13 +63,13 @@ static bool patches_cost_more(const tw_build *b, uint32_t shallow) {
 
 /* Whether a mesh of quads is better refined to the end, vertex by vertex, than in patches. Other meshes are
  * at level 1 alone, where patches have nothing to do. Displacements and joints would take many times the
- * memory. */
+ * memory; whether tangents are mirrored is for the cage's faces to tell. */
 static bool few_quads_pay(const tw_build *b) {
   enum { MASKS_COST = 30 }; /* of a quad's share of vertices, as tw_patch_cost counts */
   uint32_t level = b->surface->options.level;
   uint64_t quads = b->cage.refined_faces;
   if (b->rules.linear || level == 0 || level > 2 || quads > SHALLOW_FACES_MAX) return false;
-  if (b->mesh->morph_count > 0 || b->mesh->skin.joints) return false;
+  if (b->mesh->morph_count > 0 || b->mesh->skin.joints || b->mesh->has_tangents) return false;
   return quads * MASKS_COST < tw_patch_cost(&b->cage.topology);
 }
 

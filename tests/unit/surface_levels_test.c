@@ -195,6 +195,11 @@ static void first_levels_of_small_irregular_cages_have_no_patches(void **state) 
   tw_mesh irregular = cube(), colored = cube();
   colored.colors = colors[0];
   cage *c = torus(TORUS_QUADS, NO_GAPS, false), *gaps = torus(TORUS_QUADS, GAPS_THAT_TOUCH, false);
+  static const float uvs[POINTS_MAX][2] = {{0}};
+  tw_mesh mapped = gaps->mesh; /* which way round a map goes is for the cage's faces to tell */
+  mapped.has_tangents = true;
+  mapped.uv_set_count = 1;
+  mapped.uv_sets[0] = (tw_uv_set){mapped.point_count, uvs[0], mapped.corners};
   for (uint32_t level = 1; level <= 4; level++) {
     const tw_surface_options normals = {.level = level, .normals = true},
                              limit = {.level = level, .limit = true};
@@ -202,6 +207,7 @@ static void first_levels_of_small_irregular_cages_have_no_patches(void **state) 
     assert_int_equal(patch_levels(&irregular, limit), level > 1 ? level : 0);
     assert_int_equal(patch_levels(&colored, (tw_surface_options){.level = level}), level > 1 ? level : 0);
     assert_int_equal(patch_levels(&gaps->mesh, normals), level > 2 ? level : 0);
+    assert_int_equal(patch_levels(&mapped, normals), level);
     assert_int_equal(patch_levels(&c->mesh, normals), level);
   }
   free(c);
