@@ -85,18 +85,19 @@ static bool all_meet(const arc_order *order) {
 }
 
 /* Puts the arc of the next key; before it one that would leave the window while it goes on, or the last one
- * again, so that blocks are full where all tracks meet. */
+ * again, so that blocks are full where all tracks meet. One that leaves with such a one still goes on. */
 static void put_next(arc_order *order) {
   uint32_t track = order->next->track;
+  bool fills = order->count % ARC_BLOCK != 0 && all_meet(order);
   if (order->count >= order->window) {
     size_t leaving = order->count - order->window;
     uint32_t other = track_at(order, leaving);
-    if (order->places[other] == leaving && other != track) {
+    if (order->places[other] == leaving && (other != track || fills)) {
       put_track(order, other, 0);
       return;
     }
   }
-  if (order->count % ARC_BLOCK != 0 && all_meet(order)) {
+  if (fills) {
     put_track(order, track_at(order, order->count - 1), 0);
     return;
   }

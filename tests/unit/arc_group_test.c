@@ -152,6 +152,15 @@ static float often_meeting_time(uint32_t track, uint32_t key, uint32_t key_count
   return (float)(track == 0 ? key : 2 * key);
 }
 
+/* All tracks meet after some keys of their own, of which the first track's come first. */
+static float gathering_time(uint32_t track, uint32_t key, uint32_t key_count) {
+  (void)key_count;
+  uint64_t seed = track * 1000 + key;
+  uint32_t own = key % 4;
+  if (own == 0) return (float)(25 * key);
+  return (float)(25 * (key - own) + (track == 0 ? own : 25 * own + 24 * ref_random(&seed)));
+}
+
 static void poses_are_the_samples_of_their_tracks(void **state) {
   (void)state;
   const time_rule rules[] = {own_time, shared_time, meeting_time, crowded_time};
@@ -164,6 +173,17 @@ static void poses_are_the_samples_of_their_tracks(void **state) {
       assert_steps_are_few(s.clip);
       free_scene(&s);
     }
+}
+
+/* An arc that leaves when a block is filled for a meeting goes on until then. */
+static void poses_before_a_meeting_have_all_tracks(void **state) {
+  (void)state;
+  for (uint32_t track_count = 2; track_count < 60; track_count++) {
+    group_scene s = make_scene(track_count, 40, 40, gathering_time);
+    for (uint32_t key = 4; key < 40; key += 4)
+      assert_pose_is_its_samples(&s, nextafterf((float)(25 * key), 0));
+    free_scene(&s);
+  }
 }
 
 static void a_track_alone_is_in_no_group(void **state) {
@@ -232,6 +252,7 @@ static void regular_keys_are_hardly_repeated(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(poses_are_the_samples_of_their_tracks),
+      cmocka_unit_test(poses_before_a_meeting_have_all_tracks),
       cmocka_unit_test(a_track_alone_is_in_no_group),
       cmocka_unit_test(many_tracks_are_in_several_groups),
       cmocka_unit_test(memory_grows_with_keys_and_not_with_where_they_are),
