@@ -117,7 +117,7 @@ static bool put_all(arc_order *order, const group_key *keys, uint32_t key_count,
 static double cost_of(arc_order *order, const group_key *keys, uint32_t key_count, uint32_t window) {
   order->room = 2 * ((size_t)key_count + order->track_count);
   if (!put_all(order, keys, key_count, window)) return INFINITY;
-  return pow((double)window, 1.5) * (double)order->count;
+  return (double)window * sqrt((double)window) * (double)order->count;
 }
 
 /* The window that is likely to be best, by the first keys. */
