@@ -4,8 +4,8 @@
 #include "bypass.h"
 #include "clock.h"
 #include "intake.h"
+#include "io_loop.h"
 #include "listen.h"
-#include "loop.h"
 
 #include <errno.h>
 #include <stdlib.h>

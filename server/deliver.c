@@ -3,7 +3,7 @@
 #include "ahead.h"
 #include "clock.h"
 #include "field_block.h"
-#include "loop.h"
+#include "io_loop.h"
 
 #include <microhttpd.h>
 #include <stdlib.h>

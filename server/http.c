@@ -9,7 +9,7 @@
 #include "clock.h"
 #include "connections.h"
 #include "intake.h"
-#include "loop.h"
+#include "io_loop.h"
 
 #include <microhttpd.h>
 #include <poll.h>

@@ -2,7 +2,7 @@
 #include "intake.h"
 
 #include "bypass.h"
-#include "loop.h"
+#include "io_loop.h"
 
 #include <stdlib.h>
 #include <sys/socket.h>

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "model.h"
+#include "bench_model.h"
 #include "report.h"
 #include "tweend/base.h"
 

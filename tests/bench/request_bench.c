@@ -3,8 +3,8 @@
  * one of its own, so that the rate is that of the busier of the two. usage:
  * request_bench TWEEND [JSON] */
 #include "bare.h"
+#include "bench_model.h"
 #include "load.h"
-#include "model.h"
 #include "report.h"
 
 #include <arpa/inet.h>

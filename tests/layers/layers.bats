@@ -30,25 +30,28 @@ plant() {
   [ "$status" -eq 0 ]
 }
 
-@test "lib must not include a socket header" { plant lib/base.c '#include <sys/socket.h>'; }
-@test "lib must not include pthread.h" { plant lib/base.c '#  include <pthread.h>'; }
-@test "lib must not include cJSON" { plant lib/planted.c '#include <cjson/cJSON.h>'; }
+@test "lib must not include a socket header" { plant lib/base/base.c '#include <sys/socket.h>'; }
+@test "lib must not include pthread.h" { plant lib/base/base.c '#  include <pthread.h>'; }
+@test "lib must not include cJSON" { plant lib/mesh/planted.c '#include <cjson/cJSON.h>'; }
 @test "lib must not include libmicrohttpd" { plant lib/include/tweend/mesh.h '#include <microhttpd.h>'; }
-@test "lib must not include api.h" { plant lib/base.c '#include "api.h"'; }
-@test "lib must not climb into api" { plant lib/base.c '#include "../api/include/api.h"'; }
-@test "lib's C++ must not open files" { plant lib/gltf/planted.cpp '#include <fstream>'; }
-@test "lib must not hold C++ outside lib/gltf" { plant lib/planted.cpp ''; }
-@test "api must not include libmicrohttpd" { plant api/problem.c '#include <microhttpd.h>'; }
-@test "api must not include file headers" { plant api/problem.c '#include <fcntl.h>'; }
+@test "lib must not include api.h" { plant lib/base/base.c '#include "api.h"'; }
+@test "lib must not climb into api" { plant lib/base/base.c '#include "../api/include/api.h"'; }
+@test "lib's C++ must not open files" { plant lib/format/gltf/planted.cpp '#include <fstream>'; }
+@test "lib must not hold C++ outside lib/format/gltf" { plant lib/mesh/planted.cpp ''; }
+@test "lib's rooms include downward only" { plant lib/mesh/mesh.c '#include "crease.h"'; }
+@test "lib's animation knows no subdivision" { plant lib/anim/clip.c '#include "crease.h"'; }
+@test "header names are unique" { plant server/weld.h ''; }
+@test "api must not include libmicrohttpd" { plant api/http/problem.c '#include <microhttpd.h>'; }
+@test "api must not include file headers" { plant api/http/problem.c '#include <fcntl.h>'; }
 @test "api must not include lib's private headers" {
   copy
-  touch "$tree/lib/private.h"
-  echo '#include "private.h"' >>"$tree/api/problem.c"
+  touch "$tree/lib/mesh/private.h"
+  echo '#include "private.h"' >>"$tree/api/http/problem.c"
   run "$check" "$tree"
   [ "$status" -eq 1 ]
   [[ $output == *'"private.h" is not of this layer' ]]
 }
-@test "api must not include the server's headers" { plant api/problem.c '#include "store.h"'; }
+@test "api must not include the server's headers" { plant api/http/problem.c '#include "store.h"'; }
 @test "server must not include lib's headers" { plant server/main.c '#include "tweend/mesh.h"'; }
 @test "server must not take lib's headers for system headers" { plant server/main.c '#include <tweend/mesh.h>'; }
 @test "server includes microhttpd.h in the I/O threads' files alone" { plant server/planted.c '#include <microhttpd.h>'; }

@@ -1,5 +1,5 @@
 /* A model for benchmarks. */
-#include "model.h"
+#include "bench_model.h"
 
 #include "report.h"
 

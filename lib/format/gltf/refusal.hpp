@@ -1,4 +1,4 @@
-// How the reading side says no: an exception that stays inside lib/gltf and becomes a tw_error at
+// How the reading side says no: an exception that stays inside lib/format/gltf and becomes a tw_error at
 // its C surface.
 #ifndef TWEEND_GLTF_REFUSAL_HPP
 #define TWEEND_GLTF_REFUSAL_HPP
