@@ -3,6 +3,7 @@
 #include "config.h"
 
 #include "disk.h"
+#include "machine.h"
 #include "quantity.h"
 
 #include <errno.h>
@@ -33,8 +34,9 @@ typedef struct setting {
 
 enum { FLAG_SIZE = 64, KEYS_FILE_MAX = 1 << 20 };
 
-#define DAY_MS UINT64_C(86400000)
-#define ANY    UINT64_MAX
+#define DAY_MS   UINT64_C(86400000)
+#define ANY      UINT64_MAX
+#define GIBIBYTE (UINT64_C(1) << 30)
 
 static const setting SETTINGS[] = {
     {"listen", KIND_TEXT, offsetof(srv_config, listen), "127.0.0.1:8080", 0, 0, NULL, "ADDRESS",
@@ -63,6 +65,9 @@ static const setting SETTINGS[] = {
      "times of one pose request"},
     {"plan-cache", KIND_SIZE, offsetof(srv_config, plan_cache), "256MiB", 0, UINT64_C(1) << 50, NULL, "SIZE",
      "memory for models, plans and small answers kept between requests"},
+    {"max-memory", KIND_SIZE, offsetof(srv_config, max_memory), NULL, UINT64_C(16) << 20, UINT64_C(1) << 50,
+     NULL, "SIZE",
+     "memory that requests and caches hold together (default: 1GiB, or 3/4 of the cgroup's limit)"},
     {"header-timeout", KIND_DURATION, offsetof(srv_config, header_timeout), "10s", 1, DAY_MS, NULL,
      "DURATION", "until a request's headers are there"},
     {"idle-timeout", KIND_DURATION, offsetof(srv_config, idle_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
@@ -252,6 +257,8 @@ static bool set_defaults(srv_config *config) {
   config->threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (uint64_t)cores;
   config->io_threads = config->threads;
   config->queue = ANY;
+  uint64_t limit = srv_machine_memory_limit("");
+  config->max_memory = limit < UINT64_MAX && limit / 4 * 3 < GIBIBYTE ? limit / 4 * 3 : GIBIBYTE;
   return true;
 }
 

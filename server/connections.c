@@ -102,7 +102,7 @@ void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **so
 
 static uint64_t moved(const srv_connection *c) {
   if (!srv_watch_paces(&c->watch)) return 0;
-  return srv_watch_moved(c->fd, c->exchange.body.size + c->exchange.bytes_out);
+  return srv_watch_moved(c->fd, c->exchange.bytes_in + c->exchange.bytes_out);
 }
 
 void srv_enter(srv_connection *c, srv_phase phase) {
@@ -138,6 +138,8 @@ void srv_connections_sweep(srv_loop *l) {
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_DISCARD && !srv_bypass_discard(c->fd)) {
       srv_connection_give_up(c);
+    } else if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange)) {
+      srv_hand_back(c);
     } else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) {
       expire(c);
     }

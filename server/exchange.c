@@ -95,7 +95,24 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
   return true;
 }
 
+/* Counts what the body holds in memory. */
+static void count_body(srv_exchange *exchange) {
+  api_service *service = exchange->server->service;
+  uint64_t now = exchange->body.capacity;
+  if (now > exchange->held) api_service_hold(service, now - exchange->held);
+  if (now < exchange->held) api_service_let_go(service, exchange->held - now);
+  exchange->held = now;
+}
+
+/* An answer does not refer to the body: it goes before a slow reader takes the answer. */
+static void drop_body(srv_exchange *exchange) {
+  srv_body_deinit(&exchange->body);
+  exchange->request.body = (api_bytes){0};
+  count_body(exchange);
+}
+
 static void answered(srv_exchange *exchange) {
+  drop_body(exchange);
   exchange->answered = true;
   exchange->status = exchange->answer.status;
   exchange->route = exchange->answer.route;
@@ -184,8 +201,9 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
 
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size) {
   if (exchange->answered) return SRV_EXCHANGE_MORE;
+  exchange->bytes_in += size;
   switch (srv_body_append(&exchange->body, data, size)) {
-  case SRV_BODY_OK: return SRV_EXCHANGE_MORE;
+  case SRV_BODY_OK: count_body(exchange); return SRV_EXCHANGE_MORE;
   case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
@@ -216,35 +234,64 @@ static void answer_metrics(srv_exchange *exchange) {
   answered(exchange);
 }
 
+static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
+  return milliseconds(exchange->started_ns, now_ns) > (double)exchange->server->config->request_timeout;
+}
+
+/* Runs one call of the api. False when the exchange is not this thread's any more: its ticket will be woken.
+ */
+static bool handle(srv_exchange *exchange, api_effort effort) {
+  switch (api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer)) {
+  case API_ANSWERED: answered(exchange); return true;
+  case API_WAITS: return false;
+  case API_AGAIN_ON_THREAD: break;
+  }
+  return true;
+}
+
 /* On a compute thread. */
 static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();
   if (!exchange->wanted(exchange)) {
     srv_exchange_refuse(exchange, 503, "the client is gone", 0);
-  } else if (milliseconds(exchange->started_ns, exchange->worked_ns) >
-             (double)exchange->server->config->request_timeout) {
+  } else if (is_late(exchange, exchange->worked_ns)) {
     srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
-  } else if (api_handle(exchange->server->service, &exchange->request, API_HEAVY, &exchange->answer)) {
-    answered(exchange);
-  } else {
+  } else if (!handle(exchange, API_HEAVY)) {
+    return;
+  } else if (!exchange->answered) {
     srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
   }
   exchange->ready(exchange);
+}
+
+/* What the ticket waited for is there. The request was admitted before: it needs no place in the queue. */
+static void woken(api_ticket *ticket) {
+  srv_exchange *exchange = (srv_exchange *)(void *)((char *)ticket - offsetof(srv_exchange, ticket));
+  exchange->job.run = run;
+  srv_work_resume(exchange->server->work, &exchange->job);
+}
+
+bool srv_exchange_give_up(srv_exchange *exchange) {
+  if (!is_late(exchange, srv_now_ns())) return false;
+  if (!api_ticket_cancel(exchange->server->service, &exchange->ticket)) return false;
+  srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
+  return true;
 }
 
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once) {
   if (exchange->answered) return SRV_EXCHANGE_NOW;
   srv_server *server = exchange->server;
   exchange->received_ns = exchange->worked_ns = at_once ? exchange->started_ns : srv_now_ns();
+  exchange->ticket.wake = woken;
+  exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
   } else if (is_metrics(exchange)) {
     answer_metrics(exchange);
-  } else if (api_handle(server->service, &exchange->request, API_LIGHT, &exchange->answer)) {
-    answered(exchange);
-  } else {
-    exchange->request.room = (api_room){0}; /* which others use meanwhile */
+  } else if (!handle(exchange, API_LIGHT)) {
+    return SRV_EXCHANGE_LATER;
+  } else if (!exchange->answered) {
     exchange->job.run = run;
     if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) {
       return SRV_EXCHANGE_LATER;
@@ -318,18 +365,20 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
                                     .query = exchange->request.query,
                                     .status = exchange->status,
                                     .aborted = aborted,
-                                    .bytes_in = exchange->body.size,
+                                    .bytes_in = exchange->bytes_in,
                                     .bytes_out = exchange->bytes_out,
                                     .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
                                     .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
                                     .total_ms = total_ms});
   const char *route = exchange->route;
   if (route == NULL) route = is_metrics(exchange) ? "/metrics" : api_route_name(exchange->request.path);
-  srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->body.size,
+  srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->bytes_in,
                       exchange->bytes_out);
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
+  atomic_fetch_add(&exchange->server->ended, 1);
   if (exchange->answered) api_answer_deinit(&exchange->answer);
-  srv_body_deinit(&exchange->body);
+  if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
+  drop_body(exchange);
   if (exchange->target != exchange->short_target) free(exchange->target);
   exchange->target = NULL;
   exchange->opened = exchange->answered = false;

@@ -22,11 +22,12 @@ typedef struct srv_server {
   srv_work *work;
   srv_live *live;
   srv_metrics *metrics;
-  int temporary;             /* folder for long bodies */
-  atomic_bool draining;      /* new requests get 503 */
-  atomic_bool stopping;      /* nothing may be queued any more */
-  atomic_size_t connections; /* open ones */
-  atomic_size_t in_flight;   /* opened exchanges that have not ended */
+  int temporary;              /* folder for long bodies */
+  atomic_bool draining;       /* new requests get 503 */
+  atomic_bool stopping;       /* nothing may be queued any more */
+  atomic_size_t connections;  /* open ones */
+  atomic_size_t in_flight;    /* opened exchanges that have not ended */
+  atomic_uint_fast64_t ended; /* exchanges so far */
 } srv_server;
 
 enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96, SRV_SHORT_TARGET_SIZE = 256 };
@@ -38,13 +39,15 @@ typedef struct srv_exchange {
   char method[SRV_METHOD_SIZE];
   char id[SRV_REQUEST_ID_SIZE];
   api_request request;
+  api_ticket ticket;
   srv_body body;
   bool opened;       /* headers were judged */
   bool answered;     /* answer is there, not yet taken */
   bool close;        /* the connection cannot go on after the answer */
   int status;        /* of the answer, also after it was taken; 400 when no whole request came */
   const char *route; /* as of api_answer */
-  uint64_t bytes_out;
+  uint64_t bytes_in, bytes_out;
+  uint64_t held; /* bytes of the body in memory, counted against the budget */
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
   /* Set by intake.c before finish. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
@@ -75,6 +78,10 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
 /* The body is complete; the request may have a room until the answer is delivered. at_once: since the
  * exchange began no time has passed that is worth telling. NOW or LATER. */
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once);
+
+/* Refuses a request that waits for memory, or for what another one makes, once it has waited too long. True
+ * when the answer is there: deliver it. On the exchange's I/O thread. */
+bool srv_exchange_give_up(srv_exchange *exchange);
 
 /* Replaces what answer there may be by a problem document. */
 void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);

@@ -6,6 +6,7 @@
 #include "http.h"
 #include "listen.h"
 #include "log.h"
+#include "machine.h"
 #include "samples.h"
 #include "store_fs.h"
 
@@ -79,7 +80,9 @@ static api_settings settings(const process *p) {
                                    .max_faces = config->max_faces,
                                    .max_output = config->max_output,
                                    .max_times = config->max_times,
-                                   .plan_cache = config->plan_cache},
+                                   .plan_cache = config->plan_cache,
+                                   .max_memory = config->max_memory,
+                                   .max_waiting = (size_t)config->queue},
                         .store = srv_store_fs_api(p->store),
                         .crew = {p->server.work, share_out},
                         .api_keys = (const char *const *)config->api_keys,
@@ -161,6 +164,21 @@ static bool stop(process *p) {
   return true;
 }
 
+/* Waits for a signal, and after load gives memory back, every few seconds: threads that are idle do not. */
+static int await_signal(process *p, const sigset_t *ending) {
+  static const struct timespec STEP = {.tv_sec = 5};
+  uint64_t trimmed_at = 0;
+  for (;;) {
+    int number = sigtimedwait(ending, NULL, &STEP);
+    if (number > 0) return number;
+    uint64_t ended = atomic_load(&p->server.ended);
+    if (ended == trimmed_at) continue;
+    trimmed_at = ended;
+    api_service_rest();
+    srv_machine_trim();
+  }
+}
+
 static int run(process *p) {
   char error[ERROR_SIZE];
   sigset_t ending;
@@ -174,7 +192,7 @@ static int run(process *p) {
     stop(p);
     return STATUS_FAILED;
   }
-  sigwait(&ending, &signal_number);
+  signal_number = await_signal(p, &ending);
   srv_log(SRV_LOG_INFO, "signal %d: draining", signal_number);
   drain(p, &ending);
   srv_address_unlink(&p->address);

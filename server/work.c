@@ -130,6 +130,12 @@ bool srv_work_submit(srv_work *work, srv_job *job) {
   return accepted;
 }
 
+void srv_work_resume(srv_work *work, srv_job *job) {
+  pthread_mutex_lock(&work->lock);
+  put(work, job);
+  pthread_mutex_unlock(&work->lock);
+}
+
 bool srv_work_spare(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);

@@ -23,6 +23,9 @@ void srv_work_destroy(srv_work *work);
 /* False at once when the queue is full. Any thread. */
 bool srv_work_submit(srv_work *work, srv_job *job);
 
+/* Goes on with a job that was begun before: takes no place in the queue. Any thread. */
+void srv_work_resume(srv_work *work, srv_job *job);
+
 /* The same for work that only pays on a core that has nothing else to do: false when there is none. The pool
  * has a thread a core; those outside it that are at work count as well. */
 bool srv_work_spare(srv_work *work, srv_job *job);

@@ -1,63 +1,60 @@
-/* The cache: a hash table of entries, a list of them by use, one lock. Builds run outside the lock.
- *
- * The table holds what it lists, as users do. Only under the lock does a reference come from the table, so
- * that what the table alone holds stays so until the lock is given back; whoever lets go of the last
- * reference frees the entry, with the lock or without it. */
+/* The cache: a hash table of entries, a list of the idle ones by last use, one lock. Builds run, values are
+ * freed and tickets are woken outside the lock. */
 #include "cache.h"
 
 #include <assert.h>
 #include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { BUCKETS = 8192, CHAIN_MOST = 64 };
 
-typedef enum entry_state { BUILDING, READY, FAILED } entry_state;
+typedef enum entry_state {
+  BUILDING,
+  PROMISED, /* a ticket will build it */
+  READY,
+  FAILED
+} entry_state;
 
 struct api_entry {
-  api_cache *cache; /* NULL: of one request's own */
-  atomic_uint references;
+  api_cache *cache;
+  size_t references; /* one is the table's, one the ticket's that promised it */
   uint32_t hash;
   entry_state state;
   bool is_listed; /* in the table: others may find it */
   api_built built;
-  api_fault fault; /* of a failed build */
-  api_entry *next_in_bucket;
-  api_entry *newer, *older; /* by last use */
+  api_fault fault;           /* of a failed build; stalled: the next who asks tries again */
+  api_ticket *waiting;       /* while BUILDING or PROMISED */
+  api_entry *next_promised;  /* of the same ticket */
+  api_entry *next_in_bucket; /* or in a chain of entries to be destroyed */
+  api_entry *newer, *older;  /* among the idle ones */
   char key[];
 };
 
 struct api_cache {
   pthread_mutex_t lock;
-  pthread_cond_t built; /* some entry has left BUILDING */
-  uint64_t budget;
-  atomic_uint_fast64_t size; /* of the complete entries; changes under the lock */
-  api_entry *newest, *oldest;
+  api_budget *budget;
+  uint64_t idle_max, idle_size;
+  api_entry *newest, *oldest; /* idle ones */
   api_entry *buckets[BUCKETS];
 };
 
-api_cache *api_cache_create(uint64_t budget) {
+api_cache *api_cache_create(uint64_t idle_max, api_budget *budget) {
   api_cache *cache = tw_alloc_zero(1, sizeof *cache);
   if (!cache) return NULL;
+  cache->idle_max = idle_max;
   cache->budget = budget;
-  if (pthread_mutex_init(&cache->lock, NULL) != 0) {
-    free(cache);
-    return NULL;
-  }
-  if (pthread_cond_init(&cache->built, NULL) != 0) {
-    pthread_mutex_destroy(&cache->lock);
-    free(cache);
-    return NULL;
-  }
-  return cache;
+  if (pthread_mutex_init(&cache->lock, NULL) == 0) return cache;
+  free(cache);
+  return NULL;
 }
 
-/* ---- the table and the list; under the lock --------------------------------------------------- */
+/* ---- the table; under the lock ------------------------------------------------------------------ */
 
 /* Eight bytes at a time, multiplied and folded. Keys that were chosen to collide meet in crowd_out. */
-uint32_t api_cache_hash(const char *key, size_t length) {
+uint32_t api_cache_hash(const char *key) {
   static const uint64_t odd = 0x9E3779B97F4A7C15;
+  size_t length = strlen(key);
   uint64_t hash = 0, word = 0;
   for (; length >= sizeof word; length -= sizeof word, key += sizeof word) {
     memcpy(&word, key, sizeof word);
@@ -80,18 +77,6 @@ static api_entry *find(api_cache *cache, const char *key, uint32_t hash) {
   return entry;
 }
 
-static void unlink_use(api_cache *cache, api_entry *entry) {
-  *(entry->newer ? &entry->newer->older : &cache->newest) = entry->older;
-  *(entry->older ? &entry->older->newer : &cache->oldest) = entry->newer;
-  entry->newer = entry->older = NULL;
-}
-
-static void link_newest(api_cache *cache, api_entry *entry) {
-  entry->older = cache->newest;
-  *(cache->newest ? &cache->newest->newer : &cache->oldest) = entry;
-  cache->newest = entry;
-}
-
 static void link_first(api_cache *cache, api_entry *entry) {
   api_entry **bucket = bucket_of(cache, entry->hash);
   entry->next_in_bucket = *bucket;
@@ -105,187 +90,324 @@ static void unlink_bucket(api_cache *cache, api_entry *entry) {
   entry->next_in_bucket = NULL;
 }
 
-static void list_entry(api_cache *cache, api_entry *entry) {
-  link_first(cache, entry);
-  link_newest(cache, entry);
-  entry->is_listed = true;
-  atomic_fetch_add(&entry->references, 1);
+static bool is_idle(const api_entry *entry) {
+  return entry->is_listed && entry->state == READY && entry->references == 1;
 }
 
-/* Takes the entry out of table, list and account. True when nobody else holds it: it is to be destroyed,
- * outside the lock. */
-static bool unlist_entry(api_cache *cache, api_entry *entry) {
+static void link_idle(api_cache *cache, api_entry *entry) {
+  entry->older = cache->newest;
+  *(cache->newest ? &cache->newest->newer : &cache->oldest) = entry;
+  cache->newest = entry;
+  cache->idle_size += entry->built.size;
+}
+
+static void unlink_idle(api_cache *cache, api_entry *entry) {
+  *(entry->newer ? &entry->newer->older : &cache->newest) = entry->older;
+  *(entry->older ? &entry->older->newer : &cache->oldest) = entry->newer;
+  entry->newer = entry->older = NULL;
+  cache->idle_size -= entry->built.size;
+}
+
+/* Takes the entry out of the table; one that nobody holds goes in front of the chain of those to be
+ * destroyed, outside the lock. */
+static void unlist(api_cache *cache, api_entry *entry, api_entry **chain) {
+  if (is_idle(entry)) unlink_idle(cache, entry);
   unlink_bucket(cache, entry);
-  unlink_use(cache, entry);
   entry->is_listed = false;
-  if (entry->state == READY) atomic_fetch_sub(&cache->size, entry->built.size);
-  return atomic_fetch_sub(&entry->references, 1) == 1;
+  if (--entry->references > 0) return;
+  entry->next_in_bucket = *chain;
+  *chain = entry;
 }
 
-/* Whether only the table holds the entry, which is listed. */
-static bool is_unheld(const api_entry *entry) {
-  return atomic_load(&entry->references) == 1;
+/* A reference more. Chains are in the order of use as well, see crowd_out. */
+static void touch(api_cache *cache, api_entry *entry) {
+  if (is_idle(entry)) unlink_idle(cache, entry);
+  entry->references++;
+  if (*bucket_of(cache, entry->hash) == entry) return;
+  unlink_bucket(cache, entry);
+  link_first(cache, entry);
 }
 
-/* Frees an entry that nobody holds. */
-static void destroy_entry(api_entry *entry) {
-  if (entry->state == READY && entry->built.destroy) entry->built.destroy(entry->built.value);
-  free(entry);
-}
-
-/* Takes unheld entries, oldest first, out of the table until the rest fits; returns them chained by
- * next_in_bucket, to be destroyed outside the lock. */
-static api_entry *evict(api_cache *cache) {
-  api_entry *evicted = NULL;
-  for (api_entry *entry = cache->oldest; entry && cache->size > cache->budget;) {
-    api_entry *newer = entry->newer;
-    if (is_unheld(entry) && unlist_entry(cache, entry)) {
-      entry->next_in_bucket = evicted;
-      evicted = entry;
-    }
-    entry = newer;
+/* A reference less. What becomes idle is kept under the budget; what is larger than all of it goes at once,
+ * rather than push out everything else. */
+static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
+  entry->references--;
+  if (!entry->is_listed && entry->references == 0) {
+    entry->next_in_bucket = *chain;
+    *chain = entry;
+  } else if (is_idle(entry)) {
+    link_idle(cache, entry);
+    if (entry->built.size > cache->idle_max) unlist(cache, entry, chain);
+    while (cache->idle_size > cache->idle_max) unlist(cache, cache->oldest, chain);
   }
-  return evicted;
 }
 
-/* Takes out of a full chain the unheld entry that was used least recently: queries that are chosen to have
- * one hash drive out each other, instead of making every look-up a long walk. NULL for none. */
-static api_entry *crowd_out(api_cache *cache, uint32_t hash) {
+/* Takes out of a full chain the idle entry that was used least recently: keys that are chosen to have one
+ * hash drive out each other, instead of making every look-up a long walk. */
+static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
   uint32_t length = 0;
   api_entry *last = NULL;
   for (api_entry *entry = *bucket_of(cache, hash); entry; entry = entry->next_in_bucket, length++)
-    if (is_unheld(entry)) last = entry;
-  return length >= CHAIN_MOST && last && unlist_entry(cache, last) ? last : NULL;
+    if (is_idle(entry)) last = entry;
+  if (length >= CHAIN_MOST && last) unlist(cache, last, chain);
 }
 
-static void destroy_chain(api_entry *entry) {
+/* A listed entry that the caller holds. NULL without memory. */
+static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entry **chain) {
+  size_t length = strlen(key) + 1;
+  api_entry *entry = calloc(1, sizeof *entry + length);
+  if (!entry) return NULL;
+  memcpy(entry->key, key, length);
+  entry->cache = cache;
+  entry->hash = hash;
+  entry->state = BUILDING;
+  entry->references = 2;
+  entry->is_listed = true;
+  crowd_out(cache, hash, chain);
+  link_first(cache, entry);
+  return entry;
+}
+
+/* ---- outside the lock ---------------------------------------------------------------------------- */
+
+static uint64_t destroy_chain(api_cache *cache, api_entry *entry) {
+  uint64_t freed = 0;
   while (entry) {
     api_entry *next = entry->next_in_bucket;
-    destroy_entry(entry);
+    if (entry->state == READY) {
+      if (entry->built.destroy) entry->built.destroy(entry->built.value);
+      freed += entry->built.size;
+    }
+    free(entry);
     entry = next;
+  }
+  if (freed > 0) api_budget_subtract(cache->budget, freed);
+  return freed;
+}
+
+static void wake_all(api_ticket *ticket) {
+  while (ticket) {
+    api_ticket *next = ticket->next;
+    ticket->next = NULL;
+    ticket->wake(ticket);
+    ticket = next;
   }
 }
 
 void api_cache_destroy(api_cache *cache) {
   if (!cache) return;
-  while (cache->oldest) {
-    api_entry *entry = cache->oldest;
-    bool is_last = unlist_entry(cache, entry);
-    assert(is_last);
-    (void)is_last;
-    destroy_entry(entry);
-  }
-  pthread_cond_destroy(&cache->built);
+  api_entry *chain = NULL;
+  while (cache->oldest) unlist(cache, cache->oldest, &chain);
+  destroy_chain(cache, chain);
+  for (size_t i = 0; i < BUCKETS; i++) assert(!cache->buckets[i]);
   pthread_mutex_destroy(&cache->lock);
   free(cache);
 }
 
-/* ---- use --------------------------------------------------------------------------------------- */
+/* ---- promises and waiting ------------------------------------------------------------------------ */
 
-/* Chains are in the order of use as well, see crowd_out. */
-static void touch(api_cache *cache, api_entry *entry) {
-  atomic_fetch_add(&entry->references, 1);
-  if (*bucket_of(cache, entry->hash) != entry) {
-    unlink_bucket(cache, entry);
-    link_first(cache, entry);
-  }
-  if (cache->newest != entry) {
-    unlink_use(cache, entry);
-    link_newest(cache, entry);
+/* Under the lock: the entry is built, has failed, or nobody will build it. Returns who is to be woken. */
+static api_ticket *settle(api_entry *entry, entry_state state) {
+  api_ticket *waiting = entry->waiting;
+  entry->waiting = NULL;
+  entry->state = state;
+  for (api_ticket *t = waiting; t; t = t->next) t->is_waiting_for_entry = false;
+  return waiting;
+}
+
+static void promise(api_entry *entry, api_ticket *ticket) {
+  entry->state = PROMISED;
+  entry->next_promised = ticket->promised;
+  ticket->promised = entry;
+}
+
+/* Under the lock. True when the ticket promised it; then it has not any more. */
+static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
+  api_entry **link = &ticket->promised;
+  while (*link && *link != entry) link = &(*link)->next_promised;
+  if (!*link) return false;
+  *link = entry->next_promised;
+  entry->next_promised = NULL;
+  return true;
+}
+
+/* Breaks the ticket's promises: who waits for them tries for himself. */
+static void break_promises(api_cache *cache, api_ticket *ticket) {
+  while (ticket->promised) {
+    api_entry *entry = ticket->promised, *chain = NULL;
+    pthread_mutex_lock(&cache->lock);
+    take_promise_back(entry, ticket);
+    if (entry->is_listed) unlist(cache, entry, &chain);
+    entry->fault = (api_fault){.stall = API_STALL_ENTRY};
+    api_ticket *woken = settle(entry, FAILED);
+    drop(cache, entry, &chain);
+    pthread_mutex_unlock(&cache->lock);
+    wake_all(woken);
+    destroy_chain(cache, chain);
   }
 }
 
-bool api_cache_peek_all(api_cache *cache, const api_cache_key *keys, size_t count, api_entry **out) {
-  size_t found = 0;
+api_wait api_cache_wait(api_cache *cache, api_ticket *ticket, api_entry *awaited) {
+  /* Whoever waits promises nothing: two could wait for each other. */
+  break_promises(cache, ticket);
+  api_entry_release(ticket->awaited);
+  ticket->awaited = awaited;
   pthread_mutex_lock(&cache->lock);
-  for (; found < count; found++) {
-    out[found] = find(cache, keys[found].text, keys[found].hash);
-    if (!out[found] || out[found]->state != READY) break;
+  bool waits = awaited->state == BUILDING || awaited->state == PROMISED;
+  if (waits) {
+    ticket->is_waiting_for_entry = true;
+    ticket->previous = NULL;
+    ticket->next = awaited->waiting;
+    if (ticket->next) ticket->next->previous = ticket;
+    awaited->waiting = ticket;
   }
-  bool is_all = found == count;
-  for (size_t i = 0; is_all && i < count; i++) touch(cache, out[i]);
   pthread_mutex_unlock(&cache->lock);
-  return is_all;
+  return waits ? API_WAIT_BEGUN : API_WAIT_OVER;
 }
+
+bool api_cache_cancel(api_cache *cache, api_ticket *ticket) {
+  pthread_mutex_lock(&cache->lock);
+  bool waited = ticket->is_waiting_for_entry;
+  if (waited) {
+    *(ticket->previous ? &ticket->previous->next : &ticket->awaited->waiting) = ticket->next;
+    if (ticket->next) ticket->next->previous = ticket->previous;
+    ticket->previous = ticket->next = NULL;
+    ticket->is_waiting_for_entry = false;
+  }
+  pthread_mutex_unlock(&cache->lock);
+  return waited;
+}
+
+void api_cache_end(api_cache *cache, api_ticket *ticket) {
+  break_promises(cache, ticket);
+  api_entry_release(ticket->awaited);
+  ticket->awaited = NULL;
+}
+
+/* ---- taking ---------------------------------------------------------------------------------------- */
 
 api_entry *api_cache_peek(api_cache *cache, const char *key) {
-  api_entry *entry;
-  const api_cache_key hashed = {key, api_cache_hash(key, strlen(key))};
-  return api_cache_peek_all(cache, &hashed, 1, &entry) ? entry : NULL;
-}
-
-/* Waits, under the lock, until another thread has built the entry that is held. */
-static api_entry *await(api_cache *cache, api_entry *entry, api_fault *fault) {
-  while (entry->state == BUILDING) pthread_cond_wait(&cache->built, &cache->lock);
-  if (entry->state == READY) {
-    pthread_mutex_unlock(&cache->lock);
-    return entry;
-  }
-  *fault = entry->fault;
-  pthread_mutex_unlock(&cache->lock);
-  api_entry_release(entry);
-  return NULL;
-}
-
-/* Runs the build of a listed entry, which is held, outside the lock. */
-static api_entry *build_entry(api_cache *cache, api_entry *entry, api_build build, void *context,
-                              api_fault *fault) {
-  api_built built = {0};
-  bool is_built = build(context, &built, fault);
-  pthread_mutex_lock(&cache->lock);
-  entry->built = built;
-  entry->built.size += sizeof *entry + strlen(entry->key);
-  entry->fault = *fault;
-  if (!is_built && entry->is_listed) unlist_entry(cache, entry); /* the caller still holds it */
-  entry->state = is_built ? READY : FAILED;
-  if (is_built && entry->is_listed) atomic_fetch_add(&cache->size, entry->built.size);
-  api_entry *evicted = evict(cache);
-  pthread_cond_broadcast(&cache->built);
-  pthread_mutex_unlock(&cache->lock);
-  destroy_chain(evicted);
-  if (is_built) return entry;
-  api_entry_release(entry);
-  return NULL;
-}
-
-api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
-                          api_fault *fault) {
-  *fault = (api_fault){0};
-  size_t length = strlen(key) + 1;
-  uint32_t hash = api_cache_hash(key, length - 1);
+  uint32_t hash = api_cache_hash(key);
   pthread_mutex_lock(&cache->lock);
   api_entry *entry = find(cache, key, hash);
-  if (entry) {
-    touch(cache, entry);
-    return await(cache, entry, fault);
-  }
-  entry = calloc(1, sizeof *entry + length);
-  if (!entry) {
-    pthread_mutex_unlock(&cache->lock);
-    api_fault_without_memory(fault);
-    return NULL;
-  }
-  memcpy(entry->key, key, length);
-  entry->cache = cache;
-  entry->hash = hash;
-  atomic_init(&entry->references, 1);
-  entry->state = BUILDING;
-  api_entry *crowded_out = crowd_out(cache, hash);
-  list_entry(cache, entry);
+  if (entry && entry->state != READY) entry = NULL;
+  if (entry) touch(cache, entry);
   pthread_mutex_unlock(&cache->lock);
-  destroy_chain(crowded_out);
-  return build_entry(cache, entry, build, context, fault);
+  return entry;
 }
 
-api_entry *api_entry_create(const api_built *built) {
+/* Runs the build of an entry that the caller holds, outside the lock. A build that stalls for memory leaves
+ * the entry promised, so that one request and not all wait for memory. */
+static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ticket, api_build build,
+                              void *context, api_fault *fault) {
+  api_built built = {0};
+  bool is_built = build(context, &built, fault);
+  built.size += sizeof *entry + strlen(entry->key);
+  if (is_built) api_budget_add(cache->budget, built.size);
+  api_ticket *woken = NULL;
+  api_entry *chain = NULL;
+  pthread_mutex_lock(&cache->lock);
+  if (is_built) {
+    entry->built = built;
+    woken = settle(entry, READY);
+  } else if (fault->stall == API_STALL_MEMORY) {
+    promise(entry, ticket); /* with the caller's reference */
+  } else {
+    if (entry->is_listed) unlist(cache, entry, &chain);
+    entry->fault = *fault;
+    entry->fault.awaited = NULL;
+    woken = settle(entry, FAILED);
+    drop(cache, entry, &chain);
+  }
+  pthread_mutex_unlock(&cache->lock);
+  wake_all(woken);
+  destroy_chain(cache, chain);
+  return is_built ? entry : NULL;
+}
+
+/* Under the lock: what the ticket waited for, where that was this key and is settled. A failure is told to
+ * all who waited for it. */
+static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ticket, api_fault *fault,
+                               api_entry **chain) {
+  api_entry *awaited = ticket->awaited;
+  if (!awaited || strcmp(awaited->key, key) != 0) return NULL;
+  ticket->awaited = NULL;
+  if (awaited->state == READY && awaited->is_listed) return awaited;
+  if (awaited->state == FAILED && awaited->fault.stall == API_STALL_NONE) *fault = awaited->fault;
+  drop(cache, awaited, chain);
+  return NULL;
+}
+
+/* Under the lock: a missing or promised entry becomes this ticket's to build, in a light call by a later one.
+ */
+static api_entry *begin_build(api_entry *entry, api_ticket *ticket, api_effort effort, api_fault *fault) {
+  if (effort != API_LIGHT) {
+    entry->state = BUILDING;
+    return entry;
+  }
+  promise(entry, ticket);
+  fault->stall = API_STALL_THREAD;
+  return NULL;
+}
+
+api_entry *api_cache_take(api_cache *cache, const char *key, api_ticket *ticket, api_effort effort,
+                          api_build build, void *context, api_fault *fault) {
+  *fault = (api_fault){0};
+  uint32_t hash = api_cache_hash(key);
+  api_entry *chain = NULL, *to_build = NULL, *entry = NULL;
+  pthread_mutex_lock(&cache->lock);
+  api_entry *ready = take_awaited(cache, key, ticket, fault, &chain);
+  bool is_settled = ready || fault->status != 0;
+  if (!is_settled) entry = find(cache, key, hash);
+  if (!is_settled && !entry) {
+    entry = add(cache, key, hash, &chain);
+    if (entry)
+      to_build = begin_build(entry, ticket, effort, fault);
+    else
+      api_fault_without_memory(fault);
+  } else if (entry && entry->state == READY) {
+    touch(cache, entry);
+    ready = entry;
+  } else if (entry && entry->state == PROMISED && take_promise_back(entry, ticket)) {
+    to_build = begin_build(entry, ticket, effort, fault);
+  } else if (entry) {
+    entry->references++;
+    fault->stall = API_STALL_ENTRY;
+    fault->awaited = entry;
+  }
+  pthread_mutex_unlock(&cache->lock);
+  destroy_chain(cache, chain);
+  return to_build ? build_entry(cache, to_build, ticket, build, context, fault) : ready;
+}
+
+void api_cache_put(api_cache *cache, const char *key, const api_built *built) {
+  uint32_t hash = api_cache_hash(key);
+  api_entry *chain = NULL;
+  pthread_mutex_lock(&cache->lock);
+  api_entry *entry = find(cache, key, hash) ? NULL : add(cache, key, hash, &chain);
+  if (entry) {
+    entry->built = *built;
+    entry->built.size += sizeof *entry + strlen(key);
+    entry->state = READY;
+    api_budget_add(cache->budget, entry->built.size);
+    drop(cache, entry, &chain);
+  }
+  pthread_mutex_unlock(&cache->lock);
+  if (!entry) built->destroy(built->value);
+  destroy_chain(cache, chain);
+}
+
+api_entry *api_cache_own(api_cache *cache, const api_built *built) {
   api_entry *entry = calloc(1, sizeof *entry + 1);
   if (!entry) {
     built->destroy(built->value);
     return NULL;
   }
-  atomic_init(&entry->references, 1);
+  entry->cache = cache;
+  entry->references = 1;
   entry->state = READY;
   entry->built = *built;
+  api_budget_add(cache->budget, built->size);
   return entry;
 }
 
@@ -294,45 +416,48 @@ void *api_entry_value(const api_entry *entry) {
 }
 
 void api_entry_hold(api_entry *entry) {
-  atomic_fetch_add(&entry->references, 1);
-}
-
-/* What was over the budget while it was held goes when the table alone holds it. */
-static void fit_budget(api_cache *cache) {
-  if (atomic_load(&cache->size) <= cache->budget) return;
-  pthread_mutex_lock(&cache->lock);
-  api_entry *evicted = evict(cache);
-  pthread_mutex_unlock(&cache->lock);
-  destroy_chain(evicted);
+  pthread_mutex_lock(&entry->cache->lock);
+  entry->references++;
+  pthread_mutex_unlock(&entry->cache->lock);
 }
 
 void api_entry_release(api_entry *entry) {
   if (!entry) return;
   api_cache *cache = entry->cache;
-  uint32_t left = atomic_fetch_sub(&entry->references, 1) - 1;
-  if (left == 0)
-    destroy_entry(entry);
-  else if (left == 1 && cache)
-    fit_budget(cache);
+  api_entry *chain = NULL;
+  pthread_mutex_lock(&cache->lock);
+  drop(cache, entry, &chain);
+  pthread_mutex_unlock(&cache->lock);
+  destroy_chain(cache, chain);
+  api_budget_poke(cache->budget); /* what is idle now can make room */
+}
+
+uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes) {
+  api_entry *chain = NULL;
+  uint64_t freed = 0;
+  pthread_mutex_lock(&cache->lock);
+  for (; cache->oldest && freed < bytes; unlist(cache, cache->oldest, &chain))
+    freed += cache->oldest->built.size;
+  pthread_mutex_unlock(&cache->lock);
+  return destroy_chain(cache, chain);
 }
 
 void api_cache_forget(api_cache *cache, const char *part) {
-  api_entry *gone = NULL;
+  api_entry *chain = NULL;
   pthread_mutex_lock(&cache->lock);
-  for (api_entry *entry = cache->oldest; entry;) {
-    api_entry *newer = entry->newer;
-    if (strstr(entry->key, part)) {
-      if (unlist_entry(cache, entry)) {
-        entry->next_in_bucket = gone;
-        gone = entry;
-      }
+  for (size_t i = 0; i < BUCKETS; i++) {
+    for (api_entry *entry = cache->buckets[i], *next; entry; entry = next) {
+      next = entry->next_in_bucket;
+      if (strstr(entry->key, part)) unlist(cache, entry, &chain);
     }
-    entry = newer;
   }
   pthread_mutex_unlock(&cache->lock);
-  destroy_chain(gone);
+  destroy_chain(cache, chain);
 }
 
-uint64_t api_cache_size(api_cache *cache) {
-  return atomic_load(&cache->size);
+uint64_t api_cache_idle_size(api_cache *cache) {
+  pthread_mutex_lock(&cache->lock);
+  uint64_t size = cache->idle_size;
+  pthread_mutex_unlock(&cache->lock);
+  return size;
 }

@@ -1,17 +1,22 @@
-/* What is worth keeping between requests: parsed models, plans, clips, descriptions. Immutable values
- * by text keys, reference-counted, under a byte budget and few to a place of the table; the least recently
- * used go first. Values in use stay even when they are over the budget. Two requests for one missing key
- * build it once. */
+/* What is worth keeping between requests: parsed models, plans, clips, answers. Immutable values by text
+ * keys, reference-counted. Entries that nobody holds are idle: of those a byte budget is kept, the least
+ * recently used go first. Entries in use do not count against it, and so push out nothing that others use;
+ * all of them count against the budget of the process (budget.h).
+ *
+ * Two requests for one missing key make its value once. A request never blocks for what another one makes:
+ * its take fails with a stall in the fault, and api_handle makes its ticket wait at the entry. */
 #ifndef API_CACHE_H
 #define API_CACHE_H
 
+#include "budget.h"
 #include "problem.h"
 
 typedef struct api_cache api_cache;
 typedef struct api_entry api_entry;
 
-api_cache *api_cache_create(uint64_t budget); /* NULL without memory */
-void api_cache_destroy(api_cache *cache);     /* NULL accepted; no entry may be held */
+/* idle_max: bytes of idle entries. budget: outlives the cache. NULL without memory. */
+api_cache *api_cache_create(uint64_t idle_max, api_budget *budget);
+void api_cache_destroy(api_cache *cache); /* NULL accepted; no entry may be held */
 
 /* What a build makes: the value, the bytes it holds, and who frees it. */
 typedef struct api_built {
@@ -26,23 +31,26 @@ typedef bool (*api_build)(void *context, api_built *out, api_fault *fault);
 /* The entry when it is there and complete, else NULL. Takes a reference. */
 api_entry *api_cache_peek(api_cache *cache, const char *key);
 
-/* A key whose hash is known. */
-typedef struct api_cache_key {
-  const char *text;
-  uint32_t hash;
-} api_cache_key;
+/* The entry, taking a reference. Where it is missing it is built here; in a light call (API_LIGHT) it is
+ * promised instead: the ticket's next heavy call will build it, and who else asks for it waits. NULL: the
+ * fault says why: a failure, which is not remembered, or a stall: API_STALL_THREAD in a light call,
+ * API_STALL_ENTRY while another request makes it, or what the build itself stalled at. */
+api_entry *api_cache_take(api_cache *cache, const char *key, api_ticket *ticket, api_effort effort,
+                          api_build build, void *context, api_fault *fault);
 
-/* The same of several keys in one go: all of them, or none. out: [count]. */
-bool api_cache_peek_all(api_cache *cache, const api_cache_key *keys, size_t count, api_entry **out);
+/* Keeps a value that is made already; frees it where the key is known, or without memory. */
+void api_cache_put(api_cache *cache, const char *key, const api_built *built);
 
-/* The entry, built where it is missing; waits while another thread builds it. Takes a reference.
- * NULL: the fault says why (a failure is not remembered). */
-api_entry *api_cache_take(api_cache *cache, const char *key, api_build build, void *context,
-                          api_fault *fault);
+/* Waits at the entry that the fault of API_STALL_ENTRY names, and takes the fault's reference to it over. */
+api_wait api_cache_wait(api_cache *cache, api_ticket *ticket, api_entry *awaited);
+/* True when the ticket waited at an entry: it will not be woken. */
+bool api_cache_cancel(api_cache *cache, api_ticket *ticket);
+/* Lets go of what the ticket promised, and of what it waited for. */
+void api_cache_end(api_cache *cache, api_ticket *ticket);
 
 /* A value of one request's own, under the same kind of handle. Frees it and returns NULL without
  * memory. */
-api_entry *api_entry_create(const api_built *built);
+api_entry *api_cache_own(api_cache *cache, const api_built *built);
 
 void *api_entry_value(const api_entry *entry);
 void api_entry_hold(api_entry *entry);
@@ -51,10 +59,13 @@ void api_entry_release(api_entry *entry); /* NULL accepted */
 /* Forgets every key in which `part` stands. Who holds such an entry keeps it. */
 void api_cache_forget(api_cache *cache, const char *part);
 
-/* Of a key of `length` bytes. */
-uint32_t api_cache_hash(const char *key, size_t length);
+/* Frees idle entries, least recently used first, until `bytes` are free; returns how many are. */
+uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes);
 
-/* Bytes of the complete entries. */
-uint64_t api_cache_size(api_cache *cache);
+/* By which the table finds a key; for tests of keys that collide. */
+uint32_t api_cache_hash(const char *key);
+
+/* Bytes of the idle entries. */
+uint64_t api_cache_idle_size(api_cache *cache);
 
 #endif

@@ -2,6 +2,7 @@
 #include "call.h"
 
 #include "routes.h"
+#include "service.h"
 
 #include <nettle/sha2.h>
 #include <stdarg.h>
@@ -32,6 +33,19 @@ api_outcome api_fail_with(api_call *call, int status, const char *format, ...) {
 api_outcome api_fail_without_memory(api_call *call) {
   api_fault_without_memory(&call->fault);
   return API_FAILED;
+}
+
+api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out) {
+  *out = api_cache_take(call->service->cache, key, call->request->ticket, call->effort, build, context,
+                        &call->fault);
+  if (*out) return API_DONE;
+  return call->fault.stall == API_STALL_THREAD ? API_NEEDS_THREAD : API_FAILED;
+}
+
+bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault) {
+  if (api_budget_grant(service->budget, ticket, bytes)) return true;
+  *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};
+  return false;
 }
 
 const char *api_call_header(const api_call *call, const char *name) {
@@ -108,7 +122,7 @@ api_outcome api_validate_tag(api_call *call, const char *etag) {
   api_answer_header(&call->answer, "ETag", etag);
   api_answer_header(&call->answer, "Cache-Control", "public, max-age=31536000, immutable");
   const char *if_none_match = api_call_header(call, "If-None-Match");
-  if (!if_none_match || !api_etag_matches(if_none_match, etag, true)) return API_LATER;
+  if (!if_none_match || !api_etag_matches(if_none_match, etag, true)) return API_CONTINUE;
   call->answer.status = 304;
   return API_DONE;
 }
@@ -127,7 +141,7 @@ api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
   *range = (api_range){0, size};
   const char *text = call->is_head || !range_counts(call) ? NULL : api_call_header(call, "Range");
   switch (api_range_read(text, size, range)) {
-  case API_RANGE_ALL: return API_LATER;
+  case API_RANGE_ALL: return API_CONTINUE;
   case API_RANGE_PART: break;
   case API_RANGE_UNSATISFIABLE: {
     char total[40];
@@ -140,5 +154,5 @@ api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
   call->answer.status = 206;
   api_answer_headerf(&call->answer, "Content-Range", "bytes %llu-%llu/%llu", (unsigned long long)range->first,
                      (unsigned long long)(range->first + range->count - 1), (unsigned long long)size);
-  return API_LATER;
+  return API_CONTINUE;
 }

@@ -4,14 +4,16 @@
 
 #include "answer.h"
 #include "api.h"
+#include "cache.h"
 #include "negotiate.h"
 #include "problem.h"
 #include "query.h"
 
 typedef enum api_outcome {
-  API_DONE,   /* the answer is filled */
-  API_FAILED, /* the fault is filled */
-  API_LATER   /* too much for a light call: come back with API_HEAVY */
+  API_DONE,        /* the answer is filled */
+  API_FAILED,      /* the fault is filled: a failure, or a stall */
+  API_CONTINUE,    /* nothing is decided: go on with the next stage */
+  API_NEEDS_THREAD /* too much for a light call: come back with API_HEAVY */
 } api_outcome;
 
 typedef struct api_route api_route;
@@ -24,8 +26,8 @@ typedef struct api_call {
   bool is_head;
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
-  uint32_t asked; /* hash of the key that an answer to it is kept under; 0: none is */
   api_query query;
+  uint64_t held;     /* bytes that the answer's body holds while it is read, beside entries */
   tw_arena *arena;   /* the answer's: lives as long as it does */
   api_answer answer; /* being filled */
   api_fault fault;
@@ -38,6 +40,13 @@ api_outcome api_fail_in_document(api_call *call);
 /* Fails with an HTTP status of its own. */
 api_outcome api_fail_with(api_call *call, int status, const char *format, ...) TW_PRINTF(3, 4);
 api_outcome api_fail_without_memory(api_call *call);
+
+/* The entry of the key, out of the cache or built by this call; API_NEEDS_THREAD in a light call where it is
+ * missing. */
+api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
+
+/* Grants the request `bytes` in all for what it does next. False: the fault stalls. */
+bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault);
 
 /* The header's first value, NULL when absent. */
 const char *api_call_header(const api_call *call, const char *name);
@@ -56,7 +65,7 @@ typedef struct api_stamp {
 void api_stamp_make(const char *id, const char *representation, const char *canonical, api_stamp *out);
 
 /* Sets the caching headers and the entity tag. Then judges If-None-Match and If-Match: API_DONE when the
- * answer is 304 already, API_FAILED for 412, API_LATER to go on. */
+ * answer is 304 already, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
 /* The same with a stamp. mark: what the tag stands for beside it, in letters and digits; NULL for nothing. */
@@ -66,7 +75,7 @@ api_outcome api_validate_stamp(api_call *call, const api_stamp *stamp, const cha
 api_outcome api_validate_tag(api_call *call, const char *etag);
 
 /* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
- * 206 and the headers, and *range; API_LATER to go on, API_FAILED for 416. */
+ * 206 and the headers, and *range; API_CONTINUE to go on, API_FAILED for 416. */
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);
 
 /* Lower-case hex: out [2 count], not terminated. */

@@ -34,14 +34,12 @@ static bool build_text(void *context, api_built *out, api_fault *fault) {
 
 api_outcome api_reply_kept(api_call *call, const char *key, const char *representation, const char *canonical,
                            api_print print, void *context) {
-  api_cache *cache = call->service->cache;
   text_source source = {print, context};
-  bool is_light = call->effort == API_LIGHT;
-  api_entry *entry =
-      is_light ? api_cache_peek(cache, key) : api_cache_take(cache, key, build_text, &source, &call->fault);
-  if (!entry) return is_light ? API_LATER : API_FAILED;
-  api_outcome outcome = api_validate(call, representation, canonical);
-  if (outcome == API_LATER) {
+  api_entry *entry;
+  api_outcome outcome = api_call_take(call, key, build_text, &source, &entry);
+  if (outcome != API_DONE) return outcome;
+  outcome = api_validate(call, representation, canonical);
+  if (outcome == API_CONTINUE) {
     const api_text *known = api_entry_value(entry);
     api_text text = {0};
     api_text_bytes(&text, known->data, known->size);

@@ -8,7 +8,7 @@
 typedef bool (*api_print)(void *context, api_text *out, api_fault *fault);
 
 /* Answers with the text under the key, printed where it is missing; validators as in api_validate.
- * API_LATER in a light call when it is not at hand. */
+ * API_NEEDS_THREAD in a light call when it is not at hand. */
 api_outcome api_reply_kept(api_call *call, const char *key, const char *representation, const char *canonical,
                            api_print print, void *context);
 

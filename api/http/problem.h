@@ -6,8 +6,19 @@
 #include "tweend/base.h"
 #include "tweend/subdiv.h"
 
-/* Why a request fails. A value that owns nothing. */
+/* Why a request cannot go on now although nothing is wrong with it. */
+typedef enum api_stall {
+  API_STALL_NONE,
+  API_STALL_THREAD, /* the work is too heavy for a light call */
+  API_STALL_ENTRY,  /* another request makes what it needs: `awaited` */
+  API_STALL_MEMORY  /* `needed` bytes are not to be had at present */
+} api_stall;
+
+/* Why a request fails, or stalls. A value that owns nothing but `awaited`. */
 typedef struct api_fault {
+  api_stall stall;           /* not NONE: the rest but the next two says nothing */
+  struct api_entry *awaited; /* held, see api_cache_wait */
+  uint64_t needed;
   int status;
   tw_error error;         /* detail, and the place in the document */
   bool in_document;       /* the error's pointer points into a JSON or glTF document ("" is its root) */

@@ -4,9 +4,7 @@
 
 #include "access.h"
 #include "handlers.h"
-#include "kept_answer.h"
 #include "models.h"
-#include "prepared_pose.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -220,14 +218,14 @@ static api_outcome answer_methods(api_call *call) {
   return api_fail_with(call, 405, "this path answers %s", methods);
 }
 
-/* What path and key decide. API_LATER: go on with the rest. */
+/* What path and key decide. API_CONTINUE: go on with the rest. */
 static api_outcome admit_route(api_call *call) {
   call->is_head = strcmp(call->request->method, "HEAD") == 0;
   if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
-  return call->route->is_open || api_access_allowed(call) ? API_LATER : API_FAILED;
+  return call->route->is_open || api_access_allowed(call) ? API_CONTINUE : API_FAILED;
 }
 
-/* What query and headers decide. API_LATER: let the body come. */
+/* What query and headers decide. API_CONTINUE: let the body come. */
 static api_outcome admit_rest(api_call *call) {
   if (api_query_read(call->request->query, call->route->parameters, call->arena, &call->query,
                      &call->fault.error) != TW_OK)
@@ -235,15 +233,7 @@ static api_outcome admit_rest(api_call *call) {
   api_outcome outcome = choose_offer(call);
   if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_length(call);
   if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_type(call);
-  return outcome == API_DONE ? API_LATER : outcome;
-}
-
-/* Answers what was answered before, or all but the time of it. API_LATER: go on. */
-static api_outcome answer_known(api_call *call) {
-  api_kept_key key;
-  if (!api_kept_key_read(call, &key)) return API_LATER;
-  api_outcome outcome = api_kept_answer(call, &key);
-  return outcome == API_LATER ? api_prepared_pose(call, &key) : outcome;
+  return outcome == API_DONE ? API_CONTINUE : outcome;
 }
 
 /* ---- the two entries ------------------------------------------------------------------------- */
@@ -269,6 +259,11 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   *answer = call->answer;
 }
 
+/* Frees what of the answer there is, for a request that begins anew. */
+static void abandon(api_call *call) {
+  api_answer_deinit(&call->answer);
+}
+
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   api_call call;
   if (!begin(&call, service, request, API_LIGHT)) {
@@ -276,29 +271,82 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
     return API_REFUSED;
   }
   api_outcome outcome = admit_route(&call);
-  if (outcome == API_LATER) outcome = admit_rest(&call);
-  if (outcome == API_LATER) {
-    api_answer_deinit(&call.answer);
+  if (outcome == API_CONTINUE) outcome = admit_rest(&call);
+  if (outcome == API_CONTINUE) {
+    abandon(&call);
     return API_READ_BODY;
   }
   finish(&call, outcome, answer);
   return API_REFUSED;
 }
 
-bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer) {
+static api_outcome run_stages(api_call *call) {
+  api_outcome outcome = admit_route(call);
+  if (outcome == API_CONTINUE) outcome = admit_rest(call);
+  if (outcome == API_CONTINUE) outcome = call->route->handle(call);
+  return outcome;
+}
+
+/* What the answer holds from here on; a body that does not fit makes the request wait like any other stall.
+ */
+static api_outcome keep_grant(api_call *call, api_outcome outcome) {
+  uint64_t held = outcome == API_DONE ? call->held + call->answer.bytes.size : 0;
+  if (api_grant(call->service, call->request->ticket, held, &call->fault)) return outcome;
+  return API_FAILED;
+}
+
+/* Makes the ticket of a stalled call wait. */
+static api_wait wait_for(api_call *call) {
+  api_ticket *ticket = call->request->ticket;
+  const api_fault fault = call->fault;
+  abandon(call); /* from here on the call is over: the ticket may be woken before this returns */
+  if (fault.stall == API_STALL_MEMORY) return api_budget_wait(call->service->budget, ticket, fault.needed);
+  api_budget_grant(call->service->budget, ticket, 0); /* two that hold and wait could wait for each other */
+  return api_cache_wait(call->service->cache, ticket, fault.awaited);
+}
+
+static bool is_stalled(const api_call *call, api_outcome outcome) {
+  return outcome == API_FAILED && call->fault.stall != API_STALL_NONE;
+}
+
+/* The answer to a request that has no place in the queue for memory. */
+static void refuse_crowded(api_service *service, const api_request *request, api_answer *answer) {
+  static const char detail[] = "the memory for this is in use by other requests";
+  api_cache_end(service->cache, request->ticket);
   api_call call;
-  if (!begin(&call, service, request, effort)) {
-    api_problem(503, "out of memory", request->id, 1, answer);
-    return true;
+  if (!begin(&call, service, request, API_LIGHT)) {
+    api_problem(503, detail, request->id, 1, answer);
+    return;
   }
-  api_outcome outcome = admit_route(&call);
-  if (outcome == API_LATER) outcome = answer_known(&call);
-  if (outcome == API_LATER) outcome = admit_rest(&call);
-  if (outcome == API_LATER) outcome = call.route->handle(&call);
-  if (outcome == API_LATER) {
-    api_answer_deinit(&call.answer);
-    return false;
+  admit_route(&call); /* for the fields that its answers bear */
+  api_fault_with(&call.fault, 503, "%s", detail);
+  call.fault.retry_after_s = 1;
+  finish(&call, API_FAILED, answer);
+}
+
+api_progress api_handle(api_service *service, const api_request *request, api_effort effort,
+                        api_answer *answer) {
+  for (;;) {
+    api_call call;
+    if (!begin(&call, service, request, effort)) {
+      api_problem(503, "out of memory", request->id, 1, answer);
+      return API_ANSWERED;
+    }
+    api_outcome outcome = run_stages(&call);
+    if (outcome == API_NEEDS_THREAD) {
+      abandon(&call);
+      return API_AGAIN_ON_THREAD;
+    }
+    if (!is_stalled(&call, outcome)) outcome = keep_grant(&call, outcome);
+    if (!is_stalled(&call, outcome)) {
+      api_cache_end(service->cache, request->ticket);
+      finish(&call, outcome, answer);
+      return API_ANSWERED;
+    }
+    switch (wait_for(&call)) {
+    case API_WAIT_BEGUN: return API_WAITS;
+    case API_WAIT_OVER: break;
+    case API_WAIT_CROWDED: refuse_crowded(service, request, answer); return API_ANSWERED;
+    }
   }
-  finish(&call, outcome, answer);
-  return true;
 }

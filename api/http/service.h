@@ -18,8 +18,8 @@ struct api_service {
   uint8_t (*key_digests)[API_KEY_DIGEST]; /* SHA-256 of each key: equal lengths to compare */
   const char *cors_origins;
   atomic_bool is_draining;
+  api_budget *budget;
   api_cache *cache;
-  struct api_kept_answers *answers;
 };
 
 #endif

@@ -18,6 +18,9 @@ void api_upload_deinit(api_upload *upload);
 /* What the bytes are, against what the Content-Type declares. 400 where the two disagree. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
 
+/* The most memory that api_model_read holds at any moment for so many bytes, these included. */
+uint64_t api_reading_cost(tw_format format, uint64_t size);
+
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
  * False: the fault says why. */
 bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault);

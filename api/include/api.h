@@ -60,7 +60,9 @@ typedef struct api_limits {
   uint64_t max_faces;  /* of one surface */
   uint64_t max_output; /* bytes of one answer */
   uint64_t max_times;  /* of one pose request */
-  uint64_t plan_cache; /* bytes of cached models, plans and clips */
+  uint64_t plan_cache; /* bytes of cached models, plans and clips that no request uses */
+  uint64_t max_memory; /* bytes that requests and caches hold together */
+  size_t max_waiting;  /* requests that may wait for memory at once */
 } api_limits;
 
 /* Threads that take part in what one of them shares out: share calls part(context, i) once for each i below
@@ -87,7 +89,37 @@ void api_service_destroy(api_service *service);                /* no request may
 /* While draining /readyz answers 503. */
 void api_service_drain(api_service *service);
 
+/* Lets go of memory that is kept to be used again. Any thread; worth a call now and then after load. */
+void api_service_rest(void);
+
+/* Memory that the host holds for requests (bodies that arrive) counts against max_memory too. */
+void api_service_hold(api_service *service, uint64_t bytes);
+void api_service_let_go(api_service *service, uint64_t bytes);
+/* The same for what can be done without: false when it does not fit. */
+bool api_service_try_hold(api_service *service, uint64_t bytes);
+
 /* ---- one request ----------------------------------------------------------------------------- */
+
+/* What a request waits for, and the memory that is granted to it. Zeroed but for `wake` before the request's
+ * first call; given back by api_ticket_end, when the request and its answer are over. */
+typedef struct api_ticket {
+  /* What the request waited for is there: call api_handle again. Called once for each API_WAITS, on any
+   * thread, perhaps before api_handle has returned; must not block, nor call back into api. */
+  void (*wake)(struct api_ticket *ticket);
+  /* The rest is api's. */
+  struct api_ticket *previous, *next; /* among those that wait for the same */
+  struct api_entry *awaited;          /* held: what it waits or waited for */
+  struct api_entry *promised;         /* what others wait for this request to make */
+  uint64_t granted, needed;           /* bytes */
+  bool is_waiting_for_memory, is_waiting_for_entry;
+} api_ticket;
+
+/* Ends a wait from outside (the client is gone, time is up). True when the ticket waited: it will not be
+ * woken any more. False: it has been woken, or is about to be. */
+bool api_ticket_cancel(api_service *service, api_ticket *ticket);
+
+/* Gives back what the ticket holds. Not while it waits. */
+void api_ticket_end(api_service *service, api_ticket *ticket);
 
 /* What arrived. All text is as it came over the wire, terminated, and outlives api_handle. */
 typedef struct api_request {
@@ -98,8 +130,9 @@ typedef struct api_request {
   /* First value of a header, any case; NULL when absent. */
   const char *(*header)(void *context, const char *name);
   void *context;
-  api_bytes body; /* complete, still content-encoded */
-  api_room room;  /* the answer's bytes may be put here; it outlives the answer */
+  api_ticket *ticket; /* outlives the answer */
+  api_bytes body;     /* complete, still content-encoded */
+  api_room room;      /* the answer's bytes may be put here; it outlives the answer */
 } api_request;
 
 typedef struct api_header {
@@ -163,10 +196,16 @@ typedef enum api_effort {
   API_HEAVY
 } api_effort;
 
-/* Answers a request that api_open let through, or one without a body, which needs no opening. With API_LIGHT
- * returns false, and leaves *answer alone, when the work is heavy; call again with API_HEAVY on a thread that
- * may take its time. */
-bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer);
+typedef enum api_progress {
+  API_ANSWERED,        /* *answer is filled */
+  API_AGAIN_ON_THREAD, /* the work is heavy: call again with API_HEAVY on a thread that may take its time */
+  API_WAITS            /* the ticket will be woken; until then request and ticket are not to be touched */
+} api_progress;
+
+/* Answers a request that api_open let through, or one without a body, which needs no opening. The answer is
+ * left alone unless API_ANSWERED. */
+api_progress api_handle(api_service *service, const api_request *request, api_effort effort,
+                        api_answer *answer);
 
 /* An error answer in the contract's form, for refusals that the server makes itself (400 for broken
  * framing, 408, 413 while reading, 431, 503 for a full queue). retry_after: seconds, 0 for none. */

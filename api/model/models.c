@@ -2,7 +2,6 @@
 #include "models.h"
 
 #include "handlers.h"
-#include "kept_answer.h"
 #include "kept_text.h"
 #include "service.h"
 #include "upload.h"
@@ -64,18 +63,23 @@ static void release(api_blob *blob) {
 }
 
 typedef struct model_source {
-  api_service *service;
+  api_call *call;
   const char *id;
   tw_quads quads;
 } model_source;
 
+static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
+  return api_grant(call->service, call->request->ticket, api_reading_cost(format, size), fault);
+}
+
 static bool build_model(void *context, api_built *out, api_fault *fault) {
   const model_source *source = context;
   api_blob blob = {0};
-  if (!fetch(source->service, source->id, &blob, fault)) return false;
+  if (!fetch(source->call->service, source->id, &blob, fault)) return false;
   tw_model *model = NULL;
   tw_format format = tw_format_sniff(blob.bytes.data, blob.bytes.size);
-  bool is_read = api_model_read(blob.bytes, format, source->quads, &model, fault);
+  bool is_read = grant_reading(source->call, format, blob.bytes.size, fault) &&
+                 api_model_read(blob.bytes, format, source->quads, &model, fault);
   release(&blob);
   if (is_read) *out = built_model(model);
   return is_read;
@@ -91,13 +95,8 @@ void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]) {
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out) {
   char key[API_MODEL_KEY];
   api_model_key(id, quads, key);
-  if (call->effort == API_LIGHT) {
-    *out = api_cache_peek(call->service->cache, key);
-    return *out ? API_DONE : API_LATER;
-  }
-  model_source source = {call->service, id, quads};
-  *out = api_cache_take(call->service->cache, key, build_model, &source, &call->fault);
-  return *out ? API_DONE : API_FAILED;
+  model_source source = {call, id, quads};
+  return api_call_take(call, key, build_model, &source, out);
 }
 
 api_entry *api_model_peek(api_service *service, const char *id) {
@@ -113,12 +112,13 @@ api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
   outcome = api_upload_format(call, upload.bytes, &format);
-  if (outcome == API_DONE && !api_model_read(upload.bytes, format, quads, &model, &call->fault))
-    outcome = API_FAILED;
+  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
+                 api_model_read(upload.bytes, format, quads, &model, &call->fault);
+  if (!is_read) outcome = API_FAILED;
   api_upload_deinit(&upload);
   if (outcome != API_DONE) return outcome;
   api_built built = built_model(model);
-  *out = api_entry_create(&built);
+  *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 
@@ -146,21 +146,12 @@ static void print_summary(const tw_model *model, api_text *out) {
   api_text_bytes(out, "", 1); /* the terminator */
 }
 
-static bool build_given(void *context, api_built *out, api_fault *fault) {
-  tw_model **given = context;
-  (void)fault;
-  *out = built_model(*given);
-  *given = NULL;
-  return true;
-}
-
 /* Keeps a model that has just been stored: its first reader will not parse it again. */
 static void remember(api_service *service, const char *id, tw_model *model) {
   char key[API_MODEL_KEY];
-  api_fault fault;
   api_model_key(id, TW_QUADS_NGON, key);
-  api_entry_release(api_cache_take(service->cache, key, build_given, &model, &fault));
-  tw_model_destroy(model); /* when it was known already */
+  const api_built built = built_model(model);
+  api_cache_put(service->cache, key, &built);
 }
 
 /* Stores the bytes of a model. */
@@ -209,15 +200,16 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
 }
 
 api_outcome api_post_model(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_upload upload = {0};
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
   tw_format format;
   tw_model *model = NULL;
   outcome = api_upload_format(call, upload.bytes, &format);
-  if (outcome == API_DONE && !api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault))
-    outcome = API_FAILED;
+  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
+                 api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault);
+  if (!is_read) outcome = API_FAILED;
   if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, model);
   if (outcome == API_DONE)
     remember(call->service, call->id, model);
@@ -290,7 +282,8 @@ static bool print_listed(api_call *call, const api_listed *listed, api_text *tex
   }
   text->failed |= item.failed;
   api_text_deinit(&item);
-  return is_printed || call->fault.status != 503;
+  bool is_stalled = call->fault.stall != API_STALL_NONE;
+  return is_printed || (call->fault.status != 503 && !is_stalled);
 }
 
 static api_outcome reply_list(api_call *call, const api_listed *listed, size_t count, bool more,
@@ -322,7 +315,7 @@ api_outcome api_list_models(api_call *call) {
   if (limit < 1 || limit > LIST_MOST) return api_fail_with(call, 400, "limit must be 1 to %d", LIST_MOST);
   if (after && !api_is_model_id(after, strlen(after)))
     return api_fail_with(call, 400, "after must be the id of a model");
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_listed *listed = tw_arena_alloc(call->arena, (size_t)limit, sizeof *listed);
   if (!listed) return api_fail_without_memory(call);
   size_t count = 0;
@@ -359,11 +352,10 @@ api_outcome api_get_model(api_call *call) {
 }
 
 api_outcome api_delete_model(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   const api_store *store = &call->service->store;
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
-  api_kept_answers_forget(call->service->answers, call->id);
   if (status == API_STORE_ABSENT) return api_fail_with(call, 404, "no model has the id %s", call->id);
   if (status == API_STORE_UNAVAILABLE) {
     fail_unavailable(&call->fault);
@@ -395,15 +387,15 @@ static void destroy_source(void *context) {
 }
 
 api_outcome api_get_source(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
   if (!body) return api_fail_without_memory(call);
   if (!fetch(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;
   uint64_t size = body->blob.bytes.size;
   api_outcome outcome = api_validate(call, "source", "");
   api_range range = {0, size};
-  if (outcome == API_LATER) outcome = api_range_answer(call, size, &range);
-  if (outcome != API_LATER) {
+  if (outcome == API_CONTINUE) outcome = api_range_answer(call, size, &range);
+  if (outcome != API_CONTINUE) {
     release(&body->blob);
     return outcome;
   }

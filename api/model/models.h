@@ -15,7 +15,7 @@ enum { API_MODEL_KEY = API_ID_TEXT + 20 };
 void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]);
 
 /* The stored model, parsed, from the cache or the store: *out holds a tw_model, released with
- * api_entry_release. 404, 503; API_LATER in a light call when it is not at hand. */
+ * api_entry_release. 404, 503; API_NEEDS_THREAD in a light call when it is not at hand. */
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
 
 /* The same where it is in the cache, else NULL. */

@@ -208,20 +208,10 @@ const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model,
   return clip->keys ? clip->keys : &model->clips[choice->index];
 }
 
-/* Out of the cache, or built and cached. */
-static api_outcome take_cached(api_call *call, const char *key, clip_source *source, api_entry **out) {
-  if (call->effort == API_LIGHT) {
-    *out = api_cache_peek(call->service->cache, key);
-    return *out ? API_DONE : API_LATER;
-  }
-  *out = api_cache_take(call->service->cache, key, build_clip, source, &call->fault);
-  return *out ? API_DONE : API_FAILED;
-}
-
 static api_outcome take_private(api_call *call, clip_source *source, api_entry **out) {
   api_built built;
   if (!build_clip(source, &built, &call->fault)) return API_FAILED;
-  *out = api_entry_create(&built);
+  *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 
@@ -242,7 +232,8 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
   }
   char key[API_CLIP_KEY];
   api_clip_key(call->id, choice, key);
-  api_outcome outcome = is_stored ? take_cached(call, key, &source, out) : take_private(call, &source, out);
+  api_outcome outcome =
+      is_stored ? api_call_take(call, key, build_clip, &source, out) : take_private(call, &source, out);
   api_entry_release(lender);
   return outcome;
 }

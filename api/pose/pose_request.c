@@ -97,7 +97,8 @@ static bool is_long_search(const tw_model *model, const char *list) {
 
 /* The nodes of the list, or all, in the file's order. */
 static api_outcome choose_named(api_call *call, const tw_model *model, api_pose_request *request) {
-  if (request->nodes && call->effort == API_LIGHT && is_long_search(model, request->nodes)) return API_LATER;
+  if (request->nodes && call->effort == API_LIGHT && is_long_search(model, request->nodes))
+    return API_NEEDS_THREAD;
   bool *chosen = request->nodes ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
   uint32_t *nodes = tw_arena_alloc(call->arena, model->node_count, sizeof *nodes);
   if ((request->nodes && !chosen) || !nodes) return api_fail_without_memory(call);

@@ -17,7 +17,7 @@ typedef struct api_pose_request {
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
 
 /* Fills query.nodes, in the call's arena: those named, in the file's order, or the joints of all skins. 404,
- * 422; API_LATER in a light call when finding them takes long. */
+ * 422; API_NEEDS_THREAD in a light call when finding them takes long. */
 api_outcome api_pose_choose_nodes(api_call *call, const tw_model *model, api_pose_request *request);
 
 /* Prints all parameters but the times with their defaults, once the nodes are chosen. */

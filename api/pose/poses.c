@@ -3,9 +3,7 @@
 #include "pose_request.h"
 
 #include "handlers.h"
-#include "kept_answer.h"
 #include "models.h"
-#include "prepared_pose.h"
 #include "routes.h"
 #include "service.h"
 #include "upload.h"
@@ -59,23 +57,24 @@ static void destroy_answer(void *context) {
   api_entry_release(answer->model);
 }
 
+/* What an answer under way holds: a block of poses, its text, and a block of the host's. */
+enum { STREAM_COST = 512 << 10 };
+
 static int64_t read_answer(void *context, uint8_t *out, size_t capacity) {
   return api_pose_body_read(((pose_answer *)context)->body, out, capacity);
 }
 
 /* Prints a small answer at once: its length is then known, and nothing is held. */
-static api_outcome print_now(api_call *call, const api_pose_request *request, const api_clip_choice *choice,
-                             pose_answer *answer) {
+static api_outcome print_now(api_call *call, pose_answer *answer) {
   api_text text;
   api_pose_body_print_whole(answer->body, &text);
-  if (!text.failed) api_prepare_pose(call, request, choice, answer->body, text.size);
   destroy_answer(answer);
   return api_reply(call, &text);
 }
 
 /* Fills the answer; takes over the entries in any case. */
-static api_outcome reply_poses(api_call *call, const api_pose_request *request, const api_clip_choice *choice,
-                               api_entry *model, api_entry *clip) {
+static api_outcome reply_poses(api_call *call, const api_pose_request *request, api_entry *model,
+                               api_entry *clip) {
   pose_answer *answer = tw_arena_alloc(call->arena, 1, sizeof *answer);
   api_pose_body *body =
       answer ? api_pose_body_create(&request->query, NULL, call->arena, (api_room){0}) : NULL;
@@ -87,15 +86,11 @@ static api_outcome reply_poses(api_call *call, const api_pose_request *request, 
   *answer = (pose_answer){model, clip, body};
   bool is_borrowed = request->query.clip && request->query.clip->keys;
   if (is_borrowed && request->query.clip->missing_count > 0) api_clip_warning(call, request->query.clip);
-  if (count_numbers(&request->query) <= SMALL_NUMBERS) {
-    api_outcome outcome = print_now(call, request, choice, answer);
-    /* What is borrowed goes with its lender, whose id the key need not bear. */
-    if (!is_borrowed) api_keep_answer(call);
-    return outcome;
-  }
+  if (count_numbers(&request->query) <= SMALL_NUMBERS) return print_now(call, answer);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   call->answer.body = (api_body){api_pose_body_size(body), answer, read_answer, destroy_answer};
+  call->held = call->is_head ? 0 : STREAM_COST;
   return API_DONE;
 }
 
@@ -126,12 +121,12 @@ static api_outcome answer_poses(api_call *call, api_pose_request *request, api_e
   }
   if (outcome == API_DONE) outcome = api_pose_choose_nodes(call, model, request);
   if (outcome == API_DONE) outcome = check_size(call, &request->query);
-  if (outcome == API_DONE && is_too_much(call, request, model)) outcome = API_LATER;
+  if (outcome == API_DONE && is_too_much(call, request, model)) outcome = API_NEEDS_THREAD;
   if (outcome == API_DONE && is_stored && call->request->body.size == 0) {
     outcome = validate(call, request, &choice);
-    if (outcome == API_LATER) return reply_poses(call, request, &choice, entry, clip);
+    if (outcome == API_CONTINUE) return reply_poses(call, request, entry, clip);
   } else if (outcome == API_DONE) {
-    return reply_poses(call, request, &choice, entry, clip);
+    return reply_poses(call, request, entry, clip);
   }
   api_entry_release(clip);
   api_entry_release(entry);
@@ -170,7 +165,7 @@ static api_outcome read_times(api_call *call, api_times *out) {
 }
 
 api_outcome api_post_times(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_pose_request request;
   api_entry *entry;
   api_outcome outcome = read_request(call, &request);
@@ -180,7 +175,7 @@ api_outcome api_post_times(api_call *call) {
 }
 
 api_outcome api_post_pose(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_pose_request request;
   api_entry *entry;
   api_outcome outcome = read_request(call, &request);

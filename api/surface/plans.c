@@ -44,10 +44,10 @@ void api_surface_query_print(const api_surface_query *query, api_text *text) {
 /* ---- limits ------------------------------------------------------------------------------------ */
 
 typedef struct plan_source {
+  api_service *service;
+  api_ticket *ticket;
   const api_plan_meshes *meshes;
   const api_surface_query *query;
-  const api_limits *limits;
-  const api_crew *crew;
 } plan_source;
 
 /* Stops at half of 64 bits, far over every limit. */
@@ -89,19 +89,19 @@ static tw_status count_all(const plan_source *source, tw_surface_counts *total, 
  * connectivity to count by. */
 static bool is_surely_within(const plan_source *source) {
   uint32_t level = source->query->level;
-  if (level > source->limits->max_level || level > TW_LEVEL_MAX) return false;
+  if (level > source->service->limits.max_level || level > TW_LEVEL_MAX) return false;
   const api_plan_meshes *all = source->meshes;
   uint64_t most = 0;
   for (uint32_t i = 0; i < all->count; i++) {
     uint64_t first = (uint64_t)all->meshes[i].corner_count + all->meshes[i].face_count;
     add_times(&most, first << 2 * (level > 0 ? level - 1 : 0), all->uses ? all->uses[i] : 1);
   }
-  return most <= source->limits->max_faces;
+  return most <= source->service->limits.max_faces;
 }
 
 static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status,
                          api_fault *fault) {
-  const api_limits *limits = source->limits;
+  const api_limits *limits = &source->service->limits;
   bool is_level = source->query->level > limits->max_level;
   bool is_faces = total->faces > limits->max_faces;
   if (status == TW_OK && !is_level && !is_faces) return true;
@@ -144,7 +144,7 @@ static tw_crew hands_of(const api_crew *crew) {
 
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
-  const tw_crew hands = hands_of(source->crew);
+  const tw_crew hands = hands_of(&source->service->crew);
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -189,8 +189,24 @@ static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
   return plan;
 }
 
+/* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
+ * the cage, of which the deeper levels keep a part of their points. */
+static uint64_t building_cost(const plan_source *source) {
+  static const uint64_t per_corner[] = {64, 112, 160, 320};
+  uint32_t level = source->query->level < 3 ? source->query->level : 3;
+  const api_plan_meshes *all = source->meshes;
+  uint64_t cost = 0;
+  for (uint32_t i = 0; i < all->count; i++) {
+    const tw_mesh *mesh = &all->meshes[i];
+    cost += (uint64_t)mesh->corner_count * per_corner[level];
+    cost += (uint64_t)mesh->point_count * (24 + 24 * (uint64_t)mesh->morph_count);
+  }
+  return cost;
+}
+
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
+  if (!api_grant(source->service, source->ticket, building_cost(source), fault)) return false;
   api_plan *plan = is_surely_within(source) ? create_plan(source, &fault->error) : NULL;
   if (!plan) plan = count_and_create(source, fault);
   if (!plan) return false;
@@ -201,11 +217,11 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 /* A plan of one request's own, or one that stays for others. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
-  plan_source source = {meshes, query, &call->service->limits, &call->service->crew};
+  plan_source source = {call->service, call->request->ticket, meshes, query};
   if (!is_stored) {
     api_built built;
     if (!build_plan(&source, &built, &call->fault)) return API_FAILED;
-    *out = api_entry_create(&built);
+    *out = api_cache_own(call->service->cache, &built);
     return *out ? API_DONE : api_fail_without_memory(call);
   }
   api_text key = {0};
@@ -217,11 +233,9 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
     api_text_deinit(&key);
     return api_fail_without_memory(call);
   }
-  bool is_light = call->effort == API_LIGHT;
-  *out = is_light ? api_cache_peek(call->service->cache, key.data)
-                  : api_cache_take(call->service->cache, key.data, build_plan, &source, &call->fault);
+  api_outcome outcome = api_call_take(call, key.data, build_plan, &source, out);
   api_text_deinit(&key);
-  return *out ? API_DONE : is_light ? API_LATER : API_FAILED;
+  return outcome;
 }
 
 /* ---- moving ------------------------------------------------------------------------------------ */
@@ -246,7 +260,8 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
 }
 
 /* Takes the reference to the source over. */
-static api_entry *move_plan(api_entry *source, const api_plan_moves *moves, const api_crew *crew) {
+static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_moves *moves,
+                            const api_crew *crew) {
   const api_plan *still = api_entry_value(source);
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
@@ -261,7 +276,7 @@ static api_entry *move_plan(api_entry *source, const api_plan_moves *moves, cons
     return NULL;
   }
   const api_built built = {plan, plan_size(plan), destroy_plan};
-  return api_entry_create(&built);
+  return api_cache_own(cache, &built);
 }
 
 api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
@@ -269,7 +284,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   api_entry *plan = NULL;
   api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
   if (outcome != API_DONE) return outcome;
-  if (moves->count > 0) plan = move_plan(plan, moves, &call->service->crew);
+  if (moves->count > 0) plan = move_plan(call->service->cache, plan, moves, &call->service->crew);
   *out = plan;
   return plan ? API_DONE : api_fail_without_memory(call);
 }

@@ -49,8 +49,8 @@ api_plan_meshes api_plan_all(const tw_model *model);
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
 
 /* The plan: *out holds an api_plan. is_stored as in api_clip_take: plans of stored models are kept, one for
- * all moves; what moves is the request's own. 422 with the predicted counts over a limit; API_LATER in a
- * light call when it is not at hand. */
+ * all moves; what moves is the request's own. 422 with the predicted counts over a limit; API_NEEDS_THREAD in
+ * a light call when it is not at hand. */
 api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
                           bool is_stored, const api_surface_query *query, api_entry **out);
 

@@ -84,12 +84,11 @@ api_outcome api_reduced_take(api_call *call, const tw_model *model, bool is_stor
   if (!is_stored) {
     api_built built;
     if (!build_reduced(&source, &built, &call->fault)) return API_FAILED;
-    *out = api_entry_create(&built);
+    *out = api_cache_own(call->service->cache, &built);
     return *out ? API_DONE : api_fail_without_memory(call);
   }
   char key[192];
   snprintf(key, sizeof key, "%s/reduced?from=%s&index=%u&wide=%d&tolerance=%a/%a", call->id, choice->lender,
            choice->index, reduction->is_wide, reduction->tolerance.angle, reduction->tolerance.distance);
-  *out = api_cache_take(call->service->cache, key, build_reduced, &source, &call->fault);
-  return *out ? API_DONE : API_FAILED;
+  return api_call_take(call, key, build_reduced, &source, out);
 }

@@ -260,6 +260,15 @@ static void destroy_request(void *context) {
   release(context);
 }
 
+/* What an answer under way holds beside its plan: the rows of a few patches, and a block of the host's. */
+enum { STREAM_COST = 768 << 10 };
+
+static void take_over(api_call *call, surface_request *request, uint64_t size,
+                      int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
+  call->answer.body = (api_body){size, request, read, destroy_request};
+  call->held = call->is_head ? 0 : STREAM_COST;
+}
+
 /* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
 static api_outcome warm(api_call *call, const surface_request *request) {
   tw_status status = api_plan_warm(api_entry_value(request->plan), &call->service->crew, &call->fault.error);
@@ -275,10 +284,10 @@ static api_outcome reply_gltf(api_call *call, surface_request *request) {
   if (outcome != API_DONE) return outcome;
   api_range range = {0, size};
   bool is_get = call->route->takes == API_TAKES_NOTHING;
-  if (is_get && api_range_answer(call, size, &range) != API_LATER) return API_FAILED;
+  if (is_get && api_range_answer(call, size, &range) != API_CONTINUE) return API_FAILED;
   tw_gltf_stream_seek(request->gltf, range.first);
   request->left = range.count;
-  call->answer.body = (api_body){range.count, request, read_gltf, destroy_request};
+  take_over(call, request, range.count, read_gltf);
   return API_DONE;
 }
 
@@ -288,7 +297,7 @@ static api_outcome reply_obj(api_call *call, surface_request *request) {
   if (outcome != API_DONE) return outcome;
   if (tw_obj_stream_create(&request->shown.scene, &request->obj, &call->fault.error) != TW_OK)
     return api_fail(call);
-  call->answer.body = (api_body){API_SIZE_UNKNOWN, request, read_obj, destroy_request};
+  take_over(call, request, API_SIZE_UNKNOWN, read_obj);
   return API_DONE;
 }
 
@@ -297,8 +306,7 @@ static api_outcome reply_head(api_call *call, surface_request *request) {
   api_outcome outcome = predict(call, request, &size);
   if (outcome != API_DONE) return outcome;
   if (request->form != FORM_OBJ) api_answer_header(&call->answer, "Accept-Ranges", "bytes");
-  call->answer.body =
-      (api_body){request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, request, read_gltf, destroy_request};
+  take_over(call, request, request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, read_gltf);
   return API_DONE;
 }
 
@@ -334,7 +342,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   api_shown *shown = &request->shown;
   api_outcome outcome = shown->query.has_clip ? api_shown_take_clip(call, model, is_stored, shown) : API_DONE;
   if (outcome != API_DONE) return outcome;
-  if (call->effort == API_LIGHT && shown->query.has_clip) return API_LATER;
+  if (call->effort == API_LIGHT && shown->query.has_clip) return API_NEEDS_THREAD;
   outcome = api_shown_pose(call, model, shown);
   shown->scene.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
@@ -350,11 +358,11 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
     char representation[20];
     snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
     outcome = text ? api_validate(call, representation, text) : api_fail_without_memory(call);
-    if (outcome != API_LATER) return outcome;
+    if (outcome != API_CONTINUE) return outcome;
     outcome = API_DONE;
   }
   if (outcome != API_DONE) return outcome;
-  if (call->effort == API_LIGHT && !is_light(call, request)) return API_LATER;
+  if (call->effort == API_LIGHT && !is_light(call, request)) return API_NEEDS_THREAD;
   const api_plan *plan = api_entry_value(request->plan);
   request->shown.scene.surfaces = (const tw_surface *const *)plan->surfaces;
   outcome = api_shown_animate(call, api_entry_value(request->model), &request->shown);
@@ -376,7 +384,7 @@ api_outcome api_get_surface(api_call *call) {
 }
 
 api_outcome api_post_surface(api_call *call) {
-  if (call->effort == API_LIGHT) return API_LATER;
+  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   surface_request *request = read_request(call);
   if (!request) return API_FAILED;
   api_outcome outcome = api_model_of_body(call, request->surface.quads, &request->model);

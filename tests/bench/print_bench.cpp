@@ -64,11 +64,14 @@ std::string upload(api_service *service, int joints) {
   api_request request = request_of("POST", "/v1/models", "");
   request.body = {reinterpret_cast<const uint8_t *>(model), size};
   api_answer answer = {};
+  api_ticket ticket = {};
+  request.ticket = &ticket;
   api_handle(service, &request, API_HEAVY, &answer);
   std::string text(reinterpret_cast<const char *>(answer.bytes.data), answer.bytes.size);
   size_t id = text.find("\"id\":\"");
   if (id == std::string::npos) fail(text);
   api_answer_deinit(&answer);
+  api_ticket_end(service, &ticket);
   std::free(model);
   return text.substr(id + 6, 32);
 }
@@ -84,10 +87,13 @@ void bench_answer(bench_report &report, api_service *service, const std::string 
   for (int run = -1; run < BENCH_RUNS; run++) {
     api_request request = request_of("GET", whole.c_str(), query.c_str());
     api_answer answer = {};
+    api_ticket ticket = {};
+    request.ticket = &ticket;
     double start = bench_now();
     api_handle(service, &request, API_HEAVY, &answer);
     size = drain(answer, block);
     if (run >= 0) runs[static_cast<size_t>(run)] = 1e-6 * POSES * joints * width / (bench_now() - start);
+    api_ticket_end(service, &ticket);
   }
   std::string name = std::string("pose.") + form + options + ", " + std::to_string(size / 1000) + " kB";
   bench_row(&report, name.c_str(), "million numbers/s", bench_summary(runs.data()), nullptr, {}, true);

@@ -142,7 +142,9 @@ api_settings loopback_settings(void) {
                  .max_faces = 80000000,
                  .max_output = (uint64_t)4 << 30,
                  .max_times = 1000000,
-                 .plan_cache = 64 << 20},
+                 .plan_cache = 64 << 20,
+                 .max_memory = 1 << 30,
+                 .max_waiting = 8},
       .cors_origins = "*",
   };
 }
@@ -273,6 +275,53 @@ static void prepare(api_request *request, header_list *list, char *path, const c
                            .room = loopback_room};
 }
 
+/* ---- tickets --------------------------------------------------------------------------------- */
+
+static void wake(api_ticket *ticket) {
+  loopback_ticket *t = (loopback_ticket *)(void *)ticket;
+  pthread_mutex_lock(&t->lock);
+  t->woken++;
+  pthread_cond_signal(&t->changed);
+  pthread_mutex_unlock(&t->lock);
+}
+
+loopback_ticket *loopback_ticket_create(void) {
+  loopback_ticket *t = calloc(1, sizeof *t);
+  assert_non_null(t);
+  t->ticket.wake = wake;
+  pthread_mutex_init(&t->lock, NULL);
+  pthread_cond_init(&t->changed, NULL);
+  return t;
+}
+
+void loopback_ticket_await(loopback_ticket *t) {
+  pthread_mutex_lock(&t->lock);
+  while (t->woken == 0) pthread_cond_wait(&t->changed, &t->lock);
+  t->woken--;
+  pthread_mutex_unlock(&t->lock);
+}
+
+void loopback_ticket_destroy(loopback *loop, loopback_ticket *t) {
+  if (!t) return;
+  if (loop) api_ticket_end(loop->service, &t->ticket);
+  pthread_cond_destroy(&t->changed);
+  pthread_mutex_destroy(&t->lock);
+  free(t);
+}
+
+/* Light, then heavy where it has to be, and again whenever the request waits. */
+static void loopback_handle(loopback *loop, const api_request *request, api_answer *answer) {
+  api_effort effort = API_LIGHT;
+  for (;;) {
+    switch (api_handle(loop->service, request, effort, answer)) {
+    case API_ANSWERED: return;
+    case API_AGAIN_ON_THREAD: assert_int_equal(effort, API_LIGHT); break;
+    case API_WAITS: loopback_ticket_await((loopback_ticket *)(void *)request->ticket); break;
+    }
+    effort = API_HEAVY;
+  }
+}
+
 reply loopback_ask(loopback *loop, const char *method, const char *target, const char *headers,
                    const void *body, size_t size) {
   header_list list;
@@ -282,9 +331,12 @@ reply loopback_ask(loopback *loop, const char *method, const char *target, const
   reply r = {0};
   if (api_open(loop->service, &request, &r.answer) == API_REFUSED) {
     r.refused = true;
-  } else if (!api_handle(loop->service, &request, API_LIGHT, &r.answer)) {
-    assert_true(api_handle(loop->service, &request, API_HEAVY, &r.answer));
+  } else {
+    r.ticket = loopback_ticket_create();
+    request.ticket = &r.ticket->ticket;
+    loopback_handle(loop, &request, &r.answer);
   }
+  r.loop = loop;
   free(path);
   r.status = r.answer.status;
   if (strcmp(method, "HEAD") != 0) read_body(&r);
@@ -297,8 +349,11 @@ bool loopback_is_light(loopback *loop, const char *target) {
   api_request request;
   prepare(&request, &list, path, "GET", target, NULL, NULL, 0);
   api_answer answer = {0};
-  bool done = api_handle(loop->service, &request, API_LIGHT, &answer);
+  loopback_ticket *ticket = loopback_ticket_create();
+  request.ticket = &ticket->ticket;
+  bool done = api_handle(loop->service, &request, API_LIGHT, &answer) == API_ANSWERED;
   api_answer_deinit(&answer);
+  loopback_ticket_destroy(loop, ticket);
   free(path);
   return done;
 }
@@ -324,6 +379,7 @@ void loopback_upload(loopback *loop, const char *type, const char *body, char id
 
 void reply_free(reply *r) {
   api_answer_deinit(&r->answer);
+  if (r->loop) loopback_ticket_destroy(r->loop, r->ticket);
   free(r->body);
   *r = (reply){0};
 }

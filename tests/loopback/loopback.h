@@ -9,8 +9,17 @@
 
 #include <cjson/cJSON.h>
 #include <cmocka.h>
+#include <pthread.h>
 
 #include "api.h"
+
+/* A request's ticket, and the thread that waits for its waking. */
+typedef struct loopback_ticket {
+  api_ticket ticket; /* first: api hands it back */
+  pthread_mutex_t lock;
+  pthread_cond_t changed;
+  int woken; /* times that were not awaited yet */
+} loopback_ticket;
 
 /* What came back, its body complete and terminated. */
 typedef struct reply {
@@ -19,6 +28,8 @@ typedef struct reply {
   api_answer answer;
   char *body;
   size_t size;
+  struct loopback *loop;
+  loopback_ticket *ticket;
 } reply;
 
 /* The service of the running test. */
@@ -27,6 +38,10 @@ typedef struct loopback {
   api_settings settings;
   struct memory_store *store;
 } loopback;
+
+loopback_ticket *loopback_ticket_create(void);
+void loopback_ticket_await(loopback_ticket *ticket);                   /* until it is woken */
+void loopback_ticket_destroy(loopback *loop, loopback_ticket *ticket); /* NULLs accepted */
 
 /* Settings that suit most tests: 1 MiB bodies, level 10, CORS "*", no keys. */
 api_settings loopback_settings(void);

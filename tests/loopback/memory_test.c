@@ -62,7 +62,10 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
   *is_cut_off = has_failed = false;
   tw_blocks_drop(); /* so that big allocations fail too */
   countdown = n;
-  if (api_open(service, request, &answer) == API_READ_BODY) api_handle(service, request, API_HEAVY, &answer);
+  api_ticket ticket = {0}; /* nobody else asks: it is never woken */
+  request->ticket = &ticket;
+  if (api_open(service, request, &answer) == API_READ_BODY)
+    assert_int_equal(api_handle(service, request, API_HEAVY, &answer), API_ANSWERED);
   int status = answer.status;
   if (status == 503) assert_null(api_answer_find(&answer, "ETag")); /* nor does a cache keep it */
   int64_t count = 0;
@@ -70,6 +73,7 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
     continue;
   *is_cut_off = count < 0;
   api_answer_deinit(&answer);
+  api_ticket_end(service, &ticket);
   countdown = 0;
   return status;
 }

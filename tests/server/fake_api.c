@@ -155,10 +155,11 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
   return API_REFUSED;
 }
 
-bool api_handle(api_service *service, const api_request *request, api_effort effort, api_answer *answer) {
+api_progress api_handle(api_service *service, const api_request *request, api_effort effort,
+                        api_answer *answer) {
   (void)service;
   bool heavy = is(request, "/heavy") || is(request, "/echo");
-  if (heavy && effort == API_LIGHT) return false;
+  if (heavy && effort == API_LIGHT) return API_AGAIN_ON_THREAD;
   uint64_t size = strtoull(request->query, NULL, 10);
   if (heavy) wait_at_gate();
   if (is(request, "/echo")) {
@@ -184,7 +185,36 @@ bool api_handle(api_service *service, const api_request *request, api_effort eff
   } else {
     answer_bytes(answer, 200, request->path + 1, strlen(request->path) - 1);
   }
+  return API_ANSWERED;
+}
+
+void api_service_rest(void) {}
+
+void api_service_hold(api_service *service, uint64_t bytes) {
+  (void)service;
+  (void)bytes;
+}
+
+void api_service_let_go(api_service *service, uint64_t bytes) {
+  (void)service;
+  (void)bytes;
+}
+
+bool api_service_try_hold(api_service *service, uint64_t bytes) {
+  (void)service;
+  (void)bytes;
   return true;
+}
+
+bool api_ticket_cancel(api_service *service, api_ticket *ticket) {
+  (void)service;
+  (void)ticket;
+  return false;
+}
+
+void api_ticket_end(api_service *service, api_ticket *ticket) {
+  (void)service;
+  (void)ticket;
 }
 
 void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,

@@ -1,0 +1,196 @@
+/* One lock, one sum, one queue in the order of arrival. Entries are freed, and tickets woken, outside the
+ * lock. */
+#include "budget.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+
+/* Requests of this size or less may use the last sixteenth of the budget too: while large ones fill the
+ * rest, small ones are still served. */
+static const uint64_t SMALL = 1 << 20;
+
+struct api_budget {
+  pthread_mutex_t lock;
+  uint64_t limit;
+  atomic_uint_fast64_t used;
+  atomic_size_t waiting;
+  size_t waiting_max, granted_count; /* tickets that have a grant */
+  api_ticket *first, *last;          /* who waits */
+  bool is_serving;                   /* a thread is in serve_waiting */
+  uint64_t (*relieve)(void *context, uint64_t bytes);
+  void *relieve_context;
+};
+
+api_budget *api_budget_create(uint64_t limit, size_t waiting_max) {
+  api_budget *budget = calloc(1, sizeof *budget);
+  if (!budget) return NULL;
+  if (pthread_mutex_init(&budget->lock, NULL) != 0) {
+    free(budget);
+    return NULL;
+  }
+  budget->limit = limit;
+  budget->waiting_max = waiting_max;
+  return budget;
+}
+
+void api_budget_destroy(api_budget *budget) {
+  if (!budget) return;
+  pthread_mutex_destroy(&budget->lock);
+  free(budget);
+}
+
+void api_budget_relieved_by(api_budget *budget, uint64_t (*relieve)(void *context, uint64_t bytes),
+                            void *context) {
+  budget->relieve = relieve;
+  budget->relieve_context = context;
+}
+
+uint64_t api_budget_used(api_budget *budget) {
+  return atomic_load(&budget->used);
+}
+
+/* ---- grants; under the lock -------------------------------------------------------------------- */
+
+/* By how many bytes `more` goes over the limit. */
+static uint64_t shortage(api_budget *budget, uint64_t more) {
+  uint64_t limit = more <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
+  uint64_t used = atomic_load(&budget->used);
+  if (used >= limit) return used - limit + more;
+  return more > limit - used ? more - (limit - used) : 0;
+}
+
+static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
+  return budget->granted_count == (ticket->granted > 0 ? 1 : 0);
+}
+
+static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  budget->granted_count += (size_t)(bytes > 0) - (size_t)(ticket->granted > 0);
+  atomic_fetch_add(&budget->used, bytes - ticket->granted);
+  ticket->granted = bytes;
+}
+
+static void link_last(api_budget *budget, api_ticket *ticket) {
+  ticket->previous = budget->last;
+  ticket->next = NULL;
+  *(budget->last ? &budget->last->next : &budget->first) = ticket;
+  budget->last = ticket;
+  ticket->is_waiting_for_memory = true;
+  atomic_fetch_add(&budget->waiting, 1);
+}
+
+static void unlink_ticket(api_budget *budget, api_ticket *ticket) {
+  *(ticket->previous ? &ticket->previous->next : &budget->first) = ticket->next;
+  *(ticket->next ? &ticket->next->previous : &budget->last) = ticket->previous;
+  ticket->previous = ticket->next = NULL;
+  ticket->is_waiting_for_memory = false;
+  atomic_fetch_sub(&budget->waiting, 1);
+}
+
+/* Frees idle memory with the lock given back meanwhile. False when there was none. */
+static bool relieve(api_budget *budget, uint64_t bytes) {
+  if (!budget->relieve) return false;
+  pthread_mutex_unlock(&budget->lock);
+  uint64_t freed = budget->relieve(budget->relieve_context, bytes);
+  pthread_mutex_lock(&budget->lock);
+  return freed > 0;
+}
+
+/* Raises the grant where that fits; who waits goes first, but for small grants. */
+static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  uint64_t more = bytes - ticket->granted, missing;
+  if (budget->first && more > SMALL && ticket->granted == 0) return false;
+  while ((missing = shortage(budget, more)) > 0)
+    if (!relieve(budget, missing)) break;
+  if (missing > 0 && !is_alone(budget, ticket)) return false;
+  set_grant(budget, ticket, bytes);
+  return true;
+}
+
+/* ---- waiting ------------------------------------------------------------------------------------ */
+
+/* Wakes those at the head of the queue that fit. One thread at a time: freeing entries leads here again, and
+ * whoever is turned away here has changed `used` before, which the thread inside sees. */
+static void serve_waiting(api_budget *budget) {
+  bool may_relieve = true;
+  pthread_mutex_lock(&budget->lock);
+  if (budget->is_serving) {
+    pthread_mutex_unlock(&budget->lock);
+    return;
+  }
+  budget->is_serving = true;
+  while (budget->first) {
+    api_ticket *ticket = budget->first;
+    uint64_t missing = shortage(budget, ticket->needed);
+    if (missing > 0 && may_relieve) {
+      may_relieve = relieve(budget, missing);
+      continue; /* with whoever is first now: tickets may be cancelled meanwhile */
+    }
+    if (missing > 0 && !is_alone(budget, ticket)) break;
+    set_grant(budget, ticket, ticket->needed);
+    unlink_ticket(budget, ticket);
+    pthread_mutex_unlock(&budget->lock);
+    ticket->wake(ticket);
+    pthread_mutex_lock(&budget->lock);
+    may_relieve = true;
+  }
+  budget->is_serving = false;
+  pthread_mutex_unlock(&budget->lock);
+}
+
+void api_budget_poke(api_budget *budget) {
+  if (atomic_load(&budget->waiting) > 0) serve_waiting(budget);
+}
+
+void api_budget_add(api_budget *budget, uint64_t bytes) {
+  atomic_fetch_add(&budget->used, bytes);
+}
+
+void api_budget_subtract(api_budget *budget, uint64_t bytes) {
+  atomic_fetch_sub(&budget->used, bytes);
+  api_budget_poke(budget);
+}
+
+bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
+  pthread_mutex_lock(&budget->lock);
+  bool fits = !budget->first && shortage(budget, bytes) == 0;
+  if (fits) atomic_fetch_add(&budget->used, bytes);
+  pthread_mutex_unlock(&budget->lock);
+  return fits;
+}
+
+bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  if (bytes == ticket->granted) return true;
+  bool is_less = bytes < ticket->granted, is_granted = true;
+  pthread_mutex_lock(&budget->lock);
+  if (is_less)
+    set_grant(budget, ticket, bytes);
+  else
+    is_granted = raise_grant(budget, ticket, bytes);
+  pthread_mutex_unlock(&budget->lock);
+  if (is_less) api_budget_poke(budget);
+  return is_granted;
+}
+
+api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  pthread_mutex_lock(&budget->lock);
+  if (ticket->granted > 0)
+    set_grant(budget, ticket, 0); /* two that hold and wait could wait for each other */
+  api_wait result = API_WAIT_BEGUN;
+  if (raise_grant(budget, ticket, bytes))
+    result = API_WAIT_OVER;
+  else if (atomic_load(&budget->waiting) >= budget->waiting_max)
+    result = API_WAIT_CROWDED;
+  ticket->needed = bytes;
+  if (result == API_WAIT_BEGUN) link_last(budget, ticket);
+  pthread_mutex_unlock(&budget->lock);
+  return result;
+}
+
+bool api_budget_cancel(api_budget *budget, api_ticket *ticket) {
+  pthread_mutex_lock(&budget->lock);
+  bool waited = ticket->is_waiting_for_memory;
+  if (waited) unlink_ticket(budget, ticket);
+  pthread_mutex_unlock(&budget->lock);
+  return waited;
+}

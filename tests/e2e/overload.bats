@@ -1,0 +1,88 @@
+# More work than the daemon has threads, and more memory than it may hold.
+
+load helper
+setup() { cd "$BATS_TEST_TMPDIR" || return; }
+teardown() { stop_daemon; }
+
+# resident PEAK|NOW: megabytes.
+resident() {
+  local field=VmRSS
+  [[ $1 == NOW ]] || field=VmHWM
+  awk -v field="$field:" '$1 == field { print int($2 / 1024) }' "/proc/$daemon/status"
+}
+
+@test "who asks for a surface that is being made holds neither a thread nor a place in the queue" {
+  needs_process
+  start_daemon --threads 2 --queue 1
+  grid 500 >large.obj
+  upload large.obj
+  for i in $(seq 16); do
+    {
+      curl --silent --output "out-$i" --write-out '%{http_code}\n' "$url/v1/models/$id/surface.glb?level=3" >"code-$i"
+      echo surface >>order
+    } 3>&- &
+  done
+  # Once one of them is at work, a small model that nobody knows yet is answered before all of them.
+  until curl --silent "$url/metrics" | grep -qE '^tweend_jobs_running [1-9]'; do sleep 0.01; done
+  post "/v1/surface.glb?level=2" "$samples/cube.obj"
+  echo cube >>order
+  expect 200
+  wait $(jobs -p | grep -vx "$daemon")
+  cat code-* order
+  [ "$(sort -u code-*)" = 200 ]
+  [ "$(head -n 1 order)" = cube ]
+  for i in $(seq 2 16); do cmp out-1 "out-$i"; done
+}
+
+@test "slow readers of large models hold no more than the budget, and the memory comes back" {
+  needs_process
+  needs_plain_build
+  start_daemon --max-memory 96MiB --plan-cache 16MiB
+  grid 300 >large.obj
+  for i in $(seq 24); do
+    # Takes what fits a pipe, and no more.
+    curl --silent --dump-header "head-$i" --data-binary @large.obj "$url/v1/surface.glb?level=2" 3>&- | sleep 8 3>&- &
+  done
+  sleep 6
+  peak=$(resident PEAK)
+  post "/v1/surface.glb?level=1" "$samples/cube.obj"
+  expect 200
+  wait $(jobs -p | grep -vx "$daemon") || true
+  echo "peak $peak MB"
+  ((peak < 96 + 64))
+  served=0
+  for i in $(seq 24); do
+    [[ -s head-$i ]] || continue # waits for memory until it leaves
+    if grep -q '^HTTP/1.1 200' "head-$i"; then
+      served=$((served + 1))
+    else
+      grep -q '^HTTP/1.1 503' "head-$i"
+      grep -qi '^Retry-After: ' "head-$i"
+    fi
+  done
+  ((served >= 1))
+  for ((tries = 0; tries < 100; tries++)); do
+    (($(resident NOW) >= 16 + 64)) || break
+    sleep 0.1
+  done
+  (($(resident NOW) < 16 + 64))
+}
+
+@test "a request that is alone is served although it needs more than the budget" {
+  needs_process
+  start_daemon --max-memory 16MiB
+  grid 400 >large.obj
+  post "/v1/surface.glb?level=1" large.obj
+  expect 200
+}
+
+@test "a request that waits too long for memory gets 503" {
+  needs_process
+  start_daemon --max-memory 32MiB --request-timeout 2s --min-rate 0
+  grid 400 >large.obj
+  curl --silent --dump-header slow --data-binary @large.obj "$url/v1/surface.glb?level=3" 3>&- | sleep 8 3>&- &
+  until [[ -s slow ]]; do sleep 0.1; done
+  post "/v1/surface.glb?level=2" large.obj
+  problem 503 'too long'
+  [ -n "$(header retry-after)" ]
+}
