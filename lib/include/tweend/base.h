@@ -87,8 +87,8 @@ enum { TW_NUMBER_TEXT = 32, TW_FLOAT_TEXT = 16 };
 size_t tw_print_float(char *out, float value);
 size_t tw_print_double(char *out, double value);
 
-/* Several, as tw_print_float prints each, with commas between them, in half the time and less. Room for
- * TW_FLOAT_TEXT bytes a number, its comma included, is asked for. */
+/* Several numbers, each as tw_print_float prints it, with commas between them; from about four on this is
+ * faster, up to six times. out: room for TW_FLOAT_TEXT bytes a number, which includes its comma. */
 size_t tw_print_floats(char *out, const float *values, size_t count);
 
 /* [count] vectors of `width` numbers each, `stride` floats from one to the next.
@@ -99,8 +99,8 @@ typedef struct tw_vectors {
   size_t *ends;
 } tw_vectors;
 
-/* Vectors as JSON's arrays, with commas between them. Room for TW_FLOAT_TEXT bytes a number and 3 more a
- * vector is asked for. */
+/* Vectors as JSON arrays with commas between them. out: room for TW_FLOAT_TEXT bytes a number and 3 more a
+ * vector. */
 size_t tw_print_vectors(char *out, const tw_vectors *vectors);
 
 /* Reads a decimal number (JSON's grammar, and a leading '+' or '.', as OBJ files have) from the
