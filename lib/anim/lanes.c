@@ -37,16 +37,14 @@ void tw_clip_lanes(const tw_clip *clip, const tw_node *nodes, uint32_t node_coun
   static const uint32_t first_rows[] = {[TW_TRANSLATION] = 0, [TW_ROTATION] = 3, [TW_SCALE] = 7};
   lane_row *rows = (lane_row *)locals;
   float clamped[TW_LANES], samples[4 * TW_LANES];
-  uint32_t keys[TW_LANES], timeline = TW_NO_INDEX;
+  uint32_t keys[TW_LANES];
+  const tw_timeline *timeline = NULL;
   for (uint32_t i = 0; i < node_count; i++) put_at_rest(&nodes[i].rest, rows + (size_t)i * TW_LANE_TRS);
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[clip->by_timeline[i]];
-    if (track->path == TW_WEIGHTS) continue;
-    if (track->timeline_index != timeline) {
-      timeline = track->timeline_index;
-      tw_timeline_find_all(track->timeline, times, TW_LANES, clamped, keys);
-    }
-    tw_track_sample(track, clamped, keys, TW_LANES, samples);
+  for (uint32_t i = 0; i < clip->posed_count; i++) {
+    const tw_track *track = &clip->tracks[clip->posed[i]];
+    if (track->timeline != timeline) tw_timeline_find(track->timeline, times, TW_LANES, clamped, keys);
+    timeline = track->timeline;
+    tw_track_sample(track, clamped, keys, TW_LANES, samples, track->width * sizeof *samples);
     put_samples(samples, track->width, rows + (size_t)track->node * TW_LANE_TRS + first_rows[track->path]);
   }
 }

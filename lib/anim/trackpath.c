@@ -6,8 +6,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "turns.h"
-
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 36;
 static const double SAMPLE_ANGLE = 1; /* between the samples that tell A, B and C, at most */

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "clip.h"
-#include "turns.h"
 #include "tweend/utf8.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb"};
