@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- checking: every message has its place relative to the clip -----------------------------------------
- */
+/* ---- checking: every message has its place relative to the clip ---------------------------------------- */
 
 static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
 static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
@@ -142,8 +141,7 @@ static tw_status check_clip(const tw_clip_keys *keys, uint32_t node_count, int f
   return status;
 }
 
-/* ---- compiling ------------------------------------------------------------------------------------------
- */
+/* ---- compiling ----------------------------------------------------------------------------------------- */
 
 /* Exporters give the joints of a skeleton the same key times, and then one search serves them all. The
  * last timeline with each low hash is kept at hand; one that falls out is only not shared. */
@@ -289,8 +287,7 @@ uint32_t tw_clip_width(const tw_clip *clip, uint32_t track) {
   return clip->tracks[track].width;
 }
 
-/* ---- evaluating -----------------------------------------------------------------------------------------
- */
+/* ---- evaluating ---------------------------------------------------------------------------------------- */
 
 float tw_loop_time(float t, float duration, tw_loop loop) {
   if (duration <= 0) return 0;

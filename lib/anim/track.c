@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- timelines --------------------------------------------------------------------------------------- */
+/* ---- timelines ----------------------------------------------------------------------------------------- */
 
 enum { BUCKETS_MAX = 1 << 24 };
 
@@ -62,7 +62,7 @@ void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, 
   for (size_t i = 0; i < count; i++) keys[i] = timeline_find_in(&line, clamped[i], keys[i]);
 }
 
-/* ---- building segments ------------------------------------------------------------------------------- */
+/* ---- building segments --------------------------------------------------------------------------------- */
 
 /* Rotation keys, prepared for building segments. */
 typedef struct rotation_keys {
@@ -397,7 +397,7 @@ tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *
   return status;
 }
 
-/* ---- sampling ---------------------------------------------------------------------------------------- */
+/* ---- sampling ------------------------------------------------------------------------------------------ */
 
 double tw_track_seconds(const tw_track *track, uint32_t key) {
   const tw_timeline *timeline = track->timeline;
@@ -537,7 +537,7 @@ static sampler sampler_of(track_kind kind) {
   return rotation_at;
 }
 
-/* ---- arcs in bulk ------------------------------------------------------------------------------------- */
+/* ---- arcs in bulk -------------------------------------------------------------------------------------- */
 
 /* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
  * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
@@ -600,8 +600,7 @@ void tw_track_sample(const tw_track *track, const float *times, const uint32_t *
     sample(track, keys[i], segment_part(track, times[i], keys[i]), out);
 }
 
-/* ---- half turns and longer ones between keys ------------------------------------------------------------
- */
+/* ---- half turns and longer ones between keys ----------------------------------------------------------- */
 
 static const double PI = 3.14159265358979323846;
 static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding leaves a tenth of it */
