@@ -175,7 +175,6 @@ static int await_signal(process *p, const sigset_t *ending) {
     uint64_t ended = atomic_load(&p->server.ended);
     if (ended == trimmed_at) continue;
     trimmed_at = ended;
-    api_service_rest();
     srv_machine_trim();
   }
 }

@@ -101,9 +101,6 @@ void api_service_destroy(api_service *service);                /* no request may
 /* While draining /readyz answers 503. */
 void api_service_drain(api_service *service);
 
-/* Lets go of memory that is kept to be used again. Any thread; worth a call now and then after load. */
-void api_service_rest(void);
-
 /* Memory that the host holds for requests (bodies that arrive) counts against max_memory too. */
 void api_service_hold(api_service *service, uint64_t bytes);
 void api_service_let_go(api_service *service, uint64_t bytes);

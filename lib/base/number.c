@@ -41,7 +41,7 @@ typedef struct batch {
   char pieces[BATCH * PIECES];
 } batch;
 
-/* ---- digits ---------------------------------------------------------------------------------------- */
+/* ---- digits -------------------------------------------------------------------------------------------- */
 
 /* The bits of a float's exponent, and what to subtract from them for half the unit of the last place. */
 enum { EXPONENT = 0x7F800000, TO_HALF_ULP = 24 << 23 };
@@ -156,7 +156,7 @@ INLINE void find_pieces(batch *b, size_t count, bool avx2) {
   find_pieces_baseline(b, count);
 }
 
-/* ---- text ------------------------------------------------------------------------------------------ */
+/* ---- text ---------------------------------------------------------------------------------------------- */
 
 enum { TEXT_MOST = 14 }; /* without the comma */
 
@@ -292,7 +292,7 @@ INLINE char *print_vectors(char *out, const tw_vectors *all, bool avx2) {
   return print_width(out, all, all->width, avx2);
 }
 
-/* ---- variants ---------------------------------------------------------------------------------------- */
+/* ---- variants ------------------------------------------------------------------------------------------ */
 
 static char *print_row_baseline(char *out, const float *values, size_t count) {
   return print_row(out, values, count, false);

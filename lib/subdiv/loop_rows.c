@@ -3,9 +3,9 @@
 #include "loop_rows.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 #include "loop_mask.h"
 
 /* ---- numbers -------------------------------------------------------------------------------- */
@@ -232,7 +232,7 @@ tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, cons
   double *middle = NULL;
   const double *from = points;
   if (rows->levels == 2) {
-    middle = rows->normals ? tw_block_alloc(above, 3 * sizeof *middle) : kept;
+    middle = rows->normals ? tw_alloc(above, 3 * sizeof *middle) : kept;
     if (!middle) return TW_NO_MEMORY;
     tw_loop_values(t, &rows->rules, 3, points, crew, middle);
     from = middle;
@@ -242,7 +242,7 @@ tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, cons
                  &(keep_job){rows, from, kept});
   else if (rows->levels == 1)
     memcpy(kept, points, 3 * above * sizeof *kept);
-  if (middle != kept) tw_block_free(middle);
+  if (middle != kept) free(middle);
   return TW_OK;
 }
 

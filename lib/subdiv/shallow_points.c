@@ -1,6 +1,7 @@
 /* Points of shallow surfaces, rows in vectors: by the generic step's arithmetic, in its order. */
-#include "block.h"
 #include "shallow_kernel.h"
+
+#include <stdlib.h>
 
 /* ---- rules ---------------------------------------------------------------------------------- */
 
@@ -370,12 +371,12 @@ tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, con
   }
   /* The centres are the last of the level's own points. */
   uint32_t others = (uint32_t)tw_shallow_kept_count(shallow) - centre_count(shallow);
-  float *above = tw_block_alloc(points, sizeof *above), *centres = kept + 3 * (size_t)others;
+  float *above = tw_alloc(points, sizeof *above), *centres = kept + 3 * (size_t)others;
   if (!above) return TW_NO_MEMORY;
   keep_parts(shallow, positions, point_of, crew, above, centres);
   level l = level_of(shallow, above, centres);
   fill_by(crew, &l, fill_of_level(shallow), others, kept);
-  tw_block_free(above);
+  free(above);
   return TW_OK;
 }
 

@@ -3,7 +3,6 @@
 #include <assert.h>
 #include <stdlib.h>
 
-#include "block.h"
 #include "loop.h"
 #include "refine_mask.h"
 #include "surface.h"
@@ -23,7 +22,7 @@ static size_t base_size(const tw_surface *s) {
 /* Positions of the cage's vertices; NULL without memory. */
 static float *gather_cage(const tw_surface *s, const float *positions) {
   uint32_t count = cage_vertices(s);
-  float *cage = tw_block_alloc(count, 3 * sizeof *cage);
+  float *cage = tw_alloc(count, 3 * sizeof *cage);
   if (cage) tw_gather_rows(positions, s->point_of, count, 3 * sizeof *cage, cage);
   return cage;
 }
@@ -38,10 +37,10 @@ static float *refine_floats(const tw_surface *s, const float *cage, const tw_cre
   float *at = NULL;
   for (uint32_t i = 0; i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
-    float *next = tw_block_alloc(refined_count(s, step), 3 * sizeof *next);
+    float *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
     if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, crew, next);
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
-    tw_block_free(at);
+    free(at);
     if (!next) return NULL;
     at = next;
   }
@@ -58,17 +57,17 @@ tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *
 /* The same in double. */
 static double *refine_doubles(const tw_surface *s, const float *cage, const tw_crew *crew) {
   size_t count = 3 * (size_t)cage_vertices(s);
-  double *at = tw_block_alloc(count, sizeof *at);
+  double *at = tw_alloc(count, sizeof *at);
   for (size_t i = 0; at && i < count; i++) at[i] = (double)cage[i];
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
-    double *next = tw_block_alloc(refined_count(s, step), 3 * sizeof *next);
+    double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
     if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, crew, next) != TW_OK) {
-      tw_block_free(next);
+      free(next);
       next = NULL;
     }
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
-    tw_block_free(at);
+    free(at);
     at = next;
   }
   return at;
@@ -77,20 +76,20 @@ static double *refine_doubles(const tw_surface *s, const float *cage, const tw_c
 static tw_status move_exactly(tw_surface *s, const float *cage, const tw_crew *crew) {
   double *exact = refine_doubles(s, cage, crew);
   size_t count = 3 * (size_t)s->fields[0].base.vertex_count;
-  float *base = exact ? tw_block_alloc(count, sizeof *base) : NULL;
+  float *base = exact ? tw_alloc(count, sizeof *base) : NULL;
   for (size_t i = 0; base && i < count; i++) base[i] = (float)exact[i];
   s->positions.base = base;
   if (base && s->options.normals)
     s->positions.exact = exact;
   else
-    tw_block_free(exact);
+    free(exact);
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
 /* points: of what rows are made of; point_of: as for tw_shallow_keep. */
 static tw_status keep_shallow(tw_surface *s, const float *points, const uint32_t *point_of,
                               const tw_crew *crew) {
-  float *kept = tw_block_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
+  float *kept = tw_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
   s->positions.base = kept;
   return kept ? tw_shallow_keep(&s->shallow, points, point_of, crew, kept) : TW_NO_MEMORY;
 }
@@ -99,16 +98,16 @@ static tw_status move_shallow(tw_surface *s, const float *positions, const tw_cr
   if (s->step_count == 0) return keep_shallow(s, positions, s->point_of, crew);
   float *cage = gather_cage(s, positions), *points = cage ? refine_floats(s, cage, crew) : NULL;
   tw_status status = points ? keep_shallow(s, points, NULL, crew) : TW_NO_MEMORY;
-  tw_block_free(cage);
-  tw_block_free(points);
+  free(cage);
+  free(points);
   return status;
 }
 
 static tw_status move_loop(tw_surface *s, const float *cage, const tw_crew *crew) {
   double *points = refine_doubles(s, cage, crew);
-  double *kept = points ? tw_block_alloc(base_size(s), sizeof *kept) : NULL;
+  double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
   tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, crew, kept) : TW_NO_MEMORY;
-  tw_block_free(points);
+  free(points);
   s->positions.exact = kept;
   return status;
 }
@@ -119,7 +118,7 @@ static tw_status move_points(tw_surface *s, const float *positions, const tw_cre
   if (!cage) return TW_NO_MEMORY;
   if (s->loop.levels > 0) {
     tw_status status = move_loop(s, cage, crew);
-    tw_block_free(cage);
+    free(cage);
     return status;
   }
   if (s->step_count == 0) {
@@ -134,7 +133,7 @@ static tw_status move_points(tw_surface *s, const float *positions, const tw_cre
   if (s->options.level == 0)
     s->positions.cage = cage;
   else
-    tw_block_free(cage);
+    free(cage);
   return status;
 }
 
@@ -161,9 +160,9 @@ tw_status tw_surface_with_positions(const tw_surface *plan, const float *positio
 }
 
 void tw_surface_free_moved(tw_surface *surface) {
-  if (surface->positions.cage != surface->positions.base) tw_block_free(surface->positions.cage);
-  tw_block_free(surface->positions.base);
-  tw_block_free(surface->positions.exact);
+  if (surface->positions.cage != surface->positions.base) free(surface->positions.cage);
+  free(surface->positions.base);
+  free(surface->positions.exact);
   free(surface->bounds_ready);
   free(surface->bounds);
   free(surface);
