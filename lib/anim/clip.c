@@ -1,4 +1,4 @@
-/* Clips: the tracks of one animation, checked, compiled once and shared; all of them at one time, or at many.
+/* Clips: the tracks of one animation, checked, compiled once and shared, and evaluated at one time or many.
  */
 #include "clip.h"
 
@@ -11,7 +11,7 @@
 static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
 static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 
-/* Angles beyond this have lost their precision. */
+/* Larger angles have no precision left. */
 static const double ANGLE_MAX = 1e9;
 
 static const char *values_word(tw_key_form form) {
@@ -58,7 +58,7 @@ static tw_status check_values(const tw_track_keys *track, uint32_t index, tw_err
   return TW_OK;
 }
 
-/* The width that a track's path and form ask for; 0 where any will do. */
+/* The width that a track's path and form require; 0 for any. */
 static uint32_t expected_width(const tw_track_keys *track) {
   switch (track->path) {
   case TW_TRANSLATION:
@@ -119,7 +119,7 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
   return TW_OK;
 }
 
-/* Refuses what tw_clip_create says, but for what compiling a track finds. */
+/* Makes all checks that tw_clip_create promises, except those of tw_track_build. */
 static tw_status check_clip(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error) {
   uint8_t *moved = tw_alloc_zero(node_count, 1);
   if (!moved) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
@@ -143,8 +143,8 @@ static tw_status check_clip(const tw_clip_keys *keys, uint32_t node_count, int f
 
 /* ---- compiling ----------------------------------------------------------------------------------------- */
 
-/* Exporters give the joints of a skeleton the same key times, and then one search serves them all. The
- * last timeline with each low hash is kept at hand; one that falls out is only not shared. */
+/* Exporters give the joints of a skeleton the same key times; one search then serves them all. A small table
+ * remembers the last timeline of each hash; one that is pushed out is not shared, which is harmless. */
 enum { RECENT_TIMELINES = 64 };
 
 static uint64_t hash_times(const float *times, uint32_t count) {
@@ -307,7 +307,7 @@ float tw_loop_time(float t, float duration, tw_loop loop) {
   return (float)time;
 }
 
-/* The numbers that a path has in a transform. */
+/* Where a path lies in a transform. */
 static float *place_of(tw_trs *trs, tw_path path) {
   return path == TW_TRANSLATION ? trs->translation : path == TW_SCALE ? trs->scale : trs->rotation;
 }
@@ -389,7 +389,8 @@ void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count,
   }
 }
 
-/* A turn of more than 360 degrees changes sides. */
+/* Negates each rotation that is on the other side of the one before it: a turn of more than 360 degrees ends
+ * there. */
 static void align_signs(float *rotations, uint32_t count) {
   for (size_t i = 1; i < count; i++) {
     float *at = rotations + 4 * i;

@@ -119,7 +119,7 @@ static inline __attribute__((always_inline)) void transpose(const float *restric
     for (uint32_t lane = 0; lane < TW_LANES; lane++) rows[i].at[lane] = samples[lane * width + i];
 }
 
-/* The widths are constants, so that the loops become shuffles. */
+/* Constant widths let the compiler turn the loops into shuffles. */
 static void put_samples(const float *samples, uint32_t width, lane_row *rows) {
   if (width == 4)
     transpose(samples, 4, rows);

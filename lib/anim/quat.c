@@ -185,7 +185,8 @@ static double determinant(double m[3][3]) {
  * turns. By roots alone, which round alike on all processors, as sines of the C library do not: where scales
  * are 0, many rotations agree as well, and the last bit would choose among them. */
 static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
-  static const double NOTHING = 1e-100; /* beside axes of length 1; its square is a number yet */
+  static const double NOTHING =
+      1e-100; /* negligible beside axes of length 1; its square does not underflow */
   if (fabs(k[p][q]) < NOTHING) return;
   double x = k[q][q] - k[p][p], y = 2 * k[p][q], length = sqrt(x * x + y * y);
   double larger = sqrt((length + fabs(x)) / (2 * length)), smaller = fabs(y) / (2 * length * larger);
@@ -204,7 +205,7 @@ static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
   }
 }
 
-/* The rotation whose axes agree best with the given ones, zero axes having no say: the eigenvector of
+/* The rotation whose axes agree best with the given ones, zero axes ignored: the eigenvector of
  * the largest eigenvalue of Davenport's matrix (Wahba's problem), found by Jacobi's turns. */
 static void best_rotation(double axes[3][3], double out[4]) {
   double trace = axes[0][0] + axes[1][1] + axes[2][2];
@@ -249,7 +250,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
   for (size_t i = 0; i < 3; i++) {
     const double axis[3] = {(double)rotation[3 * i], (double)rotation[3 * i + 1],
                             (double)rotation[3 * i + 2]};
-    /* Along an axis that agrees, the length itself: free of the rotation's rounding. */
+    /* Where the matrix is exact, the length itself: free of the rotation's rounding. */
     double along = dot(axis, columns[i]), length = tw_length(columns[i], 3);
     out->scale[i] = (float)(exact ? copysign(length, along) : along);
     out->translation[i] = m[12 + i];

@@ -68,7 +68,7 @@ void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, 
 typedef struct rotation_keys {
   double (*unit)[4];  /* unit length, each on the side of the one before it */
   float (*stored)[4]; /* what a sample at the key's time gives */
-  double *scale;      /* what the source's value was multiplied by, for its tangents */
+  double *scale;      /* factor from the source's value, also for its tangents */
 } rotation_keys;
 
 static bool rotation_keys_init(rotation_keys *keys, tw_arena *arena, uint32_t key_count) {
@@ -83,7 +83,7 @@ static tw_status no_rotation(tw_error *error, const char *form, uint32_t key, co
   return tw_error_at(error, "/%s/%u", form, key);
 }
 
-/* A key's quaternion as its form says it, of any length but zero. */
+/* The quaternion of a key, whatever its form; of any length but zero. */
 static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double out[4], tw_error *error) {
   switch (keys->form) {
   case TW_KEY_EULER: tw_quat_euler(keys->angles + 3 * (size_t)key, keys->order, out); return TW_OK;
@@ -104,7 +104,7 @@ static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double o
   return TW_OK;
 }
 
-/* Off unit length by no more than what printing with seven digits leaves, a key stays bit for bit. */
+/* A key within this of unit length is kept bit for bit: printing with seven digits leaves as much. */
 static const double UNIT_TOLERANCE = 1e-6;
 
 static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out, tw_error *error) {
@@ -140,7 +140,7 @@ static double seconds_to_next(const tw_timeline *timeline, uint32_t key) {
   return (double)timeline->times[key + 1] - (double)timeline->times[key];
 }
 
-/* The arc from key i to the next; the last one, and one that holds, stands still. */
+/* The arc from key i to the next; the last one, or any one with `hold`, stands still. */
 static tw_arc_segment build_arc(const rotation_keys *keys, const tw_timeline *timeline, uint32_t i,
                                 bool hold) {
   tw_arc_segment out = {.start = timeline->times[i]};
@@ -151,7 +151,7 @@ static tw_arc_segment build_arc(const rotation_keys *keys, const tw_timeline *ti
   quat_widen(keys->stored[i], from);
   double length = tw_length(from, 4);
   for (size_t j = 0; j < 4; j++) out.toward[j] = (float)(arc.toward[j] * length);
-  /* Segments of a denormal part of a second: their samples stay finite. */
+  /* Keeps samples finite where a segment takes a denormal part of a second. */
   out.rate = (float)fmin(arc.angle / seconds_to_next(timeline, i), (double)FLT_MAX);
   return out;
 }
@@ -277,7 +277,7 @@ static void turn_between(const double *from, const double *to, turn_segment *out
   memcpy(end, to, sizeof end);
   tw_normalize(start, 3);
   tw_normalize(end, 3);
-  /* No angle, no axis: the other key's serves. */
+  /* A key of angle 0 has no axis of its own: it takes the other's. */
   if (from[3] == 0) memcpy(start, end, sizeof start);
   if (to[3] == 0) memcpy(end, start, sizeof end);
   for (int i = 0; i < 3; i++) cosine += start[i] * end[i];
@@ -445,7 +445,7 @@ static double cubic_at(const cubic *cubic, double u) {
 static void hermite_at(const tw_track *track, uint32_t key, double part, double out[4]) {
   const cubic *cubics = track->segments.cubics + 4 * (size_t)key;
   for (int i = 0; i < 4; i++) out[i] = cubic_at(&cubics[i], part);
-  /* A spline through zero has no direction there: the key before it stands in. */
+  /* A spline through zero has no direction there: take the key before it. */
   if (tw_normalize(out, 4) < 1e-30) quat_widen(track->keys + 4 * (size_t)key, out);
 }
 
@@ -492,7 +492,7 @@ double tw_track_travel(const tw_track *track, uint32_t key) {
     travel += tw_angle_between(before, at);
     memcpy(before, at, sizeof before);
   }
-  /* Splines may hurry between these places; arcs do not. */
+  /* Splines may turn faster between these places; arcs do not. */
   return track->kind == TRACK_ARC || track->kind == TRACK_NLERP ? travel : 4 * travel;
 }
 
@@ -516,7 +516,7 @@ static void values_step_at(const tw_track *track, uint32_t key, double part, flo
 
 static void values_hermite_at(const tw_track *track, uint32_t key, double part, float *out) {
   const cubic *cubics = track->segments.cubics + (size_t)key * track->width;
-  for (uint32_t i = 0; i < track->width; i++) /* huge tangents may leave the range of float */
+  for (uint32_t i = 0; i < track->width; i++) /* huge tangents may exceed the range of float */
     out[i] = (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, cubic_at(&cubics[i], part)));
 }
 
@@ -560,7 +560,7 @@ static inline four load_four(const float *from) {
   return value;
 }
 
-/* Turns angles into cosines, and their sines. */
+/* Replaces angles by their cosines; sines go to the other array. */
 static void turn_angles(float *restrict angles, float *restrict sines, size_t count) {
   for (size_t i = 0; i < count; i++) {
     sines[i] = sine(angles[i]);
@@ -603,7 +603,7 @@ void tw_track_sample(const tw_track *track, const float *times, const uint32_t *
 /* ---- half turns and longer ones between keys ----------------------------------------------------------- */
 
 static const double PI = 3.14159265358979323846;
-static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding leaves a tenth of it */
+static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of it */
 static const double ANGLE_ROOM = 1e-6;       /* of 180 degrees: keys in degrees and in single precision */
 
 static tw_turn judge_angle(double change) {

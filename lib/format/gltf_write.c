@@ -14,7 +14,7 @@ enum {
   ROWS_SCRATCH = 4096,
   FACES_SCRATCH = 1024,
   WINDOW_SIZE = 16 * 1024, /* no element is larger */
-  DIRECT_SIZE = 4 * 1024,  /* from here on past the window */
+  DIRECT_SIZE = 4 * 1024,  /* reads of this size bypass the window */
   GROUPS_A_PASS = 4096     /* of base64: 3 bytes, 4 characters each */
 };
 
@@ -120,8 +120,8 @@ static face_run read_run(filler *filler, const tw_gltf_view *view, const tw_surf
 
 /* The corner that a face's fan starts from. With FB_ngon_encoding neighbours in the group must not start
  * from the same vertex: every second face keeps its first corner, the others take the first corner
- * that neither neighbour starts from. Any face has three, so there is one, and it can be told from
- * the neighbours alone. `next` NULL: none; previous likewise. */
+ * that neither neighbour starts from. A face has at least three corners, so there is one, and
+ * it depends on the neighbours alone. previous, next: NULL where there is no neighbour. */
 static uint32_t fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
   uint32_t start = 0;
   while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
@@ -270,7 +270,7 @@ typedef struct text {
 } text;
 
 struct tw_gltf_stream {
-  tw_scene scene; /* the caller's struct need not live on */
+  tw_scene scene; /* a copy: the caller's struct may end */
   tw_gltf_plan plan;
   tw_gltf_json json;
   text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
@@ -285,7 +285,8 @@ struct tw_gltf_stream {
   uint8_t group_bytes[GROUPS_A_PASS * 3];
 };
 
-/* ---- text round the data ------------------------------------------------------------------------------- */
+/* ---- text around the data -------------------------------------------------------------------------------
+ */
 
 static char *append(char *out, const char *bytes, size_t size) {
   memcpy(out, bytes, size);
@@ -374,7 +375,7 @@ static bool write_bounds(tw_gltf_stream *stream) {
   return true;
 }
 
-/* Bounds cost a pass over the surface: not before someone reads them. */
+/* Bounds cost a pass over the surface, so they are computed when the text is first read. */
 static size_t read_text(tw_gltf_stream *stream, const text *text, uint64_t offset, uint8_t *out,
                         size_t capacity) {
   if (!stream->bounds_known) stream->bounds_known = write_bounds(stream);
@@ -467,7 +468,7 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "no memory for a glTF stream");
 }
 
-/* Everything that makes up the size of a zeroed stream. */
+/* Fills a zeroed stream with all that its size depends on. */
 static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_format container,
                          tw_error *error) {
   stream->scene = *scene;
@@ -476,7 +477,7 @@ static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_forma
   if (status != TW_OK) return status;
   bool glb = container == TW_FORMAT_GLB;
   if (!(glb ? build_glb(stream) : build_gltf(stream))) return no_memory(error);
-  free(stream->json.text); /* head or tail has it now */
+  free(stream->json.text); /* copied into head or tail */
   stream->json.text = NULL;
   stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
   if (glb && stream->size > UINT32_MAX)

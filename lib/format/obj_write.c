@@ -27,7 +27,7 @@ struct tw_obj_stream {
   tw_surface_reader *reader; /* turned to the surface that `node` shows */
   float *world;              /* [node_count][16] */
 
-  /* What comes next: of `node`, `part` from row or face `next` on. */
+  /* Position: of `node`, `part` from row or face `next` on. */
   uint32_t node;
   part part;
   uint64_t next;
@@ -326,7 +326,8 @@ size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity) 
   return done;
 }
 
-/* ---- life ---------------------------------------------------------------------------------------------- */
+/* ---- create and destroy
+ * ---------------------------------------------------------------------------------------------- */
 
 static size_t longer(size_t length, const char *name) {
   size_t other = name ? strlen(name) : 0;
