@@ -73,6 +73,15 @@ void *tw_alloc(size_t count, size_t size);
 /* The same, zeroed. */
 void *tw_alloc_zero(size_t count, size_t size);
 
+/* ---- threads ------------------------------------------------------------------------------------------- */
+
+/* How loops are shared among threads. run calls part(context, i) once for each i below count, in any order
+ * and on any threads, and returns when all calls have. */
+typedef struct tw_parallel_for {
+  void *owner;
+  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+} tw_parallel_for;
+
 /* ---- numbers as text ----------------------------------------------------------------------------------- */
 
 enum { TW_NUMBER_TEXT = 32, TW_FLOAT_TEXT = 16 };
