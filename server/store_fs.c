@@ -40,7 +40,7 @@ enum {
   LEFTOVER_AGE_S = 3600 /* no upload writes for so long, on no host whose clock is at all right */
 };
 
-static const uint64_t PROBE_NS = 1000000000;
+static const uint64_t PROBE_NS = 1000000000, LOOK_NS = 1000000000;
 
 /* What changes when a file is changed: another inode, or other times. */
 typedef struct file_facts {
@@ -55,12 +55,20 @@ typedef struct verdict {
   file_facts facts;
 } verdict;
 
+/* What a look at a model found, and when. */
+typedef struct sight {
+  char id[API_ID_TEXT];
+  api_store_status status;
+  uint64_t looked_ns;
+} sight;
+
 struct srv_store_fs {
   char root[ROOT_MAX];
   char temporary[PATH_MAX];
   dev_t device; /* of the root */
   pthread_mutex_t verdicts_lock;
   verdict *verdicts; /* [VERDICTS], each at the place that its id tells */
+  sight *sights;     /* [VERDICTS], likewise */
   pthread_mutex_t probe_lock;
   uint64_t probed_ns;
   atomic_bool usable; /* as the last probe found */
@@ -69,6 +77,21 @@ struct srv_store_fs {
 static api_store_status unavailable(const char *what) {
   srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
   return API_STORE_UNAVAILABLE;
+}
+
+/* Of a model in the tables. */
+static size_t place_of(const char *id) {
+  const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
+  return strtoul(first, NULL, 16) % VERDICTS;
+}
+
+static void note_sight(srv_store_fs *store, const char *id, api_store_status status) {
+  pthread_mutex_lock(&store->verdicts_lock);
+  sight *s = &store->sights[place_of(id)];
+  memcpy(s->id, id, sizeof s->id);
+  s->status = status;
+  s->looked_ns = srv_now_ns();
+  pthread_mutex_unlock(&store->verdicts_lock);
 }
 
 static bool is_id(const char *text) {
@@ -199,15 +222,18 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
   }
   srv_store_fs *store = calloc(1, sizeof *store);
   verdict *verdicts = calloc(VERDICTS, sizeof *verdicts);
-  if (store == NULL || verdicts == NULL) {
+  sight *sights = calloc(VERDICTS, sizeof *sights);
+  if (store == NULL || verdicts == NULL || sights == NULL) {
     snprintf(error, error_size, "--data: out of memory");
     free(store);
     free(verdicts);
+    free(sights);
     return NULL;
   }
   pthread_mutex_init(&store->verdicts_lock, NULL);
   pthread_mutex_init(&store->probe_lock, NULL);
   store->verdicts = verdicts;
+  store->sights = sights;
   strcpy(store->root, root);
   path temporary = folder_path(store, "tmp");
   memcpy(store->temporary, temporary.text, sizeof store->temporary);
@@ -227,6 +253,7 @@ void srv_store_fs_close(srv_store_fs *store) {
   pthread_mutex_destroy(&store->verdicts_lock);
   pthread_mutex_destroy(&store->probe_lock);
   free(store->verdicts);
+  free(store->sights);
   free(store);
 }
 
@@ -346,6 +373,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (before == DAMAGED_BEFORE)
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
   put_summary(store, id, summary);
+  note_sight(store, id, API_STORE_OK);
   *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;
 }
@@ -358,6 +386,7 @@ static api_store_status drop(void *context, const char *id) {
   if (unlink(object.text) != 0)
     return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
   unlink(summary.text);
+  note_sight(store, id, API_STORE_ABSENT);
   return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");
 }
 
@@ -385,14 +414,9 @@ static bool same_facts(const file_facts *a, const file_facts *b) {
          same_content(a, b);
 }
 
-static verdict *place_of_verdict(srv_store_fs *store, const char *id) {
-  char first[5] = {id[0], id[1], id[2], id[3], '\0'};
-  return &store->verdicts[strtoul(first, NULL, 16) % VERDICTS];
-}
-
 static bool recall(srv_store_fs *store, const char *id, const file_facts *facts, bool *whole) {
   pthread_mutex_lock(&store->verdicts_lock);
-  const verdict *v = place_of_verdict(store, id);
+  const verdict *v = &store->verdicts[place_of(id)];
   bool known = strcmp(v->id, id) == 0 && same_facts(&v->facts, facts);
   if (known) *whole = v->whole;
   pthread_mutex_unlock(&store->verdicts_lock);
@@ -406,7 +430,7 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
   static const int64_t TICK_NS = 100000000;
   if (began_ns - facts->changed_ns < TICK_NS) return;
   pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = place_of_verdict(store, id);
+  verdict *v = &store->verdicts[place_of(id)];
   memcpy(v->id, id, sizeof v->id);
   v->facts = *facts;
   v->whole = whole;
@@ -496,6 +520,23 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
   return status;
 }
 
+/* Once a second at most for each model. */
+static api_store_status look(void *context, const char *id, bool may_wait) {
+  srv_store_fs *store = context;
+  if (!is_id(id)) return API_STORE_ABSENT;
+  pthread_mutex_lock(&store->verdicts_lock);
+  const sight *s = &store->sights[place_of(id)];
+  bool is_known = strcmp(s->id, id) == 0 && srv_now_ns() - s->looked_ns < LOOK_NS;
+  api_store_status status = is_known ? s->status : API_STORE_UNKNOWN;
+  pthread_mutex_unlock(&store->verdicts_lock);
+  if (is_known || !may_wait) return status;
+  api_blob blob;
+  status = open_object(store, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  note_sight(store, id, status);
+  return status;
+}
+
 /* ---- listing --------------------------------------------------------------------------------- */
 
 /* The smallest ids seen so far, ascending: memory depends on the page, not on the store. */
@@ -576,6 +617,11 @@ static api_store_status list(void *context, const char *after, size_t limit, api
 }
 
 api_store srv_store_fs_api(srv_store_fs *store) {
-  return (api_store){
-      .context = store, .put = put, .open = open_object, .remove = drop, .list = list, .probe = probe};
+  return (api_store){.context = store,
+                     .put = put,
+                     .open = open_object,
+                     .remove = drop,
+                     .look = look,
+                     .list = list,
+                     .probe = probe};
 }

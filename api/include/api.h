@@ -29,7 +29,8 @@ typedef enum api_store_status {
   API_STORE_OK,
   API_STORE_ABSENT,
   API_STORE_DAMAGED, /* what is stored is not what was put; a put of the same bytes mends it */
-  API_STORE_UNAVAILABLE
+  API_STORE_UNAVAILABLE,
+  API_STORE_UNKNOWN /* of `look` alone */
 } api_store_status;
 
 /* A stored object, open for reading until it is closed. A remove or a put meanwhile does not change it. */
@@ -58,6 +59,9 @@ typedef struct api_store {
   api_store_status (*put)(void *context, const char *id, api_bytes bytes, const char *summary, bool *existed);
   /* API_STORE_OK: *out has the bytes of which `id` is the hash. */
   api_store_status (*open)(void *context, const char *id, api_blob *out);
+  /* Whether the object is there and whole, as a look of the last second or so found. may_wait false:
+   * API_STORE_UNKNOWN where nobody has looked of late. */
+  api_store_status (*look)(void *context, const char *id, bool may_wait);
   api_store_status (*remove)(void *context, const char *id);
   /* Up to `limit` objects with id > after ("" for the first), ascending; *more: others follow. */
   api_store_status (*list)(void *context, const char *after, size_t limit, api_listed *out, size_t *count,

@@ -59,10 +59,24 @@ static bool open_stored(api_service *service, const char *id, api_blob *out, api
   case API_STORE_OK: return true;
   case API_STORE_ABSENT: api_fault_with(fault, 404, "no model has the id %s", id); return false;
   case API_STORE_DAMAGED: fail_damaged(service, id, fault); return false;
-  case API_STORE_UNAVAILABLE: break;
+  case API_STORE_UNAVAILABLE:
+  case API_STORE_UNKNOWN: break;
   }
   fail_unavailable(fault);
   return false;
+}
+
+api_outcome api_model_look(api_call *call) {
+  const api_store *store = &call->service->store;
+  switch (store->look(store->context, call->id, call->effort == API_HEAVY)) {
+  case API_STORE_OK:
+  case API_STORE_UNAVAILABLE: return API_CONTINUE;
+  case API_STORE_UNKNOWN: return API_NEEDS_THREAD;
+  case API_STORE_DAMAGED: fail_damaged(call->service, call->id, &call->fault); return API_FAILED;
+  case API_STORE_ABSENT: break;
+  }
+  api_cache_forget(call->service->cache, call->id);
+  return api_fail_with(call, 404, "no model has the id %s", call->id);
 }
 
 /* All bytes of an open blob, malloc'ed; NULL: the fault says why. */
@@ -117,12 +131,6 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
   api_model_key(id, quads, key);
   model_source source = {call, id, quads};
   return api_call_take(call, key, build_model, &source, out);
-}
-
-api_entry *api_model_peek(api_service *service, const char *id) {
-  char key[API_MODEL_KEY];
-  api_model_key(id, TW_QUADS_NGON, key);
-  return api_cache_peek(service->cache, key);
 }
 
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {

@@ -132,8 +132,10 @@ int main(int argc, char **argv) {
   api_settings settings = {};
   settings.limits.max_upload = settings.limits.max_output = settings.limits.plan_cache = 1 << 30;
   settings.limits.max_times = 1 << 20;
+  settings.limits.max_memory = UINT64_C(1) << 32;
   settings.store.put = put;
   settings.store.open = open;
+  settings.store.look = [](void *, const char *, bool) { return API_STORE_OK; };
   api_service *service = api_service_create(&settings);
   if (!service) fail("no memory");
   for (int joints : {24, 100}) {

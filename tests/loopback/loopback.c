@@ -104,6 +104,18 @@ static api_store_status store_open(void *context, const char *id, api_blob *out)
   return is_damaged ? API_STORE_DAMAGED : found ? API_STORE_OK : API_STORE_ABSENT;
 }
 
+static api_store_status store_look(void *context, const char *id, bool may_wait) {
+  memory_store *store = context;
+  (void)may_wait;
+  enter(store);
+  bool found, fails = store->fails;
+  size_t i = find_object(store, id, &found);
+  bool is_damaged = found && store->objects[i].is_damaged;
+  leave(store);
+  if (fails) return API_STORE_UNAVAILABLE;
+  return is_damaged ? API_STORE_DAMAGED : found ? API_STORE_OK : API_STORE_ABSENT;
+}
+
 static api_store_status store_remove(void *context, const char *id) {
   memory_store *store = context;
   enter(store);
@@ -200,7 +212,7 @@ loopback *loopback_start(const api_settings *settings) {
   pthread_mutex_init(&loop->store->lock, NULL);
   loop->settings = *settings;
   loop->settings.store =
-      (api_store){loop->store, store_put, store_open, store_remove, store_list, store_probe};
+      (api_store){loop->store, store_put, store_open, store_look, store_remove, store_list, store_probe};
   loop->service = api_service_create(&loop->settings);
   assert_non_null(loop->service);
   return loop;

@@ -448,6 +448,29 @@ static void damaged_model_is_noticed_and_mended_by_the_next_put(void **state) {
   }
 }
 
+static api_store_status look(fixture *f, bool may_wait) {
+  api_store store = srv_store_fs_api(f->store);
+  return store.look(store.context, ID, may_wait);
+}
+
+static void look_of_late_is_told_without_waiting(void **state) {
+  fixture *f = *state;
+  char path[128];
+  assert_int_equal(look(f, false), API_STORE_UNKNOWN);
+  assert_int_equal(look(f, true), API_STORE_ABSENT);
+  assert_int_equal(look(f, false), API_STORE_ABSENT);
+  must_put(f, TEXT);
+  assert_int_equal(look(f, false), API_STORE_OK);
+  make_path(f, ID, path);
+  do_damage(path, (damage){5, -1, false});
+  assert_int_equal(look(f, true), API_STORE_OK); /* of this second */
+  pause_ms(1100);
+  assert_int_equal(look(f, false), API_STORE_UNKNOWN);
+  assert_int_equal(look(f, true), API_STORE_DAMAGED);
+  must_put(f, TEXT);
+  assert_int_equal(look(f, false), API_STORE_OK);
+}
+
 static uint64_t processor_ns(void) {
   struct timespec now;
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
@@ -698,6 +721,7 @@ int main(void) {
       with_store(removed_model_leaves_no_summary_to_the_next),
       with_store(list_pages_through_all_in_order),
       with_store(full_page_that_is_the_last_says_so),
+      with_store(look_of_late_is_told_without_waiting),
       with_store(damaged_model_is_noticed_and_mended_by_the_next_put),
       with_store(unchanged_file_is_hashed_once),
       with_store(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on),
