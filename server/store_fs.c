@@ -55,11 +55,10 @@ typedef struct verdict {
   file_facts facts;
 } verdict;
 
-/* What a look at a model found, and when. */
+/* When a model was last seen there and whole. What is not is looked at each time, and logged each time. */
 typedef struct sight {
-  char id[API_ID_TEXT];
-  api_store_status status;
-  uint64_t looked_ns;
+  char id[API_ID_TEXT]; /* "": none */
+  uint64_t seen_ns;
 } sight;
 
 struct srv_store_fs {
@@ -85,12 +84,12 @@ static size_t place_of(const char *id) {
   return strtoul(first, NULL, 16) % VERDICTS;
 }
 
-static void note_sight(srv_store_fs *store, const char *id, api_store_status status) {
+static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
   pthread_mutex_lock(&store->verdicts_lock);
   sight *s = &store->sights[place_of(id)];
   memcpy(s->id, id, sizeof s->id);
-  s->status = status;
-  s->looked_ns = srv_now_ns();
+  s->seen_ns = srv_now_ns();
+  if (!is_whole) s->id[0] = '\0';
   pthread_mutex_unlock(&store->verdicts_lock);
 }
 
@@ -373,7 +372,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (before == DAMAGED_BEFORE)
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
   put_summary(store, id, summary);
-  note_sight(store, id, API_STORE_OK);
+  note_sight(store, id, true);
   *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;
 }
@@ -386,7 +385,7 @@ static api_store_status drop(void *context, const char *id) {
   if (unlink(object.text) != 0)
     return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
   unlink(summary.text);
-  note_sight(store, id, API_STORE_ABSENT);
+  note_sight(store, id, false);
   return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");
 }
 
@@ -520,20 +519,20 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
   return status;
 }
 
-/* Once a second at most for each model. */
+/* Once a second at most for a model that is there and whole. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_fs *store = context;
   if (!is_id(id)) return API_STORE_ABSENT;
   pthread_mutex_lock(&store->verdicts_lock);
   const sight *s = &store->sights[place_of(id)];
-  bool is_known = strcmp(s->id, id) == 0 && srv_now_ns() - s->looked_ns < LOOK_NS;
-  api_store_status status = is_known ? s->status : API_STORE_UNKNOWN;
+  bool is_whole = strcmp(s->id, id) == 0 && srv_now_ns() - s->seen_ns < LOOK_NS;
   pthread_mutex_unlock(&store->verdicts_lock);
-  if (is_known || !may_wait) return status;
+  if (is_whole) return API_STORE_OK;
+  if (!may_wait) return API_STORE_UNKNOWN;
   api_blob blob;
-  status = open_object(store, id, &blob);
+  api_store_status status = open_object(store, id, &blob);
   if (status == API_STORE_OK) blob.close(&blob);
-  note_sight(store, id, status);
+  note_sight(store, id, status == API_STORE_OK);
   return status;
 }
 
