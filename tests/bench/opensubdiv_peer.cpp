@@ -9,6 +9,7 @@
 
 #include <omp.h>
 
+#include <algorithm>
 #include <cstring>
 
 namespace Far = OpenSubdiv::Far;
@@ -17,13 +18,15 @@ namespace Sdc = OpenSubdiv::Sdc;
 
 namespace {
 
-struct Point {
-  float v[3];
-  void Clear(void * = nullptr) { v[0] = v[1] = v[2] = 0; }
-  void AddWithWeight(const Point &other, float weight) {
-    for (int i = 0; i < 3; i++) v[i] += weight * other.v[i];
+template <int WIDTH> struct Row {
+  float v[WIDTH];
+  void Clear(void * = nullptr) { std::fill(v, v + WIDTH, 0.0F); }
+  void AddWithWeight(const Row &other, float weight) {
+    for (int i = 0; i < WIDTH; i++) v[i] += weight * other.v[i];
   }
 };
+using Point = Row<3>;
+using Uv = Row<2>;
 
 using Refiner = std::unique_ptr<Far::TopologyRefiner>;
 
@@ -36,7 +39,16 @@ Refiner refine(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool full)
   d.numFaces = static_cast<int>(mesh.face_count);
   d.numVertsPerFace = sizes.data();
   d.vertIndicesPerFace = reinterpret_cast<const int *>(mesh.corners);
+  d.numCreases = static_cast<int>(mesh.crease_count);
+  d.creaseVertexIndexPairs = reinterpret_cast<const int *>(mesh.crease_edges);
+  d.creaseWeights = mesh.crease_sharpness;
+  Far::TopologyDescriptor::FVarChannel uvs; // the refiner has to keep their seams
+  uvs.numValues = static_cast<int>(mesh.uv_sets[0].value_count);
+  uvs.valueIndices = reinterpret_cast<const int *>(mesh.uv_sets[0].corners);
+  d.numFVarChannels = mesh.uv_set_count > 0 ? 1 : 0;
+  d.fvarChannels = &uvs;
   Sdc::Options options;
+  options.SetFVarLinearInterpolation(Sdc::Options::FVAR_LINEAR_CORNERS_ONLY);
   options.SetVtxBoundaryInterpolation(Sdc::Options::VTX_BOUNDARY_EDGE_AND_CORNER);
   using Factory = Far::TopologyRefinerFactory<Far::TopologyDescriptor>;
   Sdc::SchemeType type = scheme == TW_LOOP ? Sdc::SCHEME_LOOP : Sdc::SCHEME_CATMARK;
@@ -67,6 +79,15 @@ Timing subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool nor
       std::vector<Point> next(static_cast<size_t>(refiner->GetLevel(l).GetNumVertices()));
       primvar.Interpolate(l, points, next);
       points.swap(next);
+    }
+    if (mesh.uv_set_count > 0) {
+      std::vector<Uv> uvs(mesh.uv_sets[0].value_count);
+      std::memcpy(uvs.data(), mesh.uv_sets[0].values, uvs.size() * sizeof(Uv));
+      for (int l = 1; l <= refiner->GetMaxLevel(); l++) {
+        std::vector<Uv> next(static_cast<size_t>(refiner->GetLevel(l).GetNumFVarValues(0)));
+        primvar.InterpolateFaceVarying(l, uvs, next, 0);
+        uvs.swap(next);
+      }
     }
     if (normals) {
       std::vector<Point> limit(points.size()), t1(points.size()), t2(points.size());

@@ -1,7 +1,8 @@
 // Subdivision beside OpenSubdiv, both measured in this one run: from polygon soup to points and quad
 // indices, what limit normals add, and new positions on a topology that is known.
 // usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 to 3
-//        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ
+//        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ, or
+//        subdiv_bench --print-isosurface=N, --print-character=N   one of those of soups.hpp
 #include <algorithm>
 #include <condition_variable>
 #include <cstdio>
@@ -19,6 +20,12 @@
 #include "tweend/subdiv.h"
 
 namespace {
+
+Soup unskinned(Soup soup) {
+  soup.joints.clear();
+  soup.weights.clear();
+  return soup;
+}
 
 struct Case {
   std::string name;
@@ -308,11 +315,19 @@ int print_obj(const Soup &soup) {
   for (size_t i = 0; i < soup.points.size(); i += 3)
     std::printf("v %.9g %.9g %.9g\n", static_cast<double>(soup.points[i]),
                 static_cast<double>(soup.points[i + 1]), static_cast<double>(soup.points[i + 2]));
+  for (size_t i = 0; i < soup.uvs.size(); i += 2)
+    std::printf("vt %.9g %.9g\n", static_cast<double>(soup.uvs[i]), static_cast<double>(soup.uvs[i + 1]));
   for (size_t f = 0; f + 1 < soup.offsets.size(); f++) {
     std::printf("f");
-    for (uint32_t i = soup.offsets[f]; i < soup.offsets[f + 1]; i++) std::printf(" %u", soup.corners[i] + 1);
+    for (uint32_t i = soup.offsets[f]; i < soup.offsets[f + 1]; i++) {
+      std::printf(" %u", soup.corners[i] + 1);
+      if (!soup.uvs.empty()) std::printf("/%u", soup.uv_corners[i] + 1);
+    }
     std::printf("\n");
   }
+  for (size_t i = 0; i < soup.crease_sharpness.size(); i++)
+    std::printf("t crease 2/1/0 %u %u %g\n", soup.creases[2 * i], soup.creases[2 * i + 1],
+                static_cast<double>(soup.crease_sharpness[i]));
   return std::ferror(stdout) != 0;
 }
 
@@ -325,7 +340,12 @@ int main(int argc, char **argv) {
                              {"486 quads", ball(9, false, true), {4, 5}},
                              {"31,104 quads", ball(72, false, true), {3, 4}},
                              {"69,312 triangles", ball(76, true, true), {1, 2, 3}},
-                             {"69,312 triangles, Loop", ball(76, true, true), {2, 3}, TW_LOOP}};
+                             {"69,312 triangles, Loop", ball(76, true, true), {2, 3}, TW_LOOP},
+                             {"isosurface", isosurface(72), {1, 2, 3}},
+                             {"large isosurface", isosurface(149), {1, 2, 3}},
+                             {"isosurface, Loop", isosurface(72), {1, 2, 3}, TW_LOOP},
+                             {"character", unskinned(character(26)), {1, 2, 3, 5}},
+                             {"skinned character", character(26), {1, 2, 3}}};
   for (int i = 1; i < argc; i++) {
     if (std::strncmp(argv[i], "--only=", 7) == 0)
       only = argv[i] + 7;
@@ -333,6 +353,10 @@ int main(int argc, char **argv) {
       json = argv[i] + 7;
     else if (std::strncmp(argv[i], "--print-ball=", 13) == 0)
       return print_obj(ball(std::atoi(argv[i] + 13), false, false));
+    else if (std::strncmp(argv[i], "--print-isosurface=", 19) == 0)
+      return print_obj(isosurface(std::atoi(argv[i] + 19)));
+    else if (std::strncmp(argv[i], "--print-character=", 18) == 0)
+      return print_obj(character(std::atoi(argv[i] + 18)));
     else
       cases.push_back(
           {std::filesystem::path(argv[i]).stem(), read_obj(argv[i]), {1, 2, 3}, TW_CATMULL_CLARK});
