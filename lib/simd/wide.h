@@ -6,10 +6,7 @@
 #include <stdint.h>
 #include <string.h>
 
-#ifdef __AVX512F__
-#include <immintrin.h>
-enum { LANES = 16 };
-#elif defined __AVX__
+#ifdef __AVX__
 enum { LANES = 8 };
 #else
 enum { LANES = 4 };
@@ -39,29 +36,15 @@ static inline four load_four(const float *from) {
 /* Of each four lanes of two vectors, those that four numbers below 8 name. */
 #define OF_FOUR(n, m)           ((n) % 4 + 4 * (m) + (n) / 4 * LANES)
 #define OF_FOURS(i, j, k, l, m) OF_FOUR(i, m), OF_FOUR(j, m), OF_FOUR(k, m), OF_FOUR(l, m)
-#ifdef __AVX512F__
-#define SHUFFLE(a, b, i, j, k, l)                                                                            \
-  __builtin_shufflevector(a, b, OF_FOURS(i, j, k, l, 0), OF_FOURS(i, j, k, l, 1), OF_FOURS(i, j, k, l, 2),   \
-                          OF_FOURS(i, j, k, l, 3))
-#elif defined __AVX__
+#ifdef __AVX__
 #define SHUFFLE(a, b, i, j, k, l)                                                                            \
   __builtin_shufflevector(a, b, OF_FOURS(i, j, k, l, 0), OF_FOURS(i, j, k, l, 1))
 #else
 #define SHUFFLE(a, b, i, j, k, l) __builtin_shufflevector(a, b, i, j, k, l)
 #endif
 
-#ifdef __AVX512F__
-#define QUARTER(n) 4 * (n), 4 * (n) + 1, 4 * (n) + 2, 4 * (n) + 3
-#define QUARTERS(a, b, i, j, k, l)                                                                           \
-  __builtin_shufflevector(a, b, QUARTER(i), QUARTER(j), QUARTER(k), QUARTER(l))
-#endif
-
 /* The nth four lanes. */
 static inline __attribute__((always_inline)) four four_of(vector from, size_t n) {
-#ifdef __AVX512F__
-  if (n == 3) return __builtin_shufflevector(from, from, 12, 13, 14, 15);
-  if (n == 2) return __builtin_shufflevector(from, from, 8, 9, 10, 11);
-#endif
 #ifdef __AVX__
   if (n == 1) return __builtin_shufflevector(from, from, 4, 5, 6, 7);
 #endif
@@ -71,9 +54,7 @@ static inline __attribute__((always_inline)) four four_of(vector from, size_t n)
 
 /* Lanes from the fifth on, and the first four of what follows. */
 static inline __attribute__((always_inline)) vector four_on(vector at, vector following) {
-#ifdef __AVX512F__
-  return __builtin_shufflevector(at, following, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19);
-#elif defined __AVX__
+#ifdef __AVX__
   return __builtin_shufflevector(at, following, 4, 5, 6, 7, 8, 9, 10, 11);
 #else
   (void)at;
@@ -119,50 +100,6 @@ static inline __attribute__((always_inline)) void pack_six(const vector *v, vect
   out[5] = SHUFFLE(high[1], high[2], 2, 3, 6, 7);
 }
 
-#ifdef __AVX512F__
-/* Packed rows as they lie in memory: their quarters, turned round so that full vectors are stored. */
-static inline __attribute__((always_inline)) void turn_packed(const vector *packed, size_t width,
-                                                              vector *out) {
-  if (width == 3) {
-    vector low = QUARTERS(packed[0], packed[1], 0, 4, 1, 5),
-           high = QUARTERS(packed[0], packed[1], 2, 6, 3, 7), middle = QUARTERS(low, packed[2], 3, 5, 3, 5);
-    out[0] = QUARTERS(low, packed[2], 0, 1, 4, 2);
-    out[1] = QUARTERS(middle, high, 0, 1, 4, 5);
-    out[2] = QUARTERS(packed[2], high, 2, 6, 7, 3);
-    return;
-  }
-  vector even[3], odd[3];
-  for (size_t c = 0; c < 3; c++) {
-    even[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 0, 2, 4, 6);
-    odd[c] = QUARTERS(packed[2 * c], packed[2 * c + 1], 1, 3, 5, 7);
-  }
-  out[0] = QUARTERS(even[0], even[1], 0, 2, 4, 6);
-  out[1] = QUARTERS(even[2], odd[0], 0, 2, 4, 6);
-  out[2] = QUARTERS(odd[1], odd[2], 0, 2, 4, 6);
-  out[3] = QUARTERS(even[0], even[1], 1, 3, 5, 7);
-  out[4] = QUARTERS(even[2], odd[0], 1, 3, 5, 7);
-  out[5] = QUARTERS(odd[1], odd[2], 1, 3, 5, 7);
-}
-
-static inline __attribute__((always_inline)) void put_packed(const vector *packed, size_t width, float *out) {
-  vector turned[ROW_MAX];
-  turn_packed(packed, width, turned);
-  for (size_t k = 0; k < width; k++, out += LANES) put_all(out, turned[k]);
-}
-
-/* Those of the first `count` points alone. */
-static inline __attribute__((always_inline)) void put_some_packed(const vector *packed, size_t width,
-                                                                  size_t count, float *out) {
-  vector turned[ROW_MAX];
-  size_t left = count * width;
-  turn_packed(packed, width, turned);
-  for (size_t k = 0; k < width && left > 0; k++, out += LANES) {
-    size_t floats = left < LANES ? left : LANES;
-    _mm512_mask_storeu_ps(out, (__mmask16)((1u << floats) - 1), (__m512)turned[k]);
-    left -= floats;
-  }
-}
-#else
 /* All packed rows. */
 static inline __attribute__((always_inline)) void put_packed(const vector *packed, size_t width, float *out) {
   for (size_t m = 0; m < LANES / 4; m++)
@@ -185,7 +122,6 @@ static inline __attribute__((always_inline)) void put_some_packed(const vector *
   for (size_t k = 0; k < width; k++) kept[k] = packed[k];
   put_kept(kept, width, count, out);
 }
-#endif
 
 static inline __attribute__((always_inline)) void store_packed(const vector *v, size_t width, size_t count,
                                                                float *out) {

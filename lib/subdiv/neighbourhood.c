@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-
 /* ---- regular quads -------------------------------------------------------------------------- */
 
 static bool side_is_sharp(const tw_topology *t, uint32_t corner) {

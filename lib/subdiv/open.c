@@ -3,7 +3,6 @@
 
 #include <stdlib.h>
 
-
 static bool on_border(const tw_topology *t, uint32_t corner) {
   return t->vertex_flags[t->corner_vertex[corner]] & TW_VERTEX_BORDER;
 }

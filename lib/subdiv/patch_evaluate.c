@@ -212,23 +212,6 @@ static bool sum_rows(const target *to, uint32_t depth, tw_patch_rect rect, tw_st
   return tw_stencil_rect(sums, depth, rect);
 }
 
-/* A quarter of a common class, which has an even number of points: relative to one of them, as a regular one.
- * False when the normals are not sure. */
-static bool sum_part(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
-                     uint32_t depth, tw_patch_rect rect) {
-  tw_stencil_job sums = {.stencil = shape->stencils[to->job->limit][depth]};
-  float relative[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
-  double place[WIDTH_MAX];
-  for (int c = 0; c < WIDTH_MAX; c++) {
-    sums.origin[c] = (float)(to->origin[c] + points[0][c]);
-    place[c] = (double)sums.origin[c] - to->origin[c];
-  }
-  for (uint32_t i = 0; i < shape->point_count; i++)
-    for (int c = 0; c < WIDTH_MAX; c++) relative[i][c] = (float)(points[i][c] - place[c]);
-  sums.controls = (const float(*)[WIDTH_MAX])relative;
-  return sum_rows(to, depth, rect, &sums);
-}
-
 /* ---- splitting ------------------------------------------------------------------------------ */
 
 /* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. In
@@ -238,15 +221,6 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const double 
   if (depth == 0) {
     evaluate_corners(&to, shape, points, rect);
     return;
-  }
-  tw_patch_job normals;
-  if (shape->common && depth <= TW_STENCIL_DEPTH_MAX &&
-      has_stencil(&to, shape->stencils[to.job->limit][depth])) {
-    if (sum_part(&to, shape, points, depth, rect)) return;
-    normals = *to.job;
-    normals.values = NULL;
-    to.job = &normals;
-    to.split = true;
   }
   refine_shape(shape, points, scratch);
   const double(*refined)[WIDTH_MAX] = (const double(*)[WIDTH_MAX])scratch;

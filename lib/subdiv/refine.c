@@ -109,34 +109,6 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
   return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
-static void write_corners(void *context, uint32_t part, uint32_t first, uint32_t last) {
-  const tw_child_step *s = context;
-  const tw_topology *p = s->parent;
-  (void)part;
-  for (uint32_t f = first; f < last; f++) {
-    uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
-    for (uint32_t c = begin; c < begin + size; c++) {
-      uint32_t *corners = s->child->corner_vertex + 4 * (size_t)c,
-               previous = c == begin ? begin + size - 1 : c - 1;
-      corners[0] = p->corner_vertex[c];
-      corners[1] = p->vertex_count + p->corner_edge[c];
-      corners[2] = p->vertex_count + p->edge_count + f;
-      corners[3] = p->vertex_count + p->corner_edge[previous];
-    }
-  }
-}
-
-tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_parallel_for *parallel,
-                            tw_topology *child) {
-  tw_status status = count_child(parent, child);
-  if (status != TW_OK) return status;
-  child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
-  if (!child->corner_vertex) return TW_NO_MEMORY;
-  tw_child_step step = {.parent = parent, .child = child};
-  tw_parallel_for_run(parallel, parent->face_count, TW_PARALLEL_FOR_LEAST, write_corners, &step);
-  return TW_OK;
-}
-
 /* ---- values --------------------------------------------------------------------------------- */
 
 static inline void add_scaled(float *restrict out, const float *restrict in, float weight, uint32_t width) {
@@ -300,27 +272,4 @@ void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t
   tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, compute_faces, &job);
   tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, compute_edges, &job);
   tw_parallel_for_run(parallel, p->vertex_count, TW_PARALLEL_FOR_LEAST, compute_vertices, &job);
-}
-
-void tw_refine_face_points(const tw_topology *parent, const float *in, float *face_points) {
-  refine_faces(parent, 3, in, 0, parent->face_count, face_points);
-}
-
-void tw_refine_points(const tw_topology *parent, const tw_rules *rules, const float *in,
-                      const float *face_points, uint32_t first, uint32_t count, float *out) {
-  uint32_t end = first + count, vertices = parent->vertex_count, edges = vertices + parent->edge_count;
-  if (first < vertices) {
-    uint32_t stop = end < vertices ? end : vertices;
-    refine_vertices(parent, rules, 3, in, face_points, first, stop, out);
-    out += 3 * (size_t)(stop - first);
-    first = stop;
-  }
-  if (first < end && first < edges) {
-    uint32_t stop = end < edges ? end : edges;
-    refine_edges(parent, rules, 3, in, face_points, first - vertices, stop - vertices, out);
-    out += 3 * (size_t)(stop - first);
-    first = stop;
-  }
-  if (first < end)
-    memcpy(out, face_points + 3 * (size_t)(first - edges), 3 * (size_t)(end - first) * sizeof *out);
 }

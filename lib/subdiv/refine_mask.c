@@ -1,8 +1,6 @@
 /* Masks of the generic step, one vertex at a time. */
 #include "refine_mask.h"
 
-#include <stdlib.h>
-
 #include "loop.h"
 
 static uint32_t larger(uint32_t a, uint32_t b) {
@@ -67,56 +65,6 @@ uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32
   child -= parent->vertex_count;
   if (child < parent->edge_count) return edge_mask(parent, rules, child, shares);
   return face_mask(parent, child - parent->edge_count, shares);
-}
-
-/* Against its first share's vertex, which is the parent's, so that weights in float cost no more than the
- * distances are worth. */
-static void add_shares(const tw_topology *p, const tw_share *shares, uint32_t count, uint32_t width,
-                       const double *in, const double *children, double *out) {
-  const double *origin = in + (size_t)shares[0].vertex * width;
-  for (uint32_t i = 0; i < width; i++) out[i] = origin[i];
-  for (uint32_t s = 1; s < count; s++) {
-    bool child = shares[s].vertex >= p->vertex_count;
-    const double *value = (child ? children : in) + (size_t)shares[s].vertex * width;
-    for (uint32_t i = 0; i < width; i++) out[i] += (double)shares[s].weight * (value[i] - origin[i]);
-  }
-}
-
-typedef struct exact_job {
-  const tw_topology *parent;
-  const tw_rules *rules;
-  uint32_t width, first; /* child */
-  const double *in;
-  double *out;
-  tw_share *shares; /* of each part */
-  size_t capacity;
-} exact_job;
-
-static void compute_exactly(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const exact_job *j = context;
-  tw_share *shares = j->shares + part * j->capacity;
-  for (uint32_t child = j->first + begin; child < j->first + end; child++) {
-    uint32_t count = tw_refine_mask(j->parent, j->rules, child, shares);
-    add_shares(j->parent, shares, count, j->width, j->in, j->out, j->out + (size_t)child * j->width);
-  }
-}
-
-tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                          const tw_parallel_for *parallel, double *out) {
-  enum { LEAST = TW_PARALLEL_FOR_LEAST / 4 }; /* masks cost more than values */
-  uint32_t faces_begin = parent->vertex_count + parent->edge_count,
-           parts = tw_parallel_for_parts(parallel, faces_begin + parent->face_count, LEAST);
-  size_t capacity = tw_refine_mask_capacity(parent);
-  exact_job job = {parent, rules, width, faces_begin, in, out, NULL, capacity};
-  if (capacity > SIZE_MAX / parts) return TW_NO_MEMORY;
-  job.shares = tw_alloc(parts * capacity, sizeof *job.shares);
-  if (!job.shares) return TW_NO_MEMORY;
-  /* Face points come last and are what the others are made of. */
-  tw_parallel_for_run(parallel, parent->face_count, LEAST, compute_exactly, &job);
-  job.first = 0;
-  tw_parallel_for_run(parallel, faces_begin, LEAST, compute_exactly, &job);
-  free(job.shares);
-  return TW_OK;
 }
 
 /* ---- Loop ----------------------------------------------------------------------------------- */

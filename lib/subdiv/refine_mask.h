@@ -1,5 +1,5 @@
 /* The generic step as numbers: what each new vertex is made of. For values that are not rows of floats, and
- * for rows in double; floats go faster through tw_refine_values, which follows the same rules. */
+ * for vertices one by one; rows go faster through tw_refine_values, which follows the same rules. */
 #ifndef TWEEND_REFINE_MASK_H
 #define TWEEND_REFINE_MASK_H
 
@@ -21,9 +21,5 @@ uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32
 
 /* The same for Loop's scheme, whose children are all made of the parent's vertices. */
 uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
-
-/* tw_refine_values in double, for differences between points that lie close together. TW_NO_MEMORY. */
-tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                          const tw_parallel_for *parallel, double *out);
 
 #endif

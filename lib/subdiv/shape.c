@@ -4,8 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "common_shape.h"
-
 enum {
   BUCKETS_FIRST = 16,
   BYTES_MAX = 64 << 20 /* all classes together */
@@ -17,9 +15,7 @@ struct tw_patch_shapes {
   uint32_t bucket_count, class_count;
   uint32_t point_max, refined_max; /* of any class */
   uint32_t depth_max;
-  tw_patch_class *commons;
-  bool original; /* copies none */
-  bool failed;   /* a class may be half made: no more of them */
+  bool failed; /* a class may be half made: no more of them */
 };
 
 tw_patch_shapes *tw_patch_shapes_create(void) {
@@ -49,10 +45,6 @@ size_t tw_patch_shapes_size(const tw_patch_shapes *shapes) {
 
 tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes) {
   return shapes->stencils;
-}
-
-tw_patch_class *tw_patch_shapes_commons(const tw_patch_shapes *shapes) {
-  return shapes->commons;
 }
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes) {
@@ -257,44 +249,14 @@ static tw_status make_class(tw_patch_shapes *shapes, const tw_neighbourhood *n, 
   return status;
 }
 
-/* What is counted and looked up is the copy's own, all else the common class's. */
-static tw_status copy_class(tw_patch_shapes *shapes, tw_common_shape *common, tw_patch_class **out) {
-  tw_patch_class *shape = tw_arena_alloc(shapes->arena, 1, sizeof *shape);
-  if (!shape) return TW_NO_MEMORY;
-  *shape = *tw_common_class(common);
-  shape->common = common;
-  shape->next_common = shapes->commons;
-  shapes->commons = shape;
-  for (uint32_t k = 0; k < 4; k++)
-    if (shape->parts[k].shape) shape->parts[k].shape = shape;
-  if (shape->refined_count > shapes->refined_max) shapes->refined_max = shape->refined_count;
-  *out = shape;
-  return TW_OK;
-}
-
 static tw_status add_class(tw_patch_shapes *shapes, const tw_neighbourhood *n, tw_patch_class **out) {
   if (tw_arena_size(shapes->arena) > BYTES_MAX) return TW_LIMIT;
-  tw_common_shape *common = NULL;
-  tw_status status = shapes->original ? TW_OK : tw_common_find(n, &common);
-  if (status == TW_OK) status = common ? copy_class(shapes, common, out) : make_class(shapes, n, out);
+  tw_status status = make_class(shapes, n, out);
   if (status != TW_OK) return status;
   if (n->point_count > shapes->point_max) shapes->point_max = n->point_count;
   link_class(shapes, *out);
   if (++shapes->class_count > shapes->bucket_count) add_buckets(shapes);
   return TW_OK;
-}
-
-tw_status tw_patch_shapes_of(const tw_neighbourhood *neighbourhood, tw_patch_shapes **shapes,
-                             tw_patch_class **out) {
-  *shapes = tw_patch_shapes_create();
-  if (!*shapes) return TW_NO_MEMORY;
-  (*shapes)->original = true;
-  tw_status status = add_class(*shapes, neighbourhood, out);
-  if (status == TW_OK) status = deepen(*shapes, *out, TW_LEVEL_MAX);
-  if (status == TW_OK) return TW_OK;
-  tw_patch_shapes_destroy(*shapes);
-  *shapes = NULL;
-  return status;
 }
 
 tw_status tw_patch_classify(tw_patch_shapes *shapes, tw_collector *collector, uint32_t corner, uint32_t depth,

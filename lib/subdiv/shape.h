@@ -29,9 +29,6 @@ struct tw_patch_class {
   bool framed[4];
   float frames[4][2][2]; /* of tw_limit_frame, where framed */
 
-  struct tw_common_shape *common;     /* that it is a copy of, or NULL */
-  struct tw_patch_class *next_common; /* of the copies in the same shapes */
-
   uint32_t uses; /* while stencils are made: patches of this class */
   const struct tw_stencil *stencils[2][TW_STENCIL_DEPTH_MAX + 1]; /* of points or of limits, by depth */
 
@@ -42,14 +39,6 @@ struct tw_patch_class {
 
 /* Where the stencils of the classes live. */
 tw_arena *tw_patch_shapes_stencils(tw_patch_shapes *shapes);
-
-/* The first of the classes that are copies of common ones. */
-tw_patch_class *tw_patch_shapes_commons(const tw_patch_shapes *shapes);
-
-/* The class of one neighbourhood, good for every depth, in shapes of its own that copy none. *shapes: NULL
- * on failure, TW_NO_MEMORY or TW_LIMIT. */
-tw_status tw_patch_shapes_of(const tw_neighbourhood *neighbourhood, tw_patch_shapes **shapes,
-                             tw_patch_class **out);
 
 uint32_t tw_patch_shapes_scratch(const tw_patch_shapes *shapes); /* refined points, summed over the depths */
 

@@ -10,12 +10,12 @@ typedef uint32_t batch_kernel(const tw_spline_batch *batch);
 
 static batch_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-                                               tw_spline_batch_fill_avx2, tw_spline_batch_fill_avx512
+                                               tw_spline_batch_fill_avx2
 #endif
 };
 
 uint32_t tw_spline_batch_rows(const tw_spline_batch *batch) {
-  return kernels[tw_processor_best()](batch);
+  return kernels[tw_processor_has(TW_SET_AVX2)](batch);
 }
 
 bool tw_spline_batch_rows_by(uint32_t instruction_set, const tw_spline_batch *batch, uint32_t *unsure) {

@@ -28,7 +28,6 @@ bool tw_spline_batch_rows_by(uint32_t instruction_set, const tw_spline_batch *ba
 
 #ifdef __x86_64__
 uint32_t tw_spline_batch_fill_avx2(const tw_spline_batch *batch);
-uint32_t tw_spline_batch_fill_avx512(const tw_spline_batch *batch);
 #endif
 
 #endif

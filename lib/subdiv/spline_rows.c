@@ -42,7 +42,7 @@ typedef void fill_kernel(const tw_spline_job *job, bool transposed);
 
 static fill_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-                                              tw_spline_fill_avx2, tw_spline_fill_avx512
+                                              tw_spline_fill_avx2
 #endif
 };
 
@@ -65,7 +65,7 @@ static void run(fill_kernel *kernel, const tw_spline_job *job) {
 }
 
 void tw_spline_rows(const tw_spline_job *job) {
-  run(kernels[tw_processor_best()], job);
+  run(kernels[tw_processor_has(TW_SET_AVX2)], job);
 }
 
 bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job) {

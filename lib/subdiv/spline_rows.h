@@ -36,7 +36,6 @@ bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job);
 /* transposed: i and j of the patch have changed places. */
 #ifdef __x86_64__
 void tw_spline_fill_avx2(const tw_spline_job *job, bool transposed);
-void tw_spline_fill_avx512(const tw_spline_job *job, bool transposed);
 #endif
 
 /* Normals of `count` points of line j one by one, by the kernels' arithmetic where that suffices. out: where

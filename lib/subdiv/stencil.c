@@ -5,7 +5,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "common_shape.h"
 #include "stencil_sections.h"
 
 enum {
@@ -172,8 +171,7 @@ static tw_status need_stencil(tw_patch_class *shape, const tw_stencil_wish *wish
 /* Which patches are summed follows from these patches alone: a surface has the same rows whatever others
  * share its classes. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
-  tw_status status = tw_common_stencils(shapes, limit, normals);
-  if (status != TW_OK || patches->depth > TW_STENCIL_DEPTH_MAX) return status;
+  if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
   const tw_stencil_wish wish = {patches->depth, patches->scratch_points, limit, normals};
   size_t bytes = 0;
   tw_patch *first = patches->patches, *end = first + patches->base->face_count;
@@ -183,13 +181,13 @@ tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limi
     if (patch->shape) patch->shape->uses++;
   for (tw_patch *patch = first; patch < end; patch++) {
     tw_patch_class *shape = patch->shape;
-    patch->summed = shape && shape->common;
-    if (!shape || shape->common || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN)
-      continue;
+    patch->summed = false;
+    if (!shape || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN) continue;
     if (shape->uses != TAKEN) {
       bytes += bytes_of(shape, &wish);
       shape->uses = bytes <= BYTES_MAX ? TAKEN : 0;
-      status = shape->uses == TAKEN ? need_stencil(shape, &wish, tw_patch_shapes_stencils(shapes)) : TW_OK;
+      tw_status status =
+          shape->uses == TAKEN ? need_stencil(shape, &wish, tw_patch_shapes_stencils(shapes)) : TW_OK;
       if (status != TW_OK) return status;
     }
     patch->summed = shape->uses == TAKEN;

@@ -32,7 +32,7 @@ typedef struct tw_stencil_wish {
 tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
                           tw_stencil *out);
 
-/* Has those patches summed whose classes are common or many of the patches share, where the depth allows.
+/* Has those patches summed whose classes many of the patches share, where the depth allows.
  * shapes: those of the patches. limit: as all jobs that want values will have it. normals: these will be
  * asked for too. TW_NO_MEMORY; TW_LIMIT: others who share the classes have left no room. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals);
@@ -64,7 +64,6 @@ bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, boo
 
 #ifdef __x86_64__
 bool tw_stencil_fill_avx2(const tw_stencil_job *job);
-bool tw_stencil_fill_avx512(const tw_stencil_job *job);
 #endif
 
 #endif

@@ -18,12 +18,12 @@ static bool fill_anywhere(const tw_stencil_job *job) {
 
 static stencil_kernel *const kernels[TW_SETS] = {fill_anywhere,
 #ifdef __x86_64__
-                                                 tw_stencil_fill_avx2, tw_stencil_fill_avx512
+                                                 tw_stencil_fill_avx2
 #endif
 };
 
 bool tw_stencil_rows(const tw_stencil_job *job) {
-  return kernels[tw_processor_best()](job);
+  return kernels[tw_processor_has(TW_SET_AVX2)](job);
 }
 
 bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure) {

@@ -19,6 +19,13 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
 /* The cage outlives the mesh where it is the base, and where it is what positions are refined by. */
 static tw_status keep_cage(tw_build *b) {
   tw_surface *s = b->surface;
+  if (s->way == TW_WAY_LEVELS) {
+    s->point_of = b->cage.point_of;
+    if (!s->point_of || !s->options.movable) return TW_OK;
+    s->point_of =
+        tw_build_gather(s->arena, s->point_of, NULL, b->cage.topology.vertex_count, sizeof(uint32_t));
+    return s->point_of ? TW_OK : TW_NO_MEMORY;
+  }
   if (b->levels > 0 && !s->options.movable) return TW_OK;
   tw_topology *t = &b->cage.topology;
   s->points_arena = b->points_arena;
@@ -33,20 +40,67 @@ static tw_status keep_cage(tw_build *b) {
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Goes on from the base to what rows are made of. */
-static tw_status keep_shallow(tw_build *b) {
+/* Values of one set, of a mesh that is read whole. */
+static tw_status level_values(tw_build *b, uint32_t field, uint32_t width, const float *in,
+                              const uint32_t *of, tw_values *values) {
+  *values = (tw_values){.field = field, .width = width};
+  return tw_surface_refine_levels(b->surface, in, of, b->parallel, values);
+}
+
+static tw_status plan_levels(tw_build *b, uint32_t *uv_values[]) {
   tw_surface *s = b->surface;
-  s->shallow.cage = b->topologies[0];
-  s->shallow.rules = b->rules;
-  float *kept = tw_arena_alloc(s->arena, tw_shallow_kept_size(&s->shallow), sizeof *kept);
-  if (!kept) return TW_NO_MEMORY;
-  bool refined = b->levels > 0;
-  tw_status status = tw_shallow_keep(&s->shallow, refined ? s->positions.base : b->mesh->positions,
-                                     refined ? NULL : s->point_of, b->parallel, kept);
+  tw_levels_wish wish = {.level = s->options.level,
+                         .field_count = s->field_count,
+                         .rules = b->rules,
+                         .limit = s->options.limit,
+                         .normals = s->options.normals,
+                         .parallel = b->parallel};
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++) {
+    s->fields[1 + i].linear = s->options.uv == TW_UV_ALL;
+    status = tw_uv_topology(&b->cage.topology, &b->mesh->uv_sets[i], s->options.uv, b->arena,
+                            &b->topologies[1 + i], &uv_values[i]);
+    if (status == TW_OK && b->rules.chaikin)
+      status = tw_topology_copy_semi(&b->topologies[1 + i], &b->cage.topology, b->arena);
+  }
+  b->topologies[0] = b->cage.topology;
+  for (uint32_t f = 0; f < s->field_count; f++) {
+    wish.fields[f] = &b->topologies[f];
+    wish.linear[f] = s->fields[f].linear;
+  }
+  s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
+  if (!s->levels) return TW_NO_MEMORY;
+  return status == TW_OK ? tw_levels_plan(&wish, s->arena, s->levels, &s->level_rows) : status;
+}
+
+/* All of the last level. */
+static tw_status build_levels(tw_build *b) {
+  tw_surface *s = b->surface;
+  const tw_mesh *mesh = b->mesh;
+  const uint32_t *of = b->cage.point_of;
+  uint32_t *uv_values[TW_UV_SETS_MAX] = {NULL};
+  tw_status status = plan_levels(b, uv_values);
+  if (status == TW_OK) status = level_values(b, 0, 3, mesh->positions, of, &s->positions);
+  if (status == TW_OK && mesh->colors) status = level_values(b, 0, 4, mesh->colors, of, &s->colors);
+  for (uint32_t i = 0; i < mesh->uv_set_count && status == TW_OK; i++)
+    status = level_values(b, 1 + i, 2, mesh->uv_sets[i].values, uv_values[i], &s->uvs[i]);
+  s->morphs = tw_arena_alloc(s->arena, mesh->morph_count, sizeof *s->morphs);
+  if (!s->morphs) return TW_NO_MEMORY;
+  s->morph_count = mesh->morph_count;
+  for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
+    status = level_values(b, 0, 3, mesh->morphs[m], of, &s->morphs[m]);
   if (status != TW_OK) return status;
-  s->positions = (tw_values){.width = 3, .base = kept};
-  b->topologies[0] = tw_shallow_counts(&s->shallow);
-  return TW_OK;
+  const tw_level *last = &s->levels[0].at[s->options.level];
+  s->fields[0].base = (tw_topology){.vertex_count = last->vertex_count,
+                                    .edge_count = last->edge_count,
+                                    .face_count = last->face_count,
+                                    .corner_count = last->corner_count,
+                                    .face_size = 4};
+  s->points = (tw_numbering){.corner_count = last->vertex_count};
+  s->vertices = (tw_numbering){.corner_count = s->level_rows.row_count};
+  if (s->field_count > 1) s->uv_points = (tw_numbering){.corner_count = tw_levels_points(&s->levels[1])};
+  tw_face_order order = {mesh, b->cage.visible, NULL, s->options.level};
+  return tw_surface_order(s, &order);
 }
 
 /* Goes on from the base to what the rows of Loop's scheme are computed from. */
@@ -77,7 +131,7 @@ static tw_status plan_patches(tw_build *b) {
   tw_surface *s = b->surface;
   for (uint32_t f = 0; f < s->field_count; f++) {
     tw_field *field = &s->fields[f];
-    if (s->plain) continue;
+    if (s->way == TW_WAY_LOOP) continue;
     need_masks(s, &field->base);
     if (s->depth == 0) continue;
     tw_rules rules = tw_build_rules(b, f);
@@ -104,7 +158,7 @@ static tw_status prepare_bounds(tw_surface *s) {
 static tw_status check_fans(const tw_surface *s, tw_error *error) {
   enum { GREAT = 4096, WORK_MAX = 1 << 28 };
   bool masked = s->depth == 0 && (s->options.normals || s->options.limit);
-  if (!masked || s->plain || s->mask_capacity < GREAT) return TW_OK;
+  if (!masked || s->way == TW_WAY_LOOP || s->mask_capacity < GREAT) return TW_OK;
   const tw_topology *t = &s->fields[0].base;
   uint64_t work = 0;
   for (uint32_t row = 0; row < s->vertices.corner_count && work <= WORK_MAX; row++) {
@@ -117,6 +171,22 @@ static tw_status check_fans(const tw_surface *s, tw_error *error) {
                  "limit=true can do without");
 }
 
+/* Refines to the base and numbers its rows. */
+static tw_status build_base(tw_build *b) {
+  tw_surface *s = b->surface;
+  tw_status status = tw_build_start(b);
+  uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
+  for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
+  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
+    status = tw_build_refine(b, level == b->levels ? s->arena : b->arena);
+  if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
+  for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
+  tw_face_order order = {b->mesh, b->cage.visible, b->source, s->loop.levels + b->levels};
+  if (status == TW_OK) status = tw_surface_order(s, &order);
+  if (status == TW_OK) status = tw_build_number(b, cage_vertices);
+  return status == TW_OK ? plan_patches(b) : status;
+}
+
 static tw_status build_surface(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -125,18 +195,7 @@ static tw_status build_surface(tw_build *b, bool generic, tw_error *error) {
   if (status != TW_OK) return status;
   status = tw_build_choose(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
-  if (status == TW_OK) status = tw_build_start(b);
-  uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
-  for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
-  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
-    status = tw_build_refine(b, level == b->levels ? s->arena : b->arena);
-  if (status == TW_OK && s->shallow.level > 0) status = keep_shallow(b);
-  if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
-  for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  tw_face_order order = {b->mesh, b->cage.visible, b->source, s->shallow.level + s->loop.levels + b->levels};
-  if (status == TW_OK) status = tw_surface_order(s, &order);
-  if (status == TW_OK) status = tw_build_number(b, cage_vertices);
-  if (status == TW_OK) status = plan_patches(b);
+  if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? build_levels(b) : build_base(b);
   if (status == TW_OK) status = prepare_bounds(s);
   if (status == TW_OK) status = check_fans(s, error);
   if (status != TW_OK) return status;
@@ -220,6 +279,10 @@ void tw_surface_destroy(tw_surface *surface) {
     return;
   }
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
+  tw_values_free_points(&surface->positions);
+  tw_values_free_points(&surface->colors);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&surface->uvs[i]);
+  for (uint32_t m = 0; m < surface->morph_count; m++) tw_values_free_points(&surface->morphs[m]);
   tw_patch_shapes_destroy(surface->shapes);
   tw_influences_deinit(&surface->cage_influences);
   tw_influences_deinit(&surface->influences);
@@ -233,6 +296,11 @@ size_t tw_surface_size(const tw_surface *surface) {
   size_t size = sizeof *surface + tw_arena_size(surface->arena) +
                 tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
   if (surface->points_arena) size += tw_arena_size(surface->points_arena);
+  size +=
+      tw_values_points_size(surface, &surface->positions) + tw_values_points_size(surface, &surface->colors);
+  for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(surface, &surface->uvs[i]);
+  for (uint32_t m = 0; m < surface->morph_count; m++)
+    size += tw_values_points_size(surface, &surface->morphs[m]);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
   if (surface->shapes) size += tw_patch_shapes_size(surface->shapes);
   return size;

@@ -3,13 +3,14 @@
 #define TWEEND_SURFACE_H
 
 #include <stdatomic.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "influences.h"
+#include "irregular_levels.h"
 #include "loop_rows.h"
 #include "patch.h"
 #include "refine.h"
-#include "shallow.h"
 #include "tweend/subdiv.h"
 
 /* A connectivity with the values that live on it: the points' own, or that of one UV set, in which
@@ -25,8 +26,12 @@ typedef struct tw_values {
   uint32_t field, width;
   float *cage; /* [cage vertices][width]; only kept for level 0 */
   float *base; /* [base vertices][width] */
-  /* The base unrounded, where it was refined in double; else NULL. */
+  /* The base unrounded, of Loop's scheme, which refines in double; else NULL. */
   double *exact;
+  /* Of levels that are read whole, else NULL: all of the last level as rows hold them, and, of positions, as
+   * normals are computed from them: the same unless rows hold limits. */
+  tw_point *points, *refined;
+  tw_point origin; /* that positions far from 0 are relative to there: normals live on differences */
 } tw_values;
 
 /* A numbering of everything that visible quads have: corners, then the insides of edges, then of quads.
@@ -57,6 +62,14 @@ static inline uint32_t tw_corner_of_edge(const tw_numbering *n, uint32_t edge) {
   return n->same_as ? n->same_as->edge_corner[edge] : n->edge_base[edge];
 }
 
+/* By what the rows and faces of a surface are computed. */
+typedef enum tw_way {
+  TW_WAY_BASE,    /* from the base itself: its values, and limit masks at its vertices */
+  TW_WAY_PATCHES, /* patches of the base's quads */
+  TW_WAY_LEVELS,  /* from all points of the last level; of the base only counts are there */
+  TW_WAY_LOOP     /* from what Loop's scheme makes of the base; of that only the counts are there */
+} tw_way;
+
 /* A generic step of the points, on the way from the cage to the base. */
 typedef struct tw_surface_step {
   tw_topology parent;
@@ -81,17 +94,13 @@ struct tw_surface {
   uint32_t step_count;
   tw_rules rules;
 
-  /* Rows follow from what the steps make of the cage: positions.base holds what is kept for it, and of the
-   * base's connectivity only the counts are there. */
-  tw_shallow shallow;
+  tw_way way;
+  tw_levels *levels; /* [field_count] */
+  tw_level_rows level_rows;
 
-  /* Likewise from the base itself, of Loop's scheme: positions.exact holds what is kept for it. */
+  /* Of TW_WAY_LOOP, where positions.exact holds what is kept for it. */
   tw_loop_rows loop;
 
-  /* Rows need no patches or masks: those of the two above, or the base's values as they stand. Of the
-   * base's connectivity only the last one's corner_vertex is there. */
-  bool plain;
-  bool exact;     /* positions are refined in double to the base */
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */
 
@@ -130,14 +139,23 @@ struct tw_surface {
   uint32_t scratch_points, mask_capacity;
 };
 
-/* One step of positions and the like in double, by the scheme's rules. TW_NO_MEMORY. */
-tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
-                                  uint32_t width, const double *in, const tw_parallel_for *parallel,
-                                  double *out);
-
 /* Base quad of the nth visible one. */
 static inline uint32_t tw_base_quad(const tw_surface *s, uint32_t visible) {
   return s->quads ? s->quads[visible] : visible;
+}
+
+/* Points of the last level from those of the mesh; `of` maps those of the cage to them, NULL: all are used.
+ * TW_NO_MEMORY. */
+tw_status tw_surface_refine_levels(const tw_surface *surface, const float *in, const uint32_t *of,
+                                   const tw_parallel_for *parallel, tw_values *values);
+
+static inline void tw_values_free_points(tw_values *values) {
+  if (values->points != values->refined) free(values->points);
+  free(values->refined);
+}
+static inline size_t tw_values_points_size(const tw_surface *s, const tw_values *values) {
+  size_t size = values->refined ? tw_levels_points(&s->levels[values->field]) * sizeof *values->points : 0;
+  return values->points != values->refined ? 2 * size : size;
 }
 
 /* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */

@@ -106,20 +106,56 @@ static size_t read_quads(const tw_surface *s, const tw_numbering *n, uint64_t fi
   return 4 * count;
 }
 
+/* Faces [first, first + count) of a level that is kept whole, in its own order. */
+static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count,
+                           uint32_t *out) {
+  tw_levels_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
+  const tw_level_rows *rows = &s->level_rows;
+  if (domain != TW_DOMAIN_VERTICES) return;
+  uint32_t begin = 0, end = rows->corner_count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (rows->corners[middle] < 4 * first)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  for (uint32_t i = begin; i < rows->corner_count && rows->corners[i] - 4 * first < 4 * count; i++)
+    out[rows->corners[i] - 4 * first] = rows->corner_rows[i];
+}
+
+/* The children of each corner of the cage stand together; the cage's faces in the order of the groups. */
+static size_t read_level_faces(const tw_surface *s, tw_domain domain, uint64_t first, size_t count,
+                               uint32_t *out) {
+  uint32_t shift = 2 * (s->options.level - 1), place = 0, end = s->face_count;
+  if (!s->face_first) {
+    read_level_run(s, domain, (uint32_t)first, (uint32_t)count, out);
+    return 4 * count;
+  }
+  while (place < end) { /* the last face of the cage that begins at `first` or before */
+    uint32_t middle = place + (end - place) / 2;
+    if (s->corners_before[middle + 1] << shift <= first)
+      place = middle + 1;
+    else
+      end = middle;
+  }
+  for (uint64_t face = first, last = first + count; face < last; place++) {
+    uint64_t begin = s->corners_before[place] << shift, stop = s->corners_before[place + 1] << shift;
+    if (stop > last) stop = last;
+    uint32_t taken = (uint32_t)(stop - face);
+    read_level_run(s, domain, (s->face_first[place] << shift) + (uint32_t)(face - begin), taken, out);
+    out += 4 * (size_t)taken;
+    face = stop;
+  }
+  return 4 * count;
+}
+
 /* Where the base is the answer. */
 static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64_t first, size_t count,
                               uint32_t *out) {
   uint32_t size = corners_a_face(s);
-  if (s->shallow.level > 0) {
-    tw_shallow_quads(&s->shallow, (uint32_t)first, (uint32_t)count, out);
-    return size * count;
-  }
-  if (s->loop.levels > 0) {
+  if (s->way == TW_WAY_LOOP) {
     tw_loop_rows_triangles(&s->loop, (uint32_t)first, (uint32_t)count, out);
-    return size * count;
-  }
-  if (s->plain) {
-    memcpy(out, s->fields[0].base.corner_vertex + size * (size_t)first, count * size * sizeof *out);
     return size * count;
   }
   for (size_t i = 0; i < count; i++) {
@@ -147,6 +183,7 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   const tw_numbering *n = tw_numbering_of(s, domain);
   if (s->options.level == 0) return read_cage_faces(s, n, first, count, sizes, out);
   for (size_t i = 0; sizes && i < count; i++) sizes[i] = corners_a_face(s);
+  if (s->way == TW_WAY_LEVELS) return read_level_faces(s, domain, first, count, out);
   if (s->depth == 0) return read_base_faces(s, n, first, count, out);
   return read_quads(s, n, first, count, out);
 }

@@ -1,6 +1,7 @@
 /* One surface over many positions: the base of new ones is made by the steps that the plan was made by, in
  * the same arithmetic, so that not a bit tells how a surface came about. */
 #include <assert.h>
+#include <math.h>
 #include <stdlib.h>
 
 #include "loop.h"
@@ -12,9 +13,52 @@ static uint32_t cage_vertices(const tw_surface *s) {
   return s->loop.levels > 0 ? s->loop.above.vertex_count : s->fields[0].base.vertex_count;
 }
 
+/* The middle of points that are farther from 0 than from each other, by coordinate; else 0. */
+static tw_point far_origin(const tw_point *points, uint32_t count) {
+  tw_point low = points[0], high = points[0], origin = {0};
+  float extent = 0;
+  for (uint32_t v = 1; v < count; v++)
+    for (int c = 0; c < 3; c++) {
+      if (points[v][c] < low[c]) low[c] = points[v][c];
+      if (points[v][c] > high[c]) high[c] = points[v][c];
+    }
+  for (int c = 0; c < 3; c++) extent = fmaxf(extent, high[c] - low[c]);
+  for (int c = 0; c < 3; c++) {
+    float middle = low[c] / 2 + high[c] / 2;
+    if (fabsf(middle) > extent) origin[c] = middle;
+  }
+  return origin;
+}
+
+tw_status tw_surface_refine_levels(const tw_surface *surface, const float *in, const uint32_t *of,
+                                   const tw_parallel_for *parallel, tw_values *values) {
+  const tw_levels *levels = &surface->levels[values->field];
+  uint32_t count = levels->at[0].vertex_count, width = values->width;
+  bool apart = surface->options.limit && surface->options.normals && values == &surface->positions;
+  tw_point *cage = tw_alloc(count, sizeof *cage);
+  values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
+  values->points = values->refined;
+  if (surface->options.limit) values->points = tw_alloc(tw_levels_points(levels), sizeof *values->points);
+  tw_status status = cage && values->refined && values->points ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t v = 0; status == TW_OK && v < count; v++) {
+    cage[v] = (tw_point){0};
+    memcpy(&cage[v], in + (size_t)width * (of ? of[v] : v), width * sizeof *in);
+  }
+  values->origin = (tw_point){0};
+  if (status == TW_OK && values == &surface->positions) values->origin = far_origin(cage, count);
+  for (uint32_t v = 0; status == TW_OK && v < count; v++) cage[v] -= values->origin;
+  if (status == TW_OK) status = tw_levels_refine(levels, cage, parallel, values->refined);
+  if (status == TW_OK && surface->options.limit)
+    tw_levels_limit(levels, values->refined, parallel, values->points);
+  free(cage);
+  if (status != TW_OK || !surface->options.limit || apart) return status;
+  free(values->refined);
+  values->refined = values->points;
+  return TW_OK;
+}
+
 /* Numbers that positions.base holds, or positions.exact. */
 static size_t base_size(const tw_surface *s) {
-  if (s->shallow.level > 0) return tw_shallow_kept_size(&s->shallow);
   return 3 *
          (s->loop.levels > 0 ? tw_loop_rows_kept_count(&s->loop) : (size_t)s->fields[0].base.vertex_count);
 }
@@ -47,14 +91,6 @@ static float *refine_floats(const tw_surface *s, const float *cage, const tw_par
   return at;
 }
 
-tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
-                                  uint32_t width, const double *in, const tw_parallel_for *parallel,
-                                  double *out) {
-  if (surface->options.scheme != TW_LOOP) return tw_refine_exact(parent, rules, width, in, parallel, out);
-  tw_loop_values(parent, rules, width, in, parallel, out);
-  return TW_OK;
-}
-
 /* The same in double. */
 static double *refine_doubles(const tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
   size_t count = 3 * (size_t)cage_vertices(s);
@@ -63,10 +99,7 @@ static double *refine_doubles(const tw_surface *s, const float *cage, const tw_p
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next && tw_surface_refine_exact(s, &step->parent, &s->rules, 3, at, parallel, next) != TW_OK) {
-      free(next);
-      next = NULL;
-    }
+    if (next) tw_loop_values(&step->parent, &s->rules, 3, at, parallel, next);
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
     free(at);
     at = next;
@@ -87,23 +120,6 @@ static tw_status move_exactly(tw_surface *s, const float *cage, const tw_paralle
   return base ? TW_OK : TW_NO_MEMORY;
 }
 
-/* points: of what rows are made of; point_of: as for tw_shallow_keep. */
-static tw_status keep_shallow(tw_surface *s, const float *points, const uint32_t *point_of,
-                              const tw_parallel_for *parallel) {
-  float *kept = tw_alloc(tw_shallow_kept_size(&s->shallow), sizeof *kept);
-  s->positions.base = kept;
-  return kept ? tw_shallow_keep(&s->shallow, points, point_of, parallel, kept) : TW_NO_MEMORY;
-}
-
-static tw_status move_shallow(tw_surface *s, const float *positions, const tw_parallel_for *parallel) {
-  if (s->step_count == 0) return keep_shallow(s, positions, s->point_of, parallel);
-  float *cage = gather_cage(s, positions), *points = cage ? refine_floats(s, cage, parallel) : NULL;
-  tw_status status = points ? keep_shallow(s, points, NULL, parallel) : TW_NO_MEMORY;
-  free(cage);
-  free(points);
-  return status;
-}
-
 static tw_status move_loop(tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
   double *points = refine_doubles(s, cage, parallel);
   double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
@@ -114,7 +130,8 @@ static tw_status move_loop(tw_surface *s, const float *cage, const tw_parallel_f
 }
 
 static tw_status move_points(tw_surface *s, const float *positions, const tw_parallel_for *parallel) {
-  if (s->shallow.level > 0) return move_shallow(s, positions, parallel);
+  if (s->way == TW_WAY_LEVELS)
+    return tw_surface_refine_levels(s, positions, s->point_of, parallel, &s->positions);
   float *cage = gather_cage(s, positions);
   if (!cage) return TW_NO_MEMORY;
   if (s->loop.levels > 0) {
@@ -127,7 +144,7 @@ static tw_status move_points(tw_surface *s, const float *positions, const tw_par
     return TW_OK;
   }
   tw_status status = TW_OK;
-  if (s->exact)
+  if (s->options.scheme == TW_LOOP)
     status = move_exactly(s, cage, parallel);
   else if (!(s->positions.base = refine_floats(s, cage, parallel)))
     status = TW_NO_MEMORY;
@@ -163,6 +180,7 @@ tw_status tw_surface_with_positions(const tw_surface *plan, const float *positio
 void tw_surface_free_moved(tw_surface *surface) {
   if (surface->positions.cage != surface->positions.base) free(surface->positions.cage);
   free(surface->positions.base);
+  tw_values_free_points(&surface->positions);
   free(surface->positions.exact);
   free(surface->bounds_ready);
   free(surface->bounds);
@@ -172,7 +190,8 @@ void tw_surface_free_moved(tw_surface *surface) {
 size_t tw_surface_size_moved(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
   size_t base = base_size(surface);
-  size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds;
+  size_t size = sizeof *surface + sizeof *surface->bounds_ready + sizeof *surface->bounds +
+                tw_values_points_size(surface, positions);
   if (positions->base) size += base * sizeof *positions->base;
   if (positions->exact) size += base * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)

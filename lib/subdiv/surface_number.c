@@ -65,7 +65,7 @@ tw_status tw_build_number(tw_build *b, const uint32_t *cage_vertices) {
     s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, cage_vertices[1]);
   }
   s->vertices = s->points;
-  if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals))
+  if (status == TW_OK && s->way != TW_WAY_LOOP && needs_splits(b, s->options.normals))
     status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
   free(visible);
@@ -87,7 +87,7 @@ void tw_build_lay_out(tw_build *b) {
   }
   l->uv_count = b->mesh->uv_set_count;
   for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
-  if (s->colors.base) {
+  if (b->mesh->colors) {
     l->color = stride;
     stride += 4;
   }

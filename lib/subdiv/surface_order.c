@@ -99,7 +99,9 @@ static tw_status list_faces(tw_surface *s, const tw_face_order *from, const orde
   if (!s->face_first || !s->corners_before) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < count; i++) {
     s->face_first[i] = from->mesh->face_offsets[order[i].face];
-    s->corners_before[i + 1] = s->corners_before[i] + yield_of(s, from, order[i].face).corners;
+    uint32_t face = order[i].face;
+    s->corners_before[i + 1] =
+        s->corners_before[i] + from->mesh->face_offsets[face + 1] - from->mesh->face_offsets[face];
   }
   return TW_OK;
 }
@@ -144,7 +146,7 @@ tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from) {
   if (!order) return TW_NO_MEMORY;
   uint32_t count = order_faces(from, sources, all, order);
   tw_status status = make_groups(s, from, order, count);
-  if (status == TW_OK && cage_level) status = list_faces(s, from, order, count);
+  if (status == TW_OK && !sources) status = list_faces(s, from, order, count);
   if (status == TW_OK && sources) status = list_quads(s, order, count);
   free(order);
   return status;

@@ -7,15 +7,10 @@
 #include "surface.h"
 #include "tangents.h"
 
-/* Smooth vertices of more faces are rare. */
-enum { TW_SMOOTH_VALENCE_MAX = 16 };
-
 struct tw_surface_reader {
   const tw_surface *surface;
   double *scratch; /* of patches */
   tw_limit_entry *mask;
-  /* Of smooth vertices of quads, by valence: made when first needed, their vertices mean nothing. */
-  tw_limit_entry smooth_masks[TW_SMOOTH_VALENCE_MAX + 1][1 + 2 * TW_SMOOTH_VALENCE_MAX];
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   /* Skinned surfaces: the joints of the patch at hand, the weights of four of them at its control points,
    * [base vertices][4], and at its points, [piece_capacity][4]. */

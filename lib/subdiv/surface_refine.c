@@ -77,7 +77,6 @@ static tw_status start_sources(tw_build *b) {
 
 tw_status tw_build_start(tw_build *b) {
   b->topologies[0] = b->cage.topology;
-  if (b->surface->shallow.level > 0 && b->levels == 0) return TW_OK;
   tw_status status = start_points(b);
   if (status == TW_OK) status = start_influences(b);
   if (status == TW_OK) status = start_uvs(b);
@@ -100,8 +99,8 @@ static tw_status change_values(tw_build *b, value_change *change, const void *co
   return status;
 }
 
-/* As refine_set, in double. The last level's own are kept for normals alone, which live on differences, and
- * for the rows of Loop's scheme. */
+/* As refine_set, by Loop's scheme, in double. The last level's own are kept for normals alone, which live on
+ * differences, and for the rows of Loop's scheme. */
 static tw_status refine_exact(tw_build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
   const tw_topology *parent = &parents[values->field];
   size_t before = (size_t)parent->vertex_count * values->width,
@@ -114,8 +113,7 @@ static tw_status refine_exact(tw_build *b, const tw_topology *parents, tw_arena 
   if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = tw_build_rules(b, values->field);
-  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, b->parallel, out);
-  if (status != TW_OK) return status;
+  tw_loop_values(parent, &rules, values->width, in, b->parallel, out);
   for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
   values->exact = last && !kept && !rows ? NULL : out;
@@ -125,11 +123,8 @@ static tw_status refine_exact(tw_build *b, const tw_topology *parents, tw_arena 
 /* context: the topologies of the level above. */
 static tw_status refine_set(tw_build *b, const void *context, tw_arena *arena, tw_values *values) {
   const tw_topology *parents = context, *child = &b->topologies[values->field];
-  if (tw_build_is_loop(b) || (b->surface->exact && values == &b->surface->positions))
-    return refine_exact(b, parents, arena, values);
-  /* What rows are made of is kept in a form of its own. */
-  tw_arena *own = b->surface->shallow.level > 0 ? b->arena : arena;
-  float *out = tw_arena_alloc(own, child->vertex_count, values->width * sizeof(float));
+  if (tw_build_is_loop(b)) return refine_exact(b, parents, arena, values);
+  float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = tw_build_rules(b, values->field);
   tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->parallel, out);
@@ -152,9 +147,6 @@ static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t 
   const tw_topology *parent = &parents[field];
   tw_topology *child = &b->topologies[field];
   tw_rules rules = tw_build_rules(b, field);
-  bool drawn = b->surface->plain && b->surface->shallow.level == 0;
-  if (drawn && !tw_build_is_loop(b) && is_last(b, level_arena))
-    return tw_refine_corners(parent, arena, b->parallel, child);
   tw_status status = tw_build_is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->parallel, child)
                                          : tw_refine_topology(parent, &rules, arena, b->parallel, child);
   if (status == TW_OK && field > 0 && rules.chaikin)

@@ -168,25 +168,98 @@ static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, ui
   tw_loop_rows_normals(&s->loop, kept, first, count, r->mask, out + s->layout.normal, stride);
 }
 
+/* ---- rows of a level that is kept whole ------------------------------------------------------- */
+
+static void copy_positions(const tw_values *positions, uint32_t first, uint32_t count, uint32_t stride,
+                           float *out) {
+  for (uint32_t i = first; i < first + count; i++, out += stride)
+    tw_store_point(positions->points[i] + positions->origin, out);
+}
+
+/* All that a row holds but position and normal. uvs: vertex of each UV set. */
+static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
+  const tw_surface_layout *l = &s->layout;
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
+    flip_v(out + l->uvs[i]);
+  }
+  if (l->color != UINT32_MAX) {
+    memcpy(out + l->color, &s->colors.points[point], 4 * sizeof *out);
+    clamp_color(out + l->color);
+  }
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    memcpy(out + l->morphs + 3 * (size_t)m, &s->morphs[m].points[point], 3 * sizeof *out);
+}
+
+/* Attributes of rows that are the points'. */
+static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  enum { AT_ONCE = 256 };
+  uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
+  for (uint32_t taken; count > 0; first += taken, count -= taken) {
+    taken = count < AT_ONCE ? count : AT_ONCE;
+    for (uint32_t i = 0; i < sets; i++)
+      tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
+    for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
+      for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
+      level_attributes(s, first + k, own, out);
+    }
+  }
+}
+
+/* Those of the rows from `first` that stand in the list, from the first one that does. */
+static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  const tw_level_rows *rows = &s->level_rows;
+  uint32_t begin = 0, end = rows->count, own[TW_UV_SETS_MAX];
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (rows->rows[middle] < first)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  for (uint32_t n = begin; n < rows->count && rows->rows[n] - first < count; n++) {
+    float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
+    copy_positions(&s->positions, rows->points[n], 1, 3, row);
+    if (s->layout.normal != UINT32_MAX)
+      tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
+    for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
+    level_attributes(s, rows->points[n], own, row);
+  }
+}
+
+static void level_rows(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_values *positions = &s->positions;
+  uint32_t points = s->points.corner_count, stride = s->layout.stride;
+  if (domain == TW_DOMAIN_UVS) {
+    for (uint32_t i = 0; i < count; i++)
+      memcpy(out + 2 * (size_t)i, &s->uvs[0].points[first + i], 2 * sizeof *out);
+    return;
+  }
+  if (domain == TW_DOMAIN_POINTS) {
+    copy_positions(positions, first, count, 3, out);
+    return;
+  }
+  uint32_t own = first < points ? points - first < count ? points - first : count : 0;
+  const tw_level_points made = {positions->refined, positions->points, positions->origin};
+  if (has_normals(s, domain))
+    tw_levels_normals(&s->levels[0], &made, first, own, stride, out);
+  else
+    copy_positions(positions, first, own, stride, out);
+  if (has_attributes(s, domain)) point_attributes(s, first, own, out);
+  listed_rows(s, first, count, out);
+}
+
 void tw_fill_corners(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
                      float *out) {
   tw_surface_reader *r = reader;
   const tw_surface *s = r->surface;
   uint32_t width = tw_row_width(s, domain);
-  if (s->shallow.normals && domain == TW_DOMAIN_VERTICES) {
-    tw_shallow_normals(&s->shallow, s->positions.base, first, count, out);
+  if (s->way == TW_WAY_LEVELS) {
+    level_rows(s, domain, first, count, out);
     return;
   }
-  if (s->shallow.level > 0) {
-    tw_shallow_points(&s->shallow, s->positions.base, first, count, out);
-    return;
-  }
-  if (s->loop.levels > 0) {
+  if (s->way == TW_WAY_LOOP) {
     loop_rows(r, domain, first, count, out);
-    return;
-  }
-  if (s->plain) {
-    memcpy(out, s->positions.base + 3 * (size_t)first, (size_t)count * 3 * sizeof *out);
     return;
   }
   if (domain == TW_DOMAIN_UVS) {

@@ -199,7 +199,7 @@ static void the_plane_at_a_smooth_border_corner_holds_at_every_level(void **stat
       c->mesh.crease_edges = edge;
       c->mesh.crease_sharpness = &sharpness;
     }
-    for (uint32_t level = 0; level <= 8; level++) {
+    for (uint32_t level = 0; level <= (generic ? 3 : 8); level++) { /* float sees no more of it there */
       tw_surface_options options = {
           .level = level, .boundary = TW_BOUNDARY_EDGE_ONLY, .creasing = TW_CREASE_CHAIKIN, .normals = true};
       rows r = read_rows(&c->mesh, options);

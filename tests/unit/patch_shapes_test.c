@@ -72,9 +72,9 @@ static void a_second_cube_adds_no_shape(void **state) {
   (void)state;
   tw_mesh mesh = cube();
   tw_patch_shapes *shapes = tw_patch_shapes_create();
-  rows first = read_rows(&mesh, options_of(0, 3, shapes));
+  rows first = read_rows(&mesh, options_of(0, 4, shapes));
   size_t size = tw_patch_shapes_size(shapes);
-  rows second = read_rows(&mesh, options_of(0, 3, shapes)), own = read_rows(&mesh, options_of(0, 3, NULL));
+  rows second = read_rows(&mesh, options_of(0, 4, shapes)), own = read_rows(&mesh, options_of(0, 4, NULL));
   assert_int_equal(tw_patch_shapes_size(shapes), size);
   assert_int_equal(tw_surface_size(first.surface), tw_surface_size(second.surface));
   assert_true(tw_surface_size(second.surface) + size / 2 < tw_surface_size(own.surface));

@@ -1,0 +1,127 @@
+/* Levels 1 to 3 of cages of any faces, refined whole: the points of the level asked for are kept, and rows
+ * and faces follow from them and from the cage's connectivity by the arithmetic that refine.h tells of.
+ *
+ * Each point of a level is the child of a face, of an edge or of a vertex, and each class has one loop. The
+ * loops run over all, as if everything were smooth and inside of a manifold. What is not (borders, creases,
+ * corners, vertices of two faces, places that are not manifold, UV seams) is listed vertex by vertex when the
+ * plan is made, with the shares that the generic masks give it, and computed anew from the list. */
+#ifndef TWEEND_IRREGULAR_LEVELS_H
+#define TWEEND_IRREGULAR_LEVELS_H
+
+#include "limit.h"
+#include "point.h"
+#include "refine_mask.h"
+
+enum { TW_LEVELS_MAX = 3 };
+
+/* One level of one field. Arrays are there down to the last level but one, and of the cage. */
+typedef struct tw_level {
+  uint32_t vertex_count, edge_count, face_count, corner_count;
+  uint32_t face_size;            /* 3 or 4; 0 where faces differ */
+  const uint32_t *face_offsets;  /* [face_count + 1]; NULL where face_size is set */
+  const uint32_t *corner_face;   /* [corner_count]; likewise */
+  const uint32_t *corner_vertex; /* [corner_count] */
+  /* [corner_count] 2 x edge, + 1 where the corner runs against it: the half of the edge at the corner */
+  const uint32_t *corner_half;
+  const uint32_t (*edge_corners)[2]; /* [edge_count] one that runs along it, one against it */
+} tw_level;
+
+/* Vertices of a child by the generic masks. Shares are those of refine_mask.h. */
+typedef struct tw_level_masks {
+  uint32_t count;
+  uint32_t *vertices, *first; /* [count], [count + 1] */
+  tw_share *shares;
+} tw_level_masks;
+
+/* Vertices of the last level by limit masks; entries without a weight are left out. */
+typedef struct tw_level_limits {
+  uint32_t count;
+  uint32_t *vertices, *first; /* [count], [count + 1] */
+  tw_limit_entry *entries;
+} tw_level_limits;
+
+/* A field: the points, or a UV set. */
+typedef struct tw_levels {
+  uint32_t level;
+  bool linear; /* new values are plain averages */
+  tw_level at[TW_LEVELS_MAX + 1];
+  const uint32_t *fan_offsets, *fan_corners; /* of the cage */
+  /* Tangents of smooth vertices by valence: n weights of neighbours along edges, then n across faces. Of the
+   * points where normals are asked for. */
+  const uint32_t *weights_of; /* [greatest valence + 1] */
+  const float *weights;
+  tw_level_masks masks[TW_LEVELS_MAX]; /* of each step */
+  tw_level_limits limits;              /* where limits are asked for */
+  /* Of a UV set with seams: of the cage's vertices and edges, as far as they are on none; 2 x edge, + 1 where
+   * it runs the other way. NULL: numbers are those of the points. */
+  const uint32_t *vertex_of, *edge_of;
+} tw_levels;
+
+/* Rows of a GPU that loops over points do not get right, ascending. The first rows are those of the points;
+ * those of points that are split follow. */
+typedef struct tw_level_rows {
+  uint32_t row_count; /* all */
+  uint32_t count;
+  uint32_t *rows, *points;                       /* [count] */
+  uint32_t *uvs[TW_UV_SETS_MAX];                 /* [count] vertex of each UV set */
+  uint32_t *first_entry, *end_entry, (*quad)[4]; /* [count] tangents, and a face of the point; with normals */
+  tw_limit_entry *entries;
+  uint32_t corner_count;
+  uint32_t *corners, *corner_rows; /* [corner_count] corners of the last level whose row is not their point */
+} tw_level_rows;
+
+/* What a plan is made from. fields: of the cage, sharpened; [0] the points. */
+typedef struct tw_levels_wish {
+  uint32_t level, field_count;
+  const tw_topology *fields[1 + TW_UV_SETS_MAX];
+  bool linear[1 + TW_UV_SETS_MAX];
+  tw_rules rules;
+  bool limit, normals;
+  const tw_parallel_for *parallel;
+} tw_levels_wish;
+
+/* Whether a cage has no vertex or face of so many sides that tables by valence do not pay. */
+bool tw_levels_fit(const tw_topology *cage);
+
+/* out: [field_count]; lives in `arena`. TW_NO_MEMORY. */
+tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out, tw_level_rows *rows);
+
+/* Lists all that is not smooth: a part of tw_levels_plan. */
+tw_status tw_levels_list_exceptions(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out,
+                                    tw_level_rows *rows);
+
+static inline uint32_t tw_levels_points(const tw_levels *levels) {
+  return levels->at[levels->level].vertex_count;
+}
+
+/* Points of the last level from those of the cage. out: [tw_levels_points]. TW_NO_MEMORY. */
+tw_status tw_levels_refine(const tw_levels *levels, const tw_point *cage, const tw_parallel_for *parallel,
+                           tw_point *out);
+
+/* Their limits. out: [tw_levels_points]. */
+void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_parallel_for *parallel,
+                     tw_point *out);
+
+/* Points of the last level as rows are made of them. */
+typedef struct tw_level_points {
+  const tw_point *refined;   /* relative to `origin` */
+  const tw_point *positions; /* the same, or their limits */
+  tw_point origin;
+} tw_level_points;
+
+/* Rows [first, first + count) of the points: position, then unit normal of the limit surface, `stride` floats
+ * apart. Those of `tw_level_rows` mean nothing. */
+void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, uint32_t first, uint32_t count,
+                       uint32_t stride, float *out);
+
+/* The normal of the nth of the rows. */
+void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]);
+
+/* Vertices [first, first + count) of a UV set from those of the points; those of `rows` mean nothing. */
+void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
+                           uint32_t *out);
+
+/* Corners of faces [first, first + count). out: [count][4]. */
+void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out);
+
+#endif

@@ -1,0 +1,559 @@
+/* What irregular_levels.h lists: the vertices of each level that are not smooth or that UV seams part.
+ *
+ * The faces round such vertices are cut out of the cage as a mesh of their own, a strip, for the points and
+ * for each UV set. It is refined step by step in the generic way and cut back each time to the faces round
+ * what is still special, so that the cost is in proportion to the length of borders, creases and seams. Only
+ * special vertices have all their faces in a strip; what it says of others means nothing. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "irregular_levels.h"
+#include "surface.h"
+
+enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX };
+
+/* A strip with the numbers that its parts have in the whole level. */
+typedef struct strip {
+  tw_topology fields[FIELDS_MAX];
+  uint32_t *vertices[FIELDS_MAX]; /* [vertices of the field] */
+  uint32_t *edges[FIELDS_MAX];    /* [edges of the field] 2 x edge, + 1 where it runs the other way */
+  uint32_t *corners;              /* [corners] */
+  uint8_t *special;               /* [vertices of the points] */
+} strip;
+
+typedef struct listing {
+  const tw_levels_wish *wish;
+  tw_arena *arena; /* of the plan */
+  tw_arena *scratch;
+  tw_levels *levels;
+  tw_level_rows *rows;
+} listing;
+
+/* A list that grows. */
+typedef struct growing {
+  char *items;
+  size_t count, room, size;
+  bool failed;
+} growing;
+
+static void *push(growing *g, const void *item) {
+  if (g->count == g->room) {
+    size_t room = g->room ? 2 * g->room : 256;
+    char *items = room < SIZE_MAX / 2 / g->size ? realloc(g->items, room * g->size) : NULL;
+    if (!items) {
+      g->failed = true;
+      return NULL;
+    }
+    g->items = items;
+    g->room = room;
+  }
+  void *place = g->items + g->size * g->count++;
+  memcpy(place, item, g->size);
+  return place;
+}
+
+/* Into the arena; the list is empty afterwards. NULL without memory. */
+static void *settle(growing *g, tw_arena *arena) {
+  void *out = g->failed ? NULL : tw_arena_alloc_raw(arena, g->count, g->size);
+  if (out && g->count > 0) memcpy(out, g->items, g->count * g->size);
+  free(g->items);
+  *g = (growing){.size = g->size};
+  return out;
+}
+
+/* ---- what is special ------------------------------------------------------------------------ */
+
+/* Whether the loops over vertices get this one wrong. */
+static bool is_odd(const tw_topology *t, uint32_t v) {
+  if (t->fan_offsets[v + 1] - t->fan_offsets[v] < 3) return true;
+  if (t->smooth) return false;
+  if (t->vertex_flags[v] || t->vertex_sharpness[v] > 0) return true;
+  for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
+    if (t->edge_sharpness[t->ring_edges[i]] > 0) return true;
+  return false;
+}
+
+static bool is_odd_edge(const tw_topology *t, uint32_t e) {
+  return t->edge_flags[e] || t->edge_sharpness[e] > 0;
+}
+
+/* A point that is odd in any field; values of a UV set have a border where a seam parts them. */
+static void mark_special(uint32_t field_count, const tw_topology *fields, const uint8_t *candidates,
+                         uint8_t *special) {
+  const tw_topology *points = &fields[0];
+  for (uint32_t f = 0; f < field_count; f++) {
+    const tw_topology *t = &fields[f];
+    for (uint32_t v = 0; v < t->vertex_count; v++) {
+      uint32_t corner = t->fan_corners[t->fan_offsets[v]], point = points->corner_vertex[corner];
+      if (candidates && !candidates[point]) continue;
+      if (is_odd(t, v)) special[point] = 1;
+    }
+  }
+}
+
+/* ---- cutting -------------------------------------------------------------------------------- */
+
+/* The cage, or a strip after a step, with its numbers. */
+static bool touches(const strip *s, uint32_t face) {
+  const tw_topology *t = &s->fields[0];
+  uint32_t begin = tw_face_begin(t, face);
+  for (uint32_t c = begin; c < begin + tw_face_size(t, face); c++)
+    if (s->special[t->corner_vertex[c]]) return true;
+  return false;
+}
+
+/* Faces of a cut, and where its corners were. */
+typedef struct cut {
+  uint32_t face_count, corner_count;
+  uint32_t *offsets; /* NULL where faces are of one size */
+  uint32_t *from;    /* [corner_count] */
+} cut;
+
+static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
+  const tw_topology *t = &s->fields[0];
+  uint32_t faces = 0, corners = 0;
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    if (!touches(s, f)) continue;
+    faces++;
+    corners += tw_face_size(t, f);
+  }
+  *out = (cut){faces, 0, NULL, tw_arena_alloc_raw(arena, corners, sizeof(uint32_t))};
+  if (t->face_offsets) out->offsets = tw_arena_alloc(arena, (size_t)faces + 1, sizeof(uint32_t));
+  if (!out->from || (t->face_offsets && !out->offsets)) return TW_NO_MEMORY;
+  faces = 0;
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    if (!touches(s, f)) continue;
+    uint32_t begin = tw_face_begin(t, f), end = begin + tw_face_size(t, f);
+    for (uint32_t c = begin; c < end; c++) out->from[out->corner_count++] = c;
+    faces++;
+    if (out->offsets) out->offsets[faces] = out->corner_count;
+  }
+  return TW_OK;
+}
+
+/* Names the vertices of a field in the cut anew, in the order of their old names. */
+static tw_status rename_vertices(const tw_topology *full, const cut *c, tw_arena *arena, uint32_t *corners,
+                                 uint32_t *count, uint32_t **old) {
+  uint32_t *names = tw_arena_alloc(arena, full->vertex_count, sizeof *names);
+  if (!names) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < c->corner_count; i++) names[full->corner_vertex[c->from[i]]] = 1;
+  *count = 0;
+  for (uint32_t v = 0; v < full->vertex_count; v++)
+    if (names[v]) names[v] = ++*count;
+  *old = tw_arena_alloc_raw(arena, *count, sizeof **old);
+  if (!*old) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < full->vertex_count; v++)
+    if (names[v]) (*old)[names[v] - 1] = v;
+  for (uint32_t i = 0; i < c->corner_count; i++) corners[i] = names[full->corner_vertex[c->from[i]]] - 1;
+  return TW_OK;
+}
+
+/* known_edges: of faces of one size, below the cage, where edges may have the same ends. */
+static tw_status build_cut(const tw_topology *full, const cut *c, tw_arena *arena, uint32_t vertex_count,
+                           const uint32_t *corners, tw_topology *out) {
+  if (c->offsets)
+    return tw_topology_build(out, arena, vertex_count, c->face_count, c->offsets, c->corner_count, corners);
+  uint32_t *edges = tw_arena_alloc_raw(arena, c->corner_count, sizeof *edges);
+  if (!edges) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < c->corner_count; i++) edges[i] = full->corner_edge[c->from[i]];
+  return tw_topology_build_parted(out, arena, vertex_count, c->face_count, full->face_size, corners, edges);
+}
+
+static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_arena *arena, strip *out) {
+  const tw_topology *full = &s->fields[field];
+  tw_topology *t = &out->fields[field];
+  uint32_t *corners = tw_arena_alloc_raw(arena, c->corner_count, sizeof *corners), count, *old;
+  tw_status status = corners ? rename_vertices(full, c, arena, corners, &count, &old) : TW_NO_MEMORY;
+  if (status == TW_OK) status = build_cut(full, c, arena, count, corners, t);
+  if (status == TW_OK) status = tw_topology_soften(t, arena);
+  if (status != TW_OK) return status;
+  uint32_t *edges = tw_arena_alloc_raw(arena, t->edge_count, sizeof *edges);
+  if (!edges) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < count; v++) t->vertex_sharpness[v] = full->vertex_sharpness[old[v]];
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t own = t->edge_corner[e], corner = c->from[own], edge = full->corner_edge[corner];
+    t->edge_sharpness[e] = full->edge_sharpness[edge];
+    /* The edge of the cut runs as `own` does. */
+    bool turned = full->edge_vertices[edge][0] != full->corner_vertex[corner];
+    edges[e] = (s->edges[field] ? s->edges[field][edge] : 2 * edge) ^ (uint32_t)turned;
+  }
+  if (field == 0) {
+    out->special = tw_arena_alloc_raw(arena, count, 1);
+    if (!out->special) return TW_NO_MEMORY;
+    for (uint32_t v = 0; v < count; v++) out->special[v] = s->special[old[v]];
+  }
+  for (uint32_t v = 0; s->vertices[field] && v < count; v++) old[v] = s->vertices[field][old[v]];
+  out->vertices[field] = old;
+  out->edges[field] = edges;
+  return TW_OK;
+}
+
+/* Sums for Chaikin's rule, of the points; UV sets take them over. */
+static tw_status sum_semi(const listing *l, strip *s) {
+  if (!l->wish->rules.chaikin) return TW_OK;
+  tw_status status = tw_topology_sum_semi(&s->fields[0], l->scratch);
+  for (uint32_t f = 1; f < l->wish->field_count && status == TW_OK; f++)
+    status = tw_topology_copy_semi(&s->fields[f], &s->fields[0], l->scratch);
+  return status;
+}
+
+/* The faces round what is special. */
+static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
+  cut c;
+  memset(out, 0, sizeof *out);
+  tw_status status = choose_faces(s, l->scratch, &c);
+  for (uint32_t f = 0; f < l->wish->field_count && status == TW_OK; f++)
+    status = cut_field(s, f, &c, l->scratch, out);
+  if (status != TW_OK) return status;
+  for (uint32_t i = 0; s->corners && i < c.corner_count; i++) c.from[i] = s->corners[c.from[i]];
+  out->corners = c.from;
+  return sum_semi(l, out);
+}
+
+/* ---- a step --------------------------------------------------------------------------------- */
+
+static tw_rules rules_of(const listing *l, uint32_t field) {
+  tw_rules rules = l->wish->rules;
+  rules.linear = l->wish->linear[field];
+  return rules;
+}
+
+/* The number in the whole level of a share's vertex: of the step's own level, or a face point below it. */
+static uint32_t share_vertex(const listing *l, const strip *s, uint32_t field, uint32_t step, uint32_t v) {
+  const tw_topology *t = &s->fields[field];
+  const tw_level *level = &l->levels[field].at[step];
+  if (v < t->vertex_count) return s->vertices[field][v];
+  uint32_t face = v - t->vertex_count - t->edge_count, corner = s->corners[tw_face_begin(t, face)];
+  uint32_t whole = level->face_size ? corner / level->face_size : level->corner_face[corner];
+  return level->vertex_count + level->edge_count + whole;
+}
+
+/* The masks of one field. */
+typedef struct mask_list {
+  growing vertices, first, shares;
+  tw_share *room;
+} mask_list;
+
+static void list_mask(const listing *l, const strip *s, uint32_t field, uint32_t step, uint32_t child,
+                      uint32_t whole, mask_list *out) {
+  tw_rules rules = rules_of(l, field);
+  uint32_t count = tw_refine_mask(&s->fields[field], &rules, child, out->room),
+           first = (uint32_t)out->shares.count;
+  push(&out->vertices, &whole);
+  push(&out->first, &first);
+  for (uint32_t i = 0; i < count; i++) {
+    tw_share share = out->room[i];
+    if (share.weight == 0) continue;
+    share.vertex = share_vertex(l, s, field, step, share.vertex);
+    push(&out->shares, &share);
+  }
+}
+
+static tw_status list_masks(const listing *l, const strip *s, uint32_t field, uint32_t step) {
+  const tw_topology *t = &s->fields[field];
+  const tw_level *level = &l->levels[field].at[step];
+  mask_list list = {.vertices = {.size = sizeof(uint32_t)},
+                    .first = {.size = sizeof(uint32_t)},
+                    .shares = {.size = sizeof(tw_share)},
+                    .room = tw_alloc(tw_refine_mask_capacity(t), sizeof(tw_share))};
+  for (uint32_t v = 0; list.room && v < t->vertex_count; v++) {
+    uint32_t point = s->fields[0].corner_vertex[t->fan_corners[t->fan_offsets[v]]];
+    if (s->special[point] && is_odd(t, v)) list_mask(l, s, field, step, v, s->vertices[field][v], &list);
+  }
+  for (uint32_t e = 0; list.room && e < t->edge_count; e++) {
+    uint32_t corner = t->edge_corner[e], next = tw_corner_next(t, corner);
+    const uint32_t *points = s->fields[0].corner_vertex;
+    if (!s->special[points[corner]] || !s->special[points[next]] || !is_odd_edge(t, e)) continue;
+    list_mask(l, s, field, step, t->vertex_count + e, level->vertex_count + (s->edges[field][e] >> 1), &list);
+  }
+  bool complete = list.room != NULL;
+  free(list.room);
+  uint32_t end = (uint32_t)list.shares.count;
+  push(&list.first, &end);
+  tw_level_masks *out = &l->levels[field].masks[step];
+  out->count = (uint32_t)list.vertices.count;
+  out->vertices = settle(&list.vertices, l->arena);
+  out->first = settle(&list.first, l->arena);
+  out->shares = settle(&list.shares, l->arena);
+  return complete && out->vertices && out->first && out->shares ? TW_OK : TW_NO_MEMORY;
+}
+
+/* One step of a field with its numbers. */
+static tw_status refine_field(const listing *l, const strip *s, uint32_t field, uint32_t step, strip *out) {
+  const tw_topology *p = &s->fields[field];
+  const tw_level *level = &l->levels[field].at[step];
+  tw_topology *t = &out->fields[field];
+  tw_rules rules = rules_of(l, field);
+  tw_status status = tw_refine_topology(p, &rules, l->scratch, NULL, t);
+  if (status == TW_OK && field > 0 && rules.chaikin)
+    status = tw_topology_copy_semi(t, &out->fields[0], l->scratch);
+  if (status != TW_OK) return status;
+  uint32_t *vertices = tw_arena_alloc_raw(l->scratch, t->vertex_count, sizeof *vertices),
+           *edges = tw_arena_alloc_raw(l->scratch, t->edge_count, sizeof *edges);
+  if (!vertices || !edges) return TW_NO_MEMORY;
+  memcpy(vertices, s->vertices[field], p->vertex_count * sizeof *vertices);
+  for (uint32_t e = 0; e < p->edge_count; e++) {
+    uint32_t whole = s->edges[field][e];
+    vertices[p->vertex_count + e] = level->vertex_count + (whole >> 1);
+    for (uint32_t k = 0; k < 2; k++)
+      edges[2 * e + k] = 2 * (2 * (whole >> 1) + (k ^ (whole & 1))) + (whole & 1);
+  }
+  for (uint32_t f = 0; f < p->face_count; f++)
+    vertices[p->vertex_count + p->edge_count + f] =
+        share_vertex(l, s, field, step, p->vertex_count + p->edge_count + f);
+  for (uint32_t c = 0; c < p->corner_count; c++)
+    edges[2 * p->edge_count + c] = 2 * (2 * level->edge_count + s->corners[c]);
+  out->vertices[field] = vertices;
+  out->edges[field] = edges;
+  return TW_OK;
+}
+
+/* A vertex that was special, or the middle of an edge with an end that was, has all its faces there. */
+static tw_status refine_special(const listing *l, const strip *s, strip *out) {
+  const tw_topology *p = &s->fields[0], *t = &out->fields[0];
+  uint8_t *candidates = tw_arena_alloc(l->scratch, t->vertex_count, 1);
+  out->special = tw_arena_alloc(l->scratch, t->vertex_count, 1);
+  if (!candidates || !out->special) return TW_NO_MEMORY;
+  memcpy(candidates, s->special, p->vertex_count);
+  for (uint32_t e = 0; e < p->edge_count; e++)
+    candidates[p->vertex_count + e] =
+        s->special[p->edge_vertices[e][0]] || s->special[p->edge_vertices[e][1]];
+  mark_special(l->wish->field_count, out->fields, candidates, out->special);
+  return TW_OK;
+}
+
+static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, strip *out) {
+  memset(out, 0, sizeof *out);
+  tw_status status = TW_OK;
+  for (uint32_t f = 0; f < l->wish->field_count && status == TW_OK; f++)
+    status = refine_field(l, s, f, step, out);
+  const tw_topology *t = &s->fields[0];
+  out->corners = tw_arena_alloc_raw(l->scratch, out->fields[0].corner_count, sizeof *out->corners);
+  if (status != TW_OK || !out->corners) return TW_NO_MEMORY;
+  for (uint32_t c = 0; c < t->corner_count; c++)
+    for (uint32_t k = 0; k < 4; k++) out->corners[4 * (size_t)c + k] = 4 * s->corners[c] + k;
+  return refine_special(l, s, out);
+}
+
+/* ---- the last level ------------------------------------------------------------------------- */
+
+static tw_limit_entry *mask_room(const tw_topology *t) {
+  uint32_t capacity = 1;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t own = tw_limit_capacity(t, v);
+    if (own > capacity) capacity = own;
+  }
+  return tw_alloc(capacity, sizeof(tw_limit_entry));
+}
+
+/* Adds those of the mask at a corner that weigh something. */
+static void push_entries(const strip *s, uint32_t field, uint32_t corner, bool tangents, tw_limit_entry *room,
+                         growing *out) {
+  uint32_t count = tw_limit_mask(&s->fields[field], false, corner, room);
+  for (uint32_t i = 0; i < count; i++) {
+    tw_limit_entry entry = room[i];
+    if (tangents ? entry.tangent1 == 0 && entry.tangent2 == 0 : entry.position == 0) continue;
+    entry.vertex = s->vertices[field][entry.vertex];
+    push(out, &entry);
+  }
+}
+
+static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
+  const tw_topology *t = &s->fields[field];
+  growing vertices = {.size = sizeof(uint32_t)}, first = {.size = sizeof(uint32_t)},
+          entries = {.size = sizeof(tw_limit_entry)};
+  tw_limit_entry *room = mask_room(t);
+  for (uint32_t v = 0; room && v < t->vertex_count; v++) {
+    uint32_t corner = t->fan_corners[t->fan_offsets[v]], begin = (uint32_t)entries.count;
+    if (!s->special[s->fields[0].corner_vertex[corner]] || !is_odd(t, v)) continue;
+    push(&vertices, &s->vertices[field][v]);
+    push(&first, &begin);
+    push_entries(s, field, corner, false, room, &entries);
+  }
+  bool complete = room != NULL;
+  free(room);
+  uint32_t end = (uint32_t)entries.count;
+  push(&first, &end);
+  tw_level_limits *out = &l->levels[field].limits;
+  out->count = (uint32_t)vertices.count;
+  out->vertices = settle(&vertices, l->arena);
+  out->first = settle(&first, l->arena);
+  out->entries = settle(&entries, l->arena);
+  return complete && out->vertices && out->first && out->entries ? TW_OK : TW_NO_MEMORY;
+}
+
+/* A row on its way. */
+typedef struct row {
+  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4];
+} row;
+
+typedef struct row_list {
+  const strip *s;
+  tw_numbering numbering;
+  bool parted; /* it is there: points may have several rows */
+  tw_limit_entry *room;
+  growing rows, entries;
+} row_list;
+
+/* One of the rows of a point, at the corner that stands for it. */
+static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t corner, const row *whole) {
+  const strip *s = list->s;
+  const tw_topology *t = &s->fields[0];
+  row own = {.row = number, .point = s->vertices[0][t->corner_vertex[corner]]};
+  for (uint32_t u = 1; u < l->wish->field_count; u++)
+    own.uvs[u - 1] = s->vertices[u][s->fields[u].corner_vertex[corner]];
+  if (l->wish->normals && whole) { /* the surface has one normal there */
+    own.first_entry = whole->first_entry;
+    own.end_entry = whole->end_entry;
+    memcpy(own.quad, whole->quad, sizeof own.quad);
+  } else if (l->wish->normals) {
+    own.first_entry = (uint32_t)list->entries.count;
+    push_entries(s, 0, corner, true, list->room, &list->entries);
+    own.end_entry = (uint32_t)list->entries.count;
+    for (uint32_t k = 0; k < 4; k++) own.quad[k] = s->vertices[0][t->corner_vertex[(corner & ~3u) + k]];
+  }
+  push(&list->rows, &own);
+}
+
+/* The rows of one point: the first is the point's own number. new_row: [rows of the strip's numbering]. */
+static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *new_row) {
+  const tw_topology *t = &list->s->fields[0];
+  uint32_t first = t->fan_offsets[v], end = t->fan_offsets[v + 1], corner = t->fan_corners[first];
+  size_t begun = list->rows.count;
+  push_row(l, list, list->s->vertices[0][v], corner, NULL);
+  if (!list->parted) return;
+  const uint32_t *row_of = list->numbering.corner_row;
+  new_row[row_of[corner]] = list->s->vertices[0][v];
+  bool smooth = !is_odd(t, v);
+  for (uint32_t i = first + 1; i < end; i++) {
+    uint32_t *number = &new_row[row_of[t->fan_corners[i]]];
+    if (*number != UINT32_MAX || list->rows.failed) continue;
+    *number = l->rows->row_count++;
+    row whole = ((row *)(void *)list->rows.items)[begun];
+    push_row(l, list, *number, t->fan_corners[i], smooth ? &whole : NULL);
+  }
+}
+
+/* Corners whose row is not their point; those of the level ascend with those of the strip. */
+static tw_status list_corners(const listing *l, const row_list *list, const uint32_t *new_row) {
+  const strip *s = list->s;
+  const tw_topology *t = &s->fields[0];
+  growing corners = {.size = sizeof(uint32_t)}, rows = {.size = sizeof(uint32_t)};
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    uint32_t number = new_row[list->numbering.corner_row[c]], v = t->corner_vertex[c];
+    if (!s->special[v] || number == s->vertices[0][v]) continue;
+    push(&corners, &s->corners[c]);
+    push(&rows, &number);
+  }
+  l->rows->corner_count = (uint32_t)corners.count;
+  l->rows->corners = settle(&corners, l->arena);
+  l->rows->corner_rows = settle(&rows, l->arena);
+  return l->rows->corners && l->rows->corner_rows ? TW_OK : TW_NO_MEMORY;
+}
+
+static int compare_rows(const void *left, const void *right) {
+  const row *a = left, *b = right;
+  return a->row < b->row ? -1 : a->row > b->row;
+}
+
+static tw_status store_rows(const listing *l, row_list *list) {
+  tw_level_rows *out = l->rows;
+  size_t count = list->rows.count;
+  bool normals = l->wish->normals;
+  if (list->rows.failed) return TW_NO_MEMORY;
+  out->count = (uint32_t)count;
+  if (count > 0) qsort(list->rows.items, count, sizeof(row), compare_rows);
+  out->rows = tw_arena_alloc_raw(l->arena, count, sizeof *out->rows);
+  out->points = tw_arena_alloc_raw(l->arena, count, sizeof *out->points);
+  out->first_entry = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->first_entry);
+  out->end_entry = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->end_entry);
+  out->quad = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->quad);
+  out->entries = settle(&list->entries, l->arena);
+  bool complete = out->rows && out->points && out->first_entry && out->end_entry && out->quad && out->entries;
+  for (uint32_t u = 0; u + 1 < l->wish->field_count; u++) {
+    out->uvs[u] = tw_arena_alloc_raw(l->arena, count, sizeof *out->uvs[u]);
+    complete = complete && out->uvs[u];
+  }
+  for (size_t i = 0; complete && i < count; i++) {
+    const row *r = (const row *)(const void *)list->rows.items + i;
+    out->rows[i] = r->row;
+    out->points[i] = r->point;
+    for (uint32_t u = 0; u + 1 < l->wish->field_count; u++) out->uvs[u][i] = r->uvs[u];
+    if (!normals) continue;
+    out->first_entry[i] = r->first_entry;
+    out->end_entry[i] = r->end_entry;
+    memcpy(out->quad[i], r->quad, sizeof r->quad);
+  }
+  return complete ? TW_OK : TW_NO_MEMORY;
+}
+
+/* What parts rows: seams, and sides with normals of their own. */
+static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
+  const strip *s = list->s;
+  tw_splits splits = {.uv_count = l->wish->field_count - 1, .normals = l->wish->normals};
+  for (uint32_t u = 0; u < splits.uv_count; u++) splits.uv_bases[u] = &s->fields[1 + u];
+  list->parted = splits.uv_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
+  if (!list->parted) return TW_OK;
+  tw_status status = tw_number_vertices(&s->fields[0], &splits, NULL, l->scratch, &list->numbering);
+  if (status != TW_OK) return status;
+  *new_row = tw_arena_alloc_raw(l->scratch, list->numbering.corner_count, sizeof **new_row);
+  if (!*new_row) return TW_NO_MEMORY;
+  memset(*new_row, 0xFF, list->numbering.corner_count * sizeof **new_row);
+  return TW_OK;
+}
+
+static tw_status list_rows(const listing *l, const strip *s) {
+  row_list list = {.s = s, .rows = {.size = sizeof(row)}, .entries = {.size = sizeof(tw_limit_entry)}};
+  uint32_t *new_row = NULL;
+  tw_status status = number_parted(l, &list, &new_row);
+  list.room = mask_room(&s->fields[0]);
+  if (!list.room) status = TW_NO_MEMORY;
+  for (uint32_t v = 0; status == TW_OK && v < s->fields[0].vertex_count; v++)
+    if (s->special[v]) push_rows(l, &list, v, new_row);
+  if (status == TW_OK) status = store_rows(l, &list);
+  if (status == TW_OK && list.parted) status = list_corners(l, &list, new_row);
+  free(list.room);
+  free(list.rows.items);
+  free(list.entries.items);
+  return status;
+}
+
+/* ---- all ------------------------------------------------------------------------------------ */
+
+static tw_status list_from(const listing *l, strip *s) {
+  const tw_levels_wish *wish = l->wish;
+  for (uint32_t step = 0; step < wish->level; step++) {
+    strip child, *last = s;
+    tw_status status = TW_OK;
+    for (uint32_t f = 0; f < wish->field_count && status == TW_OK; f++)
+      if (!wish->linear[f]) status = list_masks(l, last, f, step);
+    if (status == TW_OK) status = refine_strip(l, last, step, &child);
+    if (status == TW_OK && step + 1 < wish->level) status = cut_strip(l, &child, s);
+    if (status != TW_OK) return status;
+    if (step + 1 == wish->level) *s = child;
+  }
+  tw_status status = TW_OK;
+  for (uint32_t f = 0; wish->limit && f < wish->field_count && status == TW_OK; f++)
+    if (!wish->linear[f]) status = list_limits(l, s, f);
+  return status == TW_OK ? list_rows(l, s) : status;
+}
+
+static tw_status list_all(const listing *l) {
+  const tw_levels_wish *wish = l->wish;
+  strip cage = {.special = tw_arena_alloc(l->scratch, wish->fields[0]->vertex_count, 1)}, s;
+  if (!cage.special) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < wish->field_count; f++) cage.fields[f] = *wish->fields[f];
+  mark_special(wish->field_count, cage.fields, NULL, cage.special);
+  if (!memchr(cage.special, 1, cage.fields[0].vertex_count)) return TW_OK;
+  tw_status status = cut_strip(l, &cage, &s);
+  return status == TW_OK ? list_from(l, &s) : status;
+}
+
+tw_status tw_levels_list_exceptions(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out,
+                                    tw_level_rows *rows) {
+  listing l = {wish, arena, tw_arena_create(), out, rows};
+  *rows = (tw_level_rows){.row_count = tw_levels_points(&out[0])};
+  tw_status status = l.scratch ? list_all(&l) : TW_NO_MEMORY;
+  tw_arena_destroy(l.scratch);
+  return status;
+}

@@ -1,6 +1,0 @@
-/* Rows of shallow surfaces with normals on machines with AVX-512: compiled for it. */
-#include "shallow_normals_kernel.h"
-
-void tw_shallow_fill_avx512(const tw_shallow_level *level, const tw_shallow_rows *rows) {
-  fill_rows(level, rows);
-}
