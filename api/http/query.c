@@ -70,7 +70,9 @@ static tw_status add(api_parameter *parameters, size_t *count, api_parameter fre
 
 tw_status api_query_read(const char *text, const char *const *known, tw_arena *arena, api_query *out,
                          tw_error *error) {
-  api_parameter *parameters = tw_arena_alloc(arena, PARAMETERS_MAX, sizeof *parameters);
+  size_t room = 1; /* most queries are short */
+  for (const char *c = text; *c && room < PARAMETERS_MAX; c++) room += *c == '&';
+  api_parameter *parameters = tw_arena_alloc(arena, room, sizeof *parameters);
   if (!parameters) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   size_t count = 0;
   while (*text) {
