@@ -14,10 +14,7 @@ tw_arena *api_answer_arena(const api_answer *answer) {
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy) answer->body.destroy(answer->body.context);
   if (answer->live.destroy) answer->live.destroy(answer->live.context);
-  if (answer->lender)
-    api_entry_release(answer->lender);
-  else if (!answer->in_room)
-    free((void *)answer->bytes.data);
+  free((void *)answer->bytes.data);
   tw_arena_destroy(answer->memory);
   *answer = (api_answer){0};
 }
@@ -44,13 +41,6 @@ void api_answer_headerf(api_answer *answer, const char *name, const char *format
   if (copy) api_answer_header(answer, name, copy);
 }
 
-void api_answer_lent(api_answer *answer, int status, const char *type, api_bytes bytes, api_entry *lender) {
-  answer->status = status;
-  api_answer_header(answer, "Content-Type", type);
-  answer->bytes = bytes;
-  answer->lender = lender;
-}
-
 void api_answer_text(api_answer *answer, int status, const char *type, api_text *text) {
   if (text->failed) {
     api_text_deinit(text);
@@ -62,7 +52,6 @@ void api_answer_text(api_answer *answer, int status, const char *type, api_text 
   answer->status = status;
   api_answer_header(answer, "Content-Type", type);
   answer->bytes = (api_bytes){(const uint8_t *)text->data, text->size};
-  answer->in_room = text->in_room;
   *text = (api_text){0};
 }
 

@@ -3,7 +3,6 @@
 #define API_ANSWER_H
 
 #include "api.h"
-#include "cache.h"
 #include "json_out.h"
 #include "tweend/base.h"
 
@@ -16,9 +15,6 @@ void api_answer_header(api_answer *answer, const char *name, const char *value);
 const char *api_answer_find(const api_answer *answer, const char *name);
 /* Adds a printed header; lost without memory. */
 void api_answer_headerf(api_answer *answer, const char *name, const char *format, ...) TW_PRINTF(3, 4);
-
-/* Status, type and bytes that are an entry's, whose reference the answer takes over. */
-void api_answer_lent(api_answer *answer, int status, const char *type, api_bytes bytes, api_entry *lender);
 
 /* Status, type and a text that the answer takes over (an incomplete one becomes an empty 503). */
 void api_answer_text(api_answer *answer, int status, const char *type, api_text *text);

@@ -7,7 +7,7 @@
 #include "api.h"
 #include "cache.h"
 
-enum { API_KEY_DIGEST = 32 };
+enum { API_KEY_DIGEST = 32, API_ASKED = 4096 };
 
 struct api_service {
   api_limits limits;
@@ -20,6 +20,7 @@ struct api_service {
   atomic_bool is_draining;
   api_budget *budget;
   api_cache *cache;
+  atomic_uint asked[API_ASKED]; /* hashes of requests, see response_cache.c */
 };
 
 #endif

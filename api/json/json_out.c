@@ -10,7 +10,7 @@
 #include "tweend/base.h"
 
 void api_text_deinit(api_text *text) {
-  if (!text->in_room) free(text->data);
+  free(text->data);
   *text = (api_text){0};
 }
 
@@ -29,13 +29,11 @@ static char *reserve(api_text *text, size_t more) {
   size_t capacity = 2 * text->capacity, least = text->size + more;
   if (capacity < least) capacity = least;
   if (capacity < 512) capacity = 512;
-  char *data = text->in_room ? malloc(capacity) : realloc(text->data, capacity);
+  char *data = realloc(text->data, capacity);
   if (!data) {
     text->failed = true;
     return NULL;
   }
-  if (text->in_room) memcpy(data, text->data, text->size);
-  text->in_room = false;
   text->data = data;
   text->capacity = capacity;
   return data + text->size;
@@ -43,6 +41,13 @@ static char *reserve(api_text *text, size_t more) {
 
 void api_text_reserve(api_text *text, size_t more) {
   reserve(text, more);
+}
+
+void api_text_fit(api_text *text) {
+  char *data = text->size > 0 ? realloc(text->data, text->size) : NULL;
+  if (!data) return; /* it stays as it is */
+  text->data = data;
+  text->capacity = text->size;
 }
 
 void api_text_bytes(api_text *text, const char *bytes, size_t size) {
@@ -62,10 +67,15 @@ void api_text_element(api_text *text) {
 }
 
 void api_text_member(api_text *text, const char *name) {
+  size_t length = strlen(name);
   api_text_element(text);
-  api_text_bytes(text, "\"", 1);
-  api_text_add(text, name);
-  api_text_bytes(text, "\":", 2);
+  char *end = reserve(text, length + 3);
+  if (!end) return;
+  *end++ = '"';
+  memcpy(end, name, length);
+  memcpy(end + length, "\":", 2);
+  text->size += length + 3;
+  text->last = ':';
 }
 
 /* The escape of a byte that a JSON string may not hold as it is. */

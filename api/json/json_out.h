@@ -10,9 +10,8 @@
 typedef struct api_text {
   char *data;
   size_t size, capacity;
-  char last;    /* the last byte printed, also after the buffer was emptied */
-  bool failed;  /* out of memory: what follows is dropped */
-  bool in_room; /* the memory is lent; what does not fit moves to the text's own */
+  char last;   /* the last byte printed, also after the buffer was emptied */
+  bool failed; /* out of memory: what follows is dropped */
 } api_text;
 
 void api_text_deinit(api_text *text);
@@ -22,6 +21,8 @@ void api_text_clear(api_text *text);
 
 /* Makes room for `more` bytes, so that they need not be moved as they grow. */
 void api_text_reserve(api_text *text, size_t more);
+/* Gives back what is reserved and not used. */
+void api_text_fit(api_text *text);
 
 void api_text_bytes(api_text *text, const char *bytes, size_t size);
 void api_text_add(api_text *text, const char *terminated);

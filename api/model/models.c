@@ -2,7 +2,7 @@
 #include "models.h"
 
 #include "handlers.h"
-#include "kept_text.h"
+#include "response_cache.h"
 #include "service.h"
 #include "upload.h"
 
@@ -376,7 +376,7 @@ static bool print_description(void *context, api_text *out, api_fault *fault) {
 api_outcome api_get_model(api_call *call) {
   char key[API_MODEL_KEY];
   snprintf(key, sizeof key, "%s/description", call->id);
-  return api_reply_kept(call, key, description, "", print_description, call);
+  return api_response_reply(call, key, description, "", print_description, call);
 }
 
 api_outcome api_delete_model(api_call *call) {

@@ -215,11 +215,6 @@ static api_outcome take_private(api_call *call, clip_source *source, api_entry *
   return *out ? API_DONE : api_fail_without_memory(call);
 }
 
-void api_clip_key(const char *id, const api_clip_choice *choice, char out[API_CLIP_KEY]) {
-  snprintf(out, API_CLIP_KEY, "%s/clip?from=%s&index=%u&force=%d", id, choice->lender, choice->index,
-           choice->force);
-}
-
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choice *choice, api_entry **out) {
   clip_source source = {model, model, choice};
@@ -230,8 +225,9 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
     source.lender = api_entry_value(lender);
     /* Deleted and stored again between two looks, a model is the same bytes: the index still holds. */
   }
-  char key[API_CLIP_KEY];
-  api_clip_key(call->id, choice, key);
+  char key[128];
+  snprintf(key, sizeof key, "%s/clip?from=%s&index=%u&force=%d", call->id, choice->lender, choice->index,
+           choice->force);
   api_outcome outcome =
       is_stored ? api_call_take(call, key, build_clip, &source, out) : take_private(call, &source, out);
   api_entry_release(lender);

@@ -30,10 +30,6 @@ typedef struct api_clip_choice {
 api_outcome api_clip_find(api_call *call, const tw_model *model, const char *name, int force,
                           api_clip_choice *out);
 
-/* The key that a stored model's clip has in the cache. */
-enum { API_CLIP_KEY = 128 };
-void api_clip_key(const char *id, const api_clip_choice *choice, char out[API_CLIP_KEY]);
-
 /* The clip, compiled: *out holds an api_clip. is_stored: the model is call->id of the store, so the
  * clip may be cached; a model out of the body is not. */
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,

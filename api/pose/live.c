@@ -3,8 +3,7 @@
  * part. */
 #include "handlers.h"
 #include "models.h"
-#include "pose_print.h"
-#include "pose_request.h"
+#include "pose_body.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -32,8 +31,8 @@ typedef struct live_request {
 /* What a stream holds on to; lives in its own arena. */
 typedef struct live_poses {
   tw_arena *arena;
-  api_entry *model, *clip;
-  api_pose_body *body;
+  const char *key;
+  api_pose_body *body; /* holds model and clip */
   double speed, fps, from, duration;
   tw_loop loop;
 } live_poses;
@@ -103,7 +102,7 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
   api_text_add(&text, "id: ");
   api_text_count(&text, index);
   api_text_add(&text, "\ndata: ");
-  api_pose_body_print(live->body, (float)time, &text);
+  api_pose_body_print_at(live->body, (float)time, &text);
   api_text_add(&text, "\n");
   if (text.failed) {
     api_text_deinit(&text);
@@ -115,18 +114,16 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
 
 static void destroy_live(void *context) {
   live_poses *live = context;
-  api_pose_body_deinit(live->body);
-  api_entry_release(live->clip);
-  api_entry_release(live->model);
+  api_pose_body_destroy(live->body);
   tw_arena_destroy(live->arena); /* holds the struct itself */
 }
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
 /* A short text for all that makes out the frames; NULL without memory. */
-static const char *make_key(api_call *call, const live_request *request, const api_clip_choice *choice) {
+static const char *make_key(api_call *call, const live_request *request) {
   api_text text = {0};
-  api_pose_request_print(&request->pose, choice, &text);
+  api_pose_request_print(&request->pose, &text);
   const double numbers[] = {request->speed, request->fps, request->from};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
     api_text_add(&text, "&");
@@ -138,56 +135,50 @@ static const char *make_key(api_call *call, const live_request *request, const a
   return key;
 }
 
-/* Takes over the entries. NULL without memory. */
-static live_poses *create_live(const live_request *request, api_entry *model, api_entry *clip) {
+static double duration_of(const api_pose_request *pose) {
+  return pose->clip ? (double)tw_clip_duration(pose->clip->compiled) : 0;
+}
+
+/* Takes over the request's entries. NULL without memory. */
+static live_poses *create_live(live_request *request, const char *key) {
+  api_pose_request *pose = &request->pose;
   tw_arena *arena = tw_arena_create();
   live_poses *live = arena ? tw_arena_alloc(arena, 1, sizeof *live) : NULL;
-  api_pose_query query = request->pose.query;
-  uint32_t *nodes = live ? tw_arena_alloc(arena, query.node_count, sizeof *nodes) : NULL;
+  uint32_t *nodes = live ? tw_arena_alloc(arena, pose->node_count, sizeof *nodes) : NULL;
   if (nodes) {
-    memcpy(nodes, query.nodes, query.node_count * sizeof *nodes);
-    query.nodes = nodes;
-    query.form = API_POSE_NDJSON;
-    query.loop = TW_CLAMP; /* times come folded */
-    query.times = (api_times){.is_given = true, .count = 1};
     *live = (live_poses){.arena = arena,
-                         .model = model,
-                         .clip = clip,
-                         .body = api_pose_body_create(&query, NULL, arena, (api_room){0}),
+                         .key = tw_arena_text(arena, key, strlen(key)),
                          .speed = request->speed,
                          .fps = request->fps,
                          .from = request->from,
-                         .duration = query.clip ? (double)tw_clip_duration(query.clip->compiled) : 0,
-                         .loop = request->pose.query.loop};
+                         .duration = duration_of(pose),
+                         .loop = pose->loop};
+    memcpy(nodes, pose->nodes, pose->node_count * sizeof *nodes);
+    pose->nodes = nodes;
+    pose->form = API_POSE_NDJSON;
+    pose->loop = TW_CLAMP; /* times come folded */
+    if (live->key) live->body = api_pose_body_create(pose, arena);
     if (live->body) return live;
   }
   tw_arena_destroy(arena);
-  api_entry_release(clip);
-  api_entry_release(model);
   return NULL;
 }
 
-static api_outcome check_size(api_call *call, const api_pose_query *query) {
-  uint64_t numbers = query->node_count * (uint64_t)api_pose_width(query->as);
-  if (query->model->node_count > FRAME_NODES)
+static api_outcome check_size(api_call *call, const api_pose_request *pose) {
+  uint64_t numbers = pose->node_count * (uint64_t)api_pose_width(pose->as);
+  if (pose->model->node_count > FRAME_NODES)
     return api_fail_with(call, 422, "the model has %u nodes, over the limit of %d for live poses",
-                         query->model->node_count, FRAME_NODES);
+                         pose->model->node_count, FRAME_NODES);
   if (numbers > FRAME_NUMBERS)
     return api_fail_with(call, 422, "a pose has %llu numbers, over the limit of %d for live poses",
                          (unsigned long long)numbers, FRAME_NUMBERS);
   return API_DONE;
 }
 
-/* Fills the answer; takes over the entries. */
-static api_outcome reply_live(api_call *call, const live_request *request, const api_clip_choice *choice,
-                              api_entry *model, api_entry *clip) {
-  const char *key = make_key(call, request, choice);
-  live_poses *live = create_live(request, model, clip);
-  const char *copy = live && key ? tw_arena_text(live->arena, key, strlen(key)) : NULL;
-  if (!copy) {
-    if (live) destroy_live(live);
-    return api_fail_without_memory(call);
-  }
+static api_outcome reply_live(api_call *call, live_request *request) {
+  const char *key = make_key(call, request);
+  live_poses *live = key ? create_live(request, key) : NULL;
+  if (!live) return api_fail_without_memory(call);
   uint64_t last = last_frame(live);
   api_answer_header(&call->answer, "Cache-Control", "no-store");
   if (request->has_last && request->last_id >= last) {
@@ -195,17 +186,17 @@ static api_outcome reply_live(api_call *call, const live_request *request, const
     call->answer.status = 204; /* which tells an EventSource not to come again */
     return API_DONE;
   }
-  const api_clip *played = request->pose.query.clip;
+  const api_clip *played = request->pose.clip;
   if (played && played->missing_count > 0) api_clip_warning(call, played);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   api_answer_header(&call->answer, "X-Accel-Buffering", "no"); /* for proxies that would wait for more */
   call->answer.live = (api_live){
-      .key = copy,
+      .key = live->key,
       .fps = request->fps,
       .first = request->has_last ? request->last_id + 1 : 0,
       .last = last,
-      .joins = request->pose.query.loop != TW_CLAMP && !request->has_from && !request->has_last,
+      .joins = live->loop != TW_CLAMP && !request->has_from && !request->has_last,
       .opening = "retry: 1000\n\n",
       .pulse = ":\n\n",
       .closing = "event: end\ndata: {}\n\n",
@@ -216,27 +207,19 @@ static api_outcome reply_live(api_call *call, const live_request *request, const
   return API_DONE;
 }
 
+static api_outcome answer_live(api_call *call, live_request *request) {
+  api_outcome outcome = api_pose_request_resolve(call, true, &request->pose);
+  if (outcome == API_DONE) outcome = check_size(call, &request->pose);
+  if (outcome != API_DONE) return outcome;
+  if (!request->has_from && request->speed < 0) request->from = duration_of(&request->pose);
+  return reply_live(call, request);
+}
+
 api_outcome api_get_live(api_call *call) {
   live_request request;
-  api_clip_choice choice;
-  api_entry *entry, *clip = NULL;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
-  if (outcome != API_DONE) return outcome;
-  const tw_model *model = api_entry_value(entry);
-  request.pose.query.model = model;
-  outcome = api_clip_find(call, model, request.pose.clip_name, request.pose.force, &choice);
-  if (outcome == API_DONE && choice.index != TW_NO_INDEX)
-    outcome = api_clip_take(call, model, true, &choice, &clip);
-  if (outcome == API_DONE) {
-    request.pose.query.clip = clip ? api_entry_value(clip) : NULL;
-    if (!request.has_from && request.speed < 0 && clip)
-      request.from = (double)tw_clip_duration(request.pose.query.clip->compiled);
-    outcome = api_pose_choose_nodes(call, model, &request.pose);
-  }
-  if (outcome == API_DONE) outcome = check_size(call, &request.pose.query);
-  if (outcome == API_DONE) return reply_live(call, &request, &choice, entry, clip);
-  api_entry_release(clip);
-  api_entry_release(entry);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.pose.model_entry);
+  if (outcome == API_DONE) outcome = answer_live(call, &request);
+  api_pose_request_deinit(&request.pose);
   return outcome;
 }

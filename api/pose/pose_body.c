@@ -1,110 +1,112 @@
-/* Poses on the wire: times are evaluated in small blocks, each pose is printed as it is read. */
+/* Poses: evaluated one by one, printed as JSON, lines of JSON, CSV or binary rows. */
 #include "pose_body.h"
 
-#include "pose_frame.h"
-#include "pose_print.h"
-
-#include <stddef.h>
 #include <string.h>
 
-/* Local transforms of one block: enough times at once for the clip's work track by track. */
-enum { BLOCK_BYTES = 256 * 1024, BLOCK_TIMES = 64 };
-
-/* A piece of text is printed in steps of about this many bytes. */
+/* Text is printed in steps of about this many bytes. */
 enum { PIECE = 32 * 1024 };
 
-/* In a radian. */
-static const double DEGREES = 57.295779513082320877;
+/* About what an answer takes beside its numbers. */
+enum { HEAD_BYTES = 1000 };
 
 /* Of the binary form: magic, version, length of the JSON. */
 enum { BIN_PREFIX = 12, BIN_LENGTH = 8 };
 
+/* In a radian. */
+static const double DEGREES = 57.295779513082320877;
+
 /* What of the answer comes next. */
-typedef enum pose_phase {
-  PHASE_HEAD,
-  PHASE_TIMES,
-  PHASE_OPEN_POSES,
-  PHASE_POSES,
-  PHASE_TAIL,
-  PHASE_END
-} pose_phase;
+typedef enum pose_phase { PHASE_HEAD, PHASE_TIMES, PHASE_POSES, PHASE_END } pose_phase;
 
 struct api_pose_body {
-  api_pose_query query;
-  const api_pose_template *template; /* NULL: nothing is printed yet */
+  api_pose_request request; /* holds the entries */
   pose_phase phase;
-  uint64_t next; /* time or pose */
-  api_text text; /* printed and not yet read */
-  size_t read;   /* of text */
-  uint64_t size;
+  uint64_t next;    /* time or pose */
+  api_text text;    /* printed and not yet read */
+  size_t read;      /* of text */
+  uint64_t size;    /* of the whole answer */
   uint32_t padding; /* spaces behind a binary answer's header */
 
-  uint32_t block_times, block_count, block_next;
-  float *sampled;    /* [block_times], folded onto the clip */
-  tw_trs *locals;    /* [block_times][nodes of the model] */
-  bool is_direct;    /* locals are the row itself */
-  bool tells_still;  /* what the clip does not change is read from there as well */
-  float *matrices;   /* [nodes of the model][16]; NULL where local transforms are told as they are */
-  float *lanes;      /* a block of TW_LANES times side by side, in place of locals; NULL: one by one */
-  float *lane_world; /* the same block's world matrices */
+  tw_trs *locals;    /* [nodes of the model]; NULL where a row is the local transforms as they are */
+  float *matrices;   /* [nodes of the model][16], local or world; NULL where no matrix is needed */
   float *joints;     /* [node_count][16] with is_skinning */
-  float (*euler)[3]; /* [node_count], the pose before; NULL unless asked for */
+  float (*euler)[3]; /* [node_count], of the pose before; NULL unless asked for */
   bool has_euler;    /* there was a pose before */
   float *row;        /* [node_count][width]; NULL in the binary form */
-  float at;          /* of api_pose_body_print */
 };
+
+/* Some of a node's numbers. */
+typedef struct pose_part {
+  const char *name;
+  uint32_t offset, width; /* floats, from the node's first */
+} pose_part;
+
+/* What a pose tells of each node. */
+typedef struct pose_layout {
+  const char *name;
+  uint32_t width;      /* floats of a node */
+  pose_part parts[4];  /* in the order of the answer; the last has no name */
+  const char *columns; /* the parts in CSV */
+  const char *members; /* the parts in the binary form's header */
+} pose_layout;
+
+#define MOVED_COLUMNS "translation_x,translation_y,translation_z,scale_x,scale_y,scale_z"
+
+/* By api_pose_as. */
+static const pose_layout layouts[] = {
+    {"trs",
+     10,
+     {{"rotation", 0, 4}, {"translation", 4, 3}, {"scale", 7, 3}},
+     "rotation_x,rotation_y,rotation_z,rotation_w," MOVED_COLUMNS,
+     "{\"name\":\"rotation\",\"offset\":0,\"byte_offset\":0,\"components\":4},"
+     "{\"name\":\"translation\",\"offset\":4,\"byte_offset\":16,\"components\":3},"
+     "{\"name\":\"scale\",\"offset\":7,\"byte_offset\":28,\"components\":3}"},
+    {"matrix",
+     16,
+     {{"matrix", 0, 16}},
+     "m0,m1,m2,m3,m4,m5,m6,m7,m8,m9,m10,m11,m12,m13,m14,m15",
+     "{\"name\":\"matrix\",\"offset\":0,\"byte_offset\":0,\"components\":16}"},
+    {"euler",
+     9,
+     {{"euler", 0, 3}, {"translation", 3, 3}, {"scale", 6, 3}},
+     "euler_x,euler_y,euler_z," MOVED_COLUMNS,
+     "{\"name\":\"euler\",\"offset\":0,\"byte_offset\":0,\"components\":3},"
+     "{\"name\":\"translation\",\"offset\":3,\"byte_offset\":12,\"components\":3},"
+     "{\"name\":\"scale\",\"offset\":6,\"byte_offset\":24,\"components\":3}"},
+    {"axis-angle",
+     10,
+     {{"axis_angle", 0, 4}, {"translation", 4, 3}, {"scale", 7, 3}},
+     "axis_x,axis_y,axis_z,angle," MOVED_COLUMNS,
+     "{\"name\":\"axis_angle\",\"offset\":0,\"byte_offset\":0,\"components\":4},"
+     "{\"name\":\"translation\",\"offset\":4,\"byte_offset\":16,\"components\":3},"
+     "{\"name\":\"scale\",\"offset\":7,\"byte_offset\":28,\"components\":3}"},
+};
+
+size_t api_pose_width(api_pose_as as) {
+  return layouts[as].width;
+}
 
 /* ---- evaluating ------------------------------------------------------------------------------- */
 
-static void evaluate_lanes(api_pose_body *body, uint32_t count) {
-  const tw_model *model = body->query.model;
-  const tw_clip *clip = body->query.clip->compiled;
-  for (uint32_t i = count; i < TW_LANES; i++) body->sampled[i] = body->sampled[count - 1];
-  tw_clip_lanes(clip, model->nodes, model->node_count, body->sampled, body->lanes);
-  tw_lanes_world(clip, model->nodes, model->node_order, model->node_count, body->lanes, body->lane_world);
-}
-
-static void evaluate_block(api_pose_body *body) {
-  const api_pose_query *query = &body->query;
-  uint64_t left = query->times.count - body->next;
-  uint32_t count = left < body->block_times ? (uint32_t)left : body->block_times;
-  uint32_t nodes = query->model->node_count;
-  body->block_count = count;
-  body->block_next = 0;
-  if (!query->clip) {
-    for (size_t i = 0; i < (size_t)count * nodes; i++) body->locals[i] = query->model->nodes[i % nodes].rest;
+static void evaluate_locals(const api_pose_request *request, float time, tw_trs *locals) {
+  const tw_model *model = request->model;
+  if (!request->clip) {
+    for (uint32_t i = 0; i < model->node_count; i++) locals[i] = model->nodes[i].rest;
     return;
   }
-  float duration = tw_clip_duration(query->clip->compiled);
-  for (uint32_t i = 0; i < count; i++)
-    body->sampled[i] = tw_loop_time(api_times_get(&query->times, body->next + i), duration, query->loop);
-  if (body->lanes)
-    evaluate_lanes(body, count);
-  else
-    tw_clip_poses(query->clip->compiled, body->tells_still ? query->clip->rest : NULL, nodes, body->sampled,
-                  count, body->locals);
+  const tw_clip *clip = request->clip->compiled;
+  time = tw_loop_time(time, tw_clip_duration(clip), request->loop);
+  tw_clip_poses(clip, request->clip->rest, model->node_count, &time, 1, locals);
 }
 
-/* World matrices of one of the block's poses, of the nodes that the answer tells of. */
-static void take_lane(api_pose_body *body, uint32_t lane) {
-  for (uint32_t i = 0; i < body->query.node_count; i++) {
-    uint32_t node = body->query.nodes[i];
-    tw_lanes_matrix(body->lane_world, node, lane, body->matrices + 16 * (size_t)node);
-  }
-}
-
-/* Matrices of the block's pose `index`: local, or world. */
-static void evaluate_matrices(api_pose_body *body, uint32_t index) {
-  const tw_model *model = body->query.model;
-  const tw_clip *clip = body->query.clip ? body->query.clip->compiled : NULL;
-  if (body->lanes) {
-    take_lane(body, index);
-  } else {
-    const tw_trs *locals = body->locals + (size_t)index * model->node_count;
-    tw_pose_locals(clip, model->nodes, model->node_count, locals, body->matrices);
-    if (body->query.is_world || body->query.is_skinning)
-      tw_pose_world(model->nodes, model->node_order, model->node_count, body->matrices, body->matrices);
-  }
+/* Matrices of the local transforms: local, world, or those of joints. */
+static void evaluate_matrices(api_pose_body *body) {
+  const api_pose_request *request = &body->request;
+  const tw_model *model = request->model;
+  const tw_clip *clip = request->clip ? request->clip->compiled : NULL;
+  tw_pose_locals(clip, model->nodes, model->node_count, body->locals, body->matrices);
+  if (request->is_world || request->is_skinning)
+    tw_pose_world(model->nodes, model->node_order, model->node_count, body->matrices, body->matrices);
   float *joints = body->joints;
   for (uint32_t i = 0; joints && i < model->skin_count; i++) {
     tw_skin_matrices(&model->skins[i], body->matrices, joints);
@@ -112,169 +114,303 @@ static void evaluate_matrices(api_pose_body *body, uint32_t index) {
   }
 }
 
-static void put_euler(api_pose_body *body, const tw_trs *local, uint32_t index, float *out) {
-  const api_pose_query *query = &body->query;
+static void put_euler(api_pose_body *body, const tw_trs *transform, uint32_t index, float *out) {
+  const api_pose_request *request = &body->request;
   float *previous = body->euler[index];
   if (body->has_euler)
-    tw_quat_to_euler_near(local->rotation, query->order, previous, out);
+    tw_quat_to_euler_near(transform->rotation, request->order, previous, out);
   else
-    tw_quat_to_euler(local->rotation, query->order, out);
+    tw_quat_to_euler(transform->rotation, request->order, out);
   memcpy(previous, out, sizeof body->euler[index]);
-  for (int i = 0; query->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
+  for (int i = 0; request->in_degrees && i < 3; i++) out[i] = (float)((double)out[i] * DEGREES);
 }
 
-/* A transform is told as it is held: see trs_parts. */
-_Static_assert(offsetof(tw_trs, rotation) == 0 && offsetof(tw_trs, translation) == 4 * sizeof(float) &&
-                   offsetof(tw_trs, scale) == 7 * sizeof(float) && sizeof(tw_trs) == 10 * sizeof(float),
-               "rotation, translation and scale, without gaps");
-
-/* One node's numbers, as api_pose_parts orders them. */
-static void put_node(api_pose_body *body, const tw_trs *local, uint32_t index, float *out) {
-  const api_pose_query *query = &body->query;
-  switch (query->as) {
+/* The numbers of the answer's node `index`, as its layout orders them. */
+static void put_transform(api_pose_body *body, const tw_trs *transform, uint32_t index, float *out) {
+  const api_pose_request *request = &body->request;
+  switch (request->as) {
   case API_AS_MATRIX: return;
-  case API_AS_TRS: memcpy(out, local, sizeof *local); return;
+  case API_AS_TRS: memcpy(out, transform, sizeof *transform); return;
   case API_AS_EULER:
-    put_euler(body, local, index, out);
+    put_euler(body, transform, index, out);
     out += 3;
     break;
   case API_AS_AXIS_ANGLE:
-    tw_quat_to_axis_angle(local->rotation, out);
-    if (query->in_degrees) out[3] = (float)((double)out[3] * DEGREES);
+    tw_quat_to_axis_angle(transform->rotation, out);
+    if (request->in_degrees) out[3] = (float)((double)out[3] * DEGREES);
     out += 4;
     break;
   }
-  memcpy(out, local->translation, sizeof local->translation);
-  memcpy(out + 3, local->scale, sizeof local->scale);
+  memcpy(out, transform->translation, sizeof transform->translation);
+  memcpy(out + 3, transform->scale, sizeof transform->scale);
 }
 
-/* The block's pose `index` by matrices. */
-static void put_matrices(api_pose_body *body, uint32_t index, float *out) {
-  const api_pose_query *query = &body->query;
-  evaluate_matrices(body, index);
-  for (uint32_t i = 0; i < query->node_count; i++, out += api_pose_width(query->as)) {
-    const float *matrix = body->matrices + (size_t)query->nodes[i] * 16;
-    if (query->as == API_AS_MATRIX) {
-      memcpy(out, body->joints ? body->joints + (size_t)i * 16 : matrix, 16 * sizeof *out);
-    } else {
-      tw_trs world;
-      tw_trs_from_matrix(matrix, &world); /* shear has no place in it */
-      put_node(body, &world, i, out);
-    }
+static void put_node(api_pose_body *body, uint32_t index, float *out) {
+  const api_pose_request *request = &body->request;
+  uint32_t node = request->nodes[index];
+  const float *matrix = body->matrices + (body->matrices ? (size_t)node * 16 : 0);
+  if (request->as == API_AS_MATRIX) {
+    memcpy(out, body->joints ? body->joints + (size_t)index * 16 : matrix, 16 * sizeof *out);
+  } else if (body->matrices) {
+    tw_trs world;
+    tw_trs_from_matrix(matrix, &world); /* the nearest: a TRS has no shear */
+    put_transform(body, &world, index, out);
+  } else {
+    put_transform(body, &body->locals[node], index, out);
   }
 }
 
-/* Fills a row with the next pose. */
-static void evaluate_pose(api_pose_body *body, float *row) {
-  const api_pose_query *query = &body->query;
-  if (body->is_direct) body->locals = (tw_trs *)(void *)row;
-  if (body->block_next == body->block_count) evaluate_block(body);
-  uint32_t index = body->block_next++, count = query->node_count;
-  const tw_trs *locals = body->locals + (size_t)index * query->model->node_count;
-  if (body->matrices)
-    put_matrices(body, index, row);
-  else if (!body->is_direct)
-    for (uint32_t i = 0; i < count; i++)
-      put_node(body, &locals[query->nodes[i]], i, row + i * api_pose_width(query->as));
+/* Fills a row with the pose at a time. A row that is the local transforms as they are is evaluated in place,
+ * which saves a third of the time of binary rows. */
+static void evaluate(api_pose_body *body, float time, float *row) {
+  const api_pose_request *request = &body->request;
+  evaluate_locals(request, time, body->locals ? body->locals : (tw_trs *)(void *)row);
+  if (!body->locals) return;
+  if (body->matrices) evaluate_matrices(body);
+  size_t width = api_pose_width(request->as);
+  for (uint32_t i = 0; i < request->node_count; i++) put_node(body, i, row + i * width);
   body->has_euler = true;
+}
+
+/* ---- what the answer is ------------------------------------------------------------------------ */
+
+static void print_node_names(const api_pose_request *request, api_text *text) {
+  api_text_member(text, "nodes");
+  if (request->clip && api_pose_has_all_nodes(request))
+    api_text_add(text, request->clip->node_names);
+  else
+    api_node_names_print(request->model, request->nodes, request->node_count, text);
+}
+
+/* Which of the joints are whose. */
+static void print_skins(const tw_model *model, api_text *text) {
+  uint64_t first = 0;
+  api_text_member(text, "skins");
+  api_text_add(text, "[");
+  for (uint32_t i = 0; i < model->skin_count; i++) {
+    const tw_skin *skin = &model->skins[i];
+    api_text_element(text);
+    api_text_add(text, "{");
+    api_text_member(text, "name");
+    api_text_string(text, skin->name);
+    api_text_member(text, "first");
+    api_text_count(text, first);
+    api_text_member(text, "count");
+    api_text_count(text, skin->joint_count);
+    api_text_add(text, "}");
+    first += skin->joint_count;
+  }
+  api_text_add(text, "]");
+}
+
+/* What a borrowed clip moves and the model does not have. */
+static void print_warnings(const api_clip *clip, api_text *text) {
+  api_text_member(text, "warnings");
+  api_text_add(text, "[");
+  for (uint32_t i = 0; i < clip->missing_count; i++) {
+    api_text sentence = {0};
+    api_text_add(&sentence, "the clip moves a node that the model does not have: ");
+    api_text_add(&sentence, clip->missing[i]);
+    api_text_element(text);
+    if (!sentence.failed) api_text_quoted(text, sentence.data, sentence.size);
+    text->failed |= sentence.failed;
+    api_text_deinit(&sentence);
+  }
+  api_text_add(text, "]");
+}
+
+/* The members that say what the answer is; leaves the object open. */
+static void print_heading(const api_pose_request *request, api_text *text) {
+  const api_clip *clip = request->clip;
+  api_text_add(text, "{");
+  api_text_member(text, "clip");
+  api_text_string(text, clip ? clip->name : NULL);
+  api_text_member(text, "duration");
+  api_text_float(text, clip ? tw_clip_duration(clip->compiled) : 0);
+  api_text_member(text, "space");
+  api_text_string(text, request->is_world ? "world" : "local");
+  api_text_member(text, "as");
+  api_text_string(text, layouts[request->as].name);
+  if (request->as == API_AS_EULER) {
+    api_text_member(text, "order");
+    api_text_string(text, tw_euler_order_names[request->order]);
+  }
+  if (request->as == API_AS_EULER || request->as == API_AS_AXIS_ANGLE) {
+    api_text_member(text, "unit");
+    api_text_string(text, request->in_degrees ? "degrees" : "radians");
+  }
+  if (clip && clip->missing_count > 0) print_warnings(clip, text);
+  print_node_names(request, text);
+  if (request->is_skinning) print_skins(request->model, text);
+}
+
+/* Where a node's numbers stand in a row of the binary form. */
+static void print_layout(const api_pose_request *request, api_text *text) {
+  size_t width = api_pose_width(request->as);
+  api_text_member(text, "poses");
+  api_text_count(text, request->times.count);
+  api_text_member(text, "stride");
+  api_text_count(text, width * request->node_count);
+  api_text_member(text, "node_stride");
+  api_text_count(text, width);
+  api_text_member(text, "layout");
+  api_text_add(text, "[");
+  api_text_add(text, layouts[request->as].members);
+  api_text_add(text, "]");
+}
+
+/* ---- poses ------------------------------------------------------------------------------------- */
+
+static void print_json_pose(const api_pose_request *request, float time, const float *row, api_text *text) {
+  size_t width = api_pose_width(request->as);
+  api_text_add(text, "{\"t\":");
+  api_text_float(text, time);
+  for (const pose_part *part = layouts[request->as].parts; part->name; part++) {
+    api_text_member(text, part->name);
+    api_text_add(text, "[");
+    api_text_vectors(text, row + part->offset, width, part->width, request->node_count);
+    api_text_add(text, "]");
+  }
+  api_text_add(text, "}");
+}
+
+/* A CSV field, quoted where RFC 4180 asks for it. */
+static void print_csv_text(api_text *text, const char *value) {
+  if (!value[strcspn(value, ",\"\r\n")]) {
+    api_text_add(text, value);
+    return;
+  }
+  api_text_add(text, "\"");
+  for (; *value; value++) {
+    if (*value == '"') api_text_add(text, "\"");
+    api_text_bytes(text, value, 1);
+  }
+  api_text_add(text, "\"");
+}
+
+static void print_csv_pose(const api_pose_request *request, float time, const float *row, api_text *text) {
+  char number[TW_NUMBER_TEXT], buffer[24];
+  size_t width = api_pose_width(request->as), digits = tw_print_float(number, time);
+  for (uint32_t i = 0; i < request->node_count; i++) {
+    api_text_bytes(text, number, digits);
+    api_text_add(text, ",");
+    print_csv_text(text, tw_model_node_name(request->model, request->nodes[i], buffer));
+    size_t bracket = text->size; /* JSON's brackets become CSV's comma and end of line */
+    api_text_vectors(text, row + i * width, width, width, 1);
+    if (text->failed) return;
+    text->data[bracket] = ',';
+    text->data[text->size - 1] = '\r';
+    api_text_add(text, "\n");
+  }
+}
+
+void api_pose_body_print_at(api_pose_body *body, float time, api_text *text) {
+  const api_pose_request *request = &body->request;
+  size_t count = api_pose_width(request->as) * request->node_count;
+  bool is_binary = request->form == API_POSE_BIN;
+  float *row = is_binary ? api_text_room(text, count) : body->row;
+  if (!row) return;
+  evaluate(body, time, row);
+  switch (request->form) {
+  case API_POSE_JSON:
+    api_text_element(text);
+    print_json_pose(request, time, row, text);
+    break;
+  case API_POSE_NDJSON:
+    print_json_pose(request, time, row, text);
+    api_text_add(text, "\n");
+    break;
+  case API_POSE_BIN: api_text_room_filled(row, count); break;
+  case API_POSE_CSV: print_csv_pose(request, time, row, text); break;
+  }
 }
 
 /* ---- phases ------------------------------------------------------------------------------------ */
 
-/* What comes before the times, or before the poses where the form has none. */
-static void print_opening(const api_pose_query *query, api_text *text) {
-  switch (query->form) {
-  case API_POSE_NDJSON: return;
-  case API_POSE_CSV: api_pose_print_columns(query, text); return;
-  case API_POSE_BIN:
-    api_text_add(text, "TWPB");
-    api_pose_print_u32(1, text);
-    api_pose_print_u32(0, text); /* the length: see print_bin_head */
-    api_pose_print_heading(query, text);
-    api_pose_print_layout(query, text);
-    break;
-  case API_POSE_JSON: api_pose_print_heading(query, text); break;
-  }
-  api_text_member(text, "times");
-  api_text_add(text, "[");
+/* Little-endian, whatever the machine's order. */
+static void put_u32(uint32_t value, char out[4]) {
+  for (int i = 0; i < 4; i++) out[i] = (char)(value >> 8 * i & 0xFF);
 }
 
 static void print_head(api_pose_body *body, api_text *text) {
-  const api_pose_template *template = body->template;
-  body->phase = body->query.form == API_POSE_JSON ? PHASE_TIMES : PHASE_POSES;
-  if (template)
-    api_text_bytes(text, template->opening, template->opening_size);
-  else
-    print_opening(&body->query, text);
+  const api_pose_request *request = &body->request;
+  switch (request->form) {
+  case API_POSE_NDJSON: body->phase = PHASE_POSES; return;
+  case API_POSE_CSV:
+    api_text_add(text, "t,node,");
+    api_text_add(text, layouts[request->as].columns);
+    api_text_add(text, "\r\n");
+    body->phase = PHASE_POSES;
+    return;
+  case API_POSE_BIN:
+    api_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* the length: see print_bin_head */
+    print_heading(request, text);
+    print_layout(request, text);
+    break;
+  case API_POSE_JSON: print_heading(request, text); break;
+  }
+  api_text_member(text, "times");
+  api_text_add(text, "[");
+  body->phase = PHASE_TIMES;
 }
 
-/* The size of the whole answer stands in a binary one's head, which is printed first. False when there is no
- * memory or the header is too long. */
+/* Bytes that the times take in a list. */
+static uint64_t measure_times(const api_times *times) {
+  char number[TW_NUMBER_TEXT];
+  uint64_t size = times->count > 0 ? times->count - 1 : 0;
+  for (uint64_t i = 0; i < times->count; i++) size += tw_print_float(number, api_times_get(times, i));
+  return size;
+}
+
+/* The length of a binary answer's header stands before it, and the size of the answer follows from it. False
+ * when there is no memory or the header is too long. */
 static bool print_bin_head(api_pose_body *body) {
-  const api_pose_query *query = &body->query;
+  const api_pose_request *request = &body->request;
   api_text *text = &body->text;
-  if (body->template) api_text_reserve(text, body->template->size); /* for the poses as well */
   print_head(body, text);
-  uint64_t header = text->size - BIN_PREFIX + api_pose_measure_times(query) + strlen("]}");
+  uint64_t header = text->size - BIN_PREFIX + measure_times(&request->times) + strlen("]}");
   if (text->failed || header > UINT32_MAX - 4) return false;
   body->padding = (uint32_t)((4 - header % 4) % 4);
   header += body->padding;
-  for (int i = 0; i < 4; i++) text->data[BIN_LENGTH + i] = (char)(header >> 8 * i & 0xFF);
-  body->size = BIN_PREFIX + header +
-               query->times.count * (api_pose_width(query->as) * query->node_count * sizeof(float));
-  body->phase = PHASE_TIMES;
+  put_u32((uint32_t)header, text->data + BIN_LENGTH);
+  uint64_t row = api_pose_width(request->as) * request->node_count * sizeof(float);
+  body->size = BIN_PREFIX + header + request->times.count * row;
   return true;
 }
 
-static void print_times(api_pose_body *body, api_text *text) {
-  size_t end = text->size + PIECE;
-  while (body->next < body->query.times.count && text->size < end && !text->failed) {
-    api_text_element(text);
-    api_times_print_one(&body->query.times, body->next++, text);
+static void close_times(api_pose_body *body, api_text *text) {
+  if (body->request.form == API_POSE_JSON) {
+    api_text_add(text, "],\"poses\":[");
+  } else {
+    api_text_add(text, "]}");
+    for (uint32_t i = 0; i < body->padding; i++) api_text_add(text, " ");
   }
-  if (body->next == body->query.times.count) body->phase = PHASE_OPEN_POSES;
-}
-
-static void open_poses(api_pose_body *body, api_text *text) {
   body->next = 0;
   body->phase = PHASE_POSES;
-  if (body->query.form == API_POSE_JSON) {
-    api_text_add(text, "],\"poses\":[");
-    return;
-  }
-  api_text_add(text, "]}");
-  for (uint32_t i = 0; i < body->padding; i++) api_text_add(text, " ");
 }
 
-static void print_pose(api_pose_body *body, api_text *text) {
-  const api_pose_query *query = &body->query;
-  size_t count = api_pose_width(query->as) * query->node_count;
-  bool is_binary = query->form == API_POSE_BIN;
-  float *row = is_binary ? api_text_room(text, count) : body->row;
-  if (!row) return;
-  evaluate_pose(body, row);
-  if (is_binary)
-    api_text_room_filled(row, count);
-  else
-    api_pose_print_row(query, body->next, row, body->template ? &body->template->frame : NULL, text);
+static void close_poses(api_pose_body *body, api_text *text) {
+  if (body->request.form == API_POSE_JSON) api_text_add(text, "]}\n");
+  body->phase = PHASE_END;
 }
 
-static void print_poses(api_pose_body *body, api_text *text) {
-  size_t end = text->size + PIECE;
-  for (; body->next < body->query.times.count && text->size < end && !text->failed; body->next++)
-    print_pose(body, text);
-  if (body->next == body->query.times.count) body->phase = PHASE_TAIL;
-}
-
+/* Goes on by a piece, unless the phase ends before. */
 static void print_piece(api_pose_body *body, api_text *text) {
+  const api_times *times = &body->request.times;
+  size_t end = text->size + PIECE;
   switch (body->phase) {
   case PHASE_HEAD: print_head(body, text); break;
-  case PHASE_TIMES: print_times(body, text); break;
-  case PHASE_OPEN_POSES: open_poses(body, text); break;
-  case PHASE_POSES: print_poses(body, text); break;
-  case PHASE_TAIL:
-    if (body->query.form == API_POSE_JSON) api_text_add(text, "]}\n");
-    body->phase = PHASE_END;
+  case PHASE_TIMES:
+    for (; body->next < times->count && text->size < end && !text->failed; body->next++) {
+      api_text_element(text);
+      api_text_float(text, api_times_get(times, body->next));
+    }
+    if (body->next == times->count) close_times(body, text);
+    break;
+  case PHASE_POSES:
+    for (; body->next < times->count && text->size < end && !text->failed; body->next++)
+      api_pose_body_print_at(body, api_times_get(times, body->next), text);
+    if (body->next == times->count) close_poses(body, text);
     break;
   case PHASE_END: break;
   }
@@ -288,127 +424,63 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
     print_piece(body, &body->text);
     if (body->text.failed) return -1;
   }
-  size_t left = body->text.size - body->read;
-  size_t count = left < capacity ? left : capacity;
+  size_t left = body->text.size - body->read, count = left < capacity ? left : capacity;
   if (count) memcpy(out, body->text.data + body->read, count);
   body->read += count;
   return (int64_t)count;
 }
 
-void api_pose_body_print_whole(api_pose_body *body, api_text *text) {
+void api_pose_body_print_all(api_pose_body *body, api_text *text) {
+  const api_pose_request *request = &body->request;
+  size_t numbers = (size_t)request->times.count * request->node_count * api_pose_width(request->as);
+  size_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
   *text = body->text; /* the head of the binary form */
   body->text = (api_text){0};
-  uint64_t size = body->template ? body->template->size : 0;
-  if (body->size != API_SIZE_UNKNOWN) size = body->size - text->size;
-  if (size <= SIZE_MAX) api_text_reserve(text, (size_t)size);
+  api_text_reserve(text, HEAD_BYTES + numbers * each);
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
-}
-
-bool api_pose_body_print(api_pose_body *body, float time, api_text *text) {
-  body->at = time;
-  body->query.times = (api_times){.is_given = true, .count = 1, .list = &body->at};
-  body->next = 0;
-  body->block_next = body->block_count = 0;
-  evaluate_pose(body, body->row);
-  api_pose_print_row(&body->query, 0, body->row, NULL, text);
-  return !text->failed;
 }
 
 /* ---- making and freeing ------------------------------------------------------------------------- */
 
-/* Whether lanes give what poses one by one give, and sooner: in world space, and unless a matrix has a last
- * row, which lanes do not hold, the block is larger than the cache, or there are fewer times than lanes. */
-static bool lanes_serve(const api_pose_query *query) {
-  enum { NODES_MOST = 1024 };
-  const tw_model *model = query->model;
-  bool is_world = query->is_world || query->is_skinning;
-  if (!query->clip || !is_world || query->times.count < TW_LANES || model->node_count > NODES_MOST)
-    return false;
-  for (uint32_t i = 0; i < model->node_count; i++) {
-    const float *m = model->nodes[i].matrix;
-    if (model->nodes[i].has_matrix && (m[3] != 0 || m[7] != 0 || m[11] != 0 || m[15] != 1)) return false;
-  }
-  return true;
+/* A row of local transforms is the evaluated pose as it is. */
+_Static_assert(offsetof(tw_trs, rotation) == 0 && offsetof(tw_trs, translation) == 4 * sizeof(float) &&
+                   offsetof(tw_trs, scale) == 7 * sizeof(float) && sizeof(tw_trs) == 10 * sizeof(float),
+               "rotation, translation and scale, without gaps");
+
+/* [count][width] floats; NULL where they are not needed, or without memory, which is noted. */
+static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t width, bool *has_all) {
+  if (!is_needed) return NULL;
+  void *memory = tw_arena_alloc_raw(arena, count, width * sizeof(float));
+  *has_all = *has_all && memory;
+  return memory;
 }
 
-static bool allocate_block(api_pose_body *body, tw_arena *arena) {
-  const api_pose_query *query = &body->query;
-  uint32_t nodes = query->model->node_count;
-  if (lanes_serve(query)) {
-    body->block_times = TW_LANES;
-    body->sampled = tw_arena_alloc_raw(arena, TW_LANES, sizeof *body->sampled);
-    body->lanes = tw_arena_alloc_raw(arena, nodes, sizeof(float[TW_LANE_TRS][TW_LANES]));
-    body->lane_world = tw_arena_alloc_raw(arena, nodes, sizeof(float[TW_LANE_MATRIX][TW_LANES]));
-    return body->sampled && body->lanes && body->lane_world;
-  }
-  uint64_t times = BLOCK_BYTES / sizeof(tw_trs) / (nodes ? nodes : 1);
-  if (times > BLOCK_TIMES) times = BLOCK_TIMES;
-  if (times > query->times.count) times = query->times.count;
-  body->block_times = times ? (uint32_t)times : 1;
-  body->sampled = tw_arena_alloc_raw(arena, body->block_times, sizeof *body->sampled);
-  /* One pose of all nodes, told as it is held, is evaluated where it is told from. */
-  body->is_direct =
-      body->block_times == 1 && query->as == API_AS_TRS && !query->is_world && api_pose_has_all_nodes(query);
-  const api_pose_frame *frame = body->template ? &body->template->frame : NULL;
-  body->tells_still = !body->is_direct || !frame || !frame->text || frame->has_still;
-  if (body->is_direct) return body->sampled;
-  body->locals = tw_arena_alloc_raw(arena, (size_t)body->block_times * nodes, sizeof *body->locals);
-  return body->sampled && body->locals;
-}
-
-static bool allocate(api_pose_body *body, tw_arena *arena) {
-  const api_pose_query *query = &body->query;
-  uint32_t nodes = query->model->node_count;
-  bool is_whole = allocate_block(body, arena);
-  if (query->form != API_POSE_BIN) {
-    body->row = tw_arena_alloc_raw(arena, query->node_count, api_pose_width(query->as) * sizeof *body->row);
-    is_whole = is_whole && body->row;
-  }
-  if (query->as == API_AS_MATRIX || query->is_world) {
-    body->matrices = tw_arena_alloc_raw(arena, nodes, 16 * sizeof *body->matrices);
-    is_whole = is_whole && body->matrices;
-  }
-  if (query->is_skinning) {
-    body->joints = tw_arena_alloc_raw(arena, query->node_count, 16 * sizeof *body->joints);
-    is_whole = is_whole && body->joints;
-  }
-  if (query->as == API_AS_EULER) {
-    body->euler = tw_arena_alloc_raw(arena, query->node_count, sizeof *body->euler);
-    is_whole = is_whole && body->euler;
-  }
-  return is_whole;
-}
-
-bool api_pose_template_take(const api_pose_body *body, size_t size, tw_arena *arena, api_pose_template *out) {
-  const api_pose_query *query = &body->query;
-  api_text text = {0};
-  print_opening(query, &text);
-  const char *opening = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
-  /* Some numbers of other times are longer, few by much, and most are as long; but while they are printed,
-   * each piece is given the room that it might need. */
-  *out = (api_pose_template){.opening = opening, .opening_size = text.size, .size = size + size / 16 + 1200};
-  api_text_deinit(&text);
-  bool is_json = query->form == API_POSE_JSON || query->form == API_POSE_NDJSON;
-  return opening && (!is_json || api_pose_frame_take(query, body->row, arena, &out->frame));
-}
-
-api_pose_body *api_pose_body_create(const api_pose_query *query, const api_pose_template *template,
-                                    tw_arena *arena, api_room room) {
+api_pose_body *api_pose_body_create(api_pose_request *request, tw_arena *arena) {
   api_pose_body *body = tw_arena_alloc(arena, 1, sizeof *body);
   if (!body) return NULL;
-  body->query = *query;
-  body->template = template;
+  body->request = *request;
   body->size = API_SIZE_UNKNOWN;
-  if (room.data)
-    body->text = (api_text){.data = (char *)room.data, .capacity = room.capacity, .in_room = true};
-  if (!allocate(body, arena)) return NULL;
-  if (query->form != API_POSE_BIN || print_bin_head(body)) return body;
+  uint32_t nodes = request->model->node_count, count = request->node_count;
+  bool has_matrices = request->as == API_AS_MATRIX || request->is_world, has_all = true;
+  bool is_direct = request->as == API_AS_TRS && !has_matrices && api_pose_has_all_nodes(request);
+  body->locals = allocate(arena, !is_direct, nodes, sizeof(tw_trs) / sizeof(float), &has_all);
+  body->matrices = allocate(arena, has_matrices, nodes, 16, &has_all);
+  body->joints = allocate(arena, request->is_skinning, count, 16, &has_all);
+  body->euler = allocate(arena, request->as == API_AS_EULER, count, 3, &has_all);
+  body->row = allocate(arena, request->form != API_POSE_BIN, count, api_pose_width(request->as), &has_all);
+  if (has_all && (request->form != API_POSE_BIN || print_bin_head(body))) {
+    request->model_entry = request->clip_entry = NULL;
+    return body;
+  }
   api_text_deinit(&body->text);
   return NULL;
 }
 
-void api_pose_body_deinit(api_pose_body *body) {
+void api_pose_body_destroy(void *context) {
+  api_pose_body *body = context;
+  if (!body) return;
   api_text_deinit(&body->text);
+  api_pose_request_deinit(&body->request);
 }
 
 uint64_t api_pose_body_size(const api_pose_body *body) {

@@ -1,16 +1,14 @@
-/* What requests for poses have in common: parameters, nodes, and the text that makes them out. */
+/* Requests for poses, up to what is to be evaluated. */
 #include "pose_request.h"
 
-#include "query.h"
+#include "service.h"
 
-#include <nettle/sha2.h>
-#include <stdio.h>
 #include <string.h>
 
 /* ---- parameters --------------------------------------------------------------------------------- */
 
 /* Parameters that need another one. */
-static tw_status check_together(const api_query *query, const api_pose_query *pose, tw_error *error) {
+static tw_status check_together(const api_query *query, const api_pose_request *pose, tw_error *error) {
   bool has_angles = pose->as == API_AS_EULER || pose->as == API_AS_AXIS_ANGLE;
   if (api_query_get(query, "order") && pose->as != API_AS_EULER)
     return tw_fail(error, TW_SYNTAX, "order goes with as=euler");
@@ -34,8 +32,8 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   tw_error *error = &call->fault.error;
   int space = 0, as = 0, order = 0, unit = 0, loop = 0, interpolation = -1;
   bool is_skinning = false;
-  *out =
-      (api_pose_request){.clip_name = api_query_get(query, "clip"), .nodes = api_query_get(query, "nodes")};
+  *out = (api_pose_request){.clip_name = api_query_get(query, "clip"),
+                            .node_list = api_query_get(query, "nodes")};
   tw_status status = api_query_choice(query, "space", spaces, &space, error);
   if (status == TW_OK) status = api_query_choice(query, "as", forms, &as, error);
   if (status == TW_OK) status = api_query_choice(query, "order", orders, &order, error);
@@ -46,13 +44,13 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   if (status == TW_OK) status = api_query_flag(query, "skinning", &is_skinning, error);
   if (status != TW_OK) return api_fail(call);
   out->force = api_interpolation_force(interpolation);
-  out->query.as = (api_pose_as)as;
-  out->query.is_world = space == 1;
-  out->query.order = (tw_euler_order)order;
-  out->query.in_degrees = unit == 1;
-  out->query.loop = (tw_loop)loop;
-  out->query.is_skinning = is_skinning;
-  if (check_together(query, &out->query, error) != TW_OK) return api_fail(call);
+  out->as = (api_pose_as)as;
+  out->is_world = space == 1;
+  out->order = (tw_euler_order)order;
+  out->in_degrees = unit == 1;
+  out->loop = (tw_loop)loop;
+  out->is_skinning = is_skinning;
+  if (check_together(query, out, error) != TW_OK) return api_fail(call);
   return API_DONE;
 }
 
@@ -96,101 +94,88 @@ static bool is_long_search(const tw_model *model, const char *list) {
 }
 
 /* The nodes of the list, or all, in the file's order. */
-static api_outcome choose_named(api_call *call, const tw_model *model, api_pose_request *request) {
-  if (request->nodes && call->effort == API_LIGHT && is_long_search(model, request->nodes))
-    return API_NEEDS_THREAD;
-  bool *chosen = request->nodes ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
-  uint32_t *nodes = tw_arena_alloc(call->arena, model->node_count, sizeof *nodes);
-  if ((request->nodes && !chosen) || !nodes) return api_fail_without_memory(call);
-  if (chosen) {
-    api_outcome outcome = choose_listed(call, model, request->nodes, chosen);
-    if (outcome != API_DONE) return outcome;
-  }
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < model->node_count; i++)
-    if (!chosen || chosen[i]) nodes[count++] = i;
-  request->query.nodes = nodes;
-  request->query.node_count = count;
-  return API_DONE;
+static api_outcome choose_named(api_call *call, api_pose_request *request) {
+  const tw_model *model = request->model;
+  const char *list = request->node_list;
+  if (list && call->effort == API_LIGHT && is_long_search(model, list)) return API_NEEDS_THREAD;
+  bool *chosen = list ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
+  uint32_t *nodes = tw_arena_alloc_raw(call->arena, model->node_count, sizeof *nodes);
+  if ((list && !chosen) || !nodes) return api_fail_without_memory(call);
+  api_outcome outcome = list ? choose_listed(call, model, list, chosen) : API_DONE;
+  for (uint32_t i = 0; outcome == API_DONE && i < model->node_count; i++)
+    if (!chosen || chosen[i]) nodes[request->node_count++] = i;
+  request->nodes = nodes;
+  return outcome;
 }
 
 /* The joints of all skins, skin by skin. */
-static api_outcome choose_joints(api_call *call, const tw_model *model, api_pose_request *request) {
+static api_outcome choose_joints(api_call *call, api_pose_request *request) {
+  const tw_model *model = request->model;
   if (model->skin_count == 0) return api_fail_with(call, 422, "the model has no skin");
   uint64_t count = 0;
   for (uint32_t i = 0; i < model->skin_count; i++) count += model->skins[i].joint_count;
   if (count >= UINT32_MAX) return api_fail_with(call, 422, "the skins have too many joints");
-  uint32_t *nodes = tw_arena_alloc(call->arena, (size_t)count, sizeof *nodes), *end = nodes;
+  uint32_t *nodes = tw_arena_alloc_raw(call->arena, (size_t)count, sizeof *nodes), *end = nodes;
   if (!nodes) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < model->skin_count; i++)
     for (uint32_t j = 0; j < model->skins[i].joint_count; j++) *end++ = model->skins[i].joints[j];
-  request->query.nodes = nodes;
-  request->query.node_count = (uint32_t)count;
+  request->nodes = nodes;
+  request->node_count = (uint32_t)count;
   return API_DONE;
 }
 
-api_outcome api_pose_choose_nodes(api_call *call, const tw_model *model, api_pose_request *request) {
-  return request->query.is_skinning ? choose_joints(call, model, request)
-                                    : choose_named(call, model, request);
+bool api_pose_has_all_nodes(const api_pose_request *request) {
+  return request->node_count == request->model->node_count && !request->is_skinning;
 }
 
-void api_pose_request_print(const api_pose_request *request, const api_clip_choice *choice, api_text *text) {
-  const api_pose_query *query = &request->query;
-  const uint32_t facts[] = {choice->index, (uint32_t)(choice->force + 1),
-                            query->as,     query->is_world,
-                            query->order,  query->in_degrees,
-                            query->loop,   query->is_skinning};
-  api_text_add(text, choice->lender);
-  for (size_t i = 0; i < sizeof facts / sizeof *facts; i++) {
+/* ---- resolving ----------------------------------------------------------------------------------- */
+
+static api_outcome complete_times(api_call *call, api_pose_request *request) {
+  static const float start = 0;
+  api_times *times = &request->times;
+  float duration = request->clip ? tw_clip_duration(request->clip->compiled) : 0;
+  if (!times->is_given) *times = (api_times){.is_given = true, .count = 1, .list = &start};
+  tw_status status = api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error);
+  return status == TW_OK ? API_DONE : api_fail(call);
+}
+
+api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {
+  const tw_model *model = request->model = api_entry_value(request->model_entry);
+  api_outcome outcome = api_clip_find(call, model, request->clip_name, request->force, &request->choice);
+  if (outcome == API_DONE && request->choice.index != TW_NO_INDEX)
+    outcome = api_clip_take(call, model, is_stored, &request->choice, &request->clip_entry);
+  if (outcome != API_DONE) return outcome;
+  if (request->clip_entry) request->clip = api_entry_value(request->clip_entry);
+  outcome = complete_times(call, request);
+  if (outcome != API_DONE) return outcome;
+  return request->is_skinning ? choose_joints(call, request) : choose_named(call, request);
+}
+
+void api_pose_request_deinit(api_pose_request *request) {
+  api_entry_release(request->clip_entry);
+  api_entry_release(request->model_entry);
+  request->clip_entry = request->model_entry = NULL;
+}
+
+/* ---- the canonical text --------------------------------------------------------------------------- */
+
+void api_pose_request_print(const api_pose_request *request, api_text *text) {
+  const uint32_t values[] = {request->choice.index, (uint32_t)(request->choice.force + 1),
+                             request->as,           request->is_world,
+                             request->order,        request->in_degrees,
+                             request->loop,         request->is_skinning};
+  api_text_add(text, request->choice.lender);
+  for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
     api_text_add(text, "&");
-    api_text_count(text, facts[i]);
+    api_text_count(text, values[i]);
   }
   api_text_add(text, "&nodes=");
-  if (api_pose_has_all_nodes(query)) {
+  if (api_pose_has_all_nodes(request)) {
     api_text_add(text, "*");
     return;
   }
-  for (uint32_t i = 0; i < query->node_count; i++) {
-    api_text_count(text, query->nodes[i]);
+  for (uint32_t i = 0; i < request->node_count; i++) {
+    api_text_count(text, request->nodes[i]);
     api_text_add(text, ",");
   }
-}
-
-bool api_pose_request_stamp(const api_call *call, const api_pose_request *request,
-                            const api_clip_choice *choice, api_stamp *out) {
-  char representation[16];
-  snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
-  api_text text = {0};
-  api_pose_request_print(request, choice, &text);
-  api_text_bytes(&text, "", 1);
-  if (!text.failed) api_stamp_make(call->id, representation, text.data, out);
-  bool is_made = !text.failed;
-  api_text_deinit(&text);
-  return is_made;
-}
-
-void api_time_mark(float time, char out[API_TIMES_MARK]) {
-  uint32_t bits;
-  memcpy(&bits, &time, sizeof bits);
-  for (int shift = 28; shift >= 0; shift -= 4) *out++ = "0123456789abcdef"[bits >> shift & 15];
-  *out = '\0';
-}
-
-bool api_times_mark(const api_times *times, char out[API_TIMES_MARK]) {
-  if (times->list && times->count == 1) {
-    api_time_mark(times->list[0], out);
-    return true;
-  }
-  api_text text = {0};
-  api_times_print(times, &text);
-  struct sha256_ctx hash;
-  uint8_t digest[API_STAMP_DIGEST];
-  sha256_init(&hash);
-  sha256_update(&hash, text.size, (const uint8_t *)text.data);
-  sha256_digest(&hash, sizeof digest, digest);
-  api_hex(digest, sizeof digest, out);
-  out[2 * sizeof digest] = '\0';
-  bool is_made = !text.failed;
-  api_text_deinit(&text);
-  return is_made;
 }

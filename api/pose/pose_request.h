@@ -1,36 +1,52 @@
-/* What requests for poses have in common: parameters, nodes, and the text that makes them out. */
+/* Requests for poses: their parameters, the clip and nodes that these mean, and the canonical text of all. */
 #ifndef API_POSE_REQUEST_H
 #define API_POSE_REQUEST_H
 
-#include "call.h"
-#include "pose_body.h"
+#include "clips.h"
+#include "times.h"
 
-/* Parameters as read, before the model is known. */
+typedef enum api_pose_as { API_AS_TRS, API_AS_MATRIX, API_AS_EULER, API_AS_AXIS_ANGLE } api_pose_as;
+
+/* In the order of the route's offers. */
+typedef enum api_pose_form { API_POSE_JSON, API_POSE_NDJSON, API_POSE_BIN, API_POSE_CSV } api_pose_form;
+
 typedef struct api_pose_request {
-  const char *clip_name;
-  const char *nodes; /* NULL: all */
-  int force;
-  api_pose_query query; /* without model, clip, times, form and nodes */
+  /* as read */
+  const char *clip_name; /* NULL: the first */
+  const char *node_list; /* names; NULL: all */
+  int force;             /* interpolation, as in api_clip_choice */
+  api_times times;
+  api_pose_form form;
+  api_pose_as as;
+  bool is_world;
+  tw_euler_order order;
+  bool in_degrees;
+  tw_loop loop;
+  bool is_skinning; /* joint matrices of all skins, skin by skin, in place of nodes */
+  /* as resolved */
+  api_clip_choice choice;
+  api_entry *model_entry, *clip_entry; /* held; NULL: none */
+  const tw_model *model;
+  const api_clip *clip; /* NULL: the rest pose */
+  uint32_t node_count;
+  const uint32_t *nodes; /* [node_count], in the call's arena; ascending unless is_skinning */
 } api_pose_request;
 
-/* All parameters but the times. */
+/* Reads all parameters but times and form; the rest is zeroed. */
 api_outcome api_pose_request_read(api_call *call, api_pose_request *out);
 
-/* Fills query.nodes, in the call's arena: those named, in the file's order, or the joints of all skins. 404,
- * 422; API_NEEDS_THREAD in a light call when finding them takes long. */
-api_outcome api_pose_choose_nodes(api_call *call, const tw_model *model, api_pose_request *request);
+/* Finds clip and nodes in the model, which model_entry holds, and completes the times; without any, time is
+ * 0. is_stored as in api_clip_take. 404, 422; API_NEEDS_THREAD in a light call when the clip is not at hand
+ * or the nodes take long to find. */
+api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request);
 
-/* Prints all parameters but the times with their defaults, once the nodes are chosen. */
-void api_pose_request_print(const api_pose_request *request, const api_clip_choice *choice, api_text *text);
+/* Releases the entries. */
+void api_pose_request_deinit(api_pose_request *request);
 
-/* What entity tags of answers to the call stand for beside times; false without memory. */
-bool api_pose_request_stamp(const api_call *call, const api_pose_request *request,
-                            const api_clip_choice *choice, api_stamp *out);
+/* Whether the answer tells of all nodes, each once. */
+bool api_pose_has_all_nodes(const api_pose_request *request);
 
-/* What such a tag says of times: of one its bits, as long and as cheap for each, of several a digest.
- * Terminated; false without memory. */
-enum { API_TIMES_MARK = 2 * API_STAMP_DIGEST + 1 };
-void api_time_mark(float time, char out[API_TIMES_MARK]);
-bool api_times_mark(const api_times *times, char out[API_TIMES_MARK]);
+/* Prints all parameters but form and times with their defaults, once resolved. */
+void api_pose_request_print(const api_pose_request *request, api_text *text);
 
 #endif

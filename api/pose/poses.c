@@ -1,153 +1,211 @@
 /* Poses: a clip evaluated at the times of a request. */
-#include "pose_print.h"
-#include "pose_request.h"
+#include "pose_body.h"
 
 #include "handlers.h"
 #include "models.h"
+#include "response_cache.h"
 #include "routes.h"
 #include "service.h"
 #include "upload.h"
 
-#include <stdlib.h>
+#include <nettle/sha2.h>
+#include <stdio.h>
 #include <string.h>
 
-/* Below this many numbers an answer is printed at once, and evaluated without a thread of its own. */
-enum { SMALL_NUMBERS = 20000 };
+/* Up to this many numbers, evaluated or told, are left to light calls. */
+enum { LIGHT_NUMBERS = 20000 };
 
-/* About what a number takes in text. */
-enum { NUMBER_BYTES = 10 };
+/* ---- sizes --------------------------------------------------------------------------------------- */
 
-/* What an answer holds on to. */
-typedef struct pose_answer {
-  api_entry *model, *clip;
-  api_pose_body *body;
-} pose_answer;
-
-/* ---- the answer ---------------------------------------------------------------------------------- */
-
-static uint64_t count_numbers(const api_pose_query *query) {
+static uint64_t count_numbers(const api_pose_request *request) {
   /* At most 2^32 nodes of 16 numbers, and max_times: no overflow below 2^28 times. */
-  uint64_t per_pose = query->node_count * (uint64_t)api_pose_width(query->as);
+  uint64_t per_pose = request->node_count * (uint64_t)api_pose_width(request->as);
   if (per_pose == 0) per_pose = 1; /* a model without nodes has its times told all the same */
-  uint64_t times = query->times.count;
+  uint64_t times = request->times.count;
   return times && per_pose > UINT64_MAX / times ? UINT64_MAX : per_pose * times;
 }
 
-static api_outcome check_size(api_call *call, const api_pose_query *query) {
-  uint64_t limit = call->service->limits.max_output, numbers = count_numbers(query);
-  uint64_t each = query->form == API_POSE_BIN ? sizeof(float) : NUMBER_BYTES;
+static api_outcome check_size(api_call *call, const api_pose_request *request) {
+  uint64_t limit = call->service->limits.max_output, numbers = count_numbers(request);
+  uint64_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
   if (numbers <= limit / each) return API_DONE;
   return api_fail_with(call, 422, "%llu poses of %u nodes make %llu numbers, more than %llu bytes hold",
-                       (unsigned long long)query->times.count, query->node_count, (unsigned long long)numbers,
-                       (unsigned long long)limit);
+                       (unsigned long long)request->times.count, request->node_count,
+                       (unsigned long long)numbers, (unsigned long long)limit);
 }
 
-static api_outcome validate(api_call *call, const api_pose_request *request, const api_clip_choice *choice) {
+/* More bytes than the answer has; names, which may have any length, are repeated in each line of CSV. */
+static uint64_t bound_bytes(const api_pose_request *request) {
+  if (request->form == API_POSE_BIN) return count_numbers(request) * sizeof(float);
+  uint64_t lines = 0;
+  char buffer[24];
+  for (uint32_t i = 0; request->form == API_POSE_CSV && i < request->node_count; i++)
+    lines += 2 * (TW_FLOAT_TEXT + strlen(tw_model_node_name(request->model, request->nodes[i], buffer)));
+  return count_numbers(request) * TW_FLOAT_TEXT + request->times.count * lines;
+}
+
+/* Whether the answer is evaluated and printed in little time. */
+static bool is_light(const api_pose_request *request) {
+  uint64_t transforms = request->times.count * (uint64_t)request->model->node_count;
+  return transforms <= LIGHT_NUMBERS && count_numbers(request) <= LIGHT_NUMBERS &&
+         bound_bytes(request) <= API_RESPONSE_MAX;
+}
+
+/* ---- the canonical request ------------------------------------------------------------------------ */
+
+/* What entity tags say of times: of one its bits, of several a digest. Terminated. */
+enum { TIMES_MARK = 2 * API_STAMP_DIGEST + 1 };
+
+/* False without memory. */
+static bool mark_times(const api_times *times, char out[TIMES_MARK]) {
+  uint8_t bytes[API_STAMP_DIGEST];
+  size_t count = sizeof bytes;
+  api_text text = {0};
+  if (times->list && times->count == 1) {
+    uint32_t bits;
+    memcpy(&bits, times->list, sizeof bits);
+    count = sizeof bits;
+    for (size_t i = 0; i < count; i++) bytes[i] = (uint8_t)(bits >> (24 - 8 * i));
+  } else {
+    struct sha256_ctx hash;
+    api_times_print(times, &text);
+    sha256_init(&hash);
+    sha256_update(&hash, text.size, (const uint8_t *)text.data);
+    sha256_digest(&hash, count, bytes);
+  }
+  api_hex(bytes, count, out);
+  out[2 * count] = '\0';
+  bool is_marked = !text.failed;
+  api_text_deinit(&text);
+  return is_marked;
+}
+
+/* Prints what the answer depends on beside model and times: "pose.json" and, behind its terminator, the
+ * parameters. */
+static void print_canonical(const api_call *call, const api_pose_request *request, api_text *text) {
+  api_text_add(text, "pose.");
+  api_text_add(text, call->offer->extension);
+  api_text_bytes(text, "", 1);
+  api_pose_request_print(request, text);
+  api_text_bytes(text, "", 1);
+}
+
+static api_outcome validate(api_call *call, const api_pose_request *request, const char *canonical) {
   api_stamp stamp;
-  char mark[API_TIMES_MARK];
-  bool is_stamped = api_pose_request_stamp(call, request, choice, &stamp);
-  return is_stamped && api_times_mark(&request->query.times, mark) ? api_validate_stamp(call, &stamp, mark)
-                                                                   : api_fail_without_memory(call);
+  char mark[TIMES_MARK];
+  api_stamp_make(call->id, canonical, canonical + strlen(canonical) + 1, &stamp);
+  return mark_times(&request->times, mark) ? api_validate_stamp(call, &stamp, mark)
+                                           : api_fail_without_memory(call);
 }
 
-static void destroy_answer(void *context) {
-  pose_answer *answer = context;
-  api_pose_body_deinit(answer->body);
-  api_entry_release(answer->clip);
-  api_entry_release(answer->model);
+/* What the answer is remembered under, in the call's arena; NULL without memory. */
+static const char *make_key(api_call *call, const api_pose_request *request, const char *canonical) {
+  api_text text = {0};
+  api_text_add(&text, call->id);
+  api_text_add(&text, "/");
+  api_text_add(&text, canonical);
+  api_text_add(&text, "?");
+  api_text_add(&text, canonical + strlen(canonical) + 1);
+  api_text_add(&text, "&at=");
+  api_times_print(&request->times, &text);
+  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  api_text_deinit(&text);
+  return key;
 }
 
-/* What an answer under way holds: a block of poses, its text, and a block of the host's. */
+/* ---- the answer ---------------------------------------------------------------------------------- */
+
+/* Prints all poses at once: their length is then known, and nothing is held. */
+static bool print_poses(api_call *call, api_pose_request *request, api_text *out, api_fault *fault) {
+  api_pose_body *body = api_pose_body_create(request, call->arena);
+  if (!body) {
+    api_fault_without_memory(fault);
+    return false;
+  }
+  api_pose_body_print_all(body, out);
+  api_pose_body_destroy(body);
+  return true;
+}
+
+typedef struct pose_source {
+  api_call *call;
+  api_pose_request *request;
+} pose_source;
+
+static bool print_remembered(void *context, api_text *out, api_fault *fault) {
+  const pose_source *source = context;
+  api_call *call = source->call;
+  uint64_t cost = bound_bytes(source->request);
+  return api_grant(call->service, call->request->ticket, cost, fault) &&
+         print_poses(call, source->request, out, fault);
+}
+
+/* What an answer under way holds: a pose, a piece of text, and a block of the host's. */
 enum { STREAM_COST = 512 << 10 };
 
-static int64_t read_answer(void *context, uint8_t *out, size_t capacity) {
-  return api_pose_body_read(((pose_answer *)context)->body, out, capacity);
-}
-
-/* Prints a small answer at once: its length is then known, and nothing is held. */
-static api_outcome print_now(api_call *call, pose_answer *answer) {
-  api_text text;
-  api_pose_body_print_whole(answer->body, &text);
-  destroy_answer(answer);
-  return api_reply(call, &text);
-}
-
-/* Fills the answer; takes over the entries in any case. */
-static api_outcome reply_poses(api_call *call, const api_pose_request *request, api_entry *model,
-                               api_entry *clip) {
-  pose_answer *answer = tw_arena_alloc(call->arena, 1, sizeof *answer);
-  api_pose_body *body =
-      answer ? api_pose_body_create(&request->query, NULL, call->arena, (api_room){0}) : NULL;
-  if (!body) {
-    api_entry_release(clip);
-    api_entry_release(model);
-    return api_fail_without_memory(call);
-  }
-  *answer = (pose_answer){model, clip, body};
-  bool is_borrowed = request->query.clip && request->query.clip->keys;
-  if (is_borrowed && request->query.clip->missing_count > 0) api_clip_warning(call, request->query.clip);
-  if (count_numbers(&request->query) <= SMALL_NUMBERS) return print_now(call, answer);
+static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
+  api_pose_body *body = api_pose_body_create(request, call->arena);
+  if (!body) return api_fail_without_memory(call);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
-  call->answer.body = (api_body){api_pose_body_size(body), answer, read_answer, destroy_answer};
+  call->answer.body = (api_body){api_pose_body_size(body), body, api_pose_body_read, api_pose_body_destroy};
   call->held = call->is_head ? 0 : STREAM_COST;
   return API_DONE;
 }
 
-/* A light call answers what is small and needs nothing built. */
-static bool is_too_much(const api_call *call, const api_pose_request *request, const tw_model *model) {
-  if (call->effort == API_HEAVY) return false;
-  uint64_t transforms = request->query.times.count * (uint64_t)model->node_count;
-  return count_numbers(&request->query) > SMALL_NUMBERS || transforms > SMALL_NUMBERS;
+/* Light answers are printed at once, which takes about as long as finding them in the cache would. Others are
+ * remembered, where they have a key and are small enough, or streamed. */
+static api_outcome reply_poses(api_call *call, api_pose_request *request, const char *key) {
+  if (request->clip && request->clip->missing_count > 0) api_clip_warning(call, request->clip);
+  if (is_light(request)) {
+    api_text text = {0};
+    return print_poses(call, request, &text, &call->fault) ? api_reply(call, &text) : API_FAILED;
+  }
+  if (key && bound_bytes(request) <= API_RESPONSE_MAX) {
+    pose_source source = {call, request};
+    api_outcome outcome = api_response_reply_repeated(call, key, print_remembered, &source);
+    if (outcome != API_CONTINUE) return outcome;
+  }
+  return call->effort == API_LIGHT ? API_NEEDS_THREAD : reply_streamed(call, request);
 }
 
-/* From a request and a model, which is held, to the answer. Takes over the model's entry. */
-static api_outcome answer_poses(api_call *call, api_pose_request *request, api_entry *entry, bool is_stored) {
-  tw_model *model = api_entry_value(entry);
-  api_clip_choice choice;
-  api_entry *clip = NULL;
-  api_times *times = &request->query.times;
-  request->query.model = model;
-  api_outcome outcome = api_clip_find(call, model, request->clip_name, request->force, &choice);
-  if (outcome == API_DONE && choice.index != TW_NO_INDEX)
-    outcome = api_clip_take(call, model, is_stored, &choice, &clip);
-  if (outcome == API_DONE) {
-    request->query.clip = clip ? api_entry_value(clip) : NULL;
-    float duration = clip ? tw_clip_duration(request->query.clip->compiled) : 0;
-    static const float start = 0;
-    if (!times->is_given) *times = (api_times){.is_given = true, .count = 1, .list = &start};
-    if (api_times_complete(times, duration, call->service->limits.max_times, &call->fault.error) != TW_OK)
-      outcome = api_fail(call);
-  }
-  if (outcome == API_DONE) outcome = api_pose_choose_nodes(call, model, request);
-  if (outcome == API_DONE) outcome = check_size(call, &request->query);
-  if (outcome == API_DONE && is_too_much(call, request, model)) outcome = API_NEEDS_THREAD;
-  if (outcome == API_DONE && is_stored && call->request->body.size == 0) {
-    outcome = validate(call, request, &choice);
-    if (outcome == API_CONTINUE) return reply_poses(call, request, entry, clip);
-  } else if (outcome == API_DONE) {
-    return reply_poses(call, request, entry, clip);
-  }
-  api_entry_release(clip);
-  api_entry_release(entry);
-  return outcome;
+/* From parameters and a model to all that is to be told. */
+static api_outcome prepare(api_call *call, bool is_stored, api_pose_request *request) {
+  api_outcome outcome = api_pose_request_resolve(call, is_stored, request);
+  return outcome == API_DONE ? check_size(call, request) : outcome;
 }
+
+/* ---- requests ------------------------------------------------------------------------------------ */
 
 static api_outcome read_request(api_call *call, api_pose_request *out) {
   api_outcome outcome = api_pose_request_read(call, out);
   if (outcome != API_DONE) return outcome;
-  out->query.form = (api_pose_form)(call->offer - call->route->offers);
-  tw_status status = api_times_read(&call->query, call->service->limits.max_times, call->arena,
-                                    &out->query.times, &call->fault.error);
+  out->form = (api_pose_form)(call->offer - call->route->offers);
+  tw_status status = api_times_read(&call->query, call->service->limits.max_times, call->arena, &out->times,
+                                    &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
+}
+
+/* A pure function of the URL: with an entity tag and a key. */
+static api_outcome answer_get(api_call *call, api_pose_request *request) {
+  api_outcome outcome = prepare(call, true, request);
+  if (outcome != API_DONE) return outcome;
+  api_text canonical = {0};
+  const char *key = NULL;
+  print_canonical(call, request, &canonical);
+  outcome = canonical.failed ? api_fail_without_memory(call) : validate(call, request, canonical.data);
+  if (outcome == API_CONTINUE && !is_light(request)) key = make_key(call, request, canonical.data);
+  api_text_deinit(&canonical);
+  return outcome == API_CONTINUE ? reply_poses(call, request, key) : outcome;
 }
 
 api_outcome api_get_pose(api_call *call) {
   api_pose_request request;
-  api_entry *entry;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
-  return outcome == API_DONE ? answer_poses(call, &request, entry, true) : outcome;
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = answer_get(call, &request);
+  api_pose_request_deinit(&request);
+  return outcome;
 }
 
 /* Reads the times out of the body. */
@@ -167,18 +225,22 @@ static api_outcome read_times(api_call *call, api_times *out) {
 api_outcome api_post_times(api_call *call) {
   if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_pose_request request;
-  api_entry *entry;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = read_times(call, &request.query.times);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
-  return outcome == API_DONE ? answer_poses(call, &request, entry, true) : outcome;
+  if (outcome == API_DONE) outcome = read_times(call, &request.times);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = prepare(call, true, &request);
+  if (outcome == API_DONE) outcome = reply_poses(call, &request, NULL);
+  api_pose_request_deinit(&request);
+  return outcome;
 }
 
 api_outcome api_post_pose(api_call *call) {
   if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_pose_request request;
-  api_entry *entry;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &entry);
-  return outcome == API_DONE ? answer_poses(call, &request, entry, false) : outcome;
+  if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = prepare(call, false, &request);
+  if (outcome == API_DONE) outcome = reply_poses(call, &request, NULL);
+  api_pose_request_deinit(&request);
+  return outcome;
 }

@@ -115,13 +115,6 @@ float api_times_get(const api_times *times, uint64_t index) {
   return times->list ? times->list[index] : (float)(times->from + (double)index / times->fps);
 }
 
-void api_times_print_one(const api_times *times, uint64_t index, api_text *text) {
-  if (times->printed)
-    api_text_bytes(text, times->printed, times->printed_size);
-  else
-    api_text_float(text, api_times_get(times, index));
-}
-
 void api_times_print(const api_times *times, api_text *text) {
   if (!times->list) {
     api_text_double(text, times->from);
@@ -132,7 +125,7 @@ void api_times_print(const api_times *times, api_text *text) {
     return;
   }
   for (uint64_t i = 0; i < times->count; i++) {
-    api_times_print_one(times, i, text);
+    api_text_float(text, times->list[i]);
     api_text_add(text, ",");
   }
 }

@@ -9,9 +9,7 @@
 typedef struct api_times {
   bool is_given; /* false: the request names no time */
   uint64_t count;
-  const float *list;   /* [count], or NULL: from + i / fps */
-  const char *printed; /* a single one as text, of printed_size bytes, or NULL */
-  size_t printed_size;
+  const float *list; /* [count], or NULL: from + i / fps */
   double from, to, fps;
   bool has_to; /* false: up to the clip's end */
 } api_times;
@@ -29,9 +27,7 @@ tw_status api_times_complete(api_times *times, float duration, uint64_t max_time
 
 float api_times_get(const api_times *times, uint64_t index);
 
-void api_times_print_one(const api_times *times, uint64_t index, api_text *text);
-
-/* Prints the times with all that makes them out, for entity tags. */
+/* Prints the times for keys and entity tags: equal texts mean equal times. */
 void api_times_print(const api_times *times, api_text *text);
 
 #endif

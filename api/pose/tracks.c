@@ -1,8 +1,8 @@
 /* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, flips, steps that slerp would shorten. */
 #include "clips.h"
 #include "handlers.h"
-#include "kept_text.h"
 #include "models.h"
+#include "response_cache.h"
 #include "tweend/trackinfo.h"
 
 #include <float.h>
@@ -150,7 +150,7 @@ static api_outcome answer_tracks(api_call *call, const tw_model *model) {
   snprintf(canonical, sizeof canonical, "clip=%u", choice.index);
   snprintf(key, sizeof key, "%s/tracks?%s", call->id, canonical);
   tracks_source source = {model, choice.index};
-  return api_reply_kept(call, key, "tracks.json", canonical, print_report, &source);
+  return api_response_reply(call, key, "tracks.json", canonical, print_report, &source);
 }
 
 api_outcome api_get_tracks(api_call *call) {

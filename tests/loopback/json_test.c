@@ -324,20 +324,6 @@ static void the_tank_is_read(void **state) {
   free(text);
 }
 
-static void text_that_fills_its_room_moves_out_of_it(void **state) {
-  (void)state;
-  char room[5] = "....!";
-  api_text text = {.data = room, .capacity = 4, .in_room = true};
-  api_text_add(&text, "abcd");
-  assert_true(text.in_room && text.data == room);
-  api_text_add(&text, "e");
-  assert_false(text.in_room);
-  assert_int_equal(text.size, 5);
-  assert_memory_equal(text.data, "abcde", 5);
-  assert_memory_equal(room, "abcd!", 5);
-  api_text_deinit(&text);
-}
-
 static void vectors_are_the_same_whatever_room_there_is(void **state) {
   (void)state;
   enum { COUNT = 40, WIDTH = 3, EACH = WIDTH * TW_FLOAT_TEXT + 3 };
@@ -375,7 +361,6 @@ int main(void) {
       cmocka_unit_test(tracks_keep_form_order_and_unit),
       cmocka_unit_test(spline_keys_are_interleaved_as_in_gltf),
       cmocka_unit_test(the_tank_is_read),
-      cmocka_unit_test(text_that_fills_its_room_moves_out_of_it),
       cmocka_unit_test(vectors_are_the_same_whatever_room_there_is),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -309,8 +309,6 @@ static void read_body(reply *r) {
   if (answer->body.size != API_SIZE_UNKNOWN) assert_int_equal(r->size, answer->body.size);
 }
 
-_Thread_local api_room loopback_room;
-
 static void prepare(api_request *request, header_list *list, char *path, const char *method,
                     const char *target, const char *headers, const void *body, size_t size) {
   *list = (header_list){.count = 0};
@@ -329,8 +327,7 @@ static void prepare(api_request *request, header_list *list, char *path, const c
                            .id = "request-1",
                            .header = find_header,
                            .context = list,
-                           .body = {body, size},
-                           .room = loopback_room};
+                           .body = {body, size}};
 }
 
 /* ---- tickets --------------------------------------------------------------------------------- */

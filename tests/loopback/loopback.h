@@ -66,9 +66,6 @@ int one_model_stop(void **state);
 /* True while the store in memory does its own work, which no test makes fail. */
 extern _Thread_local bool loopback_is_storing;
 
-/* What requests are lent from now on; none at first. */
-extern _Thread_local api_room loopback_room;
-
 /* The store's mood. */
 void loopback_store_fail(loopback *loop, bool fails);       /* API_STORE_UNAVAILABLE from now on */
 void loopback_store_damage(loopback *loop, const char *id); /* the stored bytes, until they are put again */

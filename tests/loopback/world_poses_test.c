@@ -1,4 +1,4 @@
-/* World space at many times, which are evaluated side by side, against the same times one by one. */
+/* World space at many times against the same times asked for one by one: a pose leaves nothing to the next. */
 #include "loopback.h"
 
 #include <stdio.h>
