@@ -4,7 +4,6 @@
 
 #include "disk.h"
 #include "machine.h"
-#include "quantity.h"
 
 #include <errno.h>
 #include <inttypes.h>
@@ -32,7 +31,7 @@ typedef struct setting {
   const char *argument, *help;
 } setting;
 
-enum { FLAG_SIZE = 64, KEYS_FILE_MAX = 1 << 20 };
+enum { FLAG_SIZE = 64, KEYS_FILE_MAX = 1 << 20, LEVEL_FILE_MAX = 64 };
 
 #define DAY_MS   UINT64_C(86400000)
 #define ANY      UINT64_MAX
@@ -50,7 +49,7 @@ static const setting SETTINGS[] = {
     {"queue", KIND_COUNT, offsetof(srv_config, queue), NULL, 0, 1000000, NULL, "COUNT",
      "heavy requests that may wait before 503 (default: 4 a compute thread)"},
     {"max-connections", KIND_COUNT, offsetof(srv_config, max_connections), "1024", 1, 1000000, NULL, "COUNT",
-     "open connections; more are answered 503"},
+     "open connections; more are answered 503, but for health checks"},
     {"max-listeners", KIND_COUNT, offsetof(srv_config, max_listeners), "1000", 0, 1000000, NULL, "COUNT",
      "live streams; more are answered 503"},
     {"max-upload", KIND_SIZE, offsetof(srv_config, max_upload), "256MiB", 1, UINT64_C(1) << 40, NULL, "SIZE",
@@ -75,18 +74,18 @@ static const setting SETTINGS[] = {
     {"request-timeout", KIND_DURATION, offsetof(srv_config, request_timeout), "120s", 1, DAY_MS, NULL,
      "DURATION", "from a request's headers until its body is there, and in the queue"},
     {"drain-timeout", KIND_DURATION, offsetof(srv_config, drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
-     "for requests in flight after SIGTERM"},
+     "after SIGTERM, until requests in flight are answered and their clients have it all"},
     {"min-rate", KIND_SIZE, offsetof(srv_config, min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
      "bytes a second below which a sending or reading client is cut off"},
-    {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys_text), "", 0, 0, NULL, "KEYS",
+    {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys), "", 0, 0, NULL, "KEYS",
      "comma-separated, or @FILE with one a line; empty: none asked for"},
     {"cors-origins", KIND_TEXT, offsetof(srv_config, cors_origins), "*", 0, 0, NULL, "ORIGINS",
      "comma-separated, * for all, empty for none"},
     {"tls-cert", KIND_TEXT, offsetof(srv_config, tls_cert), "", 0, 0, NULL, "FILE",
      "certificate chain (PEM); with --tls-key serves https"},
     {"tls-key", KIND_TEXT, offsetof(srv_config, tls_key), "", 0, 0, NULL, "FILE", "private key (PEM)"},
-    {"log-level", KIND_CHOICE, offsetof(srv_config, log_level), "info", 0, 0, "error|warn|info|debug",
-     "LEVEL", "error, warn, info (a line a request) or debug"},
+    {"log-level", KIND_TEXT, offsetof(srv_config, log_level), "info", 0, 0, NULL, "LEVEL",
+     "error, warn, info (a line a request), debug, or @FILE with one of these"},
     {"log-format", KIND_CHOICE, offsetof(srv_config, log_format), "auto", 0, 0, "auto|text|json", "FORMAT",
      "text, json, or auto: text on a terminal"},
     {"sample", KIND_SWITCH, offsetof(srv_config, sample), "false", 0, 0, NULL, NULL,
@@ -95,6 +94,73 @@ static const setting SETTINGS[] = {
      "ask the daemon at --listen for /readyz, exit with 0 or 1"},
 };
 static const size_t SETTING_COUNT = sizeof SETTINGS / sizeof *SETTINGS;
+
+/* ---- quantities ------------------------------------------------------------------------------ */
+
+typedef struct unit {
+  const char *name;
+  uint64_t factor;
+} unit;
+
+static const unit SIZE_UNITS[] = {
+    {"", 1},
+    {"B", 1},
+    {"KiB", UINT64_C(1) << 10},
+    {"MiB", UINT64_C(1) << 20},
+    {"GiB", UINT64_C(1) << 30},
+    {"TiB", UINT64_C(1) << 40},
+    {"kB", 1000},
+    {"MB", 1000000},
+    {"GB", 1000000000},
+    {"TB", UINT64_C(1000000000000)},
+};
+static const unit COUNT_UNITS[] = {{"", 1}, {"k", 1000}, {"M", 1000000}, {"G", 1000000000}};
+static const unit DURATION_UNITS[] = {{"ms", 1}, {"s", 1000}, {"m", 60000}, {"h", 3600000}};
+
+/* Returns the text behind the digits, NULL when there are none or too many. */
+static const char *read_digits(const char *text, uint64_t *out) {
+  const char *at = text;
+  uint64_t number = 0;
+  for (; *at >= '0' && *at <= '9'; at++) {
+    uint64_t digit = (uint64_t)(*at - '0');
+    if (number > (UINT64_MAX - digit) / 10) return NULL;
+    number = number * 10 + digit;
+  }
+  if (at == text) return NULL;
+  *out = number;
+  return at;
+}
+
+static bool read_quantity(const char *text, const unit *units, size_t unit_count, uint64_t *out) {
+  uint64_t number;
+  const char *name = read_digits(text, &number);
+  if (name == NULL) return false;
+  for (size_t i = 0; i < unit_count; i++) {
+    if (strcmp(name, units[i].name) != 0) continue;
+    if (number > UINT64_MAX / units[i].factor) return false;
+    *out = number * units[i].factor;
+    return true;
+  }
+  return false;
+}
+
+bool srv_parse_size(const char *text, uint64_t *out) {
+  return read_quantity(text, SIZE_UNITS, sizeof SIZE_UNITS / sizeof *SIZE_UNITS, out);
+}
+
+bool srv_parse_count(const char *text, uint64_t *out) {
+  return read_quantity(text, COUNT_UNITS, sizeof COUNT_UNITS / sizeof *COUNT_UNITS, out);
+}
+
+bool srv_parse_duration(const char *text, uint64_t *out) {
+  if (strcmp(text, "0") == 0) {
+    *out = 0;
+    return true;
+  }
+  return read_quantity(text, DURATION_UNITS, sizeof DURATION_UNITS / sizeof *DURATION_UNITS, out);
+}
+
+/* ---- flags and variables --------------------------------------------------------------------- */
 
 static void variable_name(const char *flag, char name[FLAG_SIZE]) {
   int size = snprintf(name, FLAG_SIZE, "TWEEND_%s", flag);
@@ -120,7 +186,12 @@ static void print_help(FILE *out) {
     }
     fputc('\n', out);
   }
-  fputs("  --help\n      this text\n  --version\n      the version\n", out);
+  fputs("  --help\n      this text\n  --version\n      the version\n\n"
+        "SIGHUP reads the files of --api-keys, --log-level, --tls-cert and --tls-key again. SIGTERM, SIGINT\n"
+        "and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at once.\n"
+        "A request's target has at most 8 KiB and 32 arguments, its head 16 KiB, 64 fields and cookies, and\n"
+        "4 KiB of cookies.\n",
+        out);
 }
 
 static bool parse_choice(const char *choices, const char *text, uint64_t *out) {
@@ -262,33 +333,70 @@ static bool set_defaults(srv_config *config) {
   return true;
 }
 
-/* Cuts config->api_keys_text into api_keys. */
-static bool split_keys(srv_config *config, char *error, size_t error_size) {
-  if (config->api_keys_text[0] == '\0') return true;
-  if (config->api_keys_text[0] == '@') {
-    char *text = srv_read_text(config->api_keys_text + 1, KEYS_FILE_MAX);
-    if (text == NULL) {
-      snprintf(error, error_size, "--api-keys: cannot read '%s': %s", config->api_keys_text + 1,
-               strerror(errno));
-      return false;
-    }
-    free(config->api_keys_text);
-    config->api_keys_text = text;
-  }
-  size_t separators = 1;
-  for (const char *at = config->api_keys_text; *at != '\0'; at++)
-    separators += strchr(", \r\n\t", *at) != NULL;
-  config->api_keys = calloc(separators + 1, sizeof *config->api_keys);
-  if (config->api_keys == NULL) return false;
+/* ---- settings that may lie in a file --------------------------------------------------------- */
+
+/* The text of a setting, or of the file that it names: malloc'ed, NULL with one line in error. */
+static char *read_setting(const char *flag, const char *setting, size_t size_max, char *error,
+                          size_t error_size) {
+  char *text = setting[0] == '@' ? srv_read_text(setting + 1, size_max) : strdup(setting);
+  if (text == NULL)
+    snprintf(error, error_size, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
+  return text;
+}
+
+/* Cuts the text; returns how many words there are, of which at most count_max are listed. */
+static size_t split(char *text, char **words, size_t count_max) {
   size_t count = 0;
   char *rest = NULL;
-  for (char *key = strtok_r(config->api_keys_text, ", \r\n\t", &rest); key != NULL;
-       key = strtok_r(NULL, ", \r\n\t", &rest)) {
-    config->api_keys[count++] = key;
+  for (char *word = strtok_r(text, ", \r\n\t", &rest); word != NULL;
+       word = strtok_r(NULL, ", \r\n\t", &rest)) {
+    if (count < count_max) words[count] = word;
+    count++;
+  }
+  return count;
+}
+
+/* A list of the words, in one block with them, ended by NULL; NULL without memory. */
+static char **list_words(const char *text) {
+  size_t size = strlen(text) + 1, count_max = size / 2;
+  char **words = malloc((count_max + 1) * sizeof *words + size);
+  if (words == NULL) return NULL;
+  char *copy = memcpy(words + count_max + 1, text, size);
+  words[split(copy, words, count_max)] = NULL;
+  return words;
+}
+
+bool srv_config_keys(const srv_config *config, char ***out, char *error, size_t error_size) {
+  *out = NULL;
+  if (config->api_keys[0] == '\0') return true;
+  char *text = read_setting("api-keys", config->api_keys, KEYS_FILE_MAX, error, error_size);
+  if (text == NULL) return false;
+  char **keys = list_words(text);
+  free(text);
+  if (keys != NULL && keys[0] != NULL) {
+    *out = keys;
+    return true;
   }
   /* An empty list must not open the door that somebody meant to lock. */
-  if (count == 0) snprintf(error, error_size, "--api-keys: there is no key in it");
-  return count > 0;
+  snprintf(error, error_size, keys != NULL ? "--api-keys: there is no key in it" : "out of memory");
+  free(keys);
+  return false;
+}
+
+bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size) {
+  static const char LEVELS[] = "error|warn|info|debug";
+  char *text = read_setting("log-level", config->log_level, LEVEL_FILE_MAX, error, error_size);
+  if (text == NULL) return false;
+  char *word = "";
+  uint64_t level = 0;
+  bool is_level = split(text, &word, 1) == 1 && parse_choice(LEVELS, word, &level);
+  if (is_level) {
+    *out = (srv_log_level)level;
+  } else {
+    snprintf(error, error_size, "--log-level: '%s' is not %s", word, LEVELS);
+  }
+  free(text);
+  return is_level;
 }
 
 static bool check_together(srv_config *config, char *error, size_t error_size) {
@@ -305,7 +413,12 @@ static bool check_together(srv_config *config, char *error, size_t error_size) {
     snprintf(error, error_size, "--data: the folder has no name");
     return false;
   }
-  return split_keys(config, error, error_size);
+  char **keys;
+  srv_log_level level;
+  if (!srv_config_log_level(config, &level, error, error_size)) return false;
+  bool has_keys = srv_config_keys(config, &keys, error, error_size);
+  free(keys);
+  return has_keys;
 }
 
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
@@ -335,10 +448,10 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
 void srv_config_deinit(srv_config *config) {
   free(config->listen);
   free(config->data);
-  free(config->api_keys_text);
   free(config->api_keys);
   free(config->cors_origins);
   free(config->tls_cert);
   free(config->tls_key);
+  free(config->log_level);
   *config = (srv_config){0};
 }

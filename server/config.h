@@ -1,6 +1,8 @@
-/* Settings from flags and environment. */
+/* Settings from flags and environment, and the files that some of them name. */
 #ifndef SRV_CONFIG_H
 #define SRV_CONFIG_H
+
+#include "log.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -15,11 +17,11 @@ typedef struct srv_config {
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout;
   uint64_t min_rate; /* bytes a second that a client must take or give */
-  char *api_keys_text;
-  char **api_keys; /* NULL-terminated; NULL: none are asked for */
+  char *api_keys;    /* a list or @FILE, see srv_config_keys */
   char *cors_origins;
-  char *tls_cert, *tls_key;       /* paths, "" without TLS */
-  uint64_t log_level, log_format; /* srv_log_level, srv_log_format */
+  char *tls_cert, *tls_key; /* paths, "" without TLS */
+  char *log_level;          /* a name or @FILE, see srv_config_log_level */
+  uint64_t log_format;      /* srv_log_format */
   bool sample;
   bool healthcheck;
 } srv_config;
@@ -36,5 +38,26 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
                                   char *(*environment)(const char *name), FILE *out, char *error,
                                   size_t error_size);
 void srv_config_deinit(srv_config *config);
+
+/* The API keys, read anew where the setting names a file: NULL-terminated, one malloc'ed block; NULL where
+ * none are asked for. False with one line in error. */
+bool srv_config_keys(const srv_config *config, char ***out, char *error, size_t error_size);
+
+/* The level of logs, read anew where the setting names a file. False with one line in error. */
+bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size);
+
+/* ---- quantities as people write them: 256MiB, 80M, 500ms --------------------------------------- */
+
+/* Each reads the whole text or returns false and leaves *out alone: no sign, no space, no fraction,
+ * nothing over 64 bits. */
+
+/* Plain bytes or with B, KiB, MiB, GiB, TiB (powers of 1024), kB, MB, GB, TB (powers of 1000). */
+bool srv_parse_size(const char *text, uint64_t *out);
+
+/* A plain number or with k, M, G (powers of 1000). */
+bool srv_parse_count(const char *text, uint64_t *out);
+
+/* Needs a unit: ms, s, m or h; a bare 0 is fine. Milliseconds. */
+bool srv_parse_duration(const char *text, uint64_t *out);
 
 #endif

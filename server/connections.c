@@ -1,17 +1,22 @@
 /* Connections: how they come, how long they may take, and how they go. */
 #include "connections.h"
 
-#include "bypass.h"
 #include "clock.h"
 #include "intake.h"
 #include "io_loop.h"
 #include "listen.h"
+#include "raw_socket.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <unistd.h>
+
+static const uint64_t COMPLAINT_MS = 1000;
+/* How long a client may take to close behind a refusal, and to take anything of what it was sent. */
+static const uint64_t LINGER_MS = 5000, STALL_MS = 45000;
 
 /* ---- accepting ------------------------------------------------------------------------------- */
 
@@ -20,10 +25,19 @@ static void turn_away(const srv_loop *l, int fd) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
   if (!l->http->tls) {
-    srv_bypass_say(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
+    srv_raw_send(fd, BUSY, sizeof BUSY - 1); /* a fresh socket has room */
     shutdown(fd, SHUT_WR);
   }
   close(fd);
+}
+
+/* All I/O threads together complain once in COMPLAINT_MS. */
+static void complain(srv_http *http, const char *what) {
+  int reason = errno;
+  uint64_t now = srv_now_ms(), before = atomic_load(&http->complained_ms);
+  if (before != 0 && now - before < COMPLAINT_MS) return;
+  if (!atomic_compare_exchange_strong(&http->complained_ms, &before, now)) return;
+  srv_log(SRV_LOG_ERROR, "%s: %s", what, strerror(reason));
 }
 
 void srv_connections_listen(srv_loop *l) {
@@ -32,37 +46,135 @@ void srv_connections_listen(srv_loop *l) {
   l->accepting = epoll_ctl(l->epoll, EPOLL_CTL_ADD, l->http->listener, &interest) == 0;
 }
 
-void srv_connections_accept(srv_loop *l) {
+/* Until the next sweep: the listening socket stays ready, so that the thread would spin. */
+static void rest(srv_loop *l) {
+  epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listener, NULL);
+  l->accepting = false;
+}
+
+static void cut(srv_connection *c) {
+  c->is_cut = true;
+  shutdown(c->fd, SHUT_RDWR); /* the library finds it closed */
+}
+
+/* Whether there is room for a connection over the limit: those in the reserve that have not asked for
+ * anything make way, so that however many of them there are, a health check finds a place. */
+static bool has_reserve(srv_loop *l) {
+  if (l->reserve < SRV_RESERVE_MAX) return true;
+  srv_connection *oldest = NULL;
+  for (srv_connection *c = l->connections; c != NULL; c = c->next)
+    if (c->is_reserve && !c->is_cut && c->exchange.target == NULL) oldest = c;
+  if (oldest != NULL) cut(oldest);
+  return oldest != NULL;
+}
+
+static void take_connection(srv_loop *l, int fd, const struct sockaddr *peer, socklen_t peer_size) {
   const srv_server *server = l->http->server;
+  if (atomic_load(&server->connections) >= server->config->max_connections && !has_reserve(l)) {
+    turn_away(l, fd);
+  } else if (MHD_add_connection(l->daemon, fd, peer, peer_size) != MHD_YES) {
+    complain(l->http, "cannot serve a connection");
+  }
+}
+
+void srv_connections_accept(srv_loop *l) {
   for (int i = 0; i < SRV_ACCEPT_MAX; i++) {
     struct sockaddr_storage peer = {0};
     socklen_t peer_size = sizeof peer;
     int fd = accept4(l->http->listener, (struct sockaddr *)&peer, &peer_size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
-      /* Out of descriptors or memory: without a pause this would spin. The next sweep tries again. */
-      srv_log(SRV_LOG_ERROR, "cannot accept: %s", strerror(errno));
-      epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listener, NULL);
-      l->accepting = false;
+      complain(l->http, "cannot accept"); /* out of descriptors or memory */
+      rest(l);
       return;
     }
-    if (atomic_load(&server->connections) >= server->config->max_connections) {
-      turn_away(l, fd);
-    } else if (MHD_add_connection(l->daemon, fd, (struct sockaddr *)&peer, peer_size) != MHD_YES) {
-      srv_log(SRV_LOG_ERROR, "cannot serve a connection: %s", strerror(errno));
-    }
+    take_connection(l, fd, (struct sockaddr *)&peer, peer_size);
   }
+}
+
+/* ---- lingering ------------------------------------------------------------------------------- */
+
+/* Two reasons: a socket that is closed with bytes unread resets the connection, under an answer that the
+ * client has not read yet; and when the process has ended, and its network with it, nobody sends what is
+ * unsent. */
+struct srv_lingering {
+  srv_lingering *next;
+  int fd;
+  bool discards;   /* what arrives, until the client closes; else it waits for what is unsent */
+  size_t unsent;   /* above 0: counted in the server's */
+  uint64_t end_ms; /* at the latest */
+};
+
+static void set_unsent(srv_loop *l, size_t *unsent, size_t now_unsent) {
+  atomic_size_t *clients = &l->http->server->unsent;
+  if (*unsent == 0 && now_unsent > 0) atomic_fetch_add(clients, 1);
+  if (*unsent > 0 && now_unsent == 0) atomic_fetch_sub(clients, 1);
+  *unsent = now_unsent;
+}
+
+/* True when the socket outlives the connection: then it counts as one on. */
+static bool linger(srv_loop *l, const srv_connection *c) {
+  if (c->is_cut || atomic_load(&l->http->stop)) return false;
+  size_t unsent = srv_raw_unsent(c->fd);
+  bool discards = c->is_unread && srv_raw_discard(c->fd);
+  if (unsent == 0 && !discards) return false;
+  srv_lingering *kept = malloc(sizeof *kept);
+  int fd = kept != NULL ? fcntl(c->fd, F_DUPFD_CLOEXEC, 0) : -1;
+  if (fd < 0) {
+    free(kept);
+    return false;
+  }
+  uint64_t end_ms = srv_now_ms() + (discards ? LINGER_MS : STALL_MS);
+  *kept = (srv_lingering){.next = l->lingering, .fd = fd, .discards = discards, .end_ms = end_ms};
+  l->lingering = kept;
+  set_unsent(l, &kept->unsent, unsent);
+  struct epoll_event interest = {.events = EPOLLIN, .data.fd = fd};
+  if (discards) epoll_ctl(l->epoll, EPOLL_CTL_ADD, fd, &interest);
+  return true;
+}
+
+static void end_lingering(srv_loop *l, srv_lingering **link) {
+  srv_lingering *kept = *link;
+  *link = kept->next;
+  set_unsent(l, &kept->unsent, 0);
+  atomic_fetch_sub(&l->http->server->connections, 1);
+  close(kept->fd);
+  free(kept);
+}
+
+/* True when it is over. */
+static bool update_lingering(srv_loop *l, srv_lingering *kept, uint64_t now, bool draining) {
+  size_t unsent = srv_raw_unsent(kept->fd);
+  if (unsent < kept->unsent && !kept->discards) kept->end_ms = now + STALL_MS;
+  set_unsent(l, &kept->unsent, unsent);
+  if (kept->discards) return now >= kept->end_ms;
+  return unsent == 0 || (now >= kept->end_ms && !draining); /* the drain has an end of its own */
+}
+
+void srv_connections_discard(srv_loop *l, int fd) {
+  for (srv_lingering **link = &l->lingering; *link != NULL; link = &(*link)->next) {
+    if ((*link)->fd != fd) continue;
+    if (!srv_raw_discard(fd)) end_lingering(l, link);
+    return;
+  }
+}
+
+void srv_connections_end(srv_loop *l) {
+  while (l->lingering != NULL) end_lingering(l, &l->lingering);
 }
 
 /* ---- their lives ------------------------------------------------------------------------------ */
 
 static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socket_context) {
   srv_connection *c = calloc(1, sizeof *c);
-  atomic_fetch_add(&l->http->server->connections, 1);
+  const srv_config *config = l->http->server->config;
+  bool is_reserve = atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections;
   *socket_context = c;
   if (c == NULL) return;
+  l->reserve += is_reserve;
   c->mhd = mhd;
   c->owner = l;
+  c->is_reserve = is_reserve;
   c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
   srv_address peer = {.size = sizeof peer};
   if (getpeername(c->fd, &peer.any, &peer.size) == 0) srv_address_peer(&peer, c->peer, sizeof c->peer);
@@ -72,19 +184,26 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
   srv_enter(c, SRV_PHASE_HEAD);
 }
 
-static void drop_connection(srv_loop *l, void **socket_context) {
-  srv_connection *c = *socket_context;
-  atomic_fetch_sub(&l->http->server->connections, 1);
-  *socket_context = NULL;
-  if (c == NULL) return;
+static void unlink_connection(srv_loop *l, const srv_connection *c) {
   if (c->previous != NULL) {
     c->previous->next = c->next;
   } else {
     l->connections = c->next;
   }
   if (c->next != NULL) c->next->previous = c->previous;
+}
+
+static void drop_connection(srv_loop *l, void **socket_context) {
+  srv_connection *c = *socket_context;
+  *socket_context = NULL;
+  bool lingers = c != NULL && linger(l, c);
+  if (!lingers) atomic_fetch_sub(&l->http->server->connections, 1);
+  if (c == NULL) return;
+  unlink_connection(l, c);
+  l->reserve -= c->is_reserve;
   /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
+  set_unsent(l, &c->unsent, 0);
   free(c);
 }
 
@@ -109,39 +228,44 @@ void srv_enter(srv_connection *c, srv_phase phase) {
   srv_watch_enter(&c->watch, phase, c->owner->turn_ms);
 }
 
-void srv_connection_give_up(srv_connection *c) {
-  c->watch.phase = SRV_PHASE_OVER;
-  shutdown(c->fd, SHUT_RDWR);
-  MHD_resume_connection(c->mhd);
+void srv_note_unsent(srv_connection *c) {
+  set_unsent(c->owner, &c->unsent, srv_raw_unsent(c->fd));
 }
 
 static void expire(srv_connection *c) {
-  if (c->watch.phase == SRV_PHASE_DISCARD) {
-    srv_connection_give_up(c);
-    return;
-  }
   bool late_request =
       c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
-  if (!late_request) {
-    shutdown(c->fd, SHUT_RDWR);
+  if (late_request) {
+    srv_exchange_refuse(&c->exchange, 408, "the request did not arrive in time", 0);
+    srv_intake_refuse(c);
     return;
   }
-  srv_exchange_refuse(&c->exchange, 408, "the request did not arrive in time", 0);
-  srv_intake_refuse(c);
+  if (c->watch.phase == SRV_PHASE_IDLE) {
+    shutdown(c->fd, SHUT_RDWR); /* its last answer is whole: the client may take what is unsent */
+  } else {
+    cut(c);
+  }
 }
 
 void srv_connections_sweep(srv_loop *l) {
-  uint64_t now = srv_now_ms();
-  if (now - l->swept_ms < SRV_SWEEP_MS) return;
-  l->swept_ms = now;
   bool draining = atomic_load(&l->http->server->draining);
+  uint64_t now = srv_now_ms();
+  if (now - l->swept_ms < (draining ? SRV_DRAIN_SWEEP_MS : SRV_SWEEP_MS)) return;
+  l->swept_ms = now;
+  if (!l->accepting) srv_connections_listen(l);
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
-    if (c->watch.phase == SRV_PHASE_DISCARD && !srv_bypass_discard(c->fd)) {
-      srv_connection_give_up(c);
-    } else if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange)) {
+    if (draining) srv_note_unsent(c);
+    if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
-    } else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c))) {
+    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)))
       expire(c);
+  }
+  for (srv_lingering **link = &l->lingering; *link != NULL;) {
+    if (update_lingering(l, *link, now, draining)) {
+      end_lingering(l, link);
+    } else {
+      link = &(*link)->next;
     }
   }
+  if (draining) atomic_store(&l->drains, true);
 }

@@ -1,8 +1,5 @@
-/* Answers on their way out, as responses of libmicrohttpd: small ones in a response that was sent before,
- * others in one of their own, whose body is pulled out of them. */
+/* Answers on their way out, each as a response of libmicrohttpd of its own. */
 #include "ahead.h"
-#include "clock.h"
-#include "field_block.h"
 #include "io_loop.h"
 
 #include <microhttpd.h>
@@ -11,62 +8,13 @@
 #include <sys/socket.h>
 
 enum {
+  TURN_BYTES = 4 << 20, /* that blocks of answers have in a turn of the loop, about */
+  BLOCK_LEAST = 32 << 10,
   LIVE_BLOCK = 16 << 10,  /* of a stream */
   LIVE_BUFFER = 128 << 10 /* in the kernel, of a stream: what a slow client is behind at most */
 };
 
 static const unsigned LISTENER_RETRY_S = 5;
-
-/* ---- fields ---------------------------------------------------------------------------------- */
-
-/* What an answer's head says beside what the library adds. */
-typedef struct field_list {
-  size_t count;
-  api_header fields[SRV_FIELDS_MAX];
-  char timing[SRV_TIMING_SIZE];
-} field_list;
-
-static void list_fields(const srv_exchange *exchange, const api_answer *answer, field_list *out) {
-  memcpy(out->fields + out->count, answer->headers, answer->header_count * sizeof *out->fields);
-  out->count += answer->header_count;
-  srv_exchange_timing(exchange, out->timing);
-  out->fields[out->count++] = (api_header){"X-Request-Id", exchange->id};
-  out->fields[out->count++] = (api_header){"Server-Timing", out->timing};
-}
-
-/* ---- responses that are used again ----------------------------------------------------------- */
-
-/* Whether the answer may go out in one: it is whole, and the connection stays. */
-static bool has_reply(const srv_exchange *exchange) {
-  const api_answer *answer = &exchange->answer;
-  bool is_whole = answer->body.read == NULL && answer->live.frame == NULL;
-  bool stays = !exchange->close && !atomic_load(&exchange->server->draining);
-  return answer->status == MHD_HTTP_OK && is_whole && stays;
-}
-
-/* True when the answer is queued. */
-static bool queue_reply(srv_connection *c) {
-  srv_exchange *exchange = &c->exchange;
-  if (!has_reply(exchange)) return false;
-  field_list list;
-  list.count = 1;
-  list.fields[0] = (api_header){"Date", srv_date_now()}; /* else the library makes it for each answer */
-  list_fields(exchange, &exchange->answer, &list);
-  c->reply = srv_replies_take(c->owner->replies, list.fields, list.count, exchange->answer.bytes);
-  if (c->reply == NULL) return false;
-  if (MHD_queue_response(c->mhd, MHD_HTTP_OK, srv_reply_response(c->reply)) != MHD_YES) {
-    srv_reply_give_back(c->reply);
-    c->reply = NULL;
-    return false;
-  }
-  if (strcmp(exchange->method, "HEAD") != 0) exchange->bytes_out = exchange->answer.bytes.size;
-  api_answer_deinit(&exchange->answer);
-  exchange->answered = false;
-  srv_enter(c, SRV_PHASE_SEND);
-  return true;
-}
-
-/* ---- responses of their own ------------------------------------------------------------------ */
 
 /* What a response of the library refers to until it is freed. */
 typedef struct delivery {
@@ -91,10 +39,23 @@ static ssize_t wait_for_more(srv_connection *c) {
   return 0;
 }
 
+/* ---- blocks ---------------------------------------------------------------------------------- */
+
+/* Bytes of the next block: each of many readers gets fewer, so that a turn, for whose end new connections and
+ * small answers wait, stays short. */
+static size_t share_turn(srv_loop *l) {
+  l->blocks++;
+  size_t share = TURN_BYTES / (l->blocks > l->blocks_before ? l->blocks : l->blocks_before);
+  return share > BLOCK_LEAST ? share : BLOCK_LEAST;
+}
+
 static ssize_t read_block(void *context, uint64_t position, char *out, size_t capacity) {
   (void)position; /* blocks are asked for in order, each once */
   delivery *d = context;
-  if (atomic_load(&d->to->owner->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
+  srv_loop *l = d->to->owner;
+  if (atomic_load(&l->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
+  size_t share = share_turn(l);
+  if (capacity > share) capacity = share;
   int64_t size = d->ahead != NULL ? srv_ahead_read(d->ahead, (uint8_t *)out, capacity)
                                   : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
   if (size == SRV_AHEAD_LATER) return wait_for_more(d->to);
@@ -131,28 +92,34 @@ static struct MHD_Response *create_response(delivery *d) {
     uint64_t size = answer->body.size == API_SIZE_UNKNOWN ? MHD_SIZE_UNKNOWN : answer->body.size;
     return MHD_create_response_from_callback(size, block_size(size), read_block, d, free_delivery);
   }
-  if (answer->status == MHD_HTTP_NOT_MODIFIED) { /* read_block is not called, see is_sized */
-    return MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 1, read_block, d, free_delivery);
+  if (answer->status == MHD_HTTP_NOT_MODIFIED) {
+    /* Of a known size, so that the library neither asks for a body nor closes the connection. Its
+     * documentation does not promise that, but both 0.9.75 and 1.0.1 do so. They send the size as
+     * Content-Length, which does not change what a cache has stored (RFC 9111, 3.2). */
+    return MHD_create_response_from_callback(0, 1, read_block, d, free_delivery);
   }
   /* The library takes the bytes as writable but does not write. */
   return MHD_create_response_from_buffer_with_free_callback_cls(
       answer->bytes.size, (void *)(uintptr_t)answer->bytes.data, free_delivery, d);
 }
 
+static bool add_field(struct MHD_Response *response, const char *name, const char *value) {
+  if (MHD_add_response_header(response, name, value) == MHD_YES) return true;
+  srv_log(SRV_LOG_WARN, "field %s of an answer cannot be sent", name);
+  return false;
+}
+
 /* False without memory: an answer that lacks one of its fields would be kept and read as what it is not. */
 static bool add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
                        bool close) {
-  field_list list;
-  list.count = 0;
-  list_fields(exchange, &d->answer, &list);
-  if (close) list.fields[list.count++] = (api_header){"Connection", "close"};
-  for (size_t i = 0; i < list.count; i++) {
-    const api_header *field = &list.fields[i];
-    if (MHD_add_response_header(response, field->name, field->value) == MHD_YES) continue;
-    srv_log(SRV_LOG_WARN, "header %s of request %s cannot be sent", field->name, exchange->id);
-    return false;
-  }
-  return true;
+  char timing[SRV_TIMING_SIZE];
+  srv_exchange_timing(exchange, timing);
+  bool is_added = true;
+  for (size_t i = 0; is_added && i < d->answer.header_count; i++)
+    is_added = add_field(response, d->answer.headers[i].name, d->answer.headers[i].value);
+  return is_added && add_field(response, "X-Request-Id", exchange->id) &&
+         add_field(response, "Server-Timing", timing) &&
+         (!close || add_field(response, "Connection", "close"));
 }
 
 /* Joins a stream that is the answer; without a place in it the answer becomes a refusal. */
@@ -178,28 +145,12 @@ static srv_ahead *go_ahead(srv_connection *c, const api_answer *answer) {
   return srv_ahead_create(c->exchange.server->work, answer, srv_hand_back, c);
 }
 
-/* Whether the library may tell a length. In 304 it would be that of the representation, which is not known.
- */
 static bool is_sized(const api_answer *answer) {
-  if (answer->status == MHD_HTTP_NOT_MODIFIED) return false;
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
 
-/* Moves the bytes out of the room, which the next request has. */
-static bool leave_room(api_answer *answer) {
-  if (!answer->in_room) return true;
-  uint8_t *bytes = malloc(answer->bytes.size + 1);
-  if (bytes == NULL) return false;
-  memcpy(bytes, answer->bytes.data, answer->bytes.size);
-  answer->bytes.data = bytes;
-  answer->in_room = false;
-  return true;
-}
-
-/* True when the answer is queued. */
-static bool queue_own(srv_connection *c) {
+bool srv_deliver(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
-  if (!leave_room(&exchange->answer)) return false;
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return false;
   srv_listener *listener = join_stream(c);
@@ -214,7 +165,7 @@ static bool queue_own(srv_connection *c) {
   bool is_head = strcmp(exchange->method, "HEAD") == 0;
   /* In chunks the library ends even what has no body with a last chunk, which the client would take for the
    * beginning of the next answer. Without, it closes the connection. */
-  if ((is_head || d->answer.status == MHD_HTTP_NOT_MODIFIED) && !is_sized(&d->answer))
+  if (is_head && !is_sized(&d->answer))
     MHD_set_response_options(response, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
   bool is_whole = d->answer.body.read == NULL && listener == NULL;
   if (is_whole && !is_head) exchange->bytes_out = d->answer.bytes.size;
@@ -225,8 +176,4 @@ static bool queue_own(srv_connection *c) {
   if (!is_queued) exchange->bytes_out = 0;
   srv_enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
   return is_queued;
-}
-
-bool srv_deliver(srv_connection *c) {
-  return queue_reply(c) || queue_own(c);
 }

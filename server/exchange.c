@@ -9,6 +9,7 @@
 #include <string.h>
 #include <strings.h>
 #include <sys/random.h>
+#include <time.h>
 
 /* A refused body up to this size is read and dropped, which keeps the connection usable. */
 static const uint64_t DROP_MAX = 64 << 10;
@@ -92,6 +93,7 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
   make_id(exchange->id);
   exchange->request.id = exchange->id;
   exchange->request.method = exchange->method;
+  exchange->request.keys = api_service_keys(server->service);
   return true;
 }
 
@@ -131,13 +133,13 @@ static bool is_metrics(const srv_exchange *exchange) {
   return strcmp(exchange->request.path, "/metrics") == 0;
 }
 
+static bool is_health_check(const srv_exchange *exchange) {
+  return strcmp(exchange->request.path, "/healthz") == 0 || strcmp(exchange->request.path, "/readyz") == 0;
+}
+
 /* What must answer while everything else is refused. */
 static bool is_probe(const srv_exchange *exchange) {
-  static const char *const PROBES[] = {"/healthz", "/readyz", "/version"};
-  for (size_t i = 0; i < sizeof PROBES / sizeof *PROBES; i++) {
-    if (strcmp(exchange->request.path, PROBES[i]) == 0) return true;
-  }
-  return is_metrics(exchange);
+  return is_health_check(exchange) || strcmp(exchange->request.path, "/version") == 0 || is_metrics(exchange);
 }
 
 static bool reads_only(const srv_exchange *exchange) {
@@ -164,6 +166,8 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   if (framing->status != 0) {
     srv_exchange_refuse(exchange, framing->status, framing->detail, 0);
     exchange->close = true;
+  } else if (exchange->is_reserve && !is_health_check(exchange)) {
+    srv_exchange_refuse(exchange, 503, "there are as many connections as the daemon takes", RETRY_S);
   } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
     srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
   } else if (framing->has_length && framing->length > config->max_upload) {
@@ -183,6 +187,7 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
 srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, const srv_framing *framing,
                                     const char *(*header)(void *context, const char *name), void *context) {
   exchange->opened = true;
+  exchange->close = exchange->is_reserve; /* others wait for its place */
   atomic_fetch_add(&exchange->server->in_flight, 1);
   copy_cut(exchange->method, sizeof exchange->method, method);
   exchange->request.header = header;
@@ -342,7 +347,11 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
   srv_exchange_timing(exchange, timing);
   FILE *out = open_memstream(&text, size);
   if (out == NULL) return NULL;
-  fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, srv_date_now());
+  char date[40];
+  const time_t now = time(NULL);
+  struct tm utc;
+  strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &utc));
+  fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, date);
   fprintf(out, "X-Request-Id: %s\r\nServer-Timing: %s\r\n", exchange->id, timing);
   for (size_t i = 0; i < answer->header_count; i++) {
     fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);

@@ -28,6 +28,7 @@ typedef struct srv_server {
   atomic_size_t connections;  /* open ones */
   atomic_size_t in_flight;    /* opened exchanges that have not ended */
   atomic_uint_fast64_t ended; /* exchanges so far */
+  atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
 } srv_server;
 
 enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96, SRV_SHORT_TARGET_SIZE = 256 };
@@ -44,6 +45,7 @@ typedef struct srv_exchange {
   bool opened;       /* headers were judged */
   bool answered;     /* answer is there, not yet taken */
   bool close;        /* the connection cannot go on after the answer */
+  bool is_reserve;   /* only health checks are answered, by the connection's reserve */
   int status;        /* of the answer, also after it was taken; 400 when no whole request came */
   const char *route; /* as of api_answer */
   uint64_t bytes_in, bytes_out;
@@ -75,8 +77,8 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
  * passed and are thrown away. */
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
 
-/* The body is complete; the request may have a room until the answer is delivered. at_once: since the
- * exchange began no time has passed that is worth telling. NOW or LATER. */
+/* The body is complete. at_once: since the exchange began no time has passed that is worth telling. NOW or
+ * LATER. */
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once);
 
 /* Refuses a request that waits for memory, or for what another one makes, once it has waited too long. True
@@ -86,7 +88,7 @@ bool srv_exchange_give_up(srv_exchange *exchange);
 /* Replaces what answer there may be by a problem document. */
 void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);
 
-/* The answer as bytes on the wire with "Connection: close", for refusals that overtake the HTTP library.
+/* The answer as bytes on the wire with "Connection: close", for refusals beside the HTTP library.
  * reason: of the status line. malloc'ed, NULL without memory. */
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size);
 

@@ -11,6 +11,8 @@ static void refuse(srv_framing *framing, int status, const char *detail) {
   framing->detail = detail;
 }
 
+/* ---- the request line ------------------------------------------------------------------------ */
+
 /* Every % begins a byte in hexadecimal, and that byte is not NUL. */
 static bool escapes_sound(const char *target) {
   for (const char *at = strchr(target, '%'); at != NULL; at = strchr(at + 1, '%')) {
@@ -30,28 +32,30 @@ static bool has_form(const char *target) {
 }
 
 void srv_framing_target(srv_framing *framing, const char *target) {
-  size_t size = strlen(target);
-  uint32_t arguments = 1, unclean = 0;
-  for (size_t i = 0; i < size; i++) { /* without a way out, so that compilers take many characters at once */
-    unclean |= !is_target_char((unsigned char)target[i]);
-    arguments += target[i] == '&';
+  size_t size = 0, arguments = 1;
+  bool unclean = false;
+  for (; target[size] != '\0'; size++) {
+    unclean |= !is_target_char((unsigned char)target[size]);
+    arguments += target[size] == '&';
   }
-  framing->text = size;
-  framing->records = arguments * (size_t)SRV_RECORD_SIZE;
+  framing->seen = size;
   framing->many_arguments = arguments > SRV_ARGUMENTS_MAX;
   if (size > SRV_TARGET_MAX) refuse(framing, 414, "the request target is longer than 8192 bytes");
-  if (framing->many_arguments) refuse(framing, 400, "the query has more than 100 arguments");
+  if (framing->many_arguments) refuse(framing, 400, "the query has more than 32 arguments");
   if (unclean) refuse(framing, 400, "the request target holds a character that must be percent-encoded");
   if (!escapes_sound(target))
     refuse(framing, 400, "the request target holds a broken percent-encoding or %00");
   if (!has_form(target)) refuse(framing, 400, "the request target is not a path");
 }
 
-void srv_framing_version(srv_framing *framing, const char *version) {
+void srv_framing_line(srv_framing *framing, const char *method, const char *version) {
+  framing->seen += strlen(method) + strlen(version) + strlen("  \r\n");
   if (strcmp(version, "HTTP/1.1") == 0) return;
   framing->http_10 = strcmp(version, "HTTP/1.0") == 0;
   if (!framing->http_10) refuse(framing, 505, "only HTTP/1.1 and HTTP/1.0 are spoken here");
 }
+
+/* ---- fields ---------------------------------------------------------------------------------- */
 
 static bool is_token(const char *text, size_t size) {
   for (size_t i = 0; i < size; i++) {
@@ -87,40 +91,34 @@ static void take_length(srv_framing *framing, const char *value, size_t size) {
   if (!sound) refuse(framing, 400, "Content-Length is not a plain number");
 }
 
+/* The value with the blanks behind it: where they are, the library does not decode chunks. */
 static void take_coding(srv_framing *framing, const char *value, size_t size) {
   if (framing->chunked) refuse(framing, 400, "Transfer-Encoding is there twice");
   framing->chunked = true;
   if (!same(value, size, "chunked")) refuse(framing, 501, "the only transfer coding known here is chunked");
 }
 
-/* The library copies cookies to cut them apart. */
-static size_t measure_cookies(const char *value, size_t size) {
-  size_t cookies = 1;
-  for (size_t i = 0; i < size; i++) cookies += value[i] == ';' || value[i] == ',';
-  return size + 1 + cookies * SRV_RECORD_SIZE;
+static void take_cookies(srv_framing *framing, const char *value, size_t size) {
+  framing->cookie_bytes += size;
+  framing->fields++;
+  for (size_t i = 0; i < size; i++) framing->fields += value[i] == ';' || value[i] == ',';
+  if (framing->cookie_bytes > SRV_COOKIES_MAX) refuse(framing, 431, "the cookies are longer than 4096 bytes");
 }
 
-/* The same for both cases of a letter. */
-static uint32_t initial_of(const char *name) {
-  return 1U << ((unsigned char)*name & 31);
-}
-
-void srv_framing_header(srv_framing *framing, const char *name, size_t name_size, const char *value,
-                        size_t value_size) {
-  framing->headers++;
-  framing->text += name_size + value_size + 4;
-  framing->records += SRV_RECORD_SIZE;
-  if (framing->headers > SRV_HEADERS_MAX) refuse(framing, 431, "there are more than 100 headers");
+void srv_framing_field(srv_framing *framing, const char *name, size_t name_size, const char *value,
+                       size_t value_size) {
+  framing->fields++;
+  framing->seen += (size_t)((uintptr_t)value + value_size - (uintptr_t)name) + strlen("\r\n");
   if (!is_token(name, name_size)) {
-    refuse(framing, 400, "a header's name holds a character that is not allowed");
+    refuse(framing, 400, "a field's name holds a character that is not allowed");
     return;
   }
-  if (!is_field_text(value, value_size)) refuse(framing, 400, "a header's value holds a control character");
-  framing->initials |= initial_of(name);
-  if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
+  if (!is_field_text(value, value_size)) refuse(framing, 400, "a field's value holds a control character");
   if (same(name, name_size, "Transfer-Encoding")) take_coding(framing, value, value_size);
+  if (same(name, name_size, "Cookie")) take_cookies(framing, value, value_size);
+  while (value_size > 0 && (value[value_size - 1] == ' ' || value[value_size - 1] == '\t')) value_size--;
+  if (same(name, name_size, "Content-Length")) take_length(framing, value, value_size);
   if (same(name, name_size, "Host")) framing->hosts++;
-  if (same(name, name_size, "Cookie")) framing->records += measure_cookies(value, value_size);
   if (same(name, name_size, "Expect")) {
     framing->continues = true;
     if (!same(value, value_size, "100-continue"))
@@ -128,20 +126,23 @@ void srv_framing_header(srv_framing *framing, const char *name, size_t name_size
   }
 }
 
-void srv_framing_end(srv_framing *framing) {
-  if (framing->records > SRV_RECORDS_MAX || framing->text + framing->records > SRV_HEAD_MAX)
-    refuse(framing, 431,
-           "the request's head is longer than 18432 bytes, with 64 more for each header, argument and cookie "
-           "and cookies twice; or more than 10240 of them are no text");
+/* ---- the whole ------------------------------------------------------------------------------- */
+
+void srv_framing_end(srv_framing *framing, size_t head_size) {
+  if (head_size > SRV_HEAD_MAX) refuse(framing, 431, "the request's head is longer than 16384 bytes");
+  if (framing->fields > SRV_FIELDS_MAX) refuse(framing, 431, "there are more than 64 fields and cookies");
   if (framing->has_length && framing->chunked) {
     refuse(framing, 400, "Content-Length and Transfer-Encoding exclude each other");
   }
   if (framing->chunked && framing->http_10) refuse(framing, 400, "HTTP/1.0 knows no Transfer-Encoding");
   if (framing->hosts > 1 || (framing->hosts == 0 && !framing->http_10)) {
-    refuse(framing, 400, "a request has one Host header");
+    refuse(framing, 400, "a request has one Host field");
   }
 }
 
-bool srv_framing_may_have(const srv_framing *framing, const char *name) {
-  return (framing->initials & initial_of(name)) != 0;
+void srv_framing_whole(srv_framing *framing, size_t head_size) {
+  if (framing->seen + strlen("\r\n") == head_size) return;
+  refuse(framing, 400,
+         "the head holds a zero byte, a field over several lines, a line that ends without CR, or a blank "
+         "too many in the request line");
 }

@@ -1,5 +1,5 @@
-/* Whether a request is framed beyond doubt (RFC 9112). The HTTP library is lenient where two readers of
- * the same bytes could disagree on where a request ends; this refuses all of that. */
+/* Whether a request's head is framed beyond doubt (RFC 9112). The HTTP library is lenient where two readers
+ * of the same bytes could disagree on where a request ends; this refuses all of that. */
 #ifndef SRV_FRAMING_H
 #define SRV_FRAMING_H
 
@@ -7,43 +7,44 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Public limits. A head that keeps them all fits into the library's memory for a connection. */
 enum {
-  SRV_TARGET_MAX = 8192,
-  SRV_ARGUMENTS_MAX = 100, /* of the query */
-  SRV_HEADERS_MAX = 100,
-  /* What a head may take of the HTTP library's memory: in all, and beside its text, where each argument,
-   * header and cookie takes a record and cookies are copied. */
-  SRV_HEAD_MAX = 18 << 10,
-  SRV_RECORDS_MAX = 10 << 10,
-  SRV_RECORD_SIZE = 64
+  SRV_TARGET_MAX = 8 << 10,
+  SRV_ARGUMENTS_MAX = 32, /* of the query */
+  SRV_FIELDS_MAX = 64,    /* each cookie counts as one more */
+  SRV_COOKIES_MAX = 4 << 10,
+  SRV_HEAD_MAX = 16 << 10 /* in all */
 };
 
-/* What the headers of one request say, filled by the functions below. */
+/* What a head says, filled by the functions below. A zeroed one is empty. */
 typedef struct srv_framing {
   int status;         /* 0: fine so far, else the status of the refusal */
   const char *detail; /* of the refusal */
   bool http_10;
-  bool many_arguments;                 /* more than the HTTP library can cut apart */
+  bool many_arguments;                 /* more than the library can cut apart */
   bool has_length, chunked, continues; /* continues: the client waits for 100 */
   uint64_t length;                     /* with has_length */
-  size_t headers, hosts;
-  uint32_t initials;    /* a bit for each letter that a header's name begins with */
-  size_t text, records; /* bytes that the head takes of the HTTP library's memory */
+  size_t fields, hosts, cookie_bytes;
+  size_t seen; /* bytes of the head that the calls have shown */
 } srv_framing;
 
 /* First; target: as on the wire. */
 void srv_framing_target(srv_framing *framing, const char *target);
 
-void srv_framing_version(srv_framing *framing, const char *version);
+/* The rest of the request line. */
+void srv_framing_line(srv_framing *framing, const char *method, const char *version);
 
-/* Once for each header, in order. */
-void srv_framing_header(srv_framing *framing, const char *name, size_t name_size, const char *value,
-                        size_t value_size);
+/* Once for each field, in order. For `seen`, name and value lie in the head as it came, the value behind the
+ * name. */
+void srv_framing_field(srv_framing *framing, const char *name, size_t name_size, const char *value,
+                       size_t value_size);
 
-/* After the last header: what only shows in their combination. */
-void srv_framing_end(srv_framing *framing);
+/* After the last field: what only shows in their combination. head_size: bytes from the method to the empty
+ * line, with both. */
+void srv_framing_end(srv_framing *framing, size_t head_size);
 
-/* False when no header has this name, which most requests show by the initials of the few that they have. */
-bool srv_framing_may_have(const srv_framing *framing, const char *name);
+/* After the end: refuses a head of which the calls have not shown every byte. So a zero byte is found, behind
+ * which the library cuts off a line, and a folded field, whose further lines it adds to the name. */
+void srv_framing_whole(srv_framing *framing, size_t head_size);
 
 #endif

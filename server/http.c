@@ -1,7 +1,8 @@
 /* The I/O threads; intake.c has requests on their way in, deliver.c those on their way out.
  *
- * Each I/O thread owns a daemon of the library and an epoll set of three: the library's own descriptor, an
- * eventfd by which compute threads and the main thread wake it, and the listening socket that all share.
+ * Each I/O thread owns a daemon of the library and an epoll set: the library's own descriptor, an eventfd by
+ * which compute threads and the main thread wake it, the listening socket that all share, and sockets that
+ * linger (connections.c).
  * The thread that is idle accepts; so a thread that computes a block of an answer gets no new connections.
  * A connection, its timers and its request are only touched by their thread. While a compute thread works
  * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
@@ -10,6 +11,7 @@
 #include "connections.h"
 #include "intake.h"
 #include "io_loop.h"
+#include "tls.h"
 
 #include <microhttpd.h>
 #include <poll.h>
@@ -21,14 +23,9 @@
 #include <unistd.h>
 
 enum {
-  /* The library's pool: the head, in which it reads, its records of it, and the answer's fields. It clears
-   * the pool behind each request, so that more than it takes costs time; with less, the library would close
-   * without a word on some of the heads that framing.h admits. It reads into the first half at least, so that
-   * what comes behind a head leaves no more than the other half to the records. Framing cannot see blanks
-   * around values, and that the library copies those that go over several lines (obsolete, RFC 9112, 5.2): of
-   * long heads that have many of either it still closes on some. */
-  CONNECTION_MEMORY = SRV_HEAD_MAX + (2 << 10),
-  STOP_MS = 2000 /* for what compute threads have begun of answers that are cut off */
+  CONNECTION_MEMORY = 32 << 10, /* of the library, for a head, its records of it and the answer's head */
+  CONNECTION_SLACK = 64,        /* of the library's limit over ours */
+  STOP_MS = 2000                /* for what compute threads have begun of answers that are cut off */
 };
 
 /* ---- loop ------------------------------------------------------------------------------------ */
@@ -69,27 +66,36 @@ static void resume_done(srv_loop *l) {
 
 static int wait_ms(const srv_loop *l) {
   unsigned long long wanted;
-  int most = l->connections != NULL || !l->accepting ? SRV_SWEEP_MS : -1;
+  bool watches = l->connections != NULL || l->lingering != NULL || !l->accepting;
+  int most = atomic_load(&l->http->server->draining) ? SRV_DRAIN_SWEEP_MS : watches ? SRV_SWEEP_MS : -1;
   if (MHD_get_timeout(l->daemon, &wanted) != MHD_YES) return most;
   return most < 0 || wanted < (unsigned long long)most ? (int)(wanted < SRV_SWEEP_MS ? wanted : SRV_SWEEP_MS)
                                                        : most;
 }
 
+static void handle(srv_loop *l, const struct epoll_event *event) {
+  int fd = event->data.fd;
+  if (fd == l->http->listener) {
+    srv_connections_accept(l);
+  } else if (fd == l->event) {
+    resume_done(l);
+  } else if (fd != l->library) {
+    srv_connections_discard(l, fd);
+  }
+}
+
 static void turn(srv_loop *l) {
-  struct epoll_event events[3];
-  int count = epoll_wait(l->epoll, events, 3, wait_ms(l));
+  enum { EVENTS_MAX = 16 };
+  struct epoll_event events[EVENTS_MAX];
+  int count = epoll_wait(l->epoll, events, EVENTS_MAX, wait_ms(l));
   l->turns++;
   l->turn_ms = srv_now_ms();
   srv_work_outside(l->http->server->work, true);
-  for (int i = 0; i < count; i++) {
-    if (events[i].data.fd == l->http->listener) srv_connections_accept(l);
-    if (events[i].data.fd == l->event) resume_done(l);
-  }
-  srv_log_hold(l->log_lines);
+  l->blocks_before = l->blocks;
+  l->blocks = 0;
+  for (int i = 0; i < count; i++) handle(l, &events[i]);
   MHD_run(l->daemon);
-  srv_log_release();
   srv_connections_sweep(l);
-  if (!l->accepting) srv_connections_listen(l);
   srv_work_outside(l->http->server->work, false);
 }
 
@@ -108,9 +114,6 @@ static void await_waiting(srv_loop *l) {
 /* The library panics when it is stopped with a suspended connection. */
 static bool all_back(srv_loop *l) {
   await_waiting(l);
-  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
-    if (c->watch.phase == SRV_PHASE_DISCARD) srv_connection_give_up(c);
-  }
   MHD_run(l->daemon);
   for (const srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (c->watch.phase == SRV_PHASE_WORK || c->waits) return false;
@@ -135,7 +138,7 @@ static void *run_loop(void *context) {
 static void log_library(void *context, const char *format, va_list arguments)
     __attribute__((format(printf, 2, 0)));
 static void log_library(void *context, const char *format, va_list arguments) {
-  (void)context;
+  srv_intake_complaint(context);
   char text[512];
   vsnprintf(text, sizeof text, format, arguments);
   text[strcspn(text, "\n")] = '\0';
@@ -149,20 +152,23 @@ static size_t keep_escaped(void *context, struct MHD_Connection *mhd, char *text
   return strlen(text);
 }
 
-static struct MHD_Daemon *start_daemon(srv_loop *l, const char *certificate, const char *key) {
+static struct MHD_Daemon *start_daemon(srv_loop *l) {
   unsigned flags = MHD_USE_EPOLL | MHD_USE_NO_LISTEN_SOCKET | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG;
   if (l->http->tls) flags |= MHD_USE_TLS;
-  struct MHD_OptionItem tls[] = {{MHD_OPTION_HTTPS_MEM_CERT, 0, (void *)(uintptr_t)certificate},
-                                 {MHD_OPTION_HTTPS_MEM_KEY, 0, (void *)(uintptr_t)key},
-                                 {MHD_OPTION_END, 0, NULL}};
-  if (!l->http->tls) tls[0] = tls[2];
-  unsigned limit = (unsigned)l->http->server->config->max_connections + SRV_ACCEPT_MAX;
+  struct MHD_OptionItem options[] = {
+#if MHD_VERSION >= 0x01000000
+    {MHD_OPTION_CLIENT_DISCIPLINE_LVL, 1, NULL},
+#endif
+    {l->http->tls ? MHD_OPTION_HTTPS_CERT_CALLBACK : MHD_OPTION_END, 0, (void *)(intptr_t)srv_tls_choose},
+    {MHD_OPTION_END, 0, NULL}
+  };
+  unsigned limit = (unsigned)l->http->server->config->max_connections + CONNECTION_SLACK;
   return MHD_start_daemon(
-      flags, 0, NULL, NULL, srv_intake_take, l, MHD_OPTION_EXTERNAL_LOGGER, log_library, NULL,
+      flags, 0, NULL, NULL, srv_intake_take, l, MHD_OPTION_EXTERNAL_LOGGER, log_library, l,
       MHD_OPTION_URI_LOG_CALLBACK, srv_intake_begin, NULL, MHD_OPTION_UNESCAPE_CALLBACK, keep_escaped, NULL,
       MHD_OPTION_NOTIFY_COMPLETED, srv_intake_end, NULL, MHD_OPTION_NOTIFY_CONNECTION, srv_connections_notify,
       l, MHD_OPTION_CONNECTION_LIMIT, limit, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY,
-      MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, tls, MHD_OPTION_END);
+      MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
 }
 
 static bool watch_descriptor(srv_loop *l, int fd) {
@@ -170,19 +176,19 @@ static bool watch_descriptor(srv_loop *l, int fd) {
   return epoll_ctl(l->epoll, EPOLL_CTL_ADD, fd, &interest) == 0;
 }
 
-static bool start_loop(srv_http *http, srv_loop *l, const char *certificate, const char *key) {
+static bool start_loop(srv_http *http, srv_loop *l) {
   l->http = http;
   pthread_mutex_init(&l->lock, NULL);
-  l->replies = srv_replies_create(http->rewrites);
-  l->log_lines = srv_log_lines_create();
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
   l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   http->loop_count++;
-  if (l->replies == NULL || l->epoll < 0 || l->event < 0) return false;
-  l->daemon = start_daemon(l, certificate, key);
+  if (l->epoll < 0 || l->event < 0) return false;
+  l->daemon = start_daemon(l);
   if (l->daemon == NULL) return false;
   const union MHD_DaemonInfo *info = MHD_get_daemon_info(l->daemon, MHD_DAEMON_INFO_EPOLL_FD);
-  if (info == NULL || !watch_descriptor(l, info->epoll_fd) || !watch_descriptor(l, l->event)) return false;
+  if (info == NULL) return false;
+  l->library = info->epoll_fd;
+  if (!watch_descriptor(l, l->library) || !watch_descriptor(l, l->event)) return false;
   srv_connections_listen(l);
   l->started = l->accepting && pthread_create(&l->thread, NULL, run_loop, l) == 0;
   return l->started;
@@ -194,8 +200,7 @@ static void panic(void *context, const char *file, unsigned line, const char *re
   abort();
 }
 
-srv_http *srv_http_start(srv_server *server, int listener, const char *certificate, const char *key,
-                         char *error, size_t error_size) {
+srv_http *srv_http_start(srv_server *server, int listener, bool tls, char *error, size_t error_size) {
   const srv_config *config = server->config;
   size_t loops = (size_t)config->io_threads;
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
@@ -206,17 +211,15 @@ srv_http *srv_http_start(srv_server *server, int listener, const char *certifica
   }
   http->server = server;
   http->listener = listener;
-  http->tls = certificate != NULL;
-  http->rewrites = srv_rewrites();
+  http->tls = tls;
   http->patience = (srv_patience){.header_ms = config->header_timeout,
                                   .idle_ms = config->idle_timeout,
                                   .request_ms = config->request_timeout,
                                   .min_rate = config->min_rate};
   MHD_set_panic_func(panic, NULL);
   for (size_t i = 0; i < loops; i++) {
-    if (start_loop(http, &http->loops[i], certificate, key)) continue;
-    snprintf(error, error_size, "cannot start an I/O thread%s",
-             http->tls ? "; is the certificate the key's?" : "");
+    if (start_loop(http, &http->loops[i])) continue;
+    snprintf(error, error_size, "cannot start an I/O thread");
     srv_http_stop(http);
     return NULL;
   }
@@ -225,6 +228,13 @@ srv_http *srv_http_start(srv_server *server, int listener, const char *certifica
 
 void srv_http_drain(srv_http *http) {
   for (size_t i = 0; i < http->loop_count; i++) wake(&http->loops[i]);
+}
+
+bool srv_http_is_drained(const srv_http *http) {
+  for (size_t i = 0; i < http->loop_count; i++)
+    if (!atomic_load(&http->loops[i].drains)) return false;
+  /* In this order: what is unsent of an answer is counted before its request is no longer in flight. */
+  return atomic_load(&http->server->in_flight) == 0 && atomic_load(&http->server->unsent) == 0;
 }
 
 bool srv_http_stop(srv_http *http) {
@@ -239,8 +249,7 @@ bool srv_http_stop(srv_http *http) {
   for (size_t i = 0; i < http->loop_count; i++) {
     srv_loop *l = &http->loops[i];
     if (l->daemon != NULL) MHD_stop_daemon(l->daemon);
-    srv_replies_destroy(l->replies);
-    srv_log_lines_destroy(l->log_lines);
+    srv_connections_end(l);
     if (l->epoll >= 0) close(l->epoll);
     if (l->event >= 0) close(l->event);
     pthread_mutex_destroy(&l->lock);

@@ -1,33 +1,115 @@
 /* Requests on their way in, as the library calls for them; deliver.c has the way out. */
 #include "intake.h"
 
-#include "bypass.h"
 #include "io_loop.h"
+#include "raw_socket.h"
 
 #include <stdlib.h>
+#include <string.h>
 #include <sys/socket.h>
 
-/* ---- refusals in the middle ------------------------------------------------------------------ */
+/* ---- the library's leniency ------------------------------------------------------------------ */
 
-/* Closes the sending side alone, because closing with bytes unread would reset the connection under the
- * answer. */
-enum MHD_Result srv_intake_refuse(srv_connection *c) {
-  const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
-  size_t size = 0;
-  char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
-  bool sent = text != NULL && srv_bypass_say(c->fd, text, size);
-  free(text);
-  shutdown(c->fd, sent ? SHUT_WR : SHUT_RDWR);
-  srv_enter(c, SRV_PHASE_LINGER);
+/* Before 1.0 the library cuts a line off at a zero byte, adds the further lines of a folded field to its
+ * name, and says nothing of either. But it cuts the head where it lies and tells its size: a head whose lines
+ * do not add up to that size is refused. That a field's value lies behind its name is not promised; where it
+ * did not, every request would be refused. One thing does not show: a line that begins with a zero byte,
+ * before the request line, is skipped.
+ *
+ * A Content-Length that is no number, and cookies without end, it refuses itself, with two heads where one
+ * should be; it logs before it sends them. srv_intake_complaint answers instead, but not over TLS.
+ *
+ * From 1.0 on it refuses all of these as it should (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
+static const bool IS_LENIENT = MHD_VERSION < 0x01000000;
+
+/* 0: the head is not complete. */
+static size_t head_size(const srv_connection *c) {
+  const union MHD_ConnectionInfo *info =
+      MHD_get_connection_info(c->mhd, MHD_CONNECTION_INFO_REQUEST_HEADER_SIZE);
+  return info != NULL ? info->header_size : 0;
+}
+
+static enum MHD_Result take_field(void *context, enum MHD_ValueKind kind, const char *name, size_t name_size,
+                                  const char *value, size_t value_size) {
+  (void)kind;
+  srv_framing_field(context, name, name_size, value != NULL ? value : "", value != NULL ? value_size : 0);
   return MHD_YES;
 }
 
-/* The request is over and was refused: the library stops reading, sweeps throw away what comes. */
-static enum MHD_Result discard_rest(srv_connection *c) {
-  if (c->watch.phase != SRV_PHASE_LINGER) return MHD_NO;
-  c->watch.phase = SRV_PHASE_DISCARD;
-  MHD_suspend_connection(c->mhd);
-  return MHD_YES;
+static void judge_fields(srv_connection *c) {
+  MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_field, &c->framing);
+  srv_framing_end(&c->framing, head_size(c));
+}
+
+void srv_intake_complaint(srv_loop *l) {
+  if (!IS_LENIENT) return;
+  for (srv_connection *c = l->connections; c != NULL; c = c->next) {
+    /* No other can have its head and not be opened yet: the library goes from the one to the other at once.
+     */
+    bool is_meant = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD &&
+                    head_size(c) > 0;
+    if (!is_meant) continue;
+    judge_fields(c);
+    bool is_known = c->framing.status != 0;
+    srv_exchange_refuse(&c->exchange, is_known ? c->framing.status : 400,
+                        is_known ? c->framing.detail : "Content-Length is not a plain number", 0);
+    srv_intake_refuse(c);
+    return;
+  }
+}
+
+/* ---- refusals beside the library ------------------------------------------------------------- */
+
+void srv_intake_refuse(srv_connection *c) {
+  const char *reason = MHD_get_reason_phrase_for((unsigned)c->exchange.status);
+  size_t size = 0;
+  char *text = c->owner->http->tls ? NULL : srv_exchange_print(&c->exchange, reason, &size);
+  bool is_sent = text != NULL && srv_raw_send(c->fd, text, size);
+  free(text);
+  shutdown(c->fd, is_sent ? SHUT_WR : SHUT_RDWR);
+  c->is_unread = true;
+  srv_enter(c, SRV_PHASE_LINGER);
+}
+
+/* ---- header fields --------------------------------------------------------------------------- */
+
+struct srv_trimmed {
+  srv_trimmed *next;
+  char text[];
+};
+
+static bool is_blank(char c) {
+  return c == ' ' || c == '\t';
+}
+
+static const char *keep_trimmed(srv_connection *c, const char *value, size_t size) {
+  srv_trimmed *copy = malloc(sizeof *copy + size + 1);
+  if (copy == NULL) return value;
+  copy->next = c->trimmed;
+  c->trimmed = copy;
+  memcpy(copy->text, value, size);
+  copy->text[size] = '\0';
+  return copy->text;
+}
+
+static void forget_trimmed(srv_connection *c) {
+  while (c->trimmed != NULL) {
+    srv_trimmed *next = c->trimmed->next;
+    free(c->trimmed);
+    c->trimmed = next;
+  }
+}
+
+/* The library does not trim behind values (RFC 9112, 5.1). */
+static const char *find_header(void *context, const char *name) {
+  srv_connection *c = context;
+  const char *value = NULL;
+  size_t size = 0;
+  if (MHD_lookup_connection_value_n(c->mhd, MHD_HEADER_KIND, name, strlen(name), &value, &size) != MHD_YES)
+    return NULL;
+  if (value == NULL || size == 0 || !is_blank(value[size - 1])) return value;
+  while (size > 0 && is_blank(value[size - 1])) size--;
+  return keep_trimmed(c, value, size);
 }
 
 /* ---- stages ---------------------------------------------------------------------------------- */
@@ -36,33 +118,22 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
   (void)context;
   const union MHD_ConnectionInfo *info = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
   srv_connection *c = info != NULL ? info->socket_context : NULL;
-  if (c == NULL || !srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
+  if (c == NULL || c->watch.phase == SRV_PHASE_LINGER) return c;
+  if (!srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
   srv_enter(c, SRV_PHASE_HEAD);
+  c->exchange.is_reserve = c->is_reserve;
   c->begun = c->owner->turns;
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
-  if (c->framing.many_arguments) {
+  if (c->framing.many_arguments) { /* on them the library would hang */
     srv_exchange_refuse(&c->exchange, c->framing.status, c->framing.detail, 0);
     srv_intake_refuse(c);
   }
   return c;
 }
 
-static enum MHD_Result take_header(void *context, enum MHD_ValueKind kind, const char *name, size_t name_size,
-                                   const char *value, size_t value_size) {
-  (void)kind;
-  srv_framing_header(context, name, name_size, value != NULL ? value : "", value != NULL ? value_size : 0);
-  return MHD_YES;
-}
-
-static const char *find_header(void *context, const char *name) {
-  const srv_connection *c = context;
-  if (!srv_framing_may_have(&c->framing, name)) return NULL;
-  return MHD_lookup_connection_value(c->mhd, MHD_HEADER_KIND, name);
-}
-
 static bool client_waits(srv_exchange *exchange) {
-  return srv_bypass_waits(((srv_connection *)(void *)exchange)->fd);
+  return srv_raw_is_open(((srv_connection *)(void *)exchange)->fd);
 }
 
 /* On a compute thread. The connection may be resumed, and freed, as soon as it is back. */
@@ -76,14 +147,14 @@ static enum MHD_Result deliver(srv_connection *c) {
 
 static enum MHD_Result open_request(srv_connection *c, const char *method, const char *version) {
   srv_framing *framing = &c->framing;
-  srv_framing_version(framing, version);
-  MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_header, framing);
-  srv_framing_end(framing);
+  srv_framing_line(framing, method, version);
+  judge_fields(c);
+  if (IS_LENIENT) srv_framing_whole(framing, head_size(c));
   c->exchange.wanted = client_waits;
   c->exchange.ready = come_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
-    /* The library would close with the body unread, which resets the connection under the answer. */
-    return framing->continues || c->owner->http->tls ? deliver(c) : srv_intake_refuse(c);
+    c->is_unread = true;
+    return deliver(c); /* then the library closes the connection */
   }
   srv_enter(c, SRV_PHASE_BODY);
   return MHD_YES;
@@ -92,13 +163,14 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
 static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *size) {
   size_t piece = *size;
   *size = 0;
-  if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE) return MHD_YES;
   /* Over TLS the rest is read, and the answer follows it. */
-  return c->owner->http->tls ? MHD_YES : srv_intake_refuse(c);
+  if (srv_exchange_take(&c->exchange, data, piece) == SRV_EXCHANGE_MORE || c->owner->http->tls)
+    return MHD_YES;
+  srv_intake_refuse(c);
+  return MHD_NO;
 }
 
 static enum MHD_Result finish_request(srv_connection *c) {
-  c->exchange.request.room = srv_replies_room(c->owner->replies); /* deliver is next to take from there */
   if (srv_exchange_finish(&c->exchange, c->begun == c->owner->turns) == SRV_EXCHANGE_NOW) return deliver(c);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
@@ -111,14 +183,8 @@ enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const
   (void)context;
   (void)url; /* decoded and cut at %00; the exchange has it as it came */
   srv_connection *c = *request;
-  if (c == NULL) return MHD_NO;
+  if (c == NULL || c->watch.phase == SRV_PHASE_LINGER) return MHD_NO;
   c->mhd = mhd;
-  bool refused = c->watch.phase >= SRV_PHASE_LINGER;
-  if (*size > 0 && refused) {
-    *size = 0;
-    return MHD_YES;
-  }
-  if (refused) return discard_rest(c);
   if (!c->exchange.opened) return open_request(c, method, version);
   return *size > 0 ? take_body(c, data, size) : finish_request(c);
 }
@@ -129,10 +195,13 @@ void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
   (void)mhd;
   srv_connection *c = *request;
   if (c == NULL) return;
-  bool refused = c->watch.phase >= SRV_PHASE_LINGER;
-  srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !refused);
+  bool is_refused = c->watch.phase == SRV_PHASE_LINGER;
+  /* In these phases it is the library that answered, if anybody did. */
+  if (c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY) c->is_unread = true;
+  if (atomic_load(&c->owner->http->server->draining))
+    srv_note_unsent(c); /* before it is no longer in flight */
+  srv_exchange_end(&c->exchange, c->peer, how != MHD_REQUEST_TERMINATED_COMPLETED_OK && !is_refused);
+  forget_trimmed(c);
   *request = NULL;
-  srv_reply_give_back(c->reply);
-  c->reply = NULL;
-  if (!refused) srv_enter(c, SRV_PHASE_IDLE);
+  if (!is_refused) srv_enter(c, SRV_PHASE_IDLE);
 }

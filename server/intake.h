@@ -5,6 +5,7 @@
 #include <microhttpd.h>
 
 typedef struct srv_connection srv_connection;
+typedef struct srv_loop srv_loop;
 
 /* With the untouched target, before the library looks for arguments in it. Returns the connection, or NULL
  * without memory. */
@@ -19,8 +20,11 @@ enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const
 void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
                     enum MHD_RequestTerminationCode how);
 
-/* Writes the exchange's answer past the library, which cannot answer in the middle of a request, and lets the
- * client read it: what still arrives is thrown away for a while. */
-enum MHD_Result srv_intake_refuse(srv_connection *connection);
+/* Where the library logs: it is about to refuse the head of one of the loop's connections, perhaps. */
+void srv_intake_complaint(srv_loop *loop);
+
+/* Answers beside the library, which cannot answer before a request has come to its end. Over TLS the
+ * connection ends without an answer. */
+void srv_intake_refuse(srv_connection *connection);
 
 #endif

@@ -1,15 +1,10 @@
-/* Each line is composed in a buffer and leaves in one write, so that threads cannot interleave; lines that
- * wait leave together in one. Text from outside is cut where it would leave no room for the rest of the line:
- * JSON stays well-formed. */
+/* Each line is composed in a buffer and leaves in one write, so that threads cannot interleave. Text from
+ * outside is cut where it would leave no room for the rest of the line: JSON stays well-formed. */
 #include "log.h"
 
-#include <limits.h>
-#include <pthread.h>
-#include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
@@ -22,13 +17,17 @@ typedef struct line {
   size_t size;
 } line;
 
-static srv_log_level threshold = SRV_LOG_WARN;
+static _Atomic srv_log_level threshold = SRV_LOG_WARN;
 static bool as_json = false;
 
 static const char *const LEVEL_NAMES[] = {"error", "warn", "info", "debug"};
 
+void srv_log_set_level(srv_log_level level) {
+  atomic_store(&threshold, level);
+}
+
 void srv_log_configure(srv_log_level level, srv_log_format format) {
-  threshold = level;
+  srv_log_set_level(level);
   as_json = format == SRV_LOG_JSON || (format == SRV_LOG_AUTO && isatty(STDERR_FILENO) == 0);
 }
 
@@ -94,96 +93,14 @@ static void begin(line *l, srv_log_level level) {
          print_second(now.tv_sec), now.tv_nsec / 1000000, LEVEL_NAMES[level]);
 }
 
-/* Where standard error is gone there is nobody to tell. */
-static void write_out(const char *text, size_t size) {
-  ssize_t written = size > 0 ? write(STDERR_FILENO, text, size) : 0;
-  (void)written;
-}
-
-/* ---- lines that wait ------------------------------------------------------------------------- */
-
-struct srv_log_lines {
-  srv_log_lines *next; /* among all */
-  atomic_size_t size;  /* of what waits; a fault on another thread may look at it at any time */
-  char text[PIPE_BUF];
-};
-
-static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
-static srv_log_lines *_Atomic all; /* guarded by lock, but for faults */
-static _Thread_local srv_log_lines *held;
-
-srv_log_lines *srv_log_lines_create(void) {
-  srv_log_lines *lines = calloc(1, sizeof *lines);
-  if (lines == NULL) return NULL;
-  pthread_mutex_lock(&lock);
-  lines->next = all;
-  all = lines;
-  pthread_mutex_unlock(&lock);
-  return lines;
-}
-
-void srv_log_lines_destroy(srv_log_lines *lines) {
-  if (lines == NULL) return;
-  pthread_mutex_lock(&lock);
-  if (all == lines) {
-    all = lines->next;
-  } else {
-    srv_log_lines *before = all;
-    while (before->next != lines) before = before->next;
-    before->next = lines->next;
-  }
-  pthread_mutex_unlock(&lock);
-  free(lines);
-}
-
-static void write_held(void) {
-  if (held == NULL) return;
-  write_out(held->text, held->size);
-  held->size = 0;
-}
-
-void srv_log_hold(srv_log_lines *lines) {
-  held = lines;
-}
-
-void srv_log_release(void) {
-  write_held();
-  held = NULL;
-}
-
-/* What another thread is just writing may be there twice, but nothing is missing. */
-static void write_all(int signal_number) {
-  for (const srv_log_lines *lines = all; lines != NULL; lines = lines->next)
-    write_out(lines->text, lines->size);
-  raise(signal_number); /* on return, with its default action, which is in force again */
-}
-
-void srv_log_survive(void) {
-  static const int FAULTS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
-  struct sigaction ours = {.sa_handler = write_all, .sa_flags = (int)SA_RESETHAND}, before;
-  sigemptyset(&ours.sa_mask);
-  for (size_t i = 0; i < sizeof FAULTS / sizeof *FAULTS; i++) {
-    bool is_free = sigaction(FAULTS[i], NULL, &before) == 0 && before.sa_handler == SIG_DFL;
-    if (is_free) sigaction(FAULTS[i], &ours, NULL); /* else a sanitizer has taken it */
-  }
-}
-
-/* ---- lines ----------------------------------------------------------------------------------- */
-
-static void finish(line *l, bool may_wait) {
+static void finish(line *l) {
   append_text(l, as_json ? "}\n" : "\n");
-  if (held == NULL || !may_wait || l->size > sizeof held->text) {
-    write_held();
-    write_out(l->text, l->size);
-    return;
-  }
-  if (l->size > sizeof held->text - held->size) write_held();
-  memcpy(held->text + held->size, l->text, l->size);
-  held->size += l->size;
+  ssize_t written = write(STDERR_FILENO, l->text, l->size);
+  (void)written; /* where standard error is gone there is nobody to tell */
 }
 
 void srv_log(srv_log_level level, const char *format, ...) {
-  if (level > threshold) return;
+  if (level > atomic_load(&threshold)) return;
   char message[1024];
   va_list arguments;
   va_start(arguments, format);
@@ -196,7 +113,7 @@ void srv_log(srv_log_level level, const char *format, ...) {
   } else {
     append_escaped(&l, message, FIELD_END);
   }
-  finish(&l, false);
+  finish(&l);
 }
 
 static void append_target(line *l, const srv_log_request *request) {
@@ -206,7 +123,7 @@ static void append_target(line *l, const srv_log_request *request) {
 }
 
 void srv_log_access(const srv_log_request *request) {
-  if (SRV_LOG_INFO > threshold) return;
+  if (SRV_LOG_INFO > atomic_load(&threshold)) return;
   line l;
   begin(&l, SRV_LOG_INFO);
   if (as_json) {
@@ -233,5 +150,5 @@ void srv_log_access(const srv_log_request *request) {
     append_text(&l, " id=");
     append_escaped(&l, request->id, SHORT_END);
   }
-  finish(&l, true);
+  finish(&l);
 }

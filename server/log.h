@@ -11,6 +11,9 @@ typedef enum srv_log_format { SRV_LOG_AUTO, SRV_LOG_TEXT, SRV_LOG_JSON } srv_log
 /* Call once, before other threads start. Until then: warnings and worse, as text. */
 void srv_log_configure(srv_log_level level, srv_log_format format);
 
+/* At any time. */
+void srv_log_set_level(srv_log_level level);
+
 /* One event, written at once. Any thread; lines never mix. */
 void srv_log(srv_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
@@ -24,18 +27,5 @@ typedef struct srv_log_request {
 } srv_log_request;
 
 void srv_log_access(const srv_log_request *request);
-
-/* A thread's lines about finished requests, which wait so that many leave in one write: until they are
- * released, until the thread logs something else, which follows them, or until no more fit into what a pipe
- * takes in one piece. */
-typedef struct srv_log_lines srv_log_lines;
-srv_log_lines *srv_log_lines_create(void);        /* NULL without memory */
-void srv_log_lines_destroy(srv_log_lines *lines); /* NULL accepted; not held */
-void srv_log_hold(srv_log_lines *lines);          /* from here on, on this thread; NULL: they don't wait */
-void srv_log_release(void);                       /* writes what waits */
-
-/* Has what waits written when the process ends by a fault or by abort. Call once, before other threads start.
- */
-void srv_log_survive(void);
 
 #endif

@@ -1,6 +1,6 @@
-/* Puts the parts together, and takes them apart again on a signal. */
+/* Puts the parts together, reads some settings again and takes all apart again on signals. */
+#include "clock.h"
 #include "config.h"
-#include "disk.h"
 #include "exchange.h"
 #include "healthcheck.h"
 #include "http.h"
@@ -9,6 +9,7 @@
 #include "machine.h"
 #include "samples.h"
 #include "store_fs.h"
+#include "tls.h"
 
 #include <errno.h>
 #include <signal.h>
@@ -19,28 +20,35 @@
 #include <time.h>
 #include <unistd.h>
 
-enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512, PEM_MAX = 1 << 20 };
+enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512 };
 
 typedef struct process {
   srv_config config;
   srv_address address;
-  char *certificate, *key; /* PEM text, NULL without TLS */
   srv_store_fs *store;
   srv_server server;
   srv_http *http;
   int listener; /* -1 once http owns it */
 } process;
 
-/* ---- preparation ----------------------------------------------------------------------------- */
+/* ---- signals --------------------------------------------------------------------------------- */
 
-/* Signals are taken by the main thread alone, when it waits for them. */
-static void block_signals(sigset_t *ending) {
-  sigemptyset(ending);
-  sigaddset(ending, SIGTERM);
-  sigaddset(ending, SIGINT);
-  pthread_sigmask(SIG_BLOCK, ending, NULL);
+static bool ends(int number) {
+  return number == SIGTERM || number == SIGINT || number == SIGQUIT;
+}
+
+/* All signals are taken by the main thread alone, when it waits for them, so that none ends the process by
+ * default: but for faults, which are the thread's own, for those of job control and those that do nothing. */
+static void block_signals(sigset_t *taken) {
+  static const int OTHERS[] = {SIGSEGV, SIGBUS,  SIGFPE,  SIGILL,  SIGABRT, SIGTRAP, SIGSYS,  SIGPIPE,
+                               SIGTSTP, SIGTTIN, SIGTTOU, SIGCONT, SIGCHLD, SIGURG,  SIGWINCH};
+  sigfillset(taken);
+  for (size_t i = 0; i < sizeof OTHERS / sizeof *OTHERS; i++) sigdelset(taken, OTHERS[i]);
+  pthread_sigmask(SIG_BLOCK, taken, NULL);
   signal(SIGPIPE, SIG_IGN);
 }
+
+/* ---- preparation ----------------------------------------------------------------------------- */
 
 static void raise_descriptor_limit(uint64_t connections) {
   /* A connection may hold its socket and a file, a long body or a stored model; the rest is for the store and
@@ -55,26 +63,16 @@ static void raise_descriptor_limit(uint64_t connections) {
   }
 }
 
-/* NULL with one line in error. */
-static char *read_pem(const char *path, char *error) {
-  char *text = srv_read_text(path, PEM_MAX);
-  if (text == NULL) snprintf(error, ERROR_SIZE, "cannot read '%s': %s", path, strerror(errno));
-  return text;
-}
-
-static bool read_tls(process *p, char *error) {
-  if (p->config.tls_cert[0] == '\0') return true;
-  p->certificate = read_pem(p->config.tls_cert, error);
-  p->key = p->certificate != NULL ? read_pem(p->config.tls_key, error) : NULL;
-  return p->key != NULL;
-}
-
 static void share_out(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                       void *context) {
   srv_work_share(owner, count, part, context);
 }
 
-static api_settings settings(const process *p) {
+static bool has_tls(const process *p) {
+  return p->config.tls_cert[0] != '\0';
+}
+
+static api_settings settings(const process *p, char **keys) {
   const srv_config *config = &p->config;
   return (api_settings){.limits = {.max_upload = config->max_upload,
                                    .max_level = (uint32_t)config->max_level,
@@ -86,14 +84,14 @@ static api_settings settings(const process *p) {
                                    .max_waiting = (size_t)config->queue},
                         .store = srv_store_fs_api(p->store),
                         .crew = {p->server.work, share_out},
-                        .api_keys = (const char *const *)config->api_keys,
+                        .api_keys = (const char *const *)keys,
                         .cors_origins = config->cors_origins};
 }
 
 /* False with one line in error; what was made is left to stop. */
 static bool prepare(process *p, char *error) {
+  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) return false;
   snprintf(error, ERROR_SIZE, "out of memory");
-  if (!read_tls(p, error)) return false;
   p->store = srv_store_fs_open(p->config.data, error, ERROR_SIZE);
   if (p->store == NULL) return false;
   p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
@@ -104,8 +102,11 @@ static bool prepare(process *p, char *error) {
   p->server.metrics = srv_metrics_create();
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
   if (p->server.work == NULL) return false;
-  api_settings service_settings = settings(p);
+  char **keys;
+  if (!srv_config_keys(&p->config, &keys, error, ERROR_SIZE)) return false;
+  api_settings service_settings = settings(p, keys);
   p->server.service = api_service_create(&service_settings);
+  free(keys);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
   return p->server.metrics != NULL && p->server.service != NULL && p->server.live != NULL;
 }
@@ -125,29 +126,58 @@ static bool store_samples(process *p, char *error) {
 static bool serve(process *p, char *error) {
   int listener = p->listener;
   p->listener = -1;
-  p->http = srv_http_start(&p->server, listener, p->certificate, p->key, error, ERROR_SIZE);
+  p->http = srv_http_start(&p->server, listener, has_tls(p), error, ERROR_SIZE);
   if (p->http == NULL) return false;
   char place[ERROR_SIZE];
-  srv_address_print(&p->address, listener, p->certificate != NULL, place, sizeof place);
+  srv_address_print(&p->address, listener, has_tls(p), place, sizeof place);
   printf("tweend %s listening on %s\n", TWEEND_VERSION, place);
   fflush(stdout);
   srv_log(SRV_LOG_INFO, "listening on %s", place);
   return true;
 }
 
+/* ---- settings read again --------------------------------------------------------------------- */
+
+/* Requests that are under way keep the keys with which they came. */
+static bool reload_keys(process *p, char *error) {
+  char **keys;
+  if (!srv_config_keys(&p->config, &keys, error, ERROR_SIZE)) return false;
+  snprintf(error, ERROR_SIZE, "out of memory");
+  bool is_set = api_service_set_keys(p->server.service, (const char *const *)keys);
+  free(keys);
+  return is_set;
+}
+
+/* What cannot be read stays as it is; the others change nevertheless. */
+static void reload(process *p) {
+  char error[ERROR_SIZE];
+  srv_log_level level;
+  bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
+  if (has_level) srv_log_set_level(level);
+  if (!has_level) srv_log(SRV_LOG_ERROR, "%s; the log level stays", error);
+  if (!reload_keys(p, error)) srv_log(SRV_LOG_ERROR, "%s; the API keys stay", error);
+  if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE))
+    srv_log(SRV_LOG_ERROR, "%s; the certificate stays", error);
+  srv_log(SRV_LOG_INFO, "files of settings were read again");
+}
+
 /* ---- the end --------------------------------------------------------------------------------- */
 
-/* Waits until no request is in flight, the time is over, or a second signal says that it is. */
-static void drain(process *p, const sigset_t *ending) {
+/* Waits until no request is in flight and all clients have their answers, the time is over, or a second
+ * signal says that it is. */
+static void drain(process *p) {
   static const struct timespec STEP = {.tv_nsec = 10000000};
   atomic_store(&p->server.draining, true);
   api_service_drain(p->server.service);
   srv_live_end(p->server.live);
   srv_http_drain(p->http);
-  for (uint64_t waited_ms = 0; waited_ms < p->config.drain_timeout; waited_ms += 10) {
-    if (atomic_load(&p->server.in_flight) == 0) return;
-    if (sigtimedwait(ending, NULL, &STEP) > 0) return;
-  }
+  sigset_t ending;
+  sigemptyset(&ending);
+  for (int number = 1; number < NSIG; number++)
+    if (ends(number)) sigaddset(&ending, number);
+  uint64_t end_ms = srv_now_ms() + p->config.drain_timeout;
+  while (!srv_http_is_drained(p->http) && srv_now_ms() < end_ms)
+    if (sigtimedwait(&ending, NULL, &STEP) > 0) return;
 }
 
 /* False when compute threads are still at work: then nothing may be freed. */
@@ -160,44 +190,51 @@ static bool stop(process *p) {
   srv_metrics_destroy(p->server.metrics);
   srv_store_fs_close(p->store);
   if (p->listener >= 0) close(p->listener);
-  free(p->certificate);
-  free(p->key);
+  srv_tls_forget();
   return true;
 }
 
-/* Waits for a signal, and after load gives memory back, every few seconds: threads that are idle do not. */
-static int await_signal(process *p, const sigset_t *ending) {
+/* Waits for the signal to end. Meanwhile, after load, gives memory back every few seconds. */
+static void await_end(process *p, const sigset_t *taken) {
   static const struct timespec STEP = {.tv_sec = 5};
   uint64_t trimmed_at = 0;
   for (;;) {
-    int number = sigtimedwait(ending, NULL, &STEP);
-    if (number > 0) return number;
+    int number = sigtimedwait(taken, NULL, &STEP);
     uint64_t ended = atomic_load(&p->server.ended);
-    if (ended == trimmed_at) continue;
-    trimmed_at = ended;
-    srv_machine_trim();
+    if (number > 0 && ends(number)) {
+      srv_log(SRV_LOG_INFO, "signal %d: draining", number);
+      return;
+    }
+    if (number == SIGHUP) {
+      reload(p);
+    } else if (number > 0) {
+      srv_log(SRV_LOG_WARN, "signal %d means nothing to the daemon", number);
+    } else if (ended != trimmed_at) {
+      trimmed_at = ended;
+      srv_machine_trim();
+    }
   }
 }
 
 static int run(process *p) {
   char error[ERROR_SIZE];
-  sigset_t ending;
-  int signal_number;
-  block_signals(&ending);
-  srv_log_configure((srv_log_level)p->config.log_level, (srv_log_format)p->config.log_format);
-  srv_log_survive();
-  bool serving = prepare(p, error) && store_samples(p, error) && serve(p, error);
+  sigset_t taken;
+  srv_log_level level = SRV_LOG_INFO;
+  block_signals(&taken);
+  bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
+  srv_log_configure(level, (srv_log_format)p->config.log_format);
+  bool serving = has_level && prepare(p, error) && store_samples(p, error) && serve(p, error);
   if (!serving) {
     fprintf(stderr, "tweend: %s\n", error);
     stop(p);
     return STATUS_FAILED;
   }
-  signal_number = await_signal(p, &ending);
-  srv_log(SRV_LOG_INFO, "signal %d: draining", signal_number);
-  drain(p, &ending);
+  await_end(p, &taken);
+  drain(p);
   srv_address_unlink(&p->address);
-  size_t left = atomic_load(&p->server.in_flight);
+  size_t left = atomic_load(&p->server.in_flight), unsent = atomic_load(&p->server.unsent);
   if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
+  if (unsent > 0) srv_log(SRV_LOG_WARN, "%zu clients have not taken all of their answers", unsent);
   bool freed = stop(p);
   srv_log(SRV_LOG_INFO, "stopped");
   /* The store needs no farewell: it is whole at any moment. */

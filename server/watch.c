@@ -58,9 +58,7 @@ bool srv_watch_expired(srv_watch *watch, const srv_patience *patience, bool drai
   case SRV_PHASE_WORK: return false;
   case SRV_PHASE_SEND: return too_slow(watch, patience->min_rate, now_ms, moved);
   case SRV_PHASE_LIVE: return stalls(watch, now_ms, moved);
-  case SRV_PHASE_LINGER:
-  case SRV_PHASE_DISCARD: return draining || age_ms >= LINGER_MS;
-  case SRV_PHASE_OVER: return false;
+  case SRV_PHASE_LINGER: return draining || age_ms >= LINGER_MS;
   }
   return false;
 }

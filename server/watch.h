@@ -8,15 +8,13 @@
 #include <stdint.h>
 
 typedef enum srv_phase {
-  SRV_PHASE_HEAD,    /* a request's first byte is awaited or its headers are incomplete */
-  SRV_PHASE_IDLE,    /* between two requests */
-  SRV_PHASE_BODY,    /* a body is arriving */
-  SRV_PHASE_WORK,    /* the daemon's turn */
-  SRV_PHASE_SEND,    /* an answer is leaving */
-  SRV_PHASE_LIVE,    /* a stream is leaving, in its own time */
-  SRV_PHASE_LINGER,  /* refused half-way: the rest of the request is thrown away */
-  SRV_PHASE_DISCARD, /* and so is what follows it */
-  SRV_PHASE_OVER     /* to be closed */
+  SRV_PHASE_HEAD,  /* a request's first byte is awaited or its headers are incomplete */
+  SRV_PHASE_IDLE,  /* between two requests */
+  SRV_PHASE_BODY,  /* a body is arriving */
+  SRV_PHASE_WORK,  /* the daemon's turn */
+  SRV_PHASE_SEND,  /* an answer is leaving */
+  SRV_PHASE_LIVE,  /* a stream is leaving, in its own time */
+  SRV_PHASE_LINGER /* refused half-way: the rest of the request is thrown away */
 } srv_phase;
 
 typedef struct srv_patience {

@@ -6,16 +6,45 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Copies the keys as digests. */
-static bool copy_keys(api_service *service, const char *const *keys) {
+/* ---- keys ------------------------------------------------------------------------------------ */
+
+static api_keys *create_keys(const char *const *keys) {
   size_t count = 0;
   while (keys && keys[count]) count++;
-  service->key_digests = tw_arena_alloc(service->arena, count, sizeof *service->key_digests);
-  if (!service->key_digests) return false;
-  for (size_t i = 0; i < count; i++) api_key_digest(keys[i], service->key_digests[i]);
-  service->key_count = count;
+  api_keys *set = tw_alloc_zero(1, sizeof *set + count * sizeof *set->digests);
+  if (!set) return NULL;
+  for (size_t i = 0; i < count; i++) api_key_digest(keys[i], set->digests[i]);
+  set->count = count;
+  return set;
+}
+
+bool api_service_set_keys(api_service *service, const char *const *keys) {
+  api_keys *set = create_keys(keys), *present = atomic_load(&service->keys);
+  if (!set) return false;
+  bool is_same = present && present->count == set->count &&
+                 memcmp(present->digests, set->digests, set->count * sizeof *set->digests) == 0;
+  if (is_same) {
+    free(set);
+  } else {
+    set->older = present;
+    atomic_store(&service->keys, set);
+  }
   return true;
 }
+
+const api_keys *api_service_keys(const api_service *service) {
+  return atomic_load(&service->keys);
+}
+
+static void destroy_keys(api_service *service) {
+  for (api_keys *set = atomic_load(&service->keys); set;) {
+    api_keys *older = set->older;
+    free(set);
+    set = older;
+  }
+}
+
+/* ---- the service ----------------------------------------------------------------------------- */
 
 static uint64_t relieve(void *cache, uint64_t bytes) {
   return api_cache_relieve(cache, bytes);
@@ -33,7 +62,7 @@ api_service *api_service_create(const api_settings *settings) {
   if (service->arena) service->cors_origins = tw_arena_text(service->arena, origins, strlen(origins));
   service->budget = api_budget_create(settings->limits.max_memory, settings->limits.max_waiting);
   if (service->budget) service->cache = api_cache_create(settings->limits.plan_cache, service->budget);
-  if (!service->cache || !service->cors_origins || !copy_keys(service, settings->api_keys)) {
+  if (!service->cache || !service->cors_origins || !api_service_set_keys(service, settings->api_keys)) {
     api_service_destroy(service);
     return NULL;
   }
@@ -46,6 +75,7 @@ void api_service_destroy(api_service *service) {
   api_cache_destroy(service->cache);
   api_budget_destroy(service->budget);
   tw_arena_destroy(service->arena);
+  destroy_keys(service);
   free(service);
 }
 

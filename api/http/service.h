@@ -9,13 +9,19 @@
 
 enum { API_KEY_DIGEST = 32, API_ASKED = 4096 };
 
+/* SHA-256 of each key: equal lengths to compare. */
+struct api_keys {
+  struct api_keys *older; /* requests may still refer to it */
+  size_t count;
+  uint8_t digests[][API_KEY_DIGEST];
+};
+
 struct api_service {
   api_limits limits;
   api_store store;
   api_crew crew;
-  tw_arena *arena; /* of the copied settings */
-  size_t key_count;
-  uint8_t (*key_digests)[API_KEY_DIGEST]; /* SHA-256 of each key: equal lengths to compare */
+  tw_arena *arena;        /* of the copied settings */
+  api_keys *_Atomic keys; /* in force; NULL without memory only */
   const char *cors_origins;
   atomic_bool is_draining;
   api_budget *budget;

@@ -17,12 +17,6 @@ typedef struct api_bytes {
   size_t size;
 } api_bytes;
 
-/* Memory that is lent to put bytes in. */
-typedef struct api_room {
-  uint8_t *data; /* as aligned as malloc's; NULL: none */
-  size_t capacity;
-} api_room;
-
 /* ---- what the host supplies ---------------------------------------------------------------- */
 
 typedef enum api_store_status {
@@ -111,6 +105,14 @@ void api_service_let_go(api_service *service, uint64_t bytes);
 /* The same for what can be done without: false when it does not fit. */
 bool api_service_try_hold(api_service *service, uint64_t bytes);
 
+/* API keys that were in force at a time; they live as long as the service. */
+typedef struct api_keys api_keys;
+
+/* Puts other keys in force, as in api_settings. False without memory: then the present ones stay. One thread
+ * at a time. */
+bool api_service_set_keys(api_service *service, const char *const *keys);
+const api_keys *api_service_keys(const api_service *service); /* those in force; any thread */
+
 /* ---- one request ----------------------------------------------------------------------------- */
 
 /* What a request waits for, and the memory that is granted to it. Zeroed but for `wake` before the request's
@@ -143,9 +145,9 @@ typedef struct api_request {
   /* First value of a header, any case; NULL when absent. */
   const char *(*header)(void *context, const char *name);
   void *context;
-  api_ticket *ticket; /* outlives the answer */
-  api_bytes body;     /* complete, still content-encoded */
-  api_room room;      /* the answer's bytes may be put here; it outlives the answer */
+  api_ticket *ticket;   /* outlives the answer */
+  const api_keys *keys; /* in force when it came; NULL: those in force now */
+  api_bytes body;       /* complete, still content-encoded */
 } api_request;
 
 typedef struct api_header {
@@ -191,8 +193,6 @@ typedef struct api_answer {
   api_body body;
   api_live live; /* the server may take it out of the answer */
   void *memory;  /* what the answer owns */
-  void *lender;  /* NULL: the answer owns the bytes too, unless in_room */
-  bool in_room;  /* the bytes are in the request's room */
 } api_answer;
 
 /* The stage before the body is read. */

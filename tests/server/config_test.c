@@ -78,6 +78,7 @@ static void bad_flags_are_named_in_one_line(void **state) {
   assert_bad(f, "--idle-timeout", "10", "--idle-timeout");
   assert_bad(f, "--log-level", "loud", "error|warn|info|debug");
   assert_bad(f, "--log-level", "", "--log-level");
+  assert_bad(f, "--log-level", "@/no/such/file", "/no/such/file");
   assert_bad(f, "--sample=perhaps", NULL, "--sample");
   assert_bad(f, "--data", "s3://bucket/prefix", "s3://bucket/prefix");
   assert_bad(f, "--data", "", "--data");
@@ -107,7 +108,6 @@ static void defaults_are_those_of_the_documentation(void **state) {
   assert_int_equal(f->config.queue, 4 * f->config.threads);
   assert_true(f->config.threads >= 1 && f->config.io_threads >= 1);
   assert_string_equal(f->config.cors_origins, "*");
-  assert_null(f->config.api_keys);
   assert_false(f->config.sample);
 }
 
@@ -141,24 +141,70 @@ static void queue_follows_the_threads_unless_given(void **state) {
   assert_int_equal(f->config.queue, 0);
 }
 
-static void keys_come_from_a_list_or_a_file(void **state) {
-  fixture *f = *state;
-  read_flags(f, (const char *const[4]){"--api-keys", "one,two"});
-  assert_string_equal(f->config.api_keys[0], "one");
-  assert_string_equal(f->config.api_keys[1], "two");
-  assert_null(f->config.api_keys[2]);
+static void assert_keys(fixture *f, const char *first, const char *second) {
+  char **keys;
+  assert_true(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
+  assert_string_equal(keys[0], first);
+  assert_string_equal(keys[1], second);
+  assert_null(keys[2]);
+  free(keys);
+}
 
-  char path[] = "/tmp/tweend-keys-XXXXXX", argument[64];
-  int fd = mkstemp(path);
-  assert_int_equal(write(fd, "three\nfour\r\n\n", 13), 13);
-  close(fd);
+static void write_file(const char *path, const char *text) {
+  FILE *file = fopen(path, "w");
+  assert_non_null(file);
+  fputs(text, file);
+  fclose(file);
+}
+
+static void keys_come_from_a_list_or_a_file_that_is_read_anew(void **state) {
+  fixture *f = *state;
+  char **keys, path[] = "/tmp/tweend-keys-XXXXXX", argument[64];
+  assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
+  assert_true(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
+  assert_null(keys); /* none are asked for */
+  read_flags(f, (const char *const[4]){"--api-keys", "one,two"});
+  assert_keys(f, "one", "two");
+
+  close(mkstemp(path));
+  write_file(path, "three\nfour\r\n\n");
   snprintf(argument, sizeof argument, "@%s", path);
-  srv_config_status status = read_flags(f, (const char *const[4]){"--api-keys", argument});
+  assert_int_equal(read_flags(f, (const char *const[4]){"--api-keys", argument}), SRV_CONFIG_RUN);
+  assert_keys(f, "three", "four");
+  write_file(path, "five, six");
+  assert_keys(f, "five", "six");
+  write_file(path, "\n");
+  assert_false(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
+  assert_null(keys);
   unlink(path);
-  assert_int_equal(status, SRV_CONFIG_RUN);
-  assert_string_equal(f->config.api_keys[0], "three");
-  assert_string_equal(f->config.api_keys[1], "four");
-  assert_null(f->config.api_keys[2]);
+  assert_false(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
+  assert_non_null(strstr(f->error, path));
+}
+
+static void log_level_is_a_word_or_lies_in_a_file_that_is_read_anew(void **state) {
+  fixture *f = *state;
+  srv_log_level level = SRV_LOG_DEBUG;
+  char path[] = "/tmp/tweend-level-XXXXXX", argument[64];
+  assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
+  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_int_equal(level, SRV_LOG_INFO);
+
+  close(mkstemp(path));
+  write_file(path, "warn\n");
+  snprintf(argument, sizeof argument, "@%s", path);
+  assert_int_equal(read_flags(f, (const char *const[4]){"--log-level", argument}), SRV_CONFIG_RUN);
+  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_int_equal(level, SRV_LOG_WARN);
+  write_file(path, "error");
+  assert_true(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+  assert_int_equal(level, SRV_LOG_ERROR);
+  static const char *const BAD[] = {"loud\n", "", "warn info"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
+    write_file(path, BAD[i]);
+    assert_false(srv_config_log_level(&f->config, &level, f->error, sizeof f->error));
+    assert_int_equal(level, SRV_LOG_ERROR);
+  }
+  unlink(path);
 }
 
 static void help_names_flags_variables_and_defaults(void **state) {
@@ -183,7 +229,9 @@ int main(void) {
       cmocka_unit_test_setup_teardown(flags_win_over_variables_and_those_over_defaults, set_up, tear_down),
       cmocka_unit_test_setup_teardown(switches_are_on_when_named_and_read_words, set_up, tear_down),
       cmocka_unit_test_setup_teardown(queue_follows_the_threads_unless_given, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(keys_come_from_a_list_or_a_file, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(keys_come_from_a_list_or_a_file_that_is_read_anew, set_up, tear_down),
+      cmocka_unit_test_setup_teardown(log_level_is_a_word_or_lies_in_a_file_that_is_read_anew, set_up,
+                                      tear_down),
       cmocka_unit_test_setup_teardown(help_names_flags_variables_and_defaults, set_up, tear_down),
       cmocka_unit_test_setup_teardown(version_is_one_line, set_up, tear_down),
   };

@@ -15,7 +15,7 @@ struct api_service {
 static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t opened = PTHREAD_COND_INITIALIZER;
 static bool held = false;
-static atomic_size_t started, open_bodies;
+static atomic_size_t started, open_bodies, block_size;
 
 void fake_api_hold(void) {
   pthread_mutex_lock(&gate);
@@ -37,6 +37,10 @@ size_t fake_api_open_bodies(void) {
   return atomic_load(&open_bodies);
 }
 
+size_t fake_api_block_size(void) {
+  return atomic_load(&block_size);
+}
+
 static void wait_at_gate(void) {
   atomic_fetch_add(&started, 1);
   pthread_mutex_lock(&gate);
@@ -54,30 +58,18 @@ static void answer_bytes(api_answer *answer, int status, const void *bytes, size
                          .bytes = {copy, size}};
 }
 
-/* In the room where they fit. */
-static void answer_small(api_answer *answer, const api_request *request, const void *bytes, size_t size) {
-  answer_bytes(answer, 200, bytes, size);
-  if (size <= request->room.capacity) {
-    memcpy(request->room.data, bytes, size);
-    free((void *)(uintptr_t)answer->bytes.data);
-    answer->bytes.data = request->room.data;
-    answer->in_room = true;
-  }
-  /* The query lives longer than an answer of this size needs it: fields are copied when it is queued. */
-  const char *tag = strchr(request->query, ',');
-  if (tag != NULL) answer->headers[answer->header_count++] = (api_header){"ETag", tag + 1};
+/* What a handler sees of a field. */
+static void answer_header(api_answer *answer, const api_request *request) {
+  const char *value = request->header(request->context, request->query);
+  answer_bytes(answer, 200, value != NULL ? value : "none", strlen(value != NULL ? value : "none"));
 }
 
-static void answer_word(api_answer *answer, const api_request *request) {
-  answer_small(answer, request, request->query, strcspn(request->query, ","));
-}
-
-static void answer_padding(api_answer *answer, const api_request *request, size_t size) {
-  char *bytes = malloc(size + 1);
-  if (bytes == NULL) abort();
-  memset(bytes, 'A' + (int)(size % 26), size);
-  answer_small(answer, request, bytes, size);
-  free(bytes);
+/* With fields of 2 KiB. */
+static void answer_wide(api_answer *answer) {
+  static char value[100];
+  memset(value, 'v', sizeof value - 1);
+  answer_bytes(answer, 200, "wide", 4);
+  while (answer->header_count < 20) answer->headers[answer->header_count++] = (api_header){"X-Wide", value};
 }
 
 typedef struct stream {
@@ -86,6 +78,7 @@ typedef struct stream {
 
 static int64_t read_stream(void *context, uint8_t *out, size_t capacity) {
   stream *s = context;
+  atomic_store(&block_size, capacity);
   if (s->position >= s->breaks_at) return -1;
   size_t size = 0;
   for (; size < capacity && s->position < s->end && s->position < s->breaks_at; size++) {
@@ -147,7 +140,7 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
   (void)service;
   static const char *const KNOWN[] = {"/light",   "/heavy",  "/echo",    "/pull",      "/endless",
                                       "/chunks",  "/broken", "/nothing", "/unchanged", "/readyz",
-                                      "/healthz", "/live",   "/word",    "/pad"};
+                                      "/healthz", "/live",   "/header",  "/wide"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -164,10 +157,10 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
   if (heavy) wait_at_gate();
   if (is(request, "/echo")) {
     answer_bytes(answer, 200, request->body.data, request->body.size);
-  } else if (is(request, "/word")) {
-    answer_word(answer, request);
-  } else if (is(request, "/pad")) {
-    answer_padding(answer, request, (size_t)size);
+  } else if (is(request, "/wide")) {
+    answer_wide(answer);
+  } else if (is(request, "/header")) {
+    answer_header(answer, request);
   } else if (is(request, "/pull")) {
     answer_stream(answer, size, size, UINT64_MAX);
   } else if (is(request, "/endless")) {
@@ -226,8 +219,13 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy != NULL) answer->body.destroy(answer->body.context);
   if (answer->live.destroy != NULL) answer->live.destroy(answer->live.context);
-  if (!answer->in_room) free((void *)(uintptr_t)answer->bytes.data);
+  free((void *)(uintptr_t)answer->bytes.data);
   *answer = (api_answer){0};
+}
+
+const api_keys *api_service_keys(const api_service *service) {
+  (void)service;
+  return NULL;
 }
 
 const char *api_route_name(const char *path) {

@@ -7,9 +7,8 @@
  *   /endless      pulled until somebody stops reading
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
- *   /word?W,T     the word W; T, where it is there, as ETag
- *   /pad?N,T      N bytes at once, each the capital letter N % 26; T, where it is there, as ETag
- *                 these two in the request's room where they fit
+ *   /header?NAME the value of this field, as handlers get it
+ *   /wide         "wide" with fields of 2 KiB
  *   /nothing      204
  *   /unchanged    304
  *   /live?N,M     a stream, 100 frames a second up to number N, each followed by M letters
@@ -25,6 +24,7 @@ void fake_api_hold(void);
 void fake_api_release(void);
 
 size_t fake_api_started(void);     /* heavy requests that a compute thread has begun */
+size_t fake_api_block_size(void);  /* bytes that were asked for last of a pulled body */
 size_t fake_api_open_bodies(void); /* pulled bodies that are not destroyed yet */
 
 #endif

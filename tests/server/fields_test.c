@@ -31,19 +31,18 @@ static void fail_fields(int before, int count) {
 
 enum { FIELDS_MOST = 8 };
 
-static void assert_whole(const fixture *f, bool is_tagged) {
+static void assert_whole(const fixture *f) {
   assert_int_equal(answers(f), 1);
   assert_true(has(f, "\r\nContent-Type: text/plain\r\n"));
   assert_true(has(f, "\r\nX-Request-Id: "));
   assert_true(has(f, "\r\nServer-Timing: "));
   assert_true(has(f, "\r\nDate: "));
-  assert_int_equal(has(f, "\r\nETag: \"t\"\r\n"), is_tagged);
 }
 
 static void answer_without_one_of_its_fields_is_not_sent(void **state) {
   fixture *f = *state;
   static const char *const REQUESTS[] = {
-      "GET /pad?20000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n", /* too long for a reply */
+      "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
       "POST /missing HTTP/1.1\r\nHost: x\r\nConnection: close\r\nContent-Length: 1\r\n\r\nx"};
   for (size_t i = 0; i < sizeof REQUESTS / sizeof *REQUESTS; i++) {
     for (int before = 0; before < 3; before++) {
@@ -52,19 +51,9 @@ static void answer_without_one_of_its_fields_is_not_sent(void **state) {
       assert_int_equal(f->answer_size, 0);
       fail_fields(0, 0);
       ask(f, REQUESTS[i]);
-      assert_whole(f, false);
+      assert_whole(f);
     }
   }
-}
-
-static void reply_that_cannot_have_a_field_makes_way(void **state) {
-  fixture *f = *state;
-  for (int i = 0; i < 20; i++) {
-    fail_fields(i % 5, 1);
-    ask(f, "GET /word?light,\"t\" HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
-    assert_whole(f, true);
-  }
-  fail_fields(0, 0);
 }
 
 /* Nor does it leave a listener behind. */
@@ -83,7 +72,6 @@ static void stream_without_one_of_its_fields_is_not_sent(void **state) {
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test_setup_teardown(answer_without_one_of_its_fields_is_not_sent, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(reply_that_cannot_have_a_field_makes_way, set_up, tear_down),
       cmocka_unit_test_setup_teardown(stream_without_one_of_its_fields_is_not_sent, set_up, tear_down),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);

@@ -1,4 +1,4 @@
-#include "quantity.h"
+#include "config.h"
 
 #include <setjmp.h>
 #include <stdarg.h>

@@ -33,7 +33,7 @@ void start(fixture *f) {
   f->server.metrics = srv_metrics_create();
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
   f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
-  f->http = srv_http_start(&f->server, listener, NULL, NULL, error, sizeof error);
+  f->http = srv_http_start(&f->server, listener, f->is_tls, error, sizeof error);
   assert_non_null(f->http);
 }
 

@@ -18,6 +18,7 @@ enum { ANSWER_MAX = 4 << 20, PATIENCE_MS = 10000 };
 
 typedef struct fixture {
   srv_config config;
+  bool is_tls; /* by what srv_tls_read has read */
   srv_server server;
   srv_http *http;
   srv_address address;

@@ -1,0 +1,42 @@
+/* Plain calls on a socket; none of them blocks. */
+#include "raw_socket.h"
+
+#include <errno.h>
+#include <linux/sockios.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+
+bool srv_raw_send(int fd, const char *text, size_t size) {
+  return send(fd, text, size, MSG_DONTWAIT | MSG_NOSIGNAL) == (ssize_t)size;
+}
+
+bool srv_raw_discard(int fd) {
+  char rest[16 << 10];
+  ssize_t got = 0;
+  for (int i = 0; i < 64; i++) { /* then others have their turn */
+    got = recv(fd, rest, sizeof rest, MSG_DONTWAIT);
+    if (got <= 0) break;
+  }
+  return got > 0 || (got < 0 && errno == EAGAIN);
+}
+
+bool srv_raw_is_open(int fd) {
+  struct pollfd state = {.fd = fd, .events = POLLRDHUP};
+  return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
+}
+
+/* Of a connection that was reset the kernel still counts what it has forgotten. */
+static bool is_reset(int fd) {
+  struct tcp_info info;
+  socklen_t size = sizeof info;
+  return getsockopt(fd, IPPROTO_TCP, TCP_INFO, &info, &size) == 0 && info.tcpi_state == TCP_CLOSE;
+}
+
+size_t srv_raw_unsent(int fd) {
+  int size = 0;
+  if (is_reset(fd)) return 0;
+  return ioctl(fd, SIOCOUTQ, &size) == 0 && size > 0 ? (size_t)size : 0;
+}
