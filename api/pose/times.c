@@ -77,12 +77,12 @@ tw_status api_times_complete(api_times *times, float duration, uint64_t max_time
   return count_steps(times, max_times, error);
 }
 
-static tw_status read_tree(const api_json *json, const cJSON *tree, uint64_t max_times, api_times *out) {
+static tw_status read_document(const api_json *json, const cJSON *root, uint64_t max_times, api_times *out) {
   static const char *const names[] = {"times", NULL};
   const cJSON *values[1];
   const api_place at = {NULL, "times", 0};
   uint32_t count;
-  tw_status status = api_json_members(json, NULL, tree, names, values);
+  tw_status status = api_json_members(json, NULL, root, names, values);
   if (status == TW_OK && !values[0]) return api_json_fail(json, NULL, TW_SYNTAX, "\"times\" is missing");
   if (status == TW_OK) status = api_json_array(json, &at, values[0], &count);
   if (status != TW_OK) return status;
@@ -90,24 +90,20 @@ static tw_status read_tree(const api_json *json, const cJSON *tree, uint64_t max
   if (count > max_times) return fail_many(json->error, (double)count, max_times);
   float *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);
-  api_place place = {&at, NULL, 0};
-  for (const cJSON *item = values[0]->child; item; item = item->next, place.index++) {
-    status = api_json_float(json, &place, item, &list[place.index]);
-    if (status != TW_OK) return status;
-  }
-  *out = (api_times){.is_given = true, .count = count, .list = list};
-  return TW_OK;
+  status = api_json_float_list(json, &at, values[0], list);
+  if (status == TW_OK) *out = (api_times){.is_given = true, .count = count, .list = list};
+  return status;
 }
 
 tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
                               api_times *out, tw_error *error) {
-  cJSON *tree;
+  cJSON *root;
+  api_json json = {arena, error, NULL};
   /* The document, the array, and one time more than the limit, so that the limit itself is named. */
-  tw_status status = api_json_parse(text, size, max_times + 3, &tree, error);
+  tw_status status = api_json_open(&json, text, size, max_times + 3, &root);
   if (status != TW_OK) return status;
-  api_json json = {arena, error};
-  status = read_tree(&json, tree, max_times, out);
-  cJSON_Delete(tree);
+  status = read_document(&json, root, max_times, out);
+  cJSON_Delete(root);
   return status;
 }
 

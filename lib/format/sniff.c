@@ -10,9 +10,14 @@ static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
 
 /* Just past the string that opens at `at`; size when it never closes. */
 static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
-  for (at++; at < size && bytes[at] != '"'; at++)
-    if (bytes[at] == '\\') at++;
-  return at < size ? at + 1 : size;
+  for (size_t from = at + 1; from < size;) {
+    const uint8_t *quote = memchr(bytes + from, '"', size - from), *before = quote;
+    if (!quote) break;
+    while (before > bytes + from && before[-1] == '\\') before--;
+    from = (size_t)(quote - bytes) + 1;
+    if ((quote - before) % 2 == 0) return from;
+  }
+  return size;
 }
 
 /* Whether the JSON object that opens at `at` has a key "asset" of its own. */

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "json_check.h"
 #include "json_in.h"
 #include "json_out.h"
+#include "tweend/json_text.h"
 
 /* A document that is refused. */
 typedef struct bad_document {
@@ -183,7 +183,7 @@ static void nesting_of_64_is_accepted_and_65_is_not(void **state) {
     memset(text, '[', (size_t)depth);
     memset(text + depth, ']', (size_t)depth);
     tw_error error;
-    tw_status status = api_json_check(text, 2 * (size_t)depth, 1000, &error);
+    tw_status status = tw_json_check(text, 2 * (size_t)depth, &(tw_json_rules){0}, &error);
     assert_int_equal(status, depth == 64 ? TW_OK : TW_SYNTAX);
   }
 }
@@ -191,8 +191,9 @@ static void nesting_of_64_is_accepted_and_65_is_not(void **state) {
 static void values_are_counted(void **state) {
   (void)state;
   tw_error error;
-  assert_int_equal(api_json_check("[1,[2],{\"a\":3}]", 15, 6, &error), TW_OK);
-  assert_int_equal(api_json_check("[1,[2],{\"a\":3}]", 15, 5, &error), TW_LIMIT);
+  assert_int_equal(tw_json_check("[1,[2],{\"a\":3}]", 15, &(tw_json_rules){.values_max = 6}, &error), TW_OK);
+  assert_int_equal(tw_json_check("[1,[2],{\"a\":3}]", 15, &(tw_json_rules){.values_max = 5}, &error),
+                   TW_LIMIT);
   assert_string_equal(error.pointer, "/2/a");
 }
 
@@ -200,12 +201,12 @@ static void cut_anywhere_a_document_is_refused(void **state) {
   (void)state;
   const char *text = "{\"a\":[1,-2.5e3,true,null,\"x\\u00e4\\n\xc3\xa4\"],\"b\":{}}";
   tw_error error;
-  assert_int_equal(api_json_check(text, strlen(text), 100, &error), TW_OK);
+  assert_int_equal(tw_json_check(text, strlen(text), &(tw_json_rules){0}, &error), TW_OK);
   for (size_t size = 0; size < strlen(text); size++) {
     /* A copy of exactly this size, so that a sanitizer sees a byte too far. */
     char *cut = malloc(size ? size : 1);
     memcpy(cut, text, size);
-    assert_int_equal(api_json_check(cut, size, 100, &error), TW_SYNTAX);
+    assert_int_equal(tw_json_check(cut, size, &(tw_json_rules){0}, &error), TW_SYNTAX);
     free(cut);
   }
 }

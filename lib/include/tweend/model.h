@@ -14,6 +14,16 @@ enum { TW_FORMATS = 4 };
 extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb" */
 extern const char *const tw_format_media_types[TW_FORMATS]; /* as in the Content-Type of the source */
 
+/* Parts that a document may have, more than any exporter writes: without data a part costs a few bytes of
+ * text, and hundreds in memory. Readers refuse more (TW_LIMIT). */
+enum {
+  TW_MESHES_MAX = 65536,
+  TW_NODES_MAX = 262144,
+  TW_MATERIALS_MAX = 65536,
+  TW_CLIPS_MAX = 65536,
+  TW_TRACKS_MAX = 262144 /* of all clips */
+};
+
 /* Materials, textures, samplers and images of a glTF file, kept as they came; see gltf.h. */
 typedef struct tw_gltf_assets tw_gltf_assets;
 
@@ -27,6 +37,8 @@ typedef struct tw_model {
   uint32_t node_count;
   tw_node *nodes;
   uint32_t *node_order; /* [node_count], parents first */
+  uint32_t named_node_count;
+  const uint32_t *named_nodes; /* [named_node_count] nodes that have a name, by name, then by index */
   uint32_t skin_count;
   tw_skin *skins;
   uint32_t clip_count;
@@ -48,7 +60,7 @@ void tw_model_destroy(tw_model *model); /* NULL accepted; frees assets too */
 void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
 
 /* Completes and checks what every reader must: every mesh by tw_mesh_check, node indices, names,
- * hierarchy (fills node_order), skins, and each clip by compiling it once.
+ * hierarchy (fills node_order and named_nodes), skins, and each clip as tw_clip_create does.
  * A model with meshes and no node at all gets one node a mesh.
  * Errors bear a pointer in tweend JSON's words ("/meshes/0/faces/3/1"). */
 tw_status tw_model_finish(tw_model *model, tw_error *error);
@@ -56,8 +68,8 @@ tw_status tw_model_finish(tw_model *model, tw_error *error);
 /* Bytes the model holds in memory. */
 size_t tw_model_size(const tw_model *model);
 
-/* Node by name as clients see it ("node_3" for a nameless one), clip likewise ("clip_0");
- * TW_NO_INDEX when there is none. The first of equal names wins. */
+/* Node of a finished model by name as clients see it ("node_3" for a nameless one), clip likewise ("clip_0");
+ * TW_NO_INDEX when there is none. The first of equal names wins. O(log n) for nodes. */
 uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length);
 uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length);
 

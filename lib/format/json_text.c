@@ -1,6 +1,7 @@
-/* A scanner of JSON (RFC 8259) that keeps nothing but the way to where it is. */
-#include "json_check.h"
+/* The check keeps nothing but the way to where it is; the walk keeps nothing at all. */
+#include "tweend/json_text.h"
 
+#include "number.h"
 #include "tweend/base.h"
 
 #include <math.h>
@@ -8,7 +9,7 @@
 #include <stdio.h>
 #include <string.h>
 
-/* cJSON copies a number into a buffer of 64 bytes and cuts what does not fit. */
+/* cJSON copies a number into a buffer of 64 bytes. */
 enum { NUMBER_LENGTH_MAX = 63 };
 
 /* An array or object that is open. */
@@ -21,9 +22,10 @@ typedef struct json_frame {
 typedef struct json_scan {
   const char *text;
   size_t size, at;
-  uint64_t values, max_values;
+  const tw_json_rules *rules;
+  uint64_t values;
   size_t depth;
-  json_frame frames[API_JSON_DEPTH_MAX];
+  json_frame frames[TW_JSON_DEPTH_MAX];
   tw_error *error;
 } json_scan;
 
@@ -50,8 +52,8 @@ static void set_pointer(const json_scan *scan) {
     if (!frame->is_object)
       length = append_token(pointer, length, sizeof pointer, number, (size_t)digits);
     else if (frame->key_start)
-      length =
-          append_token(pointer, length, sizeof pointer, scan->text + frame->key_start, frame->key_length);
+      length = append_token(pointer, length, sizeof pointer, scan->text + frame->key_start,
+                                    frame->key_length);
   }
   pointer[length] = '\0';
   tw_error_at(scan->error, "%s", pointer);
@@ -85,8 +87,12 @@ static char peek(const json_scan *scan) {
   return (char)(scan->at < scan->size ? scan->text[scan->at] : '\0');
 }
 
-static void skip_space(json_scan *scan) {
-  while (scan->at < scan->size && memchr(" \t\n\r", scan->text[scan->at], 4)) scan->at++;
+static bool is_blank(char c) {
+  return c == ' ' || c == '\n' || c == '\t' || c == '\r';
+}
+
+static void skip_blanks(json_scan *scan) {
+  while (scan->at < scan->size && is_blank(scan->text[scan->at])) scan->at++;
 }
 
 static size_t skip_digits(json_scan *scan) {
@@ -113,10 +119,10 @@ static tw_status scan_number(json_scan *scan) {
     if (skip_digits(scan) == 0) return fail_here(scan, "a digit");
   }
   size_t length = scan->at - start;
-  if (length > NUMBER_LENGTH_MAX)
+  if (scan->rules->is_for_cjson && length > NUMBER_LENGTH_MAX)
     return fail(scan, TW_INVALID, "a number of more than %d characters", NUMBER_LENGTH_MAX);
-  double value = 0; /* 63 digits without an exponent stay far below the largest double */
-  if (has_exponent) tw_read_double(scan->text + start, length, &value);
+  double value = 0; /* up to 63 digits without an exponent stay far below the largest double */
+  if (has_exponent || length > NUMBER_LENGTH_MAX) tw_read_double(scan->text + start, length, &value);
   if (!isfinite(value)) return fail(scan, TW_INVALID, "the number is too large");
   return TW_OK;
 }
@@ -138,7 +144,7 @@ static int32_t scan_hex(json_scan *scan) {
 static tw_status scan_unicode_escape(json_scan *scan) {
   int32_t code = scan_hex(scan);
   if (code < 0) return fail_here(scan, "a hex digit");
-  if (code == 0) return fail(scan, TW_SYNTAX, "U+0000 is not accepted in text");
+  if (code == 0 && scan->rules->is_for_cjson) return fail(scan, TW_SYNTAX, "U+0000 is not accepted in text");
   bool is_high = code >= 0xD800 && code <= 0xDBFF, is_low = code >= 0xDC00 && code <= 0xDFFF;
   if (is_high && scan->size - scan->at >= 2 && memcmp(scan->text + scan->at, "\\u", 2) == 0) {
     scan->at += 2;
@@ -153,6 +159,10 @@ static tw_status scan_string(json_scan *scan) {
   scan->at++; /* the quote */
   while (scan->at < scan->size) {
     unsigned char byte = (unsigned char)scan->text[scan->at];
+    if (byte >= 0x20 && byte < 0x80 && byte != '"' && byte != '\\') {
+      scan->at++;
+      continue;
+    }
     if (byte == '"') {
       scan->at++;
       return TW_OK;
@@ -184,8 +194,8 @@ static tw_status scan_word(json_scan *scan, const char *word) {
 /* ---- structure ------------------------------------------------------------------------------- */
 
 static tw_status open_frame(json_scan *scan) {
-  if (scan->depth == API_JSON_DEPTH_MAX)
-    return fail(scan, TW_SYNTAX, "nested deeper than %d levels", API_JSON_DEPTH_MAX);
+  if (scan->depth == TW_JSON_DEPTH_MAX)
+    return fail(scan, TW_SYNTAX, "nested deeper than %d levels", TW_JSON_DEPTH_MAX);
   scan->frames[scan->depth++] = (json_frame){.is_object = peek(scan) == '{'};
   scan->at++;
   return TW_OK;
@@ -201,18 +211,18 @@ static tw_status scan_key(json_scan *scan) {
   if (status != TW_OK) return status;
   frame->key_start = start;
   frame->key_length = scan->at - 1 - start;
-  skip_space(scan);
+  skip_blanks(scan);
   if (peek(scan) != ':') return fail_here(scan, "':'");
   scan->at++;
-  skip_space(scan);
+  skip_blanks(scan);
   return TW_OK;
 }
 
 /* A scalar, or the opening of an array or object (*opened). */
 static tw_status scan_value(json_scan *scan, bool *opened) {
   *opened = false;
-  if (++scan->values > scan->max_values)
-    return fail(scan, TW_LIMIT, "more than %llu values", (unsigned long long)scan->max_values);
+  if (++scan->values > scan->rules->values_max && scan->rules->values_max > 0)
+    return fail(scan, TW_LIMIT, "more than %llu values", (unsigned long long)scan->rules->values_max);
   switch (peek(scan)) {
   case '{':
   case '[': *opened = true; return open_frame(scan);
@@ -229,12 +239,12 @@ static tw_status scan_value(json_scan *scan, bool *opened) {
 /* Behind a value: closes what ends here, until a comma or the end of the document. */
 static tw_status scan_after_value(json_scan *scan) {
   while (scan->depth > 0) {
-    skip_space(scan);
+    skip_blanks(scan);
     json_frame *frame = &scan->frames[scan->depth - 1];
     char c = peek(scan);
     if (c == ',') {
       scan->at++;
-      skip_space(scan);
+      skip_blanks(scan);
       frame->index++;
       return frame->is_object ? scan_key(scan) : TW_OK;
     }
@@ -246,15 +256,20 @@ static tw_status scan_after_value(json_scan *scan) {
   return TW_OK;
 }
 
-tw_status api_json_check(const char *text, size_t size, uint64_t max_values, tw_error *error) {
-  json_scan scan = {.text = text, .size = size, .max_values = max_values, .error = error};
-  if (size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0) scan.at = 3;
-  skip_space(&scan);
+/* Behind a byte order mark, which is no part of the document. */
+static size_t document_start(const char *text, size_t size) {
+  return size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+}
+
+tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rules, tw_error *error) {
+  json_scan scan = {
+      .text = text, .size = size, .at = document_start(text, size), .rules = rules, .error = error};
+  skip_blanks(&scan);
   do {
     bool opened;
     tw_status status = scan_value(&scan, &opened);
     if (status == TW_OK && opened) {
-      skip_space(&scan);
+      skip_blanks(&scan);
       bool is_object = scan.frames[scan.depth - 1].is_object;
       bool is_empty = peek(&scan) == (is_object ? '}' : ']');
       if (!is_empty && is_object) status = scan_key(&scan);
@@ -263,7 +278,101 @@ tw_status api_json_check(const char *text, size_t size, uint64_t max_values, tw_
     if (status == TW_OK) status = scan_after_value(&scan);
     if (status != TW_OK) return status;
   } while (scan.depth > 0);
-  skip_space(&scan);
+  skip_blanks(&scan);
   if (scan.at < size) return fail(&scan, TW_SYNTAX, "there is more behind the end of the JSON document");
   return TW_OK;
+}
+
+/* ---- walking --------------------------------------------------------------------------------- */
+
+/* A document that was checked ends every value that it begins: nothing here can run past its end. */
+
+static const char *past_blanks(const char *at) {
+  while (is_blank(*at)) at++;
+  return at;
+}
+
+/* memchr stops at the first match (C11, 7.24.5.1), and there is one. */
+static const char *past_string(const char *at) {
+  for (const char *from = at + 1;;) {
+    const char *quote = memchr(from, '"', SIZE_MAX / 4), *before = quote;
+    while (before > from && before[-1] == '\\') before--;
+    if ((quote - before) % 2 == 0) return quote + 1;
+    from = quote + 1; /* an escaped one */
+  }
+}
+
+const char *tw_json_root(const char *text, size_t size) {
+  return past_blanks(text + document_start(text, size));
+}
+
+/* Of a number, true, false or null. */
+static bool is_scalar(char c) {
+  return tw_is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '+' || c == '.' || c == 'E';
+}
+
+const char *tw_json_skip(const char *value) {
+  const char *at = value;
+  if (*at == '"') return past_string(at);
+  if (*at != '{' && *at != '[') {
+    while (is_scalar(*at)) at++;
+    return at;
+  }
+  for (size_t depth = 0;;) {
+    switch (*at) {
+    case '"': at = past_string(at); continue;
+    case '{':
+    case '[': depth++; break;
+    case '}':
+    case ']':
+      if (--depth == 0) return at + 1;
+      break;
+    default: break;
+    }
+    at++;
+  }
+}
+
+/* The item that begins here, behind blanks. */
+static void read_item(const char *at, bool is_member, tw_json_item *out) {
+  *out = (tw_json_item){.value = at};
+  if (!is_member) return;
+  const char *end = past_string(at);
+  out->key = at + 1;
+  out->key_size = (size_t)(end - at) - 2;
+  out->value = past_blanks(past_blanks(end) + 1);
+}
+
+bool tw_json_first(const char *container, tw_json_item *out) {
+  const char *at = past_blanks(container + 1);
+  bool is_empty = *at == ']' || *at == '}';
+  if (is_empty)
+    *out = (tw_json_item){.value = at + 1};
+  else
+    read_item(at, *container == '{', out);
+  return !is_empty;
+}
+
+bool tw_json_next(const char *end, tw_json_item *item) {
+  const char *at = past_blanks(end);
+  bool is_last = *at != ',';
+  if (is_last)
+    *item = (tw_json_item){.value = at + 1};
+  else
+    read_item(past_blanks(at + 1), item->key != NULL, item);
+  return !is_last;
+}
+
+uint64_t tw_json_count(const char *array) {
+  tw_json_item item;
+  uint64_t count = 0;
+  for (bool more = tw_json_first(array, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+    count++;
+  return count;
+}
+
+const char *tw_json_number(const char *value, double *out) {
+  const char *end = tw_json_skip(value);
+  tw_read_double(value, (size_t)(end - value), out);
+  return end;
 }

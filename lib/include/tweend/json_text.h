@@ -1,0 +1,61 @@
+/* JSON text (RFC 8259), read where it stands: checked as a whole once, then walked. No tree, no allocation.
+ */
+#ifndef TWEEND_JSON_TEXT_H
+#define TWEEND_JSON_TEXT_H
+
+#include "tweend/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum { TW_JSON_DEPTH_MAX = 64 };
+
+/* What a document may hold, beyond the grammar. */
+typedef struct tw_json_rules {
+  uint64_t values_max; /* values of any kind; 0: any number */
+  bool is_for_cjson;   /* no U+0000 in strings, which cJSON terminates, and no number of over 63 characters,
+                          which it cuts */
+} tw_json_rules;
+
+/* Checks one document: grammar, well-formed UTF-8, no control characters, no half surrogate pairs, numbers
+ * within a double's range, depth, number of values. TW_SYNTAX, TW_INVALID (a number) or TW_LIMIT (too many
+ * values), with the pointer of the value at fault, and line and column in the detail. O(size). */
+tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rules, tw_error *error);
+
+/* ---- walking: everything below takes text that tw_json_check has passed, and no other ---- */
+
+/* The document's value, behind blanks and a byte order mark. */
+const char *tw_json_root(const char *text, size_t size);
+
+/* Just past the value that begins here. */
+const char *tw_json_skip(const char *value);
+
+/* An element of an array, or a member of an object. */
+typedef struct tw_json_item {
+  const char *key; /* of a member: what stands between the quotes, escapes as they are; else NULL */
+  size_t key_size;
+  const char *value;
+} tw_json_item;
+
+/* The first item of an array or object. False where it is empty: out->value is then just past it. */
+bool tw_json_first(const char *container, tw_json_item *out);
+/* The item after `item`, whose value ends at `end`. False where it was the last one: item->value is then just past
+ * the array or object. */
+bool tw_json_next(const char *end, tw_json_item *item);
+
+/* Elements of an array. */
+uint64_t tw_json_count(const char *array);
+
+/* Where a number begins; false where the value is none. */
+static inline bool tw_json_is_number(const char *value) {
+  return *value == '-' || (*value >= '0' && *value <= '9');
+}
+
+/* Reads a number; returns its end. */
+const char *tw_json_number(const char *value, double *out);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
