@@ -58,6 +58,23 @@ static tw_status check_values(const tw_track_keys *track, uint32_t index, tw_err
   return TW_OK;
 }
 
+/* A rotation needs a quaternion other than 0, or an axis. */
+static tw_status check_rotations(const tw_track_keys *track, uint32_t index, tw_error *error) {
+  if (track->path != TW_ROTATION || track->form == TW_KEY_EULER) return TW_OK;
+  bool is_cubic = track->interpolation == TW_CUBICSPLINE, has_axis = track->form == TW_KEY_AXIS_ANGLE;
+  for (uint32_t i = 0; i < track->key_count; i++) {
+    double source[4] = {0, 0, 0, 0};
+    if (has_axis)
+      memcpy(source, track->angles + 4 * (size_t)i, 3 * sizeof *source);
+    else
+      quat_widen(track->values + 4 * (is_cubic ? 3 * (size_t)i + 1 : (size_t)i), source);
+    if (tw_length(source, 4) > 0) continue;
+    tw_fail(error, TW_INVALID, "key %u %s", i, has_axis ? "has no axis" : "is a zero quaternion");
+    return tw_error_at(error, "/tracks/%u/%s/%u", index, values_word(track->form), i);
+  }
+  return TW_OK;
+}
+
 /* The width that a track's path and form require; 0 for any. */
 static uint32_t expected_width(const tw_track_keys *track) {
   switch (track->path) {
@@ -119,25 +136,46 @@ static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_
   return TW_OK;
 }
 
-/* Makes all checks that tw_clip_create promises, except those of tw_track_build. */
-static tw_status check_clip(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error) {
-  uint8_t *moved = tw_alloc_zero(node_count, 1);
-  if (!moved) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
-  tw_status status = TW_OK;
+/* What a track moves. */
+typedef struct moved {
+  uint64_t what; /* node and path */
+  uint32_t track;
+} moved;
+
+static int compare_moved(const void *a, const void *b) {
+  const moved *left = a, *right = b;
+  if (left->what != right->what) return left->what < right->what ? -1 : 1;
+  return left->track < right->track ? -1 : left->track > right->track;
+}
+
+/* *track: the first one that moves what another one before it moves, track_count where there is none. By
+ * sorting: a clip may have few tracks and a model many nodes. */
+static tw_status find_repeated(const tw_clip_keys *keys, uint32_t *track, tw_error *error) {
+  moved *all = tw_alloc(keys->track_count, sizeof *all);
+  if (!all) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
+  for (uint32_t i = 0; i < keys->track_count; i++)
+    all[i] = (moved){(uint64_t)keys->tracks[i].node << 2 | (uint64_t)keys->tracks[i].path, i};
+  qsort(all, keys->track_count, sizeof *all, compare_moved);
+  *track = keys->track_count;
+  for (uint32_t i = 1; i < keys->track_count; i++)
+    if (all[i].what == all[i - 1].what && all[i].track < *track) *track = all[i].track;
+  free(all);
+  return TW_OK;
+}
+
+tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error) {
+  uint32_t repeated = TW_NO_INDEX;
+  tw_status status = find_repeated(keys, &repeated, error);
   for (uint32_t i = 0; i < keys->track_count && status == TW_OK; i++) {
     const tw_track_keys *track = &keys->tracks[i];
     status = check_shape(track, i, node_count, force, error);
     if (status == TW_OK) status = check_times(track, i, error);
     if (status == TW_OK) status = check_values(track, i, error);
-    if (status != TW_OK) break;
-    uint8_t bit = (uint8_t)(1u << track->path);
-    if (moved[track->node] & bit) {
-      tw_fail(error, TW_INVALID, "two tracks move the %s of node %u", path_names[track->path], track->node);
-      status = refuse(error, i, "path");
-    }
-    moved[track->node] |= bit;
+    if (status == TW_OK) status = check_rotations(track, i, error);
+    if (status != TW_OK || i != repeated) continue;
+    tw_fail(error, TW_INVALID, "two tracks move the %s of node %u", path_names[track->path], track->node);
+    status = refuse(error, i, "path");
   }
-  free(moved);
   return status;
 }
 
@@ -242,7 +280,7 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
 
 tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
                          tw_error *error) {
-  tw_status status = check_clip(keys, node_count, force, error);
+  tw_status status = tw_clip_check(keys, node_count, force, error);
   if (status != TW_OK) return status;
   tw_clip *clip = clip_alloc(keys, node_count);
   if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");

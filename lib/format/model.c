@@ -56,6 +56,95 @@ void tw_model_warn(tw_model *model, const char *format, ...) {
   if (kept) model->warnings[model->warning_count++] = kept;
 }
 
+/* ---- names ---------------------------------------------------------------------------------- */
+
+const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]) {
+  if (model->nodes[node].name) return model->nodes[node].name;
+  snprintf(buffer, 24, "node_%u", node);
+  return buffer;
+}
+
+const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer[24]) {
+  if (model->clips[clip].name) return model->clips[clip].name;
+  snprintf(buffer, 24, "clip_%u", clip);
+  return buffer;
+}
+
+typedef struct named_node {
+  const char *name;
+  uint32_t index;
+} named_node;
+
+static int compare_named_nodes(const void *a, const void *b) {
+  const named_node *left = a, *right = b;
+  int order = strcmp(left->name, right->name);
+  if (order != 0) return order;
+  return left->index < right->index ? -1 : left->index > right->index;
+}
+
+/* Sorts the nodes that have a name: a model may have many, and be asked for many of them. */
+static tw_status sort_names(tw_model *model, tw_error *error) {
+  uint32_t count = 0, next = 0;
+  for (uint32_t i = 0; i < model->node_count; i++) count += model->nodes[i].name != NULL;
+  named_node *sorted = tw_alloc(count, sizeof *sorted);
+  uint32_t *nodes = tw_arena_alloc(model->arena, count, sizeof *nodes);
+  if (!sorted || !nodes) {
+    free(sorted);
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
+  for (uint32_t i = 0; i < model->node_count; i++)
+    if (model->nodes[i].name) sorted[next++] = (named_node){model->nodes[i].name, i};
+  qsort(sorted, count, sizeof *sorted, compare_named_nodes);
+  for (uint32_t i = 0; i < count; i++) nodes[i] = sorted[i].index;
+  free(sorted);
+  model->named_node_count = count;
+  model->named_nodes = nodes;
+  return TW_OK;
+}
+
+/* As strcmp of a name and text[0..length). */
+static int compare_text(const char *name, const char *text, size_t length) {
+  int order = strncmp(name, text, length);
+  return order != 0 ? order : name[strnlen(name, length)] != '\0';
+}
+
+/* The index that a made-up name says, "node_3" for kind "node_"; TW_NO_INDEX where it is none. */
+static uint32_t made_up_index(const char *kind, const char *text, size_t length, uint32_t count) {
+  char buffer[24];
+  size_t start = strlen(kind);
+  uint64_t index = 0;
+  if (length <= start || length >= sizeof buffer || memcmp(text, kind, start) != 0) return TW_NO_INDEX;
+  for (size_t i = start; i < length && index < count; i++) index = 10 * index + (uint64_t)(text[i] - '0');
+  if (index >= count) return TW_NO_INDEX;
+  size_t printed = (size_t)snprintf(buffer, sizeof buffer, "%s%u", kind, (uint32_t)index);
+  return printed == length && memcmp(buffer, text, length) == 0 ? (uint32_t)index : TW_NO_INDEX;
+}
+
+uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length) {
+  uint32_t low = 0, high = model->named_node_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (compare_text(model->nodes[model->named_nodes[middle]].name, name, length) < 0)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  uint32_t named = low < model->named_node_count ? model->named_nodes[low] : TW_NO_INDEX;
+  if (named != TW_NO_INDEX && compare_text(model->nodes[named].name, name, length) != 0) named = TW_NO_INDEX;
+  uint32_t nameless = made_up_index("node_", name, length, model->node_count);
+  if (nameless != TW_NO_INDEX && model->nodes[nameless].name) nameless = TW_NO_INDEX;
+  return named < nameless ? named : nameless;
+}
+
+uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length) {
+  uint32_t nameless = made_up_index("clip_", name, length, model->clip_count);
+  for (uint32_t i = 0; i < model->clip_count; i++) {
+    const char *own = model->clips[i].name;
+    if (own ? compare_text(own, name, length) == 0 : i == nameless) return i;
+  }
+  return TW_NO_INDEX;
+}
+
 /* ---- checks --------------------------------------------------------------------------------- */
 
 static tw_status fail_at(tw_error *error, const char *array, uint32_t index, const char *rest,
@@ -225,79 +314,75 @@ static tw_status check_weight_tracks(const tw_model *model, uint32_t index, tw_e
   return TW_OK;
 }
 
-/* Names the tracks with steps of 180 degrees and more: they load, but may not move as meant. */
-static void warn_of_turns(tw_model *model, uint32_t index, const tw_clip *clip) {
-  char clip_name[24], node_name[24];
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[i];
-    if (track->path != TW_ROTATION) continue;
-    uint32_t count = 0;
-    for (uint32_t key = 0; key + 1 < track->timeline->key_count; key++)
-      count += tw_track_turn(track, key) != TURN_SHORT;
-    if (count == 0) continue;
-    tw_model_warn(
-        model, "%u step%s of %s: clip \"%s\", node \"%s\"", count, count > 1 ? "s" : "",
-        tw_track_says_angles(track) ? "180 degrees or more, which quaternions would turn another way"
-                                    : "exactly 180 degrees, whose way is arbitrary",
-        tw_model_clip_name(model, index, clip_name), tw_model_node_name(model, track->node, node_name));
+/* Counts the steps of a rotation track that turn by 180 degrees and more. Some keys are compiled at a time,
+ * each window beginning with the last key of the one before: a long track takes no more memory than a short
+ * one. */
+static tw_status count_turns(const tw_track_keys *track, uint32_t *count, bool *says_angles,
+                             tw_error *error) {
+  enum { WINDOW = 4096 };
+  *count = 0;
+  for (uint32_t first = 0; first + 1 < track->key_count; first += WINDOW) {
+    tw_track_keys part = *track;
+    part.node = 0;
+    part.key_count = track->key_count - first < WINDOW + 1 ? track->key_count - first : WINDOW + 1;
+    part.times += first;
+    if (part.values) part.values += (size_t)first * track->width;
+    if (part.angles) part.angles += (size_t)first * track->width;
+    tw_clip *clip;
+    tw_status status =
+        tw_clip_create(&(tw_clip_keys){.track_count = 1, .tracks = &part}, 1, -1, &clip, error);
+    if (status != TW_OK) return status;
+    for (uint32_t key = 0; key + 1 < part.key_count; key++)
+      *count += tw_track_turn(&clip->tracks[0], key) != TURN_SHORT;
+    *says_angles = tw_track_says_angles(&clip->tracks[0]);
+    tw_clip_destroy(clip);
   }
+  return TW_OK;
+}
+
+/* Names the tracks with such steps: they load, but may not move as meant. */
+static tw_status warn_of_turns(tw_model *model, uint32_t index, tw_error *error) {
+  char clip_name[24], node_name[24];
+  const tw_clip_keys *clip = &model->clips[index];
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track_keys *track = &clip->tracks[i];
+    bool joins = track->interpolation != TW_STEP && track->interpolation != TW_CUBICSPLINE, says_angles;
+    uint32_t count = 0;
+    if (track->path != TW_ROTATION || !joins) continue;
+    tw_status status = count_turns(track, &count, &says_angles, error);
+    if (status != TW_OK) return status;
+    if (count == 0) continue;
+    tw_model_warn(model, "%u step%s of %s: clip \"%s\", node \"%s\"", count, count > 1 ? "s" : "",
+                  says_angles ? "180 degrees or more, which quaternions would turn another way"
+                              : "exactly 180 degrees, whose way is arbitrary",
+                  tw_model_clip_name(model, index, clip_name),
+                  tw_model_node_name(model, track->node, node_name));
+  }
+  return TW_OK;
 }
 
 static tw_status check_clips(tw_model *model, tw_error *error) {
-  for (uint32_t i = 0; i < model->clip_count; i++) {
-    tw_status status = check_name(&model->clips[i].name, "clips", i, error);
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < model->clip_count && status == TW_OK; i++) {
+    status = check_name(&model->clips[i].name, "clips", i, error);
     if (status != TW_OK) return status;
-    tw_clip *clip = NULL;
-    status = tw_clip_create(&model->clips[i], model->node_count, -1, &clip, error);
+    status = tw_clip_check(&model->clips[i], model->node_count, -1, error);
     if (status != TW_OK) {
       prefix_pointer(error, "clips", i);
       return status;
     }
-    warn_of_turns(model, i, clip);
-    tw_clip_destroy(clip);
     status = check_weight_tracks(model, i, error);
-    if (status != TW_OK) return status;
+    if (status == TW_OK) status = warn_of_turns(model, i, error);
   }
-  return TW_OK;
+  return status;
 }
 
 tw_status tw_model_finish(tw_model *model, tw_error *error) {
   tw_status status = check_meshes(model, error);
   if (status == TW_OK) status = check_nodes(model, error);
+  if (status == TW_OK) status = sort_names(model, error);
   if (status == TW_OK) status = check_skins(model, error);
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
   return status;
-}
-
-/* ---- names ---------------------------------------------------------------------------------- */
-
-const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]) {
-  if (model->nodes[node].name) return model->nodes[node].name;
-  snprintf(buffer, 24, "node_%u", node);
-  return buffer;
-}
-
-const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer[24]) {
-  if (model->clips[clip].name) return model->clips[clip].name;
-  snprintf(buffer, 24, "clip_%u", clip);
-  return buffer;
-}
-
-static bool same_text(const char *text, const char *other, size_t length) {
-  return strlen(text) == length && memcmp(text, other, length) == 0;
-}
-
-uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length) {
-  char buffer[24];
-  for (uint32_t i = 0; i < model->node_count; i++)
-    if (same_text(tw_model_node_name(model, i, buffer), name, length)) return i;
-  return TW_NO_INDEX;
-}
-
-uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length) {
-  char buffer[24];
-  for (uint32_t i = 0; i < model->clip_count; i++)
-    if (same_text(tw_model_clip_name(model, i, buffer), name, length)) return i;
-  return TW_NO_INDEX;
 }

@@ -195,6 +195,10 @@ static void nameless_nodes_and_clips_are_found_by_number(void **state) {
   assert_int_equal(tw_model_find_node(f.model, "", 0), TW_NO_INDEX);
   assert_int_equal(tw_model_find_clip(f.model, "clip_0", 6), 0);
   assert_int_equal(tw_model_find_clip(f.model, "clip_00", 7), TW_NO_INDEX);
+  assert_int_equal(tw_model_find_node(f.model, "node_", 5), TW_NO_INDEX);
+  assert_int_equal(tw_model_find_node(f.model, "node_01", 7), TW_NO_INDEX);
+  assert_int_equal(tw_model_find_node(f.model, "node_-1", 7), TW_NO_INDEX);
+  assert_int_equal(tw_model_find_node(f.model, "node_4294967296", 15), TW_NO_INDEX);
   tw_model_destroy(f.model);
 }
 
@@ -203,6 +207,7 @@ static void the_first_of_equal_names_is_found(void **state) {
   fixture f;
   fill(&f);
   f.nodes[1].name = "root";
+  assert_int_equal(tw_model_finish(f.model, NULL), TW_OK);
   assert_int_equal(tw_model_find_node(f.model, "root", 4), 0);
   assert_int_equal(tw_model_find_clip(f.model, "move", 4), 0);
   tw_model_destroy(f.model);
