@@ -1,81 +1,320 @@
-/* Wavefront OBJ: the statements of its polygonal part. One pass over the text, no allocation a
- * line; the arrays grow by doubling and are copied into the model at the end.
- * Source: Wavefront Advanced Visualizer file formats, appendix B1. */
-#include "obj_parts.h"
-
+/* Wavefront OBJ: the statements of its polygonal part, and the subdivision tags of OpenSubdiv's tools. Two
+ * passes over the text: the first one counts, so that the second one writes straight into arrays of the
+ * model's arena that have room for just that. Points are shared over the whole file, so it is one mesh,
+ * unless its objects share none: then each object is a mesh of its own. Source: Wavefront Advanced Visualizer
+ * file formats, appendix B1. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "number.h"
 #include "tweend/format.h"
+#include "tweend/base.h"
 
-/* ---- growing arrays ------------------------------------------------------------------------- */
+/* ---- walking through the text ----------------------------------------------------------------- */
 
-/* The new capacity for count + more elements, 0 when that is beyond 32 bits. */
-static size_t grown_capacity(size_t capacity, size_t count, size_t more) {
-  if (more > UINT32_MAX || count + more > UINT32_MAX) return 0;
-  size_t twice = capacity < 512 ? 1024 : capacity * 2;
-  return count + more > twice ? count + more : twice;
+/* Lines end with LF, CRLF or a lone CR; a backslash just before a line end is a blank. */
+typedef struct obj_text {
+  const uint8_t *at, *end;
+  uint64_t line; /* of `at`, from 1 */
+} obj_text;
+
+/* A piece of the text. */
+typedef struct obj_word {
+  const char *text;
+  size_t length;
+} obj_word;
+
+static bool is_line_end(uint8_t c) {
+  return c == '\n' || c == '\r';
 }
 
-/* The array resized, or NULL with *status set. */
-static void *grow(void *values, size_t *capacity, size_t count, size_t more, size_t size, tw_status *status,
-                  tw_error *error) {
-  size_t wanted = grown_capacity(*capacity, count, more);
-  *status = wanted ? TW_OK : tw_fail(error, TW_LIMIT, "the file has more than 4294967295 elements of a kind");
-  if (!wanted) return NULL;
-  void *grown = realloc(values, wanted * size);
-  if (grown)
-    *capacity = wanted;
-  else
-    *status = tw_fail(error, TW_NO_MEMORY, "out of memory");
-  return grown;
+/* Bytes of the line end at `at`: 2 for CRLF. */
+static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
+  return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
 }
 
-tw_status obj_floats_reserve(obj_floats *floats, size_t more, tw_error *error) {
-  if (floats->capacity - floats->count >= more) return TW_OK;
-  tw_status status;
-  float *grown = grow(floats->values, &floats->capacity, floats->count, more, sizeof(float), &status, error);
-  if (grown) floats->values = grown;
-  return status;
+/* Moves over spaces, tabs and continuations. */
+static void skip_blanks(obj_text *text) {
+  const uint8_t *at = text->at, *end = text->end;
+  for (; at < end; at++) {
+    if (*at == ' ' || *at == '\t') continue;
+    if (*at != '\\' || end - at < 2 || !is_line_end(at[1])) break;
+    at += line_end_length(at + 1, end);
+    text->line++;
+  }
+  text->at = at;
 }
 
-tw_status obj_indices_reserve(obj_indices *indices, size_t more, tw_error *error) {
-  if (indices->capacity - indices->count >= more) return TW_OK;
-  tw_status status;
-  uint32_t *grown =
-      grow(indices->values, &indices->capacity, indices->count, more, sizeof(uint32_t), &status, error);
-  if (grown) indices->values = grown;
-  return status;
+/* After blanks: nothing more in this statement (a comment counts as nothing). */
+static bool statement_ends(obj_text *text) {
+  skip_blanks(text);
+  return text->at == text->end || *text->at == '#';
 }
 
-void obj_parts_deinit(obj_parts *parts) {
-  free(parts->positions.values);
-  free(parts->colors.values);
-  free(parts->uvs.values);
-  free(parts->corners.values);
-  free(parts->corner_uvs.values);
-  free(parts->face_starts.values);
-  free(parts->materials.values);
-  free(parts->groups.values);
-  free(parts->objects);
-  obj_names_deinit(&parts->material_names);
-  obj_names_deinit(&parts->group_names);
-  free(parts->crease_points.values);
-  free(parts->crease_sharpness.values);
-  free(parts->sharp_points.values);
-  free(parts->point_sharpness.values);
-  free(parts->holes.values);
+static bool ends_word(const uint8_t *at, const uint8_t *end) {
+  if (*at == ' ' || *at == '\t' || is_line_end(*at)) return true;
+  return *at == '\\' && end - at > 1 && is_line_end(at[1]);
 }
 
-/* ---- v, vt, vn ------------------------------------------------------------------------------ */
+/* The characters up to the next blank or line end. */
+static obj_word read_word(obj_text *text) {
+  skip_blanks(text);
+  const uint8_t *start = text->at;
+  while (text->at < text->end && !ends_word(text->at, text->end)) text->at++;
+  return (obj_word){(const char *)start, (size_t)(text->at - start)};
+}
+
+/* The rest of the text without blanks at its ends. */
+static obj_word read_rest(obj_text *text) {
+  skip_blanks(text);
+  const uint8_t *start = text->at, *end = text->end;
+  while (end > start && (end[-1] == ' ' || end[-1] == '\t')) end--;
+  text->at = text->end;
+  return (obj_word){(const char *)start, (size_t)(end - start)};
+}
+
+static bool word_is(obj_word word, const char *text) {
+  return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
+}
+
+/* A number that ends at a blank or comment. False, without moving, when there is none. */
+static bool read_number(obj_text *text, double *out) {
+  skip_blanks(text);
+  const char *start = (const char *)text->at;
+  size_t left = (size_t)(text->end - text->at), used = tw_read_plain(start, left, out);
+  if (used == 0) used = tw_read_double(start, left, out);
+  const uint8_t *stop = text->at + used;
+  if (used == 0 || (stop < text->end && *stop != '#' && !ends_word(stop, text->end))) return false;
+  text->at = stop;
+  return true;
+}
+
+/* A decimal integer, at most 18 digits, that ends where its digits do. False when there is none. */
+static bool read_integer(obj_text *text, int64_t *out) {
+  const uint8_t *at = text->at, *end = text->end;
+  bool negative = at < end && *at == '-';
+  if (at < end && (*at == '-' || *at == '+')) at++;
+  const uint8_t *start = at;
+  int64_t value = 0;
+  while (at < end && tw_is_digit((char)*at) && at - start < 18) value = value * 10 + (*at++ - '0');
+  if (at == start || (at < end && tw_is_digit((char)*at))) return false;
+  *out = negative ? -value : value;
+  text->at = at;
+  return true;
+}
+
+/* Moves behind the line end, or to the end of the text. */
+static void next_line(obj_text *text) {
+  while (text->at < text->end && !is_line_end(*text->at)) text->at++;
+  if (text->at == text->end) return;
+  text->at += line_end_length(text->at, text->end);
+  text->line++;
+}
+
+/* Moves to the end of the statement, its continuation lines included. Comments do not continue: a path may
+ * end with a backslash. */
+static const uint8_t *statement_end(obj_text *text) {
+  for (bool comment = false;;) {
+    const uint8_t *start = text->at;
+    while (text->at < text->end && !is_line_end(*text->at)) comment |= *text->at++ == '#';
+    const uint8_t *end = text->at;
+    bool continues = !comment && end > start && end[-1] == '\\';
+    if (end == text->end) return end;
+    text->at += line_end_length(end, text->end);
+    text->line++;
+    if (!continues) return end;
+  }
+}
+
+/* The next statement of the file: its first word, and the text behind that up to its end. False at the end of
+ * the file, where the statement is empty. */
+static bool next_statement(obj_text *file, obj_word *word, obj_text *statement) {
+  for (;; next_line(file)) {
+    skip_blanks(file);
+    if (file->at == file->end) break;
+    if (*file->at == '#' || is_line_end(*file->at)) continue;
+    *word = read_word(file);
+    *statement = *file;
+    /* What these name goes to the end of its line, whatever that is. */
+    if (word_is(*word, "o") || word_is(*word, "usemtl")) {
+      skip_blanks(file);
+      statement->end = file->at;
+      while (statement->end < file->end && !is_line_end(*statement->end)) statement->end++;
+      next_line(file);
+    } else {
+      statement->end = statement_end(file);
+    }
+    return true;
+  }
+  *statement = *file;
+  return false;
+}
+
+/* ---- names -------------------------------------------------------------------------------------- */
+
+/* Names of materials or of sets of groups, numbered in the order of their first use. A zeroed table is empty.
+ */
+typedef struct obj_names {
+  obj_word *names; /* [count], in the text, as first written */
+  size_t count, capacity;
+  uint32_t *slots; /* [2 x capacity], hash table of numbers + 1 */
+} obj_names;
+
+#define OBJ_NO_NAME UINT32_MAX
+
+static obj_text text_of(obj_word word) {
+  const uint8_t *start = (const uint8_t *)word.text;
+  return (obj_text){start, start + word.length, 0};
+}
+
+/* FNV-1a over the words, a blank behind each. */
+static uint64_t hash_name(obj_word name) {
+  uint64_t value = 14695981039346656037u;
+  obj_text text = text_of(name);
+  for (obj_word word = read_word(&text); word.length > 0; word = read_word(&text)) {
+    for (size_t i = 0; i < word.length; i++) value = (value ^ (uint8_t)word.text[i]) * 1099511628211u;
+    value = (value ^ ' ') * 1099511628211u;
+  }
+  return value ^ value >> 32;
+}
+
+/* Names are lists of words: what is between two does not matter. */
+static bool same_name(obj_word a, obj_word b) {
+  if (a.length == b.length && memcmp(a.text, b.text, a.length) == 0) return true;
+  obj_text left = text_of(a), right = text_of(b);
+  for (;;) {
+    a = read_word(&left);
+    b = read_word(&right);
+    if (a.length != b.length || memcmp(a.text, b.text, a.length) != 0) return false;
+    if (a.length == 0) return true;
+  }
+}
+
+/* The slot that holds `name` or waits for it; NULL where so many others stand in its way that the names must
+ * have been made to collide: by chance, with half of the slots empty, a row of 256 does not occur. */
+static uint32_t *find_slot(const obj_names *table, obj_word name) {
+  enum { PROBES_MAX = 256 };
+  size_t mask = 2 * table->capacity - 1, at = (size_t)hash_name(name);
+  for (int i = 0; i < PROBES_MAX; i++) {
+    uint32_t *slot = &table->slots[(at + (size_t)i) & mask];
+    if (*slot == 0 || same_name(table->names[*slot - 1], name)) return slot;
+  }
+  return NULL;
+}
+
+static tw_status fail_colliding(tw_error *error) {
+  return tw_fail(error, TW_LIMIT, "names are made to collide");
+}
+
+/* Doubles names and slots, so that at most half the slots are taken. */
+static tw_status grow_names(obj_names *table, tw_error *error) {
+  size_t capacity = table->capacity ? table->capacity * 2 : 32;
+  obj_word *grown = realloc(table->names, capacity * sizeof *grown);
+  if (grown) table->names = grown;
+  uint32_t *slots = tw_alloc_zero(capacity * 2, sizeof *slots);
+  if (!grown || !slots) {
+    free(slots);
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
+  free(table->slots);
+  table->slots = slots;
+  table->capacity = capacity;
+  for (size_t i = 0; i < table->count; i++) {
+    uint32_t *slot = find_slot(table, grown[i]);
+    if (!slot) return fail_colliding(error);
+    *slot = (uint32_t)i + 1;
+  }
+  return TW_OK;
+}
+
+/* The number of a name, a new one where it is new; OBJ_NO_NAME for a new one beyond `most`. */
+static tw_status number_name(obj_names *table, obj_word name, uint32_t most, uint32_t *out, tw_error *error) {
+  if (table->count == table->capacity) {
+    tw_status status = grow_names(table, error);
+    if (status != TW_OK) return status;
+  }
+  uint32_t *slot = find_slot(table, name);
+  if (!slot) return fail_colliding(error);
+  *out = *slot - 1;
+  if (*slot != 0 || table->count == most) return TW_OK; /* 0 - 1 is OBJ_NO_NAME */
+  table->names[table->count++] = name;
+  *slot = (uint32_t)table->count;
+  *out = *slot - 1;
+  return TW_OK;
+}
+
+static void names_deinit(obj_names *table) {
+  free(table->names);
+  free(table->slots);
+}
+
+/* ---- what a file says --------------------------------------------------------------------------- */
+
+/* Above this the file stays one mesh: a mesh costs much more memory than a line of text. */
+enum { OBJECTS_MAX = TW_MESHES_MAX, GROUPS_MAX = 262144 };
+
+#define OBJ_NO_UV UINT32_MAX
+
+/* How many there are; of the values of tags, how many there are at most. */
+typedef struct obj_counts {
+  uint64_t points, uvs, normals, faces, corners, objects, crease_points, sharp_points, holes;
+} obj_counts;
+
+/* Faces from first_face up to the next object's. */
+typedef struct obj_object {
+  obj_word name; /* length 0: none */
+  uint32_t first_face;
+} obj_object;
+
+typedef struct obj_reader {
+  tw_arena *arena;
+  tw_error *error;
+  obj_counts all;  /* of the file */
+  obj_counts read; /* so far */
+
+  /* In the arena, [all.X] of the rows that `read` counts; NULL where there are none. */
+  float *positions, *colors;      /* [3], [4] linear; colors NULL until a point has one */
+  uint32_t *corners, *corner_uvs; /* corner_uvs NULL until a corner has one; OBJ_NO_UV without vt */
+  uint32_t *face_offsets;         /* with room for one more, and one more an object */
+  uint32_t *materials, *groups;   /* of each face; NULL until a face has one; OBJ_NO_NAME */
+  uint32_t *crease_points, *sharp_points, *holes;
+  float *crease_sharpness, *point_sharpness;
+
+  float *uvs;          /* [2], from malloc */
+  uint32_t *face_of;   /* of each point, the last large face that used it, + 1; from malloc */
+  obj_object *objects; /* from malloc, [OBJECTS_MAX + 1 or fewer], by ascending first_face */
+  size_t object_count;
+  obj_word first_group; /* names of the first `g` */
+  obj_word group_words; /* of the faces to come, numbered when one comes; length 0: none */
+  uint32_t material, group;
+  obj_names material_names, group_names;
+
+  int tag_boundary, tag_uv, tag_creasing, tag_triangles;
+  uint64_t ignored_elements; /* lines, points, free-form */
+  uint64_t ignored_tags, missing_uvs, long_groups, late_groups;
+} obj_reader;
+
+static void reader_deinit(obj_reader *reader) {
+  free(reader->uvs);
+  free(reader->face_of);
+  free(reader->objects);
+  names_deinit(&reader->material_names);
+  names_deinit(&reader->group_names);
+}
+
+static tw_status no_memory(const obj_reader *reader) {
+  return tw_fail(reader->error, TW_NO_MEMORY, "out of memory");
+}
+
+/* ---- v, vt, vn ---------------------------------------------------------------------------------- */
 
 /* Up to `most` numbers of this statement; *count says how many there were. */
 static tw_status read_numbers(obj_text *text, float *out, size_t most, size_t *count, tw_error *error) {
   *count = 0;
-  while (*count < most && !obj_statement_ends(text)) {
+  while (*count < most && !statement_ends(text)) {
     double value;
-    if (!obj_read_number(text, &value))
+    if (!read_number(text, &value))
       return tw_fail_line(error, TW_SYNTAX, text->line, "a number is malformed");
     out[*count] = (float)value;
     if (!isfinite(out[*count]))
@@ -85,79 +324,69 @@ static tw_status read_numbers(obj_text *text, float *out, size_t most, size_t *c
   return TW_OK;
 }
 
-/* The colour of the newest point. White stands for the points without one. */
-static tw_status add_color(obj_parts *parts, const float *rgb, tw_error *error) {
-  obj_floats *colors = &parts->colors;
-  size_t wanted = parts->positions.count;
-  tw_status status = obj_floats_reserve(colors, wanted - colors->count, error);
-  if (status != TW_OK) return status;
-  while (colors->count + 3 < wanted) colors->values[colors->count++] = 1;
-  for (int i = 0; i < 3; i++) colors->values[colors->count++] = rgb[i];
+/* Colours in OBJ files are sRGB (what Blender, MeshLab and three.js write and read), meshes hold linear
+ * ones: IEC 61966-2-1. */
+static float linear_from_srgb(float value) {
+  float c = fminf(fmaxf(value, 0), 1);
+  return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
+}
+
+/* The colour of a point. Points without one are white. */
+static tw_status set_color(obj_reader *reader, uint64_t point, const float *rgb) {
+  if (!reader->colors) {
+    size_t count = (size_t)reader->all.points * 4;
+    reader->colors = tw_arena_alloc_raw(reader->arena, count, sizeof(float));
+    if (!reader->colors) return no_memory(reader);
+    for (size_t i = 0; i < count; i++) reader->colors[i] = 1;
+  }
+  for (size_t c = 0; c < 3; c++) reader->colors[4 * point + c] = linear_from_srgb(rgb[c]);
   return TW_OK;
 }
 
 /* v x y z, v x y z w, v x y z r g b or v x y z r g b a. A weight belongs to curves; it and alpha
  * are read over. */
-static tw_status read_point(obj_parts *parts, obj_text *text, tw_error *error) {
+static tw_status read_point(obj_reader *reader, obj_text *text) {
   float values[7];
   size_t count;
-  uint64_t line = text->line;
-  tw_status status = read_numbers(text, values, 7, &count, error);
+  uint64_t line = text->line, point = reader->read.points++;
+  tw_status status = read_numbers(text, values, 7, &count, reader->error);
   if (status != TW_OK) return status;
   if (count < 3 || count == 5)
-    return tw_fail_line(error, TW_SYNTAX, line,
+    return tw_fail_line(reader->error, TW_SYNTAX, line,
                         "a point needs 3 coordinates, and 3 more numbers for a colour");
-  status = obj_floats_reserve(&parts->positions, 3, error);
-  if (status != TW_OK) return status;
-  memcpy(parts->positions.values + parts->positions.count, values, 3 * sizeof(float));
-  parts->positions.count += 3;
-  return count >= 6 ? add_color(parts, values + 3, error) : TW_OK;
+  memcpy(reader->positions + 3 * point, values, 3 * sizeof(float));
+  return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
 
 /* vt u, vt u v or vt u v w. */
-static tw_status read_uv(obj_parts *parts, obj_text *text, tw_error *error) {
+static tw_status read_uv(obj_reader *reader, obj_text *text) {
   float values[3] = {0, 0, 0};
   size_t count;
-  uint64_t line = text->line;
-  tw_status status = read_numbers(text, values, 3, &count, error);
+  uint64_t line = text->line, uv = reader->read.uvs++;
+  tw_status status = read_numbers(text, values, 3, &count, reader->error);
   if (status != TW_OK) return status;
-  if (count == 0) return tw_fail_line(error, TW_SYNTAX, line, "a texture coordinate needs a number");
-  status = obj_floats_reserve(&parts->uvs, 2, error);
-  if (status != TW_OK) return status;
-  memcpy(parts->uvs.values + parts->uvs.count, values, 2 * sizeof(float));
-  parts->uvs.count += 2;
+  if (count == 0) return tw_fail_line(reader->error, TW_SYNTAX, line, "a texture coordinate needs a number");
+  memcpy(reader->uvs + 2 * uv, values, 2 * sizeof(float));
   return TW_OK;
 }
 
-/* Normals come from the surface: theirs are only counted. */
-static tw_status count_normal(obj_parts *parts, obj_text *text, tw_error *error) {
-  if (parts->normal_count == UINT32_MAX) return tw_fail_line(error, TW_LIMIT, text->line, "too many normals");
-  parts->normal_count++;
-  return TW_OK;
-}
+/* ---- f -------------------------------------------------------------------------------------------- */
 
-/* ---- f -------------------------------------------------------------------------------------- */
-
-/* An OBJ index, from 1 or counted back from the newest element, as one from 0. */
-static tw_status resolve(int64_t index, uint64_t count, obj_highest *highest, uint64_t line, uint32_t *out,
-                         tw_error *error) {
-  if (index == 0) return tw_fail_line(error, TW_INVALID, line, "index 0: they start from 1");
-  if (index < 0 && (uint64_t)-index > count)
-    return tw_fail_line(error, TW_INVALID, line, "index %lld is out of range: there are %llu so far",
-                        (long long)index, (unsigned long long)count);
-  uint64_t from_one = index > 0 ? (uint64_t)index : count + 1 - (uint64_t)-index;
-  if (from_one >= UINT32_MAX) return tw_fail_line(error, TW_INVALID, line, "an index is out of range");
-  if (from_one > highest->index) *highest = (obj_highest){from_one, line};
-  *out = (uint32_t)(from_one - 1);
-  return TW_OK;
-}
-
-static tw_status read_index(obj_text *text, uint64_t count, obj_highest *highest, uint32_t *out,
+/* Reads an OBJ index, from 1 or counted back from the newest element, as one from 0. `so_far` and `all`:
+ * elements before this statement, and in the whole file: some are named before they are defined. */
+static tw_status read_index(obj_text *text, uint64_t so_far, uint64_t all, const char *what, uint32_t *out,
                             tw_error *error) {
   int64_t index;
-  if (!obj_read_integer(text, &index))
-    return tw_fail_line(error, TW_SYNTAX, text->line, "an index is malformed");
-  return resolve(index, count, highest, text->line, out, error);
+  if (!read_integer(text, &index)) return tw_fail_line(error, TW_SYNTAX, text->line, "an index is malformed");
+  if (index == 0) return tw_fail_line(error, TW_INVALID, text->line, "index 0: they start from 1");
+  if (index < 0 && (uint64_t)-index > so_far)
+    return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: there are %llu so far",
+                        (long long)index, (unsigned long long)so_far);
+  if (index > 0 && (uint64_t)index > all)
+    return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: the file has %llu %s",
+                        (long long)index, (unsigned long long)all, what);
+  *out = (uint32_t)(index > 0 ? (uint64_t)index - 1 : so_far - (uint64_t)-index);
+  return TW_OK;
 }
 
 static bool take_slash(obj_text *text) {
@@ -173,248 +402,763 @@ static bool ends_corner(const obj_text *text) {
 }
 
 /* p, p/t, p//n or p/t/n. */
-static tw_status read_corner(obj_parts *parts, obj_text *text, uint32_t *point, uint32_t *uv,
-                             tw_error *error) {
+static tw_status read_corner(const obj_reader *reader, obj_text *text, uint32_t *point, uint32_t *uv) {
+  const obj_counts *read = &reader->read, *all = &reader->all;
+  tw_error *error = reader->error;
   *uv = OBJ_NO_UV;
-  tw_status status = read_index(text, parts->positions.count / 3, &parts->corner_point, point, error);
-  if (status != TW_OK || !take_slash(text)) return status;
-  if (text->at < text->end && *text->at != '/' && !ends_corner(text)) {
-    status = read_index(text, parts->uvs.count / 2, &parts->corner_uv, uv, error);
-    if (status != TW_OK) return status;
+  tw_status status = read_index(text, read->points, all->points, "points", point, error);
+  if (status == TW_OK && take_slash(text)) {
+    if (text->at < text->end && *text->at != '/' && !ends_corner(text))
+      status = read_index(text, read->uvs, all->uvs, "texture coordinates", uv, error);
+    uint32_t normal;
+    if (status == TW_OK && take_slash(text) && !ends_corner(text)) /* some write p// and p/t/ */
+      status = read_index(text, read->normals, all->normals, "normals", &normal, error);
   }
-  uint32_t normal;
-  if (!take_slash(text) || ends_corner(text)) return TW_OK; /* some write p// and p/t/ */
-  return read_index(text, parts->normal_count, &parts->corner_normal, &normal, error);
+  if (status != TW_OK || ends_corner(text)) return status;
+  return tw_fail_line(error, TW_SYNTAX, text->line, "a corner is malformed");
 }
 
-/* Keeps corner_uvs in step with corners, from the first corner on that has one. */
-static tw_status add_corner_uv(obj_parts *parts, uint32_t uv, tw_error *error) {
-  obj_indices *uvs = &parts->corner_uvs;
-  if (uv == OBJ_NO_UV) parts->missing_uvs++;
-  if (uvs->count == 0 && uv == OBJ_NO_UV) return TW_OK;
-  tw_status status = obj_indices_reserve(uvs, parts->corners.count - uvs->count, error);
-  if (status != TW_OK) return status;
-  while (uvs->count + 1 < parts->corners.count) uvs->values[uvs->count++] = OBJ_NO_UV;
-  uvs->values[uvs->count++] = uv;
+/* [count] elements in the arena that all say "none". */
+static uint32_t *allocate_none(const obj_reader *reader, uint64_t count) {
+  uint32_t *out = tw_arena_alloc_raw(reader->arena, (size_t)count, sizeof *out);
+  if (out) memset(out, 0xFF, (size_t)count * sizeof *out);
+  return out;
+}
+
+static tw_status add_corner(obj_reader *reader, uint32_t point, uint32_t uv) {
+  uint64_t corner = reader->read.corners++;
+  reader->corners[corner] = point;
+  reader->missing_uvs += uv == OBJ_NO_UV;
+  if (!reader->corner_uvs && uv != OBJ_NO_UV) {
+    reader->corner_uvs = allocate_none(reader, reader->all.corners);
+    if (!reader->corner_uvs) return no_memory(reader);
+  }
+  if (reader->corner_uvs) reader->corner_uvs[corner] = uv;
   return TW_OK;
 }
 
-static int compare_indices(const void *a, const void *b) {
-  uint32_t left = *(const uint32_t *)a, right = *(const uint32_t *)b;
-  return (left > right) - (left < right);
-}
-
-/* Whether a face names a point twice. Large faces are sorted, so that none costs more than n log n. */
-static tw_status find_repeat(const uint32_t *corners, size_t count, bool *repeats, tw_error *error) {
+/* Whether a face names a point twice. */
+static tw_status find_repeat(obj_reader *reader, const uint32_t *corners, uint64_t count, bool *repeats) {
   enum { SMALL = 16 };
   *repeats = false;
-  if (count <= SMALL) {
-    for (size_t i = 1; i < count; i++)
-      for (size_t j = 0; j < i; j++) *repeats |= corners[i] == corners[j];
-    return TW_OK;
-  }
-  uint32_t *sorted = tw_alloc(count, sizeof *sorted);
-  if (!sorted) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  memcpy(sorted, corners, count * sizeof *sorted);
-  qsort(sorted, count, sizeof *sorted, compare_indices);
-  for (size_t i = 1; i < count; i++) *repeats |= sorted[i] == sorted[i - 1];
-  free(sorted);
-  return TW_OK;
-}
-
-/* The material or groups of the newest face. Nothing is stored before the first face that has some. */
-static tw_status label_face(const obj_parts *parts, obj_indices *labels, uint32_t label, tw_error *error) {
-  if (labels->count == 0 && label == OBJ_NO_NAME) return TW_OK;
-  tw_status status = obj_indices_reserve(labels, parts->face_starts.count - labels->count, error);
-  if (status != TW_OK) return status;
-  while (labels->count + 1 < parts->face_starts.count) labels->values[labels->count++] = OBJ_NO_NAME;
-  labels->values[labels->count++] = label;
-  return TW_OK;
-}
-
-static tw_status read_face(obj_parts *parts, obj_text *text, tw_error *error) {
-  obj_indices *corners = &parts->corners;
-  size_t first = corners->count;
-  uint64_t line = text->line;
-  tw_status status;
-  while (!obj_statement_ends(text)) {
-    uint32_t point, uv;
-    status = read_corner(parts, text, &point, &uv, error);
-    if (status != TW_OK) return status;
-    if (!ends_corner(text)) return tw_fail_line(error, TW_SYNTAX, text->line, "a corner is malformed");
-    status = obj_indices_reserve(corners, 1, error);
-    if (status != TW_OK) return status;
-    corners->values[corners->count++] = point;
-    status = add_corner_uv(parts, uv, error);
-    if (status != TW_OK) return status;
-  }
-  size_t count = corners->count - first;
-  if (count < 3) return tw_fail_line(error, TW_INVALID, line, "a face needs at least 3 corners");
-  bool repeats;
-  status = find_repeat(corners->values + first, count, &repeats, error);
-  if (status != TW_OK) return status;
-  if (repeats) return tw_fail_line(error, TW_INVALID, line, "a face names the same point twice");
-  status = obj_indices_reserve(&parts->face_starts, 1, error);
-  if (status != TW_OK) return status;
-  parts->face_starts.values[parts->face_starts.count++] = (uint32_t)first;
-  status = label_face(parts, &parts->materials, parts->material, error);
-  return status == TW_OK ? label_face(parts, &parts->groups, parts->group, error) : status;
-}
-
-/* ---- o, g and the rest ---------------------------------------------------------------------- */
-
-/* An object that no face follows is forgotten when the next one begins. */
-static tw_status begin_object(obj_parts *parts, obj_text *text, tw_error *error) {
-  obj_object object = {obj_read_rest(text), (uint32_t)parts->face_starts.count};
-  obj_object *last = parts->object_count ? &parts->objects[parts->object_count - 1] : NULL;
-  if (last && last->first_face == object.first_face) {
-    *last = object;
-    return TW_OK;
-  }
-  if (!parts->objects || parts->object_count == parts->object_capacity) {
-    size_t capacity = parts->object_capacity ? parts->object_capacity * 2 : 16;
-    obj_object *grown = realloc(parts->objects, capacity * sizeof *grown);
-    if (!grown) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-    parts->objects = grown;
-    parts->object_capacity = capacity;
-  }
-  parts->objects[parts->object_count++] = object;
-  return TW_OK;
-}
-
-/* The set of groups that the faces to come are in. `default` is the group of faces that are in none. */
-static tw_status begin_groups(obj_parts *parts, obj_text *text, tw_error *error) {
-  enum { TEXT_MAX = 1024 }; /* each part of an answer may name its groups again */
-  obj_word names = obj_read_words(text);
-  if (parts->first_group.length == 0) parts->first_group = names;
-  parts->group = OBJ_NO_NAME;
-  if (names.length > TEXT_MAX) {
-    parts->long_groups++;
-    return TW_OK;
-  }
-  if (names.length == 0 || obj_word_is(names, "default")) return TW_OK;
-  return obj_number_name(&parts->group_names, names, &parts->group, error);
-}
-
-static tw_status use_material(obj_parts *parts, obj_text *text, tw_error *error) {
-  obj_word name = obj_read_rest(text);
-  parts->material = OBJ_NO_NAME;
-  return name.length > 0 ? obj_number_name(&parts->material_names, name, &parts->material, error) : TW_OK;
-}
-
-/* Statements of this kind that tweend has no use for, by their whole word. */
-static tw_status read_other(obj_parts *parts, obj_text *text, obj_word word, tw_error *error) {
-  if (obj_word_is(word, "usemtl")) return use_material(parts, text, error);
-  if (obj_word_is(word, "l") || obj_word_is(word, "p") || obj_word_is(word, "curv") ||
-      obj_word_is(word, "curv2") || obj_word_is(word, "surf"))
-    parts->ignored_elements++;
-  for (size_t i = 0; i < word.length; i++) {
-    char c = word.text[i];
-    bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-    if (!letter) return tw_fail_line(error, TW_SYNTAX, text->line, "this is not a statement of an OBJ file");
+  for (uint64_t i = 1; count <= SMALL && i < count; i++)
+    for (uint64_t j = 0; j < i; j++) *repeats |= corners[i] == corners[j];
+  if (count <= SMALL) return TW_OK;
+  if (!reader->face_of) reader->face_of = tw_alloc_zero((size_t)reader->all.points, sizeof(uint32_t));
+  if (!reader->face_of) return no_memory(reader);
+  uint32_t face = (uint32_t)reader->read.faces + 1;
+  for (uint64_t i = 0; i < count; i++) {
+    *repeats |= reader->face_of[corners[i]] == face;
+    reader->face_of[corners[i]] = face;
   }
   return TW_OK;
 }
 
-static tw_status read_statement(obj_parts *parts, obj_text *text, tw_error *error) {
-  obj_word word = obj_read_word(text);
-  if (word.length == 1) {
-    switch (word.text[0]) {
-    case 'v': return read_point(parts, text, error);
-    case 'f': return read_face(parts, text, error);
-    case 't': return obj_read_tag(parts, text, error);
-    case 'o': return begin_object(parts, text, error);
-    case 'g': return begin_groups(parts, text, error);
-    default: break;
-    }
-  }
-  if (obj_word_is(word, "vt")) return read_uv(parts, text, error);
-  if (obj_word_is(word, "vn")) return count_normal(parts, text, error);
-  return read_other(parts, text, word, error);
-}
-
-static tw_status read_statements(obj_parts *parts, obj_text *text, tw_error *error) {
-  if (text->end - text->at >= 3 && memcmp(text->at, "\xEF\xBB\xBF", 3) == 0) text->at += 3;
-  while (text->at < text->end) {
-    if (obj_statement_ends(text)) {
-      obj_next_line(text);
-      continue;
-    }
-    tw_status status = read_statement(parts, text, error);
-    if (status != TW_OK) return status;
-    obj_next_statement(text);
-  }
+/* Labels the newest face with its material or groups. Nothing is stored before the first face that has some.
+ */
+static tw_status label_face(const obj_reader *reader, uint32_t **labels, uint32_t label) {
+  if (!*labels && label == OBJ_NO_NAME) return TW_OK;
+  if (!*labels) *labels = allocate_none(reader, reader->all.faces);
+  if (!*labels) return no_memory(reader);
+  (*labels)[reader->read.faces] = label;
   return TW_OK;
 }
 
-/* ---- the whole ------------------------------------------------------------------------------ */
-
-static tw_status check_highest(const obj_highest *highest, uint64_t count, const char *what, uint64_t first,
-                               tw_error *error) {
-  if (highest->index <= count) return TW_OK;
-  uint64_t index = highest->index - 1 + first;
-  return tw_fail_line(error, TW_INVALID, highest->line, "index %llu is out of range: the file has %llu %s",
-                      (unsigned long long)index, (unsigned long long)count, what);
-}
-
-static tw_status check_ranges(const obj_parts *parts, tw_error *error) {
-  uint64_t points = parts->positions.count / 3;
-  tw_status status = check_highest(&parts->corner_point, points, "points", 1, error);
-  if (status == TW_OK)
-    status = check_highest(&parts->corner_uv, parts->uvs.count / 2, "texture coordinates", 1, error);
-  if (status == TW_OK)
-    status = check_highest(&parts->corner_normal, parts->normal_count, "normals", 1, error);
-  if (status == TW_OK) status = check_highest(&parts->tagged_point, points, "points", 0, error);
-  if (status == TW_OK)
-    status = check_highest(&parts->tagged_face, parts->face_starts.count, "faces", 0, error);
+/* The set of groups of the newest face; where there are too many the face is in none. */
+static tw_status number_groups(obj_reader *reader) {
+  if (reader->group_words.length == 0) return TW_OK;
+  tw_status status =
+      number_name(&reader->group_names, reader->group_words, GROUPS_MAX, &reader->group, reader->error);
+  reader->late_groups += status == TW_OK && reader->group == OBJ_NO_NAME;
+  reader->group_words.length = 0;
   return status;
 }
 
-static tw_status check_content(const obj_parts *parts, const obj_text *text, tw_error *error) {
-  if (parts->face_starts.count > 0) return check_ranges(parts, error);
-  if (parts->positions.count == 0)
-    return tw_fail_line(error, TW_SYNTAX, text->line,
-                        "there is no point and no face: this is not an OBJ file");
-  return tw_fail_line(error, TW_INVALID, text->line, "the file has points and no face");
-}
-
-static void warn(const obj_parts *parts, tw_model *model) {
-  if (parts->ignored_elements > 0)
-    tw_model_warn(model, "%llu lines, points or curves are left out: only faces have a surface",
-                  (unsigned long long)parts->ignored_elements);
-  if (parts->ignored_tags > 0)
-    tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
-                  (unsigned long long)parts->ignored_tags);
-  if (parts->missing_uvs > 0 && parts->corner_uvs.count > 0)
-    tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
-                  (unsigned long long)parts->missing_uvs);
-  if (parts->long_groups > 0)
-    tw_model_warn(model, "%llu sets of groups are left out: their names have over 1024 bytes",
-                  (unsigned long long)parts->long_groups);
-}
-
-static tw_status read_model(obj_parts *parts, obj_text *text, tw_model *model, tw_error *error) {
-  tw_status status = read_statements(parts, text, error);
-  if (status == TW_OK) status = check_content(parts, text, error);
-  if (status == TW_OK) status = obj_build_model(parts, model, error);
+static tw_status read_face(obj_reader *reader, obj_text *text) {
+  uint64_t first = reader->read.corners, line = text->line;
+  tw_status status = TW_OK;
+  while (status == TW_OK && !statement_ends(text)) {
+    uint32_t point, uv;
+    status = read_corner(reader, text, &point, &uv);
+    if (status == TW_OK) status = add_corner(reader, point, uv);
+  }
   if (status != TW_OK) return status;
-  warn(parts, model);
-  return tw_model_finish(model, error);
+  uint64_t count = reader->read.corners - first;
+  if (count < 3) return tw_fail_line(reader->error, TW_INVALID, line, "a face needs at least 3 corners");
+  bool repeats;
+  status = find_repeat(reader, reader->corners + first, count, &repeats);
+  if (status == TW_OK && repeats)
+    status = tw_fail_line(reader->error, TW_INVALID, line, "a face names the same point twice");
+  if (status == TW_OK) status = number_groups(reader);
+  if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
+  if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
+  reader->face_offsets[reader->read.faces++] = (uint32_t)first;
+  return status;
+}
+
+/* ---- o, g, usemtl and the rest ----------------------------------------------------------------------- */
+
+/* An object that no face follows is forgotten when the next one begins. */
+static void begin_object(obj_reader *reader, obj_text *text) {
+  obj_object object = {read_rest(text), (uint32_t)reader->read.faces};
+  obj_object *last = reader->object_count ? &reader->objects[reader->object_count - 1] : NULL;
+  if (last && last->first_face == object.first_face)
+    *last = object;
+  else if (reader->object_count <= OBJECTS_MAX)
+    reader->objects[reader->object_count++] = object;
+}
+
+/* The set of groups that the faces to come are in. `default` is the group of faces that are in none. */
+static void begin_groups(obj_reader *reader, obj_text *text) {
+  enum { TEXT_MAX = 1024 }; /* each part of an answer may name its groups again */
+  obj_word names = read_word(text), word = names;
+  for (; word.length > 0; word = read_word(text))
+    names.length = (size_t)(word.text + word.length - names.text);
+  if (reader->first_group.length == 0) reader->first_group = names;
+  reader->group = OBJ_NO_NAME;
+  reader->long_groups += names.length > TEXT_MAX;
+  if (names.length > TEXT_MAX || word_is(names, "default")) names.length = 0;
+  reader->group_words = names;
+}
+
+static tw_status use_material(obj_reader *reader, obj_text *text) {
+  obj_word name = read_rest(text);
+  reader->material = OBJ_NO_NAME;
+  if (name.length == 0) return TW_OK;
+  tw_status status =
+      number_name(&reader->material_names, name, TW_MATERIALS_MAX, &reader->material, reader->error);
+  if (status != TW_OK || reader->material != OBJ_NO_NAME) return status;
+  return tw_fail_line(reader->error, TW_LIMIT, text->line, "there are more than %d materials",
+                      TW_MATERIALS_MAX);
+}
+
+/* Statements of this kind that tweend has no use for, by their whole word. */
+static tw_status read_other(obj_reader *reader, const obj_text *text, obj_word word) {
+  if (word_is(word, "l") || word_is(word, "p") || word_is(word, "curv") || word_is(word, "curv2") ||
+      word_is(word, "surf"))
+    reader->ignored_elements++;
+  for (size_t i = 0; i < word.length; i++) {
+    char c = word.text[i];
+    bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || tw_is_digit(c) || c == '_';
+    if (!letter)
+      return tw_fail_line(reader->error, TW_SYNTAX, text->line, "this is not a statement of an OBJ file");
+  }
+  return TW_OK;
+}
+
+/* ---- subdivision tags -------------------------------------------------------------------------------- */
+
+/* t NAME INTS/FLOATS/STRINGS values..., with indices from 0. */
+typedef struct obj_tag {
+  obj_word name;
+  uint64_t line;
+  uint64_t int_count, float_count, string_count;
+} obj_tag;
+
+static tw_status bad_tag(const obj_reader *reader, const obj_tag *tag, const char *what) {
+  return tw_fail_line(reader->error, TW_SYNTAX, tag->line, "%s", what);
+}
+
+/* INTS/FLOATS or INTS/FLOATS/STRINGS. */
+static bool read_counts(obj_text *text, obj_tag *tag) {
+  int64_t counts[3] = {0, 0, 0};
+  skip_blanks(text);
+  for (int i = 0; i < 3; i++) {
+    if (i > 0 && !take_slash(text)) {
+      if (i < 2) return false;
+      break;
+    }
+    if (!read_integer(text, &counts[i]) || counts[i] < 0) return false;
+  }
+  tag->int_count = (uint64_t)counts[0];
+  tag->float_count = (uint64_t)counts[1];
+  tag->string_count = (uint64_t)counts[2];
+  return true;
+}
+
+static tw_status read_tag_int(const obj_reader *reader, const obj_tag *tag, obj_text *text, uint32_t *out) {
+  int64_t value;
+  skip_blanks(text);
+  if (!read_integer(text, &value)) return bad_tag(reader, tag, "an integer of the tag is missing");
+  if (value < 0 || value >= UINT32_MAX) return bad_tag(reader, tag, "an integer of the tag is out of range");
+  *out = (uint32_t)value;
+  return TW_OK;
+}
+
+static tw_status read_tag_float(const obj_reader *reader, const obj_tag *tag, obj_text *text, float *out) {
+  double value;
+  if (!read_number(text, &value) || !isfinite((float)value))
+    return bad_tag(reader, tag, "a number of the tag is missing or malformed");
+  *out = (float)value;
+  return TW_OK;
+}
+
+/* Reads the ints of a tag as indices. out: [int_count], below `count`. */
+static tw_status read_tag_indices(const obj_reader *reader, const obj_tag *tag, obj_text *text,
+                                  uint64_t count, const char *what, uint32_t *out) {
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) {
+    status = read_tag_int(reader, tag, text, &out[i]);
+    if (status == TW_OK && out[i] >= count)
+      status =
+          tw_fail_line(reader->error, TW_INVALID, tag->line, "index %u is out of range: the file has %llu %s",
+                       out[i], (unsigned long long)count, what);
+  }
+  return status;
+}
+
+/* Reads the floats of a tag as sharpness, in the range that meshes have. One value serves all elements;
+ * `width` ints make an element, and the tools accept a value for each int as well. out: [count] */
+static tw_status read_sharpness(const obj_reader *reader, const obj_tag *tag, obj_text *text, uint64_t width,
+                                uint64_t count, float *out) {
+  uint64_t stride = tag->float_count == count ? 1 : width;
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++) {
+    float value = 0;
+    status = read_tag_float(reader, tag, text, &value);
+    if (i % stride == 0 && i / stride < count)
+      out[i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
+  }
+  for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[i] = out[0];
+  return status;
+}
+
+static tw_status read_crease_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  uint64_t count = tag->int_count / 2, first = reader->read.crease_points;
+  if (tag->int_count % 2 != 0) return bad_tag(reader, tag, "a crease needs pairs of points");
+  if (tag->float_count != 1 && tag->float_count != count && tag->float_count != tag->int_count)
+    return bad_tag(reader, tag, "a crease needs one sharpness, or one a pair");
+  uint32_t *points = reader->crease_points + first;
+  tw_status status = read_tag_indices(reader, tag, text, reader->all.points, "points", points);
+  for (uint64_t i = 0; i < count && status == TW_OK; i++)
+    if (points[2 * i] == points[2 * i + 1])
+      status = bad_tag(reader, tag, "a crease needs two different points");
+  reader->read.crease_points += tag->int_count;
+  if (status != TW_OK) return status;
+  return read_sharpness(reader, tag, text, 2, count, reader->crease_sharpness + first / 2);
+}
+
+static tw_status read_corner_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  uint64_t first = reader->read.sharp_points;
+  if (tag->float_count != 1 && tag->float_count != tag->int_count)
+    return bad_tag(reader, tag, "a corner needs one sharpness, or one a point");
+  tw_status status =
+      read_tag_indices(reader, tag, text, reader->all.points, "points", reader->sharp_points + first);
+  reader->read.sharp_points += tag->int_count;
+  if (status != TW_OK) return status;
+  return read_sharpness(reader, tag, text, 1, tag->int_count, reader->point_sharpness + first);
+}
+
+static tw_status read_hole_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  tw_status status =
+      read_tag_indices(reader, tag, text, reader->all.faces, "faces", reader->holes + reader->read.holes);
+  reader->read.holes += tag->int_count;
+  return status;
+}
+
+/* The tag's one int looked up in a table. */
+static tw_status set_from_int(const obj_reader *reader, const obj_tag *tag, obj_text *text, const int *table,
+                              size_t size, int *out) {
+  uint32_t value = UINT32_MAX;
+  tw_status status = tag->int_count > 0 ? read_tag_int(reader, tag, text, &value) : TW_OK;
+  if (status == TW_OK && (tag->int_count != 1 || value >= size))
+    status = bad_tag(reader, tag, "the tag needs one integer, of those that it knows");
+  if (status == TW_OK) *out = table[value];
+  return status;
+}
+
+/* The tag's string, behind its numbers, looked up: names[i] means values[i]. */
+static tw_status set_from_string(const obj_reader *reader, const obj_tag *tag, obj_text *text,
+                                 const char *const *names, const int *values, const char *fault, int *out) {
+  uint32_t number;
+  float value;
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++)
+    status = read_tag_int(reader, tag, text, &number);
+  for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++)
+    status = read_tag_float(reader, tag, text, &value);
+  if (status != TW_OK) return status;
+  obj_word word = {"", 0};
+  if (tag->string_count > 0) {
+    if (statement_ends(text)) return bad_tag(reader, tag, "a string of the tag is missing");
+    word = read_word(text);
+  }
+  for (size_t i = 0; names[i]; i++) {
+    if (!word_is(word, names[i])) continue;
+    *out = values[i];
+    return TW_OK;
+  }
+  return bad_tag(reader, tag, fault);
+}
+
+static tw_status read_creasing_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  static const char *const names[] = {"normal", "uniform", "chaikin", NULL};
+  static const int values[] = {TW_CREASE_UNIFORM, TW_CREASE_UNIFORM, TW_CREASE_CHAIKIN};
+  return set_from_string(reader, tag, text, names, values, "creasemethod is one of normal, chaikin",
+                         &reader->tag_creasing);
+}
+
+/* By name, or by the number that older tools wrote. */
+static tw_status read_triangles_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  static const int numbers[] = {TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH, TW_TRIANGLES_SMOOTH};
+  static const char *const names[] = {"catmark", "normal", "smooth", NULL};
+  static const int values[] = {TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH};
+  if (tag->string_count == 0) return set_from_int(reader, tag, text, numbers, 3, &reader->tag_triangles);
+  return set_from_string(reader, tag, text, names, values, "smoothtriangles is one of catmark, smooth",
+                         &reader->tag_triangles);
+}
+
+static tw_status read_boundary_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  static const int rules[] = {TW_BOUNDARY_NONE, TW_BOUNDARY_EDGE_AND_CORNER, TW_BOUNDARY_EDGE_ONLY};
+  return set_from_int(reader, tag, text, rules, 3, &reader->tag_boundary);
+}
+
+static tw_status read_uv_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
+  static const int rules[] = {TW_UV_NONE,          TW_UV_CORNERS_ONLY, TW_UV_CORNERS_PLUS1,
+                              TW_UV_CORNERS_PLUS2, TW_UV_BOUNDARIES,   TW_UV_ALL};
+  return set_from_int(reader, tag, text, rules, 6, &reader->tag_uv);
+}
+
+static tw_status read_tag(obj_reader *reader, obj_text *text) {
+  static const struct {
+    const char *name;
+    tw_status (*read)(obj_reader *reader, const obj_tag *tag, obj_text *text);
+  } kinds[] = {{"crease", read_crease_tag},
+               {"corner", read_corner_tag},
+               {"hole", read_hole_tag},
+               {"interpolateboundary", read_boundary_tag},
+               {"facevaryinginterpolateboundary", read_uv_tag},
+               {"creasemethod", read_creasing_tag},
+               {"smoothtriangles", read_triangles_tag}};
+  obj_tag tag = {.line = text->line, .name = read_word(text)};
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    if (!word_is(tag.name, kinds[i].name)) continue;
+    if (!read_counts(text, &tag))
+      return bad_tag(reader, &tag, "the tag's counts are not INTS/FLOATS/STRINGS");
+    return kinds[i].read(reader, &tag, text);
+  }
+  reader->ignored_tags++;
+  return TW_OK;
+}
+
+/* ---- two passes ---------------------------------------------------------------------------------------- */
+
+static uint64_t count_words(obj_text *text) {
+  uint64_t count = 0;
+  for (; !statement_ends(text); count++)
+    while (text->at < text->end && *text->at != '#' && !ends_word(text->at, text->end)) text->at++;
+  return count;
+}
+
+/* Two integers have a byte between them or a sign before the second one. */
+static void count_tag(obj_counts *all, obj_text *text) {
+  obj_tag tag = {.name = read_word(text)};
+  uint64_t *count = word_is(tag.name, "crease")   ? &all->crease_points
+                    : word_is(tag.name, "corner") ? &all->sharp_points
+                    : word_is(tag.name, "hole")   ? &all->holes
+                                                  : NULL;
+  if (!count || !read_counts(text, &tag)) return;
+  uint64_t most = ((uint64_t)(text->end - text->at) + 1) / 2;
+  *count += tag.int_count < most ? tag.int_count : most;
+}
+
+static void count_statement(obj_counts *all, obj_word word, obj_text *text) {
+  if (word_is(word, "f")) {
+    all->faces++;
+    all->corners += count_words(text);
+  }
+  all->points += word_is(word, "v");
+  all->uvs += word_is(word, "vt");
+  all->normals += word_is(word, "vn");
+  all->objects += word_is(word, "o");
+  if (word_is(word, "t")) count_tag(all, text);
+}
+
+static tw_status read_statement(obj_reader *reader, obj_word word, obj_text *text) {
+  if (word.length == 1) {
+    switch (word.text[0]) {
+    case 'v': return read_point(reader, text);
+    case 'f': return read_face(reader, text);
+    case 't': return read_tag(reader, text);
+    case 'o': begin_object(reader, text); return TW_OK;
+    case 'g': begin_groups(reader, text); return TW_OK;
+    default: break;
+    }
+  }
+  if (word_is(word, "vt")) return read_uv(reader, text);
+  if (word_is(word, "usemtl")) return use_material(reader, text);
+  reader->read.normals += word_is(word, "vn"); /* normals come from the surface: theirs are only counted */
+  return read_other(reader, text, word);
+}
+
+/* NULL for none, and without memory, which *status tells apart. */
+static void *make_room(const obj_reader *reader, uint64_t count, size_t size, tw_status *status) {
+  if (count == 0 || *status != TW_OK) return NULL;
+  void *room = tw_arena_alloc_raw(reader->arena, (size_t)count, size);
+  if (!room) *status = no_memory(reader);
+  return room;
+}
+
+static tw_status make_all_room(obj_reader *reader) {
+  const obj_counts *all = &reader->all;
+  const uint64_t counts[] = {all->points, all->uvs, all->normals, all->faces, all->corners};
+  for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
+    if (counts[i] >= UINT32_MAX)
+      return tw_fail(reader->error, TW_LIMIT, "the file has more than 4294967294 elements of a kind");
+  uint64_t objects = all->objects < OBJECTS_MAX + 1 ? all->objects : OBJECTS_MAX + 1;
+  tw_status status = TW_OK;
+  reader->positions = make_room(reader, all->points, 3 * sizeof(float), &status);
+  reader->corners = make_room(reader, all->corners, sizeof(uint32_t), &status);
+  reader->face_offsets = make_room(reader, all->faces + objects + 1, sizeof(uint32_t), &status);
+  reader->crease_points = make_room(reader, all->crease_points, sizeof(uint32_t), &status);
+  reader->crease_sharpness = make_room(reader, all->crease_points / 2, sizeof(float), &status);
+  reader->sharp_points = make_room(reader, all->sharp_points, sizeof(uint32_t), &status);
+  reader->point_sharpness = make_room(reader, all->sharp_points, sizeof(float), &status);
+  reader->holes = make_room(reader, all->holes, sizeof(uint32_t), &status);
+  reader->uvs = tw_alloc((size_t)all->uvs, 2 * sizeof(float));
+  reader->objects = tw_alloc((size_t)objects, sizeof *reader->objects);
+  return reader->uvs && reader->objects ? status : no_memory(reader);
+}
+
+static tw_status read_statements(obj_reader *reader, obj_text file) {
+  obj_word word;
+  obj_text text, start = file;
+  while (next_statement(&file, &word, &text)) count_statement(&reader->all, word, &text);
+  tw_status status = make_all_room(reader);
+  file = start;
+  while (status == TW_OK && next_statement(&file, &word, &text)) status = read_statement(reader, word, &text);
+  if (status != TW_OK || reader->all.faces > 0) return status;
+  if (reader->all.points == 0)
+    return tw_fail_line(reader->error, TW_SYNTAX, file.line,
+                        "there is no point and no face: this is not an OBJ file");
+  return tw_fail_line(reader->error, TW_INVALID, file.line, "the file has points and no face");
+}
+
+/* ---- which point belongs to which mesh ------------------------------------------------------------------
+ */
+
+static uint64_t face_end(const obj_reader *reader, uint64_t face) {
+  return face + 1 < reader->all.faces ? reader->face_offsets[face + 1] : reader->all.corners;
+}
+
+/* Faces [*first, *stop) of an object. */
+static void face_range(const obj_reader *reader, uint32_t mesh, uint32_t mesh_count, uint64_t *first,
+                       uint64_t *stop) {
+  *first = mesh > 0 ? reader->objects[mesh].first_face : 0;
+  *stop = mesh + 1 < mesh_count ? reader->objects[mesh + 1].first_face : reader->all.faces;
+}
+
+/* Notes for each point whose faces use it, UINT32_MAX for nobody's; false when two objects use the same. */
+static bool own_points(const obj_reader *reader, uint32_t mesh_count, uint32_t *owners) {
+  memset(owners, 0xFF, (size_t)reader->all.points * sizeof *owners);
+  for (uint32_t mesh = 0; mesh < mesh_count; mesh++) {
+    uint64_t face, stop;
+    face_range(reader, mesh, mesh_count, &face, &stop);
+    for (uint64_t c = reader->face_offsets[face], end = face_end(reader, stop - 1); c < end; c++) {
+      uint32_t *owner = &owners[reader->corners[c]];
+      if (*owner != UINT32_MAX && *owner != mesh) return false;
+      *owner = mesh;
+    }
+  }
+  return true;
+}
+
+/* Turns owners into places, so that the points of a mesh stand together in the file's order, and those of
+ * nobody behind all. ends: [mesh_count], behind the last point of each. */
+static void place_points(const obj_reader *reader, uint32_t mesh_count, uint32_t *owners, uint32_t *ends) {
+  uint64_t points = reader->all.points;
+  uint32_t used = 0;
+  memset(ends, 0, mesh_count * sizeof *ends);
+  for (uint64_t i = 0; i < points; i++)
+    if (owners[i] != UINT32_MAX) ends[owners[i]]++;
+  for (uint32_t mesh = 0; mesh < mesh_count; mesh++) {
+    uint32_t count = ends[mesh];
+    ends[mesh] = used; /* its beginning, which moves on to its end */
+    used += count;
+  }
+  for (uint64_t i = 0; i < points; i++) owners[i] = owners[i] != UINT32_MAX ? ends[owners[i]]++ : used++;
+}
+
+static void swap_rows(float *rows, size_t width, size_t a, size_t b) {
+  for (size_t i = 0; i < width; i++) {
+    float kept = rows[width * a + i];
+    rows[width * a + i] = rows[width * b + i];
+    rows[width * b + i] = kept;
+  }
+}
+
+/* Moves the points to their places, cycle by cycle, and renumbers the corners within their meshes. */
+static void move_points(obj_reader *reader, uint32_t mesh_count, uint32_t *places, const uint32_t *ends) {
+  for (uint32_t mesh = 0; mesh < mesh_count; mesh++) {
+    uint64_t face, stop;
+    face_range(reader, mesh, mesh_count, &face, &stop);
+    for (uint64_t c = reader->face_offsets[face], end = face_end(reader, stop - 1); c < end; c++)
+      reader->corners[c] = places[reader->corners[c]] - (mesh > 0 ? ends[mesh - 1] : 0);
+  }
+  for (uint32_t i = 0; i < reader->all.points; i++)
+    while (places[i] != i) {
+      uint32_t place = places[i];
+      swap_rows(reader->positions, 3, i, place);
+      if (reader->colors) swap_rows(reader->colors, 4, i, place);
+      places[i] = places[place];
+      places[place] = place;
+    }
+}
+
+/* Decides between one mesh and several. Tags number the points and faces of the whole file: a file
+ * that has some stays whole, as does one with faces before its first object. Objects that no face
+ * follows are gone by now, but for the last.
+ * *ends: behind the last point of each mesh, from malloc; NULL when there is one mesh. */
+static tw_status deal_points(obj_reader *reader, uint32_t *mesh_count, uint32_t **ends) {
+  size_t count = reader->object_count;
+  *mesh_count = 1;
+  *ends = NULL;
+  if (count > 0 && reader->objects[count - 1].first_face == reader->all.faces) count--;
+  if (count < 2 || count > OBJECTS_MAX || reader->objects[0].first_face != 0) return TW_OK;
+  if (reader->read.crease_points + reader->read.sharp_points + reader->read.holes > 0) return TW_OK;
+  uint32_t *places = tw_alloc((size_t)reader->all.points, sizeof *places);
+  uint32_t *found = tw_alloc(count, sizeof *found);
+  bool is_ready = places && found, is_split = is_ready && own_points(reader, (uint32_t)count, places);
+  if (is_split) {
+    place_points(reader, (uint32_t)count, places, found);
+    move_points(reader, (uint32_t)count, places, found);
+    *mesh_count = (uint32_t)count;
+    *ends = found;
+  } else {
+    free(found);
+  }
+  free(places);
+  return is_ready ? TW_OK : no_memory(reader);
+}
+
+/* ---- into the model -------------------------------------------------------------------------------------
+ */
+
+/* A name as UTF-8. Text that is not UTF-8 is taken as Latin-1; control characters become blanks. */
+static tw_status copy_name(const obj_reader *reader, obj_word word, const char **out) {
+  if (word.length == 0) return TW_OK;
+  if (tw_utf8_is_name(word.text, word.length)) {
+    *out = tw_arena_text(reader->arena, word.text, word.length);
+    return *out ? TW_OK : no_memory(reader);
+  }
+  char *text = word.length < SIZE_MAX / 2 ? tw_arena_alloc(reader->arena, 2 * word.length + 1, 1) : NULL;
+  if (!text) return no_memory(reader);
+  *out = text;
+  for (size_t i = 0; i < word.length; i++) {
+    uint8_t c = (uint8_t)word.text[i];
+    if (c < 0x20 || c == 0x7F) c = ' ';
+    if (c >= 0x80) {
+      *text++ = (char)(0xC0 | c >> 6);
+      c = (uint8_t)(0x80 | (c & 0x3F));
+    }
+    *text++ = (char)c;
+  }
+  return TW_OK;
+}
+
+/* The words of a name of at most 1024 bytes, one blank between two. */
+static tw_status copy_words(const obj_reader *reader, obj_word name, const char **out) {
+  char words[1024];
+  size_t length = 0;
+  obj_text text = text_of(name);
+  for (obj_word word = read_word(&text); word.length > 0; word = read_word(&text)) {
+    if (length > 0) words[length++] = ' ';
+    memcpy(words + length, word.text, word.length);
+    length += word.length;
+  }
+  return copy_name(reader, (obj_word){words, length}, out);
+}
+
+typedef tw_status copy_text(const obj_reader *reader, obj_word text, const char **out);
+
+/* *out: [names->count]. */
+static tw_status copy_names(const obj_reader *reader, const obj_names *names, copy_text *copy,
+                            uint32_t *count, const char ***out) {
+  *count = (uint32_t)names->count;
+  if (names->count == 0) return TW_OK;
+  *out = tw_arena_alloc(reader->arena, names->count, sizeof **out);
+  tw_status status = *out ? TW_OK : no_memory(reader);
+  for (size_t i = 0; i < names->count && status == TW_OK; i++)
+    status = copy(reader, names->names[i], &(*out)[i]);
+  return status;
+}
+
+/* One of the meshes that a file becomes. */
+typedef struct obj_part {
+  obj_reader *reader;
+  uint32_t index, count; /* of the meshes */
+  uint64_t first_face, face_stop;
+  uint32_t first_corner, corner_stop;
+  uint32_t first_point, point_stop;
+  uint32_t *uv_marks, *uv_numbers; /* [all.uvs] scratch; NULL for a single mesh */
+} obj_part;
+
+static void add_points(const obj_part *part, tw_mesh *mesh) {
+  const obj_reader *reader = part->reader;
+  mesh->point_count = part->point_stop - part->first_point;
+  mesh->positions = reader->positions + 3 * (size_t)part->first_point;
+  if (reader->colors) mesh->colors = reader->colors + 4 * (size_t)part->first_point;
+}
+
+/* The offsets of each mesh have a number more than it has faces, and count from its first corner: they move
+ * up, the last mesh first. */
+static void add_faces(const obj_part *part, tw_mesh *mesh) {
+  const obj_reader *reader = part->reader;
+  uint32_t *to = reader->face_offsets + part->index;
+  mesh->face_count = (uint32_t)(part->face_stop - part->first_face);
+  mesh->corner_count = part->corner_stop - part->first_corner;
+  mesh->corners = reader->corners + part->first_corner;
+  to[part->face_stop] = mesh->corner_count;
+  for (uint64_t face = part->face_stop; face-- > part->first_face;)
+    to[face] = reader->face_offsets[face] - part->first_corner;
+  mesh->face_offsets = to + part->first_face;
+  if (reader->materials) mesh->face_materials = (const int32_t *)reader->materials + part->first_face;
+  if (reader->groups) mesh->face_groups = reader->groups + part->first_face;
+}
+
+/* Numbers the UVs that the part's corners use, in the order of their first use. Returns how many they are. */
+static uint32_t count_uvs(const obj_part *part) {
+  const uint32_t mark = 2 * part->index + 1, *corners = part->reader->corner_uvs;
+  uint32_t count = 0;
+  for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
+    if (corners[c] == OBJ_NO_UV || part->uv_marks[corners[c]] == mark) continue;
+    part->uv_marks[corners[c]] = mark;
+    part->uv_numbers[corners[c]] = count++;
+  }
+  return count;
+}
+
+/* Copies the UVs of a part into values, and makes its corners name those; `count` of them are the part's.
+ * Corners without one share a value of their own, 0 0, which comes last. */
+static void deal_uvs(const obj_part *part, uint32_t count, float *values) {
+  const obj_reader *reader = part->reader;
+  if (part->count == 1) memcpy(values, reader->uvs, 2 * (size_t)count * sizeof *values);
+  for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
+    uint32_t *corner = &reader->corner_uvs[c];
+    if (*corner == OBJ_NO_UV) {
+      *corner = count;
+      values[2 * (size_t)count] = values[2 * (size_t)count + 1] = 0;
+    } else if (part->count > 1) {
+      const float *uv = reader->uvs + 2 * (size_t)*corner;
+      *corner = part->uv_numbers[*corner];
+      memcpy(values + 2 * (size_t)*corner, uv, 2 * sizeof *values);
+    }
+  }
+}
+
+static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
+  const obj_reader *reader = part->reader;
+  if (!reader->corner_uvs) return TW_OK;
+  const uint32_t *corners = reader->corner_uvs + part->first_corner;
+  uint32_t missing = 0, count = part->count == 1 ? (uint32_t)reader->all.uvs : count_uvs(part);
+  for (uint32_t c = 0; c < mesh->corner_count; c++) missing += corners[c] == OBJ_NO_UV;
+  if (missing == mesh->corner_count) return TW_OK; /* this object has none at all */
+  float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
+  if (!values) return no_memory(reader);
+  deal_uvs(part, count, values);
+  mesh->uv_set_count = 1;
+  mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
+  return TW_OK;
+}
+
+static void add_tags(const obj_reader *reader, tw_mesh *mesh) {
+  mesh->tag_boundary = reader->tag_boundary;
+  mesh->tag_uv = reader->tag_uv;
+  mesh->tag_creasing = reader->tag_creasing;
+  mesh->tag_triangles = reader->tag_triangles;
+  mesh->crease_count = (uint32_t)(reader->read.crease_points / 2);
+  mesh->crease_edges = reader->crease_points;
+  mesh->crease_sharpness = reader->crease_sharpness;
+  mesh->sharp_point_count = (uint32_t)reader->read.sharp_points;
+  mesh->sharp_points = reader->sharp_points;
+  mesh->point_sharpness = reader->point_sharpness;
+  mesh->hole_count = (uint32_t)reader->read.holes;
+  mesh->holes = reader->holes;
+}
+
+static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
+  const obj_reader *reader = part->reader;
+  tw_mesh_init(mesh);
+  bool is_object = part->index < reader->object_count;
+  tw_status status =
+      copy_name(reader, is_object ? reader->objects[part->index].name : reader->first_group, &mesh->name);
+  if (status != TW_OK) return status;
+  add_points(part, mesh);
+  add_faces(part, mesh);
+  add_tags(reader, mesh);
+  return add_uvs(part, mesh);
+}
+
+/* ends: behind the last point of each mesh; NULL for a single one. */
+static tw_status build_meshes(obj_reader *reader, uint32_t count, const uint32_t *ends, tw_model *model) {
+  model->meshes = tw_arena_alloc(reader->arena, count, sizeof *model->meshes);
+  size_t uvs = count > 1 ? (size_t)reader->all.uvs : 0;
+  uint32_t *scratch = tw_alloc_zero(uvs, 2 * sizeof *scratch);
+  tw_status status = model->meshes && scratch ? TW_OK : no_memory(reader);
+  model->mesh_count = count;
+  for (uint32_t i = count; i-- > 0 && status == TW_OK;) {
+    obj_part part = {.reader = reader, .index = i, .count = count};
+    face_range(reader, i, count, &part.first_face, &part.face_stop);
+    part.first_corner = reader->face_offsets[part.first_face];
+    part.corner_stop = (uint32_t)face_end(reader, part.face_stop - 1);
+    part.first_point = i > 0 ? ends[i - 1] : 0;
+    part.point_stop = ends ? ends[i] : (uint32_t)reader->all.points;
+    part.uv_marks = scratch;
+    part.uv_numbers = scratch + uvs;
+    status = build_mesh(&part, &model->meshes[i]);
+  }
+  free(scratch);
+  return status;
+}
+
+static void warn(const obj_reader *reader, tw_model *model) {
+  if (reader->ignored_elements > 0)
+    tw_model_warn(model, "%llu lines, points or curves are left out: only faces have a surface",
+                  (unsigned long long)reader->ignored_elements);
+  if (reader->ignored_tags > 0)
+    tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
+                  (unsigned long long)reader->ignored_tags);
+  if (reader->missing_uvs > 0 && reader->corner_uvs)
+    tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
+                  (unsigned long long)reader->missing_uvs);
+  if (reader->long_groups > 0)
+    tw_model_warn(model, "%llu sets of groups are left out: their names have over 1024 bytes",
+                  (unsigned long long)reader->long_groups);
+  if (reader->late_groups > 0)
+    tw_model_warn(model, "%llu sets of groups are left out: %d are kept",
+                  (unsigned long long)reader->late_groups, GROUPS_MAX);
+}
+
+static tw_status build_model(obj_reader *reader, tw_model *model) {
+  uint32_t mesh_count, *ends = NULL;
+  tw_status status =
+      copy_names(reader, &reader->material_names, copy_name, &model->material_count, &model->material_names);
+  if (status == TW_OK)
+    status = copy_names(reader, &reader->group_names, copy_words, &model->group_count, &model->group_names);
+  if (status == TW_OK) status = deal_points(reader, &mesh_count, &ends);
+  if (status == TW_OK) status = build_meshes(reader, mesh_count, ends, model);
+  free(ends);
+  return status;
 }
 
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_OBJ;
-  obj_parts parts = {.material = OBJ_NO_NAME,
-                     .group = OBJ_NO_NAME,
-                     .tag_boundary = TW_TAG_UNSET,
-                     .tag_uv = TW_TAG_UNSET,
-                     .tag_creasing = TW_TAG_UNSET,
-                     .tag_triangles = TW_TAG_UNSET};
-  obj_text text = {bytes, bytes + size, 1};
-  tw_status status = read_model(&parts, &text, model, error);
-  obj_parts_deinit(&parts);
+  obj_reader reader = {.arena = model->arena,
+                       .error = error,
+                       .material = OBJ_NO_NAME,
+                       .group = OBJ_NO_NAME,
+                       .tag_boundary = TW_TAG_UNSET,
+                       .tag_uv = TW_TAG_UNSET,
+                       .tag_creasing = TW_TAG_UNSET,
+                       .tag_triangles = TW_TAG_UNSET};
+  bool has_mark = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0;
+  tw_status status = read_statements(&reader, (obj_text){bytes + (has_mark ? 3 : 0), bytes + size, 1});
+  if (status == TW_OK) status = build_model(&reader, model);
+  if (status == TW_OK) warn(&reader, model);
+  reader_deinit(&reader);
+  if (status == TW_OK) status = tw_model_finish(model, error);
   if (status != TW_OK) {
     tw_model_destroy(model);
     return status;

@@ -87,7 +87,7 @@ static void bad_files_are_refused_at_their_line(void **state) {
       {TRIANGLE "f 1 2 3.5\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2 x\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2 3/x\n", TW_SYNTAX, 4},
-      {TRIANGLE "f 1 2 3/1/1/1\n", TW_SYNTAX, 4},
+      {TRIANGLE "vt 0\nvn 0 0 1\nf 1 2 3/1/1/1\n", TW_SYNTAX, 6},
       {TRIANGLE "f 1/1 2/1 3/1\n", TW_INVALID, 4},
       {TRIANGLE "f 1//1 2//1 3//1\n", TW_INVALID, 4},
       {TRIANGLE "vt 0 0\nf 1/0 2/1 3/1\n", TW_INVALID, 5},
@@ -317,6 +317,46 @@ static void a_thousand_materials_keep_their_names(void **state) {
   free(text);
 }
 
+static void more_materials_than_are_read_are_refused(void **state) {
+  (void)state;
+  char *text = malloc(32 * (TW_MATERIALS_MAX + 1) + 100);
+  assert_non_null(text);
+  size_t length = (size_t)sprintf(text, TRIANGLE "f 1 2 3\n");
+  for (int i = 0; i < TW_MATERIALS_MAX; i++) length += (size_t)sprintf(text + length, "usemtl m%d\n", i);
+  sprintf(text + length, "usemtl m0\n");
+  tw_model *model = read_good(text);
+  assert_int_equal(model->material_count, TW_MATERIALS_MAX);
+  tw_model_destroy(model);
+  sprintf(text + length, "usemtl one\n");
+  assert_refused(text, TW_LIMIT, TW_MATERIALS_MAX + 5);
+  free(text);
+}
+
+/* The low bits of FNV-1a, by which the reader begins to look for a name, over the name and a blank. */
+static uint32_t place_of(const char *name) {
+  uint64_t value = 14695981039346656037u;
+  for (const char *c = name; *c; c++) value = (value ^ (uint8_t)*c) * 1099511628211u;
+  value = (value ^ ' ') * 1099511628211u;
+  return (uint32_t)(value ^ value >> 32) & 1023;
+}
+
+static void names_that_were_made_to_collide_are_refused(void **state) {
+  (void)state;
+  char text[257 * 24 + 100], name[16];
+  size_t length = (size_t)sprintf(text, TRIANGLE "f 1 2 3\n"), count = 0;
+  for (int i = 0; count < 257; i++) {
+    sprintf(name, "m%d", i);
+    if (place_of(name) != 7) continue;
+    if (count++ == 256) {
+      tw_model *model = read_good(text);
+      assert_int_equal(model->material_count, 256);
+      tw_model_destroy(model);
+    }
+    length += (size_t)sprintf(text + length, "usemtl %s\n", name);
+  }
+  assert_refused(text, TW_LIMIT, 0);
+}
+
 #define SECOND "v 5 0 0\nv 6 0 0\nv 5 1 0\n"
 
 static void objects_that_share_no_point_become_meshes(void **state) {
@@ -336,6 +376,40 @@ static void objects_that_share_no_point_become_meshes(void **state) {
   assert_int_equal(mesh->uv_sets[0].value_count, 1);
   assert_memory_equal(mesh->uv_sets[0].corners, uvs, sizeof uvs);
   assert_true(mesh->uv_sets[0].values[0] == 1);
+  tw_model_destroy(model);
+}
+
+static void points_that_objects_name_in_any_order_stay_in_the_files_order(void **state) {
+  (void)state;
+  tw_model *model = read_good("v 0 0 0 1 0 0\nv 9 9 9\nv 5 0 0\nv 1 0 0\nv 6 0 0\nv 5 1 0 0 1 0\nv 0 1 0\n"
+                              "o a\nf 7 4 1\no b\nf 3 6 5\n");
+  static const float positions[2][9] = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {5, 0, 0, 6, 0, 0, 5, 1, 0}};
+  static const uint32_t corners[2][3] = {{2, 1, 0}, {0, 2, 1}};
+  assert_int_equal(model->mesh_count, 2);
+  for (int i = 0; i < 2; i++) {
+    assert_int_equal(model->meshes[i].point_count, 3);
+    assert_memory_equal(model->meshes[i].positions, positions[i], sizeof positions[i]);
+    assert_memory_equal(model->meshes[i].corners, corners[i], sizeof corners[i]);
+  }
+  assert_true(model->meshes[0].colors[0] == 1 && model->meshes[0].colors[1] == 0);
+  assert_true(model->meshes[1].colors[8] == 0 && model->meshes[1].colors[9] == 1);
+  assert_true(model->meshes[1].colors[0] == 1 && model->meshes[1].colors[1] == 1);
+  tw_model_destroy(model);
+}
+
+static void objects_have_the_texture_of_their_own_faces(void **state) {
+  (void)state;
+  tw_model *model =
+      read_good("o a\n" TRIANGLE SECOND "v 7 7 7\nvt 0.1\nvt 0.2\nvt 0.3\nf 1/3 2 3/1\nf 3/1 2/3 1\n"
+                "o b\nf 4 5 6\nf 4 6 7\n");
+  assert_int_equal(model->mesh_count, 2);
+  const tw_uv_set *set = &model->meshes[0].uv_sets[0];
+  static const uint32_t corners[] = {0, 2, 1, 1, 0, 2}, offsets[] = {0, 3, 6};
+  assert_int_equal(set->value_count, 3);
+  assert_memory_equal(set->corners, corners, sizeof corners);
+  assert_true(set->values[0] == 0.3f && set->values[2] == 0.1f && set->values[4] == 0);
+  for (int i = 0; i < 2; i++) assert_memory_equal(model->meshes[i].face_offsets, offsets, sizeof offsets);
+  assert_int_equal(model->meshes[1].uv_set_count, 0);
   tw_model_destroy(model);
 }
 
@@ -413,7 +487,11 @@ int main(void) {
       cmocka_unit_test(latin1_names_become_utf8),
       cmocka_unit_test(materials_are_numbered_by_first_use),
       cmocka_unit_test(a_thousand_materials_keep_their_names),
+      cmocka_unit_test(more_materials_than_are_read_are_refused),
+      cmocka_unit_test(names_that_were_made_to_collide_are_refused),
       cmocka_unit_test(objects_that_share_no_point_become_meshes),
+      cmocka_unit_test(points_that_objects_name_in_any_order_stay_in_the_files_order),
+      cmocka_unit_test(objects_have_the_texture_of_their_own_faces),
       cmocka_unit_test(objects_that_share_a_point_stay_one_mesh),
       cmocka_unit_test(tagged_files_stay_one_mesh),
       cmocka_unit_test(tags_reach_the_mesh),

@@ -24,10 +24,10 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
  * The file is one mesh with the name of its first `o` or `g`; objects that share no points (and a file
  * without tags) are a mesh and a node each. The names behind `g` are the set of groups of the faces that
- * follow (none for `default`, and for more than 1024 bytes of them). Elements may be named before they are
- * defined. Face corners without `vt` among others that have one get 0 0. Colours behind points are sRGB and
- * become linear. Normals, lines, points, free-form geometry and MTL files are read over. *out: a finished
- * model (tw_model_finish has run). O(size). */
+ * follow (none for `default`, for more than 1024 bytes of them, and for new sets beyond 262,144). Elements
+ * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
+ * behind points are sRGB and become linear. Normals, lines, points, free-form geometry and MTL files are read
+ * over. *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
