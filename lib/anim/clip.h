@@ -21,8 +21,8 @@ struct tw_clip {
  * points to times and values. */
 tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count);
 
-/* Makes all checks that tw_clip_create promises: shapes, times, values, rotations, one track for what it moves. The
- * error's pointer begins with /tracks. */
+/* Makes all checks that tw_clip_create promises: shapes, times, values, rotations, one track for what it
+ * moves. The error's pointer begins with /tracks. */
 tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error);
 
 #endif

@@ -52,8 +52,8 @@ static void set_pointer(const json_scan *scan) {
     if (!frame->is_object)
       length = append_token(pointer, length, sizeof pointer, number, (size_t)digits);
     else if (frame->key_start)
-      length = append_token(pointer, length, sizeof pointer, scan->text + frame->key_start,
-                                    frame->key_length);
+      length =
+          append_token(pointer, length, sizeof pointer, scan->text + frame->key_start, frame->key_length);
   }
   pointer[length] = '\0';
   tw_error_at(scan->error, "%s", pointer);

@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "number.h"
-#include "tweend/format.h"
 #include "tweend/base.h"
+#include "tweend/format.h"
 
 /* ---- walking through the text ----------------------------------------------------------------- */
 
