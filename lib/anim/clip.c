@@ -378,24 +378,26 @@ static void pose_tracks(const tw_clip *clip, uint32_t first, const float *times,
   }
 }
 
-/* One time: arcs of a batch of tracks at once. */
+/* One time: arcs of a batch of tracks at once. Tracks lie far apart in memory, so that what each pass needs
+ * is prefetched by the one before it: the cache misses of a batch overlap. */
 static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
   const tw_arc_segment *arcs[TW_TRACK_BATCH];
-  float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH], at = time;
-  const tw_timeline *timeline = NULL;
-  uint32_t key = 0;
+  float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH];
+  uint32_t keys[TW_TRACK_BATCH];
   for (uint32_t done = 0, count; done < clip->arc_count; done += count) {
     const uint32_t *tracks = clip->posed + done;
     count = clip->arc_count - done < TW_TRACK_BATCH ? clip->arc_count - done : TW_TRACK_BATCH;
     for (uint32_t i = 0; i < count; i++) {
+      const tw_timeline *timeline = clip->tracks[tracks[i]].timeline;
+      clamped[i] = timeline_clamp(timeline, time);
+      keys[i] = timeline_bucket(timeline, clamped[i]);
+      __builtin_prefetch(timeline->buckets + keys[i]);
+    }
+    for (uint32_t i = 0; i < count; i++) {
       const tw_track *track = &clip->tracks[tracks[i]];
-      if (track->timeline != timeline) {
-        timeline = track->timeline;
-        at = timeline_clamp(timeline, time);
-        key = timeline_find_in(timeline, at, timeline_bucket(timeline, at));
-      }
-      clamped[i] = at;
-      arcs[i] = &track->segments.arcs[key];
+      arcs[i] = track->segments.arcs + timeline_find_in(track->timeline, clamped[i], keys[i]);
+      __builtin_prefetch(arcs[i]);
+      __builtin_prefetch(&arcs[i]->rate); /* every other arc lies on two cache lines */
       out[i] = locals[track->node].rotation;
     }
     tw_arcs_sample(arcs, clamped, count, out);
