@@ -253,6 +253,12 @@ static tw_status order_tracks(tw_clip *clip, tw_error *error) {
   for (uint32_t i = 0; is_done && i < clip->track_count; i++)
     if (clip->tracks[sorted[i]].kind == TRACK_ARC) clip->posed[clip->arc_count++] = sorted[i];
   clip->posed_count = clip->arc_count;
+  clip->arcs = tw_arena_alloc(clip->arena, clip->arc_count, sizeof *clip->arcs);
+  is_done = is_done && clip->arcs;
+  for (uint32_t i = 0; is_done && i < clip->arc_count; i++) {
+    const tw_track *track = &clip->tracks[clip->posed[i]];
+    clip->arcs[i] = (posed_arc){*track->timeline, track->segments.arcs, track->node};
+  }
   for (uint32_t i = 0; is_done && i < clip->track_count; i++) {
     const tw_track *track = &clip->tracks[sorted[i]];
     if (track->kind != TRACK_ARC && track->path != TW_WEIGHTS) clip->posed[clip->posed_count++] = sorted[i];
@@ -385,20 +391,18 @@ static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
   float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH];
   uint32_t keys[TW_TRACK_BATCH];
   for (uint32_t done = 0, count; done < clip->arc_count; done += count) {
-    const uint32_t *tracks = clip->posed + done;
+    const posed_arc *tracks = clip->arcs + done;
     count = clip->arc_count - done < TW_TRACK_BATCH ? clip->arc_count - done : TW_TRACK_BATCH;
     for (uint32_t i = 0; i < count; i++) {
-      const tw_timeline *timeline = clip->tracks[tracks[i]].timeline;
-      clamped[i] = timeline_clamp(timeline, time);
-      keys[i] = timeline_bucket(timeline, clamped[i]);
-      __builtin_prefetch(timeline->buckets + keys[i]);
+      clamped[i] = timeline_clamp(&tracks[i].timeline, time);
+      keys[i] = timeline_bucket(&tracks[i].timeline, clamped[i]);
+      __builtin_prefetch(tracks[i].timeline.buckets + keys[i]);
     }
     for (uint32_t i = 0; i < count; i++) {
-      const tw_track *track = &clip->tracks[tracks[i]];
-      arcs[i] = track->segments.arcs + timeline_find_in(track->timeline, clamped[i], keys[i]);
+      arcs[i] = tracks[i].arcs + timeline_find_in(&tracks[i].timeline, clamped[i], keys[i]);
       __builtin_prefetch(arcs[i]);
       __builtin_prefetch(&arcs[i]->rate); /* every other arc lies on two cache lines */
-      out[i] = locals[track->node].rotation;
+      out[i] = locals[tracks[i].node].rotation;
     }
     tw_arcs_sample(arcs, clamped, count, out);
   }

@@ -4,6 +4,13 @@
 
 #include "track.h"
 
+/* What a pose reads of a TRACK_ARC to find its arc: a copy, so that a pose reads it front to back. */
+typedef struct posed_arc {
+  tw_timeline timeline;
+  const tw_arc_segment *arcs;
+  uint32_t node;
+} posed_arc;
+
 struct tw_clip {
   tw_arena *arena; /* holds everything, the clip itself too */
   uint32_t node_count, track_count, timeline_count;
@@ -13,6 +20,7 @@ struct tw_clip {
   /* [posed_count] tracks of transforms (all but weights): the first arc_count are TRACK_ARC. Of each part,
    * those of one timeline follow each other, as in the source. */
   uint32_t *posed;
+  posed_arc *arcs; /* [arc_count], in the order of posed */
   uint32_t arc_count, posed_count;
   uint8_t *moves; /* [node_count], a bit for each path */
 };
