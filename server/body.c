@@ -5,9 +5,6 @@
 
 #include "disk.h"
 
-#include <errno.h>
-#include <fcntl.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
@@ -15,7 +12,7 @@
 
 enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20, PIECE = 128 << 10 };
 
-void srv_body_init(srv_body *body, uint64_t limit, int folder) {
+void srv_body_init(srv_body *body, uint64_t limit, const char *folder) {
   *body = (srv_body){.limit = limit, .folder = folder};
 }
 
@@ -27,14 +24,10 @@ void srv_body_deinit(srv_body *body) {
 }
 
 /* A file that vanishes with its descriptor, however the process ends. */
-static int open_nameless(int folder) {
-  int file = openat(folder, ".", O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-  if (file >= 0 || (errno != EOPNOTSUPP && errno != EISDIR && errno != ENOENT)) return file;
-  char name[64];
-  static _Atomic unsigned serial;
-  snprintf(name, sizeof name, "body-%ld-%u", (long)getpid(), serial++);
-  file = openat(folder, name, O_CREAT | O_EXCL | O_RDWR | O_CLOEXEC, 0600);
-  if (file >= 0) unlinkat(folder, name, 0);
+static int open_nameless(const char *folder) {
+  char path[PATH_MAX];
+  int file = srv_create_temporary(folder, path);
+  if (file >= 0) unlink(path);
   return file;
 }
 
@@ -97,6 +90,7 @@ srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
   if (body->spooled && body->mapping == NULL) {
     if (body->size > SIZE_MAX || !flush(body)) return SRV_BODY_FAILED;
+    /* Nobody else has the file, so nobody cuts it under the mapping; all its blocks were written. */
     void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
     if (mapping == MAP_FAILED) return SRV_BODY_FAILED;
     body->mapping = mapping;

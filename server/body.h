@@ -13,7 +13,7 @@ typedef enum srv_body_status {
 /* A value; a zeroed one may be deinited. */
 typedef struct srv_body {
   uint64_t limit;
-  int folder; /* where the file would be, not owned */
+  const char *folder; /* where the file would be, not owned */
   uint64_t size;
   uint8_t *memory; /* what is not in the file */
   size_t held, capacity;
@@ -22,8 +22,8 @@ typedef struct srv_body {
   void *mapping;
 } srv_body;
 
-/* limit: most bytes to take. folder: descriptor of the folder for long bodies, open as long as the body. */
-void srv_body_init(srv_body *body, uint64_t limit, int folder);
+/* limit: most bytes to take. folder: path of the folder for long bodies, which outlives the body. */
+void srv_body_init(srv_body *body, uint64_t limit, const char *folder);
 void srv_body_deinit(srv_body *body);
 
 /* After anything but SRV_BODY_OK only deinit may follow. */

@@ -1,9 +1,11 @@
-/* Files that are small by nature (keys, certificates) and bytes that are not. */
+/* Files that are small by nature (keys, certificates, summaries) and bytes that are not. */
 #include "disk.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <stdio.h>
 #include <stdlib.h>
+#include <sys/random.h>
 #include <unistd.h>
 
 bool srv_write_all(int fd, const void *data, size_t size) {
@@ -18,11 +20,12 @@ bool srv_write_all(int fd, const void *data, size_t size) {
   return true;
 }
 
-/* Reads up to capacity bytes; -1 with errno. */
-static ssize_t read_most(int fd, char *out, size_t capacity) {
+/* offset: -1 to go on where the last read ended, which pipes can do as well. */
+static ssize_t read_most(int fd, char *out, size_t capacity, off_t offset) {
   size_t size = 0;
   while (size < capacity) {
-    ssize_t got = read(fd, out + size, capacity - size);
+    ssize_t got = offset < 0 ? read(fd, out + size, capacity - size)
+                             : pread(fd, out + size, capacity - size, offset + (off_t)size);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return -1;
     if (got == 0) break;
@@ -31,11 +34,15 @@ static ssize_t read_most(int fd, char *out, size_t capacity) {
   return (ssize_t)size;
 }
 
+ptrdiff_t srv_read_at(int fd, void *out, size_t capacity, uint64_t offset) {
+  return read_most(fd, out, capacity, (off_t)offset);
+}
+
 char *srv_read_text(const char *path, size_t size_max) {
   int fd = open(path, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return NULL;
   char *text = malloc(size_max + 1);
-  ssize_t size = text != NULL ? read_most(fd, text, size_max + 1) : -1;
+  ssize_t size = text != NULL ? read_most(fd, text, size_max + 1, -1) : -1;
   close(fd);
   if (size < 0 || (size_t)size > size_max) {
     if (size >= 0) errno = EFBIG;
@@ -43,5 +50,18 @@ char *srv_read_text(const char *path, size_t size_max) {
     return NULL;
   }
   text[size] = '\0';
-  return text;
+  char *fitting = realloc(text, (size_t)size + 1);
+  return fitting != NULL ? fitting : text;
+}
+
+int srv_create_temporary(const char *folder, char path[PATH_MAX]) {
+  uint64_t random[2];
+  if (getrandom(random, sizeof random, 0) != (ssize_t)sizeof random) return -1;
+  int length = snprintf(path, PATH_MAX, "%s/%016llx%016llx", folder, (unsigned long long)random[0],
+                        (unsigned long long)random[1]);
+  if (length >= PATH_MAX) {
+    errno = ENAMETOOLONG;
+    return -1;
+  }
+  return open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
 }

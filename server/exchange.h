@@ -22,7 +22,7 @@ typedef struct srv_server {
   srv_work *work;
   srv_live *live;
   srv_metrics *metrics;
-  int temporary;              /* folder for long bodies */
+  const char *temporary;      /* path of the folder for long bodies */
   atomic_bool draining;       /* new requests get 503 */
   atomic_bool stopping;       /* nothing may be queued any more */
   atomic_size_t connections;  /* open ones */

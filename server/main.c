@@ -43,7 +43,8 @@ static void block_signals(sigset_t *ending) {
 }
 
 static void raise_descriptor_limit(uint64_t connections) {
-  /* A connection may hold its socket and a long body; the rest is for the store and the loops. */
+  /* A connection may hold its socket and a file, a long body or a stored model; the rest is for the store and
+   * the loops. */
   rlim_t wanted = (rlim_t)connections * 2 + 256;
   struct rlimit limit;
   if (getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur >= wanted) return;
@@ -174,7 +175,6 @@ static int await_signal(process *p, const sigset_t *ending) {
     uint64_t ended = atomic_load(&p->server.ended);
     if (ended == trimmed_at) continue;
     trimmed_at = ended;
-    api_service_rest();
     srv_machine_trim();
   }
 }

@@ -1,32 +1,76 @@
-/* Layout: objects/ab/ID and objects/ab/ID.json (the summary), where ab begins ID, and tmp/.
+/* Layout of the folder:
+ *   objects/ab/ID      the bytes of a model as they are, where ab begins ID
+ *   summaries/ab/REST  its summary, where REST is what follows ab in ID; it may be lost, which api makes good
+ *   tmp/               what is being written
  *
- * Every file is written under tmp/, synced, renamed into place, and then the folder is synced. A model
- * exists exactly when the object's name does: a kill at any moment leaves either nothing or the whole
- * model. Its summary follows; one that a kill kept from following is lost, which api makes good, and no
- * summary is ever left without its model. What is left in tmp/ is removed at the next start; a writer
- * holds a lock on its file, so that several daemons may share one folder. */
+ * A model exists exactly when its object does. An object is written in tmp/, synced, and renamed into place;
+ * then the folders are synced. So a kill or a loss of power at any moment leaves either nothing or the whole
+ * model. Nothing that may have been confirmed is ever unlinked but by remove: a damaged object is replaced by
+ * renaming a whole one over it.
+ *
+ * Processes, containers and hosts may share the folder. They agree through names alone, without locks: names
+ * in tmp/ are random, and a rename either makes a name or finds it taken.
+ *
+ * Paths are looked up for each call, so that a folder that vanished and came back is used again. */
 #include "store_fs.h"
 
+#include "clock.h"
 #include "disk.h"
 #include "log.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <nettle/sha2.h>
+#include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
-enum { ID_SIZE = API_ID_TEXT - 1, NAME_SIZE = 64, SUMMARY_MAX = 1 << 20 };
+enum {
+  ID_SIZE = API_ID_TEXT - 1,
+  ROOT_MAX = PATH_MAX - 128, /* leaves room for the names below it */
+  SUMMARY_MAX = 1 << 20,
+  PIECE = 64 << 10,
+  VERDICTS = 1 << 14,
+  LEFTOVER_AGE_S = 3600 /* no upload writes for so long, on no host whose clock is at all right */
+};
+
+static const uint64_t PROBE_NS = 1000000000, LOOK_NS = 1000000000;
+
+/* What changes when a file is changed: another inode, or other times. */
+typedef struct file_facts {
+  uint64_t device, inode, size;
+  int64_t modified_ns, changed_ns;
+} file_facts;
+
+/* Whether a file held the bytes that its id is the hash of. */
+typedef struct verdict {
+  char id[API_ID_TEXT];
+  bool whole;
+  file_facts facts;
+} verdict;
+
+/* When a model was last seen there and whole. What is not is looked at each time, and logged each time. */
+typedef struct sight {
+  char id[API_ID_TEXT]; /* "": none */
+  uint64_t seen_ns;
+} sight;
 
 struct srv_store_fs {
-  int objects, temporary; /* descriptors of the two folders */
-  atomic_uint serial;
+  char root[ROOT_MAX];
+  char temporary[PATH_MAX];
+  dev_t device; /* of the root */
+  pthread_mutex_t verdicts_lock;
+  verdict *verdicts; /* [VERDICTS], each at the place that its id tells */
+  sight *sights;     /* [VERDICTS], likewise */
+  pthread_mutex_t probe_lock;
+  uint64_t probed_ns;
+  atomic_bool usable; /* as the last probe found */
 };
 
 static api_store_status unavailable(const char *what) {
@@ -34,85 +78,207 @@ static api_store_status unavailable(const char *what) {
   return API_STORE_UNAVAILABLE;
 }
 
+/* Of a model in the tables. */
+static size_t place_of(const char *id) {
+  const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
+  return strtoul(first, NULL, 16) % VERDICTS;
+}
+
+static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
+  pthread_mutex_lock(&store->verdicts_lock);
+  sight *s = &store->sights[place_of(id)];
+  memcpy(s->id, id, sizeof s->id);
+  s->seen_ns = srv_now_ns();
+  if (!is_whole) s->id[0] = '\0';
+  pthread_mutex_unlock(&store->verdicts_lock);
+}
+
 static bool is_id(const char *text) {
   return strspn(text, "0123456789abcdef") == ID_SIZE && text[ID_SIZE] == '\0';
 }
 
-static void object_name(const char *id, char name[NAME_SIZE]) {
-  snprintf(name, NAME_SIZE, "%.2s/%s", id, id);
+/* ---- paths ----------------------------------------------------------------------------------- */
+
+/* Fits: see ROOT_MAX. */
+typedef struct path {
+  char text[PATH_MAX];
+} path;
+
+static path folder_path(const srv_store_fs *store, const char *name) {
+  path p;
+  snprintf(p.text, sizeof p.text, "%s/%s", store->root, name);
+  return p;
 }
 
-static void summary_name(const char *id, char name[NAME_SIZE]) {
-  snprintf(name, NAME_SIZE, "%.2s/%s.json", id, id);
+/* objects/ab or summaries/ab */
+static path prefix_path(const srv_store_fs *store, const char *kind, const char *id) {
+  path p;
+  snprintf(p.text, sizeof p.text, "%s/%s/%.2s", store->root, kind, id);
+  return p;
+}
+
+static path object_path(const srv_store_fs *store, const char *id) {
+  path p;
+  snprintf(p.text, sizeof p.text, "%s/objects/%.2s/%s", store->root, id, id);
+  return p;
+}
+
+static path summary_path(const srv_store_fs *store, const char *id) {
+  path p;
+  snprintf(p.text, sizeof p.text, "%s/summaries/%.2s/%s", store->root, id, id + 2);
+  return p;
+}
+
+/* ---- folders --------------------------------------------------------------------------------- */
+
+static bool sync_folder(const char *folder) {
+  int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return false;
+  bool synced = fsync(fd) == 0;
+  close(fd);
+  return synced;
+}
+
+static bool make_folder(const char *folder) {
+  return mkdir(folder, 0700) == 0 || errno == EEXIST;
+}
+
+/* Makes what is missing below the root. Only on the file system that the root was on at first: where a volume
+ * was unmounted, models would be stored in the folder that it covered. */
+static bool make_folders(const srv_store_fs *store) {
+  static const char *const NAMES[] = {"objects", "summaries", "tmp"};
+  struct stat root;
+  bool made = false;
+  if (stat(store->root, &root) != 0) return false;
+  for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++) {
+    path folder = folder_path(store, NAMES[i]);
+    if (access(folder.text, F_OK) == 0) continue;
+    if (root.st_dev != store->device || !make_folder(folder.text)) return false;
+    made = true;
+  }
+  return !made || sync_folder(store->root);
+}
+
+/* Writes a file and removes it. now: gets the time by the clock of the file system, which may be that of
+ * another host. False with errno. */
+static bool try_folder(const srv_store_fs *store, time_t *now) {
+  char temporary[PATH_MAX];
+  struct stat facts;
+  path objects = folder_path(store, "objects/.");
+  if (!make_folders(store) || access(objects.text, R_OK | W_OK | X_OK) != 0) return false;
+  int fd = srv_create_temporary(store->temporary, temporary);
+  if (fd < 0) return false;
+  bool written = srv_write_all(fd, "tweend", 6) && fstat(fd, &facts) == 0;
+  int reason = errno;
+  close(fd);
+  unlink(temporary);
+  errno = reason;
+  if (written) *now = facts.st_mtime;
+  return written;
+}
+
+/* ENOENT is there: the model is absent if the folder of models is not. */
+static api_store_status not_found(const srv_store_fs *store) {
+  path objects = folder_path(store, "objects/.");
+  return access(objects.text, F_OK) == 0 ? API_STORE_ABSENT : unavailable("cannot find the folder of models");
 }
 
 /* ---- opening --------------------------------------------------------------------------------- */
 
-static int open_folder(int parent, const char *name) {
-  if (mkdirat(parent, name, 0700) != 0 && errno != EEXIST) return -1;
-  return openat(parent, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-}
-
-/* A fresh stream over a folder whose descriptor stays usable. */
-static DIR *open_listing(int parent, const char *name) {
-  int fd = openat(parent, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return NULL;
-  DIR *listing = fdopendir(fd);
-  if (listing == NULL) close(fd);
-  return listing;
-}
-
-/* Removes the files that no living writer has locked. */
-static void remove_leftovers(int temporary) {
-  DIR *listing = open_listing(temporary, ".");
+/* Removes what uploads left that were killed. Whatever is younger may belong to another process. */
+static void remove_leftovers(const srv_store_fs *store, time_t now) {
+  DIR *listing = opendir(store->temporary);
   if (listing == NULL) return;
   for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
-    int fd = openat(temporary, entry->d_name, O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
     struct stat facts;
-    bool dead =
-        fd >= 0 && fstat(fd, &facts) == 0 && S_ISREG(facts.st_mode) && flock(fd, LOCK_EX | LOCK_NB) == 0;
-    if (dead && unlinkat(temporary, entry->d_name, 0) == 0) {
+    bool old = fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
+               S_ISREG(facts.st_mode) && facts.st_mtime < now - LEFTOVER_AGE_S;
+    if (old && unlinkat(dirfd(listing), entry->d_name, 0) == 0) {
       srv_log(SRV_LOG_INFO, "store: removed %s, left by a killed upload", entry->d_name);
     }
-    if (fd >= 0) close(fd);
   }
   closedir(listing);
 }
 
-srv_store_fs *srv_store_fs_open(const char *path, char *error, size_t error_size) {
-  srv_store_fs *store = malloc(sizeof *store);
-  if (store == NULL) {
-    snprintf(error, error_size, "--data: out of memory");
+/* False with errno. */
+static bool prepare_root(srv_store_fs *store) {
+  struct stat root;
+  if (mkdir(store->root, 0700) == 0) {
+    path parent = folder_path(store, "..");
+    if (!sync_folder(parent.text)) return false;
+  } else if (errno != EEXIST) {
+    return false;
+  }
+  if (stat(store->root, &root) != 0) return false;
+  store->device = root.st_dev;
+  return true;
+}
+
+srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size) {
+  if (strlen(root) >= ROOT_MAX) {
+    snprintf(error, error_size, "--data: the path is longer than %d bytes", ROOT_MAX - 1);
     return NULL;
   }
-  *store = (srv_store_fs){.objects = -1, .temporary = -1};
-  int root = open_folder(AT_FDCWD, path);
-  if (root >= 0) {
-    store->objects = open_folder(root, "objects");
-    store->temporary = open_folder(root, "tmp");
+  srv_store_fs *store = calloc(1, sizeof *store);
+  verdict *verdicts = calloc(VERDICTS, sizeof *verdicts);
+  sight *sights = calloc(VERDICTS, sizeof *sights);
+  if (store == NULL || verdicts == NULL || sights == NULL) {
+    snprintf(error, error_size, "--data: out of memory");
+    free(store);
+    free(verdicts);
+    free(sights);
+    return NULL;
   }
-  bool usable = store->objects >= 0 && store->temporary >= 0 &&
-                faccessat(store->temporary, ".", W_OK, 0) == 0 &&
-                faccessat(store->objects, ".", W_OK, 0) == 0;
-  if (!usable) snprintf(error, error_size, "--data: cannot use folder '%s': %s", path, strerror(errno));
-  if (root >= 0) close(root);
-  if (!usable) {
+  pthread_mutex_init(&store->verdicts_lock, NULL);
+  pthread_mutex_init(&store->probe_lock, NULL);
+  store->verdicts = verdicts;
+  store->sights = sights;
+  strcpy(store->root, root);
+  path temporary = folder_path(store, "tmp");
+  memcpy(store->temporary, temporary.text, sizeof store->temporary);
+  time_t now;
+  if (!prepare_root(store) || !try_folder(store, &now)) {
+    snprintf(error, error_size, "--data: cannot use folder '%s': %s", root, strerror(errno));
     srv_store_fs_close(store);
     return NULL;
   }
-  remove_leftovers(store->temporary);
+  atomic_init(&store->usable, true);
+  remove_leftovers(store, now);
   return store;
 }
 
 void srv_store_fs_close(srv_store_fs *store) {
   if (store == NULL) return;
-  if (store->objects >= 0) close(store->objects);
-  if (store->temporary >= 0) close(store->temporary);
+  pthread_mutex_destroy(&store->verdicts_lock);
+  pthread_mutex_destroy(&store->probe_lock);
+  free(store->verdicts);
+  free(store->sights);
   free(store);
 }
 
-int srv_store_fs_temporary(const srv_store_fs *store) {
+const char *srv_store_fs_temporary(const srv_store_fs *store) {
   return store->temporary;
+}
+
+/* ---- probing --------------------------------------------------------------------------------- */
+
+/* A try once a second at most; who comes while another thread tries gets what was found before. */
+static api_store_status probe(void *context) {
+  srv_store_fs *store = context;
+  if (pthread_mutex_trylock(&store->probe_lock) == 0) {
+    uint64_t now_ns = srv_now_ns();
+    time_t now;
+    if (now_ns - store->probed_ns >= PROBE_NS) {
+      bool was_usable = atomic_load(&store->usable), usable = try_folder(store, &now);
+      if (was_usable && !usable)
+        srv_log(SRV_LOG_ERROR, "store: cannot use folder '%s': %s", store->root, strerror(errno));
+      if (!was_usable && usable) srv_log(SRV_LOG_INFO, "store: folder '%s' can be used again", store->root);
+      atomic_store(&store->usable, usable);
+      store->probed_ns = now_ns;
+    }
+    pthread_mutex_unlock(&store->probe_lock);
+  }
+  return atomic_load(&store->usable) ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -120,69 +286,93 @@ int srv_store_fs_temporary(const srv_store_fs *store) {
 typedef enum placed { PLACED, PLACED_BEFORE, PLACE_FAILED } placed;
 
 /* Of several writers of one name, one places it; the others learn that it was there before. */
-static placed rename_into(const srv_store_fs *store, const char *temporary, const char *name) {
-  if (renameat2(store->temporary, temporary, store->objects, name, RENAME_NOREPLACE) == 0) return PLACED;
+static placed rename_new(const char *temporary, const char *name) {
+  if (renameat2(AT_FDCWD, temporary, AT_FDCWD, name, RENAME_NOREPLACE) == 0) return PLACED;
   if (errno == EEXIST) return PLACED_BEFORE;
   /* Not every file system can refuse to replace; the bytes are the same, so it does no harm. */
   bool unable = errno == EINVAL || errno == ENOSYS;
-  return unable && renameat(store->temporary, temporary, store->objects, name) == 0 ? PLACED : PLACE_FAILED;
+  return unable && rename(temporary, name) == 0 ? PLACED : PLACE_FAILED;
 }
 
-/* Makes `name` under objects/ hold these bytes, durably but for the folder's own sync. errno says why not. */
-static placed place(srv_store_fs *store, const char *name, api_bytes bytes) {
-  char temporary[NAME_SIZE];
-  snprintf(temporary, sizeof temporary, "put-%ld-%u", (long)getpid(), atomic_fetch_add(&store->serial, 1));
-  int fd = openat(store->temporary, temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+/* Makes the name hold these bytes, durably but for the folder's own sync. errno says why not. */
+static placed place(const srv_store_fs *store, const char *name, api_bytes bytes, bool replaces) {
+  char temporary[PATH_MAX];
+  int fd = srv_create_temporary(store->temporary, temporary);
   if (fd < 0) return PLACE_FAILED;
-  bool written = flock(fd, LOCK_EX) == 0 && srv_write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0;
-  placed outcome = written ? rename_into(store, temporary, name) : PLACE_FAILED;
+  placed outcome = PLACE_FAILED;
+  if (srv_write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0) {
+    if (!replaces)
+      outcome = rename_new(temporary, name);
+    else if (rename(temporary, name) == 0)
+      outcome = PLACED;
+  }
   int reason = errno;
-  if (outcome != PLACED) unlinkat(store->temporary, temporary, 0);
+  if (outcome != PLACED) unlink(temporary);
   close(fd);
   errno = reason;
   return outcome;
 }
 
-static bool sync_folder(int parent, const char *name) {
-  int fd = openat(parent, name, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (fd < 0) return false;
-  bool synced = fsync(fd) == 0;
+static bool holds(int fd, api_bytes bytes) {
+  uint8_t piece[PIECE];
+  struct stat facts;
+  if (fstat(fd, &facts) != 0 || (uint64_t)facts.st_size != bytes.size) return false;
+  for (size_t at = 0; at < bytes.size; at += sizeof piece) {
+    size_t size = bytes.size - at < sizeof piece ? bytes.size - at : sizeof piece;
+    if (srv_read_at(fd, piece, size, at) != (ptrdiff_t)size) return false;
+    if (memcmp(piece, bytes.data + at, size) != 0) return false;
+  }
+  return true;
+}
+
+typedef enum found { NOTHING, WHOLE_BEFORE, DAMAGED_BEFORE, FIND_FAILED } found;
+
+/* Whether the object holds these bytes, and durably: another writer may not have synced it yet. */
+static found find_object(const char *name, api_bytes bytes) {
+  int fd = open(name, O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return errno == ENOENT ? NOTHING : FIND_FAILED;
+  bool whole = holds(fd, bytes) && fsync(fd) == 0;
   close(fd);
-  return synced;
+  return whole ? WHOLE_BEFORE : DAMAGED_BEFORE;
 }
 
-static bool is_there(const srv_store_fs *store, const char *name) {
-  return faccessat(store->objects, name, F_OK, 0) == 0;
+/* NULL when it is lost; an empty one is what a loss of power may leave. */
+static char *read_summary(const srv_store_fs *store, const char *id) {
+  path name = summary_path(store, id);
+  char *text = srv_read_text(name.text, SUMMARY_MAX);
+  if (text != NULL && text[0] != '\0') return text;
+  free(text);
+  return NULL;
 }
 
-static bool make_prefix_folder(const srv_store_fs *store, const char *folder) {
-  if (mkdirat(store->objects, folder, 0700) != 0) return errno == EEXIST;
-  return sync_folder(store->objects, ".");
+/* The model is stored, with or without a summary. */
+static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
+  path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
+  char *known = read_summary(store, id);
+  api_bytes text = {(const uint8_t *)summary, strlen(summary)};
+  if (known == NULL && (!make_folder(folder.text) || place(store, name.text, text, true) != PLACED))
+    srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
+  free(known);
 }
 
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
   srv_store_fs *store = context;
   if (!is_id(id)) return API_STORE_UNAVAILABLE;
-  char folder[3] = {id[0], id[1], '\0'}, object[NAME_SIZE], beside[NAME_SIZE];
-  object_name(id, object);
-  summary_name(id, beside);
-  bool object_there = is_there(store, object);
-  if (object_there && is_there(store, beside)) {
-    *existed = true;
-    return API_STORE_OK;
-  }
-  api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  if (!make_prefix_folder(store, folder)) return unavailable("cannot make a folder");
-  placed outcome = object_there ? PLACED_BEFORE : place(store, object, bytes);
+  path objects = folder_path(store, "objects"), folder = prefix_path(store, "objects", id);
+  path name = object_path(store, id);
+  if (!make_folders(store) || !make_folder(folder.text)) return unavailable("cannot make a folder");
+  found before = find_object(name.text, bytes);
+  if (before == FIND_FAILED) return unavailable("cannot open a model");
+  placed outcome =
+      before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
-  if (place(store, beside, text) == PLACE_FAILED) {
-    int reason = errno;
-    if (outcome == PLACED) unlinkat(store->objects, object, 0);
-    errno = reason;
-    return unavailable("cannot write a summary");
-  }
-  if (!sync_folder(store->objects, folder)) return unavailable("cannot sync");
+  /* Also what others made: they may be killed before they sync it. */
+  if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");
+  if (before == DAMAGED_BEFORE)
+    srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
+  put_summary(store, id, summary);
+  note_sight(store, id, true);
   *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;
 }
@@ -190,68 +380,160 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
 static api_store_status drop(void *context, const char *id) {
   srv_store_fs *store = context;
   if (!is_id(id)) return API_STORE_ABSENT;
-  char folder[3] = {id[0], id[1], '\0'}, object[NAME_SIZE], beside[NAME_SIZE];
-  object_name(id, object);
-  summary_name(id, beside);
-  if (unlinkat(store->objects, object, 0) != 0) {
-    return errno == ENOENT ? API_STORE_ABSENT : unavailable("cannot remove a model");
+  path folder = prefix_path(store, "objects", id), object = object_path(store, id);
+  path summary = summary_path(store, id);
+  if (unlink(object.text) != 0)
+    return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
+  unlink(summary.text);
+  note_sight(store, id, false);
+  return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");
+}
+
+/* ---- judging files --------------------------------------------------------------------------- */
+
+static int64_t nanoseconds(struct timespec time) {
+  return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
+}
+
+static bool read_facts(int fd, file_facts *out) {
+  struct stat facts;
+  if (fstat(fd, &facts) != 0) return false;
+  *out = (file_facts){facts.st_dev, facts.st_ino, (uint64_t)facts.st_size, nanoseconds(facts.st_mtim),
+                      nanoseconds(facts.st_ctim)};
+  return true;
+}
+
+/* Whether the content may have changed, as far as the facts tell. */
+static bool same_content(const file_facts *a, const file_facts *b) {
+  return a->size == b->size && a->modified_ns == b->modified_ns;
+}
+
+static bool same_facts(const file_facts *a, const file_facts *b) {
+  return a->device == b->device && a->inode == b->inode && a->changed_ns == b->changed_ns &&
+         same_content(a, b);
+}
+
+static bool recall(srv_store_fs *store, const char *id, const file_facts *facts, bool *whole) {
+  pthread_mutex_lock(&store->verdicts_lock);
+  const verdict *v = &store->verdicts[place_of(id)];
+  bool known = strcmp(v->id, id) == 0 && same_facts(&v->facts, facts);
+  if (known) *whole = v->whole;
+  pthread_mutex_unlock(&store->verdicts_lock);
+  return known;
+}
+
+/* began_ns: when the hash was begun, by the clock of the day. */
+static void remember(srv_store_fs *store, const char *id, const file_facts *facts, bool whole,
+                     int64_t began_ns) {
+  /* Times of files move in ticks of the kernel: a change in the tick of the last one would not show. */
+  static const int64_t TICK_NS = 100000000;
+  if (began_ns - facts->changed_ns < TICK_NS) return;
+  pthread_mutex_lock(&store->verdicts_lock);
+  verdict *v = &store->verdicts[place_of(id)];
+  memcpy(v->id, id, sizeof v->id);
+  v->facts = *facts;
+  v->whole = whole;
+  pthread_mutex_unlock(&store->verdicts_lock);
+}
+
+/* Hashes the file. False when it cannot be read. */
+static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
+  struct sha256_ctx hash;
+  uint8_t piece[PIECE], digest[ID_SIZE / 2];
+  char text[API_ID_TEXT];
+  sha256_init(&hash);
+  for (uint64_t at = 0; at < size; at += sizeof piece) {
+    ptrdiff_t got = srv_read_at(fd, piece, sizeof piece, at);
+    if (got < 0) return false;
+    sha256_update(&hash, (size_t)got, piece);
   }
-  if (unlinkat(store->objects, beside, 0) != 0 && errno != ENOENT)
-    return unavailable("cannot remove a summary");
-  return sync_folder(store->objects, folder) ? API_STORE_OK : unavailable("cannot sync");
+  sha256_digest(&hash, sizeof digest, digest);
+  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 2 * i, 3, "%02x", digest[i]);
+  *matches = strcmp(text, id) == 0;
+  return true;
+}
+
+/* Whether the file holds the bytes that its id is the hash of: hashed once for each state of the file. False
+ * when it cannot be read. */
+static bool judge(srv_store_fs *store, int fd, const char *id, const file_facts *facts, bool *whole) {
+  if (recall(store, id, facts, whole)) return true;
+  struct timespec now;
+  clock_gettime(CLOCK_REALTIME, &now);
+  if (!hash_matches(fd, id, facts->size, whole)) return false;
+  remember(store, id, facts, *whole, nanoseconds(now));
+  return true;
 }
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-static void unmap(api_blob *blob) {
-  if (blob->owner != NULL) munmap(blob->owner, blob->bytes.size);
+typedef struct object {
+  int fd;
+  char id[API_ID_TEXT];
+  file_facts facts;
+} object;
+
+/* Never through a mapping: a file that is cut would end the process by a signal. */
+static bool read_object(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
+  const object *o = blob->owner;
+  file_facts facts;
+  bool read = srv_read_at(o->fd, out, size, offset) == (ptrdiff_t)size && read_facts(o->fd, &facts);
+  if (read && same_content(&facts, &o->facts)) return true;
+  srv_log(SRV_LOG_ERROR, "store: the file of model %s was changed or failed while it was read", o->id);
+  return false;
+}
+
+static void close_object(api_blob *blob) {
+  object *o = blob->owner;
+  close(o->fd);
+  free(o);
   *blob = (api_blob){0};
 }
 
-static api_store_status map(int fd, api_blob *out) {
-  struct stat facts;
-  if (fstat(fd, &facts) != 0 || (uint64_t)facts.st_size > SIZE_MAX) return unavailable("cannot read a model");
-  size_t size = (size_t)facts.st_size;
-  void *mapping = NULL;
-  if (size > 0) {
-    mapping = mmap(NULL, size, PROT_READ, MAP_PRIVATE, fd, 0);
-    if (mapping == MAP_FAILED) return unavailable("cannot map a model");
+static api_store_status open_file(srv_store_fs *store, int fd, const char *id, api_blob *out) {
+  object *o = malloc(sizeof *o);
+  bool whole;
+  if (o != NULL && read_facts(fd, &o->facts) && judge(store, fd, id, &o->facts, &whole)) {
+    if (whole) {
+      o->fd = fd;
+      memcpy(o->id, id, sizeof o->id);
+      *out = (api_blob){.size = o->facts.size, .owner = o, .read = read_object, .close = close_object};
+      return API_STORE_OK;
+    }
+    srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its file are not those uploaded",
+            id, (unsigned long long)o->facts.size);
+    free(o);
+    return API_STORE_DAMAGED;
   }
-  *out = (api_blob){.bytes = {size > 0 ? mapping : "", size}, .owner = mapping, .release = unmap};
-  return API_STORE_OK;
+  free(o);
+  return unavailable("cannot read a model");
 }
 
-static api_store_status get(void *context, const char *id, api_blob *out) {
+static api_store_status open_object(void *context, const char *id, api_blob *out) {
   srv_store_fs *store = context;
   if (!is_id(id)) return API_STORE_ABSENT;
-  char name[NAME_SIZE];
-  object_name(id, name);
-  int fd = openat(store->objects, name, O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return errno == ENOENT ? API_STORE_ABSENT : unavailable("cannot open a model");
-  api_store_status status = map(fd, out);
-  close(fd);
+  path name = object_path(store, id);
+  int fd = open(name.text, O_RDONLY | O_CLOEXEC);
+  if (fd < 0) return errno == ENOENT ? not_found(store) : unavailable("cannot open a model");
+  api_store_status status = open_file(store, fd, id, out);
+  if (status != API_STORE_OK) close(fd);
   return status;
 }
 
-/* NULL when it is lost. */
-static char *read_summary(const srv_store_fs *store, const char *id) {
-  char name[NAME_SIZE];
-  summary_name(id, name);
-  int fd = openat(store->objects, name, O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return NULL;
-  struct stat facts;
-  char *text = NULL;
-  if (fstat(fd, &facts) == 0 && facts.st_size >= 0 && facts.st_size <= SUMMARY_MAX) {
-    size_t size = (size_t)facts.st_size;
-    text = malloc(size + 1);
-    if (text != NULL && read(fd, text, size) != (ssize_t)size) {
-      free(text);
-      text = NULL;
-    }
-    if (text != NULL) text[size] = '\0';
-  }
-  close(fd);
-  return text;
+/* Once a second at most for a model that is there and whole. */
+static api_store_status look(void *context, const char *id, bool may_wait) {
+  srv_store_fs *store = context;
+  if (!is_id(id)) return API_STORE_ABSENT;
+  pthread_mutex_lock(&store->verdicts_lock);
+  const sight *s = &store->sights[place_of(id)];
+  bool is_whole = strcmp(s->id, id) == 0 && srv_now_ns() - s->seen_ns < LOOK_NS;
+  pthread_mutex_unlock(&store->verdicts_lock);
+  if (is_whole) return API_STORE_OK;
+  if (!may_wait) return API_STORE_UNKNOWN;
+  api_blob blob;
+  api_store_status status = open_object(store, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  note_sight(store, id, status == API_STORE_OK);
+  return status;
 }
 
 /* ---- listing --------------------------------------------------------------------------------- */
@@ -273,16 +555,17 @@ static void page_insert(page *p, const char *id) {
 }
 
 /* Adds the ids of one prefix folder that follow `after`. */
-static bool collect(const srv_store_fs *store, unsigned prefix, const char *after, page *p) {
-  char folder[3];
-  snprintf(folder, sizeof folder, "%02x", prefix);
-  DIR *listing = open_listing(store->objects, folder);
-  if (listing == NULL) return errno == ENOENT;
+static api_store_status collect(const srv_store_fs *store, unsigned prefix, const char *after, page *p) {
+  char digits[3];
+  snprintf(digits, sizeof digits, "%02x", prefix);
+  path folder = prefix_path(store, "objects", digits);
+  DIR *listing = opendir(folder.text);
+  if (listing == NULL) return errno == ENOENT ? API_STORE_OK : unavailable("cannot list");
   for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
     if (is_id(entry->d_name) && strcmp(entry->d_name, after) > 0) page_insert(p, entry->d_name);
   }
   closedir(listing);
-  return true;
+  return API_STORE_OK;
 }
 
 static unsigned first_prefix(const char *after) {
@@ -294,19 +577,21 @@ static unsigned first_prefix(const char *after) {
 
 /* Collects one more than asked for, to know whether others follow. */
 static api_store_status list_ids(const srv_store_fs *store, const char *after, page *p) {
-  for (unsigned prefix = first_prefix(after); prefix <= 0xff && p->count < p->capacity; prefix++) {
-    if (!collect(store, prefix, after, p)) return unavailable("cannot list");
+  api_store_status status = API_STORE_OK;
+  for (unsigned prefix = first_prefix(after);
+       prefix <= 0xff && p->count < p->capacity && status == API_STORE_OK; prefix++) {
+    status = collect(store, prefix, after, p);
   }
-  return API_STORE_OK;
+  if (status != API_STORE_OK || p->count > 0) return status;
+  return not_found(store) == API_STORE_ABSENT ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
 
 static size_t describe(const srv_store_fs *store, const page *p, size_t limit, api_listed *out) {
   size_t count = 0;
   for (size_t i = 0; i < p->count && i < limit; i++) {
-    char name[NAME_SIZE];
+    path name = object_path(store, p->ids[i]);
     struct stat facts;
-    object_name(p->ids[i], name);
-    if (fstatat(store->objects, name, &facts, 0) != 0) continue; /* removed since */
+    if (stat(name.text, &facts) != 0) continue; /* removed since */
     out[count] = (api_listed){.size = (uint64_t)facts.st_size, .summary = read_summary(store, p->ids[i])};
     memcpy(out[count].id, p->ids[i], API_ID_TEXT);
     count++;
@@ -331,5 +616,11 @@ static api_store_status list(void *context, const char *after, size_t limit, api
 }
 
 api_store srv_store_fs_api(srv_store_fs *store) {
-  return (api_store){.context = store, .put = put, .get = get, .remove = drop, .list = list};
+  return (api_store){.context = store,
+                     .put = put,
+                     .open = open_object,
+                     .remove = drop,
+                     .look = look,
+                     .list = list,
+                     .probe = probe};
 }

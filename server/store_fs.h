@@ -1,4 +1,4 @@
-/* The embedded store: a folder of content-addressed files. */
+/* The embedded store: a folder of content-addressed files, which several daemons may share. */
 #ifndef SRV_STORE_FS_H
 #define SRV_STORE_FS_H
 
@@ -6,14 +6,15 @@
 
 typedef struct srv_store_fs srv_store_fs;
 
-/* Opens or makes the folder and removes what killed uploads left. NULL with one line in error. */
+/* Opens or makes the folder and removes the temporary files that uploads left which were killed over an hour
+ * ago. NULL with one line in error. */
 srv_store_fs *srv_store_fs_open(const char *path, char *error, size_t error_size);
-void srv_store_fs_close(srv_store_fs *store); /* blobs got from it stay valid */
+void srv_store_fs_close(srv_store_fs *store); /* blobs opened from it stay valid */
 
 /* The store as api/ sees it; valid until close. */
 api_store srv_store_fs_api(srv_store_fs *store);
 
-/* Descriptor of a folder on the same disk for temporary files, owned by the store. */
-int srv_store_fs_temporary(const srv_store_fs *store);
+/* Path of a folder on the same disk for temporary files; lives as long as the store. */
+const char *srv_store_fs_temporary(const srv_store_fs *store);
 
 #endif

@@ -19,6 +19,11 @@ api_outcome api_get_ready(api_call *call) {
     call->fault.retry_after_s = 1;
     return api_fail_with(call, 503, "draining: this process is about to stop");
   }
+  const api_store *store = &call->service->store;
+  if (store->probe(store->context) != API_STORE_OK) {
+    call->fault.retry_after_s = 1;
+    return api_fail_with(call, 503, "the store cannot be reached");
+  }
   api_text text = {0};
   api_text_add(&text, "{\"status\":\"ready\"}\n");
   return reply_uncached(call, &text);

@@ -1,7 +1,7 @@
 /* Query strings: percent-decoding and typed values, every fault named. */
 #include "query.h"
 
-#include "tweend/utf8.h"
+#include "tweend/base.h"
 
 #include <math.h>
 #include <stdio.h>

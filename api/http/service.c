@@ -53,10 +53,6 @@ void api_service_drain(api_service *service) {
   atomic_store(&service->is_draining, true);
 }
 
-void api_service_rest(void) {
-  tw_blocks_drop();
-}
-
 /* ---- memory and waiting -------------------------------------------------------------------------- */
 
 void api_service_hold(api_service *service, uint64_t bytes) {

@@ -80,8 +80,7 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   return API_DONE;
 }
 
-uint64_t api_reading_cost(tw_format format, uint64_t size) {
-  (void)format;
+uint64_t api_reading_cost(uint64_t size) {
   uint64_t fixed = size < (1 << 20) ? 64 * size : (uint64_t)64 << 20;
   return fixed + 6 * size;
 }

@@ -19,7 +19,7 @@ void api_upload_deinit(api_upload *upload);
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
 
 /* The most memory that api_model_read holds at any moment for so many bytes, these included. */
-uint64_t api_reading_cost(tw_format format, uint64_t size);
+uint64_t api_reading_cost(uint64_t size);
 
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
  * False: the fault says why. */

@@ -25,13 +25,22 @@ typedef struct api_room {
 
 /* ---- what the host supplies ---------------------------------------------------------------- */
 
-typedef enum api_store_status { API_STORE_OK, API_STORE_ABSENT, API_STORE_UNAVAILABLE } api_store_status;
+typedef enum api_store_status {
+  API_STORE_OK,
+  API_STORE_ABSENT,
+  API_STORE_DAMAGED, /* what is stored is not what was put; a put of the same bytes mends it */
+  API_STORE_UNAVAILABLE,
+  API_STORE_UNKNOWN /* of `look` alone */
+} api_store_status;
 
-/* A stored object held in memory (or mapped) until released. */
+/* A stored object, open for reading until it is closed. A remove or a put meanwhile does not change it. */
 typedef struct api_blob {
-  api_bytes bytes;
+  uint64_t size;
   void *owner;
-  void (*release)(struct api_blob *blob); /* NULL: nothing to do */
+  /* Reads the `size` bytes from `offset` on, which lie within the object. False when they are no longer to be
+   * had: the medium failed, or something else than the store changed or cut them. By one thread at a time. */
+  bool (*read)(const struct api_blob *blob, uint64_t offset, uint8_t *out, size_t size);
+  void (*close)(struct api_blob *blob);
 } api_blob;
 
 /* One listed object. */
@@ -41,17 +50,24 @@ typedef struct api_listed {
   char *summary; /* as given to put, malloc'ed; NULL when it is lost */
 } api_listed;
 
-/* Content-addressed storage: the one vtable of the program. Every function may be called from many
- * threads at once, and may block. */
+/* Content-addressed storage: the one vtable of the program. An id is the first 32 hex digits of the SHA-256
+ * of the bytes. Every function may be called from many threads at once; all but probe may block. */
 typedef struct api_store {
   void *context;
-  /* Stores all bytes or nothing. summary: small JSON text, terminated. *existed: it was there. */
+  /* Stores all bytes or nothing; API_STORE_OK: they are whole and durable, also where they were stored
+   * before. summary: small JSON text, terminated. *existed: they were there, and whole. */
   api_store_status (*put)(void *context, const char *id, api_bytes bytes, const char *summary, bool *existed);
-  api_store_status (*get)(void *context, const char *id, api_blob *out);
+  /* API_STORE_OK: *out has the bytes of which `id` is the hash. */
+  api_store_status (*open)(void *context, const char *id, api_blob *out);
+  /* Whether the object is there and whole, as a look of the last second or so found. may_wait false:
+   * API_STORE_UNKNOWN where nobody has looked of late. */
+  api_store_status (*look)(void *context, const char *id, bool may_wait);
   api_store_status (*remove)(void *context, const char *id);
   /* Up to `limit` objects with id > after ("" for the first), ascending; *more: others follow. */
   api_store_status (*list)(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
                            bool *more);
+  /* Whether models can be stored and read, as a try of the last second or so found. */
+  api_store_status (*probe)(void *context);
 } api_store;
 
 typedef struct api_limits {
@@ -88,9 +104,6 @@ void api_service_destroy(api_service *service);                /* no request may
 
 /* While draining /readyz answers 503. */
 void api_service_drain(api_service *service);
-
-/* Lets go of memory that is kept to be used again. Any thread; worth a call now and then after load. */
-void api_service_rest(void);
 
 /* Memory that the host holds for requests (bodies that arrive) counts against max_memory too. */
 void api_service_hold(api_service *service, uint64_t bytes);

@@ -1,7 +1,7 @@
 /* A scanner of JSON (RFC 8259) that keeps nothing but the way to where it is. */
 #include "json_check.h"
 
-#include "tweend/utf8.h"
+#include "tweend/base.h"
 
 #include <math.h>
 #include <stdarg.h>

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "tweend/base.h"
-#include "tweend/utf8.h"
 
 void api_text_deinit(api_text *text) {
   if (!text->in_room) free(text->data);

@@ -47,19 +47,49 @@ static void fail_unavailable(api_fault *fault) {
   fault->retry_after_s = 2;
 }
 
-/* Fetches the stored bytes; the fault says why not. */
-static bool fetch(api_service *service, const char *id, api_blob *out, api_fault *fault) {
-  switch (service->store.get(service->store.context, id, out)) {
+/* What was made from the whole bytes goes too: all answers about the model say that it is damaged. */
+static void fail_damaged(api_service *service, const char *id, api_fault *fault) {
+  api_cache_forget(service->cache, id);
+  api_fault_with(fault, 500, "the stored bytes are damaged; upload them again");
+}
+
+/* Opens the stored bytes; the fault says why not. */
+static bool open_stored(api_service *service, const char *id, api_blob *out, api_fault *fault) {
+  switch (service->store.open(service->store.context, id, out)) {
   case API_STORE_OK: return true;
   case API_STORE_ABSENT: api_fault_with(fault, 404, "no model has the id %s", id); return false;
-  case API_STORE_UNAVAILABLE: break;
+  case API_STORE_DAMAGED: fail_damaged(service, id, fault); return false;
+  case API_STORE_UNAVAILABLE:
+  case API_STORE_UNKNOWN: break;
   }
   fail_unavailable(fault);
   return false;
 }
 
-static void release(api_blob *blob) {
-  if (blob->release) blob->release(blob);
+api_outcome api_model_look(api_call *call) {
+  const api_store *store = &call->service->store;
+  switch (store->look(store->context, call->id, call->effort == API_HEAVY)) {
+  case API_STORE_OK:
+  case API_STORE_UNAVAILABLE: return API_CONTINUE;
+  case API_STORE_UNKNOWN: return API_NEEDS_THREAD;
+  case API_STORE_DAMAGED: fail_damaged(call->service, call->id, &call->fault); return API_FAILED;
+  case API_STORE_ABSENT: break;
+  }
+  api_cache_forget(call->service->cache, call->id);
+  return api_fail_with(call, 404, "no model has the id %s", call->id);
+}
+
+/* All bytes of an open blob, malloc'ed; NULL: the fault says why. */
+static uint8_t *read_whole(api_service *service, const char *id, const api_blob *blob, api_fault *fault) {
+  uint8_t *bytes = blob->size < SIZE_MAX ? malloc((size_t)blob->size + 1) : NULL;
+  if (!bytes) {
+    api_fault_without_memory(fault);
+  } else if (!blob->read(blob, 0, bytes, (size_t)blob->size)) {
+    free(bytes);
+    bytes = NULL;
+    fail_damaged(service, id, fault);
+  }
+  return bytes;
 }
 
 typedef struct model_source {
@@ -68,19 +98,23 @@ typedef struct model_source {
   tw_quads quads;
 } model_source;
 
-static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
-  return api_grant(call->service, call->request->ticket, api_reading_cost(format, size), fault);
+static bool grant_reading(api_call *call, uint64_t size, api_fault *fault) {
+  return api_grant(call->service, call->request->ticket, api_reading_cost(size), fault);
 }
 
 static bool build_model(void *context, api_built *out, api_fault *fault) {
   const model_source *source = context;
-  api_blob blob = {0};
-  if (!fetch(source->call->service, source->id, &blob, fault)) return false;
+  api_service *service = source->call->service;
+  api_blob blob;
+  if (!open_stored(service, source->id, &blob, fault)) return false;
+  bool is_granted = grant_reading(source->call, blob.size, fault);
+  uint8_t *data = is_granted ? read_whole(service, source->id, &blob, fault) : NULL;
+  api_bytes bytes = {data, (size_t)blob.size};
+  blob.close(&blob);
   tw_model *model = NULL;
-  tw_format format = tw_format_sniff(blob.bytes.data, blob.bytes.size);
-  bool is_read = grant_reading(source->call, format, blob.bytes.size, fault) &&
-                 api_model_read(blob.bytes, format, source->quads, &model, fault);
-  release(&blob);
+  bool is_read =
+      data && api_model_read(bytes, tw_format_sniff(data, bytes.size), source->quads, &model, fault);
+  free(data);
   if (is_read) *out = built_model(model);
   return is_read;
 }
@@ -99,12 +133,6 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
   return api_call_take(call, key, build_model, &source, out);
 }
 
-api_entry *api_model_peek(api_service *service, const char *id) {
-  char key[API_MODEL_KEY];
-  api_model_key(id, TW_QUADS_NGON, key);
-  return api_cache_peek(service->cache, key);
-}
-
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
   api_upload upload = {0};
   tw_format format;
@@ -112,7 +140,7 @@ api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
   outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
+  bool is_read = outcome == API_DONE && grant_reading(call, upload.bytes.size, &call->fault) &&
                  api_model_read(upload.bytes, format, quads, &model, &call->fault);
   if (!is_read) outcome = API_FAILED;
   api_upload_deinit(&upload);
@@ -207,7 +235,7 @@ api_outcome api_post_model(api_call *call) {
   tw_format format;
   tw_model *model = NULL;
   outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
+  bool is_read = outcome == API_DONE && grant_reading(call, upload.bytes.size, &call->fault) &&
                  api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault);
   if (!is_read) outcome = API_FAILED;
   if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, model);
@@ -334,10 +362,10 @@ api_outcome api_list_models(api_call *call) {
 
 static bool print_description(void *context, api_text *out, api_fault *fault) {
   api_call *call = context;
-  api_blob blob = {0};
-  if (!fetch(call->service, call->id, &blob, fault)) return false;
-  uint64_t size = blob.bytes.size;
-  release(&blob);
+  api_blob blob;
+  if (!open_stored(call->service, call->id, &blob, fault)) return false;
+  uint64_t size = blob.size;
+  blob.close(&blob);
   api_entry *entry;
   if (api_model_take(call, call->id, TW_QUADS_NGON, &entry) != API_DONE) return false; /* the call's fault */
   bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, fault);
@@ -376,30 +404,49 @@ static int64_t read_source(void *context, uint8_t *out, size_t capacity) {
   source_body *body = context;
   uint64_t left = body->end - body->at;
   size_t count = left < capacity ? (size_t)left : capacity;
-  memcpy(out, body->blob.bytes.data + body->at, count);
+  if (!body->blob.read(&body->blob, body->at, out, count)) return -1;
   body->at += count;
   return (int64_t)count;
 }
 
 static void destroy_source(void *context) {
   source_body *body = context;
-  release(&body->blob);
+  body->blob.close(&body->blob);
+}
+
+/* A first piece tells the format, unless it is JSON, whose keys may stand anywhere. */
+static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
+  enum { PIECE = 256 };
+  uint8_t first[PIECE + 1];
+  size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
+  if (!blob->read(blob, 0, first, size)) {
+    fail_damaged(call->service, call->id, &call->fault);
+    return false;
+  }
+  first[size] = '{'; /* which may follow where the piece is blank */
+  *out = tw_format_sniff(first, size + 1);
+  if (*out != TW_FORMAT_JSON) return true;
+  uint8_t *bytes = read_whole(call->service, call->id, blob, &call->fault);
+  if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
+  free(bytes);
+  return bytes;
 }
 
 api_outcome api_get_source(api_call *call) {
   if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
   if (!body) return api_fail_without_memory(call);
-  if (!fetch(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;
-  uint64_t size = body->blob.bytes.size;
+  if (!open_stored(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;
+  uint64_t size = body->blob.size;
   api_outcome outcome = api_validate(call, "source", "");
   api_range range = {0, size};
+  tw_format format;
   if (outcome == API_CONTINUE) outcome = api_range_answer(call, size, &range);
+  if (outcome == API_CONTINUE && !sniff_stored(call, &body->blob, &format)) outcome = API_FAILED;
   if (outcome != API_CONTINUE) {
-    release(&body->blob);
+    destroy_source(body);
     return outcome;
   }
-  tw_format format = tw_format_sniff(body->blob.bytes.data, size);
   api_answer_header(&call->answer, "Content-Type", tw_format_media_types[format]);
   body->at = range.first;
   body->end = range.first + range.count;

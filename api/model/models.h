@@ -18,8 +18,10 @@ void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]);
  * api_entry_release. 404, 503; API_NEEDS_THREAD in a light call when it is not at hand. */
 api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
 
-/* The same where it is in the cache, else NULL. */
-api_entry *api_model_peek(api_service *service, const char *id);
+/* Looks whether the model of the call is stored and whole, before anything of it is answered from the cache:
+ * 404 and 500 where it is not. A store that cannot be reached is no reason to refuse what is cached.
+ * API_NEEDS_THREAD in a light call when nobody has looked of late. */
+api_outcome api_model_look(api_call *call);
 
 /* The model in the request's body, parsed for this request alone. */
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);

@@ -138,13 +138,13 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-static tw_crew hands_of(const api_crew *crew) {
-  return (tw_crew){crew->owner, crew->share};
+static tw_parallel_for hands_of(const api_crew *crew) {
+  return (tw_parallel_for){crew->owner, crew->share};
 }
 
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
-  const tw_crew hands = hands_of(&source->service->crew);
+  const tw_parallel_for hands = hands_of(&source->service->crew);
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -242,7 +242,7 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 
 static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves, const api_crew *crew,
                                api_plan *plan) {
-  const tw_crew hands = hands_of(crew);
+  const tw_parallel_for hands = hands_of(crew);
   plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
   plan->borrows = tw_alloc_zero(moves->count, sizeof *plan->borrows);
   if (!plan->surfaces || !plan->borrows) return TW_NO_MEMORY;
@@ -290,7 +290,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
 }
 
 tw_status api_plan_warm(api_plan *plan, const api_crew *crew, tw_error *error) {
-  const tw_crew hands = hands_of(crew);
+  const tw_parallel_for hands = hands_of(crew);
   if (atomic_load(&plan->is_warm)) return TW_OK;
   for (uint32_t i = 0; i < plan->count; i++) {
     float min[3], max[3];

@@ -1,11 +1,150 @@
-/* Clips: the tracks of one animation, compiled once and shared. */
+/* Clips: the tracks of one animation, checked, compiled once and shared, and evaluated at one time or many.
+ */
 #include "clip.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* Exporters give the joints of a skeleton the same key times, and then one search serves them all. The
- * last timeline with each low hash is kept at hand; one that falls out is only not shared. */
+/* ---- checking: every message has its place relative to the clip ---------------------------------------- */
+
+static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
+static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
+
+/* Larger angles have no precision left. */
+static const double ANGLE_MAX = 1e9;
+
+static const char *values_word(tw_key_form form) {
+  switch (form) {
+  case TW_KEY_VALUES: return "values";
+  case TW_KEY_QUATERNION: return "quaternions";
+  case TW_KEY_EULER: return "eulers";
+  case TW_KEY_AXIS_ANGLE: return "axis_angles";
+  }
+  return "values";
+}
+
+static tw_status check_times(const tw_track_keys *track, uint32_t index, tw_error *error) {
+  for (uint32_t i = 0; i < track->key_count; i++) {
+    float time = track->times[i];
+    const char *fault = NULL;
+    if (!isfinite(time))
+      fault = "is not finite";
+    else if (time < 0)
+      fault = "is negative";
+    else if (i > 0 && time == track->times[i - 1])
+      fault = "is the same as the one before it";
+    else if (i > 0 && time < track->times[i - 1])
+      fault = "is before the one before it";
+    if (!fault) continue;
+    tw_fail(error, TW_INVALID, "key time %u (%g) %s", i, (double)time, fault);
+    return tw_error_at(error, "/tracks/%u/times/%u", index, i);
+  }
+  return TW_OK;
+}
+
+static tw_status check_values(const tw_track_keys *track, uint32_t index, tw_error *error) {
+  bool cubic = track->interpolation == TW_CUBICSPLINE;
+  size_t per_key =
+      track->angles ? (track->form == TW_KEY_EULER ? 3 : 4) : (size_t)track->width * (cubic ? 3 : 1);
+  size_t count = track->key_count * per_key;
+  for (size_t i = 0; i < count; i++) {
+    bool bad = track->angles ? !(fabs(track->angles[i]) <= ANGLE_MAX) : !isfinite(track->values[i]);
+    if (!bad) continue;
+    tw_fail(error, TW_INVALID, "key %zu has a number that is not finite%s", i / per_key,
+            track->angles ? " or an angle beyond 1e9 radians" : "");
+    return tw_error_at(error, "/tracks/%u/%s/%zu", index, values_word(track->form), i / per_key);
+  }
+  return TW_OK;
+}
+
+/* The width that a track's path and form require; 0 for any. */
+static uint32_t expected_width(const tw_track_keys *track) {
+  switch (track->path) {
+  case TW_TRANSLATION:
+  case TW_SCALE: return 3;
+  case TW_ROTATION: return track->form == TW_KEY_EULER ? 3 : 4;
+  case TW_WEIGHTS: break;
+  }
+  return 0;
+}
+
+static bool has_interpolation(const tw_track_keys *track) {
+  switch (track->interpolation) {
+  case TW_STEP:
+  case TW_LINEAR: return true;
+  case TW_CUBICSPLINE: return !track->angles;
+  case TW_NLERP:
+  case TW_SQUAD: return track->path == TW_ROTATION;
+  case TW_EULER: return track->path == TW_ROTATION && track->form == TW_KEY_EULER;
+  }
+  return false;
+}
+
+static tw_status refuse(tw_error *error, uint32_t index, const char *member) {
+  return tw_error_at(error, "/tracks/%u/%s", index, member);
+}
+
+static tw_status check_shape(const tw_track_keys *track, uint32_t index, uint32_t node_count, int force,
+                             tw_error *error) {
+  bool angular = track->form == TW_KEY_EULER || track->form == TW_KEY_AXIS_ANGLE;
+  uint32_t width = expected_width(track);
+  if (track->node >= node_count) {
+    tw_fail(error, TW_INVALID, "track %u moves node %u, but there are %u nodes", index, track->node,
+            node_count);
+    return refuse(error, index, "node");
+  }
+  if (track->key_count == 0) {
+    tw_fail(error, TW_INVALID, "track %u has no keys", index);
+    return refuse(error, index, "times");
+  }
+  if (angular ? track->path != TW_ROTATION || !track->angles : track->angles || !track->values) {
+    tw_fail(error, TW_INVALID, "a %s track cannot have keys in this form", path_names[track->path]);
+    return refuse(error, index, values_word(track->form));
+  }
+  if (track->width == 0 || (width != 0 && track->width != width)) {
+    tw_fail(error, TW_INVALID, "a %s track cannot have keys of %u numbers", path_names[track->path],
+            track->width);
+    return refuse(error, index, values_word(track->form));
+  }
+  if (!has_interpolation(track)) {
+    tw_fail(error, TW_INVALID, "interpolation %s does not go with the keys of this %s track",
+            interpolation_names[track->interpolation], path_names[track->path]);
+    return refuse(error, index, "interpolation");
+  }
+  if (force == TW_CUBICSPLINE && track->path == TW_ROTATION && track->interpolation != TW_CUBICSPLINE) {
+    tw_fail(error, TW_INVALID, "track %u has no tangents to interpolate as cubicspline", index);
+    return refuse(error, index, "interpolation");
+  }
+  return TW_OK;
+}
+
+/* Makes all checks that tw_clip_create promises, except those of tw_track_build. */
+static tw_status check_clip(const tw_clip_keys *keys, uint32_t node_count, int force, tw_error *error) {
+  uint8_t *moved = tw_alloc_zero(node_count, 1);
+  if (!moved) return tw_fail(error, TW_NO_MEMORY, "no memory to check a clip");
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < keys->track_count && status == TW_OK; i++) {
+    const tw_track_keys *track = &keys->tracks[i];
+    status = check_shape(track, i, node_count, force, error);
+    if (status == TW_OK) status = check_times(track, i, error);
+    if (status == TW_OK) status = check_values(track, i, error);
+    if (status != TW_OK) break;
+    uint8_t bit = (uint8_t)(1u << track->path);
+    if (moved[track->node] & bit) {
+      tw_fail(error, TW_INVALID, "two tracks move the %s of node %u", path_names[track->path], track->node);
+      status = refuse(error, i, "path");
+    }
+    moved[track->node] |= bit;
+  }
+  free(moved);
+  return status;
+}
+
+/* ---- compiling ----------------------------------------------------------------------------------------- */
+
+/* Exporters give the joints of a skeleton the same key times; one search then serves them all. A small table
+ * remembers the last timeline of each hash; one that is pushed out is not shared, which is harmless. */
 enum { RECENT_TIMELINES = 64 };
 
 static uint64_t hash_times(const float *times, uint32_t count) {
@@ -59,50 +198,28 @@ static tw_status build_tracks(tw_clip *clip, const tw_clip_keys *keys, int force
   return TW_OK;
 }
 
-/* Counting sort: stable, so the order is the same everywhere. */
-static tw_status order_tracks(tw_clip *clip, tw_error *error) {
+/* Counting sort by timeline, stable, into `sorted`. False without memory. */
+static bool sort_by_timeline(const tw_clip *clip, uint32_t *sorted) {
   uint32_t *next = tw_alloc_zero((size_t)clip->timeline_count + 1, sizeof *next);
-  if (!next) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
+  if (!next) return false;
   for (uint32_t i = 0; i < clip->track_count; i++) next[clip->tracks[i].timeline_index + 1]++;
   for (uint32_t i = 0; i < clip->timeline_count; i++) next[i + 1] += next[i];
-  for (uint32_t i = 0; i < clip->track_count; i++)
-    clip->by_timeline[next[clip->tracks[i].timeline_index]++] = i;
+  for (uint32_t i = 0; i < clip->track_count; i++) sorted[next[clip->tracks[i].timeline_index]++] = i;
   free(next);
-  return TW_OK;
+  return true;
 }
 
-/* Rotations by slerp, apart from all else that a pose needs. Returns how many they are; one alone gains
- * nothing from a group. */
-static uint32_t divide_tracks(tw_clip *clip, uint32_t *arcs) {
-  uint32_t arc_count = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    uint32_t index = clip->by_timeline[i];
-    const tw_track *track = &clip->tracks[index];
-    if (track->kind == TRACK_ARC)
-      arcs[arc_count++] = index;
-    else if (track->path != TW_WEIGHTS)
-      clip->others[clip->other_count++] = index;
+static tw_status order_tracks(tw_clip *clip, tw_error *error) {
+  uint32_t *sorted = tw_alloc(clip->track_count, sizeof *sorted);
+  bool is_done = sorted && sort_by_timeline(clip, sorted);
+  for (uint32_t i = 0; is_done && i < clip->track_count; i++)
+    if (clip->tracks[sorted[i]].kind == TRACK_ARC) clip->posed[clip->arc_count++] = sorted[i];
+  clip->posed_count = clip->arc_count;
+  for (uint32_t i = 0; is_done && i < clip->track_count; i++) {
+    const tw_track *track = &clip->tracks[sorted[i]];
+    if (track->kind != TRACK_ARC && track->path != TW_WEIGHTS) clip->posed[clip->posed_count++] = sorted[i];
   }
-  if (arc_count != 1) return arc_count;
-  clip->others[clip->other_count++] = arcs[0];
-  return 0;
-}
-
-static tw_status group_tracks(tw_clip *clip, tw_error *error) {
-  uint32_t *arcs = tw_alloc(clip->track_count, sizeof *arcs);
-  clip->others = tw_arena_alloc(clip->arena, clip->track_count, sizeof *clip->others);
-  bool is_done = arcs && clip->others;
-  uint32_t arc_count = is_done ? divide_tracks(clip, arcs) : 0;
-  tw_arc_group **end = &clip->groups;
-  for (uint32_t done = 0; done < arc_count;) {
-    tw_arc_group *group = *end =
-        tw_arc_group_create(clip->arena, clip->tracks, arcs + done, arc_count - done);
-    is_done = group != NULL;
-    if (!is_done) break;
-    done += group->track_count;
-    end = &group->following;
-  }
-  free(arcs);
+  free(sorted);
   return is_done ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
 }
 
@@ -116,23 +233,22 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
   *clip = (tw_clip){.arena = arena, .node_count = node_count, .track_count = keys->track_count};
   clip->tracks = tw_arena_alloc(arena, keys->track_count, sizeof *clip->tracks);
   clip->timelines = tw_arena_alloc(arena, keys->track_count, sizeof *clip->timelines);
-  clip->by_timeline = tw_arena_alloc(arena, keys->track_count, sizeof *clip->by_timeline);
+  clip->posed = tw_arena_alloc(arena, keys->track_count, sizeof *clip->posed);
   clip->moves = tw_arena_alloc(arena, node_count, sizeof *clip->moves);
-  if (clip->tracks && clip->timelines && clip->by_timeline && clip->moves) return clip;
+  if (clip->tracks && clip->timelines && clip->posed && clip->moves) return clip;
   tw_arena_destroy(arena);
   return NULL;
 }
 
 tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
                          tw_error *error) {
-  tw_status status = tw_clip_check(keys, node_count, force, error);
+  tw_status status = check_clip(keys, node_count, force, error);
   if (status != TW_OK) return status;
   tw_clip *clip = clip_alloc(keys, node_count);
   if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
   status = build_timelines(clip, keys, error);
   if (status == TW_OK) status = build_tracks(clip, keys, force, error);
   if (status == TW_OK) status = order_tracks(clip, error);
-  if (status == TW_OK) status = group_tracks(clip, error);
   if (status == TW_OK)
     *out = clip;
   else
@@ -169,4 +285,130 @@ uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path) {
 
 uint32_t tw_clip_width(const tw_clip *clip, uint32_t track) {
   return clip->tracks[track].width;
+}
+
+/* ---- evaluating ---------------------------------------------------------------------------------------- */
+
+float tw_loop_time(float t, float duration, tw_loop loop) {
+  if (duration <= 0) return 0;
+  double time = (double)t, length = (double)duration;
+  switch (loop) {
+  case TW_CLAMP: break;
+  case TW_REPEAT:
+    time = fmod(time, length);
+    if (time < 0) time += length;
+    if ((float)time >= duration) time = 0; /* a tiny negative time rounds up to the end */
+    break;
+  case TW_PINGPONG:
+    time = fmod(fabs(time), 2 * length);
+    if (time > length) time = 2 * length - time;
+    break;
+  }
+  return (float)time;
+}
+
+/* Where a path lies in a transform. */
+static float *place_of(tw_trs *trs, tw_path path) {
+  return path == TW_TRANSLATION ? trs->translation : path == TW_SCALE ? trs->scale : trs->rotation;
+}
+
+void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out) {
+  const tw_track *sampled = &clip->tracks[track];
+  float clamped[TW_TRACK_BATCH];
+  uint32_t keys[TW_TRACK_BATCH];
+  for (size_t done = 0; done < time_count; done += TW_TRACK_BATCH) {
+    size_t count = time_count - done < TW_TRACK_BATCH ? time_count - done : TW_TRACK_BATCH;
+    tw_timeline_find(sampled->timeline, times + done, count, clamped, keys);
+    tw_track_sample(sampled, clamped, keys, count, out + done * sampled->width,
+                    sampled->width * sizeof(float));
+  }
+}
+
+/* Many times: track by track, from posed[first] on. Key times that tracks share are searched once. count: at
+ * most TW_TRACK_BATCH. */
+static void pose_tracks(const tw_clip *clip, uint32_t first, const float *times, size_t count,
+                        tw_trs *locals) {
+  float clamped[TW_TRACK_BATCH];
+  uint32_t keys[TW_TRACK_BATCH];
+  const tw_timeline *timeline = NULL;
+  for (uint32_t i = first; i < clip->posed_count; i++) {
+    const tw_track *track = &clip->tracks[clip->posed[i]];
+    if (track->timeline != timeline) tw_timeline_find(track->timeline, times, count, clamped, keys);
+    timeline = track->timeline;
+    tw_track_sample(track, clamped, keys, count, place_of(&locals[track->node], track->path),
+                    clip->node_count * sizeof *locals);
+  }
+}
+
+/* One time: arcs of a batch of tracks at once. */
+static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
+  const tw_arc_segment *arcs[TW_TRACK_BATCH];
+  float clamped[TW_TRACK_BATCH], *out[TW_TRACK_BATCH], at = time;
+  const tw_timeline *timeline = NULL;
+  uint32_t key = 0;
+  for (uint32_t done = 0, count; done < clip->arc_count; done += count) {
+    const uint32_t *tracks = clip->posed + done;
+    count = clip->arc_count - done < TW_TRACK_BATCH ? clip->arc_count - done : TW_TRACK_BATCH;
+    for (uint32_t i = 0; i < count; i++) {
+      const tw_track *track = &clip->tracks[tracks[i]];
+      if (track->timeline != timeline) {
+        timeline = track->timeline;
+        at = timeline_clamp(timeline, time);
+        key = timeline_find_in(timeline, at, timeline_bucket(timeline, at));
+      }
+      clamped[i] = at;
+      arcs[i] = &track->segments.arcs[key];
+      out[i] = locals[track->node].rotation;
+    }
+    tw_arcs_sample(arcs, clamped, count, out);
+  }
+}
+
+static void pose_at(const tw_clip *clip, float time, tw_trs *locals) {
+  pose_arcs(clip, time, locals);
+  pose_tracks(clip, clip->arc_count, &time, 1, locals);
+}
+
+void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
+                  tw_trs *locals) {
+  for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
+  pose_at(clip, time, locals);
+}
+
+void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
+                   size_t time_count, tw_trs *locals) {
+  for (size_t done = 0; done < time_count; done += TW_TRACK_BATCH) {
+    size_t count = time_count - done < TW_TRACK_BATCH ? time_count - done : TW_TRACK_BATCH;
+    tw_trs *batch = locals + done * node_count;
+    for (size_t i = 0; rest && i < count && node_count > 0; i++)
+      memcpy(batch + i * node_count, rest, node_count * sizeof *rest);
+    if (count == 1)
+      pose_at(clip, times[done], batch);
+    else
+      pose_tracks(clip, 0, times + done, count, batch);
+  }
+}
+
+/* Negates each rotation that is on the other side of the one before it: a turn of more than 360 degrees ends
+ * there. */
+static void align_signs(float *rotations, uint32_t count) {
+  for (size_t i = 1; i < count; i++) {
+    float *at = rotations + 4 * i;
+    const float *before = at - 4;
+    if (before[0] * at[0] + before[1] * at[1] + before[2] * at[2] + before[3] * at[3] >= 0) continue;
+    for (int j = 0; j < 4; j++) at[j] = -at[j];
+  }
+}
+
+tw_track_keys tw_track_as_keys(const tw_track *track, const float *times, float *values, uint32_t key_count) {
+  bool rotation = track->path == TW_ROTATION;
+  if (rotation) align_signs(values, key_count);
+  return (tw_track_keys){.node = track->node,
+                         .path = track->path,
+                         .interpolation = track->holds ? TW_STEP : TW_LINEAR,
+                         .form = rotation ? TW_KEY_QUATERNION : TW_KEY_VALUES,
+                         .width = track->width,
+                         .key_count = key_count,
+                         .times = times,
+                         .values = values};
 }

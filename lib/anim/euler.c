@@ -16,8 +16,8 @@ const unsigned char tw_euler_axes[TW_EULER_ORDERS][3] = {{0, 1, 2}, {0, 2, 1}, {
 
 static const double PI = 3.14159265358979323846;
 
-/* Below this a pair above is rounding of single precision: the middle angle is within half a
- * microradian of 90 degrees. */
+/* A pair below this is only rounding error of single precision: the middle angle is within half a microradian
+ * of 90 degrees. */
 static const double LOCK = 3e-7;
 
 static double order_sign(tw_euler_order order) {

@@ -1,16 +1,67 @@
-/* One track made ready for sampling. Built by track_build.c, sampled by track_sample.c. */
+/* One track compiled for sampling, and its timeline: the key before a time in constant time. */
 #ifndef TWEEND_TRACK_H
 #define TWEEND_TRACK_H
 
-#include <string.h>
-
 #include "quat.h"
-#include "timeline.h"
+
+/* ---- timelines --------------------------------------------------------------------------------------- */
+
+/* The first key in this bucket or a later one, and the times of that key and the two after it, so that most
+ * searches read one place in memory. */
+typedef struct tw_bucket {
+  float times[3]; /* infinity beyond the last key */
+  uint32_t first_key;
+} tw_bucket;
+
+/* Key times. Tracks with equal times share one. The span of the keys is cut into as many equal buckets as
+ * there are keys. Rounding keeps order, so keys of lower buckets are never after a time in a bucket, and keys
+ * of higher buckets never before or at it: only the bucket's own keys are compared. They are seldom more than
+ * two; a crowded bucket is bisected. Immutable. */
+typedef struct tw_timeline {
+  const float *times;       /* [key_count], strictly increasing */
+  const tw_bucket *buckets; /* [last_bucket + 2] */
+  uint32_t key_count;
+  float first, last; /* key time */
+  float last_bucket, buckets_per_second;
+} tw_timeline;
+
+/* Copies times[0..key_count) into the arena; they are finite and strictly increasing, and key_count is
+ * at least 1. False without memory. */
+bool tw_timeline_init(tw_timeline *timeline, tw_arena *arena, const float *times, uint32_t key_count);
+
+/* A time outside the keys becomes the first or last key time; so does NaN. */
+static inline float timeline_clamp(const tw_timeline *timeline, float time) {
+  time = time > timeline->first ? time : timeline->first;
+  return time < timeline->last ? time : timeline->last;
+}
+
+static inline uint32_t timeline_bucket(const tw_timeline *timeline, float clamped) {
+  float place = (clamped - timeline->first) * timeline->buckets_per_second;
+  return (uint32_t)(int32_t)(place < timeline->last_bucket ? place : timeline->last_bucket);
+}
+
+/* The last key at or before a clamped time, when the bucket's three times are all at or before it. */
+uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, uint32_t bucket);
+
+/* The last key at or before a clamped time, which lies in this bucket. */
+static inline uint32_t timeline_find_in(const tw_timeline *timeline, float clamped, uint32_t bucket) {
+  const tw_bucket *found = timeline->buckets + bucket;
+  uint32_t passed = (uint32_t)(found->times[0] <= clamped) + (uint32_t)(found->times[1] <= clamped) +
+                    (uint32_t)(found->times[2] <= clamped);
+  return passed < 3 ? found->first_key + passed - 1 : tw_timeline_find_crowded(timeline, clamped, bucket);
+}
+
+/* For [count] times in any order: each one clamped, and the last key at or before it. The arrays do not
+ * overlap. */
+void tw_timeline_find(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
+                      uint32_t *keys);
+
+/* ---- tracks ------------------------------------------------------------------------------------------ */
 
 /* How a track is evaluated, which decides the type of its segments. */
 typedef enum track_kind {
-  TRACK_ARC,           /* rotation, step and slerp: arc_segment */
-  TRACK_NLERP,         /* rotation: arc_segment and nlerp_shape */
+  TRACK_ARC,           /* rotation, step and slerp: tw_arc_segment */
+  TRACK_NLERP,         /* rotation: nlerp_segment */
   TRACK_SQUAD,         /* rotation: squad_segment */
   TRACK_HERMITE,       /* rotation, cubic spline: cubic [4] */
   TRACK_EULER,         /* rotation: euler_segment */
@@ -21,29 +72,19 @@ typedef enum track_kind {
 } track_kind;
 
 /* from cos v + toward sin v with v = (time - start) rate. At v = 0 this is `from`, bit for bit: the key.
- * toward is as long as from. */
-typedef struct arc_segment {
+ * toward is as long as from and orthogonal to it. One segment is a single place in memory, since a pose reads
+ * one of each track. */
+typedef struct tw_arc_segment {
   float from[4], toward[4];
   float start, rate;
-} arc_segment;
-
-/* Its numbers by their places. A track keeps each of them for all its segments in a row, so that many times
- * are sampled in vectors; a clip also keeps them for many tracks in blocks, in the order of time
- * (arc_group.h), for single times. Vectors are loaded whole, with up to ARC_ROOM numbers beyond the last. */
-enum { ARC_FROM = 0, ARC_TOWARD = 4, ARC_START = 8, ARC_RATE, ARC_NUMBERS, ARC_ROOM = 15 };
-
-/* Arcs of some tracks side by side, and whose they are. */
-enum { ARC_BLOCK = 16 };
-typedef struct arc_block {
-  float numbers[ARC_NUMBERS][ARC_BLOCK];
-  uint32_t nodes[ARC_BLOCK];
-} arc_block;
+} tw_arc_segment;
 
 /* The same great arc at the pace of the straight line between its ends: at u the direction is
  * (1 - u versine, u sine). */
-typedef struct nlerp_shape {
+typedef struct nlerp_segment {
+  tw_arc_segment arc;
   float versine, sine; /* of the arc's angle */
-} nlerp_shape;
+} nlerp_segment;
 
 typedef struct squad_segment {
   tw_arc keys, controls;
@@ -58,7 +99,7 @@ typedef struct euler_segment {
   double start[3], change[3];
 } euler_segment;
 
-/* The axis goes along the great arc from `axis` toward `toward`, the angle linearly. */
+/* The axis moves along the great arc from `axis` toward `toward`, the angle linearly. */
 typedef struct turn_segment {
   double axis[3], toward[3], axis_angle;
   double start, change;
@@ -77,13 +118,13 @@ typedef struct tw_track {
   uint32_t timeline_index;
   const float *keys; /* [key_count][width]: TRACK_VALUES_STEP, _LINEAR, TRACK_SQUAD, TRACK_HERMITE */
   union {
-    const float *arcs;           /* [ARC_NUMBERS][key_count], then room */
+    const tw_arc_segment *arcs;  /* [key_count] */
+    const nlerp_segment *nlerps; /* [key_count] */
     const squad_segment *squads; /* [key_count] */
     const cubic *cubics;         /* [key_count][width] */
     const euler_segment *eulers; /* [key_count] */
     const turn_segment *turns;   /* [key_count] */
   } segments;
-  const nlerp_shape *shapes; /* [key_count], TRACK_NLERP */
 } tw_track;
 
 /* Compiles keys that tw_clip_create has checked. `interpolation` may differ from the keys' own when
@@ -93,9 +134,16 @@ tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *
                          tw_interpolation interpolation, bool forced, const tw_timeline *timeline,
                          tw_error *error);
 
-/* Values at clamped times, keys[i] being the key at or before times[i]. out: [count][width]. */
+enum { TW_TRACK_BATCH = 64 };
+
+/* Values at clamped times, keys[i] being the key at or before times[i]. count: at most TW_TRACK_BATCH.
+ * out: [count] places of `width` floats, `step` bytes apart. */
 void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
-                     float *out);
+                     float *out, size_t step);
+
+/* The rotation of each arc at its own clamped time, which is not before the arc's start. count: at most
+ * TW_TRACK_BATCH. out[i]: 4 floats. Same bits for an arc and time whatever the others are. */
+void tw_arcs_sample(const tw_arc_segment *const *arcs, const float *times, size_t count, float *const *out);
 
 /* Seconds from a key to the next; 0 for the last one. */
 double tw_track_seconds(const tw_track *track, uint32_t key);
@@ -104,41 +152,23 @@ double tw_track_seconds(const tw_track *track, uint32_t key);
  * precision; at 0 the key's sample. Of length 1 within 1e-6. */
 void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]);
 
-/* About how far a rotation track turns in segment `key`, rather too much than too little: what sampling its
- * path densely enough needs. */
+/* About how far a rotation track turns in segment `key`, rather too much than too little: sampling its path
+ * densely enough needs this. */
 double tw_track_travel(const tw_track *track, uint32_t key);
 
-/* Of a track that has arcs. */
-static inline arc_segment track_arc(const tw_track *track, uint32_t key) {
-  float numbers[ARC_NUMBERS];
-  for (size_t i = 0; i < ARC_NUMBERS; i++)
-    numbers[i] = track->segments.arcs[i * track->timeline->key_count + key];
-  arc_segment arc;
-  memcpy(&arc, numbers, sizeof arc);
-  return arc;
-}
+/* Steps between two keys whose way is arbitrary, or differs from the way that quaternions take between the
+ * same rotations. */
+typedef enum tw_turn {
+  TURN_SHORT, /* neither */
+  TURN_HALF,  /* 180 degrees, but for rounding */
+  TURN_LONG   /* an angle that changes by more */
+} tw_turn;
 
-/* Rotations of a track at [count] times: out[i] is that of arc which[i] of arc_count, which starts at or
- * before times[i]. Quickest where they ascend. out: [count][4]. */
-void tw_arcs_sample(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
-                    size_t count, float *out);
+/* The step from a key of a rotation track to the next one. Quaternions that slerp, nlerp or squad joins are
+ * never more than 180 degrees apart; splines and STEP tracks are always TURN_SHORT. */
+tw_turn tw_track_turn(const tw_track *track, uint32_t key);
 
-/* Puts rotations of many tracks at one time into the local transforms of their nodes: of the arcs before the
- * first one from `block` on that starts later, which there is, those in its block and in `window` ones before
- * it; one after another, so that the last of a node counts. None of them starts later. */
-void tw_arcs_pose(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals);
-
-/* What does tw_timeline_find_all and these on one instruction set. */
-typedef struct tw_track_kernels {
-  void (*find_keys)(const tw_timeline *timeline, const float *times, size_t count, float *clamped,
-                    uint32_t *keys);
-  void (*sample_arcs)(const float *arcs, size_t arc_count, const uint32_t *which, const float *times,
-                      size_t count, float *out);
-  void (*pose_arcs)(const arc_block *blocks, size_t window, size_t block, float time, tw_trs *locals);
-} tw_track_kernels;
-extern const tw_track_kernels tw_track_kernels_avx2, tw_track_kernels_avx512;
-
-/* 0 for every machine, 1 AVX2, 2 AVX-512; NULL for one that the machine lacks. All give the same bytes. */
-const tw_track_kernels *tw_track_kernels_at(uint32_t instruction_set);
+/* Whether the keys' own angles tell how far a step turns. */
+bool tw_track_says_angles(const tw_track *track);
 
 #endif

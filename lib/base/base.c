@@ -1,4 +1,4 @@
-/* Error reports and the arena. */
+/* Error reports, the arena, UTF-8. */
 #include "tweend/base.h"
 
 #include <assert.h>
@@ -6,8 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "block.h"
 
 const char *tw_version(void) {
   return TWEEND_VERSION;
@@ -74,9 +72,11 @@ void *tw_alloc_zero(size_t count, size_t size) {
   return calloc(count ? count : 1, size ? size : 1);
 }
 
-/* Blocks double from the first to the last of these sizes, so that small arenas stay small. They are cleared
- * as they are handed out: most of a small arena is not, and calloc goes past the threads' own free lists.
- * What is larger has a block to itself. */
+/* ---- arena --------------------------------------------------------------------------------------------- */
+
+/* Blocks double from the first to the last of these sizes, so that small arenas stay small. Their memory is
+ * cleared as it is handed out, because most of a small arena never is, and calloc bypasses the threads' own
+ * free lists. An array larger than ARENA_BLOCK has a block of its own, from calloc. */
 enum { ARENA_FIRST = 512, ARENA_BLOCK = 64 * 1024, ARENA_ALIGN = 16 };
 
 typedef struct arena_block {
@@ -85,21 +85,21 @@ typedef struct arena_block {
   _Alignas(ARENA_ALIGN) unsigned char bytes[];
 } arena_block;
 
-/* The first block lies behind it, in one piece of memory. */
+/* Followed by the first block, in the same piece of memory. */
 struct tw_arena {
   arena_block *first;
   size_t size, next_block;
-  void *owned; /* that memory; NULL where it is another's */
+  void *owned; /* that memory; NULL where it is the caller's */
 };
-_Static_assert(sizeof(struct tw_arena) % ARENA_ALIGN == 0, "the block behind it is aligned");
+_Static_assert(sizeof(struct tw_arena) % ARENA_ALIGN == 0, "the first block is aligned");
 
-static arena_block *block_behind(tw_arena *arena) {
+static arena_block *first_block(tw_arena *arena) {
   return (arena_block *)(void *)(arena + 1);
 }
 
 static tw_arena *create_in(void *memory, size_t size, void *owned) {
   tw_arena *arena = memory;
-  arena_block *block = block_behind(arena);
+  arena_block *block = first_block(arena);
   *arena = (tw_arena){block, size, 2 * (size_t)ARENA_FIRST, owned};
   block->next = NULL;
   block->used = 0;
@@ -121,20 +121,20 @@ void tw_arena_destroy(tw_arena *arena) {
   if (!arena) return;
   for (arena_block *block = arena->first; block;) {
     arena_block *next = block->next;
-    if (block != block_behind(arena)) tw_block_free(block);
+    if (block != first_block(arena)) free(block);
     block = next;
   }
   free(arena->owned);
 }
 
-/* A block of so many bytes, first in line unless it is for one array alone; NULL without memory. */
+/* Adds a block of `whole` bytes, as the one in use unless it is for one array alone. NULL without memory. */
 static arena_block *add_block(tw_arena *arena, size_t whole, bool alone, bool zero) {
-  arena_block *fresh = zero ? tw_block_alloc_zero(whole, 1) : tw_block_alloc(whole, 1), *block = arena->first;
+  arena_block *fresh = zero ? tw_alloc_zero(whole, 1) : tw_alloc(whole, 1), *block = arena->first;
   if (!fresh) return NULL;
   fresh->used = 0;
   fresh->capacity = whole - sizeof *fresh;
   arena->size += whole;
-  if (alone) { /* a big one of its own: keep filling the block in use */
+  if (alone) {
     fresh->next = block->next;
     block->next = fresh;
   } else {
@@ -177,4 +177,32 @@ char *tw_arena_text(tw_arena *arena, const char *text, size_t length) {
 
 size_t tw_arena_size(const tw_arena *arena) {
   return arena->size;
+}
+
+/* ---- UTF-8 (RFC 3629, section 4) ----------------------------------------------------------------------- */
+
+size_t tw_utf8_length(const char *text, size_t length) {
+  const unsigned char *bytes = (const unsigned char *)text;
+  if (length == 0) return 0;
+  unsigned char lead = bytes[0];
+  if (lead < 0x80) return 1;
+  size_t count = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
+  if (lead < 0xC2 || lead > 0xF4 || length < count) return 0;
+  /* The second byte rules out overlong forms, surrogates and values over U+10FFFF. */
+  unsigned char low = lead == 0xE0 ? 0xA0 : lead == 0xF0 ? 0x90 : 0x80;
+  unsigned char high = lead == 0xED ? 0x9F : lead == 0xF4 ? 0x8F : 0xBF;
+  if (bytes[1] < low || bytes[1] > high) return 0;
+  for (size_t i = 2; i < count; i++)
+    if ((bytes[i] & 0xC0) != 0x80) return 0;
+  return count;
+}
+
+bool tw_utf8_is_name(const char *text, size_t length) {
+  for (size_t i = 0; i < length;) {
+    unsigned char byte = (unsigned char)text[i];
+    size_t count = tw_utf8_length(text + i, length - i);
+    if (count == 0 || byte < 0x20 || byte == 0x7F) return false;
+    i += count;
+  }
+  return true;
 }

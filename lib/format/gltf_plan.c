@@ -1,25 +1,27 @@
-/* What lies where in a glTF answer: images, then for each mesh its vertices and its triangles by
- * material, then bind matrices, then animation. Sizes come from counts alone; no point is computed. */
+/* The layout of a glTF answer: images, then for each mesh its vertices and its triangles by material, then
+ * bind matrices, then animation. Sizes come from counts alone; no point is computed. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "gltf/gltf.h"
-#include "gltf_keys.h"
+#include "tweend/bake.h"
 
 enum {
   ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),
-  ADDED_KEYS_MAX =
-      1 << 20 /* of all tracks of a clip that cannot keep their own: two keys may say many turns */
+  ADDED_KEYS_MAX = 1 << 20 /* of all tracks of a clip that cannot keep their keys: two may say many turns */
 };
 
 /* tinygltf takes kilobytes of memory for each view, accessor, node and material. */
 static const uint64_t PARTS_MAX = 1 << 18;
 
+static const tw_tolerance TOLERANCE = {.angle = 0.0017453292519943296, .distance = 1}; /* 0.1 degrees */
+
 static tw_status no_memory(tw_error *error) {
-  return tw_fail(error, TW_NO_MEMORY, "Out of memory.");
+  return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
 }
 
-/* ---- adding ----------------------------------------------------------------------------------- */
+/* ---- adding -------------------------------------------------------------------------------------------- */
 
 static uint32_t add_view(tw_gltf_plan *plan, tw_gltf_view view) {
   view.offset = plan->data_size;
@@ -45,13 +47,13 @@ static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t cou
       plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_FLOAT, .width = width, .count = count});
 }
 
-/* ---- vertices --------------------------------------------------------------------------------- */
+/* ---- vertices ------------------------------------------------------------------------------------------ */
 
 static bool holds_joints(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
   return layout->joints != UINT32_MAX && layout->joints >= first && layout->joints < first + count;
 }
 
-/* Joints travel as unsigned shorts: four floats less two floats' room. */
+/* Joints are written as unsigned shorts, which saves 8 bytes a row. */
 static uint32_t bytes_of_columns(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
   return 4 * count - (holds_joints(layout, first, count) ? 8 : 0);
 }
@@ -113,7 +115,7 @@ static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *sur
                                           .morph = (int)target});
 }
 
-/* One view while glTF's greatest stride allows it; else displacements, which end the row, go to views
+/* One view while glTF's largest stride allows it; else the displacements at the end of the row go to views
  * of their own. */
 static void add_vertices(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
@@ -180,7 +182,77 @@ static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
   }
 }
 
-/* ---- images, skins, animation ----------------------------------------------------------------- */
+/* ---- tracks as glTF can hold them ---------------------------------------------------------------------- */
+
+/* Scales each value and its tangents so that the value has unit length and is on the side of the one
+ * before it, as tw_clip does. */
+static void straighten_spline(float *keys, uint32_t key_count) {
+  const float *previous = NULL;
+  for (uint32_t key = 0; key < key_count; key++) {
+    float *triple = keys + (size_t)key * 12, *value = triple + 4;
+    double square = 0, dot = 0;
+    for (int i = 0; i < 4; i++) {
+      square += (double)value[i] * (double)value[i];
+      if (previous) dot += (double)previous[i] * (double)value[i];
+    }
+    double scale = (dot < 0 ? -1 : 1) / sqrt(square);
+    for (int i = 0; i < 12; i++) triple[i] = (float)((double)triple[i] * scale);
+    previous = value;
+  }
+}
+
+static tw_status take_spline(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
+                             tw_error *error) {
+  *out = *track;
+  if (track->path == TW_ROTATION) {
+    float *values = tw_arena_alloc(arena, track->key_count, 12 * sizeof *values);
+    if (!values) return no_memory(error);
+    memcpy(values, track->values, (size_t)track->key_count * 12 * sizeof *values);
+    straighten_spline(values, track->key_count);
+    out->values = values;
+  }
+  if (track->key_count == 1) {
+    out->interpolation = TW_STEP;
+    out->values += out->width; /* between its tangents */
+  }
+  return TW_OK;
+}
+
+/* glTF interpolates between the keys as the track does. */
+static bool is_native(const tw_track_keys *track) {
+  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
+  return track->interpolation == TW_STEP;
+}
+
+static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
+                               tw_track_keys *out, tw_error *error) {
+  tw_track_keys alone = *track;
+  alone.node = 0;
+  const tw_clip_keys keys = {.track_count = 1, .tracks = &alone};
+  tw_clip_keys taken;
+  tw_tolerance reached;
+  tw_clip *clip = NULL;
+  tw_status status = tw_clip_create(&keys, 1, -1, &clip, error);
+  if (status != TW_OK) return status;
+  status = is_native(track)
+               ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
+               : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, arena, &taken, &reached, error);
+  tw_clip_destroy(clip);
+  if (status != TW_OK) return status;
+  *out = taken.tracks[0];
+  out->node = track->node;
+  return TW_OK;
+}
+
+tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena, tw_track_keys *out,
+                          tw_error *error) {
+  if (track->interpolation == TW_CUBICSPLINE) return take_spline(track, arena, out, error);
+  if (track->path == TW_ROTATION) return take_rotation(track, max_keys, arena, out, error);
+  *out = *track;
+  return TW_OK;
+}
+
+/* ---- images, skins, animation -------------------------------------------------------------------------- */
 
 static void add_images(tw_gltf_plan *plan, const tw_model *model) {
   for (uint32_t i = 0; i < plan->image_count; i++) {
@@ -255,9 +327,9 @@ static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_err
   return TW_OK;
 }
 
-/* ---- groups ----------------------------------------------------------------------------------- */
+/* ---- groups -------------------------------------------------------------------------------------------- */
 
-/* Whether the groups of all meshes together have a reasonable place in the JSON. */
+/* Whether the groups of all meshes together are few and short enough for the JSON. */
 static bool names_groups(const tw_scene *scene) {
   enum { RANGES_MAX = 16384, TEXT_MAX = 1 << 20 };
   uint32_t ranges = 0;
@@ -272,7 +344,7 @@ static bool names_groups(const tw_scene *scene) {
   return true;
 }
 
-/* ---- the whole -------------------------------------------------------------------------------- */
+/* ---- the whole ----------------------------------------------------------------------------------------- */
 
 static uint32_t count_attributes(const tw_surface_layout *layout) {
   uint32_t count = 1 + layout->uv_count;
@@ -288,7 +360,7 @@ static uint32_t count_materials(const tw_surface *surface) {
   return count;
 }
 
-/* No more views, and no more accessors, than the scene can ask for. */
+/* Upper bounds of views and accessors. */
 static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
   const tw_model *model = scene->model;
   uint64_t tracks = scene->clip ? scene->clip->track_count : 0;

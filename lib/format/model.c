@@ -8,8 +8,7 @@
 #include <string.h>
 
 #include "clip.h"
-#include "turns.h"
-#include "tweend/utf8.h"
+#include "tweend/base.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb"};
 const char *const tw_format_media_types[TW_FORMATS] = {"model/obj", "application/json", "model/gltf+json",

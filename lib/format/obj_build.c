@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tweend/utf8.h"
+#include "tweend/base.h"
 
 /* Above this the file stays one mesh: a mesh costs much more memory than a line of text. */
 enum { OBJECTS_MAX = 65536 };

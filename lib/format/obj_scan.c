@@ -1,7 +1,7 @@
 /* Walking through OBJ text. */
 #include "obj_scan.h"
 
-#include "plain_number.h"
+#include "number.h"
 
 #include <string.h>
 

@@ -4,8 +4,9 @@
  *
  * What is not manifold shows at a vertex: as two faces that leave it along the same edge, or as faces that
  * are not one fan. */
-#include "block.h"
 #include "topology.h"
+
+#include <stdlib.h>
 
 /* Faces of a greater pole are left to others. */
 enum { SPOKES_MAX = 64 };
@@ -138,12 +139,11 @@ static bool link_vertex(tw_topology *t, uint32_t vertex, uint8_t *face_to) {
 
 bool tw_topology_link_manifold(tw_topology *topology) {
   tw_topology *t = topology;
-  uint8_t *face_to =
-      tw_block_alloc_zero(t->vertex_count, 1); /* face of the vertex at hand that leaves for each */
+  uint8_t *face_to = tw_alloc_zero(t->vertex_count, 1); /* face of the vertex at hand that leaves for each */
   if (!face_to) return false;
   t->edge_count = 0;
   bool linked = true;
   for (uint32_t v = 0; v < t->vertex_count && linked; v++) linked = link_vertex(t, v, face_to);
-  tw_block_free(face_to);
+  free(face_to);
   return linked;
 }

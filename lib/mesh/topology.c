@@ -5,8 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
-
 /* Starts of the runs that `counts` describes: offsets[0] = 0, offsets[count] = total. */
 static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
   uint32_t sum = 0;
@@ -211,8 +209,8 @@ static void link_fans(tw_topology *t) {
 
 /* Edges, siblings, fans and rings of any mesh. */
 static tw_status link_any(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
-  uint32_t *buckets = tw_block_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
-  half_edge *halves = tw_block_alloc(t->corner_count, sizeof *halves);
+  uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
+  half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
   tw_status status = TW_NO_MEMORY;
   if (buckets && halves) {
     t->edge_count = 0;
@@ -228,8 +226,8 @@ static tw_status link_any(tw_topology *t, const uint32_t *known_edges, tw_arena 
       status = TW_OK;
     }
   }
-  tw_block_free(buckets);
-  tw_block_free(halves);
+  free(buckets);
+  free(halves);
   return status;
 }
 

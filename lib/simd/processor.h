@@ -20,18 +20,6 @@ static inline bool tw_processor_has(uint32_t set) {
   return set == TW_SET_ANY;
 }
 
-/* AVX-512 with what came to it up to the squeezing of bytes. */
-static inline bool tw_processor_has_vbmi2(void) {
-#ifdef __x86_64__
-  return tw_processor_has(TW_SET_AVX512) && __builtin_cpu_supports("avx512ifma") &&
-         __builtin_cpu_supports("avx512vbmi") && __builtin_cpu_supports("avx512vbmi2") &&
-         __builtin_cpu_supports("avx512vpopcntdq") && __builtin_cpu_supports("popcnt") &&
-         __builtin_cpu_supports("fma") && __builtin_cpu_supports("bmi2");
-#else
-  return false;
-#endif
-}
-
 static inline uint32_t tw_processor_best(void) {
   uint32_t best = TW_SETS - 1;
   while (!tw_processor_has(best)) best--;

@@ -124,18 +124,18 @@ static void link_middles(void *context, uint32_t part, uint32_t begin, uint32_t 
 /* ---- the step ------------------------------------------------------------------------------- */
 
 tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
-                        const tw_crew *crew) {
+                        const tw_parallel_for *parallel) {
   tw_child_step s = *step;
   const tw_topology *p = s.parent;
   tw_status status = allocate(s.child, arena);
   if (status != TW_OK) return status;
-  tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, s.split_faces, &s);
-  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, split_edges, &s);
+  tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, s.split_faces, &s);
+  tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, split_edges, &s);
   tw_decay(p, rules, s.child);
-  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, count_fans, &s);
+  tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, count_fans, &s);
   place_fans(&s);
-  tw_crew_loop(crew, p->vertex_count, TW_CREW_LEAST, link_vertices, &s);
-  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, link_middles, &s);
-  if (s.link_faces) tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, s.link_faces, &s);
+  tw_parallel_for_run(parallel, p->vertex_count, TW_PARALLEL_FOR_LEAST, link_vertices, &s);
+  tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, link_middles, &s);
+  if (s.link_faces) tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, s.link_faces, &s);
   return rules->chaikin ? tw_topology_sum_semi(s.child, arena) : TW_OK;
 }

@@ -6,7 +6,7 @@
 #define TWEEND_CHILD_H
 
 #include "crease.h"
-#include "crew.h"
+#include "parallel_for.h"
 
 /* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked: they
  * are written vertex by vertex, from any on whose places are known. */
@@ -29,9 +29,9 @@ typedef struct tw_child_step {
   tw_topology *child;                    /* its counts and face size are set */
   uint32_t middle_corners, middle_edges; /* that the middle of an edge has for each face there; and two
                                             edges more, the halves */
-  tw_crew_body *split_faces;             /* corners and edges of the children of faces */
+  tw_parallel_for_body *split_faces;     /* corners and edges of the children of faces */
   void (*link_edge)(tw_child_fans *fans, uint32_t edge); /* puts those of an edge's middle */
-  tw_crew_body *link_faces;                              /* fans of face points; NULL: there are none */
+  tw_parallel_for_body *link_faces;                      /* fans of face points; NULL: there are none */
 } tw_child_step;
 
 static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t vertex) {
@@ -41,6 +41,6 @@ static inline tw_child_fans tw_start_fans(const tw_child_step *step, uint32_t ve
 
 /* Makes the child. TW_NO_MEMORY. */
 tw_status tw_child_make(const tw_child_step *step, const tw_rules *rules, tw_arena *arena,
-                        const tw_crew *crew);
+                        const tw_parallel_for *parallel);
 
 #endif

@@ -98,7 +98,7 @@ static void split_faces(void *context, uint32_t part, uint32_t begin, uint32_t e
 }
 
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                           const tw_crew *crew, tw_topology *child) {
+                           const tw_parallel_for *parallel, tw_topology *child) {
   tw_status status = count_child(parent, child);
   const tw_child_step step = {.parent = parent,
                               .child = child,
@@ -106,7 +106,7 @@ tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_
                               .middle_edges = 2,
                               .split_faces = split_faces,
                               .link_edge = link_edge};
-  return status == TW_OK ? tw_child_make(&step, rules, arena, crew) : status;
+  return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
 /* ---- values --------------------------------------------------------------------------------- */
@@ -234,7 +234,8 @@ static void compute_values(void *context, uint32_t part, uint32_t begin, uint32_
 }
 
 void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                    const tw_crew *crew, double *out) {
+                    const tw_parallel_for *parallel, double *out) {
   values_job job = {parent, rules, width, in, out};
-  tw_crew_loop(crew, parent->vertex_count + parent->edge_count, TW_CREW_LEAST, compute_values, &job);
+  tw_parallel_for_run(parallel, parent->vertex_count + parent->edge_count, TW_PARALLEL_FOR_LEAST,
+                      compute_values, &job);
 }

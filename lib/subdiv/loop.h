@@ -12,17 +12,17 @@
 #define TWEEND_LOOP_H
 
 #include "crease.h"
-#include "crew.h"
+#include "parallel_for.h"
 
 /* Topology and sharpness of the next level; TW_LIMIT, TW_NO_MEMORY. The parent's sharpness must be set. */
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                           const tw_crew *crew, tw_topology *child);
+                           const tw_parallel_for *parallel, tw_topology *child);
 
 /* Values of the next level: in [parent vertices][width], out [child vertices][width]; width 1 to 4. In
  * double, because levels come on top of each other to the end: rounding must stay small beside triangles that
  * shrink with each. */
 void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                    const tw_crew *crew, double *out);
+                    const tw_parallel_for *parallel, double *out);
 
 /* The same for `count` rows of the child from `first` on. out: [count][width]. */
 void tw_loop_some_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,

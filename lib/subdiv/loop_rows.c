@@ -3,9 +3,9 @@
 #include "loop_rows.h"
 
 #include <assert.h>
+#include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 #include "loop_mask.h"
 
 /* ---- numbers -------------------------------------------------------------------------------- */
@@ -225,24 +225,24 @@ static void keep_rows(void *context, uint32_t part, uint32_t begin, uint32_t end
   compute(j->rows, j->points, begin, end - begin, j->kept + 3 * (size_t)begin);
 }
 
-tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_crew *crew,
+tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_parallel_for *parallel,
                             double *kept) {
   const tw_topology *t = &rows->above;
   size_t above = (size_t)t->vertex_count + (rows->levels == 1 ? 0 : t->edge_count);
   double *middle = NULL;
   const double *from = points;
   if (rows->levels == 2) {
-    middle = rows->normals ? tw_block_alloc(above, 3 * sizeof *middle) : kept;
+    middle = rows->normals ? tw_alloc(above, 3 * sizeof *middle) : kept;
     if (!middle) return TW_NO_MEMORY;
-    tw_loop_values(t, &rows->rules, 3, points, crew, middle);
+    tw_loop_values(t, &rows->rules, 3, points, parallel, middle);
     from = middle;
   }
   if (rows->normals)
-    tw_crew_loop(crew, tw_loop_rows_counts(rows).vertex_count, TW_CREW_LEAST, keep_rows,
-                 &(keep_job){rows, from, kept});
+    tw_parallel_for_run(parallel, tw_loop_rows_counts(rows).vertex_count, TW_PARALLEL_FOR_LEAST, keep_rows,
+                        &(keep_job){rows, from, kept});
   else if (rows->levels == 1)
     memcpy(kept, points, 3 * above * sizeof *kept);
-  if (middle != kept) tw_block_free(middle);
+  if (middle != kept) free(middle);
   return TW_OK;
 }
 

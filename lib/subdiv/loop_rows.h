@@ -28,7 +28,7 @@ tw_topology tw_loop_rows_counts(const tw_loop_rows *rows);
 size_t tw_loop_rows_kept_count(const tw_loop_rows *rows);
 
 /* Computes them. points: [vertices above][3]; kept: [tw_loop_rows_kept_count][3]. TW_NO_MEMORY. */
-tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_crew *crew,
+tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_parallel_for *parallel,
                             double *kept);
 
 /* Points [first, first + count) of the level, in the order of loop.h: those of tw_loop_values to the last

@@ -2,9 +2,9 @@
  * others', their connectivity and sharpness. */
 #include "neighbourhood.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 
 /* ---- regular quads -------------------------------------------------------------------------- */
 
@@ -152,12 +152,12 @@ struct tw_collector {
 };
 
 tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
-  tw_collector *c = tw_block_alloc(1, sizeof *c);
+  tw_collector *c = tw_alloc(1, sizeof *c);
   if (!c) return NULL;
   c->topology = topology;
   c->chaikin = chaikin;
-  c->vertex_marks = tw_block_alloc_zero(topology->vertex_count, sizeof *c->vertex_marks);
-  c->face_marks = tw_block_alloc_zero(topology->face_count, 1);
+  c->vertex_marks = tw_alloc_zero(topology->vertex_count, sizeof *c->vertex_marks);
+  c->face_marks = tw_alloc_zero(topology->face_count, 1);
   if (c->vertex_marks && c->face_marks) return c;
   tw_collector_destroy(c);
   return NULL;
@@ -165,9 +165,9 @@ tw_collector *tw_collector_create(const tw_topology *topology, bool chaikin) {
 
 void tw_collector_destroy(tw_collector *collector) {
   if (!collector) return;
-  tw_block_free(collector->vertex_marks);
-  tw_block_free(collector->face_marks);
-  tw_block_free(collector);
+  free(collector->vertex_marks);
+  free(collector->face_marks);
+  free(collector);
 }
 
 static bool collect_point(tw_collector *c, uint32_t vertex) {

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 #include "few.h"
 #include "forest.h"
 #include "surface.h"
@@ -212,7 +211,7 @@ tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, c
   if (status != TW_OK) return status;
   uint32_t greatest = greatest_fan(base);
   vertex_numberer n = {base, splits, visible, out, NULL, NULL, NULL};
-  n.place = tw_block_alloc(base->corner_count, sizeof *n.place);
+  n.place = tw_alloc(base->corner_count, sizeof *n.place);
   n.sector = tw_alloc(greatest, sizeof *n.sector);
   n.entries = tw_alloc(greatest, sizeof *n.entries);
   if (n.place && n.sector && n.entries) {
@@ -224,7 +223,7 @@ tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, c
   } else {
     status = TW_NO_MEMORY;
   }
-  tw_block_free(n.place);
+  free(n.place);
   free(n.sector);
   free(n.entries);
   return status;

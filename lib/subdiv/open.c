@@ -1,7 +1,8 @@
 /* Cutting a refined mesh back to what the border leaves, and counting without doing so. */
 #include "open.h"
 
-#include "block.h"
+#include <stdlib.h>
+
 
 static bool on_border(const tw_topology *t, uint32_t corner) {
   return t->vertex_flags[t->corner_vertex[corner]] & TW_VERTEX_BORDER;
@@ -56,12 +57,12 @@ static tw_status rename_vertices(const tw_topology *full, const uint32_t *faces,
 static tw_status build_faces(const tw_topology *full, const uint32_t *faces, uint32_t face_count,
                              uint32_t vertex_count, const uint32_t *corners, tw_arena *arena,
                              tw_topology *out) {
-  uint32_t size = full->face_size, *edges = tw_block_alloc(face_count, size * sizeof *edges);
+  uint32_t size = full->face_size, *edges = tw_alloc(face_count, size * sizeof *edges);
   if (!edges) return TW_NO_MEMORY;
   for (uint32_t c = 0; c < size * face_count; c++)
     edges[c] = full->corner_edge[size * faces[c / size] + c % size];
   tw_status status = tw_topology_build_parted(out, arena, vertex_count, face_count, size, corners, edges);
-  tw_block_free(edges);
+  free(edges);
   return status;
 }
 

@@ -1,9 +1,9 @@
 /* Plans the patches of a mesh of quads. */
 #include "patch.h"
 
+#include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 #include "shape.h"
 
 /* ---- planning ------------------------------------------------------------------------------- */
@@ -20,10 +20,10 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
     uint64_t capacity = need + need / 2;
     if (need > UINT32_MAX) return TW_NO_MEMORY;
     if (capacity > UINT32_MAX) capacity = UINT32_MAX;
-    uint32_t *grown = tw_block_alloc((size_t)capacity, sizeof *grown);
+    uint32_t *grown = tw_alloc((size_t)capacity, sizeof *grown);
     if (!grown) return TW_NO_MEMORY;
     memcpy(grown, list->points, list->count * sizeof *grown);
-    tw_block_free(list->points);
+    free(list->points);
     list->points = grown;
     list->capacity = (uint32_t)capacity;
   }
@@ -109,12 +109,12 @@ static tw_status start_plan(plan *p, const tw_rules *rules) {
   const tw_topology *base = all->base;
   for (uint32_t depth = 0; depth <= all->depth; depth++)
     if (!tw_spline_table(depth)) return TW_NO_MEMORY;
-  all->patches = tw_block_alloc_zero(base->face_count, sizeof *all->patches);
+  all->patches = tw_alloc_zero(base->face_count, sizeof *all->patches);
   p->collector = tw_collector_create(base, rules->chaikin);
-  p->smooth_faces = tw_block_alloc(base->vertex_count, 1);
+  p->smooth_faces = tw_alloc(base->vertex_count, 1);
   uint64_t capacity = (uint64_t)base->face_count * 16 + 16;
   p->controls.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
-  p->controls.points = tw_block_alloc(p->controls.capacity, sizeof *p->controls.points);
+  p->controls.points = tw_alloc(p->controls.capacity, sizeof *p->controls.points);
   if (!all->patches || !p->collector || !p->smooth_faces || !p->controls.points) return TW_NO_MEMORY;
   for (uint32_t v = 0; v < base->vertex_count; v++) p->smooth_faces[v] = tw_vertex_smooth_faces(base, v);
   return TW_OK;
@@ -126,7 +126,7 @@ static tw_status plan_all(plan *p, const tw_rules *rules) {
   for (uint32_t quad = 0; status == TW_OK && quad < all->base->face_count; quad++)
     status = plan_patch(p, quad);
   all->controls = p->controls.points;
-  tw_block_free(p->smooth_faces);
+  free(p->smooth_faces);
   tw_collector_destroy(p->collector);
   if (status == TW_OK)
     all->size = all->base->face_count * sizeof *all->patches + p->controls.capacity * sizeof *all->controls;
@@ -146,8 +146,8 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
 }
 
 void tw_patches_deinit(tw_patches *patches) {
-  tw_block_free(patches->patches);
-  tw_block_free(patches->controls);
+  free(patches->patches);
+  free(patches->controls);
   memset(patches, 0, sizeof *patches);
 }
 

@@ -97,7 +97,7 @@ static void link_faces(void *context, uint32_t part, uint32_t begin, uint32_t en
 }
 
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                             const tw_crew *crew, tw_topology *child) {
+                             const tw_parallel_for *parallel, tw_topology *child) {
   tw_status status = count_child(parent, child);
   const tw_child_step step = {.parent = parent,
                               .child = child,
@@ -106,7 +106,7 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
                               .split_faces = split_faces,
                               .link_edge = link_edge,
                               .link_faces = link_faces};
-  return status == TW_OK ? tw_child_make(&step, rules, arena, crew) : status;
+  return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
 static void write_corners(void *context, uint32_t part, uint32_t first, uint32_t last) {
@@ -126,14 +126,14 @@ static void write_corners(void *context, uint32_t part, uint32_t first, uint32_t
   }
 }
 
-tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_crew *crew,
+tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_parallel_for *parallel,
                             tw_topology *child) {
   tw_status status = count_child(parent, child);
   if (status != TW_OK) return status;
   child->corner_vertex = tw_arena_alloc(arena, child->corner_count, sizeof(uint32_t));
   if (!child->corner_vertex) return TW_NO_MEMORY;
   tw_child_step step = {.parent = parent, .child = child};
-  tw_crew_loop(crew, parent->face_count, TW_CREW_LEAST, write_corners, &step);
+  tw_parallel_for_run(parallel, parent->face_count, TW_PARALLEL_FOR_LEAST, write_corners, &step);
   return TW_OK;
 }
 
@@ -293,13 +293,13 @@ static void compute_vertices(void *context, uint32_t part, uint32_t begin, uint3
 }
 
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
-                      const tw_crew *crew, float *out) {
+                      const tw_parallel_for *parallel, float *out) {
   const tw_topology *p = parent;
   float *edge_points = out + (size_t)p->vertex_count * width;
   values_job job = {p, rules, width, in, out, edge_points, edge_points + (size_t)p->edge_count * width};
-  tw_crew_loop(crew, p->face_count, TW_CREW_LEAST, compute_faces, &job);
-  tw_crew_loop(crew, p->edge_count, TW_CREW_LEAST, compute_edges, &job);
-  tw_crew_loop(crew, p->vertex_count, TW_CREW_LEAST, compute_vertices, &job);
+  tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, compute_faces, &job);
+  tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, compute_edges, &job);
+  tw_parallel_for_run(parallel, p->vertex_count, TW_PARALLEL_FOR_LEAST, compute_vertices, &job);
 }
 
 void tw_refine_face_points(const tw_topology *parent, const float *in, float *face_points) {

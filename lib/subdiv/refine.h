@@ -12,20 +12,20 @@
 #define TWEEND_REFINE_H
 
 #include "crease.h"
-#include "crew.h"
+#include "parallel_for.h"
 #include "topology.h"
 
 /* Topology and sharpness of the next level; TW_NO_MEMORY. The parent's sharpness must be set. */
 tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                             const tw_crew *crew, tw_topology *child);
+                             const tw_parallel_for *parallel, tw_topology *child);
 
 /* The same, but of the child only its counts and corner_vertex: enough to draw a last level. */
-tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_crew *crew,
+tw_status tw_refine_corners(const tw_topology *parent, tw_arena *arena, const tw_parallel_for *parallel,
                             tw_topology *child);
 
 /* Values of the next level: in [parent vertices][width], out [child vertices][width]. */
 void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
-                      const tw_crew *crew, float *out);
+                      const tw_parallel_for *parallel, float *out);
 
 /* The same for points, any of them alone: the child's face points once, and from those any rows of it.
  * in: [parent vertices][3]; face_points: [parent faces][3]; out: [count][3]. */

@@ -102,19 +102,19 @@ static void compute_exactly(void *context, uint32_t part, uint32_t begin, uint32
 }
 
 tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                          const tw_crew *crew, double *out) {
-  enum { LEAST = TW_CREW_LEAST / 4 }; /* masks cost more than values */
+                          const tw_parallel_for *parallel, double *out) {
+  enum { LEAST = TW_PARALLEL_FOR_LEAST / 4 }; /* masks cost more than values */
   uint32_t faces_begin = parent->vertex_count + parent->edge_count,
-           parts = tw_crew_parts(crew, faces_begin + parent->face_count, LEAST);
+           parts = tw_parallel_for_parts(parallel, faces_begin + parent->face_count, LEAST);
   size_t capacity = tw_refine_mask_capacity(parent);
   exact_job job = {parent, rules, width, faces_begin, in, out, NULL, capacity};
   if (capacity > SIZE_MAX / parts) return TW_NO_MEMORY;
   job.shares = tw_alloc(parts * capacity, sizeof *job.shares);
   if (!job.shares) return TW_NO_MEMORY;
   /* Face points come last and are what the others are made of. */
-  tw_crew_loop(crew, parent->face_count, LEAST, compute_exactly, &job);
+  tw_parallel_for_run(parallel, parent->face_count, LEAST, compute_exactly, &job);
   job.first = 0;
-  tw_crew_loop(crew, faces_begin, LEAST, compute_exactly, &job);
+  tw_parallel_for_run(parallel, faces_begin, LEAST, compute_exactly, &job);
   free(job.shares);
   return TW_OK;
 }

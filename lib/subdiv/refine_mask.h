@@ -24,6 +24,6 @@ uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t
 
 /* tw_refine_values in double, for differences between points that lie close together. TW_NO_MEMORY. */
 tw_status tw_refine_exact(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                          const tw_crew *crew, double *out);
+                          const tw_parallel_for *parallel, double *out);
 
 #endif

@@ -39,7 +39,7 @@ size_t tw_shallow_kept_size(const tw_shallow *shallow);
 /* Computes them. positions: [points][3]; point_of: [cage vertices], NULL when all points are used; kept:
  * [tw_shallow_kept_size]. TW_NO_MEMORY. */
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                          const tw_crew *crew, float *kept);
+                          const tw_parallel_for *parallel, float *kept);
 
 /* Points [first, first + count) of the level, in the order of refine.h: the same bytes as tw_refine_values
  * gives. */

@@ -1,6 +1,7 @@
 /* Points of shallow surfaces, rows in vectors: by the generic step's arithmetic, in its order. */
-#include "block.h"
 #include "shallow_kernel.h"
+
+#include <stdlib.h>
 
 /* ---- rules ---------------------------------------------------------------------------------- */
 
@@ -316,27 +317,29 @@ static void fill_part(void *context, uint32_t part, uint32_t begin, uint32_t end
 }
 
 /* Rows [0, count). */
-static void fill_by(const tw_crew *crew, const level *l, fill_of *fill, uint32_t count, float *out) {
+static void fill_by(const tw_parallel_for *parallel, const level *l, fill_of *fill, uint32_t count,
+                    float *out) {
   fill_job job = {l, fill, out};
-  tw_crew_loop(crew, count, TW_CREW_LEAST, fill_part, &job);
+  tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, fill_part, &job);
 }
 
 /* Level 1 from the cage's points. */
-static void refine_cage(const tw_shallow *shallow, const float *cage, const tw_crew *crew, float *points) {
+static void refine_cage(const tw_shallow *shallow, const float *cage, const tw_parallel_for *parallel,
+                        float *points) {
   const tw_topology *t = &shallow->cage;
   if (!is_smooth(shallow)) {
-    tw_refine_values(t, &shallow->rules, 3, cage, crew, points);
+    tw_refine_values(t, &shallow->rules, 3, cage, parallel, points);
     return;
   }
   float *face_points = points + 3 * ((size_t)t->vertex_count + t->edge_count);
   level l = level_of(shallow, cage, face_points);
-  fill_by(crew, &l, fill_face_middles, t->face_count, face_points);
-  fill_by(crew, &l, level_1_points, t->vertex_count + t->edge_count, points);
+  fill_by(parallel, &l, fill_face_middles, t->face_count, face_points);
+  fill_by(parallel, &l, level_1_points, t->vertex_count + t->edge_count, points);
 }
 
 /* Points and centres; behind either there is a float more, which is read with the last row. */
 static void keep_parts(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                       const tw_crew *crew, float *points, float *centres) {
+                       const tw_parallel_for *parallel, float *points, float *centres) {
   const tw_topology *t = &shallow->cage;
   /* For level 2 the cage lies where the centres will: it has no more vertices than corners. */
   float *cage = shallow->level == 1 ? points : centres;
@@ -345,10 +348,10 @@ static void keep_parts(const tw_shallow *shallow, const float *positions, const 
   for (uint32_t v = 0; v < t->vertex_count; v++)
     memcpy(cage + 3 * (size_t)v, positions + 3 * (size_t)(point_of ? point_of[v] : v), 3 * sizeof *cage);
   if (shallow->level == 1) {
-    fill_by(crew, &l, fill_face_middles, t->face_count, centres);
+    fill_by(parallel, &l, fill_face_middles, t->face_count, centres);
   } else {
-    refine_cage(shallow, cage, crew, points);
-    fill_by(crew, &l, fill_averages, t->corner_count, centres);
+    refine_cage(shallow, cage, parallel, points);
+    fill_by(parallel, &l, fill_averages, t->corner_count, centres);
   }
 }
 
@@ -357,25 +360,25 @@ static bool is_made_when_read(const tw_shallow *shallow) {
 }
 
 tw_status tw_shallow_keep(const tw_shallow *shallow, const float *positions, const uint32_t *point_of,
-                          const tw_crew *crew, float *kept) {
+                          const tw_parallel_for *parallel, float *kept) {
   size_t points = 3 * point_count(shallow) + 1;
   if (is_made_when_read(shallow)) {
     float *centres = kept + points;
-    keep_parts(shallow, positions, point_of, crew, kept, centres);
+    keep_parts(shallow, positions, point_of, parallel, kept, centres);
     level l = level_of(shallow, kept, centres);
     if (shallow->normals)
-      fill_by(crew, &l, level_2_points, shallow->cage.vertex_count,
+      fill_by(parallel, &l, level_2_points, shallow->cage.vertex_count,
               centres + 3 * (size_t)centre_count(shallow) + 1);
     return TW_OK;
   }
   /* The centres are the last of the level's own points. */
   uint32_t others = (uint32_t)tw_shallow_kept_count(shallow) - centre_count(shallow);
-  float *above = tw_block_alloc(points, sizeof *above), *centres = kept + 3 * (size_t)others;
+  float *above = tw_alloc(points, sizeof *above), *centres = kept + 3 * (size_t)others;
   if (!above) return TW_NO_MEMORY;
-  keep_parts(shallow, positions, point_of, crew, above, centres);
+  keep_parts(shallow, positions, point_of, parallel, above, centres);
   level l = level_of(shallow, above, centres);
-  fill_by(crew, &l, fill_of_level(shallow), others, kept);
-  tw_block_free(above);
+  fill_by(parallel, &l, fill_of_level(shallow), others, kept);
+  free(above);
   return TW_OK;
 }
 

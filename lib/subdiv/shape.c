@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "block.h"
 #include "common_shape.h"
 
 enum {

@@ -42,7 +42,7 @@ static tw_status keep_shallow(tw_build *b) {
   if (!kept) return TW_NO_MEMORY;
   bool refined = b->levels > 0;
   tw_status status = tw_shallow_keep(&s->shallow, refined ? s->positions.base : b->mesh->positions,
-                                     refined ? NULL : s->point_of, b->crew, kept);
+                                     refined ? NULL : s->point_of, b->parallel, kept);
   if (status != TW_OK) return status;
   s->positions = (tw_values){.width = 3, .base = kept};
   b->topologies[0] = tw_shallow_counts(&s->shallow);
@@ -63,7 +63,7 @@ static tw_status keep_loop(tw_build *b) {
   *positions = (tw_values){.width = 3, .exact = kept};
   if (s->loop.normals) need_masks(s, &s->loop.above);
   b->topologies[0] = tw_loop_rows_counts(&s->loop);
-  return tw_loop_rows_keep(&s->loop, points, b->crew, kept);
+  return tw_loop_rows_keep(&s->loop, points, b->parallel, kept);
 }
 
 /* NULL without memory. */
@@ -147,8 +147,9 @@ static tw_status build_surface(tw_build *b, bool generic, tw_error *error) {
 }
 
 /* *too_irregular: patches were tried and gave up. */
-static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
-                        bool generic, tw_surface **out, bool *too_irregular, tw_error *error) {
+static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
+                        const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
+                        tw_error *error) {
   tw_surface *s = tw_alloc_zero(1, sizeof *s);
   if (!s) return TW_NO_MEMORY;
   s->options = *options;
@@ -157,7 +158,7 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, 
   s->fields[0].linear = options->scheme == TW_BILINEAR;
   tw_build b = {.mesh = mesh,
                 .surface = s,
-                .crew = crew,
+                .parallel = parallel,
                 .arena = tw_arena_create(),
                 .points_arena = tw_arena_create()};
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
@@ -178,18 +179,18 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options, 
   return status;
 }
 
-tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
-                               tw_surface **out, tw_error *error) {
+tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
+                               const tw_parallel_for *parallel, tw_surface **out, tw_error *error) {
   tw_status status = tw_cage_check_options(mesh, options, error);
   if (status != TW_OK) return status;
   bool too_irregular = false;
-  status = create(mesh, options, crew, false, out, &too_irregular, error);
+  status = create(mesh, options, parallel, false, out, &too_irregular, error);
   if (too_irregular && options->shapes) { /* those of others may leave no room */
     tw_surface_options own = *options;
     own.shapes = NULL;
-    status = create(mesh, &own, crew, false, out, &too_irregular, error);
+    status = create(mesh, &own, parallel, false, out, &too_irregular, error);
   }
-  if (too_irregular) status = create(mesh, options, crew, true, out, &too_irregular, error);
+  if (too_irregular) status = create(mesh, options, parallel, true, out, &too_irregular, error);
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 

@@ -132,7 +132,8 @@ struct tw_surface {
 
 /* One step of positions and the like in double, by the scheme's rules. TW_NO_MEMORY. */
 tw_status tw_surface_refine_exact(const tw_surface *surface, const tw_topology *parent, const tw_rules *rules,
-                                  uint32_t width, const double *in, const tw_crew *crew, double *out);
+                                  uint32_t width, const double *in, const tw_parallel_for *parallel,
+                                  double *out);
 
 /* Base quad of the nth visible one. */
 static inline uint32_t tw_base_quad(const tw_surface *s, uint32_t visible) {

@@ -181,7 +181,8 @@ static tw_status end_shared(const shared_pass *shared, float bounds[2][3]) {
 /* Split vertices repeat their points, so the bounds of the points are those of the vertices. The
  * displacements of morph targets stand in the rows of the vertices alone. Under Chaikin's rule masks are
  * not always convex. */
-static tw_status compute(const tw_surface *s, int morph, const tw_crew *crew, float bounds[2][3]) {
+static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *parallel,
+                         float bounds[2][3]) {
   shared_pass *shared = tw_alloc_zero(1, sizeof *shared);
   if (!shared) return TW_NO_MEMORY;
   shared->start = (pass){.s = s, .domain = TW_DOMAIN_POINTS, .width = 3};
@@ -194,9 +195,9 @@ static tw_status compute(const tw_surface *s, int morph, const tw_crew *crew, fl
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = start_shared(shared, tw_surface_row_count(s, shared->start.domain));
   if (status == TW_OK) {
-    const tw_crew alone = {NULL, run_alone};
-    if (!crew) crew = &alone;
-    crew->run(crew->owner, shared->part_count, take_part, shared);
+    const tw_parallel_for alone = {NULL, run_alone};
+    if (!parallel) parallel = &alone;
+    parallel->run(parallel->owner, shared->part_count, take_part, shared);
     status = end_shared(shared, bounds);
   }
   free(shared);
@@ -205,16 +206,16 @@ static tw_status compute(const tw_surface *s, int morph, const tw_crew *crew, fl
 
 enum { BOUNDS_UNKNOWN, BOUNDS_BEING_WRITTEN, BOUNDS_KNOWN };
 
-tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_crew *crew, float min[3],
-                               float max[3]) {
+tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_parallel_for *parallel,
+                               float min[3], float max[3]) {
   /* Displacements are the plan's own. */
-  if (morph >= 0 && surface->plan) return tw_surface_bounds_by(surface->plan, morph, crew, min, max);
+  if (morph >= 0 && surface->plan) return tw_surface_bounds_by(surface->plan, morph, parallel, min, max);
   size_t slot = morph < 0 ? 0 : (size_t)morph + 1;
   float bounds[2][3];
   if (atomic_load(&surface->bounds_ready[slot]) == BOUNDS_KNOWN) {
     memcpy(bounds, surface->bounds[slot], sizeof bounds);
   } else {
-    tw_status status = compute(surface, morph, crew, bounds);
+    tw_status status = compute(surface, morph, parallel, bounds);
     if (status != TW_OK) return status;
     /* Two threads may both have computed them, with the same result; one of them keeps it. */
     int expected = BOUNDS_UNKNOWN;

@@ -9,7 +9,7 @@
 typedef struct tw_build {
   const tw_mesh *mesh;
   tw_surface *surface;
-  const tw_crew *crew;
+  const tw_parallel_for *parallel;
   tw_rules rules;
   tw_arena *arena;
   tw_arena *points_arena; /* the cage, and the points' topologies between it and the base */

@@ -1,7 +1,8 @@
 /* The rows of a surface's base: which vertices they are, and what stands in them. */
 #include "surface_build.h"
 
-#include "block.h"
+#include <stdlib.h>
+
 #include "tangents.h"
 
 /* Rows that stand for vertices of the cage: they come first in every numbering. */
@@ -53,7 +54,7 @@ tw_status tw_build_number(tw_build *b, const uint32_t *cage_vertices) {
   const tw_topology *base = &s->fields[0].base;
   uint8_t *visible = NULL;
   if (!b->whole) {
-    visible = tw_block_alloc(base->face_count, 1);
+    visible = tw_alloc(base->face_count, 1);
     if (!visible) return TW_NO_MEMORY;
     for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
   }
@@ -67,7 +68,7 @@ tw_status tw_build_number(tw_build *b, const uint32_t *cage_vertices) {
   if (status == TW_OK && !s->plain && needs_splits(b, s->options.normals))
     status = split_vertices(b, visible);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
-  tw_block_free(visible);
+  free(visible);
   return status;
 }
 

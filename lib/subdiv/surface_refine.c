@@ -114,7 +114,7 @@ static tw_status refine_exact(tw_build *b, const tw_topology *parents, tw_arena 
   if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = tw_build_rules(b, values->field);
-  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, b->crew, out);
+  tw_status status = tw_surface_refine_exact(b->surface, parent, &rules, values->width, in, b->parallel, out);
   if (status != TW_OK) return status;
   for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
@@ -132,7 +132,7 @@ static tw_status refine_set(tw_build *b, const void *context, tw_arena *arena, t
   float *out = tw_arena_alloc(own, child->vertex_count, values->width * sizeof(float));
   if (!out) return TW_NO_MEMORY;
   tw_rules rules = tw_build_rules(b, values->field);
-  tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->crew, out);
+  tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->parallel, out);
   values->base = out;
   return TW_OK;
 }
@@ -154,9 +154,9 @@ static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t 
   tw_rules rules = tw_build_rules(b, field);
   bool drawn = b->surface->plain && b->surface->shallow.level == 0;
   if (drawn && !tw_build_is_loop(b) && is_last(b, level_arena))
-    return tw_refine_corners(parent, arena, b->crew, child);
-  tw_status status = tw_build_is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->crew, child)
-                                         : tw_refine_topology(parent, &rules, arena, b->crew, child);
+    return tw_refine_corners(parent, arena, b->parallel, child);
+  tw_status status = tw_build_is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->parallel, child)
+                                         : tw_refine_topology(parent, &rules, arena, b->parallel, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(child, &b->topologies[0], arena);
   return status;

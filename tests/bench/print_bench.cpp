@@ -30,7 +30,7 @@ api_store_status put(void *, const char *, api_bytes, const char *, bool *existe
   return API_STORE_OK;
 }
 
-api_store_status get(void *, const char *, api_blob *) {
+api_store_status open(void *, const char *, api_blob *) {
   return API_STORE_ABSENT;
 }
 
@@ -132,8 +132,10 @@ int main(int argc, char **argv) {
   api_settings settings = {};
   settings.limits.max_upload = settings.limits.max_output = settings.limits.plan_cache = 1 << 30;
   settings.limits.max_times = 1 << 20;
+  settings.limits.max_memory = UINT64_C(1) << 32;
   settings.store.put = put;
-  settings.store.get = get;
+  settings.store.open = open;
+  settings.store.look = [](void *, const char *, bool) { return API_STORE_OK; };
   api_service *service = api_service_create(&settings);
   if (!service) fail("no memory");
   for (int joints : {24, 100}) {

@@ -91,7 +91,7 @@ public:
     thread_.join();
   }
 
-  tw_crew crew() { return {this, run}; }
+  tw_parallel_for parallel() { return {this, run}; }
 
 private:
   using Part = void (*)(void *context, uint32_t index);
@@ -145,8 +145,8 @@ tw_surface *create(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool n
   options.movable = movable;
   tw_surface *surface = nullptr;
   tw_error error{};
-  tw_crew crew = helper ? helper->crew() : tw_crew{};
-  if (tw_surface_create_by(&mesh, &options, helper ? &crew : nullptr, &surface, &error) != TW_OK)
+  tw_parallel_for parallel = helper ? helper->parallel() : tw_parallel_for{};
+  if (tw_surface_create_by(&mesh, &options, helper ? &parallel : nullptr, &surface, &error) != TW_OK)
     give_up(error);
   return surface;
 }
@@ -161,11 +161,11 @@ void subdivide(const tw_mesh &mesh, tw_scheme scheme, unsigned level, bool norma
 Timing move(const tw_surface *known, const float *positions, unsigned threads) {
   std::optional<Helper> helper;
   if (threads > 1) helper.emplace();
-  tw_crew crew = helper ? helper->crew() : tw_crew{};
+  tw_parallel_for parallel = helper ? helper->parallel() : tw_parallel_for{};
   return measure([&] {
     tw_surface *surface = nullptr;
     tw_error error{};
-    if (tw_surface_with_positions_by(known, positions, helper ? &crew : nullptr, &surface) != TW_OK)
+    if (tw_surface_with_positions_by(known, positions, helper ? &parallel : nullptr, &surface) != TW_OK)
       give_up(error);
     read_all(surface, false, threads);
     tw_surface_destroy(surface);

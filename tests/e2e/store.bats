@@ -1,4 +1,4 @@
-# The folder of models: whole files or nothing, kept over restarts.
+# The folder of models: whole files or nothing, kept over restarts, shared by daemons, checked when it is read.
 
 load helper
 setup() {
@@ -6,13 +6,214 @@ setup() {
   cd "$BATS_TEST_TMPDIR" || return
   start_daemon
 }
-teardown() { stop_daemon; }
+teardown() {
+  stop_replicas
+  stop_daemon
+}
+
+# stop_replicas: those of $replicas, each a daemon or what runs it.
+replicas=()
+stop_replicas() {
+  local one inner
+  for one in "${replicas[@]}"; do
+    inner=$(pgrep --parent "$one") || inner=$one
+    kill -TERM "$inner"
+    wait "$one"
+  done
+}
 
 # files: what the data folder holds, temporary names included.
 files() { (cd "$data" && find . -type f | sort); }
 
 # again: starts the daemon on the same folder.
 again() { start_daemon; }
+
+# stored ID: the file of a model.
+stored() { find "$data" -type f -path "*$1*"; }
+
+# large FILE: a model of 40 MB that is parsed in no time.
+large() { { cat "$samples/cube.obj"; head -c 40000000 /dev/zero | tr '\0' '\n'; } >"$1"; }
+
+# becomes PATH STATUS: within some seconds.
+becomes() {
+  for _ in $(seq 50); do
+    get "$1"
+    [[ $status != "$2" ]] || return 0
+    sleep 0.1
+  done
+  expect "$2"
+}
+
+# damaged ID: everything that can be asked for of the model.
+damaged() {
+  local tail
+  for tail in "" /source /surface.glb "/surface.json?level=3" /pose /tracks "/live?fps=1"; do
+    get "/v1/models/$1$tail"
+    problem 500 "the stored bytes are damaged; upload them again"
+  done
+}
+
+@test "uploaded bytes lie as they are in one file whose path holds the id" {
+  gzip --stdout "$samples/octopus.obj" >octopus.obj.gz
+  http POST /v1/models --data-binary @octopus.obj.gz --header 'Content-Encoding: gzip'
+  expect 201
+  cmp "$(stored "$(value .id)")" "$samples/octopus.obj"
+  http POST /v1/models --form "file=@$samples/cube.obj"
+  expect 201
+  cmp "$(stored "$(value .id)")" "$samples/cube.obj"
+}
+
+@test "a changed, cut or emptied file is 500 for all that is asked of the model, until it is uploaded again" {
+  upload "$samples/tank.json"
+  file=$(stored "$id")
+  size=$(stat -c %s "$file")
+  for damage in 'printf X | dd of="$file" bs=1 seek=100 conv=notrunc status=none' \
+    'truncate --size=$((size - 1)) "$file"' 'truncate --size=0 "$file"' 'echo >>"$file"'; do
+    # With the model in the cache, and on a daemon that has never read it.
+    for start in kept afresh; do
+      : >log
+      eval "$damage"
+      if [[ $start == afresh ]]; then
+        stop_daemon
+        again
+      fi
+      get "/v1/models/$id"
+      problem 500
+      [ "$(grep -c "model $id is damaged" log)" = 1 ]
+      damaged "$id"
+      [ "$(grep -c "model $id is damaged" log)" = 8 ]
+      get "/v1/models?limit=10"
+      expect 200
+      post /v1/models "$samples/tank.json"
+      expect 201
+      [ "$(stored "$id")" = "$file" ]
+      cmp "$file" "$samples/tank.json"
+      get "/v1/models/$id/pose?at=1"
+      expect 200
+      get "/v1/models/$id/source"
+      cmp answer "$samples/tank.json"
+      post /v1/models "$samples/tank.json"
+      expect 200
+    done
+  done
+}
+
+@test "a file that is cut while it is sent ends the answer and not the daemon" {
+  large large.obj
+  upload large.obj
+  curl --silent --output part --limit-rate 8M "$url/v1/models/$id/source" 3>&- &
+  client=$!
+  sleep 1
+  truncate --size=1000 "$(stored "$id")"
+  ended=0
+  wait "$client" || ended=$?
+  [ "$ended" = 18 ] # fewer bytes than Content-Length
+  cmp part <(head -c "$(stat -c %s part)" large.obj)
+  grep -q "model $id was changed" log
+  get "/v1/models/$id/source"
+  problem 500
+  post /v1/models large.obj
+  expect 201
+  get "/v1/models/$id/source"
+  cmp answer large.obj
+}
+
+@test "a folder that vanishes is told by /readyz, and used again when it is back" {
+  upload "$samples/cube.obj"
+  get /readyz
+  expect 200
+  for broken in 'true' 'touch "$data"' 'mkdir -p "$data/objects"; touch "$data/tmp"'; do
+    mv "$data" away
+    eval "$broken"
+    becomes /readyz 503
+    problem 503 "the store cannot be reached"
+    [ "$(header retry-after)" -ge 1 ]
+    get /healthz
+    expect 200
+    post /v1/models "$samples/octopus.obj"
+    problem 503
+    grep -q "cannot use folder '$data'" log
+    rm -rf "$data"
+    mv away "$data"
+    becomes /readyz 200
+    get "/v1/models/$id/source"
+    cmp answer "$samples/cube.obj"
+  done
+  rm -rf "$data"
+  becomes /readyz 503
+  mkdir "$data"
+  becomes /readyz 200
+  get "/v1/models/$id/source"
+  problem 404
+  large large.obj
+  upload large.obj
+}
+
+@test "daemons that share a folder and are all process 1 store what is uploaded to all at once" {
+  stop_daemon
+  # Process 1 each, as in containers, where the system lets us.
+  alone=(unshare --pid --fork)
+  "${alone[@]}" true || alone=()
+  urls=()
+  for i in 1 2 3 4; do
+    # shellcheck disable=SC2086 # the runner may have arguments
+    "${alone[@]}" ${TWEEND_RUNNER-} "${TWEEND_BINARY:-$root/build/tweend}" \
+      --listen 127.0.0.1:0 --data "$data" --queue 100 >"ready-$i" 2>>log 3>&- &
+    replicas+=($!)
+  done
+  for i in 1 2 3 4; do
+    for _ in $(seq 100); do
+      [ ! -s "ready-$i" ] || break
+      sleep 0.1
+    done
+    urls+=("$(sed -n 's/.* listening on //p' "ready-$i")")
+  done
+  for n in $(seq 12); do
+    { cat "$samples/octopus.obj"; echo "# $n"; } >"model-$n.obj"
+    clients=()
+    for i in $(seq 24); do
+      curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@model-$n.obj" \
+        "${urls[i % 4]}/v1/models" 3>&- >"code-$n-$i" &
+      clients+=($!)
+    done
+    wait "${clients[@]}"
+    cmp "$(stored "$(sha256sum "model-$n.obj" | head -c 32)")" "model-$n.obj"
+  done
+  cat code-* | sort | uniq -c
+  [ "$(cat code-* | grep -cvxE '200|201')" = 0 ]
+  [ "$(cat code-* | grep -cx 201)" = 12 ]
+}
+
+@test "what was acknowledged outlives twenty kills, and all that is listed is whole" {
+  : >acknowledged
+  for round in $(seq 20); do
+    (
+      for ((i = 0; ; i++)); do
+        { cat "$samples/octopus.obj"; echo "# $round $i"; } >upload.obj
+        [[ $(curl --silent --output /dev/null --write-out '%{http_code}' --data-binary @upload.obj \
+          "$url/v1/models") == 201 ]] || exit 0
+        sha256sum upload.obj >>acknowledged
+      done
+    ) 3>&- &
+    client=$!
+    sleep "0.$((RANDOM % 200 + 100))"
+    kill -KILL "$daemon"
+    wait "$daemon" || true
+    wait "$client"
+    again
+  done
+  [ "$(wc -l <acknowledged)" -ge 20 ]
+  cut -c -32 acknowledged | while read -r id; do
+    get "/v1/models/$id/source"
+    expect 200
+    [ "$(sha256sum answer | head -c 32)" = "$id" ]
+  done
+  get '/v1/models?limit=1000'
+  value '.models[].id' | while read -r id; do
+    get "/v1/models/$id"
+    expect 200
+  done
+}
 
 @test "models outlive the daemon" {
   upload "$samples/octopus.obj"
@@ -94,6 +295,10 @@ again() { start_daemon; }
     done
   done
   for id in $(get '/v1/models?limit=100' && value '.models[].id'); do http DELETE "/v1/models/$id"; done
+  stop_daemon
+  # Another daemon might still write what is young.
+  find "$data/tmp" -type f -exec touch --date '2 hours ago' {} +
+  again
   stop_daemon
   files >after
   diff before after

@@ -14,13 +14,14 @@ typedef struct memory_object {
   uint8_t *bytes;
   size_t size;
   char *summary;
+  bool is_damaged;
 } memory_object;
 
 typedef struct memory_store {
   pthread_mutex_t lock;
   memory_object *objects; /* ascending ids */
-  size_t count, gets;
-  bool fails, forgets;
+  size_t count, opens;
+  bool fails, forgets, cuts;
 } memory_store;
 
 _Thread_local bool loopback_is_storing;
@@ -59,27 +60,60 @@ static api_store_status store_put(void *context, const char *id, api_bytes bytes
     memcpy(object->bytes, bytes.data, bytes.size);
     store->count++;
   }
+  if (!fails && *existed && store->objects[i].is_damaged) *existed = store->objects[i].is_damaged = false;
   leave(store);
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 
-static void release_blob(api_blob *blob) {
+/* What a blob reads: a copy of its own. */
+typedef struct memory_copy {
+  memory_store *store;
+  uint8_t bytes[];
+} memory_copy;
+
+static bool read_blob(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
+  const memory_copy *copy = blob->owner;
+  assert_true(offset <= blob->size && size <= blob->size - offset);
+  memcpy(out, copy->bytes + offset, size);
+  enter(copy->store);
+  bool cuts = copy->store->cuts;
+  leave(copy->store);
+  return !cuts;
+}
+
+static void close_blob(api_blob *blob) {
   free(blob->owner);
 }
 
-static api_store_status store_get(void *context, const char *id, api_blob *out) {
+static api_store_status store_open(void *context, const char *id, api_blob *out) {
   memory_store *store = context;
   enter(store);
-  store->gets++;
+  store->opens++;
   bool found, fails = store->fails;
   size_t i = find_object(store, id, &found);
-  if (found && !fails) {
-    uint8_t *copy = malloc(store->objects[i].size + 1);
-    memcpy(copy, store->objects[i].bytes, store->objects[i].size);
-    *out = (api_blob){.bytes = {copy, store->objects[i].size}, .owner = copy, .release = release_blob};
+  bool is_damaged = found && store->objects[i].is_damaged;
+  if (found && !fails && !is_damaged) {
+    const memory_object *object = &store->objects[i];
+    memory_copy *copy = malloc(sizeof *copy + object->size);
+    copy->store = store;
+    memcpy(copy->bytes, object->bytes, object->size);
+    *out = (api_blob){.size = object->size, .owner = copy, .read = read_blob, .close = close_blob};
   }
   leave(store);
-  return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
+  if (fails) return API_STORE_UNAVAILABLE;
+  return is_damaged ? API_STORE_DAMAGED : found ? API_STORE_OK : API_STORE_ABSENT;
+}
+
+static api_store_status store_look(void *context, const char *id, bool may_wait) {
+  memory_store *store = context;
+  (void)may_wait;
+  enter(store);
+  bool found, fails = store->fails;
+  size_t i = find_object(store, id, &found);
+  bool is_damaged = found && store->objects[i].is_damaged;
+  leave(store);
+  if (fails) return API_STORE_UNAVAILABLE;
+  return is_damaged ? API_STORE_DAMAGED : found ? API_STORE_OK : API_STORE_ABSENT;
 }
 
 static api_store_status store_remove(void *context, const char *id) {
@@ -115,9 +149,32 @@ static api_store_status store_list(void *context, const char *after, size_t limi
   return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
 }
 
+static api_store_status store_probe(void *context) {
+  memory_store *store = context;
+  enter(store);
+  bool fails = store->fails;
+  leave(store);
+  return fails ? API_STORE_UNAVAILABLE : API_STORE_OK;
+}
+
 void loopback_store_fail(loopback *loop, bool fails) {
   pthread_mutex_lock(&loop->store->lock);
   loop->store->fails = fails;
+  pthread_mutex_unlock(&loop->store->lock);
+}
+
+void loopback_store_damage(loopback *loop, const char *id) {
+  bool found;
+  pthread_mutex_lock(&loop->store->lock);
+  size_t i = find_object(loop->store, id, &found);
+  assert_true(found);
+  loop->store->objects[i].is_damaged = true;
+  pthread_mutex_unlock(&loop->store->lock);
+}
+
+void loopback_store_cut(loopback *loop, bool cuts) {
+  pthread_mutex_lock(&loop->store->lock);
+  loop->store->cuts = cuts;
   pthread_mutex_unlock(&loop->store->lock);
 }
 
@@ -130,7 +187,7 @@ size_t loopback_store_count(loopback *loop) {
 }
 
 size_t loopback_store_gets(loopback *loop) {
-  return loop->store->gets;
+  return loop->store->opens;
 }
 
 /* ---- service --------------------------------------------------------------------------------- */
@@ -154,7 +211,8 @@ loopback *loopback_start(const api_settings *settings) {
   loop->store = calloc(1, sizeof *loop->store);
   pthread_mutex_init(&loop->store->lock, NULL);
   loop->settings = *settings;
-  loop->settings.store = (api_store){loop->store, store_put, store_get, store_remove, store_list};
+  loop->settings.store =
+      (api_store){loop->store, store_put, store_open, store_look, store_remove, store_list, store_probe};
   loop->service = api_service_create(&loop->settings);
   assert_non_null(loop->service);
   return loop;

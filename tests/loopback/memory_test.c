@@ -60,7 +60,6 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
   api_answer answer = {0};
   uint8_t piece[4096];
   *is_cut_off = has_failed = false;
-  tw_blocks_drop(); /* so that big allocations fail too */
   countdown = n;
   api_ticket ticket = {0}; /* nobody else asks: it is never woken */
   request->ticket = &ticket;

@@ -71,6 +71,20 @@ static void draining_shows_in_readyz_alone(void **state) {
   reply_free(&r);
 }
 
+static void a_store_that_fails_shows_in_readyz_alone(void **state) {
+  loopback_store_fail(*state, true);
+  reply r = loopback_get(*state, "/readyz");
+  assert_non_null(reply_header(&r, "Retry-After"));
+  assert_problem(r, 503, NULL, "store");
+  r = loopback_get(*state, "/healthz");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  loopback_store_fail(*state, false);
+  r = loopback_get(*state, "/readyz");
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+}
+
 static void options_answers_allow_and_preflight(void **state) {
   reply r = loopback_ask(*state, "OPTIONS", "/healthz", NULL, NULL, 0);
   assert_int_equal(r.status, 204);
@@ -138,6 +152,8 @@ int main(void) {
       cmocka_unit_test_setup_teardown(accept_with_quality_is_understood, loopback_setup, loopback_teardown),
       cmocka_unit_test_setup_teardown(operations_answer_json, loopback_setup, loopback_teardown),
       cmocka_unit_test_setup_teardown(draining_shows_in_readyz_alone, loopback_setup, loopback_teardown),
+      cmocka_unit_test_setup_teardown(a_store_that_fails_shows_in_readyz_alone, loopback_setup,
+                                      loopback_teardown),
       cmocka_unit_test_setup_teardown(options_answers_allow_and_preflight, loopback_setup, loopback_teardown),
       cmocka_unit_test(origins_of_a_list_are_echoed),
       cmocka_unit_test(problems_of_the_server_have_the_form),

@@ -31,11 +31,11 @@ static int meshes_read; /* to count or to make a surface: both build a topology 
 /* Linked with --wrap, which gives these names.
  * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
 tw_status __real_tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
-                                      const tw_crew *crew, tw_surface **out, tw_error *error);
+                                      const tw_parallel_for *parallel, tw_surface **out, tw_error *error);
 tw_status __real_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
                                   tw_surface_counts *out, tw_error *error);
 tw_status __wrap_tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
-                                      const tw_crew *crew, tw_surface **out, tw_error *error);
+                                      const tw_parallel_for *parallel, tw_surface **out, tw_error *error);
 tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,
                                   tw_surface_counts *out, tw_error *error);
 tw_status __real_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
@@ -53,9 +53,9 @@ tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, t
 }
 
 tw_status __wrap_tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
-                                      const tw_crew *crew, tw_surface **out, tw_error *error) {
+                                      const tw_parallel_for *parallel, tw_surface **out, tw_error *error) {
   meshes_read++;
-  return __real_tw_surface_create_by(mesh, options, crew, out, error);
+  return __real_tw_surface_create_by(mesh, options, parallel, out, error);
 }
 
 tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options *options,

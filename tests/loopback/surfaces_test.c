@@ -281,7 +281,7 @@ static void what_is_built_is_answered_lightly(void **state) {
                    NULL, NULL, 0);
   reply_free(&r);
   snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
-  assert_false(loopback_is_light(f->loop, target));
+  assert_problem(loopback_get(f->loop, target), 404, NULL, NULL);
 }
 
 /* ---- clips ----------------------------------------------------------------------------------------- */

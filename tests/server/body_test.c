@@ -1,6 +1,5 @@
 #include "body.h"
 
-#include <fcntl.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -11,14 +10,10 @@
 
 enum { MEBIBYTE = 1 << 20 };
 
-static int folder(void) {
-  return open("/tmp", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-}
-
 static void more_than_the_limit_is_refused(void **state) {
   (void)state;
   srv_body body;
-  srv_body_init(&body, 10, -1);
+  srv_body_init(&body, 10, "/no/such/folder");
   assert_int_equal(srv_body_append(&body, "0123456789", 10), SRV_BODY_OK);
   assert_int_equal(srv_body_append(&body, "", 0), SRV_BODY_OK);
   assert_int_equal(srv_body_append(&body, "x", 1), SRV_BODY_TOO_LONG);
@@ -28,7 +23,7 @@ static void more_than_the_limit_is_refused(void **state) {
 static void long_body_without_a_folder_fails(void **state) {
   (void)state;
   srv_body body;
-  srv_body_init(&body, UINT64_MAX, -1);
+  srv_body_init(&body, UINT64_MAX, "/no/such/folder");
   char *bytes = calloc(1, MEBIBYTE + 1);
   assert_int_equal(srv_body_append(&body, bytes, MEBIBYTE + 1), SRV_BODY_FAILED);
   srv_body_deinit(&body);
@@ -39,7 +34,7 @@ static void empty_body_is_a_view_of_nothing(void **state) {
   (void)state;
   srv_body body;
   api_bytes view;
-  srv_body_init(&body, 10, -1);
+  srv_body_init(&body, 10, "/no/such/folder");
   assert_int_equal(srv_body_view(&body, &view), SRV_BODY_OK);
   assert_int_equal(view.size, 0);
   assert_non_null(view.data);
@@ -48,9 +43,10 @@ static void empty_body_is_a_view_of_nothing(void **state) {
 
 /* Appends `size` bytes in pieces of `piece` and compares the view. */
 static void assert_whole(size_t size, size_t piece) {
-  int at = folder();
+  char folder[] = "/tmp/tweend-body-XXXXXX";
+  assert_non_null(mkdtemp(folder));
   srv_body body;
-  srv_body_init(&body, size, at);
+  srv_body_init(&body, size, folder);
   uint8_t *bytes = malloc(size);
   for (size_t i = 0; i < size; i++) bytes[i] = (uint8_t)(i * 7 % 255);
   for (size_t i = 0; i < size; i += piece) {
@@ -61,9 +57,9 @@ static void assert_whole(size_t size, size_t piece) {
   assert_int_equal(view.size, size);
   assert_memory_equal(view.data, bytes, size);
   assert_int_equal(body.spooled, size > MEBIBYTE);
+  assert_int_equal(rmdir(folder), 0); /* the file has no name */
   srv_body_deinit(&body);
   free(bytes);
-  close(at);
 }
 
 static void pieces_join_in_memory_and_in_a_file(void **state) {

@@ -188,8 +188,6 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
   return API_ANSWERED;
 }
 
-void api_service_rest(void) {}
-
 void api_service_hold(api_service *service, uint64_t bytes) {
   (void)service;
   (void)bytes;

@@ -502,7 +502,6 @@ static void stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so(vo
   fake_api_release();
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
-  close(f->server.temporary);
   close(fd);
   start(f);
 }

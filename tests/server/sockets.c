@@ -5,7 +5,6 @@
 #include "listen.h"
 
 #include <ctype.h>
-#include <fcntl.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -30,7 +29,7 @@ void start(fixture *f) {
   assert_true(listener >= 0);
   socklen_t size = sizeof f->address.v4;
   assert_int_equal(getsockname(listener, &f->address.any, &size), 0);
-  f->server = (srv_server){.config = &f->config, .temporary = open("/tmp", O_RDONLY | O_DIRECTORY)};
+  f->server = (srv_server){.config = &f->config, .temporary = "/tmp"};
   f->server.metrics = srv_metrics_create();
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
   f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
@@ -54,7 +53,6 @@ bool stop(fixture *f) {
   srv_live_destroy(f->server.live);
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
-  close(f->server.temporary);
   return stopped;
 }
 

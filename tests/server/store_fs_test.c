@@ -1,15 +1,18 @@
 #include "store_fs.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
+#include <nettle/sha2.h>
 #include <pthread.h>
+#include <sched.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/file.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
@@ -49,34 +52,77 @@ static int remove_entry(const char *path, const struct stat *facts, int type, st
 static int tear_down(void **state) {
   fixture *f = *state;
   srv_store_fs_close(f->opened);
+  umount2(f->path, MNT_DETACH); /* where a test failed before it did */
   int status = nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
   free(f);
   return status;
 }
 
-static const char ID[] = "0123456789abcdef0123456789abcdef";
+static const char TEXT[] = "some bytes";
+static const char ID[] = "0d22cdcc10e6d049dbe1af5123d50873"; /* of TEXT */
 
-static void make_id(unsigned number, char id[API_ID_TEXT]) {
-  snprintf(id, API_ID_TEXT, "%08x%08x%016x", number * 2654435761u, number, number);
+static void make_id(const char *text, char id[API_ID_TEXT]) {
+  struct sha256_ctx hash;
+  uint8_t digest[(API_ID_TEXT - 1) / 2];
+  sha256_init(&hash);
+  sha256_update(&hash, strlen(text), (const uint8_t *)text);
+  sha256_digest(&hash, sizeof digest, digest);
+  for (size_t i = 0; i < sizeof digest; i++) snprintf(id + 2 * i, 3, "%02x", digest[i]);
 }
 
-static api_store_status put(fixture *f, const char *id, const char *text, bool *existed) {
+/* A text of its own for each number, of about `size` bytes; free it. */
+static char *make_text(unsigned number, size_t size) {
+  char *text = malloc(size + 16);
+  int length = snprintf(text, 16, "%u ", number);
+  memset(text + length, 'x', size);
+  text[(size_t)length + size] = '\0';
+  return text;
+}
+
+/* Of a stored file. */
+static void make_path(const fixture *f, const char *id, char path[128]) {
+  snprintf(path, 128, "%s/objects/%.2s/%s", f->path, id, id);
+}
+
+static api_store_status put_as(fixture *f, const char *id, const char *text, bool *existed) {
   api_bytes bytes = {(const uint8_t *)text, strlen(text)};
   return f->store.put(f->store.context, id, bytes, "{\"n\":1}", existed);
 }
 
-static void must_put(fixture *f, const char *id, const char *text) {
+static api_store_status put(fixture *f, const char *text, bool *existed) {
+  char id[API_ID_TEXT];
+  make_id(text, id);
+  return put_as(f, id, text, existed);
+}
+
+static void must_put(fixture *f, const char *text) {
   bool existed = true;
-  assert_int_equal(put(f, id, text, &existed), API_STORE_OK);
+  assert_int_equal(put(f, text, &existed), API_STORE_OK);
   assert_false(existed);
 }
 
-static bool is_stored(fixture *f, const char *id, const char *text) {
+static api_store_status open_status(fixture *f, const char *id) {
   api_blob blob;
-  if (f->store.get(f->store.context, id, &blob) != API_STORE_OK) return false;
-  bool same = blob.bytes.size == strlen(text) && memcmp(blob.bytes.data, text, blob.bytes.size) == 0;
-  blob.release(&blob);
+  api_store_status status = f->store.open(f->store.context, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  return status;
+}
+
+static bool is_stored(fixture *f, const char *text) {
+  char id[API_ID_TEXT];
+  api_blob blob;
+  make_id(text, id);
+  if (f->store.open(f->store.context, id, &blob) != API_STORE_OK) return false;
+  char *bytes = malloc(blob.size + 1);
+  bool same = blob.size == strlen(text) && blob.read(&blob, 0, (uint8_t *)bytes, blob.size) &&
+              memcmp(bytes, text, blob.size) == 0;
+  free(bytes);
+  blob.close(&blob);
   return same;
+}
+
+static void pause_ms(long ms) {
+  nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
 }
 
 static void folder_that_cannot_be_used_is_refused(void **state) {
@@ -92,43 +138,79 @@ static void what_is_no_id_names_no_file(void **state) {
   static const char *const BAD[] = {"", "abc", "../../../../../../../../etc/passwd",
                                     "0123456789ABCDEF0123456789abcdef", "0123456789abcdef0123456789abcdef0"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
-    api_blob blob;
     bool existed;
-    assert_int_equal(f->store.get(f->store.context, BAD[i], &blob), API_STORE_ABSENT);
+    assert_int_equal(open_status(f, BAD[i]), API_STORE_ABSENT);
     assert_int_equal(f->store.remove(f->store.context, BAD[i]), API_STORE_ABSENT);
-    assert_int_equal(put(f, BAD[i], "x", &existed), API_STORE_UNAVAILABLE);
+    assert_int_equal(put_as(f, BAD[i], "x", &existed), API_STORE_UNAVAILABLE);
   }
 }
 
 static void absent_model_is_absent(void **state) {
   fixture *f = *state;
-  api_blob blob;
-  assert_int_equal(f->store.get(f->store.context, ID, &blob), API_STORE_ABSENT);
+  assert_int_equal(open_status(f, ID), API_STORE_ABSENT);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_ABSENT);
 }
 
 static void model_is_got_as_it_was_put_also_by_another_process(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "some bytes");
-  assert_true(is_stored(f, ID, "some bytes"));
+  must_put(f, TEXT);
+  assert_true(is_stored(f, TEXT));
   srv_store_fs_close(f->opened);
   open_store(f);
-  assert_true(is_stored(f, ID, "some bytes"));
+  assert_true(is_stored(f, TEXT));
+}
+
+static void any_part_of_a_model_is_read(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
+  api_blob blob;
+  uint8_t part[4];
+  assert_int_equal(f->store.open(f->store.context, ID, &blob), API_STORE_OK);
+  assert_int_equal(blob.size, strlen(TEXT));
+  assert_true(blob.read(&blob, 3, part, sizeof part));
+  assert_memory_equal(part, TEXT + 3, sizeof part);
+  blob.close(&blob);
+}
+
+static unsigned paths_with_id;
+
+static int count_path(const char *path, const struct stat *facts, int type, struct FTW *place) {
+  (void)facts;
+  (void)type;
+  (void)place;
+  paths_with_id += strstr(path, ID) != NULL;
+  return 0;
+}
+
+static void bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
+  char path[128], bytes[64];
+  paths_with_id = 0;
+  assert_int_equal(nftw(f->path, count_path, 16, FTW_PHYS), 0);
+  assert_int_equal(paths_with_id, 1);
+  make_path(f, ID, path);
+  int file = open(path, O_RDONLY);
+  assert_int_equal(read(file, bytes, sizeof bytes), strlen(TEXT));
+  assert_memory_equal(bytes, TEXT, strlen(TEXT));
+  close(file);
 }
 
 static void empty_model_is_possible(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "");
-  assert_true(is_stored(f, ID, ""));
+  must_put(f, "");
+  assert_true(is_stored(f, ""));
 }
 
 static void second_put_says_that_it_was_there(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "some bytes");
+  must_put(f, TEXT);
   bool existed = false;
-  assert_int_equal(put(f, ID, "some bytes", &existed), API_STORE_OK);
+  assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
   assert_true(existed);
 }
+
+/* ---- races ----------------------------------------------------------------------------------- */
 
 typedef struct racer {
   fixture *f;
@@ -140,7 +222,7 @@ typedef struct racer {
 static void *race(void *context) {
   racer *r = context;
   pthread_barrier_wait(r->start);
-  r->status = put(r->f, ID, "some bytes", &r->existed);
+  r->status = put(r->f, TEXT, &r->existed);
   return NULL;
 }
 
@@ -164,48 +246,129 @@ static void of_racing_puts_one_is_the_first(void **state) {
     }
     pthread_barrier_destroy(&start);
     assert_int_equal(firsts, 1);
-    assert_true(is_stored(f, ID, "some bytes"));
+    assert_true(is_stored(f, TEXT));
     assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
   }
 }
 
-static void removed_model_is_gone_and_its_mapping_stays(void **state) {
+enum { PROCESSES = 8, RACED = 40, RACED_SIZE = 50000 };
+
+/* What each of the racing processes does: as many starts as uploads. Returns how many uploads failed. */
+static int race_alone(fixture *f, int start) {
+  char byte;
+  int failed = 0;
+  if (read(start, &byte, 1) != 0) return 1;
+  for (unsigned i = 0; i < RACED; i++) {
+    char *text = make_text(i, RACED_SIZE);
+    bool existed;
+    open_store(f);
+    failed += put(f, text, &existed) != API_STORE_OK;
+    srv_store_fs_close(f->opened);
+    free(text);
+  }
+  return failed;
+}
+
+/* Runs in a process that is PID 1, as daemons in containers are, where the system lets it. */
+static int race_as_first(fixture *f, int start) {
+  if (unshare(CLONE_NEWPID) != 0 && unshare(CLONE_NEWUSER | CLONE_NEWPID) != 0) return race_alone(f, start);
+  pid_t first = fork();
+  if (first == 0) _exit(race_alone(f, start));
+  int status = -1;
+  return waitpid(first, &status, 0) == first && WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+}
+
+static void processes_that_race_all_store_the_model(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "some bytes");
+  int start[2];
+  pid_t racers[PROCESSES];
+  assert_int_equal(pipe(start), 0);
+  for (int i = 0; i < PROCESSES; i++) {
+    racers[i] = fork();
+    assert_true(racers[i] >= 0);
+    if (racers[i] == 0) {
+      close(start[1]);
+      _exit(race_as_first(f, start[0]));
+    }
+  }
+  close(start[0]);
+  close(start[1]); /* they go */
+  for (int i = 0; i < PROCESSES; i++) {
+    int status = -1;
+    assert_int_equal(waitpid(racers[i], &status, 0), racers[i]);
+    assert_true(WIFEXITED(status));
+    assert_int_equal(WEXITSTATUS(status), 0);
+  }
+  for (unsigned i = 0; i < RACED; i++) {
+    char *text = make_text(i, RACED_SIZE);
+    assert_true(is_stored(f, text));
+    free(text);
+  }
+}
+
+/* ---- removal, lists -------------------------------------------------------------------------- */
+
+static void removed_model_is_gone_but_for_who_has_it_open(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
   api_blob blob;
-  assert_int_equal(f->store.get(f->store.context, ID, &blob), API_STORE_OK);
+  uint8_t bytes[sizeof TEXT];
+  assert_int_equal(f->store.open(f->store.context, ID, &blob), API_STORE_OK);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
-  assert_false(is_stored(f, ID, "some bytes"));
-  assert_memory_equal(blob.bytes.data, "some bytes", 10);
-  blob.release(&blob);
-  must_put(f, ID, "some bytes");
+  assert_false(is_stored(f, TEXT));
+  assert_true(blob.read(&blob, 0, bytes, strlen(TEXT)));
+  assert_memory_equal(bytes, TEXT, strlen(TEXT));
+  blob.close(&blob);
+  must_put(f, TEXT);
+}
+
+static void assert_summary(fixture *f, const char *summary) {
+  api_listed listed[1];
+  size_t count;
+  bool more;
+  assert_int_equal(f->store.list(f->store.context, "", 1, listed, &count, &more), API_STORE_OK);
+  assert_int_equal(count, 1);
+  if (summary == NULL)
+    assert_null(listed[0].summary);
+  else
+    assert_string_equal(listed[0].summary, summary);
+  free(listed[0].summary);
 }
 
 static void lost_summary_is_null_and_made_good_by_the_next_put(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "some bytes");
-  char path[200];
-  snprintf(path, sizeof path, "%s/objects/01/%s.json", f->path, ID);
-  assert_int_equal(unlink(path), 0);
-  api_listed listed[1];
-  size_t count;
-  bool more, existed = false;
-  assert_int_equal(f->store.list(f->store.context, "", 1, listed, &count, &more), API_STORE_OK);
-  assert_null(listed[0].summary);
-  assert_int_equal(put(f, ID, "some bytes", &existed), API_STORE_OK);
-  assert_true(existed);
-  assert_int_equal(f->store.list(f->store.context, "", 1, listed, &count, &more), API_STORE_OK);
-  assert_string_equal(listed[0].summary, "{\"n\":1}");
-  free(listed[0].summary);
+  must_put(f, TEXT);
+  char path[128];
+  bool existed = false;
+  snprintf(path, sizeof path, "%s/summaries/%.2s/%s", f->path, ID, ID + 2);
+  for (int round = 0; round < 2; round++) {
+    assert_summary(f, "{\"n\":1}");
+    assert_int_equal(round == 0 ? unlink(path) : truncate(path, 0), 0);
+    assert_summary(f, NULL);
+    assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
+    assert_true(existed);
+  }
+  assert_summary(f, "{\"n\":1}");
+}
+
+static void removed_model_leaves_no_summary_to_the_next(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
+  assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
+  bool existed;
+  api_bytes bytes = {(const uint8_t *)TEXT, strlen(TEXT)};
+  assert_int_equal(f->store.put(f->store.context, ID, bytes, "{\"n\":2}", &existed), API_STORE_OK);
+  assert_summary(f, "{\"n\":2}");
 }
 
 static void list_pages_through_all_in_order(void **state) {
   fixture *f = *state;
   enum { MODELS = 60, PAGE = 7 };
-  char id[API_ID_TEXT], after[API_ID_TEXT] = "";
+  char after[API_ID_TEXT] = "";
   for (unsigned i = 0; i < MODELS; i++) {
-    make_id(i, id);
-    must_put(f, id, "x");
+    char *text = make_text(i + 10, 1);
+    must_put(f, text);
+    free(text);
   }
   size_t seen = 0;
   bool more = true;
@@ -217,7 +380,7 @@ static void list_pages_through_all_in_order(void **state) {
     for (size_t i = 0; i < count; i++) {
       assert_true(strcmp(after, listed[i].id) < 0);
       memcpy(after, listed[i].id, sizeof after);
-      assert_int_equal(listed[i].size, 1);
+      assert_int_equal(listed[i].size, 4);
       assert_string_equal(listed[i].summary, "{\"n\":1}");
       free(listed[i].summary);
     }
@@ -228,7 +391,7 @@ static void list_pages_through_all_in_order(void **state) {
 
 static void full_page_that_is_the_last_says_so(void **state) {
   fixture *f = *state;
-  must_put(f, ID, "x");
+  must_put(f, TEXT);
   api_listed listed[1];
   size_t count;
   bool more = true;
@@ -240,50 +403,264 @@ static void full_page_that_is_the_last_says_so(void **state) {
   assert_int_equal(count, 0);
 }
 
-static int make_leftover(const fixture *f, const char *name, char *path, size_t path_size) {
-  snprintf(path, path_size, "%s/tmp/%s", f->path, name);
-  return open(path, O_CREAT | O_WRONLY, 0600);
+/* ---- damage ---------------------------------------------------------------------------------- */
+
+typedef struct damage {
+  off_t cut;        /* to this size; -1: not */
+  off_t at;         /* one byte is written here; -1: none is */
+  bool keeps_times; /* of access and change of the bytes */
+} damage;
+
+static void do_damage(const char *path, damage d) {
+  struct stat facts;
+  int file = open(path, O_WRONLY);
+  assert_true(file >= 0);
+  assert_int_equal(fstat(file, &facts), 0);
+  if (d.cut >= 0) assert_int_equal(ftruncate(file, d.cut), 0);
+  if (d.at >= 0) assert_int_equal(pwrite(file, "X", 1, d.at), 1);
+  struct timespec times[] = {facts.st_atim, facts.st_mtim};
+  if (d.keeps_times) assert_int_equal(futimens(file, times), 0);
+  close(file);
+}
+
+/* Each kind, on a file that was just written and on one that has been hashed and found whole. */
+static void damaged_model_is_noticed_and_mended_by_the_next_put(void **state) {
+  fixture *f = *state;
+  static const damage KINDS[] = {
+      {5, -1, false}, {0, -1, false}, {-1, 3, false}, {-1, 10, false}, {-1, 3, true}};
+  char path[128];
+  must_put(f, TEXT);
+  make_path(f, ID, path);
+  for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++) {
+    for (int known = 0; known < 2; known++) {
+      if (known) {
+        pause_ms(150); /* until the verdict is remembered, see TICK_NS */
+        assert_true(is_stored(f, TEXT));
+      }
+      do_damage(path, KINDS[i]);
+      assert_int_equal(open_status(f, ID), API_STORE_DAMAGED);
+      pause_ms(known ? 150 : 0);
+      assert_int_equal(open_status(f, ID), API_STORE_DAMAGED);
+      assert_int_equal(open_status(f, ID), API_STORE_DAMAGED);
+      must_put(f, TEXT);
+      assert_true(is_stored(f, TEXT));
+    }
+  }
+}
+
+static api_store_status look(fixture *f, bool may_wait) {
+  return f->store.look(f->store.context, ID, may_wait);
+}
+
+static void look_of_late_is_told_without_waiting(void **state) {
+  fixture *f = *state;
+  char path[128];
+  assert_int_equal(look(f, false), API_STORE_UNKNOWN);
+  assert_int_equal(look(f, true), API_STORE_ABSENT);
+  assert_int_equal(look(f, false), API_STORE_UNKNOWN);
+  must_put(f, TEXT);
+  assert_int_equal(look(f, false), API_STORE_OK);
+  make_path(f, ID, path);
+  do_damage(path, (damage){5, -1, false});
+  assert_int_equal(look(f, true), API_STORE_OK); /* of this second */
+  pause_ms(1100);
+  assert_int_equal(look(f, false), API_STORE_UNKNOWN);
+  assert_int_equal(look(f, true), API_STORE_DAMAGED);
+  must_put(f, TEXT);
+  assert_int_equal(look(f, false), API_STORE_OK);
+}
+
+static uint64_t processor_ns(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
+}
+
+static void unchanged_file_is_hashed_once(void **state) {
+  fixture *f = *state;
+  char *text = make_text(1, 20 << 20), id[API_ID_TEXT];
+  make_id(text, id);
+  must_put(f, text);
+  pause_ms(150);
+  uint64_t times[3] = {processor_ns()};
+  for (int i = 1; i < 3; i++) {
+    assert_int_equal(open_status(f, id), API_STORE_OK);
+    times[i] = processor_ns();
+  }
+  assert_true(times[2] - times[1] < (times[1] - times[0]) / 10);
+  free(text);
+}
+
+static void file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on(void **state) {
+  fixture *f = *state;
+  static const damage KINDS[] = {{5, -1, false}, {0, -1, false}, {-1, 9, false}};
+  char path[128];
+  must_put(f, TEXT);
+  make_path(f, ID, path);
+  for (size_t i = 0; i < sizeof KINDS / sizeof *KINDS; i++) {
+    api_blob blob;
+    uint8_t bytes[4];
+    assert_int_equal(f->store.open(f->store.context, ID, &blob), API_STORE_OK);
+    assert_true(blob.read(&blob, 0, bytes, 4));
+    pause_ms(20);
+    do_damage(path, KINDS[i]);
+    assert_false(blob.read(&blob, 4, bytes, 4));
+    blob.close(&blob);
+    must_put(f, TEXT);
+  }
+}
+
+static void mending_leaves_alone_who_has_the_model_open(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
+  api_blob blob;
+  uint8_t bytes[4];
+  char path[128];
+  bool existed;
+  assert_int_equal(f->store.open(f->store.context, ID, &blob), API_STORE_OK);
+  make_path(f, ID, path);
+  assert_int_equal(unlink(path), 0); /* and other bytes under its name */
+  close(open(path, O_CREAT | O_WRONLY, 0600));
+  assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
+  assert_true(blob.read(&blob, 0, bytes, 4));
+  assert_memory_equal(bytes, TEXT, 4);
+  blob.close(&blob);
+  assert_true(is_stored(f, TEXT));
+}
+
+/* ---- the folder ------------------------------------------------------------------------------ */
+
+static api_store_status probe(fixture *f) {
+  return f->store.probe(f->store.context);
+}
+
+static api_store_status list_status(fixture *f) {
+  api_listed listed[1];
+  size_t count = 0;
+  bool more;
+  api_store_status status = f->store.list(f->store.context, "", 1, listed, &count, &more);
+  if (status == API_STORE_OK && count == 1) free(listed[0].summary);
+  return status;
+}
+
+static void assert_unusable(fixture *f) {
+  bool existed;
+  pause_ms(1100); /* a probe is remembered for a second */
+  assert_int_equal(probe(f), API_STORE_UNAVAILABLE);
+  assert_int_equal(open_status(f, ID), API_STORE_UNAVAILABLE);
+  assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_UNAVAILABLE);
+  assert_int_equal(list_status(f), API_STORE_UNAVAILABLE);
+  assert_int_equal(put(f, "other bytes", &existed), API_STORE_UNAVAILABLE);
+}
+
+static void folder_that_vanished_is_told_and_used_again_when_it_is_back(void **state) {
+  fixture *f = *state;
+  char away[128];
+  snprintf(away, sizeof away, "%s-away", f->path);
+  must_put(f, TEXT);
+  assert_int_equal(probe(f), API_STORE_OK);
+  assert_int_equal(rename(f->path, away), 0);
+  assert_unusable(f);
+  close(open(f->path, O_CREAT | O_WRONLY, 0600)); /* a file in its place */
+  assert_unusable(f);
+  assert_int_equal(unlink(f->path), 0);
+  assert_int_equal(rename(away, f->path), 0);
+  pause_ms(1100);
+  assert_int_equal(probe(f), API_STORE_OK);
+  assert_true(is_stored(f, TEXT));
+}
+
+static void folder_that_was_made_anew_is_used(void **state) {
+  fixture *f = *state;
+  must_put(f, TEXT);
+  assert_int_equal(nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
+  assert_unusable(f);
+  assert_int_equal(mkdir(f->path, 0700), 0);
+  must_put(f, TEXT);
+  assert_true(is_stored(f, TEXT));
+  pause_ms(1100);
+  assert_int_equal(probe(f), API_STORE_OK);
+}
+
+/* Fills the file system that the folder is on. */
+static void fill(const char *path) {
+  static const char block[4096];
+  int file = open(path, O_CREAT | O_WRONLY, 0600);
+  while (write(file, block, sizeof block) > 0) continue;
+  assert_int_equal(errno, ENOSPC);
+  close(file);
+}
+
+static void full_disk_is_told_and_leaves_nothing_half_made(void **state) {
+  fixture *f = *state;
+  char filler[128], temporary[128];
+  bool existed;
+  srv_store_fs_close(f->opened);
+  assert_int_equal(nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
+  assert_int_equal(mkdir(f->path, 0700), 0);
+  bool is_mounted = mount("tmpfs", f->path, "tmpfs", 0, "size=1m") == 0;
+  open_store(f);
+  if (!is_mounted) {
+    print_message("skipped: a file system cannot be mounted here\n");
+    skip();
+  }
+  must_put(f, TEXT);
+  snprintf(filler, sizeof filler, "%s/filler", f->path);
+  fill(filler);
+  pause_ms(1100);
+  assert_int_equal(probe(f), API_STORE_UNAVAILABLE);
+  assert_int_equal(put(f, "other bytes", &existed), API_STORE_UNAVAILABLE);
+  assert_true(is_stored(f, TEXT));
+  assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
+  snprintf(temporary, sizeof temporary, "%s/tmp", f->path);
+  assert_int_equal(rmdir(temporary), 0); /* it is empty */
+  assert_int_equal(unlink(filler), 0);
+  pause_ms(1100);
+  assert_int_equal(probe(f), API_STORE_OK);
+  must_put(f, "other bytes");
+  assert_int_equal(umount(f->path), 0);
+  assert_unusable(f);
+  assert_int_equal(rmdir(f->path), 0); /* nothing was made in the folder that the volume covered */
+  assert_int_equal(mkdir(f->path, 0700), 0);
+}
+
+static void make_leftover(const fixture *f, const char *name, time_t age_s, char path[128]) {
+  snprintf(path, 128, "%s/tmp/%s", f->path, name);
+  int file = open(path, O_CREAT | O_WRONLY, 0600);
+  struct timespec times[] = {{.tv_sec = time(NULL) - age_s}, {.tv_sec = time(NULL) - age_s}};
+  assert_int_equal(futimens(file, times), 0);
+  close(file);
 }
 
 static void leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay(void **state) {
   fixture *f = *state;
   char dead[128], living[128];
-  close(make_leftover(f, "put-1-1", dead, sizeof dead));
-  int held = make_leftover(f, "put-2-1", living, sizeof living);
-  assert_int_equal(flock(held, LOCK_EX), 0);
+  make_leftover(f, "dead", 3700, dead);
+  make_leftover(f, "living", 3500, living);
   srv_store_fs_close(f->opened);
   open_store(f);
   assert_int_equal(access(dead, F_OK), -1);
   assert_int_equal(access(living, F_OK), 0);
-  close(held);
 }
 
-/* A process puts one model after another until it is killed; afterwards every model that is listed has all
- * its bytes, and nothing else is left. */
-static void kill_at_any_moment_leaves_whole_models(void **state) {
-  fixture *f = *state;
-  enum { ROUNDS = 12, SIZE = 200000 };
-  char *text = malloc(SIZE + 1);
-  memset(text, 'x', SIZE);
-  text[SIZE] = '\0';
-  for (unsigned round = 0; round < ROUNDS; round++) {
-    pid_t writer = fork();
-    assert_true(writer >= 0);
-    if (writer == 0) {
-      char id[API_ID_TEXT];
-      bool existed;
-      for (unsigned i = 0;; i++) {
-        make_id(round * 1000 + i, id);
-        put(f, id, text, &existed);
-      }
-    }
-    nanosleep(&(struct timespec){.tv_nsec = 3000000L + round * 1700000L}, NULL);
-    kill(writer, SIGKILL);
-    waitpid(writer, NULL, 0);
+/* ---- kill ------------------------------------------------------------------------------------ */
+
+enum { KILLS = 20, KILLED_SIZE = 200000 };
+
+/* Puts one model after another, and tells the number of each that was stored. */
+static void put_for_ever(fixture *f, unsigned first, int stored) {
+  for (unsigned i = first;; i++) {
+    char *text = make_text(i, KILLED_SIZE);
+    bool existed;
+    if (put(f, text, &existed) != API_STORE_OK || write(stored, &i, sizeof i) != (ssize_t)sizeof i) _exit(1);
+    free(text);
   }
-  srv_store_fs_close(f->opened);
-  open_store(f);
+}
+
+/* Returns how many models are listed, each of which is whole. */
+static unsigned list_whole_models(fixture *f) {
   char after[API_ID_TEXT] = "";
+  unsigned listed_count = 0;
   bool more = true;
   while (more) {
     api_listed listed[1];
@@ -291,31 +668,68 @@ static void kill_at_any_moment_leaves_whole_models(void **state) {
     assert_int_equal(f->store.list(f->store.context, after, 1, listed, &count, &more), API_STORE_OK);
     if (count == 0) break;
     memcpy(after, listed[0].id, sizeof after);
-    assert_true(is_stored(f, after, text));
+    assert_int_equal(open_status(f, after), API_STORE_OK);
     free(listed[0].summary); /* NULL where the kill came between the model and its summary */
+    listed_count++;
   }
-  free(text);
-  char temporary[128];
-  snprintf(temporary, sizeof temporary, "%s/tmp", f->path);
-  assert_int_equal(rmdir(temporary), 0);
+  return listed_count;
 }
+
+static void kill_at_any_moment_leaves_whole_models_and_all_that_were_stored(void **state) {
+  fixture *f = *state;
+  unsigned stored_count = 0;
+  for (unsigned round = 0; round < KILLS; round++) {
+    int stored[2];
+    assert_int_equal(pipe(stored), 0);
+    pid_t writer = fork();
+    assert_true(writer >= 0);
+    if (writer == 0) put_for_ever(f, round * 1000, stored[1]);
+    close(stored[1]);
+    pause_ms(10 + round * 3);
+    kill(writer, SIGKILL);
+    waitpid(writer, NULL, 0);
+    for (unsigned number; read(stored[0], &number, sizeof number) == (ssize_t)sizeof number; stored_count++) {
+      char *text = make_text(number, KILLED_SIZE);
+      assert_true(is_stored(f, text));
+      free(text);
+    }
+    close(stored[0]);
+  }
+  srv_store_fs_close(f->opened);
+  open_store(f);
+  assert_true(stored_count > 0);
+  assert_true(list_whole_models(f) >= stored_count);
+}
+
+#define with_store(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
 
 int main(void) {
   const struct CMUnitTest tests[] = {
       cmocka_unit_test(folder_that_cannot_be_used_is_refused),
-      cmocka_unit_test_setup_teardown(what_is_no_id_names_no_file, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(absent_model_is_absent, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(model_is_got_as_it_was_put_also_by_another_process, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(empty_model_is_possible, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(second_put_says_that_it_was_there, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(of_racing_puts_one_is_the_first, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(removed_model_is_gone_and_its_mapping_stays, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(lost_summary_is_null_and_made_good_by_the_next_put, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(list_pages_through_all_in_order, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(full_page_that_is_the_last_says_so, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(kill_at_any_moment_leaves_whole_models, set_up, tear_down),
+      with_store(what_is_no_id_names_no_file),
+      with_store(absent_model_is_absent),
+      with_store(model_is_got_as_it_was_put_also_by_another_process),
+      with_store(any_part_of_a_model_is_read),
+      with_store(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id),
+      with_store(empty_model_is_possible),
+      with_store(second_put_says_that_it_was_there),
+      with_store(of_racing_puts_one_is_the_first),
+      with_store(processes_that_race_all_store_the_model),
+      with_store(removed_model_is_gone_but_for_who_has_it_open),
+      with_store(lost_summary_is_null_and_made_good_by_the_next_put),
+      with_store(removed_model_leaves_no_summary_to_the_next),
+      with_store(list_pages_through_all_in_order),
+      with_store(full_page_that_is_the_last_says_so),
+      with_store(look_of_late_is_told_without_waiting),
+      with_store(damaged_model_is_noticed_and_mended_by_the_next_put),
+      with_store(unchanged_file_is_hashed_once),
+      with_store(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on),
+      with_store(mending_leaves_alone_who_has_the_model_open),
+      with_store(folder_that_vanished_is_told_and_used_again_when_it_is_back),
+      with_store(folder_that_was_made_anew_is_used),
+      with_store(full_disk_is_told_and_leaves_nothing_half_made),
+      with_store(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay),
+      with_store(kill_at_any_moment_leaves_whole_models_and_all_that_were_stored),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

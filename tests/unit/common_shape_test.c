@@ -205,7 +205,6 @@ static tw_status classify(const tw_topology *base, bool chaikin, tw_patch_shapes
   tw_status status = TW_OK;
   tw_patch_class *shape;
   const uint32_t *points;
-  tw_blocks_drop(); /* so that big allocations fail too */
   left = n;
   for (uint32_t quad = 0; quad < base->face_count && status == TW_OK; quad += ARM * ARM)
     status = tw_patch_classify(shapes, collector, 4 * quad, 6, &shape, &points);
@@ -310,7 +309,6 @@ static size_t fail_stencils(const tw_topology *base) {
   assert_non_null(shapes);
   assert_int_equal(classify(base, false, shapes, SIZE_MAX), TW_OK);
   for (size_t n = 0;; n++) {
-    tw_blocks_drop();
     left = n;
     tw_status status = tw_common_stencils(shapes, false, true);
     bool any = failed();

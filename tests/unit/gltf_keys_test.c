@@ -8,7 +8,7 @@
 
 #include <cmocka.h>
 
-#include "gltf_keys.h"
+#include "gltf/gltf.h"
 
 static const double DEGREE = 3.141592653589793 / 180;
 

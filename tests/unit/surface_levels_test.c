@@ -45,7 +45,7 @@ static void run_backwards(void *owner, uint32_t count, void (*part)(void *contex
   (void)owner;
   while (count-- > 0) part(context, count);
 }
-static const tw_crew backwards = {NULL, run_backwards};
+static const tw_parallel_for backwards = {NULL, run_backwards};
 
 static void check_rows(const tw_surface *s, const refined *expected) {
   uint32_t count = expected->mesh.vertex_count;

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <memory>
 
-#include "tweend/utf8.h"
+#include "tweend/base.h"
 
 namespace gltf {
 

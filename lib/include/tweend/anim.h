@@ -154,8 +154,8 @@ float tw_loop_time(float t, float duration, tw_loop loop);
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time, tw_trs *locals);
 
 /* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count].
- * rest: [node_count], of the nodes, side by side; copying them out of the nodes costs as much as moving some.
- * NULL: locals keep what they hold where no track moves them. */
+ * rest: [node_count], the nodes' rest transforms; NULL: locals keep what they hold where no track moves
+ * them. */
 void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
                    size_t time_count, tw_trs *locals);
 
@@ -182,8 +182,8 @@ void tw_pose_world(const tw_node *nodes, const uint32_t *order, uint32_t node_co
 
 /* ---- sixteen poses side by side ------------------------------------------------------------ */
 
-/* For many times: what one pose has as a number, a lane block has as TW_LANES numbers in a row, one for
- * each time, so that every operation serves all of them. Same values as one by one. Any thread, allocates
+/* Structure of arrays for many times: a number of one pose is TW_LANES numbers in a row here, one for each
+ * time, so that every operation is a vector operation. Same values as one by one. Any thread, allocates
  * nothing. */
 enum { TW_LANES = 16, TW_LANE_TRS = 10, TW_LANE_MATRIX = 12 };
 

@@ -1,4 +1,5 @@
-/* Clips as keys that any glTF program plays the same: at given times, or as few as an error allows. */
+/* Clips as LINEAR or STEP keys that any glTF program plays alike: at given times, or as few as a tolerance
+ * allows. */
 #ifndef TWEEND_BAKE_H
 #define TWEEND_BAKE_H
 

@@ -79,17 +79,10 @@ typedef struct tw_surface tw_surface;
 tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *options, tw_surface **out,
                             tw_error *error);
 
-/* Threads that take part in what one of them shares out. run calls part(context, i) once for each i below
- * count, in any order and on any threads, and returns when all calls have. */
-typedef struct tw_crew {
-  void *owner;
-  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
-} tw_crew;
-
-/* As tw_surface_create, its longer loops shared out. The same surface. crew NULL: the calling thread does it
- * alone. Nothing refers to the crew afterwards. */
-tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew,
-                               tw_surface **out, tw_error *error);
+/* As tw_surface_create, its longer loops shared among threads. The same surface. parallel NULL: the calling
+ * thread does it alone; it is not kept after the call. */
+tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
+                               const tw_parallel_for *parallel, tw_surface **out, tw_error *error);
 
 /* The same surface over other positions: topology, patches and numbering are the plan's, which was made with
  * `movable` (or is the result of this call) and outlives *out; only the points of the base are computed, and
@@ -100,9 +93,9 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
  * thread, many at once on one plan. TW_NO_MEMORY. */
 tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out);
 
-/* The same, its longer loops shared out as those of tw_surface_create_by. */
-tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions, const tw_crew *crew,
-                                       tw_surface **out);
+/* The same, its longer loops shared among threads as those of tw_surface_create_by. */
+tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
+                                       const tw_parallel_for *parallel, tw_surface **out);
 
 void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
 size_t tw_surface_size(const tw_surface *surface); /* bytes held; of a plan's none */
@@ -161,9 +154,10 @@ uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain);
  * TW_NO_MEMORY. */
 tw_status tw_surface_bounds(const tw_surface *surface, int morph, float min[3], float max[3]);
 
-/* As tw_surface_bounds, its pass shared out. The same values. crew NULL: the calling thread does it alone. */
-tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_crew *crew, float min[3],
-                               float max[3]);
+/* As tw_surface_bounds, its pass shared among threads. The same values. parallel NULL: the calling thread
+ * does it alone. */
+tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_parallel_for *parallel,
+                               float min[3], float max[3]);
 
 /* Scratch memory of one reader; not shared between threads. */
 typedef struct tw_surface_reader tw_surface_reader;

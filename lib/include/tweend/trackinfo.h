@@ -1,5 +1,5 @@
-/* What is worth knowing about a rotation track: how far and how fast it turns, what its keys hide, how near
- * it comes to gimbal lock in each Euler order. Angles in radians, times in seconds. */
+/* Diagnostics of a rotation track: how far and how fast it turns, doubtful keys, and how near it comes to
+ * gimbal lock in each Euler order. Angles in radians, times in seconds. */
 #ifndef TWEEND_TRACKINFO_H
 #define TWEEND_TRACKINFO_H
 
@@ -13,7 +13,8 @@ extern "C" {
 typedef struct tw_gimbal {
   double time;
   double cos_middle;    /* |cos| of the order's middle angle: 1 is farthest from lock, 0 is lock */
-  double amplification; /* 1 / cos_middle, by how much outer angles outrun the rotation; INFINITY at lock */
+  double amplification; /* 1 / cos_middle: rate of the outer angles over that of the rotation; INFINITY at
+                           lock */
 } tw_gimbal;
 
 enum { TW_TRACK_WARNINGS = 8, TW_TRACK_WARNING_SIZE = 200 };
@@ -47,7 +48,7 @@ typedef struct tw_track_report {
   char warnings[TW_TRACK_WARNINGS][TW_TRACK_WARNING_SIZE]; /* sentences */
 } tw_track_report;
 
-/* In how many steps a segment need not be followed more finely, whatever its track does. */
+/* As many steps a segment are enough for any track. */
 enum { TW_TRACK_STEPS = 512 };
 
 /* Inspects one rotation track; keys as in tw_clip_create, whose errors it gives with pointers from

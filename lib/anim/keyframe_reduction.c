@@ -1,9 +1,9 @@
 /* Clips with as few LINEAR keys as an error allows.
  *
- * A track is first sampled on a grid so dense that between neighbours nothing of note can hide: its keys
- * where it is LINEAR already, else steps whose own chord strays by less than a sixteenth of the tolerance.
- * From each key the next one is the farthest grid place whose chord stays near the path. Then every chord
- * is measured again, densely, between the keys as they will be written; one that fails is halved. */
+ * A track is first sampled on a grid: at its keys where it is LINEAR already, else in steps so short that the
+ * chord of each strays from the path by less than a sixteenth of the tolerance. From each key the next one is
+ * the farthest grid place whose chord stays near the path. Then every chord is measured again, densely,
+ * between the keys as they will be written; one that fails is halved. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,26 +12,26 @@
 #include "tweend/bake.h"
 
 enum {
-  STEPS_LEAST = 2,       /* of a segment that is no chord itself */
+  STEPS_LEAST = 2,       /* of a segment that is not LINEAR */
   GRID_PLACES = 64,      /* at most, for each key allowed */
-  CLIP_PLACES = 1 << 20, /* of all grids: a second or two */
-  OWN_PLACES = 4,        /* and for each key that the clip has */
+  CLIP_PLACES = 1 << 20, /* of all grids together: a second or two */
+  OWN_PLACES = 4,        /* and this many more for each key of the clip */
   PARTS_MEASURED = 4,    /* of each grid step */
   REFINEMENTS = 24
 };
 
 static const double STEP_ANGLE = 3.14159265358979323846 / 18;
 static const double GRID_MARGIN = 16;  /* chords of the grid stray by less than this part of the tolerance */
-static const double FLOAT_ROOM = 4e-7; /* of the largest value: what single precision cannot promise */
+static const double FLOAT_ROOM = 4e-7; /* of the largest value: rounding to single precision */
 
-/* Times, rising, and the values there. */
+/* Ascending times, and the values there. */
 typedef struct samples {
   float *times, *values; /* [count], [count][width] */
   uint32_t count, room, most;
-  const char *name; /* of what it lists, for errors */
+  const char *name; /* of the elements, for errors */
 } samples;
 
-/* One track on its way. */
+/* One track that is being reduced. */
 typedef struct reduction {
   const tw_clip *clip;
   uint32_t index, width;
@@ -76,7 +76,7 @@ static tw_status append(const reduction *r, samples *list, float time, tw_error 
   return TW_OK;
 }
 
-/* ---- errors of chords -------------------------------------------------------------------------- */
+/* ---- errors of chords ---------------------------------------------------------------------------------- */
 
 static double distance(const reduction *r, const float *a, const float *b) {
   if (r->rotation) {
@@ -93,7 +93,7 @@ static double distance(const reduction *r, const float *a, const float *b) {
   return sqrt(sum);
 }
 
-/* What a player makes of two keys. */
+/* The path that a player takes between two keys. */
 typedef struct chord {
   double start, seconds;
   const float *from, *to;
@@ -136,7 +136,7 @@ static double stray_at(const reduction *r, const chord *chord, float time) {
   return stray(r, chord, time, r->sample);
 }
 
-/* ---- the grid ---------------------------------------------------------------------------------- */
+/* ---- the grid ------------------------------------------------------------------------------------------ */
 
 /* Adds a place unless single precision cannot tell it from the last one. */
 static tw_status add_place(reduction *r, float time, tw_error *error) {
@@ -149,7 +149,7 @@ static float step_time(const tw_track *track, uint32_t key, double step, uint32_
   return (float)((double)track->timeline->times[key] + step / steps * tw_track_seconds(track, key));
 }
 
-/* Chords between keys are the path itself. */
+/* The path between two keys is their chord. */
 static bool is_linear(const tw_track *track) {
   return track->kind == TRACK_ARC || track->kind == TRACK_VALUES_LINEAR;
 }
@@ -198,7 +198,7 @@ static tw_status lay_grid(reduction *r, tw_error *error) {
   return add_place(r, track->timeline->times[last], error);
 }
 
-/* ---- choosing keys ----------------------------------------------------------------------------- */
+/* ---- choosing keys ------------------------------------------------------------------------------------- */
 
 static const float *grid_value(const reduction *r, uint32_t place) {
   return r->grid.values + (size_t)place * r->width;
@@ -252,7 +252,7 @@ static double worst_near(const reduction *r, const chord *chord, double low, dou
   return worst;
 }
 
-/* The largest error of the chord from the last key to a time; `places` grid places lie between them. */
+/* The largest error of the chord from the last key to a time, with `places` grid places between. */
 static double measure(const reduction *r, float end, uint32_t places) {
   size_t last = r->keys.count - 1;
   const float *from = r->keys.values + last * r->width;
@@ -271,7 +271,7 @@ static double measure(const reduction *r, float end, uint32_t places) {
   return fmax(worst, worst_near(r, &chord, place - part, place + part));
 }
 
-/* Adds the key at a grid place; where the chord to it strays after all, keys half way before it. */
+/* Adds the key at a grid place; where the chord to it strays, first keys half way. */
 static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *error) {
   tw_status status = TW_OK;
   float start = r->keys.times[r->keys.count - 1], goal = r->grid.times[place];
@@ -280,7 +280,7 @@ static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *
     double strays = measure(r, end, places);
     while (strays > r->tolerance) {
       float middle = (float)((double)start + ((double)end - (double)start) / 2);
-      if (!(middle > start && middle < end)) break; /* time itself goes no finer */
+      if (!(middle > start && middle < end)) break; /* no float lies between */
       end = middle;
       strays = measure(r, end, places);
     }
@@ -291,7 +291,7 @@ static tw_status reach(reduction *r, uint32_t place, uint32_t places, tw_error *
   return status;
 }
 
-/* How far the path goes from its first place; a track that stays there needs but one key. */
+/* The largest distance of the path from its first place; a track that stays there needs only one key. */
 static double largest_departure(const reduction *r) {
   double largest = 0;
   for (uint32_t i = 1; i < r->grid.count; i++)
@@ -315,9 +315,9 @@ static tw_status choose_keys(reduction *r, tw_error *error) {
   return status;
 }
 
-/* ---- clips ------------------------------------------------------------------------------------- */
+/* ---- clips --------------------------------------------------------------------------------------------- */
 
-/* Of values, no finer than single precision tells them apart. */
+/* The tolerance of values is at least what single precision resolves. */
 static double effective_tolerance(const reduction *r, const tw_track *track, tw_tolerance tolerance) {
   if (r->rotation) return tolerance.angle;
   float largest = 0;
@@ -344,7 +344,7 @@ static uint32_t least_of(uint64_t a, uint64_t b) {
   return (uint32_t)(a < b ? a : b);
 }
 
-/* Places for the grids of all tracks, so that a short document cannot ask for hours. */
+/* The bound of all grids together, so that a short document cannot cost hours. */
 static uint32_t count_places(const tw_clip *clip) {
   uint64_t places = CLIP_PLACES;
   for (uint32_t i = 0; i < clip->track_count; i++)
@@ -352,7 +352,7 @@ static uint32_t count_places(const tw_clip *clip) {
   return least_of(places, UINT32_MAX);
 }
 
-/* places: left for the grids of this and all tracks after it. */
+/* places: what is left of the bound for this track and those after it. */
 static tw_status reduce_track(const tw_clip *clip, uint32_t index, tw_tolerance tolerance, uint32_t max_keys,
                               uint32_t *places, tw_arena *arena, tw_track_keys *out, double *reached,
                               tw_error *error) {

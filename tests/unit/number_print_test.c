@@ -1,6 +1,6 @@
-/* Digits of floats in batches: what is told of which floats, one instruction set against another, and texts
- * of whole rows against those of single numbers. */
-#include "decimal.h"
+/* Printing floats: one instruction set against another, rows and vectors against single numbers, and the room
+ * that is asked for. tests/oracle/number_test.cpp compares with std::to_chars. */
+#include "number.h"
 
 #include <math.h>
 #include <setjmp.h>
@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "tweend/base.h"
+enum { WIDEST = 64 }; /* vectors that fit one batch */
 
 static uint32_t seed = 1;
 
@@ -32,89 +32,20 @@ static float any_float(void) {
   }
 }
 
-static void find_one(float value, tw_decimals *out) {
-  memset(out, 0, sizeof *out);
-  out->values[0] = value;
-  tw_decimal_kernels_at(0)->find(out, 1);
-}
-
-static void floats_beyond_the_plain_range_are_told_apart(void **state) {
-  (void)state;
-  tw_decimals one;
-  const float others[] = {NAN, INFINITY, -INFINITY, 1e5f, -1e5f, 9.999999e-4f, 1e-45f, 3.4e38f};
-  for (size_t i = 0; i < sizeof others / sizeof *others; i++) {
-    find_one(others[i], &one);
-    assert_int_equal(one.kinds[0], TW_DECIMAL_OTHER);
-  }
-  for (int negative = 0; negative < 2; negative++) {
-    find_one(negative ? -0.0f : 0.0f, &one);
-    assert_int_equal(one.kinds[0], TW_DECIMAL_ZERO);
-  }
-}
-
-/* digits: from the last to the first. */
-static void assert_pieces(const tw_decimals *one, const char *digits) {
-  assert_memory_equal(one->pieces, digits, 9);
-  assert_int_equal(one->pieces[TW_PIECE_POINT], '.');
-  assert_int_equal(one->pieces[TW_PIECE_NOUGHT], '0');
-  assert_int_equal(one->pieces[TW_PIECE_MINUS], '-');
-}
-
-static void each_decade_has_nine_digits_with_zeros_behind_the_shortest(void **state) {
-  (void)state;
-  static const float first[] = {1e-3f, 1e-2f, 1e-1f, 1, 10, 100, 1000, 1e4f};
-  tw_decimals one;
-  for (uint32_t decade = 0; decade < TW_DECIMAL_DECADES; decade++) {
-    find_one(-first[decade], &one);
-    assert_int_equal(one.kinds[0], 2 * decade + 1);
-    assert_pieces(&one, "000000001");
-  }
-  find_one(0.123456789f, &one); /* the ninth and the eighth digit are not needed */
-  assert_pieces(&one, "097654321");
-  find_one(0.251953125f, &one); /* in the middle between two of eight digits: the even one */
-  assert_pieces(&one, "021359152");
-  find_one(12.3456135f, &one); /* eight digits are not enough */
-  assert_pieces(&one, "531654321");
-}
-
-static void all_instruction_sets_find_the_same_digits(void **state) {
-  (void)state;
-  tw_decimals plain, other, empty;
-  for (int run = 0; run < 20000; run++) {
-    size_t count = noise() % (TW_DECIMALS + 1);
-    memset(&plain, 0, sizeof plain);
-    for (size_t i = 0; i < count; i++) plain.values[i] = any_float();
-    empty = plain;
-    tw_decimal_kernels_at(0)->find(&plain, count);
-    const tw_decimal_kernels *kernels;
-    for (uint32_t set = 1; (kernels = tw_decimal_kernels_at(set)); set++) {
-      if (!kernels->find) continue;
-      other = empty;
-      kernels->find(&other, count);
-      assert_memory_equal(&plain, &other, sizeof plain);
-    }
-    for (size_t i = 0; i < count; i++) { /* few are found one by one */
-      find_one(empty.values[i], &other);
-      assert_int_equal(plain.kinds[i], other.kinds[0]);
-      assert_memory_equal(plain.pieces + i * TW_PIECES, other.pieces, TW_PIECES);
-    }
-  }
-}
-
 static void all_instruction_sets_print_the_same_text(void **state) {
   (void)state;
-  enum { STRIDE = TW_DECIMALS + 2, COUNT = 20, ROOM = COUNT * (TW_DECIMALS * TW_FLOAT_TEXT + 3) };
+  enum { STRIDE = WIDEST + 2, COUNT = 20, ROOM = COUNT * (WIDEST * TW_FLOAT_TEXT + 3) };
   static float values[COUNT * STRIDE];
   static char plain[ROOM], other[ROOM];
-  for (size_t width = 1; width <= TW_DECIMALS; width++) {
+  for (size_t width = 1; width <= WIDEST; width++) {
     for (size_t i = 0; i < COUNT * STRIDE; i++) values[i] = any_float();
     const tw_vectors vectors = {values, STRIDE, width, COUNT, NULL};
-    size_t size = (size_t)(tw_decimal_kernels_at(0)->print_vectors(plain, &vectors) - plain);
-    const tw_decimal_kernels *kernels;
-    for (uint32_t set = 1; (kernels = tw_decimal_kernels_at(set)); set++) {
-      assert_int_equal(kernels->print_vectors(other, &vectors) - other, size);
+    size_t size = (size_t)(tw_number_printer_at(0)->print_vectors(plain, &vectors) - plain);
+    const tw_number_printer *printer;
+    for (uint32_t set = 1; (printer = tw_number_printer_at(set)); set++) {
+      assert_int_equal(printer->print_vectors(other, &vectors) - other, size);
       assert_memory_equal(plain, other, size);
-      size_t row = (size_t)(kernels->print_row(other, values, width) - other);
+      size_t row = (size_t)(printer->print_row(other, values, width) - other);
       assert_memory_equal(plain + 1, other, row - 1);
       assert_int_equal(other[row - 1], ',');
     }
@@ -184,16 +115,16 @@ static void no_instruction_set_leaves_its_room(void **state) {
       tw_vectors vectors = {values, width, width, count, count % 2 ? right_ends : NULL};
       size_t size = print_singly(right, &vectors);
       vectors.ends = count % 2 ? ends : NULL;
-      const tw_decimal_kernels *kernels;
-      for (uint32_t set = 0; (kernels = tw_decimal_kernels_at(set)); set++) {
+      const tw_number_printer *printer;
+      for (uint32_t set = 0; (printer = tw_number_printer_at(set)); set++) {
         memset(text, 0, room);
         memcpy(text + room, guard, GUARD);
-        assert_int_equal(kernels->print_vectors(text, &vectors) - text, count > 0 ? size + 1 : 0);
+        assert_int_equal(printer->print_vectors(text, &vectors) - text, count > 0 ? size + 1 : 0);
         assert_memory_equal(text, right, size);
         assert_memory_equal(ends, right_ends, sizeof ends);
         assert_memory_equal(text + room, guard, GUARD);
         memcpy(text + value_count * TW_FLOAT_TEXT, guard, GUARD);
-        kernels->print_row(text, values, value_count);
+        printer->print_row(text, values, value_count);
         assert_memory_equal(text + value_count * TW_FLOAT_TEXT, guard, GUARD);
       }
       free(values);
@@ -204,9 +135,6 @@ static void no_instruction_set_leaves_its_room(void **state) {
 
 int main(void) {
   const struct CMUnitTest tests[] = {
-      cmocka_unit_test(floats_beyond_the_plain_range_are_told_apart),
-      cmocka_unit_test(each_decade_has_nine_digits_with_zeros_behind_the_shortest),
-      cmocka_unit_test(all_instruction_sets_find_the_same_digits),
       cmocka_unit_test(all_instruction_sets_print_the_same_text),
       cmocka_unit_test(vectors_are_their_numbers_in_brackets_and_keep_to_their_room),
       cmocka_unit_test(no_instruction_set_leaves_its_room),

@@ -11,9 +11,11 @@
 
 #include <cmocka.h>
 
-#include "crew.h"
+#include "parallel_for.h"
+#include "tweend/subdiv.h"
 
-/* ---- crews ---------------------------------------------------------------------------------- */
+/* ---- ways to run parts ----------------------------------------------------------------------------------
+ */
 
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                           void *context) {
@@ -165,10 +167,10 @@ static content read_all(const tw_surface *surface) {
   return c;
 }
 
-static content make(const tw_mesh *mesh, const tw_surface_options *options, const tw_crew *crew) {
+static content make(const tw_mesh *mesh, const tw_surface_options *options, const tw_parallel_for *parallel) {
   tw_surface *surface = NULL;
   tw_error error = {0};
-  if (tw_surface_create_by(mesh, options, crew, &surface, &error) != TW_OK) fail_msg("%s", error.detail);
+  if (tw_surface_create_by(mesh, options, parallel, &surface, &error) != TW_OK) fail_msg("%s", error.detail);
   content c = read_all(surface);
   tw_surface_destroy(surface);
   return c;
@@ -188,11 +190,11 @@ static void check_same(content shared, const content *alone) {
 }
 
 /* Made by the calling thread, then moved to where it is. */
-static content move(const tw_mesh *mesh, tw_surface_options options, const tw_crew *crew) {
+static content move(const tw_mesh *mesh, tw_surface_options options, const tw_parallel_for *parallel) {
   options.movable = true;
   tw_surface *plan = NULL, *moved = NULL;
   assert_int_equal(tw_surface_create(mesh, &options, &plan, NULL), TW_OK);
-  assert_int_equal(tw_surface_with_positions_by(plan, mesh->positions, crew, &moved), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(plan, mesh->positions, parallel, &moved), TW_OK);
   content c = read_all(moved);
   tw_surface_destroy(moved);
   tw_surface_destroy(plan);
@@ -205,9 +207,9 @@ static uint32_t check(const sheet *s, tw_surface_options options) {
   content alone = make(&s->mesh, &options, NULL);
   assert_true(alone.corner_count > 0);
   for (int threads = 0; threads < 2; threads++) {
-    const tw_crew crew = {&parts, threads ? run_on_threads : run_backwards};
-    check_same(make(&s->mesh, &options, &crew), &alone);
-    check_same(move(&s->mesh, options, &crew), &alone);
+    const tw_parallel_for parallel = {&parts, threads ? run_on_threads : run_backwards};
+    check_same(make(&s->mesh, &options, &parallel), &alone);
+    check_same(move(&s->mesh, options, &parallel), &alone);
   }
   free_content(&alone);
   return parts;
@@ -274,12 +276,12 @@ static void points_refined_in_double_are_the_same(void **state) {
 
 static void loops_are_cut_into_even_parts_that_are_worth_it(void **state) {
   (void)state;
-  const tw_crew crew = {NULL, run_backwards};
-  assert_int_equal(tw_crew_parts(NULL, 1000000, 10), 1);
-  assert_int_equal(tw_crew_parts(&crew, 0, 10), 1);
-  assert_int_equal(tw_crew_parts(&crew, 19, 10), 1);
-  assert_int_equal(tw_crew_parts(&crew, 20, 10), 2);
-  assert_int_equal(tw_crew_parts(&crew, UINT32_MAX, 10), TW_CREW_PARTS_MAX);
+  const tw_parallel_for parallel = {NULL, run_backwards};
+  assert_int_equal(tw_parallel_for_parts(NULL, 1000000, 10), 1);
+  assert_int_equal(tw_parallel_for_parts(&parallel, 0, 10), 1);
+  assert_int_equal(tw_parallel_for_parts(&parallel, 19, 10), 1);
+  assert_int_equal(tw_parallel_for_parts(&parallel, 20, 10), 2);
+  assert_int_equal(tw_parallel_for_parts(&parallel, UINT32_MAX, 10), TW_PARALLEL_FOR_PARTS_MAX);
 }
 
 int main(void) {

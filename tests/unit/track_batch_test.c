@@ -1,4 +1,4 @@
-/* The kernels of every instruction set that the machine has: the same bytes as time after time on its own. */
+/* Batches of times and of tracks: the same bits as one time of one track after another. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -11,7 +11,7 @@
 #include "clip.h"
 #include "rotation_reference.h"
 
-enum { KEYS_MOST = 700, TIMES_MOST = 200 };
+enum { KEYS_MOST = 700, TIMES_MOST = TW_TRACK_BATCH };
 
 /* One rotation track; its keys come in bursts. */
 static tw_clip *make_clip(uint32_t key_count) {
@@ -36,29 +36,21 @@ static tw_clip *make_clip(uint32_t key_count) {
   return clip;
 }
 
-/* The kernels for every machine with one time. */
-static void sample_alone(const tw_track *track, float time, float *clamped, uint32_t *key, float *out) {
-  const tw_track_kernels *kernels = tw_track_kernels_at(0);
-  kernels->find_keys(track->timeline, &time, 1, clamped, key);
-  kernels->sample_arcs(track->segments.arcs, track->timeline->key_count, key, clamped, 1, out);
-}
-
+/* Batches of `count` times, written with a gap after each sample, beside one time after another. */
 static void assert_all_are_as_alone(const tw_track *track, const float *times, size_t count) {
-  for (uint32_t set = 0; set < 3; set++) {
-    const tw_track_kernels *kernels = tw_track_kernels_at(set);
-    if (!kernels) continue;
-    float clamped[TIMES_MOST], at[TIMES_MOST + 1][4], alone_clamped, alone[4];
-    uint32_t keys[TIMES_MOST], alone_key;
-    at[count][0] = 7;
-    kernels->find_keys(track->timeline, times, count, clamped, keys);
-    kernels->sample_arcs(track->segments.arcs, track->timeline->key_count, keys, clamped, count, at[0]);
-    for (size_t i = 0; i < count; i++) {
-      sample_alone(track, times[i], &alone_clamped, &alone_key, alone);
-      assert_int_equal(keys[i], alone_key);
-      assert_memory_equal(&clamped[i], &alone_clamped, sizeof alone_clamped);
-      assert_memory_equal(at[i], alone, sizeof alone);
-    }
-    assert_true(at[count][0] == 7);
+  enum { STEP = 5 };
+  float clamped[TIMES_MOST], at[TIMES_MOST][STEP], alone_clamped, alone[4];
+  uint32_t keys[TIMES_MOST], alone_key;
+  for (size_t i = 0; i < count; i++) at[i][4] = 7;
+  tw_timeline_find(track->timeline, times, count, clamped, keys);
+  tw_track_sample(track, clamped, keys, count, at[0], sizeof at[0]);
+  for (size_t i = 0; i < count; i++) {
+    tw_timeline_find(track->timeline, &times[i], 1, &alone_clamped, &alone_key);
+    tw_track_sample(track, &alone_clamped, &alone_key, 1, alone, sizeof alone);
+    assert_int_equal(keys[i], alone_key);
+    assert_memory_equal(&clamped[i], &alone_clamped, sizeof alone_clamped);
+    assert_memory_equal(at[i], alone, sizeof alone);
+    assert_true(at[i][4] == 7);
   }
 }
 
@@ -78,7 +70,7 @@ static void times_give_the_same_alone_and_together(void **state) {
     const tw_track *track = &clip->tracks[0];
     float last = tw_clip_duration(clip);
     for (size_t s = 0; s < sizeof steps / sizeof *steps; s++)
-      for (size_t count = 1; count <= TIMES_MOST; count += count < 70 ? 1 : 13) {
+      for (size_t count = 1; count <= TIMES_MOST; count++) {
         assert_steps_are_as_alone(track, 0.9f, steps[s], count);
         assert_steps_are_as_alone(track, last / 2, steps[s], count);
         assert_steps_are_as_alone(track, last - 0.05f, steps[s], count);
@@ -91,7 +83,7 @@ static void times_give_the_same_alone_and_together(void **state) {
 static void a_time_out_of_order_is_found_too(void **state) {
   (void)state;
   static const float odd[] = {-1, 0, 1, 1.2f, 30, 1e30f, INFINITY, -INFINITY, NAN};
-  enum { COUNT = 67 };
+  enum { COUNT = TW_TRACK_BATCH };
   tw_clip *clip = make_clip(KEYS_MOST);
   for (size_t o = 0; o < sizeof odd / sizeof *odd; o++)
     for (size_t place = 0; place < COUNT; place++) {
@@ -119,52 +111,55 @@ static void keys_are_given_back_exactly(void **state) {
   (void)state;
   tw_clip *clip = make_clip(KEYS_MOST);
   const tw_track *track = &clip->tracks[0];
-  for (uint32_t set = 0; set < 3; set++) {
-    const tw_track_kernels *kernels = tw_track_kernels_at(set);
-    if (!kernels) continue;
-    static float clamped[KEYS_MOST], at[KEYS_MOST][4];
-    static uint32_t keys[KEYS_MOST];
-    kernels->find_keys(track->timeline, track->timeline->times, KEYS_MOST, clamped, keys);
-    kernels->sample_arcs(track->segments.arcs, KEYS_MOST, keys, clamped, KEYS_MOST, at[0]);
-    for (uint32_t i = 0; i < KEYS_MOST; i++) {
-      arc_segment arc = track_arc(track, i);
-      assert_int_equal(keys[i], i);
-      for (int j = 0; j < 4; j++) assert_true(at[i][j] == arc.from[j]);
-    }
-  }
+  static float at[KEYS_MOST][4];
+  tw_clip_sample(clip, 0, track->timeline->times, KEYS_MOST, at[0]);
+  for (uint32_t i = 0; i < KEYS_MOST; i++)
+    for (int j = 0; j < 4; j++) assert_true(at[i][j] == track->segments.arcs[i].from[j]);
   tw_clip_destroy(clip);
 }
 
-/* Arcs of a track as if they were nodes', some of which have two: those in a window before the first one that
- * starts later, from each block that has begun. */
-static void arcs_of_many_tracks_are_as_alone(void **state) {
+/* Rotation tracks of more nodes than a batch has, every third one STEP; all on one timeline, or pairs. */
+static void poses_are_the_samples_of_their_tracks(void **state) {
   (void)state;
-  enum { BLOCKS = 4, ARCS = BLOCKS * ARC_BLOCK - 3, NODES = ARCS - 20 };
-  tw_clip *clip = make_clip(ARCS);
-  const tw_track *track = &clip->tracks[0];
-  static arc_block blocks[BLOCKS];
-  for (uint32_t i = 0; i < BLOCKS * ARC_BLOCK; i++) {
-    for (uint32_t j = 0; j < ARC_NUMBERS && i < ARCS; j++)
-      blocks[i / ARC_BLOCK].numbers[j][i % ARC_BLOCK] = track->segments.arcs[j * ARCS + i];
-    if (i >= ARCS) blocks[i / ARC_BLOCK].numbers[ARC_START][i % ARC_BLOCK] = INFINITY;
-    blocks[i / ARC_BLOCK].nodes[i % ARC_BLOCK] = i % NODES;
+  enum { NODES = 150, KEYS = 20, TIMES = 100 };
+  static float times[NODES][KEYS], values[KEYS][4];
+  static tw_track_keys tracks[NODES];
+  static tw_trs poses[TIMES][NODES], pose[NODES];
+  static tw_node nodes[NODES];
+  uint64_t seed = 9;
+  for (int i = 0; i < KEYS; i++)
+    for (int j = 0; j < 4; j++) values[i][j] = (float)ref_between(&seed, -1, 1);
+  for (uint32_t sharing = 2; sharing <= NODES; sharing += NODES - 2) {
+    for (uint32_t i = 0; i < NODES; i++) {
+      float time = (float)(i / sharing) * 0.01f;
+      for (int k = 0; k < KEYS; k++) times[i][k] = time += 0.1f;
+      tracks[i] = (tw_track_keys){.node = NODES - 1 - i,
+                                  .path = TW_ROTATION,
+                                  .interpolation = i % 3 == 2 ? TW_STEP : TW_LINEAR,
+                                  .form = TW_KEY_QUATERNION,
+                                  .width = 4,
+                                  .key_count = KEYS - i % 2,
+                                  .times = times[i],
+                                  .values = values[i % 2]};
+      nodes[i] = (tw_node){.parent = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+    }
+    const tw_clip_keys keys = {.track_count = NODES, .tracks = tracks};
+    tw_clip *clip = NULL;
+    assert_int_equal(tw_clip_create(&keys, NODES, -1, &clip, NULL), TW_OK);
+    float at[TIMES] = {-1, NAN, INFINITY, -INFINITY, 1e30f, -0.0f, 0.1f};
+    for (int i = 7; i < TIMES; i++) at[i] = (float)ref_between(&seed, 0, 4);
+    tw_clip_poses(clip, pose, NODES, at, TIMES, poses[0]);
+    for (size_t t = 0; t < TIMES; t++) {
+      tw_clip_pose(clip, nodes, NODES, at[t], pose);
+      for (uint32_t i = 0; i < NODES; i++) {
+        float sample[4];
+        tw_clip_sample(clip, i, &at[t], 1, sample);
+        assert_memory_equal(pose[tracks[i].node].rotation, sample, sizeof sample);
+        assert_memory_equal(poses[t][tracks[i].node].rotation, sample, sizeof sample);
+      }
+    }
+    tw_clip_destroy(clip);
   }
-  for (uint32_t set = 0; set < 3; set++) {
-    const tw_track_kernels *kernels = tw_track_kernels_at(set);
-    for (uint32_t key = 0; kernels && key < ARCS; key++)
-      for (uint32_t window = 0; window <= BLOCKS; window++)
-        for (uint32_t block = 0; block <= (key + 1) / ARC_BLOCK; block++) {
-          tw_trs locals[NODES] = {{{0}, {0}, {0}}}, alone[NODES] = {{{0}, {0}, {0}}};
-          float time = track_arc(track, key).start;
-          uint32_t last = (key + 1) / ARC_BLOCK, first = last > window ? last - window : 0;
-          kernels->pose_arcs(blocks, window, block, time, locals);
-          for (uint32_t i = first * ARC_BLOCK; i <= key; i++)
-            tw_track_kernels_at(0)->sample_arcs(track->segments.arcs, ARCS, &i, &time, 1,
-                                                alone[i % NODES].rotation);
-          assert_memory_equal(locals, alone, sizeof alone);
-        }
-  }
-  tw_clip_destroy(clip);
 }
 
 int main(void) {
@@ -173,7 +168,7 @@ int main(void) {
       cmocka_unit_test(a_time_out_of_order_is_found_too),
       cmocka_unit_test(random_times_give_the_same_alone_and_together),
       cmocka_unit_test(keys_are_given_back_exactly),
-      cmocka_unit_test(arcs_of_many_tracks_are_as_alone),
+      cmocka_unit_test(poses_are_the_samples_of_their_tracks),
   };
   return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,6 +1,5 @@
-/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material
- * and groups.
- * Text is made in pieces; a piece that the caller has no room for waits for the next call. */
+/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material and
+ * groups. Text is made in pieces; what the caller has no room for waits for the next call. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -28,7 +27,7 @@ struct tw_obj_stream {
   tw_surface_reader *reader; /* turned to the surface that `node` shows */
   float *world;              /* [node_count][16] */
 
-  /* What comes next: of `node`, `part` from row or face `next` on. */
+  /* Position: of `node`, `part` from row or face `next` on. */
   uint32_t node;
   part part;
   uint64_t next;
@@ -38,6 +37,7 @@ struct tw_obj_stream {
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
 
   float floats[FLOATS_SCRATCH];
+  char printed[ROWS_A_PIECE * (3 * TW_FLOAT_TEXT + 3)];
   size_t corner_capacity;
   uint32_t *corners[DOMAINS]; /* [corner_capacity] */
   uint32_t sizes[FACES_A_PIECE];
@@ -46,7 +46,7 @@ struct tw_obj_stream {
   size_t text_capacity, text_size, text_taken;
 };
 
-/* ---- text ------------------------------------------------------------------------------------- */
+/* ---- text ---------------------------------------------------------------------------------------------- */
 
 static char *end_of(tw_obj_stream *stream) {
   return stream->text + stream->text_size;
@@ -69,13 +69,22 @@ static void put_name(tw_obj_stream *stream, const char *keyword, const char *nam
   put_text(stream, "\n");
 }
 
-static void put_row(tw_obj_stream *stream, const char *keyword, const float *values, int count) {
-  put_text(stream, keyword);
-  for (int i = 0; i < count; i++) {
-    *end_of(stream) = ' ';
-    stream->text_size += 1 + tw_print_float(end_of(stream) + 1, values[i]);
+/* A line for each row of `width` floats, at most ROWS_A_PIECE. */
+static void put_rows(tw_obj_stream *stream, const char *keyword, const float *values, size_t width,
+                     size_t count) {
+  size_t ends[ROWS_A_PIECE], start = 0;
+  tw_print_vectors(stream->printed, &(tw_vectors){values, width, width, count, ends});
+  for (size_t i = 0; i < count; start = ends[i++] + 1) { /* "[x,y,z]," becomes "v x y z\n" */
+    put_text(stream, keyword);
+    char *out = end_of(stream);
+    size_t length = ends[i] - start;
+    memcpy(out, stream->printed + start, length);
+    out[0] = ' ';
+    out[length - 1] = '\n';
+    for (size_t c = 1; c < length; c++)
+      if (out[c] == ',') out[c] = ' ';
+    stream->text_size += length;
   }
-  put_text(stream, "\n");
 }
 
 static char *write_index(char *out, uint64_t index) {
@@ -89,7 +98,7 @@ static char *write_index(char *out, uint64_t index) {
   return out + length;
 }
 
-/* ---- nodes ------------------------------------------------------------------------------------ */
+/* ---- nodes --------------------------------------------------------------------------------------------- */
 
 static const tw_node *shown_node(const tw_obj_stream *stream) {
   return &stream->scene.model->nodes[stream->node];
@@ -109,13 +118,14 @@ static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
   return tw_surface_row_count(surface, domain);
 }
 
-/* ---- transforms ------------------------------------------------------------------------------- */
+/* ---- transforms ---------------------------------------------------------------------------------------- */
 
-static void transform_point(const float m[16], const float point[3], float out[3]) {
+static void transform_point(const float m[16], float point[3]) {
+  const double from[3] = {(double)point[0], (double)point[1], (double)point[2]};
   for (int row = 0; row < 3; row++) {
     double sum = (double)m[12 + row];
-    for (int column = 0; column < 3; column++) sum += (double)m[4 * column + row] * (double)point[column];
-    out[row] = (float)sum;
+    for (int column = 0; column < 3; column++) sum += (double)m[4 * column + row] * from[column];
+    point[row] = (float)sum;
   }
 }
 
@@ -130,7 +140,7 @@ static double cofactors(const float m[16], double out[9]) {
   return (double)m[0] * out[0] + (double)m[1] * out[1] + (double)m[2] * out[2];
 }
 
-/* A normal stays as it is where the transform is flat and leaves none. */
+/* A normal is kept as it is where a flat transform leaves none. */
 static void transform_normal(const double cofactor[9], double sign, const float normal[3], float out[3]) {
   double turned[3], square = 0;
   for (int row = 0; row < 3; row++) {
@@ -143,7 +153,7 @@ static void transform_normal(const double cofactor[9], double sign, const float 
   for (int row = 0; row < 3; row++) out[row] = length > 0 ? (float)(turned[row] / length) : normal[row];
 }
 
-/* ---- pieces ----------------------------------------------------------------------------------- */
+/* ---- pieces -------------------------------------------------------------------------------------------- */
 
 static void put_object_name(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
@@ -164,16 +174,13 @@ static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) 
 static void put_points(tw_obj_stream *stream) {
   const float *world = stream->world + (size_t)stream->node * 16;
   size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
-  for (size_t i = 0; i < count; i++) {
-    float point[3];
-    transform_point(world, stream->floats + 3 * i, point);
-    put_row(stream, "v", point, 3);
-  }
+  for (size_t i = 0; i < count; i++) transform_point(world, stream->floats + 3 * i);
+  put_rows(stream, "v", stream->floats, 3, count);
 }
 
 static void put_uvs(tw_obj_stream *stream) {
   size_t count = read_piece(stream, TW_DOMAIN_UVS, 2);
-  for (size_t i = 0; i < count; i++) put_row(stream, "vt", stream->floats + 2 * i, 2);
+  put_rows(stream, "vt", stream->floats, 2, count);
 }
 
 static void put_normals(tw_obj_stream *stream) {
@@ -181,11 +188,13 @@ static void put_normals(tw_obj_stream *stream) {
   double cofactor[9];
   double sign = cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
   size_t count = read_piece(stream, TW_DOMAIN_VERTICES, layout->stride);
+  /* Packed from the start of the rows: none is overwritten before it is read. */
   for (size_t i = 0; i < count; i++) {
     float normal[3];
     transform_normal(cofactor, sign, stream->floats + i * layout->stride + layout->normal, normal);
-    put_row(stream, "vn", normal, 3);
+    memcpy(stream->floats + 3 * i, normal, sizeof normal);
   }
+  put_rows(stream, "vn", stream->floats, 3, count);
 }
 
 static void put_material(tw_obj_stream *stream, int32_t material) {
@@ -253,7 +262,7 @@ static void put_faces(tw_obj_stream *stream) {
   stream->next += count;
 }
 
-/* ---- order ------------------------------------------------------------------------------------ */
+/* ---- order --------------------------------------------------------------------------------------------- */
 
 static uint64_t part_count(const tw_obj_stream *stream) {
   const tw_surface *surface = shown_surface(stream);
@@ -317,7 +326,8 @@ size_t tw_obj_stream_read(tw_obj_stream *stream, uint8_t *out, size_t capacity) 
   return done;
 }
 
-/* ---- life ------------------------------------------------------------------------------------- */
+/* ---- create and destroy
+ * ---------------------------------------------------------------------------------------------- */
 
 static size_t longer(size_t length, const char *name) {
   size_t other = name ? strlen(name) : 0;

@@ -1,6 +1,6 @@
-// Numbers as text: shortest round trip, no locale. By std::to_chars and std::from_chars.
-#include "decimal.h"
-#include "plain_number.h"
+// Single numbers as text by std::to_chars and std::from_chars: shortest round trip, no locale. Rows of floats
+// are printed by base/number.c.
+#include "number.h"
 #include "tweend/base.h"
 
 #include <charconv>
@@ -23,7 +23,7 @@ template <typename Number> size_t print(char *out, Number value) {
 
 } // namespace
 
-size_t tw_print_any_float(char *out, float value) {
+size_t tw_print_float(char *out, float value) {
   return print(out, value);
 }
 

@@ -1,20 +1,27 @@
-/* A rotation that turns evenly about one axis moves every entry of its matrix as A + B cos x + C sin x, so
- * where slerp and turns about a fixed axis come nearest to lock is known in closed form. Other paths are
- * followed in steps small enough that between three places a parabola tells where the middle one peaks. */
-#include "trackpath.h"
+/* What a rotation track's path tells (how far and how fast it turns, how near it comes to gimbal lock), and
+ * what its keys hide.
+ *
+ * A rotation that turns evenly about one axis moves every entry of its matrix as A + B cos x + C sin x, so
+ * slerp and turns about a fixed axis come nearest to lock at places known in closed form. Other paths are
+ * followed in steps small enough that the parabola through three places shows where the middle one peaks. */
+#include "tweend/trackinfo.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
-#include "turns.h"
+#include "clip.h"
 
 static const double PI = 3.14159265358979323846;
 static const double STEP_ANGLE = 3.14159265358979323846 / 36;
-static const double SAMPLE_ANGLE = 1; /* between the samples that tell A, B and C, at most */
-static const double STILL = 1e-4;     /* who turns less has no lesser place than its ends, by 1e-9 */
-static const double SINE_ROOM = 1e-5; /* what a parabola through a step leaves open */
-static const double MORE = 1 + 1e-9;  /* rounding does not make a place the fastest, a step the largest */
-static const double NEARER = 1e-12;   /* nor the nearest to lock: the first of equals is told */
+static const double SAMPLE_ANGLE = 1; /* at most, between the samples that A, B and C are computed from */
+static const double STILL = 1e-4;     /* of smaller turns an end is the nearest to lock, within 1e-9 */
+static const double SINE_ROOM = 1e-5; /* error of a parabola over a step */
+static const double MORE = 1 + 1e-9;  /* a larger value must exceed by this: not by rounding alone */
+static const double NEARER = 1e-12;   /* likewise a smaller cosine; the first of equals counts */
+static const double UNIT_TOLERANCE = 1e-5;
+static const double SIGN_ROOM = 1e-6; /* near a half turn neither sign counts as opposite */
+static const double LOCKED = 1e-7;    /* a cosine below this counts as lock */
 
 enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
 
@@ -39,7 +46,7 @@ typedef struct segment {
   const tw_track *track;
   uint32_t key;
   double start, seconds;
-  tw_arc slerp; /* between the same keys; of tracks that stray from it */
+  tw_arc slerp; /* between the same keys; where has_stray is set */
 } segment;
 
 static void rotation_at(const segment *s, double u, double out[4]) {
@@ -65,9 +72,9 @@ static void note_speed(const segment *s, double speed, double u, tw_track_report
   report->peak_time = s->start + u * s->seconds;
 }
 
-/* ---- even turns about one axis -------------------------------------------------------------------- */
+/* ---- even turns about one axis ------------------------------------------------------------------------- */
 
-/* Whether the segment is such a turn, and through which angle. */
+/* Whether the segment turns evenly about one axis, and through which angle. */
 static bool is_even_turn(const segment *s, double *whole) {
   double from[4], to[4];
   switch (s->track->kind) {
@@ -91,8 +98,7 @@ static double part_at(const segment *s, double whole, double angle) {
   return before / (before + after);
 }
 
-/* Looks at the first place after the start where the sine is `peak` at the angle `at`, but for whole turns.
- */
+/* Notes the gimbal where the segment has turned through `at` modulo 2 pi; the sine there is `peak`. */
 static void look_at_peak(const segment *s, double whole, int order, double at, double peak,
                          tw_track_report *report) {
   double angle = fmod(at, 2 * PI), q[4];
@@ -121,7 +127,7 @@ static double follow_even_turn(const segment *s, double whole, tw_track_report *
   return whole;
 }
 
-/* ---- other paths, step by step ---------------------------------------------------------------------- */
+/* ---- other paths, step by step ------------------------------------------------------------------------- */
 
 typedef struct place {
   double u, q[4], sines[TW_EULER_ORDERS], stray;
@@ -159,7 +165,7 @@ static double vertex(const double f[3]) {
   return bend == 0 ? 0 : fmax(-1, fmin(1, (f[0] - f[2]) / (2 * bend)));
 }
 
-/* Closes in on the place between three where the sine's amount peaks. */
+/* Refines the place between three where the sine's magnitude peaks. */
 static void refine_gimbal(const segment *s, const place at[3], int order, tw_track_report *report) {
   double f[3] = {at[0].sines[order], at[1].sines[order], at[2].sines[order]}, reach = at[1].u - at[0].u;
   double u = at[1].u, q[4];
@@ -176,8 +182,7 @@ static void refine_gimbal(const segment *s, const place at[3], int order, tw_tra
   }
 }
 
-/* Golden section: two keys and their angles may stray up to the half turn itself, where the way bends
- * sharply. */
+/* By golden section: where the stray nears 180 degrees the path bends too sharply for a parabola. */
 static void refine_stray(const segment *s, double low, double high, tw_track_report *report) {
   static const double GOLDEN = 0.61803398874989485;
   double left = high - GOLDEN * (high - low), right = low + GOLDEN * (high - low);
@@ -200,7 +205,7 @@ static void refine_stray(const segment *s, double low, double high, tw_track_rep
   note_stray(s, fmax(at_left, at_right), at_left > at_right ? left : right, report);
 }
 
-/* Looks closer where the middle one of three places may be beside a peak that counts. */
+/* Refines where the middle one of three places may lie beside a peak that counts. */
 static void look_between(const segment *s, const place at[3], tw_track_report *report) {
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
     double f[3], sign = at[1].sines[order] < 0 ? -1 : 1;
@@ -214,8 +219,7 @@ static void look_between(const segment *s, const place at[3], tw_track_report *r
   if (at[1].stray + room > report->stray_angle) refine_stray(s, at[0].u, at[2].u, report);
 }
 
-/* Two places a step. Speed is taken over a window at the start of each part where many turns may hide in a
- * whole one. */
+/* Two places a step. Where a step may hide whole turns, speed is measured over a window at its start. */
 static double follow_steps(const segment *s, uint32_t steps_most, tw_track_report *report) {
   double guess = tw_track_travel(s->track, s->key), travelled = 0, beside[4];
   double steps = fmin(fmax(STEPS_LEAST, ceil(guess / STEP_ANGLE)), steps_most);
@@ -239,7 +243,7 @@ static double follow_steps(const segment *s, uint32_t steps_most, tw_track_repor
   return travelled;
 }
 
-/* ---- whole tracks ----------------------------------------------------------------------------------- */
+/* ---- whole tracks -------------------------------------------------------------------------------------- */
 
 static tw_arc short_arc(const double a[4], const double b[4]) {
   double sign = quat_dot(a, b) < 0 ? -1 : 1;
@@ -270,7 +274,10 @@ static void note_step(const tw_track *track, uint32_t key, double travelled, tw_
     report->half_turns++;
 }
 
-void tw_track_follow(const tw_track *track, uint32_t steps_most, tw_track_report *report) {
+/* Fills what the path tells into a zeroed report: angles, speed, half turns, long steps, the cosines of all
+ * orders and their times, and the stray where has_stray is set. A segment is followed in at most steps_most
+ * (at least 1) steps. */
+static void follow_track(const tw_track *track, uint32_t steps_most, tw_track_report *report) {
   uint32_t last = track->timeline->key_count - 1;
   for (int order = 0; order < TW_EULER_ORDERS; order++) report->gimbals[order].cos_middle = INFINITY;
   for (uint32_t key = 0; key <= last; key++) {
@@ -283,4 +290,111 @@ void tw_track_follow(const tw_track *track, uint32_t steps_most, tw_track_report
     for (int order = 0; order < TW_EULER_ORDERS; order++) note_gimbal(&s, q, 0, order, report);
     if (key < last) note_step(track, key, follow_segment(&s, steps_most, report), report);
   }
+}
+
+/* ---- reading the keys ---------------------------------------------------------------------------------- */
+
+static void read_quaternions(const tw_track_keys *keys, tw_track_report *report) {
+  bool cubic = keys->interpolation == TW_CUBICSPLINE;
+  double before[4] = {0, 0, 0, 0}, q[4];
+  for (uint32_t key = 0; key < keys->key_count; key++) {
+    quat_widen(keys->values + 4 * (cubic ? 3 * (size_t)key + 1 : (size_t)key), q);
+    if (fabs(tw_normalize(q, 4) - 1) > UNIT_TOLERANCE) report->non_unit_keys++;
+    double cosine = quat_dot(before, q);
+    if (cosine < -SIGN_ROOM) report->sign_flips++;
+    memcpy(before, q, sizeof before);
+  }
+}
+
+static void read_eulers(const tw_track_keys *keys, tw_track_report *report) {
+  for (uint32_t key = 1; key < keys->key_count; key++) {
+    const double *before = keys->angles + 3 * (size_t)(key - 1), *angles = before + 3;
+    bool wraps = false;
+    for (int i = 0; i < 3; i++) wraps = wraps || fabs(angles[i] - before[i]) > PI;
+    report->euler_wraps += wraps;
+  }
+}
+
+static void choose_order(tw_track_report *report) {
+  report->best_order = report->order;
+  for (int order = 0; order < TW_EULER_ORDERS; order++) {
+    tw_gimbal *gimbal = &report->gimbals[order];
+    gimbal->cos_middle = gimbal->cos_middle < LOCKED ? 0 : fmin(gimbal->cos_middle, 1);
+    gimbal->amplification = gimbal->cos_middle > 0 ? 1 / gimbal->cos_middle : INFINITY;
+    if (gimbal->cos_middle > report->gimbals[report->best_order].cos_middle + LOCKED)
+      report->best_order = (tw_euler_order)order;
+  }
+}
+
+/* ---- sentences ----------------------------------------------------------------------------------------- */
+
+/* There are fewer kinds of warnings than places. */
+static char *next_warning(tw_track_report *report) {
+  return report->warnings[report->warning_count++];
+}
+
+static double degrees(double radians) {
+  return radians * 180 / PI;
+}
+
+/* A sentence that begins with a count: "1 key", "2 keys"; none for 0. */
+static void warn_of_count(tw_track_report *report, uint32_t count, const char *thing, const char *rest) {
+  if (count > 0)
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE, "%u %s%s %s", count, thing, count > 1 ? "s" : "",
+             rest);
+}
+
+static void warn_of_all(const tw_track_keys *keys, tw_track_report *report) {
+  const tw_gimbal *own = &report->gimbals[report->order], *best = &report->gimbals[report->best_order];
+  warn_of_count(report, report->non_unit_keys, "key", "not of unit length: normalised");
+  warn_of_count(report, report->sign_flips, "key",
+                "with the opposite sign of the key before: the short way is taken all the same");
+  warn_of_count(report, report->half_turns, "step",
+                "of exactly 180 degrees: quaternions turn either way as far, which one is arbitrary");
+  if (report->long_steps)
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "%u step%s of more than 180 degrees, the largest %.6g: quaternions would cut them short",
+             report->long_steps, report->long_steps > 1 ? "s" : "", degrees(report->largest_step));
+  warn_of_count(report, report->euler_wraps, "step",
+                "in which an Euler angle changes by more than 180 degrees");
+  if (keys->form == TW_KEY_EULER && own->cos_middle < 0.1)
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "at %.6g s order %s is %.3g degrees from gimbal lock; order %s stays %.3g degrees away",
+             own->time, tw_euler_order_names[report->order], degrees(asin(own->cos_middle)),
+             tw_euler_order_names[report->best_order], degrees(asin(best->cos_middle)));
+  if (report->has_stray && report->stray_angle > PI / 180)
+    snprintf(next_warning(report), TW_TRACK_WARNING_SIZE,
+             "at %.6g s interpolating each angle on its own is %.6g degrees away from slerp",
+             report->stray_time, degrees(report->stray_angle));
+}
+
+static void inspect(const tw_track_keys *keys, const tw_clip *clip, uint32_t steps_most,
+                    tw_track_report *report) {
+  uint32_t last = keys->key_count - 1;
+  *report = (tw_track_report){.key_count = keys->key_count,
+                              .start = (double)keys->times[0],
+                              .duration = (double)keys->times[last] - (double)keys->times[0],
+                              .order = keys->form == TW_KEY_EULER ? keys->order : TW_XYZ,
+                              .has_stray = keys->interpolation == TW_EULER};
+  report->peak_time = report->stray_time = report->start;
+  report->lost_axis = tw_euler_axes[report->order][2];
+  follow_track(&clip->tracks[0], steps_most, report);
+  if (keys->form == TW_KEY_EULER) read_eulers(keys, report);
+  if (!keys->angles) read_quaternions(keys, report);
+  choose_order(report);
+  warn_of_all(keys, report);
+}
+
+tw_status tw_track_inspect(const tw_track_keys *keys, uint32_t steps_most, tw_track_report *out,
+                           tw_error *error) {
+  tw_track_keys alone = *keys;
+  tw_clip_keys clip_keys = {.track_count = 1, .tracks = &alone};
+  tw_clip *clip;
+  alone.node = 0;
+  if (keys->path != TW_ROTATION) return tw_fail(error, TW_INVALID, "only rotation tracks are inspected");
+  tw_status status = tw_clip_create(&clip_keys, 1, -1, &clip, error);
+  if (status != TW_OK) return status;
+  inspect(keys, clip, steps_most, out);
+  tw_clip_destroy(clip);
+  return TW_OK;
 }

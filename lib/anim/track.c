@@ -1,0 +1,633 @@
+/* Tracks: timelines, segments built from keys, and the formulas of every interpolation. */
+#include "track.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* ---- timelines ----------------------------------------------------------------------------------------- */
+
+enum { BUCKETS_MAX = 1 << 24 };
+
+static void fill_buckets(const tw_timeline *timeline, tw_bucket *buckets, uint32_t bucket_count) {
+  uint32_t key = 0;
+  for (uint32_t i = 0; i < bucket_count + 2; i++) {
+    while (key < timeline->key_count && timeline_bucket(timeline, timeline->times[key]) < i) key++;
+    buckets[i].first_key = key;
+    for (uint32_t j = 0; j < 3; j++)
+      buckets[i].times[j] = j < timeline->key_count - key ? timeline->times[key + j] : INFINITY;
+  }
+}
+
+bool tw_timeline_init(tw_timeline *timeline, tw_arena *arena, const float *times, uint32_t key_count) {
+  uint32_t bucket_count = key_count < BUCKETS_MAX ? key_count : BUCKETS_MAX;
+  float *copy = tw_arena_alloc(arena, key_count, sizeof *copy);
+  tw_bucket *buckets = tw_arena_alloc(arena, (size_t)bucket_count + 2, sizeof *buckets);
+  if (!copy || !buckets) return false;
+  memcpy(copy, times, key_count * sizeof *copy);
+  double span = (double)times[key_count - 1] - (double)times[0];
+  double rate = span > 0 ? bucket_count / span : 0;
+  *timeline = (tw_timeline){.times = copy,
+                            .buckets = buckets,
+                            .key_count = key_count,
+                            .first = times[0],
+                            .last = times[key_count - 1],
+                            .last_bucket = (float)bucket_count,
+                            .buckets_per_second = (float)fmin(rate, (double)FLT_MAX)};
+  fill_buckets(timeline, buckets, bucket_count);
+  return true;
+}
+
+uint32_t tw_timeline_find_crowded(const tw_timeline *timeline, float clamped, uint32_t bucket) {
+  const float *times = timeline->times;
+  uint32_t low = timeline->buckets[bucket].first_key, high = timeline->buckets[bucket + 1].first_key;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (times[middle] <= clamped)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low - 1;
+}
+
+void tw_timeline_find(const tw_timeline *timeline, const float *restrict times, size_t count,
+                      float *restrict clamped, uint32_t *restrict keys) {
+  const tw_timeline line = *timeline;
+  for (size_t i = 0; i < count; i++) {
+    clamped[i] = timeline_clamp(&line, times[i]);
+    keys[i] = timeline_bucket(&line, clamped[i]);
+  }
+  for (size_t i = 0; i < count; i++) keys[i] = timeline_find_in(&line, clamped[i], keys[i]);
+}
+
+/* ---- building segments --------------------------------------------------------------------------------- */
+
+/* Rotation keys, prepared for building segments. */
+typedef struct rotation_keys {
+  double (*unit)[4];  /* unit length, each on the side of the one before it */
+  float (*stored)[4]; /* what a sample at the key's time gives */
+  double *scale;      /* factor from the source's value, also for its tangents */
+} rotation_keys;
+
+static bool rotation_keys_init(rotation_keys *keys, tw_arena *arena, uint32_t key_count) {
+  keys->unit = tw_arena_alloc(arena, key_count, sizeof *keys->unit);
+  keys->stored = tw_arena_alloc(arena, key_count, sizeof *keys->stored);
+  keys->scale = tw_arena_alloc(arena, key_count, sizeof *keys->scale);
+  return keys->unit && keys->stored && keys->scale;
+}
+
+static tw_status no_rotation(tw_error *error, const char *form, uint32_t key, const char *why) {
+  tw_fail(error, TW_INVALID, "key %u %s", key, why);
+  return tw_error_at(error, "/%s/%u", form, key);
+}
+
+/* The quaternion of a key, whatever its form; of any length but zero. */
+static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double out[4], tw_error *error) {
+  switch (keys->form) {
+  case TW_KEY_EULER: tw_quat_euler(keys->angles + 3 * (size_t)key, keys->order, out); return TW_OK;
+  case TW_KEY_AXIS_ANGLE: {
+    const double *source = keys->angles + 4 * (size_t)key;
+    double axis[3] = {source[0], source[1], source[2]};
+    double length = tw_normalize(axis, 3);
+    if (!(length > 0) || !isfinite(length)) return no_rotation(error, "axis_angles", key, "has no axis");
+    tw_quat_axis_angle(axis, source[3], out);
+    return TW_OK;
+  }
+  case TW_KEY_VALUES:
+  case TW_KEY_QUATERNION: break;
+  }
+  bool cubic = keys->interpolation == TW_CUBICSPLINE;
+  quat_widen(keys->values + 4 * (cubic ? 3 * (size_t)key + 1 : (size_t)key), out);
+  if (tw_length(out, 4) == 0) return no_rotation(error, "quaternions", key, "is a zero quaternion");
+  return TW_OK;
+}
+
+/* A key within this of unit length is kept bit for bit: printing with seven digits leaves as much. */
+static const double UNIT_TOLERANCE = 1e-6;
+
+static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out, tw_error *error) {
+  for (uint32_t i = 0; i < keys->key_count; i++) {
+    double source[4] = {0, 0, 0, 0}, *unit = out->unit[i];
+    tw_status status = read_rotation(keys, i, source, error);
+    if (status != TW_OK) return status;
+    memcpy(unit, source, sizeof source);
+    double length = tw_normalize(unit, 4);
+    double sign = i > 0 && quat_dot(unit, out->unit[i - 1]) < 0 ? -1 : 1;
+    out->scale[i] = fabs(length - 1) <= UNIT_TOLERANCE ? sign : sign / length;
+    for (int j = 0; j < 4; j++) {
+      unit[j] *= sign;
+      out->stored[i][j] = (float)(source[j] * out->scale[i]);
+    }
+  }
+  return TW_OK;
+}
+
+static const void *no_memory(tw_error *error) {
+  tw_fail(error, TW_NO_MEMORY, "no memory for a track");
+  return NULL;
+}
+
+/* Half the rotation vector from one unit quaternion to another, in the frame of either. */
+static void step_between(const double from[4], const double to[4], double out[3]) {
+  double turn[4] = {-from[0], -from[1], -from[2], from[3]};
+  quat_multiply(turn, to, turn);
+  tw_quat_log(turn, out);
+}
+
+static double seconds_to_next(const tw_timeline *timeline, uint32_t key) {
+  return (double)timeline->times[key + 1] - (double)timeline->times[key];
+}
+
+/* The arc from key i to the next; the last one, or any one with `hold`, stands still. */
+static tw_arc_segment build_arc(const rotation_keys *keys, const tw_timeline *timeline, uint32_t i,
+                                bool hold) {
+  tw_arc_segment out = {.start = timeline->times[i]};
+  memcpy(out.from, keys->stored[i], sizeof out.from);
+  if (hold || i + 1 == timeline->key_count) return out;
+  tw_arc arc = tw_arc_between(keys->unit[i], keys->unit[i + 1]);
+  double from[4];
+  quat_widen(keys->stored[i], from);
+  double length = tw_length(from, 4);
+  for (size_t j = 0; j < 4; j++) out.toward[j] = (float)(arc.toward[j] * length);
+  /* Keeps samples finite where a segment takes a denormal part of a second. */
+  out.rate = (float)fmin(arc.angle / seconds_to_next(timeline, i), (double)FLT_MAX);
+  return out;
+}
+
+static const tw_arc_segment *build_arcs(tw_arena *arena, const rotation_keys *keys,
+                                        const tw_timeline *timeline, bool hold, tw_error *error) {
+  tw_arc_segment *arcs = tw_arena_alloc(arena, timeline->key_count, sizeof *arcs);
+  if (!arcs) return no_memory(error);
+  for (uint32_t i = 0; i < timeline->key_count; i++) arcs[i] = build_arc(keys, timeline, i, hold);
+  return arcs;
+}
+
+static const nlerp_segment *build_nlerps(tw_arena *arena, const rotation_keys *keys,
+                                         const tw_timeline *timeline, tw_error *error) {
+  nlerp_segment *nlerps = tw_arena_alloc(arena, timeline->key_count, sizeof *nlerps);
+  if (!nlerps) return no_memory(error);
+  for (uint32_t i = 0; i < timeline->key_count; i++) {
+    nlerps[i].arc = build_arc(keys, timeline, i, false);
+    if (i + 1 == timeline->key_count) break;
+    double angle = tw_arc_between(keys->unit[i], keys->unit[i + 1]).angle, half = sin(angle / 2);
+    nlerps[i].versine = (float)(2 * half * half);
+    nlerps[i].sine = (float)sin(angle);
+  }
+  return nlerps;
+}
+
+/* Half the angular velocity at a key, in the key's own frame: the mean over the segments on both sides,
+ * at the ends of the only one. However unequal they are, it carries the control points no farther than
+ * the keys themselves are apart. */
+static void key_velocity(const rotation_keys *keys, const tw_timeline *timeline, uint32_t key,
+                         double out[3]) {
+  uint32_t last = timeline->key_count - 1;
+  uint32_t first_side = key > 0 ? key - 1 : 0, end_side = key < last ? key + 1 : last;
+  double seconds = 0;
+  for (int i = 0; i < 3; i++) out[i] = 0;
+  for (uint32_t side = first_side; side < end_side; side++) {
+    double step[3];
+    step_between(keys->unit[side], keys->unit[side + 1], step);
+    for (int i = 0; i < 3; i++) out[i] += step[i];
+    seconds += seconds_to_next(timeline, side);
+  }
+  for (int i = 0; i < 3 && seconds > 0; i++) out[i] /= seconds;
+}
+
+/* The control point of a segment at one of its keys, so that the curve passes the key with the given
+ * velocity: d/du squad at 0 is log(q0^-1 q1) + 2 log(q0^-1 s0), at 1 log(q0^-1 q1) - 2 log(q1^-1 s1). */
+static void control_point(const double key[4], const double step[3], const double velocity[3], double seconds,
+                          double side, double out[4]) {
+  double half[3], turn[4];
+  for (int i = 0; i < 3; i++) half[i] = side * (velocity[i] * seconds - step[i]) / 2;
+  tw_quat_exp(half, turn);
+  quat_multiply(key, turn, out);
+}
+
+static const squad_segment *build_squads(tw_arena *arena, const rotation_keys *keys,
+                                         const tw_timeline *timeline, tw_error *error) {
+  squad_segment *squads = tw_arena_alloc(arena, timeline->key_count, sizeof *squads);
+  if (!squads) return no_memory(error);
+  double velocity[3], next_velocity[3];
+  key_velocity(keys, timeline, 0, velocity);
+  for (uint32_t i = 0; i + 1 < timeline->key_count; i++) {
+    const double *q = keys->unit[i], *next = keys->unit[i + 1];
+    double step[3], out_control[4], in_control[4], seconds = seconds_to_next(timeline, i);
+    step_between(q, next, step);
+    key_velocity(keys, timeline, i + 1, next_velocity);
+    control_point(q, step, velocity, seconds, 1, out_control);
+    control_point(next, step, next_velocity, seconds, -1, in_control);
+    squads[i].keys = tw_arc_between(q, next);
+    squads[i].controls = tw_arc_between(out_control, in_control);
+    memcpy(velocity, next_velocity, sizeof velocity);
+  }
+  return squads;
+}
+
+/* Cubic splines of `width` components. scale: [key_count], or NULL for 1. stored: [key_count][width]. */
+static const cubic *build_cubics(tw_arena *arena, const tw_track_keys *keys, const float *stored,
+                                 const double *scale, tw_error *error) {
+  uint32_t width = keys->width, key_count = keys->key_count;
+  cubic *cubics = tw_arena_alloc(arena, (size_t)key_count * width, sizeof *cubics);
+  if (!cubics) return no_memory(error);
+  for (uint32_t i = 0; i < key_count; i++) {
+    const float *from = stored + (size_t)i * width;
+    cubic *out = cubics + (size_t)i * width;
+    for (uint32_t j = 0; j < width; j++) out[j].c[0] = (double)from[j];
+    if (i + 1 == key_count) break;
+    double seconds = (double)keys->times[i + 1] - (double)keys->times[i];
+    const float *out_tangents = keys->values + (3 * (size_t)i + 2) * width;
+    const float *in_tangents = keys->values + 3 * ((size_t)i + 1) * width;
+    double out_scale = seconds * (scale ? scale[i] : 1), in_scale = seconds * (scale ? scale[i + 1] : 1);
+    for (uint32_t j = 0; j < width; j++) {
+      double start = (double)from[j], end = (double)from[width + j];
+      double leaving = (double)out_tangents[j] * out_scale, arriving = (double)in_tangents[j] * in_scale;
+      out[j].c[1] = leaving;
+      out[j].c[2] = 3 * (end - start) - 2 * leaving - arriving;
+      out[j].c[3] = 2 * (start - end) + leaving + arriving;
+    }
+  }
+  return cubics;
+}
+
+/* Own angles of an Euler track; any other keys become XYZ triples, each the one nearest to the triple
+ * before it. */
+static const euler_segment *build_eulers(tw_arena *arena, const tw_track_keys *keys,
+                                         const rotation_keys *rotations, tw_error *error) {
+  euler_segment *eulers = tw_arena_alloc(arena, keys->key_count, sizeof *eulers);
+  if (!eulers) return no_memory(error);
+  for (uint32_t i = 0; i < keys->key_count; i++) {
+    if (keys->form == TW_KEY_EULER)
+      memcpy(eulers[i].start, keys->angles + 3 * (size_t)i, sizeof eulers[i].start);
+    else if (i == 0)
+      tw_euler_of(rotations->unit[i], TW_XYZ, eulers[i].start);
+    else
+      tw_euler_near(rotations->unit[i], TW_XYZ, eulers[i - 1].start, eulers[i].start);
+    for (int j = 0; i > 0 && j < 3; j++)
+      eulers[i - 1].change[j] = eulers[i].start[j] - eulers[i - 1].start[j];
+  }
+  return eulers;
+}
+
+static void turn_between(const double *from, const double *to, turn_segment *out) {
+  double start[3], end[3], sign = 1, cosine = 0;
+  memcpy(start, from, sizeof start);
+  memcpy(end, to, sizeof end);
+  tw_normalize(start, 3);
+  tw_normalize(end, 3);
+  /* A key of angle 0 has no axis of its own: it takes the other's. */
+  if (from[3] == 0) memcpy(start, end, sizeof start);
+  if (to[3] == 0) memcpy(end, start, sizeof end);
+  for (int i = 0; i < 3; i++) cosine += start[i] * end[i];
+  if (cosine < 0) sign = -1; /* the same rotation about the opposite axis */
+  for (int i = 0; i < 3; i++) {
+    out->axis[i] = start[i];
+    out->toward[i] = sign * end[i] - start[i] * fabs(cosine);
+  }
+  double sine = tw_normalize(out->toward, 3);
+  out->axis_angle = sine > 1e-12 ? atan2(sine, fabs(cosine)) : 0;
+  out->start = from[3];
+  out->change = sign * to[3] - from[3];
+}
+
+static const turn_segment *build_turns(tw_arena *arena, const tw_track_keys *keys, tw_error *error) {
+  turn_segment *turns = tw_arena_alloc(arena, keys->key_count, sizeof *turns);
+  if (!turns) return no_memory(error);
+  for (uint32_t i = 0; i < keys->key_count; i++) {
+    const double *key = keys->angles + 4 * (size_t)i;
+    bool last = i + 1 == keys->key_count;
+    turn_between(key, last ? key : key + 4, &turns[i]);
+  }
+  return turns;
+}
+
+static tw_status build_rotation(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
+                                tw_interpolation interpolation, bool forced, const rotation_keys *rotations,
+                                tw_error *error) {
+  const void *built = NULL;
+  switch (interpolation) {
+  case TW_STEP:
+    track->kind = TRACK_ARC;
+    built = track->segments.arcs = build_arcs(arena, rotations, track->timeline, true, error);
+    break;
+  case TW_LINEAR:
+    if (keys->form == TW_KEY_AXIS_ANGLE && !forced) {
+      track->kind = TRACK_AXIS_ANGLE;
+      built = track->segments.turns = build_turns(arena, keys, error);
+    } else {
+      track->kind = TRACK_ARC;
+      built = track->segments.arcs = build_arcs(arena, rotations, track->timeline, false, error);
+    }
+    break;
+  case TW_NLERP:
+    track->kind = TRACK_NLERP;
+    built = track->segments.nlerps = build_nlerps(arena, rotations, track->timeline, error);
+    break;
+  case TW_SQUAD:
+    track->kind = TRACK_SQUAD;
+    built = track->segments.squads = build_squads(arena, rotations, track->timeline, error);
+    break;
+  case TW_CUBICSPLINE:
+    track->kind = TRACK_HERMITE;
+    built = track->segments.cubics = build_cubics(arena, keys, rotations->stored[0], rotations->scale, error);
+    break;
+  case TW_EULER:
+    track->kind = TRACK_EULER;
+    track->order = keys->form == TW_KEY_EULER ? keys->order : TW_XYZ;
+    built = track->segments.eulers = build_eulers(arena, keys, rotations, error);
+    break;
+  }
+  return built ? TW_OK : TW_NO_MEMORY;
+}
+
+static const float *copy_floats(tw_arena *arena, const float *values, size_t count, tw_error *error) {
+  float *copy = tw_arena_alloc(arena, count, sizeof *copy);
+  if (!copy) return no_memory(error);
+  memcpy(copy, values, count * sizeof *copy);
+  return copy;
+}
+
+static tw_status build_rotations(tw_track *track, tw_arena *arena, tw_arena *scratch,
+                                 const tw_track_keys *keys, tw_interpolation interpolation, bool forced,
+                                 tw_error *error) {
+  rotation_keys rotations;
+  if (!rotation_keys_init(&rotations, scratch, keys->key_count))
+    return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
+  tw_status status = prepare_rotations(keys, &rotations, error);
+  if (status != TW_OK) return status;
+  status = build_rotation(track, arena, keys, interpolation, forced, &rotations, error);
+  if (status != TW_OK || (track->kind != TRACK_SQUAD && track->kind != TRACK_HERMITE)) return status;
+  track->keys = copy_floats(arena, rotations.stored[0], 4 * (size_t)keys->key_count, error);
+  return track->keys ? TW_OK : TW_NO_MEMORY;
+}
+
+static tw_status build_values(tw_track *track, tw_arena *arena, tw_arena *scratch, const tw_track_keys *keys,
+                              tw_error *error) {
+  size_t width = keys->width, count = keys->key_count * width;
+  if (keys->interpolation != TW_CUBICSPLINE) {
+    track->kind = keys->interpolation == TW_STEP ? TRACK_VALUES_STEP : TRACK_VALUES_LINEAR;
+    track->keys = copy_floats(arena, keys->values, count, error);
+    return track->keys ? TW_OK : TW_NO_MEMORY;
+  }
+  float *stored = tw_arena_alloc(scratch, count, sizeof *stored);
+  if (!stored) return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
+  for (uint32_t i = 0; i < keys->key_count; i++)
+    memcpy(stored + i * width, keys->values + (3 * (size_t)i + 1) * width, width * sizeof *stored);
+  track->kind = TRACK_VALUES_HERMITE;
+  track->segments.cubics = build_cubics(arena, keys, stored, NULL, error);
+  return track->segments.cubics ? TW_OK : TW_NO_MEMORY;
+}
+
+tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
+                         tw_interpolation interpolation, bool forced, const tw_timeline *timeline,
+                         tw_error *error) {
+  track->node = keys->node;
+  track->path = keys->path;
+  track->holds = interpolation == TW_STEP;
+  track->width = keys->path == TW_ROTATION ? 4 : keys->width;
+  track->timeline = timeline;
+  tw_arena *scratch = tw_arena_create();
+  if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
+  tw_status status = keys->path == TW_ROTATION
+                         ? build_rotations(track, arena, scratch, keys, interpolation, forced, error)
+                         : build_values(track, arena, scratch, keys, error);
+  tw_arena_destroy(scratch);
+  return status;
+}
+
+/* ---- sampling ------------------------------------------------------------------------------------------ */
+
+double tw_track_seconds(const tw_track *track, uint32_t key) {
+  const tw_timeline *timeline = track->timeline;
+  if (key + 1 == timeline->key_count) return 0;
+  return (double)timeline->times[key + 1] - (double)timeline->times[key];
+}
+
+/* How far into its segment a time is, in [0, 1); 0 at a key. */
+static double segment_part(const tw_track *track, float time, uint32_t key) {
+  double seconds = tw_track_seconds(track, key);
+  return seconds > 0 ? ((double)time - (double)track->timeline->times[key]) / seconds : 0;
+}
+
+static void arc_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const tw_arc_segment *arc = &track->segments.arcs[key];
+  double angle = 0;
+  if (part > 0) angle = part * (double)arc->rate * tw_track_seconds(track, key);
+  double c = cos(angle), s = sin(angle);
+  for (int i = 0; i < 4; i++) out[i] = (double)arc->from[i] * c + (double)arc->toward[i] * s;
+}
+
+static void nlerp_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const nlerp_segment *segment = &track->segments.nlerps[key];
+  double c = 1 - part * (double)segment->versine, s = part * (double)segment->sine;
+  double length = sqrt(c * c + s * s);
+  for (int i = 0; i < 4; i++)
+    out[i] = (double)segment->arc.from[i] * (c / length) + (double)segment->arc.toward[i] * (s / length);
+}
+
+/* Shoemake's spherical quadrangle: slerp between the arc of the keys and that of the controls. */
+static void squad_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const squad_segment *segment = track->segments.squads + key;
+  double between_keys[4], between_controls[4];
+  tw_arc_at(&segment->keys, part, between_keys);
+  tw_arc_at(&segment->controls, part, between_controls);
+  tw_arc arc = tw_arc_between(between_keys, between_controls);
+  tw_arc_at(&arc, 2 * part * (1 - part), out);
+}
+
+static double cubic_at(const cubic *cubic, double u) {
+  const double *c = cubic->c;
+  return c[0] + u * (c[1] + u * (c[2] + u * c[3]));
+}
+
+static void hermite_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const cubic *cubics = track->segments.cubics + 4 * (size_t)key;
+  for (int i = 0; i < 4; i++) out[i] = cubic_at(&cubics[i], part);
+  /* A spline through zero has no direction there: take the key before it. */
+  if (tw_normalize(out, 4) < 1e-30) quat_widen(track->keys + 4 * (size_t)key, out);
+}
+
+static void euler_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const euler_segment *segment = track->segments.eulers + key;
+  double angles[3];
+  for (int i = 0; i < 3; i++) angles[i] = segment->start[i] + part * segment->change[i];
+  tw_quat_euler(angles, track->order, out);
+}
+
+static void turn_at(const tw_track *track, uint32_t key, double part, double out[4]) {
+  const turn_segment *segment = track->segments.turns + key;
+  double axis[3];
+  double c = cos(part * segment->axis_angle), s = sin(part * segment->axis_angle);
+  for (int i = 0; i < 3; i++) axis[i] = segment->axis[i] * c + segment->toward[i] * s;
+  tw_quat_axis_angle(axis, segment->start + part * segment->change, out);
+}
+
+void tw_track_rotation(const tw_track *track, uint32_t key, double part, double out[4]) {
+  static void (*const formulas[])(const tw_track *, uint32_t, double, double *) = {
+      [TRACK_ARC] = arc_at,         [TRACK_NLERP] = nlerp_at, [TRACK_SQUAD] = squad_at,
+      [TRACK_HERMITE] = hermite_at, [TRACK_EULER] = euler_at, [TRACK_AXIS_ANGLE] = turn_at,
+  };
+  if (part == 0 && track->keys)
+    quat_widen(track->keys + 4 * (size_t)key, out);
+  else
+    formulas[track->kind](track, key, part, out);
+}
+
+double tw_track_travel(const tw_track *track, uint32_t key) {
+  enum { PLACES = 4 };
+  if (track->kind == TRACK_EULER) {
+    const double *change = track->segments.eulers[key].change;
+    return fabs(change[0]) + fabs(change[1]) + fabs(change[2]);
+  }
+  if (track->kind == TRACK_AXIS_ANGLE) {
+    const turn_segment *turn = &track->segments.turns[key];
+    return fabs(turn->change) + 2 * turn->axis_angle;
+  }
+  double travel = 0, before[4], at[4];
+  tw_track_rotation(track, key, 0, before);
+  for (int i = 1; i <= PLACES; i++) {
+    tw_track_rotation(track, key, (double)i / PLACES, at);
+    travel += tw_angle_between(before, at);
+    memcpy(before, at, sizeof before);
+  }
+  /* Splines may turn faster between these places; arcs do not. */
+  return track->kind == TRACK_ARC || track->kind == TRACK_NLERP ? travel : 4 * travel;
+}
+
+static void rotation_at(const tw_track *track, uint32_t key, double part, float *out) {
+  double q[4];
+  tw_track_rotation(track, key, part, q);
+  quat_narrow(q, out);
+}
+
+static void values_linear_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const float *start = track->keys + (size_t)key * track->width;
+  const float *end = part == 0 ? start : start + track->width;
+  for (uint32_t i = 0; i < track->width; i++)
+    out[i] = (float)((double)start[i] + part * ((double)end[i] - (double)start[i]));
+}
+
+static void values_step_at(const tw_track *track, uint32_t key, double part, float *out) {
+  (void)part;
+  memcpy(out, track->keys + (size_t)key * track->width, track->width * sizeof *out);
+}
+
+static void values_hermite_at(const tw_track *track, uint32_t key, double part, float *out) {
+  const cubic *cubics = track->segments.cubics + (size_t)key * track->width;
+  for (uint32_t i = 0; i < track->width; i++) /* huge tangents may exceed the range of float */
+    out[i] = (float)fmax(-(double)FLT_MAX, fmin((double)FLT_MAX, cubic_at(&cubics[i], part)));
+}
+
+typedef void (*sampler)(const tw_track *track, uint32_t key, double part, float *out);
+
+static sampler sampler_of(track_kind kind) {
+  switch (kind) {
+  case TRACK_VALUES_STEP: return values_step_at;
+  case TRACK_VALUES_LINEAR: return values_linear_at;
+  case TRACK_VALUES_HERMITE: return values_hermite_at;
+  case TRACK_ARC:
+  case TRACK_NLERP:
+  case TRACK_SQUAD:
+  case TRACK_HERMITE:
+  case TRACK_EULER:
+  case TRACK_AXIS_ANGLE: break;
+  }
+  return rotation_at;
+}
+
+/* ---- arcs in bulk -------------------------------------------------------------------------------------- */
+
+/* Sine and cosine on [0, pi/2], within 3e-8 and 1e-9 before rounding: interpolation at Chebyshev points
+ * of (sin v - v) / v^3 and (cos v - 1) / v^2. Exact at 0. */
+static inline float sine(float v) {
+  float x = v * v;
+  return v + v * x * (-0.16666666f + x * (0.008333242f + x * (-0.0001982273f + x * 2.6347257e-06f)));
+}
+
+static inline float cosine(float v) {
+  float x = v * v;
+  return 1 +
+         x * (-0.5f + x * (0.04166666f + x * (-0.0013888651f + x * (2.4774566e-05f + x * -2.6297198e-07f))));
+}
+
+typedef float four __attribute__((vector_size(16)));
+
+static inline four load_four(const float *from) {
+  four value;
+  memcpy(&value, from, sizeof value);
+  return value;
+}
+
+/* Replaces angles by their cosines; sines go to the other array. */
+static void turn_angles(float *restrict angles, float *restrict sines, size_t count) {
+  for (size_t i = 0; i < count; i++) {
+    sines[i] = sine(angles[i]);
+    angles[i] = cosine(angles[i]);
+  }
+}
+
+static inline void put_rotation(const tw_arc_segment *arc, float cosine, float sine, float *out) {
+  four rotation = load_four(arc->from) * cosine + load_four(arc->toward) * sine;
+  memcpy(out, &rotation, sizeof rotation);
+}
+
+void tw_arcs_sample(const tw_arc_segment *const *arcs, const float *times, size_t count, float *const *out) {
+  float cosines[TW_TRACK_BATCH], sines[TW_TRACK_BATCH];
+  for (size_t i = 0; i < count; i++) cosines[i] = (times[i] - arcs[i]->start) * arcs[i]->rate;
+  turn_angles(cosines, sines, count);
+  for (size_t i = 0; i < count; i++) put_rotation(arcs[i], cosines[i], sines[i], out[i]);
+}
+
+static void sample_arcs(const tw_arc_segment *arcs, const float *times, const uint32_t *keys, size_t count,
+                        float *out, size_t step) {
+  float cosines[TW_TRACK_BATCH], sines[TW_TRACK_BATCH];
+  for (size_t i = 0; i < count; i++) cosines[i] = (times[i] - arcs[keys[i]].start) * arcs[keys[i]].rate;
+  turn_angles(cosines, sines, count);
+  for (size_t i = 0; i < count; i++, out = (float *)(void *)((char *)out + step))
+    put_rotation(&arcs[keys[i]], cosines[i], sines[i], out);
+}
+
+void tw_track_sample(const tw_track *track, const float *times, const uint32_t *keys, size_t count,
+                     float *out, size_t step) {
+  if (track->kind == TRACK_ARC) {
+    sample_arcs(track->segments.arcs, times, keys, count, out, step);
+    return;
+  }
+  sampler sample = sampler_of(track->kind);
+  for (size_t i = 0; i < count; i++, out = (float *)(void *)((char *)out + step))
+    sample(track, keys[i], segment_part(track, times[i], keys[i]), out);
+}
+
+/* ---- half turns and longer ones between keys ----------------------------------------------------------- */
+
+static const double PI = 3.14159265358979323846;
+static const double HALF_TURN_COSINE = 1e-6; /* of half the angle; rounding error is a tenth of it */
+static const double ANGLE_ROOM = 1e-6;       /* of 180 degrees: keys in degrees and in single precision */
+
+static tw_turn judge_angle(double change) {
+  double turns = fabs(change) / PI - 1;
+  return turns < -ANGLE_ROOM ? TURN_SHORT : turns > ANGLE_ROOM ? TURN_LONG : TURN_HALF;
+}
+
+static tw_turn judge_keys(const tw_track *track, uint32_t key) {
+  double from[4], to[4];
+  tw_track_rotation(track, key, 0, from);
+  tw_track_rotation(track, key + 1, 0, to);
+  return fabs(quat_dot(from, to)) < HALF_TURN_COSINE ? TURN_HALF : TURN_SHORT;
+}
+
+bool tw_track_says_angles(const tw_track *track) {
+  return track->kind == TRACK_EULER || track->kind == TRACK_AXIS_ANGLE;
+}
+
+tw_turn tw_track_turn(const tw_track *track, uint32_t key) {
+  if (track->kind == TRACK_AXIS_ANGLE) return judge_angle(track->segments.turns[key].change);
+  if (track->kind == TRACK_EULER) {
+    const double *change = track->segments.eulers[key].change;
+    return judge_angle(fmax(fmax(fabs(change[0]), fabs(change[1])), fabs(change[2])));
+  }
+  bool joins = track->kind == TRACK_ARC || track->kind == TRACK_NLERP || track->kind == TRACK_SQUAD;
+  return joins && !track->holds ? judge_keys(track, key) : TURN_SHORT;
+}

@@ -1,0 +1,55 @@
+/* Numbers as text: plain decimals read in place, and the printer's variants for its tests. */
+#ifndef TWEEND_NUMBER_H
+#define TWEEND_NUMBER_H
+
+#include "tweend/base.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+static inline bool tw_is_digit(char c) {
+  return c >= '0' && c <= '9';
+}
+
+/* Reads a number of up to 15 digits from the start of text[0..length). Digits and power of ten are exact as
+ * doubles, so one division rounds correctly (Clinger 1990). Returns its length; 0 for anything else, an
+ * exponent included. */
+static inline size_t tw_read_plain(const char *text, size_t length, double *out) {
+  static const double powers[16] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                    1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
+  const char *at = text, *end = text + length;
+  bool negative = at < end && *at == '-';
+  if (negative) at++;
+  const char *start = at, *stop = end - at > 16 ? at + 16 : end; /* 15 digits and a point */
+  uint64_t digits = 0;
+  while (at < stop && tw_is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
+  size_t count = (size_t)(at - start), decimals = 0;
+  if (at < stop && *at == '.') {
+    const char *point = at++;
+    while (at < stop && tw_is_digit(*at)) digits = digits * 10 + (uint64_t)(*at++ - '0');
+    decimals = (size_t)(at - point) - 1;
+    count += decimals;
+  }
+  bool continues = at < end && (tw_is_digit(*at) || *at == 'e' || *at == 'E');
+  if (count == 0 || count > 15 || continues) return 0;
+  double value = (double)digits / powers[decimals];
+  *out = negative ? -value : value;
+  return (size_t)(at - text);
+}
+
+/* The printer on one instruction set. Both print a comma after each number or vector, and return the end.
+ * print_row: values [count]. print_vectors: as tw_print_vectors. */
+typedef struct tw_number_printer {
+  char *(*print_row)(char *out, const float *values, size_t count);
+  char *(*print_vectors)(char *out, const tw_vectors *vectors);
+} tw_number_printer;
+
+/* variant: 0 is the compiler's baseline, 1 AVX2; NULL where the processor lacks it. All print the same bytes.
+ */
+const tw_number_printer *tw_number_printer_at(uint32_t variant);
+
+#ifdef __cplusplus
+}
+#endif
+#endif
