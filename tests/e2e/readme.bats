@@ -15,10 +15,11 @@ session() { sed -n '/^## A session with curl/,/^## /{/^```sh$/,/^```$/{/^```/d;p
   grep -q "^tweend=$url" session.sh
   bash -e -u -o pipefail session.sh >printed
   cat printed
+  cd session
   for file in cube.glb octopus.glb standing.glb tank.glb; do [ "$(head -c 4 "$file")" = glTF ]; done
   [ "$(grep -c '^f ' cube.obj)" = 96 ]
   jq -e '(.poses | length) == 241' drive.json
-  grep -q '1572864' printed
+  grep -q '1572864' ../printed
 }
 
 @test "its table of flags is what --help lists" {
