@@ -38,7 +38,7 @@ static bool fits_loop_rows(const tw_build *b) {
 
 /* ---- what is worth it ----------------------------------------------------------------------- */
 
-enum { LEVELS_BYTES_MAX = 64 << 20 };
+enum { LEVELS_BYTES_MAX = 128 << 20 };
 
 /* Whether nearly all vertices of a mesh of quads have four faces: patches are then quicker from level 3 on.
  */
