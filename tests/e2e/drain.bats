@@ -23,6 +23,31 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   daemon=""
 }
 
+# Sockets of the daemon's port whose clients have not taken all: what the kernel still holds of answers.
+unsent() {
+  awk -v port="$(printf ':%04X' "${url##*:}")" '$2 ~ port "$" && $5 !~ /^00000000:/' /proc/net/tcp | wc -l
+}
+
+@test "an answer is done when its client has it: nothing is left to the kernel at the end" {
+  upload "$samples/cube.obj"
+  get "/v1/models/$id/surface.json?level=6"
+  bytes=$(value .bytes)
+  IFS=: read -r host port <<<"${url#http://}"
+  exec 9<>"/dev/tcp/$host/$port"
+  printf 'GET /v1/models/%s/surface.glb?level=6 HTTP/1.1\r\nHost: x\r\n\r\n' "$id" >&9
+  sleep 1 # the daemon has sent all by now, the client read nothing
+  { sleep 1.5; cat <&9 >answer; } 3>&- &
+  client=$!
+  [ "$(unsent)" = 1 ]
+  kill -TERM "$daemon"
+  wait "$daemon"
+  daemon=""
+  [ "$(unsent)" = 0 ]
+  exec 9>&-
+  wait "$client"
+  [ "$(stat -c %s answer)" -gt "$bytes" ]
+}
+
 @test "while draining, new requests are refused: 503 or no connection" {
   upload "$samples/cube.obj"
   curl --silent --output slow.glb --limit-rate 2M "$url/v1/models/$id/surface.glb?level=9" 3>&- &

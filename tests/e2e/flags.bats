@@ -145,6 +145,107 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
   expect 200
 }
 
+# until COMMAND...: waits for it to succeed.
+until_it_holds() {
+  local tries
+  for ((tries = 0; tries < 100; tries++)); do
+    if "$@"; then return 0; fi
+    sleep 0.1
+  done
+  return 1
+}
+
+key_is() { get /v1/models --header "Authorization: Bearer $1" && [ "$status" = "$2" ]; }
+
+@test "SIGHUP reads the keys' file again, and keeps the keys when it cannot" {
+  echo old >keys
+  start_daemon --api-keys "@$PWD/keys"
+  key_is old 200
+  printf 'new\nother\n' >keys
+  key_is new 403
+  kill -HUP "$daemon"
+  until_it_holds key_is new 200
+  key_is other 200
+  key_is old 403
+  : >keys
+  kill -HUP "$daemon"
+  until_it_holds grep -q 'the API keys stay' "$log"
+  key_is new 200
+  rm keys
+  kill -HUP "$daemon"
+  until_it_holds grep -q "cannot read '$PWD/keys'" "$log"
+  key_is new 200
+}
+
+logs_request() { get /version --header "X-Request-Id: $1" && sleep 0.1 && grep -q "$1" "$log"; }
+logs_no_request() { ! logs_request "$1"; }
+
+@test "SIGHUP reads the log level again" {
+  echo warn >level
+  start_daemon --log-level "@$PWD/level"
+  logs_no_request first
+  echo info >level
+  kill -HUP "$daemon"
+  until_it_holds logs_request second
+  echo loud >level
+  kill -HUP "$daemon"
+  until_it_holds grep -q "'loud' is not" "$log"
+  logs_request third
+}
+
+# certificate NAME
+certificate() {
+  openssl req -x509 -newkey rsa:2048 -nodes -days 2 -subj "/CN=$1" -addext subjectAltName=IP:127.0.0.1 \
+    -keyout "$1.key" -out "$1.pem" 2>/dev/null
+}
+
+trusts() { get /readyz --cacert "$1.pem" && [ "$status" = 200 ]; }
+
+@test "SIGHUP reads certificate and key again, and keeps them when they do not fit" {
+  command -v openssl >/dev/null || skip "needs openssl to make certificates"
+  certificate one
+  certificate two
+  cp one.pem cert.pem
+  cp one.key key.pem
+  start_daemon --tls-cert cert.pem --tls-key key.pem
+  trusts one
+  cp two.pem cert.pem
+  kill -HUP "$daemon"
+  until_it_holds grep -q 'the certificate stays' "$log"
+  trusts one
+  cp two.key key.pem
+  kill -HUP "$daemon"
+  until_it_holds trusts two
+  ! trusts one
+}
+
+@test "a certificate that is not the key's is refused at start" {
+  command -v openssl >/dev/null || skip "needs openssl to make certificates"
+  certificate one
+  certificate two
+  run timeout 10 "$tweend" --data "$PWD/data" --listen 127.0.0.1:0 --tls-cert one.pem --tls-key two.key
+  [ "$status" -eq 1 ]
+  [ "${#lines[@]}" -eq 1 ]
+  [[ $output == *one.pem* ]]
+}
+
+@test "no signal but the last ones ends it without a drain" {
+  start_daemon
+  for signal in HUP USR1 USR2 ALRM PIPE VTALRM PROF IO PWR XCPU XFSZ STKFLT 34 64; do
+    kill "-$signal" "$daemon"
+    get /version
+    expect 200
+  done
+  curl --silent --output slow.glb --limit-rate 1M --data-binary "@$samples/octopus.obj" "$url/v1/surface.glb?level=5" 3>&- &
+  client=$!
+  until_it_holds test -s slow.glb
+  kill -QUIT "$daemon"
+  wait "$client"
+  wait "$daemon"
+  daemon=""
+  grep -q 'signal 3: draining' "$log"
+}
+
 @test "configured origins alone may read from a browser" {
   start_daemon --cors-origins https://good.example
   get /version --header 'Origin: https://good.example'

@@ -187,6 +187,44 @@ alone() { [ "$(grep -ac '^HTTP/1.1 ' answer)" = 1 ]; }
   alone
 }
 
+@test "a head that a reader could take in two ways is refused once, and nothing behind it is run" {
+  local post='POST /v1/models HTTP/1.1\r\nHost: x\r\n' get='GET /version HTTP/1.1\r\nHost: x\r\n' head
+  for head in "${post}Content-Length:\r\n 41\r\n" "${post}Content-Length:\r\n\t41\r\n" \
+    "${post}Transfer-Encoding:\r\n chunked\r\n" "${get}X-A: b\r\n c\r\n" "${get}Accept:\r\n */*\r\n" \
+    "${post}Content-Length: 3,3\r\n" "${post}Content-Length: +3\r\n" "${post}Content-Length: -1\r\n" \
+    "${post}Content-Length: 3 3\r\n" "${post}Content-Length:\r\n" \
+    "${post}Content-Length: 18446744073709551616\r\n" "${post}Content-Length: 3\0\r\n" \
+    "${get}X-A: a\0b\r\n" "${get}X-A\0: a\r\n" 'GET /vers\0ion HTTP/1.1\r\nHost: x\r\n' \
+    'GET /version HTTP/1.1\0\r\nHost: x\r\n' 'GET /version HTTP/1.1\r\nHost: x\0y\r\n'; do
+    raw "$head"'\r\nGET /healthz HTTP/1.1\r\nHost: x\r\n\r\n'
+    [ "$status" = 400 ] || { echo "$head"; cat answer; return 1; }
+    alone || { echo "$head"; cat answer; return 1; }
+  done
+}
+
+@test "blanks around values count for nothing" {
+  get "$cube"
+  etag=$(header etag)
+  raw "GET $cube HTTP/1.1\r\nHost: x\r\nIf-None-Match:   $etag \t \r\nConnection: close\r\n\r\n"
+  [ "$status" = 304 ]
+  raw "GET $cube/surface HTTP/1.1\r\nHost: x\r\nAccept: model/obj   \r\nConnection: close\r\n\r\n"
+  [ "$status" = 200 ]
+  grep -aq '^Content-Type: model/obj' answer
+  needs_process
+  start_daemon --api-keys secret
+  raw 'GET /v1/models HTTP/1.1\r\nHost: x\r\nAuthorization: Bearer secret \r\nConnection: close\r\n\r\n'
+  [ "$status" = 200 ]
+  stop_daemon
+}
+
+@test "an answer that nothing has changed keeps the connection" {
+  get "$cube"
+  etag=$(header etag)
+  raw "GET $cube HTTP/1.1\r\nHost: x\r\nIf-None-Match: $etag\r\n\r\nGET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"
+  [ "$status" = 304 ]
+  [ "$(grep -ac '^HTTP/1.1 200' answer)" = 1 ]
+}
+
 @test "an unknown transfer coding is refused" {
   raw 'POST /v1/models HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: cow\r\n\r\n'
   [[ $status == 400 || $status == 501 ]]

@@ -80,6 +80,48 @@ setup() {
   problem 422 1000
 }
 
+# many COUNT: opens so many connections that say nothing, in this shell.
+many() {
+  local i host port
+  IFS=: read -r host port <<<"${url#http://}"
+  held=()
+  for ((i = 0; i < $1; i++)); do
+    exec {fd}<>"/dev/tcp/$host/$port" || break
+    held+=("$fd")
+  done
+}
+
+release() {
+  for fd in "${held[@]}"; do exec {fd}>&-; done
+}
+
+@test "health checks are answered at --max-connections, and others told to come again" {
+  start_daemon --max-connections 20
+  many 60
+  for path in /healthz /readyz /healthz; do
+    get "$path"
+    expect 200
+  done
+  get /version
+  expect 503
+  release
+  stop_daemon
+}
+
+@test "out of descriptors it rests, says so once a second, and goes on afterwards" {
+  start_daemon
+  prlimit --pid "$daemon" --nofile=24:24
+  many 40
+  sleep 2.5
+  lines=$(grep -c 'cannot accept' "$log")
+  release
+  echo "$lines lines"
+  ((lines >= 1 && lines <= 4))
+  get /healthz
+  expect 200
+  stop_daemon
+}
+
 @test "the daemon is well after all of it" {
   get /readyz
   expect 200
