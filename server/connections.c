@@ -17,6 +17,8 @@
 static const uint64_t COMPLAINT_MS = 1000;
 /* How long a client may take to close behind a refusal, and to take anything of what it was sent. */
 static const uint64_t LINGER_MS = 5000, STALL_MS = 45000;
+/* Any client takes so much within a round trip: before the drain it is not waited for. */
+static const size_t UNSENT_LEAST = 64 << 10;
 
 /* ---- accepting ------------------------------------------------------------------------------- */
 
@@ -116,6 +118,7 @@ static void set_unsent(srv_loop *l, size_t *unsent, size_t now_unsent) {
 static bool linger(srv_loop *l, const srv_connection *c) {
   if (c->is_cut || atomic_load(&l->http->stop)) return false;
   size_t unsent = srv_raw_unsent(c->fd);
+  if (unsent < UNSENT_LEAST && !atomic_load(&l->http->server->draining)) unsent = 0;
   bool discards = c->is_unread && srv_raw_discard(c->fd);
   if (unsent == 0 && !discards) return false;
   srv_lingering *kept = malloc(sizeof *kept);
