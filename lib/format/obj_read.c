@@ -593,6 +593,17 @@ static tw_status read_tag_float(const obj_reader *reader, const obj_tag *tag, ob
   return TW_OK;
 }
 
+/* Reads over floats, and demands the string that the counts speak of. */
+static tw_status skip_tag_rest(const obj_reader *reader, const obj_tag *tag, obj_text *text,
+                               uint64_t floats) {
+  tw_status status = TW_OK;
+  for (float value; floats > 0 && status == TW_OK; floats--)
+    status = read_tag_float(reader, tag, text, &value);
+  if (status == TW_OK && tag->string_count > 0 && statement_ends(text))
+    status = bad_tag(reader, tag, "a string of the tag is missing");
+  return status;
+}
+
 /* Reads the ints of a tag as indices. out: [int_count], below `count`. */
 static tw_status read_tag_indices(const obj_reader *reader, const obj_tag *tag, obj_text *text,
                                   uint64_t count, const char *what, uint32_t *out) {
@@ -620,7 +631,7 @@ static tw_status read_sharpness(const obj_reader *reader, const obj_tag *tag, ob
       out[i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
   }
   for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[i] = out[0];
-  return status;
+  return status == TW_OK ? skip_tag_rest(reader, tag, text, 0) : status;
 }
 
 static tw_status read_crease_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
@@ -653,7 +664,7 @@ static tw_status read_hole_tag(obj_reader *reader, const obj_tag *tag, obj_text 
   tw_status status =
       read_tag_indices(reader, tag, text, reader->all.faces, "faces", reader->holes + reader->read.holes);
   reader->read.holes += tag->int_count;
-  return status;
+  return status == TW_OK ? skip_tag_rest(reader, tag, text, tag->float_count) : status;
 }
 
 /* The tag's one int looked up in a table. */
@@ -663,6 +674,7 @@ static tw_status set_from_int(const obj_reader *reader, const obj_tag *tag, obj_
   tw_status status = tag->int_count > 0 ? read_tag_int(reader, tag, text, &value) : TW_OK;
   if (status == TW_OK && (tag->int_count != 1 || value >= size))
     status = bad_tag(reader, tag, "the tag needs one integer, of those that it knows");
+  if (status == TW_OK) status = skip_tag_rest(reader, tag, text, tag->float_count);
   if (status == TW_OK) *out = table[value];
   return status;
 }
@@ -671,18 +683,13 @@ static tw_status set_from_int(const obj_reader *reader, const obj_tag *tag, obj_
 static tw_status set_from_string(const obj_reader *reader, const obj_tag *tag, obj_text *text,
                                  const char *const *names, const int *values, const char *fault, int *out) {
   uint32_t number;
-  float value;
   tw_status status = TW_OK;
   for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++)
     status = read_tag_int(reader, tag, text, &number);
-  for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++)
-    status = read_tag_float(reader, tag, text, &value);
+  if (status == TW_OK) status = skip_tag_rest(reader, tag, text, tag->float_count);
   if (status != TW_OK) return status;
   obj_word word = {"", 0};
-  if (tag->string_count > 0) {
-    if (statement_ends(text)) return bad_tag(reader, tag, "a string of the tag is missing");
-    word = read_word(text);
-  }
+  if (tag->string_count > 0) word = read_word(text);
   for (size_t i = 0; names[i]; i++) {
     if (!word_is(word, names[i])) continue;
     *out = values[i];
