@@ -38,6 +38,15 @@ size_t tw_model_size(const tw_model *model) {
   return tw_arena_size(model->arena) + tw_gltf_assets_size(model->assets);
 }
 
+/* A byte of text may become much: an object of an OBJ file a mesh and a node, "{}," in tweend JSON likewise,
+ * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
+ * tweend JSON) or by a budget (glTF). */
+uint64_t tw_reading_size(tw_format format, uint64_t size) {
+  static const uint64_t per_byte[TW_FORMATS] = {8, 160, 2400, 2400}, base = 1 << 20, most = 64 << 20;
+  uint64_t more = size < most ? base + per_byte[format] * size : most;
+  return (more < most ? more : most) + 6 * size;
+}
+
 void tw_model_warn(tw_model *model, const char *format, ...) {
   if (model->warning_count == WARNINGS_MAX) {
     model->warnings[WARNINGS_MAX - 1] = "there are more warnings";

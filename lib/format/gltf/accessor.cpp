@@ -1,11 +1,9 @@
 // Checks every offset in 64 bits before it is followed, and applies sparse accessors.
-#include "gltf/accessor.hpp"
+#include "gltf/document.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-
-#include "gltf/refusal.hpp"
 
 namespace gltf {
 
@@ -13,6 +11,9 @@ namespace {
 
 // An accessor without data costs nothing in the file: this many zeros are enough for anybody.
 constexpr uint64_t zeros_max = 1u << 20;
+
+// Accessors may share the bytes of their sparse indices, all of which are checked.
+constexpr uint64_t sparse_free = 4u << 20;
 
 uint32_t component_size(int component_type) {
   switch (component_type) {
@@ -127,9 +128,9 @@ const uint8_t *Accessors::check_range(int view, uint64_t offset, uint64_t count,
   if (view < 0 || static_cast<size_t>(view) >= model_.bufferViews.size())
     refuse(TW_INVALID, pointer + "/bufferView", "there is no such buffer view");
   const tinygltf::BufferView &source = model_.bufferViews[static_cast<size_t>(view)];
-  const std::vector<unsigned char> &bytes = model_.buffers.at(static_cast<size_t>(source.buffer)).data;
+  const Bytes &bytes = buffers_.at(static_cast<size_t>(source.buffer));
   uint64_t size = source.byteLength;
-  if (source.byteOffset > bytes.size() || size > bytes.size() - source.byteOffset)
+  if (source.byteOffset > bytes.size || size > bytes.size - source.byteOffset)
     refuse(TW_INVALID, text("/bufferViews/", view), "the buffer view goes past its buffer");
   *stride = source.byteStride ? source.byteStride : element_size;
   if (*stride < element_size || *stride > 252 + element_size)
@@ -138,14 +139,23 @@ const uint8_t *Accessors::check_range(int view, uint64_t offset, uint64_t count,
   // count is at most 2^32 and the stride small: the product stays far below 2^64.
   if (offset > size || element_size > size - offset || (count - 1) * *stride > size - offset - element_size)
     refuse(TW_INVALID, pointer, "the accessor goes past the ", size, " bytes of its buffer view");
-  return bytes.data() + source.byteOffset + offset;
+  return bytes.data + source.byteOffset + offset;
 }
 
-void Accessors::check_sparse(size_t index, Elements &elements) const {
+Accessors::Accessors(const tinygltf::Model &model, const Vector<Bytes> &buffers, Budget &budget)
+    : model_(model), buffers_(buffers),
+      opened_(model.accessors.size(), Counted<std::optional<Elements>>(budget)), sparse_left_(sparse_free) {
+  for (const Bytes &bytes : buffers) sparse_left_ += bytes.size;
+}
+
+void Accessors::check_sparse(size_t index, Elements &elements) {
   const auto &sparse = model_.accessors[index].sparse;
   std::string pointer = text("/accessors/", index, "/sparse");
   if (sparse.count < 1 || static_cast<uint32_t>(sparse.count) > elements.count_)
     refuse(TW_INVALID, pointer + "/count", "a sparse accessor replaces from 1 to all of its elements");
+  if (static_cast<uint64_t>(sparse.count) > sparse_left_)
+    refuse(TW_LIMIT, pointer, "the sparse accessors are too many for a file of this size");
+  sparse_left_ -= static_cast<uint64_t>(sparse.count);
   int index_type = sparse.indices.componentType;
   if (index_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE &&
       index_type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
@@ -176,7 +186,7 @@ void Accessors::check_sparse(size_t index, Elements &elements) const {
   }
 }
 
-Elements Accessors::check(size_t index) const {
+Elements Accessors::check(size_t index) {
   const tinygltf::Accessor &accessor = model_.accessors[index];
   std::string pointer = text("/accessors/", index);
   Elements elements;

@@ -20,8 +20,16 @@ struct tw_gltf_assets {
   std::vector<tinygltf::Image> images;
   // Extensions that occur in the above, to be declared by an answer that uses them.
   std::vector<std::string> extensions_used, extensions_required;
-  // Of the source, "" when it has none.
-  std::string copyright;
+  std::string copyright; // of the source, "" when it has none
+  size_t size = 0;       // bytes that all of it holds
 };
+
+namespace gltf {
+
+// The set of texture coordinates that a material's normal map lies on, else that of its clear coat; -1
+// without either.
+int normal_map_uvs(const tinygltf::Material &material);
+
+} // namespace gltf
 
 #endif

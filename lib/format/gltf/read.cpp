@@ -1,6 +1,4 @@
 // glTF 2.0 and GLB to models: guards, tinygltf, then everything that tinygltf takes on trust.
-#include "gltf/assets.hpp"
-#include "gltf/container.hpp"
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -13,9 +11,9 @@ namespace gltf {
 
 namespace {
 
-// What a file of `size` bytes may grow to: an exporter's file has far less than one corner and one key
-// value a byte, and reuses its accessors some times.
-constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 8;
+// How often elements may be named in a file of `size` bytes: an exporter's file has far less than one corner
+// and one key value a byte, and reuses its accessors some times.
+constexpr uint64_t corners_free = 4u << 20, corners_max = 64u << 20, corners_per_byte = 2;
 constexpr uint64_t values_free = 4u << 20, values_per_byte = 4;
 
 void check_version(const tinygltf::Asset &asset) {
@@ -25,10 +23,9 @@ void check_version(const tinygltf::Asset &asset) {
     refuse(TW_UNSUPPORTED, "/asset/minVersion", "the document needs glTF ", asset.minVersion);
 }
 
-// Keeps an image that came as a data URI as it is; images in views are taken later.
-bool keep_image(tinygltf::Image *image, const int, std::string *, std::string *, int, int,
-                const unsigned char *bytes, int size, void *) {
-  if (image->bufferView == -1 && size > 0) image->image.assign(bytes, bytes + size);
+// tinygltf sees no image that it could load; this keeps it from trying.
+bool load_nothing(tinygltf::Image *, const int, std::string *, std::string *, int, int, const unsigned char *,
+                  int, void *) {
   return true;
 }
 
@@ -39,27 +36,29 @@ std::string parser_message(const std::string &message) {
   return "the document is not valid glTF: " + line;
 }
 
-void parse(const Container &container, const uint8_t *bytes, size_t size, tinygltf::Model *out) {
+void parse(Document &document) {
+  Outline &outline = document.outline;
   tinygltf::TinyGLTF parser;
   parser.SetFsCallbacks(tinygltf::FsCallbacks{}); // no file system
-  parser.SetImageLoader(keep_image, nullptr);     // no decoder
+  parser.SetImageLoader(load_nothing, nullptr);   // no decoder
   std::string errors, warnings;
-  bool parsed = container.binary
-                    ? parser.LoadBinaryFromMemory(out, &errors, &warnings, bytes, static_cast<unsigned>(size))
-                    : parser.LoadASCIIFromString(out, &errors, &warnings, container.json,
-                                                 static_cast<unsigned>(container.json_size), "");
+  document.budget.take(outline.model_size);
+  Hold tree(document.budget, outline.tree_size);
+  bool parsed = parser.LoadASCIIFromString(&document.source, &errors, &warnings, outline.json.data(),
+                                           static_cast<unsigned>(outline.json.size()), "");
   if (!parsed) refuse(TW_INVALID, "", parser_message(errors));
+  outline.json.clear();
+  outline.json.shrink_to_fit();
 }
 
-void read(const uint8_t *bytes, size_t size, const tw_read_limits &limits, Document &document) {
-  Container container = open_container(bytes, size);
-  check_json(container, limits);
-  parse(container, bytes, size, &document.source);
+void read(const Bytes &file, const tw_read_limits &limits, Document &document) {
+  make_outline(file, limits, document);
+  parse(document);
   check_version(document.source.asset);
-  document.corners_left = std::min(corners_free + corners_per_byte * size, corners_max);
-  document.values_left = values_free + values_per_byte * size;
-  document.model->format = container.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
-  Accessors accessors(document.source);
+  document.corners_left = std::min(corners_free + corners_per_byte * file.size, corners_max);
+  document.values_left = values_free + values_per_byte * file.size;
+  document.model->format = document.outline.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
+  Accessors accessors(document.source, document.outline.buffers, document.budget);
   read_assets(document);
   read_meshes(document, accessors);
   read_nodes(document);
@@ -85,8 +84,8 @@ tw_status report(const Refusal &refusal, tw_error *error) {
 tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &limits, tw_quads quads,
                      tw_model *model, tw_error *error) {
   try {
-    auto document = std::make_unique<Document>(model, quads);
-    read(bytes, size, limits, *document);
+    auto document = std::make_unique<Document>(model, quads, tw_reading_size(TW_FORMAT_GLB, size) - size);
+    read({bytes, size}, limits, *document);
   } catch (const Refusal &refusal) {
     return report(refusal, error);
   } catch (const std::bad_alloc &) {
@@ -101,8 +100,9 @@ tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &li
 
 } // namespace
 
-const char *copy_name(const Document &document, const std::string &name) {
+const char *copy_name(Document &document, const std::string &name) {
   if (name.empty()) return nullptr;
+  document.budget.take(name.size() + 17);
   char *copy = tw_arena_text(document.model->arena, name.data(), name.size());
   if (!copy) throw std::bad_alloc();
   for (size_t i = 0; i < name.size(); i++)

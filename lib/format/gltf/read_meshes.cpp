@@ -1,11 +1,13 @@
-// Meshes: one tw_mesh for each, all its triangle primitives together, welded into a surface.
+// Meshes: one tw_mesh for each, all its triangle primitives together (glTF 2.0, section 3.7.2), welded into a
+// surface. What the model keeps is written straight into its arena; what is only on the way is counted, too.
 #include "gltf/assets.hpp"
-#include "gltf/normal_map.hpp"
-#include "gltf/primitive.hpp"
+#include "gltf/document.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <map>
 
 #include "weld.h"
 
@@ -13,58 +15,69 @@ namespace gltf {
 
 namespace {
 
-// Faces over vertices, before they are welded.
-struct Faces {
-  std::vector<uint32_t> offsets = {0}, corners;
-  std::vector<int32_t> materials;
+using Attributes = std::map<std::string, int>;
+using SourceKey = std::pair<Attributes, std::vector<Attributes>>;
 
-  size_t count() const { return materials.size(); }
-  void end_face(int32_t material) {
-    offsets.push_back(static_cast<uint32_t>(corners.size()));
-    materials.push_back(material);
-  }
-};
+const char ngon_extension[] = "FB_ngon_encoding";
 
 void check_status(tw_status status) {
   if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
 }
 
-template <typename Element>
-const Element *copy(const Document &document, const std::vector<Element> &values) {
-  Element *out = allocate<Element>(document, values.size());
-  std::copy(values.begin(), values.end(), out);
-  return out;
-}
+// The attributes of a primitive, opened. Primitives that name the same accessors share one.
+struct VertexSource {
+  const Elements *position = nullptr;
+  std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
+  const Elements *color = nullptr;
+  std::array<const Elements *, 2> joints = {}, weights = {};
+  bool has_tangents = false;
+  std::vector<const Elements *> morphs; // an entry is nullptr for a target that moves no point
+  uint32_t first_vertex = 0;            // vertices are numbered source by source
+};
 
-// Tells whether a face repeats a vertex.
+// The triangles of a primitive, which become faces.
+struct FaceList {
+  uint32_t source;
+  int32_t material;
+  bool polygons;                   // consecutive triangles from one corner are one face
+  size_t first_corner, corner_end; // of the triangles
+  uint32_t face_count;
+};
+
+// Tells whether a face repeats a vertex or point.
 class Repeats {
 public:
-  explicit Repeats(size_t count) : seen_(count) {}
-  bool in(const uint32_t *corners, size_t count) {
-    mark_++;
-    for (size_t i = 0; i < count; i++) {
-      if (seen_[corners[i]] == mark_) return true;
-      seen_[corners[i]] = mark_;
-    }
-    return false;
+  Repeats(size_t count, Budget &budget) : seen_(count, Counted<uint32_t>(budget)) {}
+  void begin_face() { mark_++; }
+  bool repeats(uint32_t corner) {
+    bool seen = seen_[corner] == mark_;
+    seen_[corner] = mark_;
+    return seen;
   }
 
 private:
-  std::vector<uint32_t> seen_;
+  Vector<uint32_t> seen_;
   uint32_t mark_ = 0;
 };
 
 class MeshReader {
 public:
-  MeshReader(Document &document, Accessors &accessors, size_t index, std::vector<uint32_t> &scratch)
-      : document_(document), source_(document.source.meshes[index]), index_(index),
-        mesh_(document.model->meshes[index]), parts_(read_primitives(document, accessors, index, scratch)) {}
+  MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
+      : document_(document), accessors_(accessors), source_(document.source.meshes[index]), index_(index),
+        mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
+        scratch_(scratch), elements_(Counted<uint32_t>(document.budget)),
+        positions_(Counted<float>(document.budget)), point_(Counted<uint32_t>(document.budget)),
+        first_vertex_(Counted<uint32_t>(document.budget)) {}
 
   void read() {
+    document_.budget.place = text("/meshes/", index_);
     tw_mesh_init(&mesh_);
     mesh_.name = copy_name(document_, source_.name);
-    if (!parts_.vertices.empty()) {
-      build_faces();
+    open_primitives();
+    read_triangles();
+    number_vertices();
+    build_faces();
+    if (!elements_.empty()) {
       weld();
       drop_pinched_faces();
       write_points();
@@ -72,104 +85,319 @@ public:
       write_morph_weights();
     }
     write_faces();
-    document_.skipped_primitives += parts_.skipped;
-    document_.degenerate_faces += parts_.degenerate;
     // A file that says what its polygons are says so of its triangles too.
-    bool told = std::any_of(parts_.lists.begin(), parts_.lists.end(),
-                            [](const TriangleList &list) { return list.polygons; });
-    if (document_.quads == TW_QUADS_AUTO && !told)
-      check_status(tw_pair_triangles(&mesh_, document_.model->arena, nullptr));
+    bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
+    if (document_.quads == TW_QUADS_AUTO && !told) pair_triangles();
     if (mesh_.has_tangents) choose_tangent_uvs();
   }
 
 private:
   Document &document_;
+  Accessors &accessors_;
   const tinygltf::Mesh &source_;
   size_t index_;
   tw_mesh &mesh_;
-  Primitives parts_;
-  Faces faces_;
-  std::vector<float> positions_;       // of the vertices
-  std::vector<uint32_t> point_;        // of each vertex
-  std::vector<uint32_t> first_vertex_; // of each point
+  std::string pointer_;
+  Vector<uint32_t> &scratch_; // by element: vertex + 1; all 0 between calls
+  std::vector<VertexSource> sources_;
+  std::map<SourceKey, uint32_t> known_sources_;
+  std::vector<FaceList> lists_;    // in the file's order
+  std::vector<size_t> primitives_; // of each list
+  uint32_t *corners_ =
+      nullptr; // of the triangles as elements; then of the faces as vertices, at last as points
+  uint32_t *offsets_ = nullptr; // of the faces
+  size_t corner_count_ = 0, face_count_ = 0;
+  Vector<uint32_t> elements_;     // of each vertex, in its source
+  Vector<float> positions_;       // of the vertices
+  Vector<uint32_t> point_;        // of each vertex
+  Vector<uint32_t> first_vertex_; // of each point
+
+  // ---- primitives ------------------------------------------------------------------------------
+
+  void open_primitives() {
+    bool polygons = bear_polygons();
+    for (size_t i = 0; i < source_.primitives.size(); i++) {
+      const tinygltf::Primitive &primitive = source_.primitives[i];
+      if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
+        refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
+      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+        document_.skipped_primitives++;
+        continue;
+      }
+      bool marked = primitive.extensions.count(ngon_extension) > 0 && document_.quads != TW_QUADS_OFF;
+      lists_.push_back({find_source(i), material(primitive.material, i), polygons || marked, 0, 0, 0});
+      primitives_.push_back(i);
+    }
+  }
+
+  // Some exporters only declare the extension, others mark their primitives too.
+  bool bear_polygons() const {
+    const std::vector<std::string> &used = document_.source.extensionsUsed;
+    if (document_.quads == TW_QUADS_OFF || std::find(used.begin(), used.end(), ngon_extension) == used.end())
+      return false;
+    return std::none_of(
+        source_.primitives.begin(), source_.primitives.end(),
+        [](const tinygltf::Primitive &other) { return other.extensions.count(ngon_extension) > 0; });
+  }
+
+  int32_t material(int index, size_t i) const {
+    if (index >= -1 && (index < 0 || static_cast<uint32_t>(index) < document_.model->material_count))
+      return index;
+    refuse(TW_INVALID, text(pointer_, i, "/material"), "there is no material ", index);
+  }
+
+  uint32_t find_source(size_t i) {
+    const tinygltf::Primitive &primitive = source_.primitives[i];
+    auto [found, fresh] = known_sources_.try_emplace(SourceKey(primitive.attributes, primitive.targets),
+                                                     static_cast<uint32_t>(sources_.size()));
+    if (fresh) sources_.push_back(open_source(primitive, text(pointer_, i)));
+    return found->second;
+  }
+
+  // An attribute of as many elements as there are positions, or nullptr.
+  const Elements *attribute(const Attributes &attributes, const std::string &name, const std::string &pointer,
+                            const Elements *position) {
+    auto found = attributes.find(name);
+    if (found == attributes.end()) return nullptr;
+    std::string place = pointer + "/" + name;
+    const Elements &elements = accessors_.open_any(found->second, place);
+    if (position && elements.count() != position->count())
+      refuse(TW_INVALID, place, "the attribute has ", elements.count(), " elements, and POSITION ",
+             position->count());
+    return &elements;
+  }
+
+  const Elements *vector_attribute(const Attributes &attributes, const std::string &name, uint32_t least,
+                                   uint32_t most, const std::string &pointer, const Elements *position) {
+    const Elements *elements = attribute(attributes, name, pointer, position);
+    if (elements && (elements->width() < least || elements->width() > most))
+      refuse(TW_INVALID, text("/accessors/", attributes.at(name), "/type"), name, " must have ", least,
+             " components");
+    return elements;
+  }
+
+  VertexSource open_source(const tinygltf::Primitive &primitive, const std::string &primitive_pointer) {
+    const Attributes &attributes = primitive.attributes;
+    std::string pointer = primitive_pointer + "/attributes";
+    VertexSource source;
+    source.position = vector_attribute(attributes, "POSITION", 3, 3, pointer, nullptr);
+    if (!source.position) refuse(TW_INVALID, pointer, "a primitive needs the attribute POSITION");
+    for (size_t set = 0; set < source.uvs.size(); set++)
+      source.uvs[set] = vector_attribute(attributes, text("TEXCOORD_", set), 2, 2, pointer, source.position);
+    source.color = vector_attribute(attributes, "COLOR_0", 3, 4, pointer, source.position);
+    for (size_t set = 0; set < source.joints.size(); set++) {
+      source.joints[set] = vector_attribute(attributes, text("JOINTS_", set), 4, 4, pointer, source.position);
+      source.weights[set] =
+          vector_attribute(attributes, text("WEIGHTS_", set), 4, 4, pointer, source.position);
+      check_joints(attributes, source, set, pointer);
+    }
+    source.has_tangents = attributes.count("TANGENT") > 0;
+    for (size_t target = 0; target < primitive.targets.size(); target++)
+      source.morphs.push_back(vector_attribute(primitive.targets[target], "POSITION", 3, 3,
+                                               text(primitive_pointer, "/targets/", target),
+                                               source.position));
+    return source;
+  }
+
+  static void check_joints(const Attributes &attributes, const VertexSource &source, size_t set,
+                           const std::string &pointer) {
+    if (!source.joints[set] != !source.weights[set])
+      refuse(TW_INVALID, pointer, "JOINTS_", set, " and WEIGHTS_", set, " come together");
+    if (!source.joints[set]) return;
+    int type = source.joints[set]->component_type();
+    if ((type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) ||
+        source.joints[set]->normalized())
+      refuse(TW_INVALID, text("/accessors/", attributes.at(text("JOINTS_", set)), "/componentType"),
+             "joints are unsigned bytes or shorts");
+  }
+
+  // ---- triangles -------------------------------------------------------------------------------
+
+  // The elements that the corners of a primitive name, in turn; nullptr: one after the other.
+  const Elements *open_indices(size_t i) {
+    const tinygltf::Primitive &primitive = source_.primitives[i];
+    if (primitive.indices == -1) return nullptr;
+    const Elements &indices =
+        accessors_.open(primitive.indices, TINYGLTF_TYPE_SCALAR, text(pointer_, i, "/indices"));
+    int type = indices.component_type();
+    if ((type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
+         type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) ||
+        indices.normalized())
+      refuse(TW_INVALID, text("/accessors/", primitive.indices, "/componentType"),
+             "indices are unsigned integers");
+    return &indices;
+  }
+
+  // Corners of all triangles, strips and fans written out.
+  size_t count_corners(size_t list) {
+    size_t i = primitives_[list];
+    const Elements *indices = open_indices(i);
+    uint64_t count = indices ? indices->count() : sources_[lists_[list].source].position->count();
+    bool is_list = source_.primitives[i].mode == TINYGLTF_MODE_TRIANGLES;
+    if (count < 3 || (is_list && count % 3 != 0))
+      refuse(TW_INVALID, text(pointer_, i), "the primitive's ", count, " corners make no whole triangles");
+    if (!is_list) count = 3 * (count - 2);
+    if (count > document_.corners_left)
+      refuse(TW_LIMIT, text(pointer_, i), "the meshes have too many triangles for a file of this size");
+    document_.corners_left -= count;
+    return static_cast<size_t>(count);
+  }
+
+  void read_triangles() {
+    size_t most = 0;
+    for (size_t list = 0; list < lists_.size(); list++) most += count_corners(list);
+    corners_ = allocate<uint32_t>(document_, most);
+    offsets_ = allocate<uint32_t>(document_, most / 3 + 1);
+    for (size_t list = 0; list < lists_.size(); list++) {
+      lists_[list].first_corner = corner_count_;
+      read_list(list);
+      lists_[list].corner_end = corner_count_;
+    }
+  }
+
+  void read_list(size_t list) {
+    size_t i = primitives_[list];
+    int mode = source_.primitives[i].mode, accessor = source_.primitives[i].indices;
+    const Elements *indices = open_indices(i);
+    uint32_t element_count = sources_[lists_[list].source].position->count();
+    uint32_t count = indices ? indices->count() : element_count;
+    auto element = [&](uint32_t k) {
+      uint32_t found = indices ? indices->read_index(k) : k;
+      if (found >= element_count)
+        refuse(TW_INVALID, text("/accessors/", accessor), "index ", found, " at ", k,
+               " is out of range: there are ", element_count, " vertices");
+      return found;
+    };
+    if (mode == TINYGLTF_MODE_TRIANGLES)
+      for (uint32_t k = 0; k < count; k += 3) add_triangle(element(k), element(k + 1), element(k + 2));
+    else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+      for (uint32_t k = 0; k + 2 < count; k++)
+        add_triangle(element(k), element(k + 1 + k % 2), element(k + 2 - k % 2));
+    else
+      for (uint32_t k = 0; k + 2 < count; k++) add_triangle(element(k + 1), element(k + 2), element(0));
+  }
+
+  void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
+    if (a == b || b == c || c == a) {
+      document_.degenerate_faces++;
+      return;
+    }
+    corners_[corner_count_++] = a;
+    corners_[corner_count_++] = b;
+    corners_[corner_count_++] = c;
+  }
+
+  // ---- vertices --------------------------------------------------------------------------------
+
+  // Turns elements into vertices, source by source, so that one scratch numbering serves them all, in the
+  // order of their first use.
+  void number_vertices() {
+    std::vector<uint32_t> order(lists_.size());
+    for (uint32_t i = 0; i < order.size(); i++) order[i] = i;
+    std::stable_sort(order.begin(), order.end(),
+                     [&](uint32_t a, uint32_t b) { return lists_[a].source < lists_[b].source; });
+    uint64_t most = 0;
+    for (const VertexSource &source : sources_) most += source.position->count();
+    elements_.reserve(static_cast<size_t>(std::min<uint64_t>(most, corner_count_)));
+    auto list = order.begin();
+    for (uint32_t source = 0; source < sources_.size(); source++) {
+      sources_[source].first_vertex = static_cast<uint32_t>(elements_.size());
+      uint32_t count = sources_[source].position->count();
+      if (scratch_.size() < count) scratch_.resize(count);
+      for (; list != order.end() && lists_[*list].source == source; ++list) number_list(lists_[*list]);
+      for (size_t v = sources_[source].first_vertex; v < elements_.size(); v++) scratch_[elements_[v]] = 0;
+    }
+  }
+
+  void number_list(const FaceList &list) {
+    for (size_t c = list.first_corner; c < list.corner_end; c++) {
+      uint32_t &vertex = scratch_[corners_[c]];
+      if (vertex == 0) {
+        elements_.push_back(corners_[c]);
+        vertex = static_cast<uint32_t>(elements_.size());
+      }
+      corners_[c] = vertex - 1;
+    }
+  }
+
+  const VertexSource &source_of(uint32_t vertex) const {
+    auto after = std::upper_bound(
+        sources_.begin(), sources_.end(), vertex,
+        [](uint32_t wanted, const VertexSource &source) { return wanted < source.first_vertex; });
+    return *(after - 1);
+  }
+
+  void read_vertex(const Elements *elements, uint32_t vertex, float *out) const {
+    elements->read(elements_[vertex], out);
+  }
 
   // ---- faces -----------------------------------------------------------------------------------
 
   // FB_ngon_encoding: a polygon is a fan, and the next one starts from another vertex.
-  static size_t fan_end(const std::vector<uint32_t> &corners, size_t start) {
+  size_t fan_end(size_t start, size_t stop) const {
     size_t end = start + 3;
-    while (end < corners.size() && corners[end] == corners[start] && corners[end + 1] == corners[end - 1])
-      end += 3;
+    while (end < stop && corners_[end] == corners_[start] && corners_[end + 1] == corners_[end - 1]) end += 3;
     return end;
   }
 
-  void build_polygons(const TriangleList &list, Repeats &repeats) {
-    std::vector<uint32_t> polygon;
-    for (size_t start = 0, end; start < list.corners.size(); start = end) {
-      end = fan_end(list.corners, start);
-      polygon.assign(list.corners.begin() + static_cast<std::ptrdiff_t>(start),
-                     list.corners.begin() + static_cast<std::ptrdiff_t>(start) + 3);
-      for (size_t k = start + 3; k < end; k += 3) polygon.push_back(list.corners[k + 2]);
-      if (repeats.in(polygon.data(), polygon.size())) {
-        add_triangles(list, start, end);
-        continue;
-      }
-      faces_.corners.insert(faces_.corners.end(), polygon.begin(), polygon.end());
-      faces_.end_face(list.material);
-    }
+  // Whether the triangles [start, end) of a fan have no corner in common but those that make them one.
+  bool is_polygon(size_t start, size_t end, Repeats &repeats) const {
+    bool repeated = false;
+    repeats.begin_face();
+    for (size_t c = start; c < start + 3; c++) repeated |= repeats.repeats(corners_[c]);
+    for (size_t k = start + 3; k < end; k += 3) repeated |= repeats.repeats(corners_[k + 2]);
+    return !repeated;
   }
 
-  void add_triangles(const TriangleList &list, size_t start, size_t end) {
-    auto corners = list.corners.begin();
-    faces_.corners.insert(faces_.corners.end(), corners + static_cast<std::ptrdiff_t>(start),
-                          corners + static_cast<std::ptrdiff_t>(end));
-    size_t count = (end - start) / 3;
-    for (size_t k = 0; k < count; k++) faces_.offsets.push_back(faces_.offsets.back() + 3);
-    faces_.materials.insert(faces_.materials.end(), count, list.material);
+  void end_face(FaceList &list) {
+    list.face_count++;
+    offsets_[++face_count_] = static_cast<uint32_t>(corner_count_);
   }
 
+  void keep_triangle(size_t start) {
+    std::memmove(corners_ + corner_count_, corners_ + start, 3 * sizeof *corners_);
+    corner_count_ += 3;
+  }
+
+  // Faces take the place of the triangles: they never have more corners.
   void build_faces() {
-    size_t corners = 0;
-    for (const TriangleList &list : parts_.lists) corners += list.corners.size();
-    faces_.corners.reserve(corners);
-    faces_.offsets.reserve(corners / 3 + 1);
-    faces_.materials.reserve(corners / 3);
-    Repeats repeats(parts_.vertices.size());
-    for (TriangleList &list : parts_.lists) {
-      if (list.polygons)
-        build_polygons(list, repeats);
-      else
-        add_triangles(list, 0, list.corners.size());
-      list.corners = {};
-    }
+    Repeats repeats(elements_.size(), document_.budget);
+    corner_count_ = 0;
+    offsets_[0] = 0;
+    for (FaceList &list : lists_)
+      for (size_t start = list.first_corner, end; start < list.corner_end; start = end) {
+        end = list.polygons ? fan_end(start, list.corner_end) : start + 3;
+        bool polygon = end > start + 3 && is_polygon(start, end, repeats);
+        keep_triangle(start);
+        for (size_t k = start + 3; k < end; k += 3) {
+          if (polygon) {
+            corners_[corner_count_++] = corners_[k + 2];
+          } else {
+            end_face(list);
+            keep_triangle(k);
+          }
+        }
+        end_face(list);
+      }
   }
 
   // ---- points ----------------------------------------------------------------------------------
 
-  void read_vertex(const Elements *elements, uint32_t vertex, float *out) const {
-    elements->read(parts_.vertices[vertex].element, out);
-  }
-
-  const VertexSource &source_of(uint32_t vertex) const {
-    return parts_.sources[parts_.vertices[vertex].source];
-  }
-
   tw_soup view_soup() const {
-    return {static_cast<uint32_t>(parts_.vertices.size()),
-            positions_.data(),
-            static_cast<uint32_t>(faces_.count()),
-            static_cast<uint32_t>(faces_.corners.size()),
-            faces_.offsets.data(),
-            faces_.corners.data()};
+    return {static_cast<uint32_t>(elements_.size()), positions_.data(), static_cast<uint32_t>(face_count_),
+            static_cast<uint32_t>(corner_count_),    offsets_,          corners_};
   }
 
   void weld() {
-    uint32_t count = static_cast<uint32_t>(parts_.vertices.size()), points = 0;
+    uint32_t count = static_cast<uint32_t>(elements_.size()), points = 0;
     positions_.resize(3 * size_t{count});
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
     tw_soup soup = view_soup();
-    check_status(tw_weld_points(&soup, point_.data(), &points, nullptr));
+    {
+      Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
+      check_status(tw_weld_points(&soup, point_.data(), &points, nullptr));
+    }
     first_vertex_.resize(points);
     for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
     mesh_.point_count = points;
@@ -177,33 +405,26 @@ private:
 
   // Welding may bring two corners of a face together; such a face has no place in a surface.
   void drop_pinched_faces() {
-    Repeats repeats(mesh_.point_count);
-    Faces kept;
-    std::vector<uint32_t> points;
-    size_t dropped = 0;
-    for (size_t f = 0; f < faces_.count(); f++) {
-      points.clear();
-      for (uint32_t c = faces_.offsets[f]; c < faces_.offsets[f + 1]; c++)
-        points.push_back(point_[faces_.corners[c]]);
-      bool pinched = repeats.in(points.data(), points.size());
-      if (pinched && dropped++ == 0) kept = first_faces(f);
-      if (pinched || dropped == 0) continue;
-      kept.corners.insert(kept.corners.end(), faces_.corners.begin() + faces_.offsets[f],
-                          faces_.corners.begin() + faces_.offsets[f + 1]);
-      kept.end_face(faces_.materials[f]);
+    Repeats repeats(mesh_.point_count, document_.budget);
+    size_t face = 0, begin = 0;
+    corner_count_ = face_count_ = 0;
+    for (FaceList &list : lists_) {
+      uint32_t count = list.face_count;
+      list.face_count = 0;
+      for (; count > 0; count--) {
+        size_t end = offsets_[++face], size = end - begin;
+        bool pinched = false;
+        repeats.begin_face();
+        for (size_t c = begin; c < end; c++) pinched |= repeats.repeats(point_[corners_[c]]);
+        document_.degenerate_faces += pinched;
+        if (!pinched) {
+          std::memmove(corners_ + corner_count_, corners_ + begin, size * sizeof *corners_);
+          corner_count_ += size;
+          end_face(list);
+        }
+        begin = end;
+      }
     }
-    if (dropped > 0) faces_ = std::move(kept);
-    parts_.degenerate += dropped;
-  }
-
-  Faces first_faces(size_t count) const {
-    Faces out;
-    out.offsets.assign(faces_.offsets.begin(),
-                       faces_.offsets.begin() + static_cast<std::ptrdiff_t>(count) + 1);
-    out.corners.assign(faces_.corners.begin(), faces_.corners.begin() + out.offsets.back());
-    out.materials.assign(faces_.materials.begin(),
-                         faces_.materials.begin() + static_cast<std::ptrdiff_t>(count));
-    return out;
   }
 
   // ---- into the model --------------------------------------------------------------------------
@@ -214,12 +435,12 @@ private:
       std::memcpy(positions + 3 * size_t{p}, &positions_[3 * size_t{first_vertex_[p]}], 3 * sizeof(float));
     mesh_.positions = positions;
     bool colors = false, skin = false;
-    for (const VertexSource &source : parts_.sources) {
+    for (const VertexSource &source : sources_) {
       colors |= source.color != nullptr;
       skin |= source.joints[0] != nullptr;
       mesh_.has_tangents |= source.has_tangents;
     }
-    for (const TriangleList &list : parts_.lists) mesh_.has_tangents |= bears_normal_map(list.material);
+    for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
     if (colors) write_colors();
     if (skin) write_skin();
     write_morphs();
@@ -236,14 +457,14 @@ private:
   // Each face's tangents follow the UVs of its material's normal map, where the mesh has them.
   void choose_tangent_uvs() {
     if (!mesh_.face_materials) return;
-    std::vector<uint8_t> sets(mesh_.face_count);
-    bool other = false;
+    uint8_t *sets = nullptr;
     for (uint32_t f = 0; f < mesh_.face_count; f++) {
       int set = normal_map_of(mesh_.face_materials[f]);
-      if (set > 0 && static_cast<uint32_t>(set) < mesh_.uv_set_count) sets[f] = static_cast<uint8_t>(set);
-      other |= sets[f] != 0;
+      if (set <= 0 || static_cast<uint32_t>(set) >= mesh_.uv_set_count) continue;
+      if (!sets) sets = allocate_zero<uint8_t>(document_, mesh_.face_count);
+      sets[f] = static_cast<uint8_t>(set);
     }
-    if (other) mesh_.tangent_uvs = copy(document_, sets);
+    mesh_.tangent_uvs = sets;
   }
 
   // Points without a colour are white, as a renderer shows them.
@@ -302,8 +523,8 @@ private:
   }
 
   void write_morphs() {
-    size_t count = parts_.sources[0].morphs.size();
-    for (const VertexSource &source : parts_.sources)
+    size_t count = sources_[0].morphs.size();
+    for (const VertexSource &source : sources_)
       if (source.morphs.size() != count)
         refuse(TW_INVALID, text("/meshes/", index_, "/primitives"),
                "all primitives need the same morph targets");
@@ -314,7 +535,7 @@ private:
     if (count == 0) return;
     const float **morphs = allocate<const float *>(document_, count);
     for (size_t target = 0; target < count; target++) {
-      float *rows = allocate<float>(document_, 3 * size_t{mesh_.point_count});
+      float *rows = allocate_zero<float>(document_, 3 * size_t{mesh_.point_count});
       for (uint32_t p = 0; p < mesh_.point_count; p++) {
         const Elements *elements = source_of(first_vertex_[p]).morphs[target];
         if (elements) read_vertex(elements, first_vertex_[p], rows + 3 * size_t{p});
@@ -341,55 +562,65 @@ private:
   }
 
   void write_faces() {
-    mesh_.face_count = static_cast<uint32_t>(faces_.count());
-    mesh_.corner_count = static_cast<uint32_t>(faces_.corners.size());
-    mesh_.face_offsets = copy(document_, faces_.offsets);
-    uint32_t *corners = allocate<uint32_t>(document_, faces_.corners.size());
-    for (size_t c = 0; c < faces_.corners.size(); c++) corners[c] = point_[faces_.corners[c]];
-    mesh_.corners = corners;
-    bool materials =
-        std::any_of(faces_.materials.begin(), faces_.materials.end(), [](int32_t m) { return m != -1; });
-    if (materials) mesh_.face_materials = copy(document_, faces_.materials);
+    mesh_.face_count = static_cast<uint32_t>(face_count_);
+    mesh_.corner_count = static_cast<uint32_t>(corner_count_);
+    mesh_.face_offsets = offsets_;
+    for (size_t c = 0; c < corner_count_; c++) corners_[c] = point_[corners_[c]];
+    mesh_.corners = corners_;
+    bool materials = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) {
+      return list.material != -1 && list.face_count > 0;
+    });
+    if (!materials) return;
+    int32_t *out = allocate<int32_t>(document_, face_count_);
+    mesh_.face_materials = out;
+    for (const FaceList &list : lists_) out = std::fill_n(out, list.face_count, list.material);
   }
 
   void write_uvs() {
-    std::vector<float> uvs;
     for (size_t set = 0; set < TW_UV_SETS_MAX; set++) {
       bool any = false, all = true;
-      for (const VertexSource &source : parts_.sources) {
+      for (const VertexSource &source : sources_) {
         any |= source.uvs[set] != nullptr;
         all &= source.uvs[set] != nullptr;
       }
       if (!any) return; // sets are numbered without gaps
       document_.partly_textured += !all;
-      read_uvs(set, uvs);
-      write_uv_set(uvs);
+      write_uv_set(read_uvs(set));
     }
   }
 
   // Rows of all vertices; v up, as meshes have it.
-  void read_uvs(size_t set, std::vector<float> &uvs) const {
-    uvs.assign(2 * parts_.vertices.size(), 0.0f);
-    for (uint32_t v = 0; v < parts_.vertices.size(); v++) {
+  Vector<float> read_uvs(size_t set) const {
+    Vector<float> uvs(2 * elements_.size(), 0.0f, Counted<float>(document_.budget));
+    for (uint32_t v = 0; v < elements_.size(); v++) {
       const Elements *elements = source_of(v).uvs[set];
       if (!elements) continue;
       float *uv = &uvs[2 * size_t{v}];
       read_vertex(elements, v, uv);
       uv[1] = 1 - uv[1];
     }
+    return uvs;
   }
 
-  void write_uv_set(const std::vector<float> &uvs) {
-    uint32_t vertices = static_cast<uint32_t>(parts_.vertices.size()), count = 0;
-    std::vector<uint32_t> value(vertices);
+  void write_uv_set(const Vector<float> &uvs) {
+    uint32_t vertices = static_cast<uint32_t>(elements_.size()), count = 0;
+    Vector<uint32_t> value(vertices, Counted<uint32_t>(document_.budget));
     tw_soup soup = view_soup();
-    check_status(tw_weld_uvs(&soup, point_.data(), uvs.data(), value.data(), &count, nullptr));
+    {
+      Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
+      check_status(tw_weld_uvs(&soup, point_.data(), uvs.data(), value.data(), &count, nullptr));
+    }
     float *values = allocate<float>(document_, 2 * size_t{count});
     for (uint32_t v = vertices; v-- > 0;)
       std::memcpy(values + 2 * size_t{value[v]}, &uvs[2 * size_t{v}], 2 * sizeof(float));
-    uint32_t *corners = allocate<uint32_t>(document_, faces_.corners.size());
-    for (size_t c = 0; c < faces_.corners.size(); c++) corners[c] = value[faces_.corners[c]];
+    uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
+    for (size_t c = 0; c < corner_count_; c++) corners[c] = value[corners_[c]];
     mesh_.uv_sets[mesh_.uv_set_count++] = {count, values, corners};
+  }
+
+  void pair_triangles() {
+    document_.budget.take(tw_pair_size(&mesh_));
+    check_status(tw_pair_triangles(&mesh_, document_.model->arena, nullptr));
   }
 };
 
@@ -397,9 +628,9 @@ private:
 
 void read_meshes(Document &document, Accessors &accessors) {
   size_t count = document.source.meshes.size();
-  document.model->meshes = allocate<tw_mesh>(document, count);
+  document.model->meshes = allocate_zero<tw_mesh>(document, count);
   document.model->mesh_count = static_cast<uint32_t>(count);
-  std::vector<uint32_t> scratch;
+  Vector<uint32_t> scratch(Counted<uint32_t>(document.budget));
   for (size_t i = 0; i < count; i++) MeshReader(document, accessors, i, scratch).read();
   if (document.skipped_primitives > 0)
     tw_model_warn(document.model, "%zu primitives of points or lines are left out",

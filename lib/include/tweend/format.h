@@ -17,6 +17,10 @@ typedef struct tw_read_limits {
   uint64_t json_values; /* values of any kind in a glTF JSON chunk */
 } tw_read_limits;
 
+/* The most bytes that reading a document of `size` bytes holds at a time, the document and the model included:
+ * documents that would take more are refused. Never over 64 MiB and six times the size. */
+uint64_t tw_reading_size(tw_format format, uint64_t size);
+
 /* The format that the bytes themselves show: GLB by its magic, JSON by its first brace (glTF when
  * it has a top-level "asset"), else OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
@@ -40,7 +44,7 @@ tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const 
                        tw_model **out, tw_error *error);
 
 void tw_gltf_assets_destroy(tw_gltf_assets *assets);      /* NULL accepted */
-size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held, about; 0 for NULL */
+size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held; 0 for NULL */
 
 /* ---- answers, pulled ---------------------------------------------------------------------- */
 

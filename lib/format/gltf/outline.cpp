@@ -1,0 +1,786 @@
+// What is checked before tinygltf sees a byte, and the document that it then sees: the chunks of a GLB file
+// (glTF 2.0, section 4.4), the JSON text, and a copy of it without buffers, images and all that is not read.
+#include "gltf/document.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+#include "tweend/json_text.h"
+
+namespace gltf {
+
+namespace {
+
+// ---- containers ------------------------------------------------------------------------------------
+
+constexpr uint32_t chunk_json = 0x4E4F534A, chunk_bin = 0x004E4942;
+constexpr size_t header_size = 12, chunk_header_size = 8;
+
+// tinygltf takes sizes as unsigned int.
+constexpr uint64_t size_max = INT32_MAX;
+
+// A file taken apart; a view of its bytes.
+struct Container {
+  bool binary;
+  std::string_view json;
+  Bytes bin; // size 0: there is no BIN chunk
+};
+
+uint32_t read_u32(const uint8_t *at) {
+  return static_cast<uint32_t>(at[0]) | static_cast<uint32_t>(at[1]) << 8 |
+         static_cast<uint32_t>(at[2]) << 16 | static_cast<uint32_t>(at[3]) << 24;
+}
+
+[[noreturn]] void refuse_container(const std::string &detail) {
+  refuse(TW_SYNTAX, "", detail);
+}
+
+struct Chunk {
+  uint32_t type;
+  const uint8_t *data;
+  uint64_t size, end; // end: offset in the file
+};
+
+Chunk read_chunk(const uint8_t *bytes, uint64_t length, uint64_t offset) {
+  if (length - offset < chunk_header_size) refuse_container("the GLB ends inside a chunk header");
+  Chunk chunk = {read_u32(bytes + offset + 4), bytes + offset + chunk_header_size, read_u32(bytes + offset),
+                 0};
+  if (chunk.size > length - offset - chunk_header_size)
+    refuse_container(text("a GLB chunk of ", chunk.size, " bytes goes past the end of the file"));
+  if (chunk.size % 4 != 0) refuse_container("the length of a GLB chunk is not a multiple of 4");
+  chunk.end = offset + chunk_header_size + chunk.size;
+  return chunk;
+}
+
+Container open_binary(const Bytes &file) {
+  if (file.size < header_size + chunk_header_size) refuse_container("the GLB is too short for its headers");
+  uint32_t version = read_u32(file.data + 4), length = read_u32(file.data + 8);
+  if (version != 2) refuse(TW_UNSUPPORTED, "", "GLB version ", version, ": only version 2 can be read");
+  if (length != file.size)
+    refuse_container(text("the GLB says that it has ", length, " bytes, and has ", file.size));
+  Chunk json = read_chunk(file.data, length, header_size);
+  if (json.type != chunk_json) refuse_container("the first GLB chunk is not JSON");
+  Container container = {true, {reinterpret_cast<const char *>(json.data), json.size}, {nullptr, 0}};
+  if (json.end == length) return container;
+  Chunk bin = read_chunk(file.data, length, json.end);
+  if (bin.type != chunk_bin) refuse_container("the second GLB chunk is not BIN");
+  container.bin = {bin.data, bin.size};
+  // Chunks of other types may follow; a reader ignores them, but they too must fit.
+  for (uint64_t at = bin.end; at < length;) at = read_chunk(file.data, length, at).end;
+  return container;
+}
+
+Container open_container(const Bytes &file) {
+  if (file.size > size_max) refuse(TW_LIMIT, "", "glTF files over 2 GiB are not read");
+  if (file.size >= 4 && std::memcmp(file.data, "glTF", 4) == 0) return open_binary(file);
+  return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}};
+}
+
+// ---- walking through the JSON text -------------------------------------------------------------------
+
+// An object or array of the text, item by item; `value` moves along.
+class Items {
+public:
+  explicit Items(const char *container) { more_ = tw_json_first(container, &item_); }
+  bool more() const { return more_; }
+  void next() { more_ = tw_json_next(tw_json_skip(item_.value), &item_); }
+  std::string_view key() const { return {item_.key, item_.key_size}; }
+  const char *value() const { return item_.value; }
+
+private:
+  tw_json_item item_;
+  bool more_;
+};
+
+std::string_view string_of(const char *value) {
+  return {value + 1, static_cast<size_t>(tw_json_skip(value) - value) - 2};
+}
+
+bool is_escaped(std::string_view key) {
+  return key.find('\\') != std::string_view::npos;
+}
+
+// Where an object stands: an element of one of the root's arrays, or the root itself. Text is made of
+// it only for a refusal.
+struct Place {
+  const char *array; // "" for the root
+  uint64_t index;
+  std::string pointer(std::string_view member) const {
+    return *array ? text("/", array, "/", index, member.empty() ? "" : "/", member) : text("/", member);
+  }
+};
+
+// A member that the checks rely on may stand only once, spelt without escapes: the parser must not
+// see another one than we do.
+class Once {
+public:
+  explicit Once(Place place) : place_(place) {}
+  bool is(std::string_view key, std::string_view name) {
+    if (key != name) return false;
+    for (std::string_view seen : seen_)
+      if (seen == name) refuse(TW_SYNTAX, place_.pointer(name), "the member stands twice");
+    seen_.push_back(name);
+    return true;
+  }
+  void check(std::string_view key) const {
+    if (is_escaped(key))
+      refuse(TW_UNSUPPORTED, place_.pointer(""), "a member's name is written with an escape");
+  }
+
+private:
+  Place place_;
+  std::vector<std::string_view> seen_;
+};
+
+// ---- the checks ----------------------------------------------------------------------------------------
+
+constexpr uint64_t integer_max = uint64_t{1} << 53;
+
+uint64_t integer(const char *value, Place place, const char *member) {
+  const char *end = tw_json_skip(value);
+  uint64_t number = 0;
+  for (const char *c = value; c < end; c++) {
+    if (*c < '0' || *c > '9' || number > integer_max / 10)
+      refuse(TW_INVALID, place.pointer(member), "this must be a whole number, 0 or more");
+    number = number * 10 + static_cast<uint64_t>(*c - '0');
+  }
+  return number;
+}
+
+// Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
+bool is_supported(std::string_view extension) {
+  static constexpr std::string_view names[] = {
+      "KHR_mesh_quantization", "FB_ngon_encoding", "KHR_texture_transform", "KHR_texture_basisu",
+      "EXT_texture_webp",      "EXT_texture_avif", "MSFT_texture_dds",      "KHR_lights_punctual"};
+  if (extension.substr(0, 14) == "KHR_materials_") return extension != "KHR_materials_variants";
+  return std::find(std::begin(names), std::end(names), extension) != std::end(names);
+}
+
+// The length of a data URI's head that tinygltf would read by itself, 0 for any other: with anything else it
+// looks for a file.
+size_t data_head(std::string_view uri) {
+  std::string head;
+  for (size_t i = 0; i < uri.size() && head.size() < 64; i++) {
+    if (uri[i] == '\\' && i + 1 < uri.size() && uri[i + 1] == '/') continue;
+    head += uri[i];
+    if (uri[i] == ',') return tinygltf::IsDataURI(head) ? i + 1 : 0;
+  }
+  return 0;
+}
+
+// One walk over the document; remembers what the checks need of one part for another.
+class Checker {
+public:
+  Checker(const Container &container, Budget &budget, Outline &out)
+      : container_(container), budget_(budget), out_(out), buffers_(Counted<Buffer>(budget)),
+        views_(Counted<View>(budget)), accessor_views_(Counted<uint64_t>(budget)),
+        indices_(Counted<Indices>(budget)) {}
+
+  void run(const char *root) {
+    if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object");
+    Once once({"", 0});
+    for (Items i(root); i.more(); i.next()) {
+      once.check(i.key());
+      for (const Part &part : parts)
+        if (once.is(i.key(), part.name)) elements(part, i.value());
+    }
+    check_outline();
+  }
+
+private:
+  struct Buffer {
+    uint64_t length = 0;
+    std::optional<std::string_view> uri;
+  };
+  struct View {
+    uint64_t buffer = 0, offset = 0, length = 0;
+  };
+  struct Indices {
+    uint64_t mesh, primitive, accessor;
+  };
+  struct Part {
+    std::string_view name;
+    uint64_t most; // 0: any number
+    void (Checker::*element)(uint64_t index, const char *value);
+  };
+  static const Part parts[10];
+
+  const Container &container_;
+  Budget &budget_;
+  Outline &out_;
+  Vector<Buffer> buffers_;
+  Vector<View> views_;
+  Vector<uint64_t> accessor_views_; // no_view for one without
+  Vector<Indices> indices_;
+  std::string_view unsupported_; // the first required extension that is
+  uint64_t unsupported_index_ = 0, tracks_ = 0;
+
+  void elements(const Part &part, const char *array) {
+    if (*array != '[') refuse(TW_INVALID, text("/", part.name), "this must be an array");
+    uint64_t count = part.most ? tw_json_count(array) : 0, index = 0;
+    if (count > part.most)
+      refuse(TW_LIMIT, text("/", part.name), "there are ", count, ", and at most ", part.most, " are read");
+    for (Items i(array); i.more() && part.element; i.next()) (this->*part.element)(index++, i.value());
+  }
+
+  // Calls member(key, value, once) for each member of an element that must be an object.
+  template <typename Member> static void object(Place place, const char *value, Member member) {
+    if (*value != '{') refuse(TW_INVALID, place.pointer(""), "this must be an object");
+    Once once(place);
+    for (Items i(value); i.more(); i.next()) {
+      once.check(i.key());
+      member(i.key(), i.value(), once);
+    }
+  }
+
+  void buffer(uint64_t index, const char *value) {
+    Place place = {"buffers", index};
+    Buffer buffer;
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "byteLength")) buffer.length = integer(member, place, "byteLength");
+      if (!once.is(key, "uri")) return;
+      if (*member != '"') refuse(TW_INVALID, place.pointer("uri"), "a uri must be a string");
+      buffer.uri = string_of(member);
+    });
+    buffers_.push_back(buffer);
+  }
+
+  void view(uint64_t index, const char *value) {
+    Place place = {"bufferViews", index};
+    View view;
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "buffer")) view.buffer = integer(member, place, "buffer");
+      if (once.is(key, "byteOffset")) view.offset = integer(member, place, "byteOffset");
+      if (once.is(key, "byteLength")) view.length = integer(member, place, "byteLength");
+    });
+    views_.push_back(view);
+  }
+
+  void accessor(uint64_t index, const char *value) {
+    Place place = {"accessors", index};
+    uint64_t view = no_view;
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "bufferView")) view = integer(member, place, "bufferView");
+    });
+    accessor_views_.push_back(view);
+  }
+
+  void mesh(uint64_t index, const char *value) {
+    Place place = {"meshes", index};
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (!once.is(key, "primitives")) return;
+      if (*member != '[') refuse(TW_INVALID, place.pointer("primitives"), "this must be an array");
+      uint64_t i = 0;
+      for (Items primitives(member); primitives.more(); primitives.next())
+        primitive(place, i++, primitives.value());
+    });
+  }
+
+  void primitive(Place place, uint64_t index, const char *value) {
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "indices") && *member != '-')
+        indices_.push_back({place.index, index, integer(member, place, "primitives")});
+    });
+  }
+
+  // The bytes of an image that are in the file are taken from where they stand.
+  void image(uint64_t index, const char *value) {
+    Place place = {"images", index};
+    ImageOutline image = {index, no_view, {}, {}};
+    bool has_uri = false;
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "bufferView")) image.view = integer(member, place, "bufferView");
+      if (once.is(key, "mimeType") && *member == '"') image.mime_type = string_of(member);
+      if (!once.is(key, "uri")) return;
+      has_uri = true;
+      if (*member == '"') image.uri = string_of(member);
+    });
+    if (image.view != no_view && has_uri)
+      refuse(TW_INVALID, place.pointer(""), "an image has a bufferView or a uri, not both");
+    if (image.view != no_view || data_head(image.uri) > 0) out_.images.push_back(image);
+  }
+
+  // First of all, so that a file is refused for the extension and not for what it does to the rest.
+  void required_extension(uint64_t index, const char *value) {
+    if (*value != '"')
+      refuse(TW_INVALID, text("/extensionsRequired/", index), "an extension is named by a string");
+    if (!unsupported_.empty() || is_supported(string_of(value))) return;
+    unsupported_ = string_of(value);
+    unsupported_index_ = index;
+  }
+
+  void animation(uint64_t index, const char *value) {
+    Place place = {"animations", index};
+    object(place, value, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "channels") && *member == '[') tracks_ += tw_json_count(member);
+      once.is(key, "samplers");
+    });
+    if (tracks_ > TW_TRACKS_MAX)
+      refuse(TW_LIMIT, place.pointer("channels"), "with these there are ", tracks_, " channels, and at most ",
+             int{TW_TRACKS_MAX}, " are read");
+  }
+
+  // ---- what the parts must agree on
+
+  void check_outline() {
+    if (!unsupported_.empty())
+      refuse(TW_UNSUPPORTED, text("/extensionsRequired/", unsupported_index_),
+             "the document requires the extension ", unsupported_, ", which is not supported");
+    for (size_t i = 0; i < buffers_.size(); i++) open_buffer(i);
+    for (size_t i = 0; i < views_.size(); i++) check_view(i);
+    for (size_t i = 0; i < accessor_views_.size(); i++)
+      if (accessor_views_[i] != no_view && accessor_views_[i] >= views_.size())
+        refuse(TW_INVALID, text("/accessors/", i, "/bufferView"), "there is no such buffer view");
+    for (const Indices &indices : indices_) check_indices(indices);
+    for (const ImageOutline &image : out_.images)
+      if (image.view != no_view && image.view >= views_.size())
+        refuse(TW_INVALID, text("/images/", image.index, "/bufferView"), "there is no such buffer view");
+  }
+
+  void open_buffer(size_t i) {
+    const Buffer &buffer = buffers_[i];
+    Place place = {"buffers", i};
+    if (buffer.length == 0)
+      refuse(TW_INVALID, place.pointer("byteLength"), "a buffer needs at least one byte");
+    Bytes bytes = buffer.uri ? decode(*buffer.uri, place) : take_bin(i, buffer.length, place);
+    if (bytes.size != buffer.length)
+      refuse(TW_INVALID, place.pointer("byteLength"),
+             buffer.uri ? "the data URI holds " : "the BIN chunk has only ", bytes.size, " bytes");
+    out_.buffers.push_back(bytes);
+  }
+
+  Bytes decode(std::string_view uri, Place place) {
+    size_t head = data_head(uri);
+    if (head == 0)
+      refuse(TW_UNSUPPORTED, place.pointer("uri"),
+             "a buffer must be inside the file: a base64 data URI or the BIN chunk");
+    budget_.place = place.pointer("uri");
+    std::string_view rest;
+    out_.decoded.push_back(decode_base64(uri.substr(head), budget_, &rest));
+    if (rest.find_first_not_of('=') != std::string_view::npos)
+      refuse(TW_INVALID, place.pointer("uri"), "the data URI is not base64");
+    return {out_.decoded.back().data(), out_.decoded.back().size()};
+  }
+
+  // The chunk may be padded.
+  Bytes take_bin(uint64_t index, uint64_t length, Place place) const {
+    if (!container_.binary) refuse(TW_INVALID, place.pointer(""), "a buffer of a JSON file needs a uri");
+    if (index != 0) refuse(TW_INVALID, place.pointer(""), "only the first buffer may be the BIN chunk");
+    return {container_.bin.data, static_cast<size_t>(std::min<uint64_t>(length, container_.bin.size))};
+  }
+
+  void check_indices(const Indices &indices) const {
+    if (indices.accessor >= accessor_views_.size())
+      refuse(TW_INVALID, text("/meshes/", indices.mesh, "/primitives/", indices.primitive, "/indices"),
+             "there is no accessor ", indices.accessor);
+    if (accessor_views_[indices.accessor] == no_view)
+      refuse(TW_INVALID, text("/accessors/", indices.accessor), "indices need a buffer view");
+  }
+
+  void check_view(size_t i) const {
+    const View &view = views_[i];
+    Place place = {"bufferViews", i};
+    if (view.buffer >= buffers_.size())
+      refuse(TW_INVALID, place.pointer("buffer"), "there is no such buffer");
+    uint64_t size = buffers_[view.buffer].length;
+    if (view.length == 0)
+      refuse(TW_INVALID, place.pointer("byteLength"), "a buffer view needs at least one byte");
+    if (view.offset > size || view.length > size - view.offset)
+      refuse(TW_INVALID, place.pointer("byteLength"), "the buffer view goes past the ", size,
+             " bytes of its buffer");
+  }
+};
+
+const Checker::Part Checker::parts[10] = {
+    {"extensionsRequired", 0, &Checker::required_extension},
+    {"buffers", 0, &Checker::buffer},
+    {"bufferViews", 0, &Checker::view},
+    {"accessors", 0, &Checker::accessor},
+    {"images", 0, &Checker::image},
+    {"meshes", TW_MESHES_MAX, &Checker::mesh},
+    {"animations", TW_CLIPS_MAX, &Checker::animation},
+    {"materials", TW_MATERIALS_MAX, nullptr},
+    {"nodes", TW_NODES_MAX, nullptr},
+    {"skins", TW_NODES_MAX, nullptr},
+};
+
+// ---- the copy, and what it costs ---------------------------------------------------------------------
+
+// What malloc takes for so many bytes.
+constexpr uint64_t chunk(uint64_t size) {
+  return size == 0 ? 0 : size <= 24 ? 32 : (size + 8 + 15) / 16 * 16;
+}
+
+// The nodes of a JSON tree, which is made of std::map, std::vector and std::string. An element has 16 bytes.
+constexpr uint64_t tree_slot = 16, tree_member = chunk(80), tree_object = chunk(48), tree_array = chunk(24),
+                   tree_string = chunk(32);
+
+// What becomes of its values in tinygltf's structs, at most.
+struct Cost {
+  uint64_t member, element, object;
+};
+constexpr Cost plain_cost = {80, 16, 96}; // attributes of a map, numbers of an array, maps of an array
+constexpr Cost kept_cost = {304, 184, 0}; // a Value of extensions, or a Parameter beside a number
+
+// What is read of an object; all else is left out.
+struct Schema {
+  std::string_view members; // that are copied as they are, a blank between two
+  bool extension_names;     // the names of its extensions are copied, not what is in them
+  struct Part {
+    std::string_view key; // "" for none
+    const Schema *schema;
+    uint64_t size; // bytes of the struct that an element of the array becomes; 0: it is an object, no array
+  } parts[2];
+};
+
+const Schema primitive_schema = {"attributes indices material mode targets", true, {}};
+const Schema target_schema = {"node path", false, {}};
+const Schema channel_schema = {"sampler", false, {{"target", &target_schema, 0}, {}}};
+const Schema keys_schema = {"input output interpolation", false, {}};
+const Schema asset_schema = {"version minVersion copyright", false, {}};
+
+// The root's arrays. Without a schema their elements are kept whole, with all that extends them.
+struct RootArray {
+  std::string_view key;
+  uint64_t size;
+  void (*reserve)(tinygltf::Model &model, size_t count); // tinygltf would double them as they grow
+  std::optional<Schema> schema;
+};
+
+template <auto Member> void reserve(tinygltf::Model &model, size_t count) {
+  (model.*Member).reserve(count);
+}
+
+const RootArray root_arrays[] = {
+    {"nodes", sizeof(tinygltf::Node), reserve<&tinygltf::Model::nodes>,
+     Schema{"name children mesh skin camera matrix translation rotation scale weights", true, {}}},
+    {"meshes", sizeof(tinygltf::Mesh), reserve<&tinygltf::Model::meshes>,
+     Schema{"name weights", false, {{"primitives", &primitive_schema, 2 * sizeof(tinygltf::Primitive)}, {}}}},
+    {"accessors", sizeof(tinygltf::Accessor), reserve<&tinygltf::Model::accessors>,
+     Schema{"bufferView byteOffset normalized componentType count type sparse", false, {}}},
+    {"bufferViews", sizeof(tinygltf::BufferView), reserve<&tinygltf::Model::bufferViews>,
+     Schema{"buffer byteOffset byteLength byteStride", false, {}}},
+    {"skins", sizeof(tinygltf::Skin), reserve<&tinygltf::Model::skins>,
+     Schema{"name joints skeleton inverseBindMatrices", false, {}}},
+    {"animations", sizeof(tinygltf::Animation), reserve<&tinygltf::Model::animations>,
+     Schema{"name",
+            false,
+            {{"channels", &channel_schema, sizeof(tinygltf::AnimationChannel)},
+             {"samplers", &keys_schema, sizeof(tinygltf::AnimationSampler)}}}},
+    {"scenes", sizeof(tinygltf::Scene), reserve<&tinygltf::Model::scenes>, Schema{"name nodes", false, {}}},
+    {"materials",
+     sizeof(tinygltf::Material) + 96, // with the default colours
+     reserve<&tinygltf::Model::materials>,
+     {}},
+    {"textures", sizeof(tinygltf::Texture), reserve<&tinygltf::Model::textures>, {}},
+    {"samplers", sizeof(tinygltf::Sampler), reserve<&tinygltf::Model::samplers>, {}},
+    {"images",
+     sizeof(tinygltf::Image) + 256, // with a warning that it was not loaded
+     reserve<&tinygltf::Model::images>,
+     {}},
+    {"extensionsUsed", sizeof(std::string), reserve<&tinygltf::Model::extensionsUsed>, {}},
+    {"extensionsRequired", sizeof(std::string), reserve<&tinygltf::Model::extensionsRequired>, {}},
+};
+
+bool has_word(std::string_view list, std::string_view word) {
+  for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+    size_t end = at + word.size();
+    if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
+  }
+  return false;
+}
+
+// Copies what is read, and adds up what parsing the copy will take.
+class Copier {
+public:
+  explicit Copier(Document &document)
+      : budget_(document.budget), out_(document.outline), parsed_(document.source) {}
+
+  void run(const char *root, size_t size) {
+    out_.json.reserve(size);
+    put("{");
+    for (Items i(root); i.more(); i.next()) root_member(i);
+    put("}");
+    out_.tree_size = tree_ + growth_ + 6 * longest_;
+    out_.model_size = model_;
+  }
+
+private:
+  Budget &budget_;
+  Outline &out_;
+  tinygltf::Model &parsed_;
+  uint64_t tree_ = 0, model_ = 0;
+  uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
+  uint64_t longest_ = 0; // text; the parser has it in its hands several times
+  size_t next_image_ = 0;
+
+  void put(std::string_view text) { out_.json.insert(out_.json.end(), text.begin(), text.end()); }
+
+  void put_key(std::string_view key) {
+    if (out_.json.back() != '{') put(",");
+    put("\"");
+    put(key);
+    put("\":");
+    count_text(key.size(), 1);
+    tree_ += tree_member;
+  }
+
+  void check(std::string_view array, uint64_t index) const {
+    if (tree_ + model_ + growth_ + 6 * longest_ <= budget_.left()) return;
+    refuse(TW_LIMIT, text("/", array, "/", index), "the JSON text up to here takes too much memory to parse");
+  }
+
+  // ---- what it costs
+
+  static uint64_t capacity_of(uint64_t count) {
+    uint64_t capacity = 1;
+    while (capacity < count) capacity *= 2;
+    return count ? capacity : 0;
+  }
+
+  void count_array(uint64_t &sum, uint64_t count, uint64_t size) {
+    uint64_t bytes = capacity_of(count) * size;
+    sum += chunk(bytes);
+    growth_ = std::max(growth_, chunk(bytes / 2));
+  }
+
+  // Short text is in its string.
+  void count_text(uint64_t size, uint64_t copies) {
+    if (size > 15) {
+      tree_ += chunk(size + 1);
+      model_ += copies * chunk(size + 1);
+    }
+    longest_ = std::max(longest_, size);
+  }
+
+  void count_value(const char *value, const Cost &cost) {
+    if (*value == '"') {
+      tree_ += tree_string;
+      count_text(string_of(value).size(), 2);
+    } else if (*value == '{') {
+      tree_ += tree_object;
+      model_ += cost.object;
+      for (Items i(value); i.more(); i.next()) {
+        tree_ += tree_member;
+        model_ += cost.member;
+        count_text(i.key().size(), 1);
+        count_value(i.value(), cost);
+      }
+    } else if (*value == '[') {
+      uint64_t count = 0;
+      for (Items i(value); i.more(); i.next(), count++) count_value(i.value(), cost);
+      tree_ += tree_array;
+      count_array(tree_, count, tree_slot);
+      count_array(model_, count, cost.element);
+    }
+  }
+
+  // ---- copying
+
+  void copy(const char *value, const Cost &cost) {
+    put({value, static_cast<size_t>(tw_json_skip(value) - value)});
+    count_value(value, cost);
+  }
+
+  void extension_names(const char *value) {
+    if (*value != '{') return copy(value, plain_cost);
+    tree_ += tree_object;
+    put("{");
+    for (Items i(value); i.more(); i.next()) {
+      put_key(i.key());
+      bool is_object = *i.value() == '{';
+      put(is_object ? "{}" : "0"); // tinygltf leaves out what is no object
+      tree_ += tree_object;
+      model_ += kept_cost.member;
+    }
+    put("}");
+  }
+
+  // A key with an escape may be any: the parser will see.
+  void object(const char *value, const Schema &schema) {
+    if (*value != '{') return copy(value, plain_cost);
+    tree_ += tree_object;
+    put("{");
+    for (Items i(value); i.more(); i.next()) {
+      if (is_escaped(i.key()) || has_word(schema.members, i.key())) {
+        put_key(i.key());
+        copy(i.value(), plain_cost);
+      } else if (schema.extension_names && i.key() == "extensions") {
+        put_key(i.key());
+        extension_names(i.value());
+      }
+      for (const Schema::Part &part : schema.parts)
+        if (!part.key.empty() && part.key == i.key()) {
+          put_key(i.key());
+          struct_member(i.value(), part);
+        }
+    }
+    put("}");
+  }
+
+  void struct_member(const char *value, const Schema::Part &part) {
+    if (part.size == 0) return object(value, *part.schema);
+    if (*value != '[') return copy(value, plain_cost);
+    uint64_t count = array(value, [&](const char *element) { object(element, *part.schema); });
+    count_array(model_, count, part.size);
+  }
+
+  // Returns the number of elements.
+  template <typename Element> uint64_t array(const char *value, Element element) {
+    uint64_t count = 0;
+    put("[");
+    for (Items i(value); i.more(); i.next(), count++) {
+      if (count > 0) put(",");
+      element(i.value());
+    }
+    put("]");
+    tree_ += tree_array;
+    count_array(tree_, count, tree_slot);
+    return count;
+  }
+
+  // An image whose bytes are taken from where they stand becomes one outside the file.
+  void image(uint64_t index, const char *value) {
+    bool is_taken = next_image_ < out_.images.size() && out_.images[next_image_].index == index;
+    if (!is_taken) return copy(value, kept_cost);
+    next_image_++;
+    tree_ += tree_object;
+    put("{");
+    for (Items i(value); i.more(); i.next()) {
+      if (i.key() == "bufferView" || i.key() == "uri") continue;
+      put_key(i.key());
+      copy(i.value(), kept_cost);
+    }
+    put_key("uri");
+    put("\"\"}");
+  }
+
+  void root_array(const RootArray &part, const char *value) {
+    if (*value != '[') return copy(value, plain_cost);
+    uint64_t index = 0;
+    uint64_t count = array(value, [&](const char *element) {
+      if (part.schema)
+        object(element, *part.schema);
+      else if (part.key == "images")
+        image(index, element);
+      else
+        copy(element, kept_cost);
+      model_ += part.size;
+      check(part.key, index++);
+    });
+    check(part.key, count);
+    part.reserve(parsed_, static_cast<size_t>(count));
+  }
+
+  void root_member(const Items &member) {
+    for (const RootArray &part : root_arrays)
+      if (part.key == member.key()) {
+        put_key(member.key());
+        root_array(part, member.value());
+      }
+    bool is_asset = member.key() == "asset";
+    if (!is_asset && member.key() != "scene") return;
+    put_key(member.key());
+    object(member.value(), asset_schema);
+  }
+};
+
+// What the document may be copied to: not its buffers, which are most of a file of one piece.
+size_t size_of_copy(const char *root) {
+  size_t size = 2;
+  for (Items i(root); i.more(); i.next())
+    if (i.key() != "buffers")
+      size += i.key().size() + 4 + static_cast<size_t>(tw_json_skip(i.value()) - i.value());
+  return size;
+}
+
+// ---- strings --------------------------------------------------------------------------------------------
+
+int base64_digit(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+// "\/" is a slash: the digit that stands at `at`, -1 at the end of the text.
+int next_digit(std::string_view written, size_t &at) {
+  if (at + 1 < written.size() && written[at] == '\\' && written[at + 1] == '/') at++;
+  return at < written.size() ? base64_digit(written[at++]) : -1;
+}
+
+uint32_t hex4(std::string_view digits) {
+  uint32_t value = 0;
+  for (char c : digits)
+    value = value * 16 + static_cast<uint32_t>(c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10);
+  return value;
+}
+
+void append_utf8(std::string &out, uint32_t code) {
+  int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+  static const uint32_t leads[] = {0, 0xC0, 0xE0, 0xF0};
+  out += static_cast<char>(leads[more] | code >> 6 * more);
+  while (more-- > 0) out += static_cast<char>(0x80 | (code >> 6 * more & 0x3F));
+}
+
+} // namespace
+
+Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest) {
+  size_t digits = 0, end = 0;
+  for (size_t at = 0; next_digit(written, at) >= 0; end = at) digits++;
+  if (rest) *rest = written.substr(end);
+  Vector<uint8_t> out(digits * 6 / 8, Counted<uint8_t>(budget));
+  uint32_t bits = 0, count = 0;
+  size_t at = 0;
+  for (uint8_t &byte : out) {
+    for (; count < 8; count += 6) bits = bits << 6 | static_cast<uint32_t>(next_digit(written, at));
+    count -= 8;
+    byte = static_cast<uint8_t>(bits >> count);
+  }
+  return out;
+}
+
+std::string unescape(std::string_view written) {
+  static const char letters[] = "bfnrt", meant[] = "\b\f\n\r\t";
+  std::string out;
+  for (size_t i = 0; i < written.size(); i++) {
+    if (written[i] != '\\') {
+      out += written[i];
+      continue;
+    }
+    char c = written[++i];
+    const char *letter = std::strchr(letters, c);
+    if (c != 'u') {
+      out += letter ? meant[letter - letters] : c;
+      continue;
+    }
+    uint32_t code = hex4(written.substr(i + 1, 4));
+    i += 4;
+    if (code >= 0xD800 && code < 0xDC00) { // the check saw that the other half follows
+      code = 0x10000 + ((code - 0xD800) << 10) + (hex4(written.substr(i + 3, 4)) - 0xDC00);
+      i += 6;
+    }
+    append_utf8(out, code);
+  }
+  return out;
+}
+
+std::string pointer_part(const std::string &name) {
+  std::string part;
+  for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return part;
+}
+
+void make_outline(const Bytes &file, const tw_read_limits &limits, Document &document) {
+  Container container = open_container(file);
+  const tw_json_rules rules = {limits.json_values, false};
+  tw_error error = {};
+  tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
+  if (status != TW_OK) refuse(status, error.pointer, error.detail);
+  const char *root = tw_json_root(container.json.data(), container.json.size());
+  document.outline.binary = container.binary;
+  Checker(container, document.budget, document.outline).run(root);
+  Copier(document).run(root, size_of_copy(root));
+}
+
+} // namespace gltf
