@@ -181,3 +181,9 @@ tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error) {
   free(pairs);
   return status;
 }
+
+size_t tw_pair_size(const tw_mesh *mesh) {
+  size_t faces = mesh->face_count, corners = mesh->corner_count;
+  return faces * (sizeof(double) + sizeof(bool) + 2 * sizeof(uint32_t)) +
+         corners * (1 + mesh->uv_set_count) * sizeof(uint32_t) + 256;
+}

@@ -49,14 +49,16 @@ static void sort_items(uint32_t *items, size_t count, less_fn *less, const void 
   }
 }
 
+typedef uint32_t bucket_fn(const void *context, uint32_t item);
+
 /* order: [count] receives 0 to count - 1 by bucket, in each bucket by `less`. */
-static tw_status sort_in_buckets(const uint32_t *bucket_of, uint32_t count, uint32_t bucket_count,
-                                 less_fn *less, const void *context, uint32_t *order, tw_error *error) {
+static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t bucket_count, less_fn *less,
+                                 const void *context, uint32_t *order, tw_error *error) {
   uint32_t *starts = tw_alloc_zero((size_t)bucket_count + 1, sizeof *starts);
   if (!starts) return no_memory(error);
-  for (uint32_t i = 0; i < count; i++) starts[bucket_of[i] + 1]++;
+  for (uint32_t i = 0; i < count; i++) starts[bucket_of(context, i) + 1]++;
   for (uint32_t b = 0; b < bucket_count; b++) starts[b + 1] += starts[b];
-  for (uint32_t i = 0; i < count; i++) order[starts[bucket_of[i]]++] = i;
+  for (uint32_t i = 0; i < count; i++) order[starts[bucket_of(context, i)]++] = i;
   /* Each start has moved on to its bucket's end. */
   for (uint32_t b = 0, begin = 0; b < bucket_count; begin = starts[b++])
     if (starts[b] - begin > 1) sort_items(order + begin, starts[b] - begin, less, context);
@@ -71,6 +73,7 @@ static tw_status sort_in_buckets(const uint32_t *bucket_of, uint32_t count, uint
 typedef struct places {
   const float *positions;
   float tiny;
+  const uint32_t *buckets; /* of each vertex, while they are sorted */
 } places;
 
 /* The sine of 2 pi in 32 bits is off by 1.7e-7 of the radius. */
@@ -112,6 +115,10 @@ static uint32_t hash_position(const places *at, uint32_t vertex) {
   return (uint32_t)hash;
 }
 
+static uint32_t place_bucket(const void *context, uint32_t vertex) {
+  return ((const places *)context)->buckets[vertex];
+}
+
 /* place: [vertex_count] receives for each vertex the first one at the same position. *split: whether
  * any position has two vertices. */
 static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, tw_error *error) {
@@ -119,9 +126,9 @@ static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, 
   while (buckets < count && buckets < 1u << 31) buckets *= 2;
   uint32_t *order = tw_alloc(count, sizeof *order);
   if (!order) return no_memory(error);
-  places at = {soup->positions, tiny_coordinate(soup)};
+  places at = {soup->positions, tiny_coordinate(soup), place};
   for (uint32_t i = 0; i < count; i++) place[i] = hash_position(&at, i) & (buckets - 1);
-  tw_status status = sort_in_buckets(place, count, buckets, position_less, &at, order, error);
+  tw_status status = sort_in_buckets(place_bucket, count, buckets, position_less, &at, order, error);
   *split = false;
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
     bool again = i > 0 && same_position(&at, order[i], order[i - 1]);
@@ -137,12 +144,28 @@ static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, 
 /* One side of a face: from vertex `from` to vertex `to`. */
 typedef struct side {
   uint32_t from, to;
-  uint32_t low, high; /* their places, the lower one first */
 } side;
 
+typedef struct side_list {
+  const side *sides;
+  const uint32_t *place; /* of each vertex */
+} side_list;
+
+/* The places at the ends of a side, the lower one and the higher one. */
+static uint32_t low_end(const void *context, uint32_t index) {
+  const side_list *list = context;
+  uint32_t from = list->place[list->sides[index].from], to = list->place[list->sides[index].to];
+  return from < to ? from : to;
+}
+
+static uint32_t high_end(const side_list *list, uint32_t index) {
+  uint32_t from = list->place[list->sides[index].from], to = list->place[list->sides[index].to];
+  return from < to ? to : from;
+}
+
 static bool side_less(const void *context, uint32_t a, uint32_t b) {
-  const side *p = (const side *)context + a, *q = (const side *)context + b;
-  return p->high != q->high ? p->high < q->high : a < b;
+  uint32_t p = high_end(context, a), q = high_end(context, b);
+  return p != q ? p < q : a < b;
 }
 
 static uint32_t next_corner(const tw_soup *soup, uint32_t face, uint32_t corner) {
@@ -157,7 +180,7 @@ static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const 
       uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
       uint32_t p = place[from], q = place[to];
       if (p == q || (!several[p] && !several[q])) continue;
-      sides[count++] = (side){from, to, p < q ? p : q, p < q ? q : p};
+      sides[count++] = (side){from, to};
     }
   return count;
 }
@@ -166,16 +189,17 @@ static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
   return uvs[2 * (size_t)a] == uvs[2 * (size_t)b] && uvs[2 * (size_t)a + 1] == uvs[2 * (size_t)b + 1];
 }
 
-/* sides sorted by (low, high) through `order`: joins the ends of each pair that is alone on its edge;
+/* Sides in the order of (low end, high end): joins the ends of each pair that is alone on its edge;
  * where uvs are given, only when they are the same at both ends. */
-static void join_pairs(const side *sides, const uint32_t *order, uint32_t count, const uint32_t *place,
-                       const float *uvs, uint32_t *joined) {
+static void join_pairs(const side_list *list, const uint32_t *order, uint32_t count, const float *uvs,
+                       uint32_t *joined) {
+  const uint32_t *place = list->place;
   for (uint32_t i = 0, end; i < count; i = end) {
-    const side *a = &sides[order[i]];
+    uint32_t low = low_end(list, order[i]), high = high_end(list, order[i]);
     for (end = i + 1; end < count; end++)
-      if (sides[order[end]].low != a->low || sides[order[end]].high != a->high) break;
+      if (low_end(list, order[end]) != low || high_end(list, order[end]) != high) break;
     if (end - i != 2) continue;
-    const side *b = &sides[order[i + 1]];
+    const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
     if (place[a->from] != place[b->to]) continue; /* they run the same way */
     if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
     tw_forest_join(joined, a->from, b->to);
@@ -184,14 +208,13 @@ static void join_pairs(const side *sides, const uint32_t *order, uint32_t count,
 }
 
 static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const float *uvs, side *sides,
-                            uint32_t *scratch, bool *several, uint32_t *joined, tw_error *error) {
+                            uint32_t *order, bool *several, uint32_t *joined, tw_error *error) {
   for (uint32_t v = 0; v < soup->vertex_count; v++)
     if (place[v] != v) several[place[v]] = true;
   uint32_t count = collect_sides(soup, place, several, sides);
-  uint32_t *low = scratch, *order = scratch + count;
-  for (uint32_t i = 0; i < count; i++) low[i] = sides[i].low;
-  tw_status status = sort_in_buckets(low, count, soup->vertex_count, side_less, sides, order, error);
-  if (status == TW_OK) join_pairs(sides, order, count, place, uvs, joined);
+  const side_list list = {sides, place};
+  tw_status status = sort_in_buckets(low_end, count, soup->vertex_count, side_less, &list, order, error);
+  if (status == TW_OK) join_pairs(&list, order, count, uvs, joined);
   return status;
 }
 
@@ -200,15 +223,22 @@ static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const fl
 static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
                                      uint32_t *joined, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
-  uint32_t *scratch = tw_alloc(soup->corner_count, 2 * sizeof *scratch);
+  uint32_t *order = tw_alloc(soup->corner_count, sizeof *order);
   bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
-  tw_status status = sides && scratch && several
-                         ? join_sides(soup, place, uvs, sides, scratch, several, joined, error)
+  tw_status status = sides && order && several
+                         ? join_sides(soup, place, uvs, sides, order, several, joined, error)
                          : no_memory(error);
   free(sides);
-  free(scratch);
+  free(order);
   free(several);
   return status;
+}
+
+size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
+  /* Places and forest; then the order and the buckets of vertices, or sides, their order and buckets. */
+  size_t vertices = vertex_count, corners = corner_count;
+  size_t finding = 12 * vertices, joining = 5 * vertices + 12 * corners;
+  return 8 * vertices + (finding > joining ? finding : joining) + 256;
 }
 
 /* Numbers the roots, each set's first vertex, in their order. forest: [count]. */
