@@ -9,6 +9,14 @@
 /* Values in the JSON of a glTF file: tinygltf takes a kilobyte and more for some of them. */
 static const tw_read_limits read_limits = {.json_values = 500000};
 
+uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size) {
+  /* What is not declared as OBJ may be glTF, which takes most. */
+  uint64_t reading = tw_reading_size(type == API_TYPE_OBJ ? TW_FORMAT_OBJ : TW_FORMAT_GLTF, size);
+  uint64_t window = coding == API_CODING_ZSTD ? 1 << API_ZSTD_WINDOW_LOG : 0;
+  uint64_t decoding = coding == API_CODING_NONE ? 0 : size / 2 * 5 + window + (1 << 20);
+  return reading > decoding ? reading : decoding;
+}
+
 void api_upload_deinit(api_upload *upload) {
   free(upload->decoded);
   *upload = (api_upload){0};
@@ -24,7 +32,17 @@ static api_outcome read_form(api_call *call, const char *content_type, api_uploa
   return API_DONE;
 }
 
+/* What a body is taken to have decoded, before that is known; its limit holds whatever it has. */
+static uint64_t likely_size(uint64_t coded, uint64_t limit) {
+  static const uint64_t ratio = 64, least = 1 << 20;
+  return coded < (limit > least ? (limit - least) / ratio : 0) ? coded * ratio + least : limit;
+}
+
 static api_outcome decode_body(api_call *call, api_coding coding, api_upload *upload) {
+  uint64_t limit = call->service->limits.max_upload;
+  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
+  uint64_t cost = api_reading_cost(type, coding, likely_size(upload->bytes.size, limit));
+  if (!api_grant(call->service, call->request->ticket, cost, &call->fault)) return API_FAILED;
   size_t size;
   tw_status status = api_decode(coding, upload->bytes, call->service->limits.max_upload, &upload->decoded,
                                 &size, &call->fault.error);
@@ -78,11 +96,6 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
                          tw_format_media_types[declared], shown[found]);
   *out = found;
   return API_DONE;
-}
-
-uint64_t api_reading_cost(uint64_t size) {
-  uint64_t fixed = size < (1 << 20) ? 64 * size : (uint64_t)64 << 20;
-  return fixed + 6 * size;
 }
 
 bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault) {

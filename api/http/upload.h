@@ -18,12 +18,16 @@ void api_upload_deinit(api_upload *upload);
 /* What the bytes are, against what the Content-Type declares. 400 where the two disagree. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
 
-/* The most memory that api_model_read holds at any moment for so many bytes, these included. */
-uint64_t api_reading_cost(uint64_t size);
-
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
  * False: the fault says why. */
 bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault);
+
+/* The largest window that a zstd body may ask for is 8 MiB, which RFC 9659 sets for content codings. */
+enum { API_ZSTD_WINDOW_LOG = 23 };
+
+/* The most bytes that a body takes at a time, from its decoding to the model made of it, the decoded body of `size`
+ * bytes and the model included; not the body as it came. Never over 64 MiB and six times the size. */
+uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size);
 
 /* Undoes a content coding. limit: the most bytes that may come out.
  * TW_SYNTAX: not of that coding, or cut off; TW_LIMIT. *out: malloc'ed, [*size]. */

@@ -98,8 +98,8 @@ typedef struct model_source {
   tw_quads quads;
 } model_source;
 
-static bool grant_reading(api_call *call, uint64_t size, api_fault *fault) {
-  return api_grant(call->service, call->request->ticket, api_reading_cost(size), fault);
+static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
+  return api_grant(call->service, call->request->ticket, tw_reading_size(format, size), fault);
 }
 
 static bool build_model(void *context, api_built *out, api_fault *fault) {
@@ -107,7 +107,7 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   api_service *service = source->call->service;
   api_blob blob;
   if (!open_stored(service, source->id, &blob, fault)) return false;
-  bool is_granted = grant_reading(source->call, blob.size, fault);
+  bool is_granted = grant_reading(source->call, TW_FORMAT_GLTF, blob.size, fault);
   uint8_t *data = is_granted ? read_whole(service, source->id, &blob, fault) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
@@ -140,7 +140,7 @@ api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
   api_outcome outcome = api_upload_read(call, &upload);
   if (outcome != API_DONE) return outcome;
   outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, upload.bytes.size, &call->fault) &&
+  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
                  api_model_read(upload.bytes, format, quads, &model, &call->fault);
   if (!is_read) outcome = API_FAILED;
   api_upload_deinit(&upload);
@@ -235,7 +235,7 @@ api_outcome api_post_model(api_call *call) {
   tw_format format;
   tw_model *model = NULL;
   outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, upload.bytes.size, &call->fault) &&
+  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
                  api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault);
   if (!is_read) outcome = API_FAILED;
   if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, model);

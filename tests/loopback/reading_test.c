@@ -1,0 +1,1073 @@
+/* What reading a body holds at most, and how long it takes, for ordinary documents and for hostile ones: at
+ * most 64 MiB and six times the decoded bytes, themselves included, and 2 s. Every allocation of the program
+ * is counted, those of libraries too: malloc and its kin are defined here, before glibc's. */
+#include "loopback.h"
+
+#include <malloc.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <zlib.h>
+#include <zstd.h>
+
+#include "tweend/base.h"
+#include "upload.h"
+
+#if defined(__has_feature)
+#define HAS_FEATURE(name) __has_feature(name)
+#else
+#define HAS_FEATURE(name) 0
+#endif
+/* The sanitizers count allocations themselves, and slow everything down: there documents are smaller, and
+ * only read. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || HAS_FEATURE(address_sanitizer) ||       \
+    HAS_FEATURE(thread_sanitizer)
+#define MEASURES 0
+enum { MEGABYTE = 1 << 15 };
+#else
+#define MEASURES 1
+enum { MEGABYTE = 1 << 20 };
+#endif
+
+/* ---- counting ---------------------------------------------------------------------------------------- */
+
+static size_t held, peak; /* bytes */
+
+#if MEASURES
+/* NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp): glibc's names */
+void *__libc_malloc(size_t size);
+void *__libc_calloc(size_t count, size_t size);
+void *__libc_realloc(void *old, size_t size);
+void __libc_free(void *memory);
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+
+static void *note(void *memory) {
+  if (memory) held += malloc_usable_size(memory) + sizeof(size_t);
+  if (held > peak) peak = held;
+  return memory;
+}
+
+static void forget(void *memory) {
+  if (memory) held -= malloc_usable_size(memory) + sizeof(size_t);
+}
+
+void *malloc(size_t size) {
+  return note(__libc_malloc(size));
+}
+
+void *calloc(size_t count, size_t size) {
+  return note(__libc_calloc(count, size));
+}
+
+/* A block that glibc mapped by itself moves by its pages, which never stand twice; any other that moves
+ * stands in both places for a moment. */
+void *realloc(void *old, size_t size) {
+  size_t before = old ? malloc_usable_size(old) + sizeof(size_t) : 0;
+  bool is_mapped = old && (((const size_t *)old)[-1] & 2);
+  void *memory = __libc_realloc(old, size);
+  if (!memory) return NULL;
+  if (is_mapped || memory == old) held -= before;
+  note(memory);
+  if (!is_mapped && memory != old) held -= before;
+  return memory;
+}
+
+void free(void *memory) {
+  forget(memory);
+  __libc_free(memory);
+}
+#endif
+
+/* ---- documents ---------------------------------------------------------------------------------------- */
+
+/* Text that stands once, or as often as it takes to fill its part of the document. %u is the number of the
+ * repetition, from 0, or of the elements in the BIN chunk where it stands once; %p is one more, %u*7 seven
+ * times as many. */
+typedef struct piece {
+  const char *text;
+  double share;
+} piece;
+
+typedef enum verdict { READ, REFUSED, EITHER } verdict;
+
+enum { PIECES = 8 };
+typedef struct document {
+  const char *name;
+  api_upload_type type;
+  verdict expected;
+  uint32_t megabytes;
+  piece pieces[PIECES];
+  /* GLB: the text is its JSON, the rest of the megabytes its BIN chunk. */
+  size_t (*bin)(uint8_t *out, size_t elements);
+  size_t element_size;
+} document;
+
+typedef struct text {
+  char *bytes;
+  size_t size, capacity;
+} text;
+
+static void add(text *out, const char *bytes, size_t size) {
+  while (out->size + size > out->capacity) {
+    out->capacity = out->capacity ? 2 * out->capacity : 1 << 16;
+    out->bytes = realloc(out->bytes, out->capacity);
+    assert_non_null(out->bytes);
+  }
+  memcpy(out->bytes + out->size, bytes, size);
+  out->size += size;
+}
+
+static void add_with_number(text *out, const char *pattern, size_t number) {
+  for (const char *at = pattern; *at;) {
+    size_t plain = strcspn(at, "%");
+    add(out, at, plain);
+    at += plain;
+    if (!*at) break;
+    char digits[24], *end = (char *)at + 2;
+    size_t factor = *end == '*' ? strtoul(end + 1, &end, 10) : 1;
+    int length = snprintf(digits, sizeof digits, "%zu", factor * number + (at[1] == 'p'));
+    add(out, digits, (size_t)length);
+    at = end;
+  }
+}
+
+static void put_u32(uint8_t *at, uint32_t value) {
+  for (int i = 0; i < 4; i++) at[i] = (uint8_t)(value >> (8 * i));
+}
+
+static void add_glb(text *out, const text *json, const document *d, size_t elements) {
+  uint8_t header[20] = "glTF", chunk[8];
+  uint8_t *bin = malloc(elements * d->element_size + 4096);
+  assert_non_null(bin);
+  size_t bin_size = d->bin(bin, elements), padded = (bin_size + 3) / 4 * 4,
+         json_size = (json->size + 3) / 4 * 4;
+  put_u32(header + 4, 2);
+  put_u32(header + 8, (uint32_t)(28 + json_size + padded));
+  put_u32(header + 12, (uint32_t)json_size);
+  memcpy(header + 16, "JSON", 4);
+  add(out, (const char *)header, sizeof header);
+  add(out, json->bytes, json->size);
+  add(out, "   ", json_size - json->size);
+  put_u32(chunk, (uint32_t)padded);
+  memcpy(chunk + 4, "BIN", 4);
+  add(out, (const char *)chunk, sizeof chunk);
+  add(out, (const char *)bin, bin_size);
+  add(out, "\0\0\0", padded - bin_size);
+  free(bin);
+}
+
+/* The document in about `size` bytes. */
+static text build(const document *d, size_t size) {
+  text out = {0}, json = {0};
+  double rest = (double)size;
+  for (size_t i = 0; i < PIECES && d->pieces[i].text; i++) rest -= (double)size * d->pieces[i].share;
+  size_t elements = d->bin ? (size_t)rest / d->element_size / 12 * 12 : 0;
+  text *into = d->bin ? &json : &out;
+  for (size_t i = 0; i < PIECES && d->pieces[i].text; i++) {
+    const piece *p = &d->pieces[i];
+    if (p->share == 0) {
+      add_with_number(into, p->text, elements);
+      continue;
+    }
+    size_t end = into->size + (size_t)((double)size * p->share), length = strlen(p->text);
+    bool is_numbered = strchr(p->text, '%') != NULL;
+    for (size_t number = 0; into->size < end; number++)
+      if (is_numbered)
+        add_with_number(into, p->text, number);
+      else
+        add(into, p->text, length);
+  }
+  if (d->bin) add_glb(&out, &json, d, elements);
+  free(json.bytes);
+  return out;
+}
+
+#define ASSET "\"asset\":{\"version\":\"2.0\"}"
+
+/* ---- reading ------------------------------------------------------------------------------------------ */
+
+/* Of this process's work: other processes may be at work too. */
+static double seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+typedef struct outcome {
+  int status; /* 200, or that of the problem */
+  tw_format format;
+  size_t peak;
+  double seconds;
+  tw_error error;
+  size_t model_size, model_held;
+} outcome;
+
+/* What the upload of a document holds, with `size` bytes of it held already. */
+static outcome read_document(api_bytes bytes, api_upload_type type) {
+  api_fault fault = {0};
+  tw_model *model = NULL;
+  size_t before = held;
+  peak = held;
+  double start = seconds();
+  tw_format format = type == API_TYPE_OBJ ? TW_FORMAT_OBJ : tw_format_sniff(bytes.data, bytes.size);
+  bool is_read = api_model_read(bytes, format, TW_QUADS_AUTO, &model, &fault);
+  outcome out = {.status = is_read ? 200 : fault.status,
+                 .format = format,
+                 .peak = peak - before + bytes.size,
+                 .seconds = seconds() - start,
+                 .error = fault.error};
+  out.model_held = held - before;
+  if (is_read) out.model_size = tw_model_size(model);
+  tw_model_destroy(model);
+  return out;
+}
+
+/* The bytes again, coded, then decoded and read. */
+static outcome read_coded(api_coding coding, const text *t, api_upload_type type) {
+  size_t room = t->size + t->size / 100 + (1 << 16), size = 0, before = held;
+  uint8_t *coded = malloc(room), *decoded = NULL;
+  assert_non_null(coded);
+  if (coding == API_CODING_ZSTD) {
+    size = ZSTD_compress(coded, room, t->bytes, t->size, 1);
+    assert_false(ZSTD_isError(size));
+  } else {
+    z_stream stream = {.next_in = (Bytef *)t->bytes, .avail_in = (uInt)t->size, .next_out = coded};
+    stream.avail_out = (uInt)room;
+    assert_int_equal(deflateInit2(&stream, 1, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    assert_int_equal(deflate(&stream, Z_FINISH), Z_STREAM_END);
+    size = stream.total_out;
+    deflateEnd(&stream);
+  }
+  before = held;
+  peak = held;
+  double start = seconds();
+  tw_error error;
+  api_bytes body = {coded, size};
+  assert_int_equal(api_decode(coding, body, UINT32_MAX, &decoded, &size, &error), TW_OK);
+  assert_int_equal(size, t->size);
+  size_t peak_of_decoding = peak - before;
+  double taken = seconds() - start;
+  outcome out = read_document((api_bytes){decoded, size}, type);
+  if (peak_of_decoding > out.peak) out.peak = peak_of_decoding;
+  out.seconds += taken;
+  free(decoded);
+  free(coded);
+  return out;
+}
+
+/* ---- BIN chunks -----------------------------------------------------------------------------------------
+ */
+
+static size_t put_floats(uint8_t *out, size_t at, const float *values, size_t count) {
+  memcpy(out + at, values, count * sizeof *values);
+  return at + count * sizeof *values;
+}
+
+/* A point of a square grid. */
+enum { GRID = 1024 };
+static void grid_point(size_t i, float out[3]) {
+  out[0] = (float)(i % GRID);
+  out[1] = (float)(i / GRID); /* NOLINT(bugprone-integer-division) */
+  out[2] = (float)(i % 7) * 0.1f;
+}
+
+/* Vertices of triangles one after the other, two in each square of a grid: no two share a vertex. */
+static size_t triangle_soup(uint8_t *out, size_t vertices) {
+  static const size_t corners[6] = {0, 1, GRID + 1, 0, GRID + 1, GRID};
+  size_t at = 0;
+  for (size_t i = 0; i < vertices; i++) {
+    float point[3];
+    size_t square = i / 6;
+    grid_point(square / (GRID - 1) * GRID + square % (GRID - 1) + corners[i % 6], point);
+    at = put_floats(out, at, point, 3);
+  }
+  return at;
+}
+
+/* The points of a grid, then six 32-bit indices for each. */
+static size_t indexed_grid(uint8_t *out, size_t vertices) {
+  static const size_t corners[6] = {0, 1, GRID + 1, 0, GRID + 1, GRID};
+  size_t at = 0;
+  for (size_t i = 0; i < vertices; i++) {
+    float point[3];
+    grid_point(i, point);
+    at = put_floats(out, at, point, 3);
+  }
+  for (size_t i = 0; i < 6 * vertices; i++, at += 4)
+    put_u32(out + at, (uint32_t)((i / 6 + corners[i % 6]) % vertices));
+  return at;
+}
+
+/* 8-bit indices, whose bytes serve as coordinates of 256 points too. */
+static size_t small_indices(uint8_t *out, size_t count) {
+  for (size_t i = 0; i < count; i++) out[i] = (uint8_t)(i * 7 / 3 + i % 3 + i / 768);
+  return count;
+}
+
+/* Key times, then as many quaternions of normalised 16-bit integers. */
+static size_t short_keys(uint8_t *out, size_t keys) {
+  size_t at = 0;
+  for (size_t i = 0; i < keys; i++) at = put_floats(out, at, (float[]){(float)i}, 1);
+  for (size_t i = 0; i < keys; i++, at += 8) {
+    memset(out + at, 0, 8);
+    out[at + 2 * (i % 4)] = 0xFF;
+    out[at + 2 * (i % 4) + 1] = 0x7F;
+  }
+  return at;
+}
+
+static size_t ascending(uint8_t *out, size_t count) {
+  for (size_t i = 0; i < count; i++) put_u32(out + 4 * i, (uint32_t)i);
+  return 4 * count;
+}
+
+static size_t zeros(uint8_t *out, size_t count) {
+  memset(out, 0, count);
+  return count;
+}
+
+/* ---- tweend JSON ----------------------------------------------------------------------------------------
+ */
+
+#define MESH   "{\"meshes\":[{"
+#define TRACK  "{\"nodes\":[{\"name\":\"a\"}],\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\","
+#define POINTS "\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[[0,1,2]]"
+
+static const document tweend_documents[] = {
+    {"empty meshes", API_TYPE_JSON, REFUSED, 15, {{"{\"meshes\":[", 0}, {"{},", 1}, {"{}]}", 0}}, NULL, 0},
+    {"empty nodes", API_TYPE_JSON, REFUSED, 9, {{"{\"nodes\":[", 0}, {"{},", 1}, {"{}]}", 0}}, NULL, 0},
+    {"empty clips", API_TYPE_JSON, REFUSED, 3, {{"{\"clips\":[", 0}, {"{},", 1}, {"{}]}", 0}}, NULL, 0},
+    {"empty tracks",
+     API_TYPE_JSON,
+     REFUSED,
+     3,
+     {{"{\"clips\":[{\"tracks\":[", 0}, {"{},", 1}, {"{}]}]}", 0}},
+     NULL,
+     0},
+    {"nodes as many as there may be",
+     API_TYPE_JSON,
+     READ,
+     1,
+     {{"{\"meshes\":[", 0}, {"{},", 0.18}, {"{}],\"nodes\":[", 0}, {"{},", 0.74}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"named nodes",
+     API_TYPE_JSON,
+     READ,
+     7,
+     {{"{\"nodes\":[{\"name\":\"x\"}", 0}, {",{\"name\":\"n%u\",\"parent\":\"x\"}", 1}, {"]}", 0}},
+     NULL,
+     0},
+    {"a chain of parents",
+     API_TYPE_JSON,
+     READ,
+     8,
+     {{"{\"nodes\":[{\"name\":\"n0\"}", 0}, {",{\"name\":\"n%p\",\"parent\":\"n%u\"}", 1}, {"]}", 0}},
+     NULL,
+     0},
+    {"nodes of one name",
+     API_TYPE_JSON,
+     READ,
+     3,
+     {{"{\"nodes\":[", 0}, {"{\"name\":\"same\"},", 1}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"positions and faces",
+     API_TYPE_JSON,
+     READ,
+     18,
+     {{MESH "\"positions\":[", 0},
+      {"[0,0,0],", 0.5},
+      {"[0,0,0]],\"faces\":[", 0},
+      {"[0,1,2],", 0.5},
+      {"[0,1,2]]}]}", 0}},
+     NULL,
+     0},
+    {"uvs",
+     API_TYPE_JSON,
+     READ,
+     16,
+     {{MESH "\"positions\":[[0,0,0],[1,0,0],[0,1,0]],\"faces\":[", 0},
+      {"[0,1,2],", 0.4},
+      {"[0,1,2]],\"uvs\":[", 0},
+      {"[0,0],", 0.2},
+      {"[0,0]],\"face_uvs\":[", 0},
+      {"[0,1,2],", 0.4},
+      {"[0,1,2]]}]}", 0}},
+     NULL,
+     0},
+    {"empty faces",
+     API_TYPE_JSON,
+     REFUSED,
+     16,
+     {{MESH "\"faces\":[", 0}, {"[],", 1}, {"[]]}]}", 0}},
+     NULL,
+     0},
+    {"faces that are numbers",
+     API_TYPE_JSON,
+     REFUSED,
+     16,
+     {{MESH "\"faces\":[", 0}, {"0,", 1}, {"0]}]}", 0}},
+     NULL,
+     0},
+    {"creases",
+     API_TYPE_JSON,
+     READ,
+     16,
+     {{MESH POINTS ",\"creases\":[", 0},
+      {"{\"edge\":[0,1],\"sharpness\":1},", 1},
+      {"{\"edge\":[0,1],\"sharpness\":1}]}]}", 0}},
+     NULL,
+     0},
+    {"corners",
+     API_TYPE_JSON,
+     READ,
+     16,
+     {{MESH POINTS ",\"corners\":[", 0},
+      {"{\"vertex\":0,\"sharpness\":1},", 1},
+      {"{\"vertex\":0,\"sharpness\":1}]}]}", 0}},
+     NULL,
+     0},
+    {"holes", API_TYPE_JSON, READ, 16, {{MESH POINTS ",\"holes\":[", 0}, {"0,", 1}, {"0]}]}", 0}}, NULL, 0},
+    {"a squad track",
+     API_TYPE_JSON,
+     EITHER,
+     24,
+     {{TRACK "\"interpolation\":\"squad\",\"times\":[0", 0},
+      {",%p", 0.42},
+      {"],\"quaternions\":[[0,0,0,1]", 0},
+      {",[0,0,0,1]", 0.58},
+      {"]}]}]}", 0}},
+     NULL,
+     0},
+    {"a name of all but everything",
+     API_TYPE_JSON,
+     READ,
+     24,
+     {{"{\"nodes\":[{\"name\":\"", 0}, {"0123456789", 1}, {"\"}]}", 0}},
+     NULL,
+     0},
+    {"a name of escapes",
+     API_TYPE_JSON,
+     READ,
+     24,
+     {{"{\"nodes\":[{\"name\":\"", 0}, {"\\u0041", 1}, {"\"}]}", 0}},
+     NULL,
+     0},
+    {"blanks", API_TYPE_JSON, READ, 64, {{"{", 0}, {" ", 1}, {"}", 0}}, NULL, 0},
+    {"unknown members", API_TYPE_JSON, REFUSED, 16, {{"{\"a\":0", 0}, {",\"a\":0", 1}, {"}", 0}}, NULL, 0},
+    {"members of a node",
+     API_TYPE_JSON,
+     REFUSED,
+     16,
+     {{"{\"nodes\":[{\"name\":0", 0}, {",\"m%u\":0", 1}, {"}]}", 0}},
+     NULL,
+     0},
+    {"a name that is an array",
+     API_TYPE_JSON,
+     REFUSED,
+     8,
+     {{"{\"nodes\":[{\"name\":[0", 0}, {",0", 1}, {"]}]}", 0}},
+     NULL,
+     0},
+    {"a name of nested objects",
+     API_TYPE_JSON,
+     REFUSED,
+     8,
+     {{"{\"nodes\":[{\"name\":{\"a\":0", 0}, {",\"a\":{\"b\":{}}", 1}, {"}}]}", 0}},
+     NULL,
+     0},
+    {"brackets", API_TYPE_JSON, REFUSED, 16, {{"{\"nodes\":", 0}, {"[", 1}}, NULL, 0},
+    {"arrays in arrays",
+     API_TYPE_JSON,
+     REFUSED,
+     16,
+     {{"{\"nodes\":[", 0}, {"[[[[]]]],", 1}, {"0]}", 0}},
+     NULL,
+     0},
+    {"clips of a track",
+     API_TYPE_JSON,
+     EITHER,
+     8,
+     {{"{\"nodes\":[{\"name\":\"a\"}", 0},
+      {",{}", 0.08},
+      {"],\"clips\":[{}", 0},
+      {",{\"tracks\":[{\"node\":\"a\",\"path\":\"scale\",\"times\":[0],\"values\":[[1,1,1]]}]}", 0.9},
+      {"]}", 0}},
+     NULL,
+     0},
+    {"tracks on one node",
+     API_TYPE_JSON,
+     REFUSED,
+     8,
+     {{"{\"nodes\":[{\"name\":\"a\"}],\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"scale\",\"times\":["
+       "0],"
+       "\"values\":[[1,1,1]]}",
+       0},
+      {",{\"node\":\"a\",\"path\":\"scale\",\"times\":[0],\"values\":[[1,1,1]]}", 1},
+      {"]}]}", 0}},
+     NULL,
+     0},
+};
+
+/* ---- OBJ --------------------------------------------------------------------------------------------------
+ */
+
+#define OBJ_POINTS "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
+
+static const document obj_documents[] = {
+    {"points and triangles", API_TYPE_OBJ, READ, 8, {{"v 0 0 0\n", 0.5}, {"f 1 2 3\n", 0.5}}, NULL, 0},
+    {"triangles", API_TYPE_OBJ, READ, 8, {{OBJ_POINTS, 0}, {"f 1 2 3\n", 1}}, NULL, 0},
+    {"triangles with texture",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{OBJ_POINTS "vt 0\nusemtl a\ng b\n", 0}, {"f 1/1 2/1 3/1\n", 1}},
+     NULL,
+     0},
+    {"one triangle with texture",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{OBJ_POINTS "vt 0\nusemtl a\ng b\nf 1/1 2 3\n", 0}, {"f 1 2 3\n", 1}},
+     NULL,
+     0},
+    {"points", API_TYPE_OBJ, READ, 8, {{"v 0 0 0\n", 1}, {"f 1 2 3\n", 0}}, NULL, 0},
+    {"one point with a colour",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{"v 0 0 0 1 1 1\n", 0}, {"v 0 0 0\n", 1}, {"f 1 2 3\n", 0}},
+     NULL,
+     0},
+    {"points with colours", API_TYPE_OBJ, READ, 8, {{"v 0 0 0 1 1 1\n", 1}, {"f 1 2 3\n", 0}}, NULL, 0},
+    {"texture coordinates",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{OBJ_POINTS, 0}, {"vt 0\n", 1}, {"f 1/1 2/1 3/1\n", 0}},
+     NULL,
+     0},
+    {"objects that share no point",
+     API_TYPE_OBJ,
+     READ,
+     4,
+     {{"o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf -1 -2 -3\n", 1}},
+     NULL,
+     0},
+    {"objects that share a point", API_TYPE_OBJ, READ, 8, {{OBJ_POINTS, 0}, {"o a\nf 1 2 3\n", 1}}, NULL, 0},
+    {"two objects, point by point",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{"v 0 0 0 1 1 1\no a\n", 0},
+      {"v 0 0 0\n", 0.5},
+      {"f 1 3 5\n", 0.25},
+      {"o b\n", 0},
+      {"f 2 4 6\n", 0.25}},
+     NULL,
+     0},
+    {"materials", API_TYPE_OBJ, EITHER, 8, {{OBJ_POINTS, 0}, {"usemtl m%u\nf 1 2 3\n", 1}}, NULL, 0},
+    {"one material again and again",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{OBJ_POINTS "f 1 2 3\n", 0}, {"usemtl m\n", 1}},
+     NULL,
+     0},
+    {"groups", API_TYPE_OBJ, EITHER, 8, {{OBJ_POINTS, 0}, {"g %u\nf 1 2 3\n", 1}}, NULL, 0},
+    {"groups without faces", API_TYPE_OBJ, EITHER, 8, {{OBJ_POINTS "f 1 2 3\n", 0}, {"g %u\n", 1}}, NULL, 0},
+    {"one group again and again",
+     API_TYPE_OBJ,
+     READ,
+     8,
+     {{OBJ_POINTS "f 1 2 3\n", 0}, {"g a\n", 1}},
+     NULL,
+     0},
+    {"a huge face", API_TYPE_OBJ, READ, 8, {{"v 0 0 0\n", 0.5}, {"f", 0}, {" %p", 0.3}, {"\n", 0}}, NULL, 0},
+    {"a huge face of one point", API_TYPE_OBJ, REFUSED, 8, {{OBJ_POINTS "f", 0}, {" 1", 1}}, NULL, 0},
+    {"huge faces of one point", API_TYPE_OBJ, REFUSED, 8, {{OBJ_POINTS "f", 0}, {" 1", 1}}, NULL, 0},
+    {"creases", API_TYPE_OBJ, READ, 8, {{OBJ_POINTS "f 1 2 3\n", 0}, {"t crease 2/1/0 0 1 1\n", 1}}, NULL, 0},
+    {"a crease of many edges",
+     API_TYPE_OBJ,
+     EITHER,
+     8,
+     {{OBJ_POINTS "f 1 2 3\nt crease 2796202/1/0", 0}, {" 0 1", 0.667}, {" 1\n#", 0}, {"#", 0.333}},
+     NULL,
+     0},
+    {"holes", API_TYPE_OBJ, READ, 8, {{OBJ_POINTS "f 1 2 3\n", 0}, {"t hole 1/0 0\n", 1}}, NULL, 0},
+    {"unknown tags", API_TYPE_OBJ, READ, 8, {{OBJ_POINTS "f 1 2 3\n", 0}, {"t\n", 1}}, NULL, 0},
+    {"empty lines", API_TYPE_OBJ, READ, 32, {{OBJ_POINTS "f 1 2 3\n", 0}, {"\n", 1}}, NULL, 0},
+    {"lines that go on",
+     API_TYPE_OBJ,
+     READ,
+     32,
+     {{OBJ_POINTS "f 1 2 3 ", 0}, {"\\\n", 1}, {"\n", 0}},
+     NULL,
+     0},
+};
+
+/* ---- glTF -------------------------------------------------------------------------------------------------
+ */
+
+#define ONE_VIEW "\"buffers\":[{\"byteLength\":%u*12}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u*12}],"
+
+static const document gltf_documents[] = {
+    {"materials",
+     API_TYPE_GLTF,
+     REFUSED,
+     1,
+     {{"{" ASSET ",\"materials\":[", 0}, {"{},", 1}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"many materials",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"materials\":[", 0}, {"{},", 1}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"nodes", API_TYPE_GLTF, REFUSED, 12, {{"{" ASSET ",\"nodes\":[", 0}, {"{},", 1}, {"{}]}", 0}}, NULL, 0},
+    {"some nodes",
+     API_TYPE_GLTF,
+     READ,
+     1,
+     {{"{" ASSET ",\"nodes\":[", 0}, {"{},", 0.09}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"meshes",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"meshes\":[", 0}, {"{},", 1}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"primitives",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"meshes\":[{\"primitives\":[", 0}, {"{\"attributes\":{}},", 1}, {"{}]}]}", 0}},
+     NULL,
+     0},
+    {"targets",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"meshes\":[{\"primitives\":[{\"attributes\":{},\"targets\":[", 0},
+      {"{\"A\":0},", 1},
+      {"{}]}]}]}", 0}},
+     NULL,
+     0},
+    {"attributes",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"a\":0", 0},
+      {",\"%u\":0", 1},
+      {"}}]}]}", 0}},
+     NULL,
+     0},
+    {"accessors",
+     API_TYPE_GLTF,
+     REFUSED,
+     24,
+     {{"{" ASSET ",\"accessors\":[", 0},
+      {"{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"},", 1},
+      {"{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}]}", 0}},
+     NULL,
+     0},
+    {"images",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"images\":[", 0}, {"{\"uri\":\"\"},", 1}, {"{\"uri\":\"\"}]}", 0}},
+     NULL,
+     0},
+    {"an image in text",
+     API_TYPE_GLTF,
+     READ,
+     24,
+     {{"{" ASSET ",\"images\":[{\"uri\":\"data:image/png;base64,", 0}, {"AAAA", 1}, {"\"}]}", 0}},
+     NULL,
+     0},
+    {"a buffer in text",
+     API_TYPE_GLTF,
+     EITHER,
+     24,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":18874368,\"uri\":\"data:application/octet-stream;base64,", 0},
+      {"AAAA", 1},
+      {"\"}]}", 0}},
+     NULL,
+     0},
+    {"channels",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"animations\":[{\"channels\":[", 0},
+      {"{\"sampler\":0},", 1},
+      {"{}],\"samplers\":[]}]}", 0}},
+     NULL,
+     0},
+    {"animations",
+     API_TYPE_GLTF,
+     REFUSED,
+     12,
+     {{"{" ASSET ",\"animations\":[", 0}, {"{},", 1}, {"{}]}", 0}},
+     NULL,
+     0},
+    {"cameras and lights",
+     API_TYPE_GLTF,
+     EITHER,
+     12,
+     {{"{" ASSET ",\"cameras\":[", 0},
+      {"{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":1}},", 0.1},
+      {"{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":1}}],\"extensions\":"
+       "{\"KHR_lights_punctual\":{\"lights\":[",
+       0},
+      {"{},", 0.2},
+      {"{}]}}}", 0}},
+     NULL,
+     0},
+    {"extras of the document",
+     API_TYPE_GLTF,
+     EITHER,
+     6,
+     {{"{" ASSET ",\"extras\":[", 0}, {"[],{},", 0.3}, {"0,", 0.05}, {"0]}", 0}},
+     NULL,
+     0},
+    {"extras of a material",
+     API_TYPE_GLTF,
+     REFUSED,
+     6,
+     {{"{" ASSET ",\"materials\":[{\"extras\":[", 0}, {"[],{},", 0.3}, {"0,", 0.05}, {"0]}]}", 0}},
+     NULL,
+     0},
+    {"extras of nodes",
+     API_TYPE_GLTF,
+     READ,
+     6,
+     {{"{" ASSET ",\"nodes\":[", 0},
+      {"{\"name\":\"n%u\",\"extras\":{\"a\":\"%u\",\"b\":[1,2,3]}},", 0.5},
+      {"{}]}", 0}},
+     NULL,
+     0},
+    {"numbers of a material",
+     API_TYPE_GLTF,
+     REFUSED,
+     6,
+     {{"{" ASSET ",\"materials\":[{\"a\":[", 0}, {"0,", 0.15}, {"0]}]}", 0}},
+     NULL,
+     0},
+    {"scenes and their nodes",
+     API_TYPE_GLTF,
+     READ,
+     2,
+     {{"{" ASSET ",\"nodes\":[{}],\"scenes\":[{\"nodes\":[0", 0}, {",0", 0.4}, {"]}]}", 0}},
+     NULL,
+     0},
+    {"extensions of an animation",
+     API_TYPE_GLTF,
+     EITHER,
+     1,
+     {{"{" ASSET ",\"animations\":[{\"extensions\":{\"a\":{\"b\":[0", 0},
+      {",0", 0.2},
+      {"]}},\"channels\":[],\"samplers\":[", 0},
+      {"{\"input\":0,\"output\":0},", 0.5},
+      {"{\"input\":0,\"output\":0}]}]}", 0}},
+     NULL,
+     0},
+    {"a triangle soup",
+     API_TYPE_GLB,
+     READ,
+     36,
+     {{"{" ASSET "," ONE_VIEW "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%u,"
+       "\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]}]}",
+       0}},
+     triangle_soup,
+     12},
+    {"an indexed grid",
+     API_TYPE_GLB,
+     READ,
+     36,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":%u*36}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u*12},"
+       "{\"buffer\":0,\"byteOffset\":%u*12,\"byteLength\":%u*24}],\"accessors\":[{\"bufferView\":0,"
+       "\"componentType\":5126,\"count\":%u,\"type\":\"VEC3\"},{\"bufferView\":1,\"componentType\":5125,"
+       "\"count\":%u*6,\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+       "\"indices\":1}]}]}",
+       0}},
+     indexed_grid,
+     36},
+    {"8-bit indices",
+     API_TYPE_GLB,
+     EITHER,
+     36,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":%u}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u}],"
+       "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":256,\"type\":\"VEC3\"},"
+       "{\"bufferView\":0,\"componentType\":5121,\"count\":%u,\"type\":\"SCALAR\"}],\"meshes\":[{"
+       "\"primitives\":["
+       "{\"attributes\":{\"POSITION\":0},\"indices\":1}]}]}",
+       0}},
+     small_indices,
+     1},
+    {"a track of 16-bit keys",
+     API_TYPE_GLB,
+     READ,
+     36,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":%u*12}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u*4},"
+       "{\"buffer\":0,\"byteOffset\":%u*4,\"byteLength\":%u*8}],\"accessors\":[{\"bufferView\":0,"
+       "\"componentType\":5126,\"count\":%u,\"type\":\"SCALAR\"},{\"bufferView\":1,\"componentType\":5122,"
+       "\"normalized\":true,\"count\":%u,\"type\":\"VEC4\"}],\"nodes\":[{}],\"animations\":[{\"samplers\":["
+       "{\"input\":0,\"output\":1}],\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"rotation\""
+       "}}]}]}",
+       0}},
+     short_keys,
+     12},
+    {"one soup in many meshes",
+     API_TYPE_GLB,
+     REFUSED,
+     8,
+     {{"{" ASSET "," ONE_VIEW "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":%u,"
+       "\"type\":\"VEC3\"}],\"meshes\":[",
+       0},
+      {"{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]},", 0.1},
+      {"{}]}", 0}},
+     triangle_soup,
+     12},
+    {"one point in many meshes",
+     API_TYPE_GLB,
+     REFUSED,
+     8,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":%u}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u}],"
+       "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":500001,\"type\":\"VEC3\"}],"
+       "\"meshes\":[",
+       0},
+      {"{\"primitives\":[{\"attributes\":{\"POSITION\":0}}]},", 0.1},
+      {"{}]}", 0}},
+     zeros,
+     1},
+    {"sparse indices in many accessors",
+     API_TYPE_GLB,
+     EITHER,
+     8,
+     {{"{" ASSET ",\"buffers\":[{\"byteLength\":%u*4}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":%u*4}],"
+       "\"meshes\":[{\"primitives\":[",
+       0},
+      {"{\"mode\":5,\"attributes\":{\"POSITION\":%u}},", 0.02},
+      {"{\"attributes\":{\"POSITION\":0}}]}],\"accessors\":[", 0},
+      {"{\"bufferView\":0,\"componentType\":5121,\"count\":600000,\"type\":\"VEC3\",\"sparse\":{\"count\":"
+       "600000,"
+       "\"indices\":{\"bufferView\":0,\"componentType\":5125},\"values\":{\"bufferView\":0}}},",
+       0.15},
+      {"{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}]}", 0}},
+     ascending,
+     4},
+    {"primitives with polygons",
+     API_TYPE_GLB,
+     EITHER,
+     8,
+     {{"{" ASSET "," ONE_VIEW "\"extensionsUsed\":[\"FB_ngon_encoding\"],\"accessors\":[{\"bufferView\":0,"
+       "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[",
+       0},
+      {"{\"attributes\":{\"POSITION\":0,\"A%u\":0}},", 0.25},
+      {"{\"attributes\":{\"POSITION\":0}}]}]}", 0}},
+     triangle_soup,
+     12},
+};
+
+/* ---- tests ------------------------------------------------------------------------------------------------
+ */
+
+static bool judge(const document *d, api_coding coding, size_t size, verdict expected, const outcome *out) {
+  static const char *const codings[] = {"plain", "gzip", "zstd"};
+  uint64_t most = coding == API_CODING_NONE ? tw_reading_size(out->format, size)
+                                            : api_reading_cost(d->type, coding, size);
+  bool is_fit = !MEASURES || expected == EITHER || (out->status == 200) == (expected == READ);
+  bool is_small = out->peak <= most && most <= ((uint64_t)64 << 20) + 6 * size, is_quick = out->seconds <= 2;
+  bool is_told = out->status != 200 || fabs((double)out->model_size - (double)out->model_held) <=
+                                           0.08 * (double)out->model_held + 4096;
+  if (MEASURES) /* what a table of them is made of */
+    print_message("%-6s %-34s %6.1f MB, %d: holds %6.1f of %6.1f MB, %.2f s  %s %s\n", codings[coding],
+                  d->name, (double)size / 1e6, out->status, (double)out->peak / 1e6, (double)most / 1e6,
+                  out->seconds, out->error.pointer, out->status == 200 ? "" : out->error.detail);
+  if (!is_fit) print_error("%s: %d was not expected\n", d->name, out->status);
+  if (MEASURES && !is_small) print_error("%s: this is too much\n", d->name);
+  if (MEASURES && !is_quick) print_error("%s: this is too slow\n", d->name);
+  if (MEASURES && !is_told)
+    print_error("%s: the model says %zu bytes and holds %zu\n", d->name, out->model_size, out->model_held);
+  return is_fit && (!MEASURES || (is_small && is_quick && is_told));
+}
+
+static const char *asked = ""; /* a word of the command line: only documents that have it in their name */
+
+static void check_documents(const char *format, const document *documents, size_t count) {
+  size_t failures = 0;
+  for (size_t i = 0; i < count; i++) {
+    const document *d = &documents[i];
+    if (!strstr(d->name, asked) && !strstr(format, asked)) continue;
+    /* What is too large may be read when it is smaller, and then it too holds no more. */
+    verdict expected = d->expected;
+    for (size_t part = 1; part <= 256; part *= 16, expected = EITHER) {
+      text t = build(d, (size_t)d->megabytes * MEGABYTE / part);
+      outcome out = read_document((api_bytes){(const uint8_t *)t.bytes, t.size}, d->type);
+      failures += !judge(d, API_CODING_NONE, t.size, expected, &out);
+      api_coding coding = i % 2 ? API_CODING_ZSTD : API_CODING_GZIP;
+      if (part == 16) {
+        out = read_coded(coding, &t, d->type);
+        failures += !judge(d, coding, t.size, expected, &out);
+      }
+      free(t.bytes);
+    }
+  }
+  assert_int_equal(failures, 0);
+}
+
+static void tweend_json_is_read_in_little_memory_and_time(void **state) {
+  (void)state;
+  check_documents("tweend", tweend_documents, sizeof tweend_documents / sizeof *tweend_documents);
+}
+
+static void obj_is_read_in_little_memory_and_time(void **state) {
+  (void)state;
+  check_documents("obj", obj_documents, sizeof obj_documents / sizeof *obj_documents);
+}
+
+static void gltf_is_read_in_little_memory_and_time(void **state) {
+  (void)state;
+  check_documents("gltf", gltf_documents, sizeof gltf_documents / sizeof *gltf_documents);
+}
+
+/* ---- what bodies come in ----------------------------------------------------------------------------------
+ */
+
+static text repeat(const void *part, size_t size, size_t megabytes) {
+  text out = {0};
+  while (out.size < megabytes * MEGABYTE) add(&out, part, size);
+  return out;
+}
+
+/* Empty members of a gzip file, and empty or skippable frames of a zstd file: each costs its own start. */
+static void many_small_members_and_frames_are_refused(void **state) {
+  (void)state;
+  static const uint8_t member[20] = {0x1F, 0x8B, 8, 0, 0, 0, 0, 0, 0, 3, 3};
+  static const uint8_t frame[9] = {0x28, 0xB5, 0x2F, 0xFD, 0x20, 0, 1, 0, 0};
+  static const uint8_t skippable[8] = {0x50, 0x2A, 0x4D, 0x18};
+  static const struct {
+    api_coding coding;
+    const uint8_t *part;
+    size_t size;
+  } cases[] = {{API_CODING_GZIP, member, sizeof member},
+               {API_CODING_ZSTD, frame, sizeof frame},
+               {API_CODING_ZSTD, skippable, sizeof skippable}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    for (size_t count = 65536; count <= 65537; count++) {
+      text body = {0};
+      for (size_t part = 0; part < count; part++) add(&body, (const char *)cases[i].part, cases[i].size);
+      uint8_t *decoded = NULL;
+      size_t size = 0;
+      tw_error error;
+      tw_status status = api_decode(cases[i].coding, (api_bytes){(const uint8_t *)body.bytes, body.size}, 100,
+                                    &decoded, &size, &error);
+      assert_int_equal(status, count == 65536 ? TW_OK : TW_LIMIT);
+      free(decoded);
+      free(body.bytes);
+    }
+}
+
+/* The window is what a decoder has to keep, whatever comes out. */
+static void a_zstd_window_of_8_mib_is_enough(void **state) {
+  (void)state;
+  for (int log = API_ZSTD_WINDOW_LOG; log <= API_ZSTD_WINDOW_LOG + 1; log++) {
+    ZSTD_CCtx *context = ZSTD_createCCtx();
+    ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, log);
+    ZSTD_CCtx_setParameter(context, ZSTD_c_contentSizeFlag, 0);
+    uint8_t coded[256], *decoded = NULL;
+    ZSTD_outBuffer out = {coded, sizeof coded, 0};
+    ZSTD_inBuffer in = {"v 0 0 0", 7, 0};
+    assert_int_equal(ZSTD_compressStream2(context, &out, &in, ZSTD_e_flush),
+                     0); /* its size is not known yet */
+    assert_int_equal(ZSTD_compressStream2(context, &out, &in, ZSTD_e_end), 0);
+    ZSTD_freeCCtx(context);
+    size_t size;
+    tw_error error;
+    peak = held;
+    size_t before = held;
+    tw_status status = api_decode(API_CODING_ZSTD, (api_bytes){coded, out.pos}, 100, &decoded, &size, &error);
+    if (log == API_ZSTD_WINDOW_LOG) {
+      assert_int_equal(status, TW_OK);
+      assert_memory_equal(decoded, "v 0 0 0", 7);
+      free(decoded);
+    } else {
+      assert_int_equal(status, TW_UNSUPPORTED);
+      assert_non_null(strstr(error.detail, "8 MiB"));
+    }
+    assert_true(peak - before <= api_reading_cost(API_TYPE_OBJ, API_CODING_ZSTD, 100));
+  }
+}
+
+static void forms_made_to_be_slow_are_read_in_little_time(void **state) {
+  (void)state;
+  static const struct {
+    const char *name, *part;
+    tw_status status;
+  } cases[] = {{"line breaks", "\r", TW_SYNTAX},
+               {"line ends", "\r\n", TW_SYNTAX},
+               {"beginnings of the mark", "\r\n--bbbbbbbbbbbbbbbbbbb", TW_SYNTAX},
+               {"parts", "\r\n--bbbbbbbbbbbbbbbbbbbb\r\n\r\n", TW_SYNTAX}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    text body = repeat(cases[i].part, strlen(cases[i].part), 256);
+    api_bytes file;
+    tw_error error;
+    double start = seconds();
+    tw_status status = api_multipart_file((api_bytes){(const uint8_t *)body.bytes, body.size},
+                                          "bbbbbbbbbbbbbbbbbbbb", &file, &error);
+    double taken = seconds() - start;
+    print_message("%s: %zu bytes, %.2f s\n", cases[i].name, body.size, taken);
+    assert_int_equal(status, cases[i].status);
+    if (MEASURES) assert_true(taken < 2);
+    free(body.bytes);
+  }
+}
+
+/* A borrowed clip looks up a node for each of its tracks. */
+static void all_nodes_are_found_by_their_names_in_little_time(void **state) {
+  (void)state;
+  enum { NODES = MEASURES ? TW_NODES_MAX : 1000 };
+  text t = {0};
+  add(&t, "{\"nodes\":[", 10);
+  for (size_t i = 0; i < NODES; i++)
+    add_with_number(&t,
+                    i == 0  ? "{}"
+                    : i % 2 ? ",{\"name\":\"a name that begins like all others %u\"}"
+                            : ",{}",
+                    i);
+  add(&t, "]}", 2);
+  tw_model *model = NULL;
+  api_fault fault;
+  assert_true(api_model_read((api_bytes){(const uint8_t *)t.bytes, t.size}, TW_FORMAT_JSON, TW_QUADS_NGON,
+                             &model, &fault));
+  double start = seconds();
+  for (uint32_t i = 0; i < NODES; i++) {
+    char buffer[24];
+    const char *name = tw_model_node_name(model, i, buffer);
+    assert_int_equal(tw_model_find_node(model, name, strlen(name)), i);
+  }
+  if (MEASURES) assert_true(seconds() - start < 2);
+  tw_model_destroy(model);
+  free(t.bytes);
+}
+
+int main(int argc, char **argv) {
+  if (argc > 1) asked = argv[1];
+  const struct CMUnitTest tests[] = {
+      cmocka_unit_test(tweend_json_is_read_in_little_memory_and_time),
+      cmocka_unit_test(obj_is_read_in_little_memory_and_time),
+      cmocka_unit_test(gltf_is_read_in_little_memory_and_time),
+      cmocka_unit_test(many_small_members_and_frames_are_refused),
+      cmocka_unit_test(a_zstd_window_of_8_mib_is_enough),
+      cmocka_unit_test(forms_made_to_be_slow_are_read_in_little_time),
+      cmocka_unit_test(all_nodes_are_found_by_their_names_in_little_time),
+  };
+  return cmocka_run_group_tests(tests, NULL, NULL);
+}
