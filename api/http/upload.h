@@ -25,8 +25,8 @@ bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model 
 /* The largest window that a zstd body may ask for is 8 MiB, which RFC 9659 sets for content codings. */
 enum { API_ZSTD_WINDOW_LOG = 23 };
 
-/* The most bytes that a body takes at a time, from its decoding to the model made of it, the decoded body of `size`
- * bytes and the model included; not the body as it came. Never over 64 MiB and six times the size. */
+/* The most bytes that a body takes at a time, from its decoding to the model made of it, the decoded body of
+ * `size` bytes and the model included; not the body as it came. Never over 64 MiB and six times the size. */
 uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size);
 
 /* Undoes a content coding. limit: the most bytes that may come out.

@@ -338,7 +338,8 @@ tw_status api_json_index_list(const api_json *json, const api_place *at, const c
   return read_whole(json, at, item, &(number_sink){.kind = INDICES, .indices = out});
 }
 
-/* Rows of `width` numbers, of any number of them for width 0. Row i of floats goes to sink->floats + i stride. */
+/* Rows of `width` numbers, of any number of them for width 0. Row i of floats goes to sink->floats + i
+ * stride. */
 static tw_status read_rows(const api_json *json, const api_place *at, const cJSON *item, uint32_t width,
                            size_t stride, number_sink sink) {
   tw_json_item row;

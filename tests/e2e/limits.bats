@@ -113,10 +113,10 @@ release() {
   prlimit --pid "$daemon" --nofile=24:24
   many 40
   sleep 2.5
-  lines=$(grep -c 'cannot accept' "$log")
+  logged=$(grep -c 'cannot accept' "$log")
   release
-  echo "$lines lines"
-  ((lines >= 1 && lines <= 4))
+  echo "$logged lines"
+  ((logged >= 1 && logged <= 4))
   get /healthz
   expect 200
   stop_daemon

@@ -41,7 +41,7 @@ resident() {
   grid 300 >large.obj
   for i in $(seq 24); do
     # Takes what fits a pipe, and no more.
-    curl --silent --dump-header "head-$i" --data-binary @large.obj "$url/v1/surface.glb?level=2" 3>&- | sleep 8 3>&- &
+    curl --silent --dump-header "head-$i" --data-binary @large.obj "$url/v1/surface.glb?level=2" > >(sleep 8 3>&-) 3>&- &
   done
   sleep 6
   peak=$(resident PEAK)
@@ -80,7 +80,7 @@ resident() {
   needs_process
   start_daemon --max-memory 32MiB --request-timeout 2s --min-rate 0
   grid 400 >large.obj
-  curl --silent --dump-header slow --data-binary @large.obj "$url/v1/surface.glb?level=3" 3>&- | sleep 8 3>&- &
+  curl --silent --dump-header slow --data-binary @large.obj "$url/v1/surface.glb?level=3" > >(sleep 8 3>&-) 3>&- &
   until [[ -s slow ]]; do sleep 0.1; done
   post "/v1/surface.glb?level=2" large.obj
   problem 503 'too long'

@@ -84,9 +84,12 @@ static void one_request_in_other_words_is_the_same(void **state) {
   assert_int_equal(r.size, r.answer.body.size);
   reply_free(&r);
   assert_int_equal(cached(f), before);
-  static const char *const others[] = {"pose.csv?from=0&to=1&fps=3001", "pose.csv?from=0.5&to=1.5&fps=3000",
-                                       "pose.csv?as=euler&" MANY,       "pose.csv?space=world&" MANY,
-                                       "pose.csv?loop=repeat&" MANY,    "pose.csv?interpolation=step&" MANY,
+  static const char *const others[] = {"pose.csv?from=0&to=1&fps=3001",
+                                       "pose.csv?from=0.5&to=1.5&fps=3000",
+                                       "pose.csv?as=euler&" MANY,
+                                       "pose.csv?space=world&" MANY,
+                                       "pose.csv?loop=repeat&" MANY,
+                                       "pose.csv?interpolation=step&" MANY,
                                        "pose.json?" MANY};
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) assert_false(is_known(f, others[i]));
 }

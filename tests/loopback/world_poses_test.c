@@ -1,4 +1,5 @@
-/* World space at many times against the same times asked for one by one: a pose leaves nothing to the next. */
+/* World space at many times against the same times asked for one by one: a pose leaves nothing to the next.
+ */
 #include "loopback.h"
 
 #include <stdio.h>

@@ -17,8 +17,8 @@ typedef struct tw_read_limits {
   uint64_t json_values; /* values of any kind in a glTF JSON chunk */
 } tw_read_limits;
 
-/* The most bytes that reading a document of `size` bytes holds at a time, the document and the model included:
- * documents that would take more are refused. Never over 64 MiB and six times the size. */
+/* The most bytes that reading a document of `size` bytes holds at a time, the document and the model
+ * included: documents that would take more are refused. Never over 64 MiB and six times the size. */
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
 /* The format that the bytes themselves show: GLB by its magic, JSON by its first brace (glTF when

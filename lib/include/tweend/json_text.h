@@ -40,8 +40,8 @@ typedef struct tw_json_item {
 
 /* The first item of an array or object. False where it is empty: out->value is then just past it. */
 bool tw_json_first(const char *container, tw_json_item *out);
-/* The item after `item`, whose value ends at `end`. False where it was the last one: item->value is then just past
- * the array or object. */
+/* The item after `item`, whose value ends at `end`. False where it was the last one: item->value is then just
+ * past the array or object. */
 bool tw_json_next(const char *end, tw_json_item *item);
 
 /* Elements of an array. */
