@@ -426,6 +426,7 @@ static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
   first[size] = '{'; /* which may follow where the piece is blank */
   *out = tw_format_sniff(first, size + 1);
   if (*out != TW_FORMAT_JSON) return true;
+  if (!api_grant(call->service, call->request->ticket, blob->size, &call->fault)) return false;
   uint8_t *bytes = read_whole(call->service, call->id, blob, &call->fault);
   if (bytes) *out = tw_format_sniff(bytes, (size_t)blob->size);
   free(bytes);

@@ -186,7 +186,7 @@ size_t loopback_store_count(loopback *loop) {
   return loop->store->count;
 }
 
-size_t loopback_store_gets(loopback *loop) {
+size_t loopback_store_opens(loopback *loop) {
   return loop->store->opens;
 }
 

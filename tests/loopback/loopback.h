@@ -72,7 +72,7 @@ void loopback_store_damage(loopback *loop, const char *id); /* the stored bytes,
 void loopback_store_cut(loopback *loop, bool cuts);         /* what is open cannot be read any more */
 void loopback_store_forget_summaries(loopback *loop);       /* NULL in lists from now on */
 size_t loopback_store_count(loopback *loop);                /* objects held */
-size_t loopback_store_gets(loopback *loop);                 /* calls of open so far */
+size_t loopback_store_opens(loopback *loop);                /* calls of open so far */
 
 /* target: path and query. headers: "Name: value" lines, each ended by '\n', or NULL. A Content-Length
  * is added to a body unless the headers bear one or a Transfer-Encoding. Calls api_open, then
