@@ -207,8 +207,8 @@ static void what_is_not_read_costs_nothing(void **state) {
   char *numbers = repeat("[", "1,", 400000, "1]"), *text = malloc(strlen(numbers) + 200);
   assert_non_null(text);
   static const char *const places[] = {"\"extras\":%s", "\"nodes\":[{\"extras\":%s}]",
-                                       "\"animations\":[{\"extensions\":{\"a\":{\"b\":%s}},"
-                                       "\"channels\":[],\"samplers\":[]}]"};
+                                       ("\"animations\":[{\"extensions\":{\"a\":{\"b\":%s}},"
+                                        "\"channels\":[],\"samplers\":[]}]")};
   for (size_t i = 0; i < sizeof places / sizeof *places; i++) {
     size_t length = (size_t)sprintf(text, "{" ASSET ",");
     length +=
