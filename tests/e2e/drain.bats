@@ -75,7 +75,7 @@ unsent() {
 @test "without a request it ends at once" {
   started=$EPOCHSECONDS
   stop_daemon
-  ((EPOCHSECONDS - started <= 5))
+  ((EPOCHSECONDS - started <= 10))
 }
 
 @test "the drain has an end: a client that never reads is cut off" {
@@ -89,7 +89,7 @@ unsent() {
   kill -TERM "$daemon"
   wait "$daemon" || true
   daemon=""
-  ((EPOCHSECONDS - started <= 5))
+  ((EPOCHSECONDS - started <= 10))
   # What the kernel still holds for it would take the client minutes.
   kill "$client"
   wait "$client" || true

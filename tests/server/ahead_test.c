@@ -106,14 +106,14 @@ static void read_right(fixture *f, size_t capacity, uint64_t *position) {
 
 static void leave(fixture *f) {
   srv_ahead_leave(f->ahead);
-  for (int i = 0; i < 1000 && atomic_load(&destroyed) == 0; i++) pause_ms(1);
+  for (int i = 0; i < 10000 && atomic_load(&destroyed) == 0; i++) pause_ms(1);
   assert_int_equal(atomic_load(&destroyed), 1);
 }
 
 /* Until nobody is at work for the reader. */
 static void settle(fixture *f) {
   size_t waiting = 1, running = 1;
-  for (int i = 0; i < 1000 && waiting + running > 0; i++) {
+  for (int i = 0; i < 10000 && waiting + running > 0; i++) {
     pause_ms(1);
     srv_work_load(f->work, &waiting, &running);
   }
@@ -217,7 +217,7 @@ static void a_reader_that_leaves_waits_for_nobody(void **state) {
     read_little(f, &position);
     srv_work_load(f->work, &waiting, &running);
   }
-  for (int i = 0; i < 1000 && atomic_load(&f->body.reads_elsewhere) == 0; i++) pause_ms(1);
+  for (int i = 0; i < 10000 && atomic_load(&f->body.reads_elsewhere) == 0; i++) pause_ms(1);
   assert_int_equal(atomic_load(&f->body.reads_elsewhere), 1);
   srv_ahead_leave(f->ahead);
   assert_int_equal(atomic_load(&destroyed), 0); /* the block is still being made */

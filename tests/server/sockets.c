@@ -11,16 +11,18 @@
 #include <time.h>
 #include <unistd.h>
 
-static const srv_config QUICK = {.threads = 2,
-                                 .io_threads = 2,
-                                 .queue = 2,
-                                 .max_connections = 64,
-                                 .max_listeners = 2,
-                                 .max_upload = 3 << 20,
-                                 .header_timeout = 600,
-                                 .idle_timeout = 600,
-                                 .request_timeout = 1500,
-                                 .min_rate = 0};
+/* Times are longer than any test, so that a busy machine does not matter; tests of one of them make it short.
+ */
+static const srv_config PATIENT = {.threads = 2,
+                                   .io_threads = 2,
+                                   .queue = 2,
+                                   .max_connections = 64,
+                                   .max_listeners = 2,
+                                   .max_upload = 3 << 20,
+                                   .header_timeout = 60000,
+                                   .idle_timeout = 60000,
+                                   .request_timeout = 60000,
+                                   .min_rate = 0};
 
 void start(fixture *f) {
   char error[256] = "";
@@ -40,7 +42,7 @@ void start(fixture *f) {
 int set_up(void **state) {
   signal(SIGPIPE, SIG_IGN);
   fixture *f = calloc(1, sizeof *f);
-  f->config = QUICK;
+  f->config = PATIENT;
   f->answer = malloc(ANSWER_MAX + 1);
   start(f);
   *state = f;
@@ -54,6 +56,17 @@ bool stop(fixture *f) {
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
   return stopped;
+}
+
+void restart(fixture *f) {
+  assert_true(stop(f));
+  start(f);
+}
+
+void wait_in_flight(fixture *f, size_t count) {
+  for (int waited = 0; waited < PATIENCE_MS && atomic_load(&f->server.in_flight) != count; waited++)
+    pause_ms(1);
+  assert_int_equal(atomic_load(&f->server.in_flight), count);
 }
 
 int tear_down(void **state) {

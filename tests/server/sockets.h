@@ -14,7 +14,7 @@
 
 #include <cmocka.h>
 
-enum { ANSWER_MAX = 4 << 20, PATIENCE_MS = 10000 };
+enum { ANSWER_MAX = 4 << 20, PATIENCE_MS = 30000 };
 
 typedef struct fixture {
   srv_config config;
@@ -30,9 +30,13 @@ typedef struct fixture {
 int set_up(void **state);
 int tear_down(void **state);
 
-/* The daemon alone. stop: false when requests were still at compute threads. */
+/* The daemon alone. stop: false when requests were still at compute threads. restart: with the config as it
+ * is by now. */
 void start(fixture *f);
 bool stop(fixture *f);
+void restart(fixture *f);
+
+void wait_in_flight(fixture *f, size_t count); /* until so many requests are */
 
 uint64_t clock_ms(void);
 void pause_ms(long ms);

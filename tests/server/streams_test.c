@@ -8,6 +8,9 @@
 
 static void streams_come_in_their_time_and_outlive_other_timeouts(void **state) {
   fixture *f = *state;
+  f->config.header_timeout = f->config.idle_timeout = 600;
+  f->config.request_timeout = 1500;
+  restart(f);
   uint64_t start = clock_ms(), frames = f->config.request_timeout / 10 + 30;
   char request[64], last[32];
   snprintf(request, sizeof request, "GET /live?%d HTTP/1.1\r\nHost: x\r\n\r\n", (int)frames);
@@ -58,8 +61,8 @@ static void a_stream_that_nobody_reads_skips_what_it_missed(void **state) {
   int fd = connect_client(f), window = 4096;
   setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &window, sizeof window);
   say(fd, "GET /live?150,60000 HTTP/1.1\r\nHost: x\r\n\r\n");
-  pause_ms(2000);
-  assert_true(srv_live_look(f->server.live).skipped > 50);
+  pause_ms(2000); /* when the last frame is due */
+  assert_true(srv_live_look(f->server.live).skipped > 20);
   assert_true(read_all(f, fd));
   assert_true(has(f, "frame 0\n") && has(f, "frame 150\n") && has(f, "closing\n"));
   assert_true(f->answer_size < 40 * 60000);
