@@ -99,7 +99,7 @@ static void what_is_asked_for_once_pushes_nothing_out(void **state) {
   ask_times(f, "surface.json", 1);
   ask_times(f, "pose.json?at=1", 1); /* the clip */
   uint64_t before = cached(f);
-  size_t gets = loopback_store_gets(f->loop);
+  size_t opens = loopback_store_opens(f->loop);
   for (int i = 0; i < 300; i++) { /* of some 500,000 bytes each, in a cache of 64 MiB */
     char rest[64];
     snprintf(rest, sizeof rest, "pose.json?from=0&to=1&fps=%d", 6000 + i);
@@ -108,7 +108,7 @@ static void what_is_asked_for_once_pushes_nothing_out(void **state) {
   assert_int_equal(cached(f), before);
   assert_true(is_known(f, "surface.json"));
   assert_true(is_known(f, "pose.json?at=1"));
-  assert_int_equal(loopback_store_gets(f->loop), gets);
+  assert_int_equal(loopback_store_opens(f->loop), opens);
 }
 
 static void light_answers_are_not_remembered(void **state) {
