@@ -163,6 +163,8 @@ static bool is_over(const srv_listener *l) {
 
 static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now) {
   if (is_over(l)) return;
+  /* The first frame is never skipped: clients start from it. */
+  if (l->pending != NULL && l->pending->number == l->first) return;
   if (!l->has_shown && (number < l->first || find_frame(l->channel, l->first) != NULL)) number = l->first;
   frame *f = l->has_shown && l->shown == number ? NULL : find_frame(l->channel, number);
   if (f != NULL) {
