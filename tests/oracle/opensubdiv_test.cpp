@@ -158,7 +158,9 @@ public:
       if (row.undirected || row.best > 3) continue;
       counts[row.kind]++;
       double error = shared ? row.best : row.worst;
-      if (error > 1e-4) return report(("normals of kind " + std::to_string(row.kind)).c_str(), error);
+      // At valence 2 the normal is that of two short edges, whose ends are rounded to float.
+      double tolerance = row.kind == Oracle::Valence2 ? 1e-3 : 1e-4;
+      if (error > tolerance) return report(("normals of kind " + std::to_string(row.kind)).c_str(), error);
     }
     return "";
   }
