@@ -70,9 +70,9 @@ static bool has_reserve(srv_loop *l) {
   return oldest != NULL;
 }
 
-static void take_connection(srv_loop *l, int fd, const struct sockaddr *peer, socklen_t peer_size) {
-  const srv_server *server = l->http->server;
-  if (atomic_load(&server->connections) >= server->config->max_connections && !has_reserve(l)) {
+static void take_connection(srv_loop *l, int fd, bool is_over, const struct sockaddr *peer,
+                            socklen_t peer_size) {
+  if (is_over && !has_reserve(l)) {
     turn_away(l, fd);
   } else if (MHD_add_connection(l->daemon, fd, peer, peer_size) != MHD_YES) {
     complain(l->http, "cannot serve a connection");
@@ -80,7 +80,9 @@ static void take_connection(srv_loop *l, int fd, const struct sockaddr *peer, so
 }
 
 void srv_connections_accept(srv_loop *l) {
-  for (int i = 0; i < SRV_ACCEPT_MAX; i++) {
+  const srv_server *server = l->http->server;
+  bool is_over = false; /* the limit: one at a time, as the library may count new ones later in the turn */
+  for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_over; i++) {
     struct sockaddr_storage peer = {0};
     socklen_t peer_size = sizeof peer;
     int fd = accept4(l->http->listener, (struct sockaddr *)&peer, &peer_size, SOCK_NONBLOCK | SOCK_CLOEXEC);
@@ -90,7 +92,8 @@ void srv_connections_accept(srv_loop *l) {
       rest(l);
       return;
     }
-    take_connection(l, fd, (struct sockaddr *)&peer, peer_size);
+    is_over = atomic_load(&server->connections) + i >= server->config->max_connections;
+    take_connection(l, fd, is_over, (struct sockaddr *)&peer, peer_size);
   }
 }
 

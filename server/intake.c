@@ -14,12 +14,8 @@
  * name, and says nothing of either. But it cuts the head where it lies and tells its size: a head whose lines
  * do not add up to that size is refused. That a field's value lies behind its name is not promised; where it
  * did not, every request would be refused. One thing does not show: a line that begins with a zero byte,
- * before the request line, is skipped.
- *
- * A Content-Length that is no number, and cookies without end, it refuses itself, with two heads where one
- * should be; it logs before it sends them. srv_intake_complaint answers instead, but not over TLS.
- *
- * From 1.0 on it refuses all of these as it should (MHD_OPTION_CLIENT_DISCIPLINE_LVL in http.c). */
+ * before the request line, is skipped. From 1.0 on it refuses all of these (MHD_OPTION_CLIENT_DISCIPLINE_LVL
+ * in http.c). */
 static const bool IS_LENIENT = MHD_VERSION < 0x01000000;
 
 /* 0: the head is not complete. */
@@ -36,26 +32,36 @@ static enum MHD_Result take_field(void *context, enum MHD_ValueKind kind, const 
   return MHD_YES;
 }
 
-static void judge_fields(srv_connection *c) {
-  MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_field, &c->framing);
-  srv_framing_end(&c->framing, head_size(c));
+static void judge_fields(const srv_connection *c, srv_framing *framing) {
+  MHD_get_connection_values_n(c->mhd, MHD_HEADER_KIND, take_field, framing);
+  srv_framing_end(framing, head_size(c));
 }
 
-void srv_intake_complaint(srv_loop *l) {
-  if (!IS_LENIENT) return;
+/* The connection whose head the library looks at: it goes from one head to the next at once, so that no other
+ * is complete and not opened. NULL: it is at something else. */
+static srv_connection *find_judged(const srv_loop *l) {
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
-    /* No other can have its head and not be opened yet: the library goes from the one to the other at once.
-     */
-    bool is_meant = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD &&
-                    head_size(c) > 0;
-    if (!is_meant) continue;
-    judge_fields(c);
-    bool is_known = c->framing.status != 0;
-    srv_exchange_refuse(&c->exchange, is_known ? c->framing.status : 400,
-                        is_known ? c->framing.detail : "Content-Length is not a plain number", 0);
-    srv_intake_refuse(c);
-    return;
+    bool is_begun = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD;
+    if (is_begun && head_size(c) > 0) return c;
   }
+  return NULL;
+}
+
+/* A Content-Length that is no number, and cookies without end, the library refuses itself, before 1.0 with
+ * two heads where one should be. It logs before it sends them, and finds the socket shut then. */
+void srv_intake_complaint(srv_loop *l) {
+  srv_connection *c = find_judged(l);
+  if (c == NULL) return;
+  srv_framing framing = c->framing;
+  judge_fields(c, &framing);
+  if (framing.status != 0) {
+    srv_exchange_refuse(&c->exchange, framing.status, framing.detail, 0);
+  } else if (IS_LENIENT) { /* blanks behind a length: it does not trim them */
+    srv_exchange_refuse(&c->exchange, 400, "Content-Length is not a plain number", 0);
+  } else {
+    return; /* as it complains of cookies, which it ignores then */
+  }
+  srv_intake_refuse(c);
 }
 
 /* ---- refusals beside the library ------------------------------------------------------------- */
@@ -148,7 +154,7 @@ static enum MHD_Result deliver(srv_connection *c) {
 static enum MHD_Result open_request(srv_connection *c, const char *method, const char *version) {
   srv_framing *framing = &c->framing;
   srv_framing_line(framing, method, version);
-  judge_fields(c);
+  judge_fields(c, framing);
   if (IS_LENIENT) srv_framing_whole(framing, head_size(c));
   c->exchange.wanted = client_waits;
   c->exchange.ready = come_back;

@@ -2,6 +2,7 @@
 #include "fake_api.h"
 #include "sockets.h"
 
+#include <microhttpd.h>
 #include <poll.h>
 #include <signal.h>
 #include <stdio.h>
@@ -79,6 +80,19 @@ static const struct {
 };
 enum { DOUBTFUL_COUNT = sizeof DOUBTFUL / sizeof *DOUBTFUL };
 
+/* From 1.0 on the library closes without an answer where a zero byte is in the request line. */
+static bool may_be_silent(size_t i) {
+  const char *line_end = memchr(DOUBTFUL[i].text, '\n', DOUBTFUL[i].size);
+  return MHD_get_version()[0] != '0' &&
+         memchr(DOUBTFUL[i].text, '\0', (size_t)(line_end - DOUBTFUL[i].text)) != NULL;
+}
+
+/* Of the last answer, which came alone. */
+static void assert_doubted(const fixture *f, size_t i, bool is_closed) {
+  if (is_closed && status(f) == 400 && answers(f) == 1 && has(f, "Connection: close")) return;
+  if (!is_closed || !may_be_silent(i) || f->answer_size > 0) fail_msg("number %zu: %s", i, f->answer);
+}
+
 static void say_bytes(int fd, const char *bytes, size_t size) {
   assert_int_equal(send(fd, bytes, size, MSG_NOSIGNAL), (ssize_t)size);
 }
@@ -89,10 +103,8 @@ static void doubtful_heads_are_400_and_nothing_is_read_behind_them(void **state)
     int fd = connect_client(f);
     say_bytes(fd, DOUBTFUL[i].text, DOUBTFUL[i].size);
     say(fd, NEXT NEXT);
-    bool is_closed = read_all(f, fd);
+    assert_doubted(f, i, read_all(f, fd));
     close(fd);
-    if (!is_closed || status(f) != 400 || answers(f) != 1) fail_msg("number %zu: %s", i, f->answer);
-    assert_true(has(f, "Connection: close"));
   }
 }
 
@@ -104,9 +116,8 @@ static void doubtful_heads_behind_an_answer_are_400(void **state) {
     read_until(f, fd, "\r\n\r\nlight");
     say_bytes(fd, DOUBTFUL[i].text, DOUBTFUL[i].size);
     say(fd, NEXT);
-    bool is_closed = read_all(f, fd);
+    assert_doubted(f, i, read_all(f, fd));
     close(fd);
-    if (!is_closed || status(f) != 400 || answers(f) != 1) fail_msg("number %zu: %s", i, f->answer);
   }
 }
 
@@ -121,8 +132,9 @@ static void doubtful_heads_in_one_piece_with_others_are_400(void **state) {
     say_bytes(fd, bytes, before + size + before);
     bool is_closed = read_all(f, fd);
     close(fd);
-    if (!is_closed || answers(f) != 2 || !has(f, "\r\n\r\nlightHTTP/1.1 400 "))
-      fail_msg("number %zu: %s", i, f->answer);
+    assert_int_equal(status(f), 200);
+    f->answer_size = strlen(memmove(f->answer, body(f) + strlen("light"), strlen(body(f)) - 4));
+    assert_doubted(f, i, is_closed);
   }
 }
 
