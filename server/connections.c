@@ -81,8 +81,8 @@ static void take_connection(srv_loop *l, int fd, bool is_over, const struct sock
 
 void srv_connections_accept(srv_loop *l) {
   const srv_server *server = l->http->server;
-  bool is_over = false; /* the limit: one at a time, as the library may count new ones later in the turn */
-  for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_over; i++) {
+  bool is_full = false; /* then one at a time, as the library may count new ones later in the turn */
+  for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_full; i++) {
     struct sockaddr_storage peer = {0};
     socklen_t peer_size = sizeof peer;
     int fd = accept4(l->http->listener, (struct sockaddr *)&peer, &peer_size, SOCK_NONBLOCK | SOCK_CLOEXEC);
@@ -92,8 +92,9 @@ void srv_connections_accept(srv_loop *l) {
       rest(l);
       return;
     }
-    is_over = atomic_load(&server->connections) + i >= server->config->max_connections;
-    take_connection(l, fd, is_over, (struct sockaddr *)&peer, peer_size);
+    size_t open = atomic_load(&server->connections);
+    is_full = open + i >= server->config->max_connections;
+    take_connection(l, fd, open >= server->config->max_connections, (struct sockaddr *)&peer, peer_size);
   }
 }
 
