@@ -82,8 +82,7 @@ static api_entry *take(api_cache *cache, const char *key, workshop *shop) {
   return take_by(cache, key, build_piece, shop, &fault);
 }
 
-static void a_key_is_built_once(void **state) {
-  (void)state;
+TEST(a_key_is_built_once) {
   workshop shop = {.size = 100};
   api_cache *cache = open_cache(10000);
   assert_null(api_cache_peek(cache, "a"));
@@ -100,8 +99,7 @@ static void a_key_is_built_once(void **state) {
   assert_int_equal(shop.destroyed, 1);
 }
 
-static void the_least_recently_used_goes_first(void **state) {
-  (void)state;
+TEST(the_least_recently_used_goes_first) {
   workshop shop = {.size = 100000};
   /* Room for three of them and half of a fourth, with what an entry itself takes. */
   api_cache *cache = open_cache(UINT64_MAX);
@@ -121,8 +119,7 @@ static void the_least_recently_used_goes_first(void **state) {
   close_cache(cache);
 }
 
-static void what_is_held_stays_over_the_budget_and_goes_when_released(void **state) {
-  (void)state;
+TEST(what_is_held_stays_over_the_budget_and_goes_when_released) {
   workshop shop = {.size = 100000};
   api_cache *cache = open_cache(1000);
   api_entry *held = take(cache, "a", &shop);
@@ -134,8 +131,7 @@ static void what_is_held_stays_over_the_budget_and_goes_when_released(void **sta
   close_cache(cache);
 }
 
-static void a_failure_is_told_and_not_remembered(void **state) {
-  (void)state;
+TEST(a_failure_is_told_and_not_remembered) {
   workshop shop = {.size = 1, .fails = true};
   api_cache *cache = open_cache(10000);
   api_fault fault;
@@ -149,8 +145,7 @@ static void a_failure_is_told_and_not_remembered(void **state) {
   close_cache(cache);
 }
 
-static void forgotten_keys_are_built_anew_and_holders_keep_theirs(void **state) {
-  (void)state;
+TEST(forgotten_keys_are_built_anew_and_holders_keep_theirs) {
   workshop shop = {.size = 1};
   api_cache *cache = open_cache(10000);
   api_entry *held = take(cache, "x/model", &shop);
@@ -170,8 +165,7 @@ static void forgotten_keys_are_built_anew_and_holders_keep_theirs(void **state) 
   assert_int_equal(shop.destroyed, shop.built);
 }
 
-static void a_value_of_ones_own_is_freed_with_its_last_holder(void **state) {
-  (void)state;
+TEST(a_value_of_ones_own_is_freed_with_its_last_holder) {
   workshop shop = {.size = 1};
   api_built built;
   api_fault fault;
@@ -189,8 +183,7 @@ static void a_value_of_ones_own_is_freed_with_its_last_holder(void **state) {
 
 /* ---- promises --------------------------------------------------------------------------------- */
 
-static void what_is_larger_than_the_idle_budget_pushes_out_nothing(void **state) {
-  (void)state;
+TEST(what_is_larger_than_the_idle_budget_pushes_out_nothing) {
   workshop small = {.size = 100}, large = {.size = 100000};
   api_cache *cache = open_cache(10000);
   api_entry_release(take(cache, "small", &small));
@@ -209,8 +202,7 @@ static api_entry *take_once(api_cache *cache, loopback_ticket *ticket, api_effor
   return api_cache_take(cache, "a", &ticket->ticket, effort, build_piece, shop, fault);
 }
 
-static void a_light_call_promises_and_others_wait(void **state) {
-  (void)state;
+TEST(a_light_call_promises_and_others_wait) {
   workshop shop = {.size = 10};
   api_cache *cache = open_cache(1000);
   loopback_ticket *first = loopback_ticket_create(), *second = loopback_ticket_create();
@@ -235,8 +227,7 @@ static void a_light_call_promises_and_others_wait(void **state) {
   close_cache(cache);
 }
 
-static void a_broken_promise_wakes_who_waits_and_the_next_one_builds(void **state) {
-  (void)state;
+TEST(a_broken_promise_wakes_who_waits_and_the_next_one_builds) {
   workshop shop = {.size = 10};
   api_cache *cache = open_cache(1000);
   loopback_ticket *first = loopback_ticket_create(), *second = loopback_ticket_create();
@@ -255,8 +246,7 @@ static void a_broken_promise_wakes_who_waits_and_the_next_one_builds(void **stat
   close_cache(cache);
 }
 
-static void a_cancelled_wait_is_not_woken(void **state) {
-  (void)state;
+TEST(a_cancelled_wait_is_not_woken) {
   workshop shop = {.size = 10};
   api_cache *cache = open_cache(1000);
   loopback_ticket *first = loopback_ticket_create(), *second = loopback_ticket_create();
@@ -289,8 +279,7 @@ static bool build_hungrily(void *context, api_built *out, api_fault *fault) {
   return false;
 }
 
-static void a_build_without_memory_stays_promised_while_it_waits(void **state) {
-  (void)state;
+TEST(a_build_without_memory_stays_promised_while_it_waits) {
   api_budget *budget;
   api_cache *cache = open_within(1000, 8000000, &budget);
   loopback_ticket *owner = loopback_ticket_create(), *first = loopback_ticket_create(),
@@ -327,8 +316,7 @@ static uint64_t relieve(void *cache, uint64_t bytes) {
   return api_cache_relieve(cache, bytes);
 }
 
-static void a_grant_makes_room_of_idle_entries_alone(void **state) {
-  (void)state;
+TEST(a_grant_makes_room_of_idle_entries_alone) {
   workshop shop = {.size = 3000000};
   api_budget *budget;
   api_cache *cache = open_within(UINT64_MAX, 16000000, &budget);
@@ -353,8 +341,7 @@ static void a_grant_makes_room_of_idle_entries_alone(void **state) {
   api_budget_destroy(budget);
 }
 
-static void a_request_that_is_alone_is_granted_anything(void **state) {
-  (void)state;
+TEST(a_request_that_is_alone_is_granted_anything) {
   api_budget *budget = api_budget_create(1000000, 2);
   api_ticket first = {0}, second = {0};
   assert_true(api_budget_grant(budget, &first, 50000000));
@@ -366,8 +353,7 @@ static void a_request_that_is_alone_is_granted_anything(void **state) {
   api_budget_destroy(budget);
 }
 
-static void small_requests_find_room_where_large_ones_do_not(void **state) {
-  (void)state;
+TEST(small_requests_find_room_where_large_ones_do_not) {
   api_budget *budget = api_budget_create(160000000, 2);
   api_ticket large = {0}, next = {0}, small = {0};
   assert_true(api_budget_grant(budget, &large, 149000000));
@@ -378,8 +364,7 @@ static void small_requests_find_room_where_large_ones_do_not(void **state) {
   api_budget_destroy(budget);
 }
 
-static void who_waits_for_memory_is_woken_in_turn_and_few_may_wait(void **state) {
-  (void)state;
+TEST(who_waits_for_memory_is_woken_in_turn_and_few_may_wait) {
   api_budget *budget = api_budget_create(16000000, 2);
   loopback_ticket *t[4];
   for (int i = 0; i < 4; i++) t[i] = loopback_ticket_create();
@@ -432,8 +417,7 @@ static void *hammer(void *context) {
   return NULL;
 }
 
-static void threads_share_build_forget_and_evict(void **state) {
-  (void)state;
+TEST(threads_share_build_forget_and_evict) {
   crowd c = {.shop = {.size = 500}};
   c.cache = open_cache(8000);
   pthread_t threads[THREADS];
@@ -461,8 +445,7 @@ static void *ask_for_one(void *context) {
   return NULL;
 }
 
-static void equal_requests_at_once_build_one(void **state) {
-  (void)state;
+TEST(equal_requests_at_once_build_one) {
   crowd c = {.shop = {.size = 5}};
   c.cache = open_cache(100000);
   pthread_t threads[THREADS];
@@ -473,8 +456,7 @@ static void equal_requests_at_once_build_one(void **state) {
   assert_int_equal(c.shop.destroyed, 1);
 }
 
-static void all_who_wait_for_a_failing_build_hear_why(void **state) {
-  (void)state;
+TEST(all_who_wait_for_a_failing_build_hear_why) {
   crowd c = {.shop = {.size = 5, .fails = true}};
   c.cache = open_cache(100000);
   pthread_t threads[THREADS];
@@ -490,8 +472,7 @@ static void colliding_key(uint32_t *from, char out[16]) {
   while (api_cache_hash(out) % (1 << 14) != 0);
 }
 
-static void keys_that_collide_drive_out_each_other(void **state) {
-  (void)state;
+TEST(keys_that_collide_drive_out_each_other) {
   enum { KEYS = 200, HELD = 3 };
   workshop shop = {.size = 1};
   api_cache *cache = open_cache(UINT64_MAX);
@@ -520,8 +501,7 @@ static void keys_that_collide_drive_out_each_other(void **state) {
   assert_int_equal(shop.destroyed, KEYS);
 }
 
-static void key_that_is_asked_for_stays_among_those_that_collide(void **state) {
-  (void)state;
+TEST(key_that_is_asked_for_stays_among_those_that_collide) {
   workshop shop = {.size = 1};
   api_cache *cache = open_cache(UINT64_MAX);
   uint32_t from = 0;
@@ -537,30 +517,4 @@ static void key_that_is_asked_for_stays_among_those_that_collide(void **state) {
   }
   assert_true(shop.destroyed > 100);
   close_cache(cache);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_key_is_built_once),
-      cmocka_unit_test(the_least_recently_used_goes_first),
-      cmocka_unit_test(what_is_held_stays_over_the_budget_and_goes_when_released),
-      cmocka_unit_test(a_failure_is_told_and_not_remembered),
-      cmocka_unit_test(forgotten_keys_are_built_anew_and_holders_keep_theirs),
-      cmocka_unit_test(a_value_of_ones_own_is_freed_with_its_last_holder),
-      cmocka_unit_test(threads_share_build_forget_and_evict),
-      cmocka_unit_test(equal_requests_at_once_build_one),
-      cmocka_unit_test(all_who_wait_for_a_failing_build_hear_why),
-      cmocka_unit_test(keys_that_collide_drive_out_each_other),
-      cmocka_unit_test(key_that_is_asked_for_stays_among_those_that_collide),
-      cmocka_unit_test(what_is_larger_than_the_idle_budget_pushes_out_nothing),
-      cmocka_unit_test(a_light_call_promises_and_others_wait),
-      cmocka_unit_test(a_broken_promise_wakes_who_waits_and_the_next_one_builds),
-      cmocka_unit_test(a_cancelled_wait_is_not_woken),
-      cmocka_unit_test(a_build_without_memory_stays_promised_while_it_waits),
-      cmocka_unit_test(a_grant_makes_room_of_idle_entries_alone),
-      cmocka_unit_test(a_request_that_is_alone_is_granted_anything),
-      cmocka_unit_test(small_requests_find_room_where_large_ones_do_not),
-      cmocka_unit_test(who_waits_for_memory_is_woken_in_turn_and_few_may_wait),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void the_tank_is_described_in_full(void **state) {
+TEST_WITH(the_tank_is_described_in_full, loopback_setup, loopback_teardown) {
   char *text = loopback_file("server/samples/tank.json", NULL);
   reply r = loopback_post(*state, "/v1/models", "application/json", text);
   cJSON *tank = cJSON_Parse(r.body);
@@ -46,7 +46,7 @@ static char *facts_of(loopback *loop, const char *type, const void *body, size_t
   return text;
 }
 
-static void a_cube_is_the_same_in_every_format(void **state) {
+TEST_WITH(a_cube_is_the_same_in_every_format, loopback_setup, loopback_teardown) {
   static const char obj[] = "o cube\nv -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\n"
                             "v 1 1 1\nv -1 1 1\nf 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\n"
                             "f 4 1 5 8\n";
@@ -79,7 +79,7 @@ static void a_cube_is_the_same_in_every_format(void **state) {
   }
 }
 
-static void places_that_are_not_manifold_are_named(void **state) {
+TEST_WITH(places_that_are_not_manifold_are_named, loopback_setup, loopback_teardown) {
   static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n"
                             "t crease 2/1/0 0 2 3\nt corner 1/1/0 4 1\nt hole 1/0/0 2\n";
   char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
@@ -89,7 +89,7 @@ static void places_that_are_not_manifold_are_named(void **state) {
   free(facts);
 }
 
-static void groups_are_listed_with_their_faces(void **state) {
+TEST_WITH(groups_are_listed_with_their_faces, loopback_setup, loopback_teardown) {
   static const char obj[] = "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\ng arm left\nf 1 2 3\nf 3 2 1\n"
                             "g \"leg\"\nf 2 3 1\n";
   char *facts = facts_of(*state, "model/obj", obj, strlen(obj));
@@ -104,7 +104,7 @@ static void groups_are_listed_with_their_faces(void **state) {
   free(facts);
 }
 
-static void nameless_things_are_called_by_their_index(void **state) {
+TEST_WITH(nameless_things_are_called_by_their_index, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
   loopback_upload(*state, "application/json",
                   "{\"nodes\":[{},{\"parent\":\"node_0\"}],\"clips\":[{\"tracks\":[]}]}", id);
@@ -114,17 +114,4 @@ static void nameless_things_are_called_by_their_index(void **state) {
   assert_non_null(strstr(r.body, "\"name\":\"clip_0\",\"duration\":0"));
   assert_non_null(strstr(r.body, "\"name\":null,\"format\":\"tweend\""));
   reply_free(&r);
-}
-
-#define with_loop(test) cmocka_unit_test_setup_teardown(test, loopback_setup, loopback_teardown)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      with_loop(the_tank_is_described_in_full),
-      with_loop(a_cube_is_the_same_in_every_format),
-      with_loop(places_that_are_not_manifold_are_named),
-      with_loop(groups_are_listed_with_their_faces),
-      with_loop(nameless_things_are_called_by_their_index),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -164,20 +164,19 @@ static void refuse_all(loopback *loop, const bad_document *documents, size_t cou
   }
 }
 
-static void what_is_no_json_is_refused_with_its_place(void **state) {
+TEST_WITH(what_is_no_json_is_refused_with_its_place, loopback_setup, loopback_teardown) {
   refuse_all(*state, not_json, sizeof not_json / sizeof *not_json);
 }
 
-static void what_is_no_model_is_refused_with_its_place(void **state) {
+TEST_WITH(what_is_no_model_is_refused_with_its_place, loopback_setup, loopback_teardown) {
   refuse_all(*state, not_tweend, sizeof not_tweend / sizeof *not_tweend);
 }
 
-static void bad_tracks_are_refused_with_their_place(void **state) {
+TEST_WITH(bad_tracks_are_refused_with_their_place, loopback_setup, loopback_teardown) {
   refuse_all(*state, bad_tracks, sizeof bad_tracks / sizeof *bad_tracks);
 }
 
-static void nesting_of_64_is_accepted_and_65_is_not(void **state) {
-  (void)state;
+TEST(nesting_of_64_is_accepted_and_65_is_not) {
   char text[200];
   for (int depth = 64; depth <= 65; depth++) {
     memset(text, '[', (size_t)depth);
@@ -188,8 +187,7 @@ static void nesting_of_64_is_accepted_and_65_is_not(void **state) {
   }
 }
 
-static void values_are_counted(void **state) {
-  (void)state;
+TEST(values_are_counted) {
   tw_error error;
   assert_int_equal(tw_json_check("[1,[2],{\"a\":3}]", 15, &(tw_json_rules){.values_max = 6}, &error), TW_OK);
   assert_int_equal(tw_json_check("[1,[2],{\"a\":3}]", 15, &(tw_json_rules){.values_max = 5}, &error),
@@ -197,8 +195,7 @@ static void values_are_counted(void **state) {
   assert_string_equal(error.pointer, "/2/a");
 }
 
-static void cut_anywhere_a_document_is_refused(void **state) {
-  (void)state;
+TEST(cut_anywhere_a_document_is_refused) {
   const char *text = "{\"a\":[1,-2.5e3,true,null,\"x\\u00e4\\n\xc3\xa4\"],\"b\":{}}";
   tw_error error;
   assert_int_equal(tw_json_check(text, strlen(text), &(tw_json_rules){0}, &error), TW_OK);
@@ -211,7 +208,7 @@ static void cut_anywhere_a_document_is_refused(void **state) {
   }
 }
 
-static void line_and_column_are_told(void **state) {
+TEST_WITH(line_and_column_are_told, loopback_setup, loopback_teardown) {
   assert_problem(loopback_post(*state, "/v1/models", "application/json", "{\n \"nodes\":\n  [7,\n   x]}"),
                  400, "/nodes/1", "line 4, column 4");
 }
@@ -224,15 +221,13 @@ static tw_model *read_model(const char *text) {
   return model;
 }
 
-static void an_empty_document_is_an_empty_model(void **state) {
-  (void)state;
+TEST(an_empty_document_is_an_empty_model) {
   tw_model *model = read_model(" {} ");
   assert_int_equal(model->mesh_count + model->node_count + model->clip_count, 0);
   tw_model_destroy(model);
 }
 
-static void a_mesh_comes_with_all_its_parts(void **state) {
-  (void)state;
+TEST(a_mesh_comes_with_all_its_parts) {
   tw_model *model =
       read_model("{\"meshes\":[{\"name\":\"q\xc3\xa4\",\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0.5]],"
                  "\"faces\":[[0,1,2,3],[0,2,1]],\"uvs\":[[0,0.25],[1,1]],"
@@ -259,16 +254,14 @@ static void a_mesh_comes_with_all_its_parts(void **state) {
   tw_model_destroy(model);
 }
 
-static void uvs_without_faces_belong_to_the_points(void **state) {
-  (void)state;
+TEST(uvs_without_faces_belong_to_the_points) {
   tw_model *model = read_model(MESH(",\"uvs\":[[0,0],[1,0],[0,1]]"));
   assert_int_equal(model->meshes[0].uv_sets[0].value_count, 3);
   assert_int_equal(model->meshes[0].uv_sets[0].corners[2], 2);
   tw_model_destroy(model);
 }
 
-static void nodes_refer_to_each_other_by_name(void **state) {
-  (void)state;
+TEST(nodes_refer_to_each_other_by_name) {
   tw_model *model =
       read_model("{\"meshes\":[{\"name\":\"m\"}],\"nodes\":[{\"name\":\"b\",\"parent\":\"a\",\"mesh\":\"m\"},"
                  "{\"name\":\"a\",\"translation\":[1,2,3],\"scale\":[2,2,2]},{\"parent\":\"node_3\"},{}]}");
@@ -280,8 +273,7 @@ static void nodes_refer_to_each_other_by_name(void **state) {
   tw_model_destroy(model);
 }
 
-static void tracks_keep_form_order_and_unit(void **state) {
-  (void)state;
+TEST(tracks_keep_form_order_and_unit) {
   tw_model *model =
       read_model(TRACK("\"path\":\"rotation\",\"interpolation\":\"euler\",\"order\":\"ZXY\","
                        "\"unit\":\"degrees\",\"times\":[0,1],\"eulers\":[[-170,0,0],[170,0,90]]"));
@@ -299,8 +291,7 @@ static void tracks_keep_form_order_and_unit(void **state) {
   tw_model_destroy(model);
 }
 
-static void spline_keys_are_interleaved_as_in_gltf(void **state) {
-  (void)state;
+TEST(spline_keys_are_interleaved_as_in_gltf) {
   tw_model *model =
       read_model(TRACK("\"path\":\"translation\",\"interpolation\":\"cubicspline\",\"times\":[0,1],"
                        "\"in_tangents\":[[1,1,1],[4,4,4]],\"values\":[[2,2,2],[5,5,5]],"
@@ -313,8 +304,7 @@ static void spline_keys_are_interleaved_as_in_gltf(void **state) {
   tw_model_destroy(model);
 }
 
-static void the_tank_is_read(void **state) {
-  (void)state;
+TEST(the_tank_is_read) {
   size_t size;
   char *text = loopback_file("server/samples/tank.json", &size);
   tw_model *model = read_model(text);
@@ -325,8 +315,7 @@ static void the_tank_is_read(void **state) {
   free(text);
 }
 
-static void vectors_are_the_same_whatever_room_there_is(void **state) {
-  (void)state;
+TEST(vectors_are_the_same_whatever_room_there_is) {
   enum { COUNT = 40, WIDTH = 3, EACH = WIDTH * TW_FLOAT_TEXT + 3 };
   float values[COUNT * WIDTH];
   for (int i = 0; i < COUNT * WIDTH; i++) values[i] = 1.0f / (float)(i + 1);
@@ -341,28 +330,4 @@ static void vectors_are_the_same_whatever_room_there_is(void **state) {
     api_text_deinit(&text);
   }
   api_text_deinit(&whole);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(what_is_no_json_is_refused_with_its_place, loopback_setup,
-                                      loopback_teardown),
-      cmocka_unit_test_setup_teardown(what_is_no_model_is_refused_with_its_place, loopback_setup,
-                                      loopback_teardown),
-      cmocka_unit_test_setup_teardown(bad_tracks_are_refused_with_their_place, loopback_setup,
-                                      loopback_teardown),
-      cmocka_unit_test(nesting_of_64_is_accepted_and_65_is_not),
-      cmocka_unit_test(values_are_counted),
-      cmocka_unit_test(cut_anywhere_a_document_is_refused),
-      cmocka_unit_test_setup_teardown(line_and_column_are_told, loopback_setup, loopback_teardown),
-      cmocka_unit_test(an_empty_document_is_an_empty_model),
-      cmocka_unit_test(a_mesh_comes_with_all_its_parts),
-      cmocka_unit_test(uvs_without_faces_belong_to_the_points),
-      cmocka_unit_test(nodes_refer_to_each_other_by_name),
-      cmocka_unit_test(tracks_keep_form_order_and_unit),
-      cmocka_unit_test(spline_keys_are_interleaved_as_in_gltf),
-      cmocka_unit_test(the_tank_is_read),
-      cmocka_unit_test(vectors_are_the_same_whatever_room_there_is),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

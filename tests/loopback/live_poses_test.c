@@ -82,7 +82,7 @@ static void assert_times(const one_model *f, const char *query, size_t count, co
   reply_free(&r);
 }
 
-static void bad_parameters_are_400(void **state) {
+TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
   const char *const bad[] = {
       "speed=0",     "speed=1001", "speed=nan",  "fps=0",        "fps=241",
       "fps=-1",      "fps=x",      "from=inf",   "from=1e39",    "loop=on",
@@ -95,14 +95,14 @@ static void bad_parameters_are_400(void **state) {
     assert_problem(ask_with(*state, "GET", "", ids[i]), 400, NULL, "Last-Event-ID");
 }
 
-static void names_that_are_not_there_are_404(void **state) {
+TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
   assert_problem(ask(*state, "clip=dance"), 404, NULL, "spin");
   assert_problem(ask(*state, "nodes=leg"), 404, NULL, "leg");
   reply r = ask_with(*state, "GET", "", "Accept: application/json\n");
   assert_problem(r, 406, NULL, NULL);
 }
 
-static void too_large_a_pose_is_422(void **state) {
+TEST_WITH(too_large_a_pose_is_422, setup, one_model_stop) {
   const one_model *f = *state;
   enum { NODES = 6000 };
   char *text = malloc(NODES * 3 + 32), *end = text + sprintf(text, "{\"nodes\":[{}");
@@ -119,7 +119,7 @@ static void too_large_a_pose_is_422(void **state) {
   reply_free(&r);
 }
 
-static void a_clamped_stream_ends_exactly_at_the_clips_end(void **state) {
+TEST_WITH(a_clamped_stream_ends_exactly_at_the_clips_end, setup, one_model_stop) {
   assert_times(*state, "fps=0.7", 3, (double[]){0, 1 / 0.7, 2});
   reply r = open_stream(*state, "fps=0.7");
   assert_int_equal(r.answer.live.last, 2);
@@ -133,7 +133,7 @@ static void a_clamped_stream_ends_exactly_at_the_clips_end(void **state) {
   reply_free(&r);
 }
 
-static void loops_fold_the_time(void **state) {
+TEST_WITH(loops_fold_the_time, setup, one_model_stop) {
   assert_times(*state, "fps=2&speed=3&loop=repeat", 4, (double[]){0, 1.5, 1, 0.5});
   assert_times(*state, "fps=2&speed=3&loop=pingpong", 5, (double[]){0, 1.5, 1, 0.5, 2});
   assert_times(*state, "fps=2&from=1.25&loop=repeat", 3, (double[]){1.25, 1.75, 0.25});
@@ -142,7 +142,7 @@ static void loops_fold_the_time(void **state) {
   reply_free(&r);
 }
 
-static void time_goes_backwards_from_the_end(void **state) {
+TEST_WITH(time_goes_backwards_from_the_end, setup, one_model_stop) {
   assert_times(*state, "fps=1&speed=-0.75", 4, (double[]){2, 1.25, 0.5, 0});
   assert_times(*state, "fps=1&speed=-1.5&loop=repeat&from=1", 3, (double[]){1, 1.5, 0});
   reply r = open_stream(*state, "fps=1&speed=-0.75");
@@ -151,14 +151,14 @@ static void time_goes_backwards_from_the_end(void **state) {
 }
 
 /* A year at 60 frames a second: single precision would stand still for minutes. */
-static void time_is_exact_after_a_year(void **state) {
+TEST_WITH(time_is_exact_after_a_year, setup, one_model_stop) {
   reply r = open_stream(*state, "fps=60&loop=repeat");
   const uint64_t frame = UINT64_C(60) * 86400 * 365 + 31;
   assert_true(fabs(time_of(&r, frame) - 31 / 60.0) < 1e-6);
   reply_free(&r);
 }
 
-static void angles_go_on_from_frame_to_frame(void **state) {
+TEST_WITH(angles_go_on_from_frame_to_frame, setup, one_model_stop) {
   reply r = open_stream(*state, "fps=4&as=euler&unit=degrees&nodes=spinner");
   for (uint64_t i = 0; i <= 8; i++) {
     cJSON *pose = read_frame(&r, i);
@@ -170,7 +170,7 @@ static void angles_go_on_from_frame_to_frame(void **state) {
   reply_free(&r);
 }
 
-static void a_frame_is_a_line_of_ndjson(void **state) {
+TEST_WITH(a_frame_is_a_line_of_ndjson, setup, one_model_stop) {
   const one_model *f = *state;
   reply r = open_stream(f, "fps=4&as=matrix&space=world");
   char *frame = print_frame(&r, 3), target[128];
@@ -184,7 +184,7 @@ static void a_frame_is_a_line_of_ndjson(void **state) {
   reply_free(&r);
 }
 
-static void streams_are_not_stored_and_show_their_kind(void **state) {
+TEST_WITH(streams_are_not_stored_and_show_their_kind, setup, one_model_stop) {
   reply r = ask_with(*state, "GET", "", "Accept: text/event-stream\n");
   assert_string_equal(reply_header(&r, "Content-Type"), "text/event-stream");
   assert_string_equal(reply_header(&r, "Cache-Control"), "no-store");
@@ -197,7 +197,7 @@ static void streams_are_not_stored_and_show_their_kind(void **state) {
   reply_free(&r);
 }
 
-static void last_event_id_goes_on_behind_it(void **state) {
+TEST_WITH(last_event_id_goes_on_behind_it, setup, one_model_stop) {
   reply r = ask_with(*state, "GET", "fps=30", "Last-Event-ID: 41\n");
   assert_int_equal(r.status, 200);
   assert_int_equal(r.answer.live.first, 42);
@@ -217,7 +217,7 @@ static bool shares(const one_model *f, const char *one, const char *other) {
   return same;
 }
 
-static void equal_parameters_have_equal_keys(void **state) {
+TEST_WITH(equal_parameters_have_equal_keys, setup, one_model_stop) {
   assert_true(shares(*state, "", "fps=30&from=0&speed=1.0&loop=clamp&nodes=still,spinner"));
   const char *const others[] = {"fps=29",   "from=0.5",  "speed=2",     "loop=repeat",        "nodes=still",
                                 "as=euler", "as=matrix", "space=world", "interpolation=nlerp"};
@@ -225,7 +225,7 @@ static void equal_parameters_have_equal_keys(void **state) {
     if (shares(*state, "", others[i])) fail_msg("%s has the key of the defaults", others[i]);
 }
 
-static void looping_streams_join_unless_told_where_to_begin(void **state) {
+TEST_WITH(looping_streams_join_unless_told_where_to_begin, setup, one_model_stop) {
   const struct {
     const char *query;
     bool joins;
@@ -238,7 +238,7 @@ static void looping_streams_join_unless_told_where_to_begin(void **state) {
   }
 }
 
-static void a_model_without_clips_rests(void **state) {
+TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
   const one_model *f = *state;
   char id[API_ID_TEXT], target[128];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"a\",\"translation\":[1,2,3]}]}", id);
@@ -251,7 +251,7 @@ static void a_model_without_clips_rests(void **state) {
   reply_free(&r);
 }
 
-static void a_borrowed_clip_names_what_is_missing(void **state) {
+TEST_WITH(a_borrowed_clip_names_what_is_missing, setup, one_model_stop) {
   const one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"}]}", id);
@@ -262,34 +262,11 @@ static void a_borrowed_clip_names_what_is_missing(void **state) {
   reply_free(&r);
 }
 
-static void a_played_model_needs_no_thread(void **state) {
+TEST_WITH(a_played_model_needs_no_thread, setup, one_model_stop) {
   const one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/live", f->id);
   reply r = loopback_get(f->loop, target);
   reply_free(&r);
   assert_true(loopback_is_light(f->loop, target));
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, one_model_stop)
-  const struct CMUnitTest tests[] = {
-      TEST(bad_parameters_are_400),
-      TEST(names_that_are_not_there_are_404),
-      TEST(too_large_a_pose_is_422),
-      TEST(a_clamped_stream_ends_exactly_at_the_clips_end),
-      TEST(loops_fold_the_time),
-      TEST(time_goes_backwards_from_the_end),
-      TEST(time_is_exact_after_a_year),
-      TEST(angles_go_on_from_frame_to_frame),
-      TEST(a_frame_is_a_line_of_ndjson),
-      TEST(streams_are_not_stored_and_show_their_kind),
-      TEST(last_event_id_goes_on_behind_it),
-      TEST(equal_parameters_have_equal_keys),
-      TEST(looping_streams_join_unless_told_where_to_begin),
-      TEST(a_model_without_clips_rests),
-      TEST(a_borrowed_clip_names_what_is_missing),
-      TEST(a_played_model_needs_no_thread),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,16 +2,11 @@
 #ifndef LOOPBACK_H
 #define LOOPBACK_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
 #include <cjson/cJSON.h>
-#include <cmocka.h>
 #include <pthread.h>
 
 #include "api.h"
+#include "test.h"
 
 /* A request's ticket, and the thread that waits for its waking. */
 typedef struct loopback_ticket {
@@ -62,9 +57,6 @@ typedef struct one_model {
 one_model *one_model_start(const api_settings *settings, const char *json);
 /* A cmocka teardown. */
 int one_model_stop(void **state);
-
-/* True while the store in memory does its own work, which no test makes fail. */
-extern _Thread_local bool loopback_is_storing;
 
 /* The store's mood. */
 void loopback_store_fail(loopback *loop, bool fails);       /* API_STORE_UNAVAILABLE from now on */

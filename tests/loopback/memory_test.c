@@ -10,57 +10,34 @@
 
 #include "answer.h"
 #include "tweend/base.h"
+#include "wrapped_memory.h"
 
-/* The names are those that the linker's --wrap makes. */
-/* NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
-void *__real_malloc(size_t size);
-void *__real_calloc(size_t count, size_t size);
-void *__real_realloc(void *old, size_t size);
-void *__wrap_malloc(size_t size);
-void *__wrap_calloc(size_t count, size_t size);
-void *__wrap_realloc(void *old, size_t size);
-
-/* Allocations until one fails; 0: none does. */
-static unsigned long countdown;
-static bool has_failed;
-static size_t allocated; /* bytes asked for so far */
-
-static bool fails_now(size_t size) {
-  allocated += size;
-  if (loopback_is_storing || countdown == 0 || --countdown > 0) return false;
-  has_failed = true;
-  return true;
+/* For a library that is linked already. */
+static int fail_json(void **state) {
+  (void)state;
+  cJSON_InitHooks(&(cJSON_Hooks){malloc, free});
+  return 0;
 }
 
-void *__wrap_malloc(size_t size) {
-  return fails_now(size) ? NULL : __real_malloc(size);
+static int mend_json(void **state) {
+  (void)state;
+  cJSON_InitHooks(NULL);
+  return 0;
 }
-
-void *__wrap_calloc(size_t count, size_t size) {
-  return fails_now(count * size) ? NULL : __real_calloc(count, size);
-}
-
-void *__wrap_realloc(void *old, size_t size) {
-  return fails_now(size) ? NULL : __real_realloc(old, size);
-}
-
-/* For libraries that are linked already. */
-static void *failing_malloc(size_t size) {
-  return fails_now(size) ? NULL : __real_malloc(size);
-}
-/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
 
 static const char *no_header(void *context, const char *name) {
   (void)context;
   return strcmp(name, "Content-Length") == 0 ? "100" : NULL;
 }
 
-/* Asks with the n-th allocation failing; the body, as far as it comes, is read. Returns the status. */
-static int ask_failing(api_service *service, api_request *request, unsigned long n, bool *is_cut_off) {
+/* Asks with one allocation failing after n others; the body, as far as it comes, is read. Returns the status.
+ */
+static int ask_failing(api_service *service, api_request *request, size_t n, bool *is_cut_off,
+                       bool *has_failed) {
   api_answer answer = {0};
   uint8_t piece[4096];
-  *is_cut_off = has_failed = false;
-  countdown = n;
+  *is_cut_off = false;
+  test_memory.left = n;
   api_ticket ticket = {0}; /* nobody else asks: it is never woken */
   request->ticket = &ticket;
   if (api_open(service, request, &answer) == API_READ_BODY)
@@ -73,7 +50,8 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
   *is_cut_off = count < 0;
   api_answer_deinit(&answer);
   api_ticket_end(service, &ticket);
-  countdown = 0;
+  *has_failed = test_memory.left == SIZE_MAX;
+  test_memory.left = SIZE_MAX;
   return status;
 }
 
@@ -81,8 +59,8 @@ static int ask_failing(api_service *service, api_request *request, unsigned long
 static void fail_each(const char *method, const char *path, const char *query, const char *body,
                       const char *stored) {
   const char *type = stored == flag ? "model/gltf+json" : "application/json";
-  unsigned long n = 1;
-  for (; n < 5000; n++) {
+  size_t n = 0;
+  for (bool has_failed = true; has_failed && n < 5000; n++) {
     api_settings settings = loopback_settings();
     settings.limits.plan_cache = 0;
     loopback *loop = loopback_start(&settings);
@@ -93,18 +71,16 @@ static void fail_each(const char *method, const char *path, const char *query, c
         .method = method, .path = full, .query = query, .id = "request-1", .header = no_header};
     if (body) request.body = (api_bytes){(const uint8_t *)body, strlen(body)};
     size_t count = loopback_store_count(loop);
-    bool is_cut_off;
-    int status = ask_failing(loop->service, &request, n, &is_cut_off);
-    bool did_fail = has_failed;
-    if (did_fail && status != 503 && !is_cut_off && status / 100 != 2)
-      fail_msg("%s %s: allocation %lu gives %d", method, full, n, status);
+    bool is_cut_off, none_failed;
+    int status = ask_failing(loop->service, &request, n, &is_cut_off, &has_failed);
+    if (has_failed && status != 503 && !is_cut_off && status / 100 != 2)
+      fail_msg("%s %s: allocation %zu gives %d", method, full, n, status);
     if (status == 503) assert_int_equal(loopback_store_count(loop), count);
-    status = ask_failing(loop->service, &request, 0, &is_cut_off);
+    status = ask_failing(loop->service, &request, SIZE_MAX, &is_cut_off, &none_failed);
     if (status / 100 != 2 || is_cut_off) fail_msg("%s %s: afterwards %d", method, full, status);
     loopback_stop(loop);
-    if (!did_fail) break;
   }
-  print_message("%s %s: %lu allocations failed\n", method, path, n - 1);
+  print_message("%s %s: %zu allocations failed\n", method, path, n - 1);
   assert_true(n > 3 && n < 5000);
 }
 
@@ -121,20 +97,17 @@ static const char fan[] =
     "\"faces\":[[0,1,2],[0,2,3],[0,3,4],[0,4,1],[1,5,2]],"
     "\"creases\":[{\"edge\":[0,1],\"sharpness\":1}]}]}";
 
-static void storing_survives(void **state) {
-  (void)state;
+TEST_WITH(storing_survives, fail_json, mend_json) {
   fail_each("POST", "/v1/models", "", model, NULL);
 }
 
-static void describing_survives(void **state) {
-  (void)state;
+TEST_WITH(describing_survives, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s", "", NULL, model);
   fail_each("GET", "/v1/models", "", NULL, model);
   fail_each("GET", "/v1/models/%s/tracks", "", NULL, model);
 }
 
-static void surfaces_survive(void **state) {
-  (void)state;
+TEST_WITH(surfaces_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/surface.json", "", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.obj", "at=1", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.glb", "clip=c&tolerance=1", NULL, model);
@@ -147,8 +120,7 @@ static void surfaces_survive(void **state) {
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=3", fan, NULL);
 }
 
-static void poses_survive(void **state) {
-  (void)state;
+TEST_WITH(poses_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/pose.json", "at=0,1&as=euler", NULL, model);
   fail_each("GET", "/v1/models/%s/pose.bin", "fps=10000&nodes=n", NULL, model);
   fail_each("GET", "/v1/models/%s/live", "as=euler", NULL, model);
@@ -159,15 +131,14 @@ static void poses_survive(void **state) {
 static size_t allocation_of(loopback *loop, const char *path, const char *query) {
   api_request request = {
       .method = "GET", .path = path, .query = query, .id = "request-1", .header = no_header};
-  bool is_cut_off;
-  size_t before = allocated;
-  assert_int_equal(ask_failing(loop->service, &request, 0, &is_cut_off), 200);
+  bool is_cut_off, has_failed;
+  size_t before = test_memory.asked;
+  assert_int_equal(ask_failing(loop->service, &request, SIZE_MAX, &is_cut_off, &has_failed), 200);
   assert_false(is_cut_off);
-  return allocated - before;
+  return test_memory.asked - before;
 }
 
-static void many_poses_allocate_no_more_than_some(void **state) {
-  (void)state;
+TEST_WITH(many_poses_allocate_no_more_than_some, fail_json, mend_json) {
   static const char *const forms[] = {"json", "ndjson", "csv", "bin"};
   api_settings settings = loopback_settings();
   settings.limits.max_times = 1000000;
@@ -183,17 +154,4 @@ static void many_poses_allocate_no_more_than_some(void **state) {
     assert_true(some > 0 && many < some + 1024);
   }
   loopback_stop(loop);
-}
-
-int main(void) {
-  cJSON_Hooks hooks = {failing_malloc, free};
-  cJSON_InitHooks(&hooks);
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(storing_survives),
-      cmocka_unit_test(describing_survives),
-      cmocka_unit_test(surfaces_survive),
-      cmocka_unit_test(poses_survive),
-      cmocka_unit_test(many_poses_allocate_no_more_than_some),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -14,7 +14,7 @@ static const char triangle_id[] = "3cd3dec2128c83a94ef9f007c577d21f";
 
 /* ---- uploads ----------------------------------------------------------------------------------- */
 
-static void an_upload_is_described_by_201_and_again_by_200(void **state) {
+TEST_WITH(an_upload_is_described_by_201_and_again_by_200, loopback_setup, loopback_teardown) {
   reply first = loopback_post(*state, "/v1/models", "model/obj", triangle);
   assert_int_equal(first.status, 201);
   char location[64];
@@ -34,7 +34,7 @@ static void an_upload_is_described_by_201_and_again_by_200(void **state) {
   reply_free(&got);
 }
 
-static void bodies_are_asked_for_before_they_are_read(void **state) {
+TEST_WITH(bodies_are_asked_for_before_they_are_read, loopback_setup, loopback_teardown) {
   reply r = loopback_ask(*state, "POST", "/v1/models", NULL, NULL, 0);
   assert_true(r.refused);
   assert_problem(r, 411, NULL, "Content-Length");
@@ -47,7 +47,7 @@ static void bodies_are_asked_for_before_they_are_read(void **state) {
   assert_problem(loopback_post(*state, "/v1/models", "model/obj", ""), 400, NULL, "empty");
 }
 
-static void types_that_no_model_has_are_415_with_the_list(void **state) {
+TEST_WITH(types_that_no_model_has_are_415_with_the_list, loopback_setup, loopback_teardown) {
   const char *const types[] = {"image/png",
                                "text/html",
                                "text/xml",
@@ -64,7 +64,7 @@ static void types_that_no_model_has_are_415_with_the_list(void **state) {
   }
 }
 
-static void the_bytes_decide_under_types_that_say_nothing(void **state) {
+TEST_WITH(the_bytes_decide_under_types_that_say_nothing, loopback_setup, loopback_teardown) {
   const char *const types[] = {"application/octet-stream", "application/x-www-form-urlencoded",
                                "model/vnd.other", "", "MODEL/OBJ"};
   for (size_t i = 0; i < sizeof types / sizeof *types; i++) {
@@ -79,7 +79,7 @@ static void the_bytes_decide_under_types_that_say_nothing(void **state) {
   reply_free(&r);
 }
 
-static void a_type_that_contradicts_the_bytes_is_400(void **state) {
+TEST_WITH(a_type_that_contradicts_the_bytes_is_400, loopback_setup, loopback_teardown) {
   const char *const pairs[][2] = {{"model/gltf-binary", triangle},
                                   {"model/gltf+json", triangle},
                                   {"model/gltf+json", "{\"nodes\":[]}"},
@@ -93,7 +93,7 @@ static void a_type_that_contradicts_the_bytes_is_400(void **state) {
   assert_int_equal(loopback_store_count(*state), 0);
 }
 
-static void an_obj_error_bears_its_line(void **state) {
+TEST_WITH(an_obj_error_bears_its_line, loopback_setup, loopback_teardown) {
   reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
   assert_non_null(strstr(r.body, "\"line\":4"));
   assert_null(strstr(r.body, "\"errors\""));
@@ -122,7 +122,7 @@ static void assert_is_the_triangle(reply r) {
   reply_free(&r);
 }
 
-static void packed_bodies_are_unpacked(void **state) {
+TEST_WITH(packed_bodies_are_unpacked, loopback_setup, loopback_teardown) {
   size_t size;
   uint8_t *packed = gzip(triangle, strlen(triangle), &size);
   assert_is_the_triangle(
@@ -156,7 +156,7 @@ static void packed_bodies_are_unpacked(void **state) {
   }
 }
 
-static void a_bomb_is_413_at_the_limit(void **state) {
+TEST_WITH(a_bomb_is_413_at_the_limit, loopback_setup, loopback_teardown) {
   size_t length = 50 << 20, size;
   char *blank = malloc(length);
   memset(blank, '\n', length);
@@ -191,7 +191,7 @@ static reply post_form(loopback *loop, const char *type, const char *body) {
   return loopback_post(loop, "/v1/models", type, body);
 }
 
-static void a_form_gives_its_one_file(void **state) {
+TEST_WITH(a_form_gives_its_one_file, loopback_setup, loopback_teardown) {
   const char *type = "multipart/form-data; boundary=\"x y\"";
   char body[1024];
   snprintf(body, sizeof body, "--x y\r\n%s%s\r\n--x y--\r\n", part_head, triangle);
@@ -203,7 +203,7 @@ static void a_form_gives_its_one_file(void **state) {
   assert_is_the_triangle(post_form(*state, type, body));
 }
 
-static void broken_forms_are_400(void **state) {
+TEST_WITH(broken_forms_are_400, loopback_setup, loopback_teardown) {
   const char *type = "multipart/form-data; boundary=xyz";
   char body[1024];
   assert_problem(post_form(*state, "multipart/form-data", triangle), 400, NULL, "boundary");
@@ -269,7 +269,7 @@ static int walk_list(loopback *loop, const char *first) {
   return seen;
 }
 
-static void the_list_is_walked_page_by_page(void **state) {
+TEST_WITH(the_list_is_walked_page_by_page, loopback_setup, loopback_teardown) {
   reply r = loopback_get(*state, "/v1/models");
   assert_string_equal(r.body, "{\"models\":[],\"next\":null}\n");
   reply_free(&r);
@@ -280,13 +280,13 @@ static void the_list_is_walked_page_by_page(void **state) {
   assert_int_equal(walk_list(*state, "/v1/models?limit=4"), 11);
 }
 
-static void lost_summaries_are_made_again(void **state) {
+TEST_WITH(lost_summaries_are_made_again, loopback_setup, loopback_teardown) {
   upload_many(*state, 3);
   loopback_store_forget_summaries(*state);
   assert_int_equal(walk_list(*state, "/v1/models?limit=2"), 3);
 }
 
-static void bad_paging_is_400(void **state) {
+TEST_WITH(bad_paging_is_400, loopback_setup, loopback_teardown) {
   const char *const bad[] = {"limit=0",  "limit=1001", "limit=x",
                              "limit=-1", "limit=",     "limit=1&limit=2",
                              "after=x",  "after=",     "after=0123456789ABCDEF0123456789ABCDEF",
@@ -304,7 +304,7 @@ static reply get_with(loopback *loop, const char *path, const char *headers) {
   return loopback_ask(loop, "GET", path, headers, NULL, 0);
 }
 
-static void the_source_comes_back_whole_and_in_parts(void **state) {
+TEST_WITH(the_source_comes_back_whole_and_in_parts, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64], header[128];
   loopback_upload(*state, "model/obj", triangle, id);
   snprintf(path, sizeof path, "/v1/models/%s/source", id);
@@ -361,7 +361,7 @@ static void the_source_comes_back_whole_and_in_parts(void **state) {
   assert_problem(get_with(*state, path, "Range: bytes=-0\n"), 416, NULL, NULL);
 }
 
-static void validators_save_sending(void **state) {
+TEST_WITH(validators_save_sending, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], paths[2][64], headers[256];
   loopback_upload(*state, "model/obj", triangle, id);
   snprintf(paths[0], sizeof paths[0], "/v1/models/%s", id);
@@ -397,7 +397,7 @@ static void validators_save_sending(void **state) {
   }
 }
 
-static void head_has_the_headers_of_get(void **state) {
+TEST_WITH(head_has_the_headers_of_get, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
   loopback_upload(*state, "model/obj", triangle, id);
   snprintf(path, sizeof path, "/v1/models/%s", id);
@@ -412,7 +412,7 @@ static void head_has_the_headers_of_get(void **state) {
 
 /* ---- deleting, absence, the store --------------------------------------------------------------- */
 
-static void deleting_forgets_the_model_at_once(void **state) {
+TEST_WITH(deleting_forgets_the_model_at_once, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
   loopback_upload(*state, "model/obj", triangle, id);
   snprintf(path, sizeof path, "/v1/models/%s", id);
@@ -433,7 +433,7 @@ static void deleting_forgets_the_model_at_once(void **state) {
   reply_free(&r);
 }
 
-static void ids_that_cannot_be_are_404(void **state) {
+TEST_WITH(ids_that_cannot_be_are_404, loopback_setup, loopback_teardown) {
   const char *const ids[] = {"x",
                              "0123456789ABCDEF0123456789ABCDEF",
                              "0123456789abcdef0123456789abcde",
@@ -451,7 +451,7 @@ static void ids_that_cannot_be_are_404(void **state) {
                       "/v1/models/{id}/source");
 }
 
-static void an_unreachable_store_is_503_and_nothing_is_remembered(void **state) {
+TEST_WITH(an_unreachable_store_is_503_and_nothing_is_remembered, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
   loopback_upload(*state, "application/json", "{\"nodes\":[{}]}", id);
   snprintf(path, sizeof path, "/v1/models/%s/source", id);
@@ -492,7 +492,7 @@ static void assert_all_damaged(loopback *loop, const char *id) {
   }
 }
 
-static void a_damaged_model_is_500_until_it_is_uploaded_again(void **state) {
+TEST_WITH(a_damaged_model_is_500_until_it_is_uploaded_again, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT], path[128];
   loopback_upload(loop, "application/json", turning, id);
@@ -513,7 +513,7 @@ static void a_damaged_model_is_500_until_it_is_uploaded_again(void **state) {
   }
 }
 
-static void a_description_is_not_told_of_a_damaged_model(void **state) {
+TEST_WITH(a_description_is_not_told_of_a_damaged_model, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT], path[64];
   loopback_upload(loop, "application/json", turning, id); /* which leaves the model in the cache */
@@ -522,7 +522,7 @@ static void a_description_is_not_told_of_a_damaged_model(void **state) {
   assert_problem(loopback_get(loop, path), 500, NULL, "damaged");
 }
 
-static void a_damaged_model_is_left_out_of_a_list_that_must_read_it(void **state) {
+TEST_WITH(a_damaged_model_is_left_out_of_a_list_that_must_read_it, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT];
   loopback_upload(loop, "application/json", turning, id);
@@ -541,7 +541,7 @@ static const char *no_header(void *context, const char *name) {
   return NULL;
 }
 
-static void what_is_cached_of_a_damaged_model_is_not_answered(void **state) {
+TEST_WITH(what_is_cached_of_a_damaged_model_is_not_answered, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT], path[96];
   loopback_upload(loop, "model/obj", triangle, id);
@@ -560,7 +560,7 @@ static void what_is_cached_of_a_damaged_model_is_not_answered(void **state) {
   reply_free(&r);
 }
 
-static void bytes_that_cannot_be_read_on_end_the_answer(void **state) {
+TEST_WITH(bytes_that_cannot_be_read_on_end_the_answer, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   char id[API_ID_TEXT], path[64];
   loopback_upload(loop, "model/obj", triangle, id);
@@ -582,7 +582,7 @@ static void bytes_that_cannot_be_read_on_end_the_answer(void **state) {
   assert_problem(loopback_get(loop, path), 500, NULL, "damaged");
 }
 
-static void the_source_has_the_type_of_its_format_however_it_begins(void **state) {
+TEST_WITH(the_source_has_the_type_of_its_format_however_it_begins, loopback_setup, loopback_teardown) {
   static const struct {
     const char *begin;
     size_t blanks;
@@ -609,7 +609,7 @@ static void the_source_has_the_type_of_its_format_however_it_begins(void **state
 }
 
 /* Of JSON all is read to tell its format; of other formats a piece is. */
-static void the_source_of_json_waits_for_the_memory_to_read_it(void **state) {
+TEST_WITH(the_source_of_json_waits_for_the_memory_to_read_it, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   static const struct {
     const char *type, *text;
@@ -641,7 +641,7 @@ static void the_source_of_json_waits_for_the_memory_to_read_it(void **state) {
   }
 }
 
-static void a_known_model_is_answered_without_the_store(void **state) {
+TEST_WITH(a_known_model_is_answered_without_the_store, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT], path[64];
   loopback_upload(*state, "model/obj", triangle, id);
   snprintf(path, sizeof path, "/v1/models/%s", id);
@@ -653,7 +653,7 @@ static void a_known_model_is_answered_without_the_store(void **state) {
   assert_int_equal(loopback_store_opens(*state), opens);
 }
 
-static void seeding_is_storing(void **state) {
+TEST_WITH(seeding_is_storing, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 201);
   assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 200);
@@ -671,7 +671,7 @@ static int start_with_keys(void **state) {
   return 0;
 }
 
-static void models_ask_for_a_key_where_keys_are_configured(void **state) {
+TEST_WITH(models_ask_for_a_key_where_keys_are_configured, start_with_keys, loopback_teardown) {
   reply r = loopback_get(*state, "/v1/models");
   assert_true(r.refused);
   assert_string_equal(reply_header(&r, "WWW-Authenticate"), "Bearer realm=\"tweend\"");
@@ -690,42 +690,4 @@ static void models_ask_for_a_key_where_keys_are_configured(void **state) {
   r = loopback_ask(*state, "OPTIONS", "/v1/models", NULL, NULL, 0);
   assert_int_equal(r.status, 204);
   reply_free(&r);
-}
-
-#define with_loop(test) cmocka_unit_test_setup_teardown(test, loopback_setup, loopback_teardown)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      with_loop(an_upload_is_described_by_201_and_again_by_200),
-      with_loop(bodies_are_asked_for_before_they_are_read),
-      with_loop(types_that_no_model_has_are_415_with_the_list),
-      with_loop(the_bytes_decide_under_types_that_say_nothing),
-      with_loop(a_type_that_contradicts_the_bytes_is_400),
-      with_loop(an_obj_error_bears_its_line),
-      with_loop(packed_bodies_are_unpacked),
-      with_loop(a_bomb_is_413_at_the_limit),
-      with_loop(a_form_gives_its_one_file),
-      with_loop(broken_forms_are_400),
-      with_loop(the_list_is_walked_page_by_page),
-      with_loop(lost_summaries_are_made_again),
-      with_loop(bad_paging_is_400),
-      with_loop(the_source_comes_back_whole_and_in_parts),
-      with_loop(validators_save_sending),
-      with_loop(head_has_the_headers_of_get),
-      with_loop(deleting_forgets_the_model_at_once),
-      with_loop(ids_that_cannot_be_are_404),
-      with_loop(an_unreachable_store_is_503_and_nothing_is_remembered),
-      with_loop(a_damaged_model_is_500_until_it_is_uploaded_again),
-      with_loop(a_description_is_not_told_of_a_damaged_model),
-      with_loop(a_damaged_model_is_left_out_of_a_list_that_must_read_it),
-      with_loop(what_is_cached_of_a_damaged_model_is_not_answered),
-      with_loop(bytes_that_cannot_be_read_on_end_the_answer),
-      with_loop(the_source_has_the_type_of_its_format_however_it_begins),
-      with_loop(the_source_of_json_waits_for_the_memory_to_read_it),
-      with_loop(a_known_model_is_answered_without_the_store),
-      with_loop(seeding_is_storing),
-      cmocka_unit_test_setup_teardown(models_ask_for_a_key_where_keys_are_configured, start_with_keys,
-                                      loopback_teardown),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,21 +4,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void unknown_path_is_404(void **state) {
+TEST_WITH(unknown_path_is_404, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, "/nothing"), 404, NULL, NULL);
   assert_problem(loopback_get(*state, "/healthz/"), 404, NULL, NULL);
   assert_problem(loopback_get(*state, "/healthz.json"), 404, NULL, NULL);
   assert_problem(loopback_get(*state, ""), 404, NULL, NULL);
 }
 
-static void wrong_method_is_405_with_allow(void **state) {
+TEST_WITH(wrong_method_is_405_with_allow, loopback_setup, loopback_teardown) {
   reply r = loopback_ask(*state, "POST", "/healthz", NULL, "x", 1);
   assert_true(r.refused);
   assert_string_equal(reply_header(&r, "Allow"), "GET, HEAD, OPTIONS");
   assert_problem(r, 405, NULL, "GET");
 }
 
-static void unknown_parameter_is_400(void **state) {
+TEST_WITH(unknown_parameter_is_400, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, "/healthz?deep=1"), 400, NULL, "deep");
   assert_problem(loopback_get(*state, "/healthz?%zz=1"), 400, NULL, NULL);
   assert_problem(loopback_get(*state, "/healthz?%00=1"), 400, NULL, NULL);
@@ -26,13 +26,13 @@ static void unknown_parameter_is_400(void **state) {
   assert_problem(loopback_get(*state, "/healthz?%ff=1"), 400, NULL, "UTF-8");
 }
 
-static void unacceptable_type_is_406_with_the_list(void **state) {
+TEST_WITH(unacceptable_type_is_406_with_the_list, loopback_setup, loopback_teardown) {
   reply r = loopback_ask(*state, "GET", "/version", "Accept: image/png, application/json;q=0\n", NULL, 0);
   assert_non_null(strstr(r.body, "\"supported\":[\"application/json\"]"));
   assert_problem(r, 406, NULL, "application/json");
 }
 
-static void accept_with_quality_is_understood(void **state) {
+TEST_WITH(accept_with_quality_is_understood, loopback_setup, loopback_teardown) {
   const char *const good[] = {"Accept: */*\n", "Accept: application/*;q=0.1\n", "Accept: \n",
                               "Accept: text/html;x=\"a,b\", application/json;q=0.5\n",
                               "Accept: */*;q=0, application/json\n"};
@@ -47,7 +47,7 @@ static void accept_with_quality_is_understood(void **state) {
     assert_problem(loopback_ask(*state, "GET", "/version", bad[i], NULL, 0), 406, NULL, NULL);
 }
 
-static void operations_answer_json(void **state) {
+TEST_WITH(operations_answer_json, loopback_setup, loopback_teardown) {
   const char *const paths[] = {"/healthz", "/readyz", "/version", "/openapi.json"};
   for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
     reply r = loopback_get(*state, paths[i]);
@@ -60,7 +60,7 @@ static void operations_answer_json(void **state) {
   }
 }
 
-static void draining_shows_in_readyz_alone(void **state) {
+TEST_WITH(draining_shows_in_readyz_alone, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
   api_service_drain(loop->service);
   reply r = loopback_get(loop, "/readyz");
@@ -71,7 +71,7 @@ static void draining_shows_in_readyz_alone(void **state) {
   reply_free(&r);
 }
 
-static void a_store_that_fails_shows_in_readyz_alone(void **state) {
+TEST_WITH(a_store_that_fails_shows_in_readyz_alone, loopback_setup, loopback_teardown) {
   loopback_store_fail(*state, true);
   reply r = loopback_get(*state, "/readyz");
   assert_non_null(reply_header(&r, "Retry-After"));
@@ -85,7 +85,7 @@ static void a_store_that_fails_shows_in_readyz_alone(void **state) {
   reply_free(&r);
 }
 
-static void options_answers_allow_and_preflight(void **state) {
+TEST_WITH(options_answers_allow_and_preflight, loopback_setup, loopback_teardown) {
   reply r = loopback_ask(*state, "OPTIONS", "/healthz", NULL, NULL, 0);
   assert_int_equal(r.status, 204);
   assert_string_equal(reply_header(&r, "Allow"), "GET, HEAD, OPTIONS");
@@ -101,8 +101,7 @@ static void options_answers_allow_and_preflight(void **state) {
   assert_problem(loopback_ask(*state, "OPTIONS", "/nothing", NULL, NULL, 0), 404, NULL, NULL);
 }
 
-static void origins_of_a_list_are_echoed(void **state) {
-  (void)state;
+TEST(origins_of_a_list_are_echoed) {
   api_settings settings = loopback_settings();
   settings.cors_origins = "https://a.example, https://b.example";
   loopback *loop = loopback_start(&settings);
@@ -117,8 +116,7 @@ static void origins_of_a_list_are_echoed(void **state) {
   loopback_stop(loop);
 }
 
-static void problems_of_the_server_have_the_form(void **state) {
-  (void)state;
+TEST(problems_of_the_server_have_the_form) {
   reply r = {0};
   api_problem(503, "the queue is full, \"sorry\"", "request-1", 2, &r.answer);
   r.status = r.answer.status;
@@ -136,28 +134,8 @@ static int start_with_keys(void **state) {
   return 0;
 }
 
-static void operations_are_open_without_a_key(void **state) {
+TEST_WITH(operations_are_open_without_a_key, start_with_keys, loopback_teardown) {
   reply r = loopback_get(*state, "/healthz");
   assert_int_equal(r.status, 200);
   reply_free(&r);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(unknown_path_is_404, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(wrong_method_is_405_with_allow, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(unknown_parameter_is_400, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(unacceptable_type_is_406_with_the_list, loopback_setup,
-                                      loopback_teardown),
-      cmocka_unit_test_setup_teardown(accept_with_quality_is_understood, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(operations_answer_json, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(draining_shows_in_readyz_alone, loopback_setup, loopback_teardown),
-      cmocka_unit_test_setup_teardown(a_store_that_fails_shows_in_readyz_alone, loopback_setup,
-                                      loopback_teardown),
-      cmocka_unit_test_setup_teardown(options_answers_allow_and_preflight, loopback_setup, loopback_teardown),
-      cmocka_unit_test(origins_of_a_list_are_echoed),
-      cmocka_unit_test(problems_of_the_server_have_the_form),
-      cmocka_unit_test_setup_teardown(operations_are_open_without_a_key, start_with_keys, loopback_teardown),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -52,7 +52,7 @@ static void assert_row(const cJSON *pose, const char *part, int node, size_t cou
   }
 }
 
-static void bad_parameters_are_400(void **state) {
+TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
   const char *const bad[] = {"at=",
                              "at=x",
                              "at=1,,2",
@@ -94,7 +94,7 @@ static void bad_parameters_are_400(void **state) {
   }
 }
 
-static void names_that_are_not_there_are_404(void **state) {
+TEST_WITH(names_that_are_not_there_are_404, setup, one_model_stop) {
   assert_problem(ask(*state, "pose?clip=dance"), 404, NULL, "turn");
   assert_problem(ask(*state, "pose?nodes=arm,leg"), 404, NULL, "\"leg\"");
   assert_problem(ask(*state, "pose?nodes="), 404, NULL, NULL);
@@ -103,7 +103,7 @@ static void names_that_are_not_there_are_404(void **state) {
   assert_problem(ask(*state, "pose?as=matrix&skinning=true"), 422, NULL, "skin");
 }
 
-static void the_answer_has_the_contracts_shape(void **state) {
+TEST_WITH(the_answer_has_the_contracts_shape, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose.json?at=0,0.5,1");
   assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
   assert_true(json_member(answer, "duration")->valuedouble == 1);
@@ -123,7 +123,7 @@ static void the_answer_has_the_contracts_shape(void **state) {
   cJSON_Delete(answer);
 }
 
-static void world_space_carries_children(void **state) {
+TEST_WITH(world_space_carries_children, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1&space=world");
   assert_row(pose(answer, 0), "translation", 1, 3, (double[]){0, 1, 2});
   assert_row(pose(answer, 0), "rotation", 1, 4, (double[]){0, 0, sqrt(0.5), sqrt(0.5)});
@@ -134,7 +134,7 @@ static void world_space_carries_children(void **state) {
   cJSON_Delete(answer);
 }
 
-static void rotations_come_in_the_form_asked_for(void **state) {
+TEST_WITH(rotations_come_in_the_form_asked_for, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1&as=euler&order=ZYX&unit=degrees&nodes=base");
   assert_row(pose(answer, 0), "euler", 0, 3, (double[]){0, 0, 90});
   assert_null(cJSON_GetObjectItem(pose(answer, 0), "rotation"));
@@ -145,7 +145,7 @@ static void rotations_come_in_the_form_asked_for(void **state) {
   cJSON_Delete(answer);
 }
 
-static void euler_angles_are_continuous_over_the_times(void **state) {
+TEST_WITH(euler_angles_are_continuous_over_the_times, setup, one_model_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], rest[128];
   loopback_upload(
@@ -164,7 +164,7 @@ static void euler_angles_are_continuous_over_the_times(void **state) {
   reply_free(&r);
 }
 
-static void nodes_are_chosen_by_name_in_the_files_order(void **state) {
+TEST_WITH(nodes_are_chosen_by_name_in_the_files_order, setup, one_model_stop) {
   const char *const lists[] = {"arm,base", "base,arm,base", "arm%2Cbase"};
   for (int i = 0; i < 3; i++) {
     char rest[64];
@@ -179,7 +179,7 @@ static void nodes_are_chosen_by_name_in_the_files_order(void **state) {
   cJSON_Delete(answer);
 }
 
-static void times_may_be_spaced_evenly(void **state) {
+TEST_WITH(times_may_be_spaced_evenly, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?from=0.25&to=1&fps=4");
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "times")), 4);
   assert_true(cJSON_GetArrayItem(json_member(answer, "times"), 3)->valuedouble == 1);
@@ -192,7 +192,7 @@ static void times_may_be_spaced_evenly(void **state) {
   cJSON_Delete(answer);
 }
 
-static void looping_folds_times(void **state) {
+TEST_WITH(looping_folds_times, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?at=1.5,2.5&loop=repeat&nodes=base");
   assert_row(pose(answer, 0), "translation", 0, 3, (double[]){0, 0, 1});
   assert_true(json_member(pose(answer, 0), "t")->valuedouble == 1.5);
@@ -202,14 +202,14 @@ static void looping_folds_times(void **state) {
   cJSON_Delete(answer);
 }
 
-static void a_clip_without_a_name_goes_by_its_index(void **state) {
+TEST_WITH(a_clip_without_a_name_goes_by_its_index, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose?clip=clip_1&at=5");
   assert_string_equal(json_member(answer, "clip")->valuestring, "clip_1");
   assert_true(json_member(answer, "duration")->valuedouble == 0);
   cJSON_Delete(answer);
 }
 
-static void a_model_without_clips_rests(void **state) {
+TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {
   one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose", "application/json", "{\"nodes\":[{\"translation\":[1,2,3]}]}");
   assert_int_equal(r.status, 200);
@@ -218,7 +218,7 @@ static void a_model_without_clips_rests(void **state) {
   reply_free(&r);
 }
 
-static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
+TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   one_model *f = *state;
   char id[API_ID_TEXT], target[160];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"other\"},{\"name\":\"base\"}]}", id);
@@ -246,8 +246,7 @@ static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
   assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
 }
 
-static void own_clips_survive_their_model_in_the_cache(void **state) {
-  (void)state;
+TEST(own_clips_survive_their_model_in_the_cache) {
   api_settings settings = loopback_settings();
   settings.limits.plan_cache = 0; /* nothing stays that nobody holds */
   loopback *loop = loopback_start(&settings);
@@ -271,7 +270,7 @@ static reply post_times(const one_model *f, const char *query, const char *body)
   return loopback_post(f->loop, target, "application/json", body);
 }
 
-static void times_may_come_in_a_body(void **state) {
+TEST_WITH(times_may_come_in_a_body, setup, one_model_stop) {
   reply r = post_times(*state, "?nodes=base", "{\"times\":[0,0.5,2]}");
   cJSON *answer = cJSON_Parse(r.body);
   assert_int_equal(cJSON_GetArraySize(json_member(answer, "poses")), 3);
@@ -284,7 +283,7 @@ static void times_may_come_in_a_body(void **state) {
   reply_free(&r);
 }
 
-static void bad_bodies_of_times_are_refused_with_their_place(void **state) {
+TEST_WITH(bad_bodies_of_times_are_refused_with_their_place, setup, one_model_stop) {
   static const struct {
     const char *body;
     int status;
@@ -311,7 +310,7 @@ static void bad_bodies_of_times_are_refused_with_their_place(void **state) {
   assert_problem(r, 415, NULL, NULL);
 }
 
-static void too_many_times_are_422(void **state) {
+TEST_WITH(too_many_times_are_422, setup, one_model_stop) {
   assert_problem(ask(*state, "pose?from=0&to=100000&fps=1"), 422, NULL, "100001 times");
   assert_problem(ask(*state, "pose?from=0&to=1e30&fps=1e30"), 422, NULL, "limit of 100000");
   assert_problem(ask(*state, "pose?fps=100000"), 422, NULL, "limit of 100000");
@@ -329,8 +328,7 @@ static void too_many_times_are_422(void **state) {
   loopback_stop(loop);
 }
 
-static void too_large_an_answer_is_422(void **state) {
-  (void)state;
+TEST(too_large_an_answer_is_422) {
   api_settings settings = loopback_settings();
   settings.limits.max_output = 1600; /* ten poses of four nodes and ten floats */
   one_model f = {.loop = loopback_start(&settings)};
@@ -343,8 +341,7 @@ static void too_large_an_answer_is_422(void **state) {
   loopback_stop(f.loop);
 }
 
-static void times_of_a_model_without_nodes_count(void **state) {
-  (void)state;
+TEST(times_of_a_model_without_nodes_count) {
   api_settings settings = loopback_settings();
   settings.limits.max_times = 100000;
   settings.limits.max_output = 500000;
@@ -361,7 +358,7 @@ static void times_of_a_model_without_nodes_count(void **state) {
 
 /* ---- forms ------------------------------------------------------------------------------------------ */
 
-static void lines_are_the_poses_of_the_json(void **state) {
+TEST_WITH(lines_are_the_poses_of_the_json, setup, one_model_stop) {
   cJSON *answer = ask_json(*state, "pose.json?from=0&to=1&fps=20");
   reply r = ask(*state, "pose.ndjson?from=0&to=1&fps=20");
   assert_string_equal(reply_header(&r, "Content-Type"), "application/x-ndjson");
@@ -381,7 +378,7 @@ static void lines_are_the_poses_of_the_json(void **state) {
   reply_free(&r);
 }
 
-static void csv_has_a_line_a_time_and_node(void **state) {
+TEST_WITH(csv_has_a_line_a_time_and_node, setup, one_model_stop) {
   reply r = ask(*state, "pose.csv?at=0,1&nodes=base,a,b");
   assert_string_equal(r.body,
                       "t,node,rotation_x,rotation_y,rotation_z,rotation_w,translation_x,translation_y,"
@@ -443,7 +440,7 @@ static void compare_binary(const one_model *f, const char *query, const char *co
   reply_free(&r);
 }
 
-static void binary_rows_are_those_of_the_json(void **state) {
+TEST_WITH(binary_rows_are_those_of_the_json, setup, one_model_stop) {
   compare_binary(*state, "from=0&to=1&fps=7",
                  (const char *const[]){"rotation", "translation", "scale", NULL});
   compare_binary(*state, "at=0.1,3,0.25&as=matrix&space=world", (const char *const[]){"matrix", NULL});
@@ -453,7 +450,7 @@ static void binary_rows_are_those_of_the_json(void **state) {
                  (const char *const[]){"axis_angle", "translation", "scale", NULL});
 }
 
-static void a_large_answer_is_streamed_and_the_same(void **state) {
+TEST_WITH(a_large_answer_is_streamed_and_the_same, setup, one_model_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?from=0&to=1&fps=5000&nodes=base");
   assert_non_null(r.answer.body.read);
@@ -476,7 +473,7 @@ static void a_large_answer_is_streamed_and_the_same(void **state) {
 
 /* ---- validators ---------------------------------------------------------------------------------- */
 
-static void equal_questions_have_one_tag(void **state) {
+TEST_WITH(equal_questions_have_one_tag, setup, one_model_stop) {
   static const struct {
     const char *one, *other;
     bool is_same;
@@ -501,7 +498,7 @@ static void equal_questions_have_one_tag(void **state) {
   }
 }
 
-static void what_is_known_is_answered_lightly(void **state) {
+TEST_WITH(what_is_known_is_answered_lightly, setup, one_model_stop) {
   one_model *f = *state;
   char target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose?at=0.5", f->id);
@@ -519,8 +516,7 @@ static void what_is_known_is_answered_lightly(void **state) {
 }
 
 /* 16,384 nodes against 16 names of the last one and of one before it. */
-static void long_lists_of_names_in_large_models_are_not_searched_lightly(void **state) {
-  (void)state;
+TEST(long_lists_of_names_in_large_models_are_not_searched_lightly) {
   enum { NODES = 1 << 14, NODE_TEXT = 24 };
   api_settings settings = loopback_settings();
   one_model f = {.loop = loopback_start(&settings)};
@@ -554,7 +550,7 @@ static const char skinned[] =
     "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"j0\",\"translation\":[1,0,0],\"children\":[1]},"
     "{\"name\":\"j1\",\"translation\":[0,2,0]}],\"skins\":[{\"joints\":[1,0]}]}";
 
-static void joint_matrices_are_world_times_inverse_bind(void **state) {
+TEST_WITH(joint_matrices_are_world_times_inverse_bind, setup, one_model_stop) {
   one_model *f = *state;
   reply r = loopback_post(f->loop, "/v1/pose?as=matrix&skinning=true", "model/gltf+json", skinned);
   if (r.status != 200) fail_msg("%s", r.body);
@@ -569,7 +565,7 @@ static void joint_matrices_are_world_times_inverse_bind(void **state) {
 
 /* ---- tracks --------------------------------------------------------------------------------------- */
 
-static void tracks_are_reported(void **state) {
+TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   one_model *f = *state;
   cJSON *answer = ask_json(f, "tracks");
   assert_string_equal(json_member(answer, "clip")->valuestring, "turn");
@@ -593,7 +589,7 @@ static void tracks_are_reported(void **state) {
   reply_free(&r);
 }
 
-static void a_speed_that_fits_no_float_is_a_number_all_the_same(void **state) {
+TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {
   one_model *f = *state;
   loopback_upload(
       f->loop, "application/json",
@@ -623,7 +619,7 @@ static void assert_warning(const one_model *f, const char *track, const char *wa
   reply_free(&r);
 }
 
-static void half_turns_and_longer_ones_are_warned_of_when_they_are_stored(void **state) {
+TEST_WITH(half_turns_and_longer_ones_are_warned_of_when_they_are_stored, setup, one_model_stop) {
   assert_warning(*state, "\"eulers\":[[0,0,0],[0,170,0],[0,300,0]]", NULL);
   assert_warning(*state, "\"eulers\":[[0,0,0],[0,180,0],[0,360,0]]", "2 steps of exactly 180 degrees");
   assert_warning(*state, "\"interpolation\":\"step\",\"eulers\":[[0,0,0],[0,180,0],[0,0,0]]", NULL);
@@ -632,41 +628,4 @@ static void half_turns_and_longer_ones_are_warned_of_when_they_are_stored(void *
   assert_warning(*state, "\"axis_angles\":[[0,0,1,0],[0,0,1,180],[0,0,1,900]]",
                  "2 steps of 180 degrees or more");
   assert_warning(*state, "\"quaternions\":[[0,0,0,1],[1,0,0,0],[1,0,0,0]]", "1 step of exactly 180 degrees");
-}
-
-#define with_arm(test) cmocka_unit_test_setup_teardown(test, setup, one_model_stop)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      with_arm(bad_parameters_are_400),
-      with_arm(names_that_are_not_there_are_404),
-      with_arm(the_answer_has_the_contracts_shape),
-      with_arm(world_space_carries_children),
-      with_arm(rotations_come_in_the_form_asked_for),
-      with_arm(euler_angles_are_continuous_over_the_times),
-      with_arm(nodes_are_chosen_by_name_in_the_files_order),
-      with_arm(times_may_be_spaced_evenly),
-      with_arm(looping_folds_times),
-      with_arm(a_clip_without_a_name_goes_by_its_index),
-      with_arm(a_model_without_clips_rests),
-      with_arm(a_clip_is_borrowed_by_the_names_of_nodes),
-      cmocka_unit_test(own_clips_survive_their_model_in_the_cache),
-      with_arm(times_may_come_in_a_body),
-      with_arm(bad_bodies_of_times_are_refused_with_their_place),
-      with_arm(too_many_times_are_422),
-      cmocka_unit_test(too_large_an_answer_is_422),
-      cmocka_unit_test(times_of_a_model_without_nodes_count),
-      with_arm(lines_are_the_poses_of_the_json),
-      with_arm(csv_has_a_line_a_time_and_node),
-      with_arm(binary_rows_are_those_of_the_json),
-      with_arm(a_large_answer_is_streamed_and_the_same),
-      with_arm(equal_questions_have_one_tag),
-      with_arm(what_is_known_is_answered_lightly),
-      cmocka_unit_test(long_lists_of_names_in_large_models_are_not_searched_lightly),
-      with_arm(joint_matrices_are_world_times_inverse_bind),
-      with_arm(tracks_are_reported),
-      with_arm(a_speed_that_fits_no_float_is_a_number_all_the_same),
-      with_arm(half_turns_and_longer_ones_are_warned_of_when_they_are_stored),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -899,13 +899,10 @@ static bool judge(const document *d, api_coding coding, size_t size, verdict exp
   return is_fit && (!MEASURES || (is_small && is_quick && is_told));
 }
 
-static const char *asked = ""; /* a word of the command line: only documents that have it in their name */
-
-static void check_documents(const char *format, const document *documents, size_t count) {
+static void check_documents(const document *documents, size_t count) {
   size_t failures = 0;
   for (size_t i = 0; i < count; i++) {
     const document *d = &documents[i];
-    if (!strstr(d->name, asked) && !strstr(format, asked)) continue;
     /* What is too large may be read when it is smaller, and then it too holds no more. */
     verdict expected = d->expected;
     for (size_t part = 1; part <= 256; part *= 16, expected = EITHER) {
@@ -923,19 +920,16 @@ static void check_documents(const char *format, const document *documents, size_
   assert_int_equal(failures, 0);
 }
 
-static void tweend_json_is_read_in_little_memory_and_time(void **state) {
-  (void)state;
-  check_documents("tweend", tweend_documents, sizeof tweend_documents / sizeof *tweend_documents);
+TEST(tweend_json_is_read_in_little_memory_and_time) {
+  check_documents(tweend_documents, sizeof tweend_documents / sizeof *tweend_documents);
 }
 
-static void obj_is_read_in_little_memory_and_time(void **state) {
-  (void)state;
-  check_documents("obj", obj_documents, sizeof obj_documents / sizeof *obj_documents);
+TEST(obj_is_read_in_little_memory_and_time) {
+  check_documents(obj_documents, sizeof obj_documents / sizeof *obj_documents);
 }
 
-static void gltf_is_read_in_little_memory_and_time(void **state) {
-  (void)state;
-  check_documents("gltf", gltf_documents, sizeof gltf_documents / sizeof *gltf_documents);
+TEST(gltf_is_read_in_little_memory_and_time) {
+  check_documents(gltf_documents, sizeof gltf_documents / sizeof *gltf_documents);
 }
 
 /* ---- what bodies come in ----------------------------------------------------------------------------------
@@ -948,8 +942,7 @@ static text repeat(const void *part, size_t size, size_t megabytes) {
 }
 
 /* Empty members of a gzip file, and empty or skippable frames of a zstd file: each costs its own start. */
-static void many_small_members_and_frames_are_refused(void **state) {
-  (void)state;
+TEST(many_small_members_and_frames_are_refused) {
   static const uint8_t member[20] = {0x1F, 0x8B, 8, 0, 0, 0, 0, 0, 0, 3, 3};
   static const uint8_t frame[9] = {0x28, 0xB5, 0x2F, 0xFD, 0x20, 0, 1, 0, 0};
   static const uint8_t skippable[8] = {0x50, 0x2A, 0x4D, 0x18};
@@ -976,8 +969,7 @@ static void many_small_members_and_frames_are_refused(void **state) {
 }
 
 /* The window is what a decoder has to keep, whatever comes out. */
-static void a_zstd_window_of_8_mib_is_enough(void **state) {
-  (void)state;
+TEST(a_zstd_window_of_8_mib_is_enough) {
   for (int log = API_ZSTD_WINDOW_LOG; log <= API_ZSTD_WINDOW_LOG + 1; log++) {
     ZSTD_CCtx *context = ZSTD_createCCtx();
     ZSTD_CCtx_setParameter(context, ZSTD_c_windowLog, log);
@@ -1006,8 +998,7 @@ static void a_zstd_window_of_8_mib_is_enough(void **state) {
   }
 }
 
-static void forms_made_to_be_slow_are_read_in_little_time(void **state) {
-  (void)state;
+TEST(forms_made_to_be_slow_are_read_in_little_time) {
   static const struct {
     const char *name, *part;
     tw_status status;
@@ -1031,8 +1022,7 @@ static void forms_made_to_be_slow_are_read_in_little_time(void **state) {
 }
 
 /* A borrowed clip looks up a node for each of its tracks. */
-static void all_nodes_are_found_by_their_names_in_little_time(void **state) {
-  (void)state;
+TEST(all_nodes_are_found_by_their_names_in_little_time) {
   enum { NODES = MEASURES ? TW_NODES_MAX : 1000 };
   text t = {0};
   add(&t, "{\"nodes\":[", 10);
@@ -1056,18 +1046,4 @@ static void all_nodes_are_found_by_their_names_in_little_time(void **state) {
   if (MEASURES) assert_true(seconds() - start < 2);
   tw_model_destroy(model);
   free(t.bytes);
-}
-
-int main(int argc, char **argv) {
-  if (argc > 1) asked = argv[1];
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(tweend_json_is_read_in_little_memory_and_time),
-      cmocka_unit_test(obj_is_read_in_little_memory_and_time),
-      cmocka_unit_test(gltf_is_read_in_little_memory_and_time),
-      cmocka_unit_test(many_small_members_and_frames_are_refused),
-      cmocka_unit_test(a_zstd_window_of_8_mib_is_enough),
-      cmocka_unit_test(forms_made_to_be_slow_are_read_in_little_time),
-      cmocka_unit_test(all_nodes_are_found_by_their_names_in_little_time),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

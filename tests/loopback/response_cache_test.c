@@ -51,7 +51,7 @@ static void assert_same_header(const reply *a, const reply *b, const char *name)
   assert_string_equal(reply_header(a, name), reply_header(b, name));
 }
 
-static void an_answer_is_remembered_from_the_second_time_on_and_stays_the_same(void **state) {
+TEST_WITH(an_answer_is_remembered_from_the_second_time_on_and_stays_the_same, setup, one_model_stop) {
   one_model *f = *state;
   static const char *const targets[] = {"pose.json?" MANY, "pose.ndjson?" MANY, "pose.bin?" MANY,
                                         "pose.csv?" MANY, "pose.json?as=euler&" MANY};
@@ -74,7 +74,7 @@ static void an_answer_is_remembered_from_the_second_time_on_and_stays_the_same(v
   }
 }
 
-static void one_request_in_other_words_is_the_same(void **state) {
+TEST_WITH(one_request_in_other_words_is_the_same, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.csv?" MANY "&clip=turn", 2);
   uint64_t before = cached(f);
@@ -94,7 +94,7 @@ static void one_request_in_other_words_is_the_same(void **state) {
   for (size_t i = 0; i < sizeof others / sizeof *others; i++) assert_false(is_known(f, others[i]));
 }
 
-static void what_is_asked_for_once_pushes_nothing_out(void **state) {
+TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "surface.json", 1);
   ask_times(f, "pose.json?at=1", 1); /* the clip */
@@ -111,7 +111,7 @@ static void what_is_asked_for_once_pushes_nothing_out(void **state) {
   assert_int_equal(loopback_store_opens(f->loop), opens);
 }
 
-static void light_answers_are_not_remembered(void **state) {
+TEST_WITH(light_answers_are_not_remembered, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?at=0.5", 1);
   uint64_t before = cached(f);
@@ -119,7 +119,7 @@ static void light_answers_are_not_remembered(void **state) {
   assert_int_equal(cached(f), before);
 }
 
-static void larger_answers_than_four_megabytes_are_not_remembered(void **state) {
+TEST_WITH(larger_answers_than_four_megabytes_are_not_remembered, setup, one_model_stop) {
   one_model *f = *state;
   static const char large[] = "pose.bin?from=0&to=1&fps=120000";
   ask_times(f, large, 3); /* 4.8 MB of numbers */
@@ -130,7 +130,7 @@ static void larger_answers_than_four_megabytes_are_not_remembered(void **state) 
 }
 
 /* Each line of CSV bears its node's name. */
-static void long_names_count(void **state) {
+TEST_WITH(long_names_count, setup, one_model_stop) {
   one_model *f = *state;
   enum { NAME = 100000 };
   char *model = malloc(NAME + 64), *name = model + sprintf(model, "{\"nodes\":[{\"name\":\"");
@@ -145,7 +145,7 @@ static void long_names_count(void **state) {
   assert_true(cached(f) < 1 << 20);
 }
 
-static void conditions_are_judged_before_an_answer_is_made(void **state) {
+TEST_WITH(conditions_are_judged_before_an_answer_is_made, setup, one_model_stop) {
   one_model *f = *state;
   reply r = ask(f, "pose.json?" MANY, NULL);
   char header[128];
@@ -163,7 +163,7 @@ static void conditions_are_judged_before_an_answer_is_made(void **state) {
   }
 }
 
-static void head_tells_the_size(void **state) {
+TEST_WITH(head_tells_the_size, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   reply r = ask(f, "pose.json?" MANY, NULL);
@@ -174,7 +174,7 @@ static void head_tells_the_size(void **state) {
   reply_free(&head);
 }
 
-static void a_deleted_models_answers_go_with_it(void **state) {
+TEST_WITH(a_deleted_models_answers_go_with_it, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   char target[128];
@@ -186,7 +186,7 @@ static void a_deleted_models_answers_go_with_it(void **state) {
   assert_problem(ask(f, "pose.json?" MANY, NULL), 404, NULL, NULL);
 }
 
-static void a_borrowed_clips_answers_go_with_its_lender(void **state) {
+TEST_WITH(a_borrowed_clips_answers_go_with_its_lender, setup, one_model_stop) {
   one_model *f = *state;
   one_model borrower = {.loop = f->loop};
   char rest[128], target[64];
@@ -202,7 +202,7 @@ static void a_borrowed_clips_answers_go_with_its_lender(void **state) {
   assert_problem(ask(&borrower, rest, NULL), 404, NULL, NULL);
 }
 
-static void times_in_a_body_are_another_request(void **state) {
+TEST_WITH(times_in_a_body_are_another_request, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
   reply r = loopback_post(f->loop, target_of(f, "pose.json"), "application/json", "{\"times\":[1]}");
@@ -212,8 +212,7 @@ static void times_in_a_body_are_another_request(void **state) {
   reply_free(&r);
 }
 
-static void a_remembered_answer_needs_the_key_too(void **state) {
-  (void)state;
+TEST(a_remembered_answer_needs_the_key_too) {
   const char *keys[] = {"secret", NULL};
   api_settings settings = loopback_settings();
   settings.api_keys = keys;
@@ -233,24 +232,4 @@ static void a_remembered_answer_needs_the_key_too(void **state) {
   }
   assert_problem(ask(&m, "pose.json?" MANY, NULL), 401, NULL, NULL);
   loopback_stop(m.loop);
-}
-
-#define with_wheel(test) cmocka_unit_test_setup_teardown(test, setup, one_model_stop)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      with_wheel(an_answer_is_remembered_from_the_second_time_on_and_stays_the_same),
-      with_wheel(one_request_in_other_words_is_the_same),
-      with_wheel(what_is_asked_for_once_pushes_nothing_out),
-      with_wheel(light_answers_are_not_remembered),
-      with_wheel(larger_answers_than_four_megabytes_are_not_remembered),
-      with_wheel(long_names_count),
-      with_wheel(conditions_are_judged_before_an_answer_is_made),
-      with_wheel(head_tells_the_size),
-      with_wheel(a_deleted_models_answers_go_with_it),
-      with_wheel(a_borrowed_clips_answers_go_with_its_lender),
-      with_wheel(times_in_a_body_are_another_request),
-      cmocka_unit_test(a_remembered_answer_needs_the_key_too),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

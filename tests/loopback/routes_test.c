@@ -88,7 +88,7 @@ static void compare_types(const cJSON *document, const cJSON *operation, const a
   assert_int_equal(count, cJSON_GetArraySize(content));
 }
 
-static void every_route_is_documented(void **state) {
+TEST_WITH(every_route_is_documented, parse, drop) {
   size_t count;
   const api_route *routes = api_routes(&count);
   for (size_t i = 0; i < count; i++) {
@@ -119,7 +119,7 @@ static bool has_route(const char *path, const char *method) {
   return false;
 }
 
-static void every_documented_operation_is_routed(void **state) {
+TEST_WITH(every_documented_operation_is_routed, parse, drop) {
   const cJSON *path, *operation;
   cJSON_ArrayForEach(path, get(*state, "paths")) cJSON_ArrayForEach(operation, path) {
     if (!has_route(path->string, operation->string))
@@ -127,7 +127,7 @@ static void every_documented_operation_is_routed(void **state) {
   }
 }
 
-static void forms_of_a_path_are_its_extensions(void **state) {
+TEST_WITH(forms_of_a_path_are_its_extensions, parse, drop) {
   size_t count;
   const api_route *routes = api_routes(&count);
   for (size_t i = 0; i < count; i++) {
@@ -160,7 +160,7 @@ static void check_values(loopback *loop, const char *path, const cJSON *paramete
   reply_free(&r);
 }
 
-static void documented_values_are_known(void **state) {
+TEST_WITH(documented_values_are_known, parse, drop) {
   api_settings settings = loopback_settings();
   loopback *loop = loopback_start(&settings);
   char id[API_ID_TEXT], path[64];
@@ -180,8 +180,7 @@ static void documented_values_are_known(void **state) {
   loopback_stop(loop);
 }
 
-static void the_served_document_is_the_file(void **state) {
-  (void)state;
+TEST_WITH(the_served_document_is_the_file, parse, drop) {
   api_settings settings = loopback_settings();
   loopback *loop = loopback_start(&settings);
   size_t size;
@@ -194,8 +193,7 @@ static void the_served_document_is_the_file(void **state) {
   loopback_stop(loop);
 }
 
-static void paths_have_the_names_that_logs_use(void **state) {
-  (void)state;
+TEST_WITH(paths_have_the_names_that_logs_use, parse, drop) {
   const char *const id = "0123456789abcdef0123456789abcdef";
   size_t count;
   const api_route *routes = api_routes(&count);
@@ -210,16 +208,4 @@ static void paths_have_the_names_that_logs_use(void **state) {
     strcat(path, routes[i].offers[1].extension);
     assert_string_equal(api_route_name(path), routes[i].path);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(every_route_is_documented),
-      cmocka_unit_test(every_documented_operation_is_routed),
-      cmocka_unit_test(forms_of_a_path_are_its_extensions),
-      cmocka_unit_test(documented_values_are_known),
-      cmocka_unit_test(the_served_document_is_the_file),
-      cmocka_unit_test(paths_have_the_names_that_logs_use),
-  };
-  return cmocka_run_group_tests(tests, parse, drop);
 }

@@ -141,7 +141,7 @@ static void assert_point(const reply *r, int n, double x, double y, double z) {
     fail_msg("point %d is at %g %g %g", n, found[0], found[1], found[2]);
 }
 
-static void parameters_that_do_not_fit_are_400(void **state) {
+TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
   const fixture *f = *state;
   const char *const bad[] = {"skin=bake",
                              "skin=bake&clip=wave",
@@ -163,14 +163,13 @@ static void parameters_that_do_not_fit_are_400(void **state) {
   }
 }
 
-static void times_that_fall_or_are_negative_cannot_be_baked(void **state) {
+TEST_WITH(times_that_fall_or_are_negative_cannot_be_baked, setup, teardown) {
   const fixture *f = *state;
   assert_problem(ask(f, f->keyed, "surface.glb?at=1,0.5"), 422, NULL, NULL);
   assert_problem(ask(f, f->keyed, "surface.glb?at=-1,0.5"), 422, NULL, NULL);
 }
 
-static void more_baked_keys_than_an_upload_may_have_bytes_are_422(void **state) {
-  (void)state;
+TEST_WITH(more_baked_keys_than_an_upload_may_have_bytes_are_422, setup, teardown) {
   api_settings settings = loopback_settings();
   settings.limits.max_upload = 4096;
   fixture f = {.loop = loopback_start(&settings)};
@@ -183,7 +182,7 @@ static void more_baked_keys_than_an_upload_may_have_bytes_are_422(void **state) 
   loopback_stop(f.loop);
 }
 
-static void baked_keys_stand_at_the_times_asked_for(void **state) {
+TEST_WITH(baked_keys_stand_at_the_times_asked_for, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&at=0,0.25,0.375,2");
   for (int track = 0; track < 4; track++) {
@@ -196,7 +195,7 @@ static void baked_keys_stand_at_the_times_asked_for(void **state) {
   cJSON_Delete(document);
 }
 
-static void a_kept_clip_keeps_the_keys_that_gltf_has(void **state) {
+TEST_WITH(a_kept_clip_keeps_the_keys_that_gltf_has, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all");
   assert_int_equal(key_count(document, 0), 11);
@@ -211,7 +210,7 @@ static void a_kept_clip_keeps_the_keys_that_gltf_has(void **state) {
   assert_true(degrees > 0 && degrees <= 0.1 && metres == 0);
 }
 
-static void a_tolerance_leaves_the_fewest_keys(void **state) {
+TEST_WITH(a_tolerance_leaves_the_fewest_keys, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->keyed, "surface.gltf?clip=all&tolerance=0.05&tolerance_m=0.01");
   assert_int_equal(key_count(document, 0), 2); /* one great circle at one speed */
@@ -227,7 +226,7 @@ static void a_tolerance_leaves_the_fewest_keys(void **state) {
   assert_true(degrees > 0 && degrees <= 0.05 && metres < 0.001);
 }
 
-static void a_clip_is_reduced_once_for_equal_requests(void **state) {
+TEST_WITH(a_clip_is_reduced_once_for_equal_requests, setup, teardown) {
   const fixture *f = *state;
   static const struct {
     const char *rest;
@@ -252,7 +251,7 @@ static void a_clip_is_reduced_once_for_equal_requests(void **state) {
   assert_problem(ask(f, f->keyed, requests[0].rest), 404, NULL, NULL);
 }
 
-static void without_meshes_the_tree_and_the_animation_are_left(void **state) {
+TEST_WITH(without_meshes_the_tree_and_the_animation_are_left, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->flag, "surface.gltf?clip=wave&meshes=none");
   assert_int_equal(cJSON_GetArraySize(json_member(document, "nodes")), 3);
@@ -270,7 +269,7 @@ static void without_meshes_the_tree_and_the_animation_are_left(void **state) {
   cJSON_Delete(document);
 }
 
-static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
+TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, teardown) {
   const fixture *f = *state;
   char id[API_ID_TEXT], rest[128];
   loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"bone\"}]}", id);
@@ -284,7 +283,7 @@ static void a_clip_is_borrowed_by_the_names_of_nodes(void **state) {
   cJSON_Delete(document);
 }
 
-static void a_moment_bears_the_clips_morph_weights(void **state) {
+TEST_WITH(a_moment_bears_the_clips_morph_weights, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->flag, "surface.gltf?at=0.5");
   const cJSON *nodes = json_member(document, "nodes");
@@ -301,7 +300,7 @@ static void a_moment_bears_the_clips_morph_weights(void **state) {
 }
 
 /* (x, y, z) of the cage goes to (-y, x, z) where the bone has turned, after the half morph has lifted it. */
-static void baked_skins_are_where_the_joints_put_them(void **state) {
+TEST_WITH(baked_skins_are_where_the_joints_put_them, setup, teardown) {
   const fixture *f = *state;
   reply r = ask(f, f->flag, "surface.obj?level=0&at=1&skin=bake&normals=none");
   if (r.status != 200) fail_msg("%d %s", r.status, r.body);
@@ -316,7 +315,7 @@ static void baked_skins_are_where_the_joints_put_them(void **state) {
   reply_free(&r);
 }
 
-static void baked_answers_have_no_skins_and_no_targets(void **state) {
+TEST_WITH(baked_answers_have_no_skins_and_no_targets, setup, teardown) {
   const fixture *f = *state;
   cJSON *document = ask_gltf(f, f->flag, "surface.gltf?level=1&at=0.5&skin=bake");
   assert_null(cJSON_GetObjectItem(document, "skins"));
@@ -330,7 +329,7 @@ static void baked_answers_have_no_skins_and_no_targets(void **state) {
   cJSON_Delete(document);
 }
 
-static void a_bake_at_another_time_builds_no_topology(void **state) {
+TEST_WITH(a_bake_at_another_time_builds_no_topology, setup, teardown) {
   const fixture *f = *state;
   const char *const forms[] = {"surface.glb?level=3", "surface.obj?level=2&normals=none"};
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
@@ -351,8 +350,7 @@ static void a_bake_at_another_time_builds_no_topology(void **state) {
   }
 }
 
-static void what_a_bake_would_move_is_limited(void **state) {
-  (void)state;
+TEST_WITH(what_a_bake_would_move_is_limited, setup, teardown) {
   api_settings settings = loopback_settings();
   settings.limits.max_output = 50;
   loopback *loop = loopback_start(&settings);
@@ -363,7 +361,7 @@ static void what_a_bake_would_move_is_limited(void **state) {
   loopback_stop(loop);
 }
 
-static void every_choice_has_its_own_tag(void **state) {
+TEST_WITH(every_choice_has_its_own_tag, setup, teardown) {
   const fixture *f = *state;
   const char *const choices[] = {"clip=wave",
                                  "clip=wave&tolerance=0.1",
@@ -381,26 +379,4 @@ static void every_choice_has_its_own_tag(void **state) {
     reply_free(&r);
     for (int j = 0; j < i; j++) assert_string_not_equal(tags[i], tags[j]);
   }
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, setup, teardown)
-  const struct CMUnitTest tests[] = {
-      TEST(parameters_that_do_not_fit_are_400),
-      TEST(times_that_fall_or_are_negative_cannot_be_baked),
-      TEST(more_baked_keys_than_an_upload_may_have_bytes_are_422),
-      TEST(baked_keys_stand_at_the_times_asked_for),
-      TEST(a_kept_clip_keeps_the_keys_that_gltf_has),
-      TEST(a_tolerance_leaves_the_fewest_keys),
-      TEST(a_clip_is_reduced_once_for_equal_requests),
-      TEST(without_meshes_the_tree_and_the_animation_are_left),
-      TEST(a_clip_is_borrowed_by_the_names_of_nodes),
-      TEST(a_moment_bears_the_clips_morph_weights),
-      TEST(baked_skins_are_where_the_joints_put_them),
-      TEST(baked_answers_have_no_skins_and_no_targets),
-      TEST(a_bake_at_another_time_builds_no_topology),
-      TEST(what_a_bake_would_move_is_limited),
-      TEST(every_choice_has_its_own_tag),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

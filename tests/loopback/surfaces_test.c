@@ -72,7 +72,7 @@ static cJSON *glb_json(const reply *r) {
   return tree;
 }
 
-static void bad_parameters_are_400(void **state) {
+TEST_WITH(bad_parameters_are_400, setup, teardown) {
   fixture *f = *state;
   const char *const bad[] = {
       "level=x",     "level=-1",         "level=1.5", "level=",          "level=1&level=1",
@@ -90,13 +90,13 @@ static void bad_parameters_are_400(void **state) {
   assert_problem(ask(f, f->cube, "surface.glb?levl=1"), 400, NULL, "creasing");
 }
 
-static void what_this_version_lacks_is_422(void **state) {
+TEST_WITH(what_this_version_lacks_is_422, setup, teardown) {
   fixture *f = *state;
   assert_problem(ask(f, f->cube, "surface?encoding=meshopt"), 422, NULL, "encoding=float");
   assert_problem(ask(f, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
 }
 
-static void names_that_are_not_there_are_404(void **state) {
+TEST_WITH(names_that_are_not_there_are_404, setup, teardown) {
   fixture *f = *state;
   assert_problem(ask(f, f->tank, "surface?clip=dance"), 404, NULL, "drive");
   assert_problem(ask(f, f->cube, "surface?clip=drive"), 404, NULL, "no clips");
@@ -105,7 +105,7 @@ static void names_that_are_not_there_are_404(void **state) {
   assert_problem(ask(f, "00000000000000000000000000000000", "surface"), 404, NULL, NULL);
 }
 
-static void counts_are_exact_and_cost_no_surface(void **state) {
+TEST_WITH(counts_are_exact_and_cost_no_surface, setup, teardown) {
   fixture *f = *state;
   static const int expected[][4] = {
       {0, 8, 12, 6}, {1, 26, 48, 24}, {2, 98, 192, 96}, {10, 6291458, 12582912, 6291456}};
@@ -132,7 +132,7 @@ static void counts_are_exact_and_cost_no_surface(void **state) {
   cJSON_Delete(counts);
 }
 
-static void bytes_are_those_of_the_glb(void **state) {
+TEST_WITH(bytes_are_those_of_the_glb, setup, teardown) {
   fixture *f = *state;
   const char *const options[] = {"",
                                  "?level=0",
@@ -157,7 +157,7 @@ static void bytes_are_those_of_the_glb(void **state) {
   }
 }
 
-static void forms_follow_the_extension_then_accept(void **state) {
+TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
   fixture *f = *state;
   static const struct {
     const char *rest, *accept, *type;
@@ -181,7 +181,7 @@ static void forms_follow_the_extension_then_accept(void **state) {
   assert_problem(r, 406, NULL, NULL);
 }
 
-static void obj_keeps_quads(void **state) {
+TEST_WITH(obj_keeps_quads, setup, teardown) {
   fixture *f = *state;
   reply r = ask_ok(f, f->cube, "surface.obj?level=1");
   int points = 0, faces = 0;
@@ -196,7 +196,7 @@ static void obj_keeps_quads(void **state) {
   reply_free(&r);
 }
 
-static void parts_of_a_glb_are_parts_of_the_whole(void **state) {
+TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   fixture *f = *state;
   reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
   assert_string_equal(reply_header(&whole, "Accept-Ranges"), "bytes");
@@ -220,7 +220,7 @@ static void parts_of_a_glb_are_parts_of_the_whole(void **state) {
   reply_free(&whole);
 }
 
-static void head_tells_the_size_alone(void **state) {
+TEST_WITH(head_tells_the_size_alone, setup, teardown) {
   fixture *f = *state;
   char target[96];
   snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=10", f->cube);
@@ -235,7 +235,7 @@ static void head_tells_the_size_alone(void **state) {
   cJSON_Delete(counts);
 }
 
-static void equal_questions_have_one_tag_and_one_answer(void **state) {
+TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
   fixture *f = *state;
   static const struct {
     const char *one, *other;
@@ -269,7 +269,7 @@ static void equal_questions_have_one_tag_and_one_answer(void **state) {
   }
 }
 
-static void what_is_built_is_answered_lightly(void **state) {
+TEST_WITH(what_is_built_is_answered_lightly, setup, teardown) {
   fixture *f = *state;
   char target[96];
   snprintf(target, sizeof target, "/v1/models/%s/surface.glb?level=3", f->cube);
@@ -296,7 +296,7 @@ static const cJSON *find_named(const cJSON *array, const char *name) {
   return NULL;
 }
 
-static void one_time_poses_the_nodes(void **state) {
+TEST_WITH(one_time_poses_the_nodes, setup, teardown) {
   fixture *f = *state;
   cJSON *poses = ask_json(f, f->tank, "pose?clip=drive&at=1.7&nodes=turret");
   reply r = ask_ok(f, f->tank, "surface.glb?clip=drive&at=1.7&level=0");
@@ -312,7 +312,7 @@ static void one_time_poses_the_nodes(void **state) {
   reply_free(&r);
 }
 
-static void a_clip_alone_is_kept_as_animation(void **state) {
+TEST_WITH(a_clip_alone_is_kept_as_animation, setup, teardown) {
   fixture *f = *state;
   reply r = ask_ok(f, f->tank, "surface.glb?clip=aim&level=0");
   cJSON *scene = glb_json(&r);
@@ -323,7 +323,7 @@ static void a_clip_alone_is_kept_as_animation(void **state) {
   reply_free(&r);
 }
 
-static void several_times_are_the_keys_of_the_animation(void **state) {
+TEST_WITH(several_times_are_the_keys_of_the_animation, setup, teardown) {
   fixture *f = *state;
   const char *const queries[] = {"clip=aim&at=0,0.5,2", "clip=aim&from=0&to=1&fps=2"};
   for (int i = 0; i < 2; i++) {
@@ -342,7 +342,7 @@ static void several_times_are_the_keys_of_the_animation(void **state) {
   assert_problem(ask(f, f->tank, "surface.glb?clip=aim&at=1,0"), 422, NULL, NULL);
 }
 
-static void a_borrowed_clip_animates_what_it_can(void **state) {
+TEST_WITH(a_borrowed_clip_animates_what_it_can, setup, teardown) {
   fixture *f = *state;
   char rest[128];
   snprintf(rest, sizeof rest, "surface.glb?clip=%s/aim&level=0", f->tank);
@@ -353,7 +353,7 @@ static void a_borrowed_clip_animates_what_it_can(void **state) {
 
 /* ---- bodies, tags, limits --------------------------------------------------------------------------- */
 
-static void a_body_is_answered_as_a_stored_model_and_not_kept(void **state) {
+TEST_WITH(a_body_is_answered_as_a_stored_model_and_not_kept, setup, teardown) {
   fixture *f = *state;
   char *text = loopback_file("server/samples/tank.json", NULL);
   reply stored = ask_ok(f, f->tank, "surface.glb?level=2&clip=drive");
@@ -376,7 +376,7 @@ static void a_body_is_answered_as_a_stored_model_and_not_kept(void **state) {
       NULL, "no clips");
 }
 
-static void a_tag_counts_until_the_query_says_otherwise(void **state) {
+TEST_WITH(a_tag_counts_until_the_query_says_otherwise, setup, teardown) {
   fixture *f = *state;
   char id[API_ID_TEXT];
   loopback_upload(f->loop, "model/obj",
@@ -403,8 +403,7 @@ static void assert_predicted(reply r, int faces, bool has_bytes) {
   assert_problem(r, 422, NULL, NULL);
 }
 
-static void results_over_the_limits_are_422_with_the_counts(void **state) {
-  (void)state;
+TEST(results_over_the_limits_are_422_with_the_counts) {
   api_settings settings = loopback_settings();
   settings.limits.max_level = 5;
   settings.limits.max_faces = 384;
@@ -424,8 +423,7 @@ static void results_over_the_limits_are_422_with_the_counts(void **state) {
   free(f);
 }
 
-static void counts_beyond_32_bits_are_told_exactly(void **state) {
-  (void)state;
+TEST(counts_beyond_32_bits_are_told_exactly) {
   api_settings settings = loopback_settings();
   settings.limits.max_level = 16;
   fixture *f = start(&settings);
@@ -456,7 +454,7 @@ static void *ask_in_thread(void *context) {
   return NULL;
 }
 
-static void equal_questions_at_once_have_equal_answers(void **state) {
+TEST_WITH(equal_questions_at_once_have_equal_answers, setup, teardown) {
   fixture *f = *state;
   enum { ASKERS = 8 };
   asker askers[ASKERS];
@@ -480,8 +478,7 @@ static void count_parts(void *owner, uint32_t count, void (*part)(void *context,
   for (uint32_t i = 0; i < count; i++) part(context, i);
 }
 
-static void bounds_are_shared_out_once(void **state) {
-  (void)state;
+TEST(bounds_are_shared_out_once) {
   uint32_t parts = 0;
   api_settings settings = loopback_settings();
   settings.crew = (api_crew){&parts, count_parts};
@@ -498,33 +495,4 @@ static void bounds_are_shared_out_once(void **state) {
     reply_free(&r);
   }
   loopback_stop(loop);
-}
-
-#define with_models(test) cmocka_unit_test_setup_teardown(test, setup, teardown)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      with_models(bad_parameters_are_400),
-      with_models(what_this_version_lacks_is_422),
-      with_models(names_that_are_not_there_are_404),
-      with_models(counts_are_exact_and_cost_no_surface),
-      with_models(bytes_are_those_of_the_glb),
-      with_models(forms_follow_the_extension_then_accept),
-      with_models(obj_keeps_quads),
-      with_models(parts_of_a_glb_are_parts_of_the_whole),
-      with_models(head_tells_the_size_alone),
-      with_models(equal_questions_have_one_tag_and_one_answer),
-      with_models(what_is_built_is_answered_lightly),
-      with_models(one_time_poses_the_nodes),
-      with_models(a_clip_alone_is_kept_as_animation),
-      with_models(several_times_are_the_keys_of_the_animation),
-      with_models(a_borrowed_clip_animates_what_it_can),
-      with_models(a_body_is_answered_as_a_stored_model_and_not_kept),
-      with_models(a_tag_counts_until_the_query_says_otherwise),
-      cmocka_unit_test(results_over_the_limits_are_422_with_the_counts),
-      cmocka_unit_test(counts_beyond_32_bits_are_told_exactly),
-      with_models(equal_questions_at_once_have_equal_answers),
-      cmocka_unit_test(bounds_are_shared_out_once),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,34 +56,20 @@ static void assert_same_one_by_one(const char *last_row, const char *options) {
   loopback_stop(loop);
 }
 
-static void world_matrices_are_those_of_single_poses(void **state) {
-  (void)state;
+TEST(world_matrices_are_those_of_single_poses) {
   assert_same_one_by_one("0", "space=world&as=matrix");
   assert_same_one_by_one("0", "space=world&as=matrix&nodes=node_2");
 }
 
-static void world_transforms_are_those_of_single_poses(void **state) {
-  (void)state;
+TEST(world_transforms_are_those_of_single_poses) {
   assert_same_one_by_one("0", "space=world");
   assert_same_one_by_one("0", "space=world&as=axis-angle");
 }
 
-static void joint_matrices_are_those_of_single_poses(void **state) {
-  (void)state;
+TEST(joint_matrices_are_those_of_single_poses) {
   assert_same_one_by_one("0", "as=matrix&skinning=true");
 }
 
-static void a_last_row_is_told_as_of_single_poses(void **state) {
-  (void)state;
+TEST(a_last_row_is_told_as_of_single_poses) {
   assert_same_one_by_one("0.5", "space=world&as=matrix");
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(world_matrices_are_those_of_single_poses),
-      cmocka_unit_test(world_transforms_are_those_of_single_poses),
-      cmocka_unit_test(joint_matrices_are_those_of_single_poses),
-      cmocka_unit_test(a_last_row_is_told_as_of_single_poses),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,14 +2,12 @@
 #include "ahead.h"
 
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { THREADS = 2, PIECE = SRV_BLOCK_SIZE };
 
@@ -136,7 +134,7 @@ static void read_until_ahead(fixture *f, uint64_t *position) {
 
 /* ---- tests ----------------------------------------------------------------------------------- */
 
-static void bytes_and_their_end_are_those_of_the_body(void **state) {
+TEST_WITH(bytes_and_their_end_are_those_of_the_body, set_up, tear_down) {
   fixture *f = *state;
   static const size_t capacities[] = {PIECE, 1000, PIECE - 1};
   static const int64_t ends[] = {0, -1};
@@ -153,7 +151,7 @@ static void bytes_and_their_end_are_those_of_the_body(void **state) {
     }
 }
 
-static void a_quick_reader_is_gone_ahead_of(void **state) {
+TEST_WITH(a_quick_reader_is_gone_ahead_of, set_up, tear_down) {
   fixture *f = *state;
   uint64_t position = 0;
   open_body(f, 1000 * PIECE, 0);
@@ -161,7 +159,7 @@ static void a_quick_reader_is_gone_ahead_of(void **state) {
   leave(f);
 }
 
-static void a_reader_that_stops_holds_no_thread_and_a_few_blocks(void **state) {
+TEST_WITH(a_reader_that_stops_holds_no_thread_and_a_few_blocks, set_up, tear_down) {
   fixture *f = *state;
   uint64_t position = 0;
   open_body(f, 2000 * PIECE, 0);
@@ -171,7 +169,7 @@ static void a_reader_that_stops_holds_no_thread_and_a_few_blocks(void **state) {
   leave(f);
 }
 
-static void a_reader_that_takes_its_time_is_not_gone_ahead_of(void **state) {
+TEST_WITH(a_reader_that_takes_its_time_is_not_gone_ahead_of, set_up, tear_down) {
   fixture *f = *state;
   uint64_t position = 0;
   open_body(f, 2000 * PIECE, 0);
@@ -191,7 +189,7 @@ static void a_reader_that_takes_its_time_is_not_gone_ahead_of(void **state) {
   leave(f);
 }
 
-static void without_an_idle_core_the_reader_computes(void **state) {
+TEST_WITH(without_an_idle_core_the_reader_computes, set_up, tear_down) {
   fixture *f = *state;
   uint64_t position = 0;
   for (int i = 0; i < THREADS; i++) srv_work_outside(f->work, true);
@@ -206,7 +204,7 @@ static void without_an_idle_core_the_reader_computes(void **state) {
   leave(f);
 }
 
-static void a_reader_that_leaves_waits_for_nobody(void **state) {
+TEST_WITH(a_reader_that_leaves_waits_for_nobody, set_up, tear_down) {
   fixture *f = *state;
   uint64_t position = 0;
   open_body(f, 2000 * PIECE, 0);
@@ -227,7 +225,7 @@ static void a_reader_that_leaves_waits_for_nobody(void **state) {
   assert_int_equal(atomic_load(&f->body.reads_elsewhere), 1);
 }
 
-static void only_so_many_are_gone_ahead_of_at_once(void **state) {
+TEST_WITH(only_so_many_are_gone_ahead_of_at_once, set_up, tear_down) {
   fixture *f = *state, *others = calloc(SRV_AHEAD_READERS, sizeof *others);
   uint64_t position = 0;
   for (int i = 0; i < SRV_AHEAD_READERS; i++) {
@@ -248,18 +246,4 @@ static void only_so_many_are_gone_ahead_of_at_once(void **state) {
   settle(f);
   assert_int_equal(atomic_load(&destroyed), SRV_AHEAD_READERS + 1);
   free(others);
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-  const struct CMUnitTest tests[] = {
-      TEST(bytes_and_their_end_are_those_of_the_body),
-      TEST(a_quick_reader_is_gone_ahead_of),
-      TEST(a_reader_that_stops_holds_no_thread_and_a_few_blocks),
-      TEST(a_reader_that_takes_its_time_is_not_gone_ahead_of),
-      TEST(without_an_idle_core_the_reader_computes),
-      TEST(a_reader_that_leaves_waits_for_nobody),
-      TEST(only_so_many_are_gone_ahead_of_at_once),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,17 +1,14 @@
 #include "body.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { MEBIBYTE = 1 << 20 };
 
-static void more_than_the_limit_is_refused(void **state) {
-  (void)state;
+TEST(more_than_the_limit_is_refused) {
   srv_body body;
   srv_body_init(&body, 10, "/no/such/folder");
   assert_int_equal(srv_body_append(&body, "0123456789", 10), SRV_BODY_OK);
@@ -20,8 +17,7 @@ static void more_than_the_limit_is_refused(void **state) {
   srv_body_deinit(&body);
 }
 
-static void long_body_without_a_folder_fails(void **state) {
-  (void)state;
+TEST(long_body_without_a_folder_fails) {
   srv_body body;
   srv_body_init(&body, UINT64_MAX, "/no/such/folder");
   char *bytes = calloc(1, MEBIBYTE + 1);
@@ -30,8 +26,7 @@ static void long_body_without_a_folder_fails(void **state) {
   free(bytes);
 }
 
-static void empty_body_is_a_view_of_nothing(void **state) {
-  (void)state;
+TEST(empty_body_is_a_view_of_nothing) {
   srv_body body;
   api_bytes view;
   srv_body_init(&body, 10, "/no/such/folder");
@@ -62,22 +57,11 @@ static void assert_whole(size_t size, size_t piece) {
   free(bytes);
 }
 
-static void pieces_join_in_memory_and_in_a_file(void **state) {
-  (void)state;
+TEST(pieces_join_in_memory_and_in_a_file) {
   assert_whole(1, 1);
   assert_whole(16385, 1000);
   assert_whole(MEBIBYTE, 32768);
   assert_whole(MEBIBYTE + 1, 32768);
   assert_whole(3 * MEBIBYTE, 70001);
   assert_whole(3 * MEBIBYTE, 3 * MEBIBYTE);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(more_than_the_limit_is_refused),
-      cmocka_unit_test(long_body_without_a_folder_fails),
-      cmocka_unit_test(empty_body_is_a_view_of_nothing),
-      cmocka_unit_test(pieces_join_in_memory_and_in_a_file),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

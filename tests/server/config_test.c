@@ -1,13 +1,10 @@
 #include "config.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 static const char *variable, *variable_value;
 
@@ -64,7 +61,7 @@ static void assert_bad(fixture *f, const char *first, const char *second, const 
   assert_null(strchr(f->error, '\n'));
 }
 
-static void bad_flags_are_named_in_one_line(void **state) {
+TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   fixture *f = *state;
   assert_bad(f, "--no-such", NULL, "--no-such");
   assert_bad(f, "cube.obj", NULL, "cube.obj");
@@ -87,13 +84,13 @@ static void bad_flags_are_named_in_one_line(void **state) {
   assert_bad(f, "--api-keys", " , ", "--api-keys");
 }
 
-static void bad_variable_is_named(void **state) {
+TEST_WITH(bad_variable_is_named, set_up, tear_down) {
   fixture *f = *state;
   set_variable("TWEEND_MAX_LEVEL", "ninety");
   assert_bad(f, NULL, NULL, "TWEEND_MAX_LEVEL");
 }
 
-static void defaults_are_those_of_the_documentation(void **state) {
+TEST_WITH(defaults_are_those_of_the_documentation, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
   assert_string_equal(f->config.listen, "127.0.0.1:8080");
@@ -111,7 +108,7 @@ static void defaults_are_those_of_the_documentation(void **state) {
   assert_false(f->config.sample);
 }
 
-static void flags_win_over_variables_and_those_over_defaults(void **state) {
+TEST_WITH(flags_win_over_variables_and_those_over_defaults, set_up, tear_down) {
   fixture *f = *state;
   set_variable("TWEEND_MAX_LEVEL", "3");
   assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
@@ -122,7 +119,7 @@ static void flags_win_over_variables_and_those_over_defaults(void **state) {
   assert_int_equal(f->config.max_level, 6);
 }
 
-static void switches_are_on_when_named_and_read_words(void **state) {
+TEST_WITH(switches_are_on_when_named_and_read_words, set_up, tear_down) {
   fixture *f = *state;
   read_flags(f, (const char *const[4]){"--sample"});
   assert_true(f->config.sample);
@@ -133,7 +130,7 @@ static void switches_are_on_when_named_and_read_words(void **state) {
   assert_false(f->config.sample);
 }
 
-static void queue_follows_the_threads_unless_given(void **state) {
+TEST_WITH(queue_follows_the_threads_unless_given, set_up, tear_down) {
   fixture *f = *state;
   read_flags(f, (const char *const[4]){"--threads", "3"});
   assert_int_equal(f->config.queue, 12);
@@ -157,7 +154,7 @@ static void write_file(const char *path, const char *text) {
   fclose(file);
 }
 
-static void keys_come_from_a_list_or_a_file_that_is_read_anew(void **state) {
+TEST_WITH(keys_come_from_a_list_or_a_file_that_is_read_anew, set_up, tear_down) {
   fixture *f = *state;
   char **keys, path[] = "/tmp/tweend-keys-XXXXXX", argument[64];
   assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
@@ -181,7 +178,7 @@ static void keys_come_from_a_list_or_a_file_that_is_read_anew(void **state) {
   assert_non_null(strstr(f->error, path));
 }
 
-static void log_level_is_a_word_or_lies_in_a_file_that_is_read_anew(void **state) {
+TEST_WITH(log_level_is_a_word_or_lies_in_a_file_that_is_read_anew, set_up, tear_down) {
   fixture *f = *state;
   srv_log_level level = SRV_LOG_DEBUG;
   char path[] = "/tmp/tweend-level-XXXXXX", argument[64];
@@ -207,7 +204,7 @@ static void log_level_is_a_word_or_lies_in_a_file_that_is_read_anew(void **state
   unlink(path);
 }
 
-static void help_names_flags_variables_and_defaults(void **state) {
+TEST_WITH(help_names_flags_variables_and_defaults, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){"--max-level", "99", "--help"}), SRV_CONFIG_DONE);
   assert_non_null(strstr(f->printed, "--max-upload SIZE  (TWEEND_MAX_UPLOAD)"));
@@ -215,25 +212,8 @@ static void help_names_flags_variables_and_defaults(void **state) {
   assert_non_null(strstr(f->printed, "127.0.0.1:8080"));
 }
 
-static void version_is_one_line(void **state) {
+TEST_WITH(version_is_one_line, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){"--version"}), SRV_CONFIG_DONE);
   assert_string_equal(f->printed, "tweend " TWEEND_VERSION "\n");
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(bad_flags_are_named_in_one_line, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(bad_variable_is_named, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(defaults_are_those_of_the_documentation, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(flags_win_over_variables_and_those_over_defaults, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(switches_are_on_when_named_and_read_words, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(queue_follows_the_threads_unless_given, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(keys_come_from_a_list_or_a_file_that_is_read_anew, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(log_level_is_a_word_or_lies_in_a_file_that_is_read_anew, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(help_names_flags_variables_and_defaults, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(version_is_one_line, set_up, tear_down),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

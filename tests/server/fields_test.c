@@ -39,7 +39,7 @@ static void assert_whole(const fixture *f) {
   assert_true(has(f, "\r\nDate: "));
 }
 
-static void answer_without_one_of_its_fields_is_not_sent(void **state) {
+TEST_WITH(answer_without_one_of_its_fields_is_not_sent, set_up, tear_down) {
   fixture *f = *state;
   static const char *const REQUESTS[] = {
       "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n",
@@ -57,7 +57,7 @@ static void answer_without_one_of_its_fields_is_not_sent(void **state) {
 }
 
 /* Nor does it leave a listener behind. */
-static void stream_without_one_of_its_fields_is_not_sent(void **state) {
+TEST_WITH(stream_without_one_of_its_fields_is_not_sent, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i <= f->config.max_listeners; i++) {
     fail_fields(0, FIELDS_MOST);
@@ -67,12 +67,4 @@ static void stream_without_one_of_its_fields_is_not_sent(void **state) {
   fail_fields(0, 0);
   ask(f, "GET /live?3 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   assert_int_equal(status(f), 200);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(answer_without_one_of_its_fields_is_not_sent, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(stream_without_one_of_its_fields_is_not_sent, set_up, tear_down),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

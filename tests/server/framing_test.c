@@ -1,11 +1,8 @@
 #include "framing.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 static int target_status(const char *target) {
   srv_framing framing = {0};
@@ -43,8 +40,7 @@ static int two(const char *name, const char *value, const char *name_2, const ch
   return judge("HTTP/1.1", name, value, name_2, value_2).status;
 }
 
-static void targets_with_raw_or_broken_bytes_are_400(void **state) {
-  (void)state;
+TEST(targets_with_raw_or_broken_bytes_are_400) {
   static const char *const BAD[] = {"/a b", "/a\tb", "/a\x01",   "/\xc3\xa4", "/a#b", "/%",      "/%4",
                                     "/%4g", "/%00",  "/a?b=%00", "a",         "",     "ftp://x/"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) {
@@ -52,14 +48,12 @@ static void targets_with_raw_or_broken_bytes_are_400(void **state) {
   }
 }
 
-static void targets_of_every_form_are_fine(void **state) {
-  (void)state;
+TEST(targets_of_every_form_are_fine) {
   static const char *const GOOD[] = {"/", "*", "/a%20b?c=d&e", "http://x/y", "HTTPS://x", "/a\"<>{}|"};
   for (size_t i = 0; i < sizeof GOOD / sizeof *GOOD; i++) assert_int_equal(target_status(GOOD[i]), 0);
 }
 
-static void target_has_8192_bytes_and_32_arguments_at_most(void **state) {
-  (void)state;
+TEST(target_has_8192_bytes_and_32_arguments_at_most) {
   static char target[SRV_TARGET_MAX + 2];
   memset(target, 'a', SRV_TARGET_MAX);
   target[0] = '/';
@@ -74,21 +68,18 @@ static void target_has_8192_bytes_and_32_arguments_at_most(void **state) {
   assert_int_equal(target_status(query), 400);
 }
 
-static void lengths_that_are_not_plain_numbers_are_400(void **state) {
-  (void)state;
+TEST(lengths_that_are_not_plain_numbers_are_400) {
   static const char *const BAD[] = {
       "", "+3", "-3", "3, 3", "3,3", "3 3", "0x3", "1e3", "9999999999999999999"};
   for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) assert_int_equal(one("Content-Length", BAD[i]), 400);
 }
 
-static void blanks_behind_a_length_are_trimmed(void **state) {
-  (void)state;
+TEST(blanks_behind_a_length_are_trimmed) {
   srv_framing framing = judge("HTTP/1.1", "Content-Length", "35 \t ", NULL, NULL);
   assert_true(framing.status == 0 && framing.length == 35);
 }
 
-static void two_framings_are_400(void **state) {
-  (void)state;
+TEST(two_framings_are_400) {
   assert_int_equal(two("Content-Length", "3", "Content-Length", "4"), 400);
   assert_int_equal(two("Content-Length", "3", "content-length", "3"), 400);
   assert_int_equal(two("Content-Length", "3", "Transfer-Encoding", "chunked"), 400);
@@ -96,16 +87,14 @@ static void two_framings_are_400(void **state) {
   assert_int_equal(judge("HTTP/1.0", "Transfer-Encoding", "chunked", NULL, NULL).status, 400);
 }
 
-static void other_transfer_codings_are_501(void **state) {
-  (void)state;
+TEST(other_transfer_codings_are_501) {
   assert_int_equal(one("Transfer-Encoding", "cow"), 501);
   assert_int_equal(one("Transfer-Encoding", "gzip, chunked"), 501);
   assert_int_equal(one("Transfer-Encoding", "identity"), 501);
   assert_int_equal(one("Transfer-Encoding", "chunked "), 501); /* the library would not decode it */
 }
 
-static void names_of_fields_are_tokens_and_values_have_no_controls(void **state) {
-  (void)state;
+TEST(names_of_fields_are_tokens_and_values_have_no_controls) {
   assert_int_equal(one("Content-Length ", "3"), 400);
   assert_int_equal(one("X A", "b"), 400);
   assert_int_equal(one("", "b"), 400);
@@ -114,15 +103,13 @@ static void names_of_fields_are_tokens_and_values_have_no_controls(void **state)
   assert_int_equal(one("X-A", "a\tb \xc3\xa4"), 0);
 }
 
-static void expectations_but_one_are_417(void **state) {
-  (void)state;
+TEST(expectations_but_one_are_417) {
   assert_int_equal(one("Expect", "rain"), 417);
   srv_framing framing = judge("HTTP/1.1", "Expect", "100-Continue", "Content-Length", "5");
   assert_true(framing.status == 0 && framing.continues && framing.has_length && framing.length == 5);
 }
 
-static void host_is_there_once(void **state) {
-  (void)state;
+TEST(host_is_there_once) {
   assert_int_equal(one("Host", "y"), 400);
   srv_framing framing = {0};
   srv_framing_line(&framing, "GET", "HTTP/1.1");
@@ -134,8 +121,7 @@ static void host_is_there_once(void **state) {
   assert_int_equal(framing.status, 0);
 }
 
-static void versions_but_two_are_505(void **state) {
-  (void)state;
+TEST(versions_but_two_are_505) {
   static const char *const others[] = {"HTTP/2.0", "HTTP/1.2", "HTTP/1.10", "HTTP/1.1 ", "http/1.1", ""};
   for (size_t i = 0; i < sizeof others / sizeof *others; i++)
     assert_int_equal(judge(others[i], NULL, NULL, NULL, NULL).status, 505);
@@ -150,16 +136,14 @@ static int status_of_fields(int others, const char *cookies, size_t head_size) {
   return framing.status;
 }
 
-static void sixty_four_fields_and_cookies_are_the_most(void **state) {
-  (void)state;
+TEST(sixty_four_fields_and_cookies_are_the_most) {
   assert_int_equal(status_of_fields(SRV_FIELDS_MAX - 1, NULL, 1000), 0);
   assert_int_equal(status_of_fields(SRV_FIELDS_MAX, NULL, 1000), 431);
   assert_int_equal(status_of_fields(SRV_FIELDS_MAX - 5, "a=1; b; c", 1000), 0);
   assert_int_equal(status_of_fields(SRV_FIELDS_MAX - 5, "a=1; b; c,d", 1000), 431);
 }
 
-static void four_kilobytes_of_cookies_are_the_most(void **state) {
-  (void)state;
+TEST(four_kilobytes_of_cookies_are_the_most) {
   static char cookies[SRV_COOKIES_MAX + 2];
   memset(cookies, 'c', SRV_COOKIES_MAX);
   assert_int_equal(status_of_fields(0, cookies, 5000), 0);
@@ -167,8 +151,7 @@ static void four_kilobytes_of_cookies_are_the_most(void **state) {
   assert_int_equal(status_of_fields(0, cookies, 5000), 431);
 }
 
-static void sixteen_kilobytes_are_the_longest_head(void **state) {
-  (void)state;
+TEST(sixteen_kilobytes_are_the_longest_head) {
   assert_int_equal(status_of_fields(0, NULL, SRV_HEAD_MAX), 0);
   assert_int_equal(status_of_fields(0, NULL, SRV_HEAD_MAX + 1), 431);
 }
@@ -179,37 +162,13 @@ static int whole_status(size_t head_size) {
   return framing.status;
 }
 
-static void head_of_which_a_byte_is_not_shown_is_400(void **state) {
-  (void)state;
+TEST(head_of_which_a_byte_is_not_shown_is_400) {
   size_t size = strlen("GET / HTTP/1.1\r\nHost: x\r\nX-A: b\r\n\r\n");
   assert_int_equal(whole_status(size), 0);
   assert_int_equal(whole_status(size + 1), 400); /* X-A: b\0 */
   assert_int_equal(whole_status(size - 1), 400); /* a line without its CR */
 }
 
-static void first_refusal_stays(void **state) {
-  (void)state;
+TEST(first_refusal_stays) {
   assert_int_equal(two("Transfer-Encoding", "cow", "X A", "b"), 501);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(targets_with_raw_or_broken_bytes_are_400),
-      cmocka_unit_test(targets_of_every_form_are_fine),
-      cmocka_unit_test(target_has_8192_bytes_and_32_arguments_at_most),
-      cmocka_unit_test(lengths_that_are_not_plain_numbers_are_400),
-      cmocka_unit_test(blanks_behind_a_length_are_trimmed),
-      cmocka_unit_test(two_framings_are_400),
-      cmocka_unit_test(other_transfer_codings_are_501),
-      cmocka_unit_test(names_of_fields_are_tokens_and_values_have_no_controls),
-      cmocka_unit_test(expectations_but_one_are_417),
-      cmocka_unit_test(host_is_there_once),
-      cmocka_unit_test(versions_but_two_are_505),
-      cmocka_unit_test(sixty_four_fields_and_cookies_are_the_most),
-      cmocka_unit_test(four_kilobytes_of_cookies_are_the_most),
-      cmocka_unit_test(sixteen_kilobytes_are_the_longest_head),
-      cmocka_unit_test(head_of_which_a_byte_is_not_shown_is_400),
-      cmocka_unit_test(first_refusal_stays),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -88,12 +88,12 @@ static const head FULL[] = {
 };
 enum { FULL_COUNT = sizeof FULL / sizeof *FULL };
 
-static void heads_at_all_limits_are_answered(void **state) {
+TEST_WITH(heads_at_all_limits_are_answered, set_up, tear_down) {
   for (size_t i = 0; i < FULL_COUNT; i++) assert_answered(*state, &FULL[i]);
 }
 
 /* Behind the first one the library begins with what has already come of the next. */
-static void heads_at_all_limits_follow_each_other(void **state) {
+TEST_WITH(heads_at_all_limits_follow_each_other, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i < FULL_COUNT; i++) {
     size_t used = put_request(request, "GET", "/wide", &FULL[i], "Connection: x\r\n\r\n");
@@ -105,7 +105,7 @@ static void heads_at_all_limits_follow_each_other(void **state) {
   }
 }
 
-static void bodies_behind_heads_at_all_limits_are_taken(void **state) {
+TEST_WITH(bodies_behind_heads_at_all_limits_are_taken, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i < FULL_COUNT; i++) {
     char last[64];
@@ -123,7 +123,7 @@ static void bodies_behind_heads_at_all_limits_are_taken(void **state) {
 }
 
 /* However its bytes are cut on the way. */
-static void head_at_all_limits_comes_in_pieces(void **state) {
+TEST_WITH(head_at_all_limits_comes_in_pieces, set_up, tear_down) {
   fixture *f = *state;
   for (size_t piece = 1000; piece < SRV_HEAD_MAX; piece = piece * 3 / 2) {
     size_t size = put_request(request, "GET", "/wide", &FULL[2], "Connection: close\r\n\r\n");
@@ -145,7 +145,7 @@ static void assert_refused(fixture *f, int expected, const char *detail, const h
   if (!has(f, detail)) fail_msg("'%s' is not in %s", detail, f->answer);
 }
 
-static void what_is_one_over_a_limit_is_told_which(void **state) {
+TEST_WITH(what_is_one_over_a_limit_is_told_which, set_up, tear_down) {
   fixture *f = *state;
   assert_refused(f, 414, "8192 bytes", &(head){.target = SRV_TARGET_MAX + 1, .arguments = 1});
   assert_refused(f, 400, "32 arguments", &(head){.target = 1000, .arguments = SRV_ARGUMENTS_MAX + 1});
@@ -158,7 +158,7 @@ static void what_is_one_over_a_limit_is_told_which(void **state) {
 }
 
 /* The library itself may answer these, or refuses them so that a refusal of ours comes before its own. */
-static void what_is_far_over_a_limit_is_refused(void **state) {
+TEST_WITH(what_is_far_over_a_limit_is_refused, set_up, tear_down) {
   fixture *f = *state;
   assert_refused(f, 414, "", &(head){.target = 60000, .arguments = 1});
   assert_refused(f, 400, "32 arguments", &(head){.target = 8000, .arguments = 4000});
@@ -166,16 +166,4 @@ static void what_is_far_over_a_limit_is_refused(void **state) {
   assert_refused(f, 431, "", &(head){.target = 100, .fields = 1, .size = 60000});
   assert_refused(f, 431, "4096 bytes", &(head){.target = 100, .cookies = 1, .cookie_bytes = 12000});
   assert_refused(f, 431, "", &(head){.target = 100, .cookies = 4000, .cookie_bytes = 12000});
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(heads_at_all_limits_are_answered, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(heads_at_all_limits_follow_each_other, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(bodies_behind_heads_at_all_limits_are_taken, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(head_at_all_limits_comes_in_pieces, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(what_is_one_over_a_limit_is_told_which, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(what_is_far_over_a_limit_is_refused, set_up, tear_down),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -21,7 +21,7 @@ static void assert_refused(fixture *f, int expected, const char *request) {
 
 /* ---- framing --------------------------------------------------------------------------------- */
 
-static void ambiguous_lengths_are_refused_and_nothing_is_read_behind_them(void **state) {
+TEST_WITH(ambiguous_lengths_are_refused_and_nothing_is_read_behind_them, set_up, tear_down) {
   fixture *f = *state;
   assert_refused(f, 400,
                  "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nContent-Length: 40\r\n\r\n"
@@ -97,7 +97,7 @@ static void say_bytes(int fd, const char *bytes, size_t size) {
   assert_int_equal(send(fd, bytes, size, MSG_NOSIGNAL), (ssize_t)size);
 }
 
-static void doubtful_heads_are_400_and_nothing_is_read_behind_them(void **state) {
+TEST_WITH(doubtful_heads_are_400_and_nothing_is_read_behind_them, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i < DOUBTFUL_COUNT; i++) {
     int fd = connect_client(f);
@@ -108,7 +108,7 @@ static void doubtful_heads_are_400_and_nothing_is_read_behind_them(void **state)
   }
 }
 
-static void doubtful_heads_behind_an_answer_are_400(void **state) {
+TEST_WITH(doubtful_heads_behind_an_answer_are_400, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i < DOUBTFUL_COUNT; i++) {
     int fd = connect_client(f);
@@ -121,7 +121,7 @@ static void doubtful_heads_behind_an_answer_are_400(void **state) {
   }
 }
 
-static void doubtful_heads_in_one_piece_with_others_are_400(void **state) {
+TEST_WITH(doubtful_heads_in_one_piece_with_others_are_400, set_up, tear_down) {
   fixture *f = *state;
   for (size_t i = 0; i < DOUBTFUL_COUNT; i++) {
     char bytes[512] = NEXT;
@@ -151,7 +151,7 @@ static void assert_answer_outlives_more_bytes(fixture *f, int expected, const ch
   if (!is_closed || status(f) != expected || answers(f) != 1) fail_msg("%s gave %s", text, f->answer);
 }
 
-static void refusals_are_read_to_the_end_however_much_is_sent_behind_them(void **state) {
+TEST_WITH(refusals_are_read_to_the_end_however_much_is_sent_behind_them, set_up, tear_down) {
   fixture *f = *state;
   assert_answer_outlives_more_bytes(f, 400, POST "Host: y\r\nContent-Length: 35\r\n\r\n", NEXT);
   assert_answer_outlives_more_bytes(f, 400, POST "Content-Length: 3,3\r\n\r\n", NEXT);
@@ -163,7 +163,7 @@ static void refusals_are_read_to_the_end_however_much_is_sent_behind_them(void *
 }
 
 /* All of a long upload that nobody wants. */
-static void client_that_sends_all_before_it_reads_gets_the_refusal(void **state) {
+TEST_WITH(client_that_sends_all_before_it_reads_gets_the_refusal, set_up, tear_down) {
   fixture *f = *state;
   char *megabyte = calloc(1, 1 << 20);
   int fd = connect_client(f);
@@ -176,28 +176,28 @@ static void client_that_sends_all_before_it_reads_gets_the_refusal(void **state)
 }
 
 /* 501 where the question reaches us; newer versions of the HTTP library say 400 themselves. */
-static void unknown_transfer_coding_is_refused(void **state) {
+TEST_WITH(unknown_transfer_coding_is_refused, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: cow\r\n\r\n"));
   assert_true(status(f) == 501 || status(f) == 400);
   assert_int_equal(answers(f), 1);
 }
 
-static void unknown_expectation_is_417(void **state) {
+TEST_WITH(unknown_expectation_is_417, set_up, tear_down) {
   assert_refused(*state, 417,
                  "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nExpect: rain\r\n\r\nabc");
 }
 
-static void missing_or_second_host_is_400(void **state) {
+TEST_WITH(missing_or_second_host_is_400, set_up, tear_down) {
   assert_refused(*state, 400, "GET /light HTTP/1.1\r\n\r\n");
   assert_refused(*state, 400, "GET /light HTTP/1.1\r\nHost: a\r\nHost: b\r\n\r\n");
 }
 
-static void escaped_nul_is_400(void **state) {
+TEST_WITH(escaped_nul_is_400, set_up, tear_down) {
   assert_refused(*state, 400, "GET /light%00/else HTTP/1.1\r\nHost: x\r\n\r\n");
 }
 
-static void five_thousand_arguments_are_refused(void **state) {
+TEST_WITH(five_thousand_arguments_are_refused, set_up, tear_down) {
   fixture *f = *state;
   char request[11000] = "GET /light?";
   for (int i = 0; i < 5000; i++) strcat(request + 10, "&");
@@ -205,7 +205,7 @@ static void five_thousand_arguments_are_refused(void **state) {
   assert_refused(f, 400, request);
 }
 
-static void one_kilobyte_of_arguments_over_the_limit_is_refused(void **state) {
+TEST_WITH(one_kilobyte_of_arguments_over_the_limit_is_refused, set_up, tear_down) {
   fixture *f = *state;
   char request[2000] = "GET /light?";
   for (int i = 0; i < 1000; i++) strcat(request + 10, "&");
@@ -215,7 +215,7 @@ static void one_kilobyte_of_arguments_over_the_limit_is_refused(void **state) {
 
 /* ---- answers --------------------------------------------------------------------------------- */
 
-static void light_and_heavy_answer_in_turn_on_one_connection(void **state) {
+TEST_WITH(light_and_heavy_answer_in_turn_on_one_connection, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\n\r\n"
                      "GET /heavy HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -224,7 +224,7 @@ static void light_and_heavy_answer_in_turn_on_one_connection(void **state) {
   assert_true(has(f, "\r\n\r\nlightHTTP") && has(f, "\r\n\r\nheavyHTTP"));
 }
 
-static void request_id_is_taken_over_when_sane(void **state) {
+TEST_WITH(request_id_is_taken_over_when_sane, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nX-Request-Id: my-id_1.2\r\nConnection: close\r\n\r\n");
   assert_true(has(f, "X-Request-Id: my-id_1.2\r\n"));
@@ -242,7 +242,7 @@ static double receive_ms(const fixture *f) {
   return duration;
 }
 
-static void answers_tell_how_long_requests_took_to_arrive(void **state) {
+TEST_WITH(answers_tell_how_long_requests_took_to_arrive, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   for (int i = 0; i < 3; i++) {
@@ -263,7 +263,7 @@ static void answers_tell_how_long_requests_took_to_arrive(void **state) {
   close(fd);
 }
 
-static void pulled_answer_has_its_size_first_and_all_its_bytes(void **state) {
+TEST_WITH(pulled_answer_has_its_size_first_and_all_its_bytes, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /pull?1000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   assert_true(has(f, "Content-Length: 1000000\r\n"));
@@ -272,7 +272,7 @@ static void pulled_answer_has_its_size_first_and_all_its_bytes(void **state) {
 }
 
 /* Long enough for compute threads to go ahead of it. */
-static void large_answer_is_whole_however_often_it_is_pulled(void **state) {
+TEST_WITH(large_answer_is_whole_however_often_it_is_pulled, set_up, tear_down) {
   fixture *f = *state;
   enum { SIZE = 4000000 };
   for (int round = 0; round < 5; round++) {
@@ -285,28 +285,28 @@ static void large_answer_is_whole_however_often_it_is_pulled(void **state) {
   assert_int_equal(fake_api_open_bodies(), 0);
 }
 
-static void head_tells_the_size_and_pulls_nothing(void **state) {
+TEST_WITH(head_tells_the_size_and_pulls_nothing, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "HEAD /pull?1000000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   assert_true(has(f, "Content-Length: 1000000\r\n"));
   assert_int_equal(body_size(f), 0);
 }
 
-static void unknown_size_is_sent_in_chunks(void **state) {
+TEST_WITH(unknown_size_is_sent_in_chunks, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /chunks?300000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   assert_true(has(f, "Transfer-Encoding: chunked\r\n"));
   assert_string_equal(f->answer + f->answer_size - 5, "0\r\n\r\n");
 }
 
-static void body_that_breaks_cuts_the_connection(void **state) {
+TEST_WITH(body_that_breaks_cuts_the_connection, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /broken?100000 HTTP/1.1\r\nHost: x\r\n\r\n");
   assert_int_equal(status(f), 200);
   assert_true(body_size(f) < 1000000);
 }
 
-static void no_content_has_no_length(void **state) {
+TEST_WITH(no_content_has_no_length, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /nothing HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   assert_int_equal(status(f), 204);
@@ -314,7 +314,7 @@ static void no_content_has_no_length(void **state) {
 }
 
 /* Its length, where it is told, is of no body: the next answer follows at once. */
-static void not_modified_keeps_the_connection(void **state) {
+TEST_WITH(not_modified_keeps_the_connection, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "GET /unchanged HTTP/1.1\r\nHost: x\r\n\r\n"
                      "HEAD /unchanged HTTP/1.1\r\nHost: x\r\n\r\n"
@@ -333,7 +333,7 @@ static void assert_field(fixture *f, const char *line, const char *expected) {
   assert_string_equal(body(f), expected);
 }
 
-static void blanks_around_values_are_trimmed(void **state) {
+TEST_WITH(blanks_around_values_are_trimmed, set_up, tear_down) {
   fixture *f = *state;
   assert_field(f, "X-A: b", "b");
   assert_field(f, "X-A:b", "b");
@@ -345,7 +345,7 @@ static void blanks_around_values_are_trimmed(void **state) {
   assert_field(f, "X-B: b ", "none");
 }
 
-static void refusal_on_headers_keeps_the_connection_when_the_body_is_small(void **state) {
+TEST_WITH(refusal_on_headers_keeps_the_connection_when_the_body_is_small, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "POST /no HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\n\r\nabc"
                      "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
@@ -353,7 +353,7 @@ static void refusal_on_headers_keeps_the_connection_when_the_body_is_small(void 
   assert_int_equal(answers(f), 2);
 }
 
-static void metrics_count_what_was_answered(void **state) {
+TEST_WITH(metrics_count_what_was_answered, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   ask(f, "GET /metrics HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
@@ -384,7 +384,7 @@ static void echo(fixture *f, size_t size, bool chunked) {
   close(fd);
 }
 
-static void bodies_arrive_whole_in_memory_and_in_a_file(void **state) {
+TEST_WITH(bodies_arrive_whole_in_memory_and_in_a_file, set_up, tear_down) {
   echo(*state, 100, false);
   echo(*state, 100, true);
   echo(*state, 1 << 20, false);
@@ -393,14 +393,14 @@ static void bodies_arrive_whole_in_memory_and_in_a_file(void **state) {
   echo(*state, 3 << 20, true);
 }
 
-static void announced_body_over_the_limit_is_413_before_a_byte_is_sent(void **state) {
+TEST_WITH(announced_body_over_the_limit_is_413_before_a_byte_is_sent, set_up, tear_down) {
   fixture *f = *state;
   assert_refused(f, 413,
                  "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 4000000\r\nExpect: 100-continue\r\n\r\n");
   assert_false(has(f, "100 Continue"));
 }
 
-static void client_that_waits_for_100_is_told_to_go_on(void **state) {
+TEST_WITH(client_that_waits_for_100_is_told_to_go_on, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nContent-Length: 3\r\nExpect: 100-continue\r\nConnection: "
@@ -412,7 +412,7 @@ static void client_that_waits_for_100_is_told_to_go_on(void **state) {
   close(fd);
 }
 
-static void chunks_over_the_limit_are_413_while_they_come(void **state) {
+TEST_WITH(chunks_over_the_limit_are_413_while_they_come, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\n");
@@ -428,7 +428,7 @@ static void chunks_over_the_limit_are_413_while_they_come(void **state) {
   close(fd);
 }
 
-static void broken_chunks_end_the_connection(void **state) {
+TEST_WITH(broken_chunks_end_the_connection, set_up, tear_down) {
   fixture *f = *state;
   ask(f, "POST /echo HTTP/1.1\r\nHost: x\r\nTransfer-Encoding: chunked\r\n\r\nzz\r\nabc\r\n0\r\n\r\n");
   assert_true(status(f) == 400 || f->answer_size == 0);
@@ -450,7 +450,7 @@ static void drip(fixture *f, const char *beginning) {
   close(fd);
 }
 
-static void dripping_headers_are_cut_off(void **state) {
+TEST_WITH(dripping_headers_are_cut_off, set_up, tear_down) {
   fixture *f = *state;
   f->config.header_timeout = 600;
   restart(f);
@@ -461,7 +461,7 @@ static void dripping_headers_are_cut_off(void **state) {
   assert_true(has(f, "\r\nDate: ") && has(f, " GMT\r\n") && has(f, "Connection: close"));
 }
 
-static void dripping_body_gets_408(void **state) {
+TEST_WITH(dripping_body_gets_408, set_up, tear_down) {
   fixture *f = *state;
   f->config.request_timeout = 1500;
   restart(f);
@@ -471,7 +471,7 @@ static void dripping_body_gets_408(void **state) {
   assert_int_equal(status(f), 408);
 }
 
-static void silent_and_idle_connections_are_closed(void **state) {
+TEST_WITH(silent_and_idle_connections_are_closed, set_up, tear_down) {
   fixture *f = *state;
   f->config.header_timeout = f->config.idle_timeout = 600;
   restart(f);
@@ -481,7 +481,7 @@ static void silent_and_idle_connections_are_closed(void **state) {
   assert_int_equal(status(f), 200);
 }
 
-static void request_that_waited_too_long_for_a_thread_gets_503(void **state) {
+TEST_WITH(request_that_waited_too_long_for_a_thread_gets_503, set_up, tear_down) {
   fixture *f = *state;
   f->config.request_timeout = 500;
   restart(f);
@@ -517,7 +517,7 @@ static void wait_queued(fixture *f, size_t count) {
   assert_int_equal(waiting, count);
 }
 
-static void full_queue_answers_503_at_once(void **state) {
+TEST_WITH(full_queue_answers_503_at_once, set_up, tear_down) {
   fixture *f = *state;
   enum { BUSY = 4 }; /* two threads, two that wait */
   fake_api_hold();
@@ -544,7 +544,7 @@ static void full_queue_answers_503_at_once(void **state) {
   }
 }
 
-static void queued_request_of_a_client_that_left_is_not_computed(void **state) {
+TEST_WITH(queued_request_of_a_client_that_left_is_not_computed, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
   size_t before = fake_api_started();
@@ -584,7 +584,7 @@ static void await_connections(fixture *f, size_t most) {
   assert_true(atomic_load(&f->server.connections) <= most);
 }
 
-static void connection_over_the_limit_is_told_to_come_again(void **state) {
+TEST_WITH(connection_over_the_limit_is_told_to_come_again, set_up, tear_down) {
   fixture *f = *state;
   int idle[LIMIT];
   open_idle(f, idle, LIMIT);
@@ -597,7 +597,7 @@ static void connection_over_the_limit_is_told_to_come_again(void **state) {
 }
 
 /* However many others there are that say nothing, or ask for something else. */
-static void health_checks_are_answered_over_the_limit(void **state) {
+TEST_WITH(health_checks_are_answered_over_the_limit, set_up, tear_down) {
   fixture *f = *state;
   enum { SILENT = 100 };
   int idle[LIMIT], silent[SILENT];
@@ -640,7 +640,7 @@ static double processor_ms(void) {
   return (double)used.tv_sec * 1e3 + (double)used.tv_nsec / 1e6;
 }
 
-static void without_descriptors_the_listener_rests_and_says_so_once_a_second(void **state) {
+TEST_WITH(without_descriptors_the_listener_rests_and_says_so_once_a_second, set_up, tear_down) {
   fixture *f = *state;
   enum { MOST = 300 };
   static int taken[MOST];
@@ -675,7 +675,7 @@ static void without_descriptors_the_listener_rests_and_says_so_once_a_second(voi
 
 /* One alone gets large blocks. With many a turn of the loop, for which a new connection waits, would be long.
  */
-static void many_readers_get_small_blocks(void **state) {
+TEST_WITH(many_readers_get_small_blocks, set_up, tear_down) {
   fixture *f = *state;
   enum { READERS = 60 };
   int readers[READERS];
@@ -699,7 +699,7 @@ static void many_readers_get_small_blocks(void **state) {
   close_all(readers, READERS);
 }
 
-static void exactly_128_ready_connections_are_all_answered(void **state) {
+TEST_WITH(exactly_128_ready_connections_are_all_answered, set_up, tear_down) {
   fixture *f = *state;
   f->config.max_connections = 300;
   f->config.io_threads = 1;
@@ -717,7 +717,7 @@ static void exactly_128_ready_connections_are_all_answered(void **state) {
   for (int i = 0; i < 128; i++) close(ready[i]);
 }
 
-static void reader_that_leaves_frees_the_answer(void **state) {
+TEST_WITH(reader_that_leaves_frees_the_answer, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "GET /endless HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -730,7 +730,7 @@ static void reader_that_leaves_frees_the_answer(void **state) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
-static void drain_closes_idle_connections_and_finishes_what_is_under_way(void **state) {
+TEST_WITH(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
   size_t before = fake_api_started();
@@ -778,7 +778,7 @@ static bool is_drained(const fixture *f, int wait_ms) {
 }
 
 /* Whether the connection is still there when the drain begins, or the daemon has closed it before. */
-static void drain_waits_for_clients_to_take_their_answers(void **state) {
+TEST_WITH(drain_waits_for_clients_to_take_their_answers, set_up, tear_down) {
   fixture *f = *state;
   for (int closes = 0; closes < 2; closes++) {
     int fd =
@@ -796,7 +796,7 @@ static void drain_waits_for_clients_to_take_their_answers(void **state) {
   }
 }
 
-static void drain_does_not_wait_for_a_client_that_is_gone(void **state) {
+TEST_WITH(drain_does_not_wait_for_a_client_that_is_gone, set_up, tear_down) {
   fixture *f = *state;
   int fd = ask_and_read_nothing(f, "GET /pull?300000 HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
   drain(f);
@@ -805,7 +805,7 @@ static void drain_does_not_wait_for_a_client_that_is_gone(void **state) {
   assert_true(is_drained(f, PATIENCE_MS));
 }
 
-static void drain_without_requests_is_over_at_once(void **state) {
+TEST_WITH(drain_without_requests_is_over_at_once, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
   assert_false(srv_http_is_drained(f->http));
@@ -814,7 +814,7 @@ static void drain_without_requests_is_over_at_once(void **state) {
 }
 
 /* Whatever the moment: blocks are being made ahead, or the reader has had enough of them. */
-static void stop_cuts_what_is_being_sent(void **state) {
+TEST_WITH(stop_cuts_what_is_being_sent, set_up, tear_down) {
   fixture *f = *state;
   for (int round = 0; round < 8; round++) {
     int fd = connect_client(f);
@@ -831,7 +831,7 @@ static void stop_cuts_what_is_being_sent(void **state) {
 /* What was abandoned stays reachable, as it does until a process exits; volatile, or it would be left out. */
 static srv_http *volatile abandoned;
 
-static void stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so(void **state) {
+TEST_WITH(stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
   size_t before = fake_api_started();
@@ -845,68 +845,4 @@ static void stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so(vo
   srv_metrics_destroy(f->server.metrics);
   close(fd);
   start(f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(ambiguous_lengths_are_refused_and_nothing_is_read_behind_them, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(doubtful_heads_are_400_and_nothing_is_read_behind_them, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(doubtful_heads_behind_an_answer_are_400, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(doubtful_heads_in_one_piece_with_others_are_400, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(refusals_are_read_to_the_end_however_much_is_sent_behind_them, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(client_that_sends_all_before_it_reads_gets_the_refusal, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(unknown_transfer_coding_is_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(unknown_expectation_is_417, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(missing_or_second_host_is_400, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(escaped_nul_is_400, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(five_thousand_arguments_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(one_kilobyte_of_arguments_over_the_limit_is_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(light_and_heavy_answer_in_turn_on_one_connection, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(request_id_is_taken_over_when_sane, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(answers_tell_how_long_requests_took_to_arrive, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(pulled_answer_has_its_size_first_and_all_its_bytes, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(large_answer_is_whole_however_often_it_is_pulled, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(head_tells_the_size_and_pulls_nothing, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(unknown_size_is_sent_in_chunks, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(body_that_breaks_cuts_the_connection, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(no_content_has_no_length, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(not_modified_keeps_the_connection, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(blanks_around_values_are_trimmed, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(refusal_on_headers_keeps_the_connection_when_the_body_is_small, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(metrics_count_what_was_answered, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(bodies_arrive_whole_in_memory_and_in_a_file, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(announced_body_over_the_limit_is_413_before_a_byte_is_sent, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(client_that_waits_for_100_is_told_to_go_on, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(chunks_over_the_limit_are_413_while_they_come, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(broken_chunks_end_the_connection, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(dripping_headers_are_cut_off, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(dripping_body_gets_408, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(silent_and_idle_connections_are_closed, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(request_that_waited_too_long_for_a_thread_gets_503, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(full_queue_answers_503_at_once, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(queued_request_of_a_client_that_left_is_not_computed, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(connection_over_the_limit_is_told_to_come_again, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(health_checks_are_answered_over_the_limit, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(without_descriptors_the_listener_rests_and_says_so_once_a_second,
-                                      set_up, tear_down),
-      cmocka_unit_test_setup_teardown(many_readers_get_small_blocks, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(exactly_128_ready_connections_are_all_answered, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(reader_that_leaves_frees_the_answer, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up,
-                                      tear_down),
-      cmocka_unit_test_setup_teardown(drain_waits_for_clients_to_take_their_answers, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(drain_does_not_wait_for_a_client_that_is_gone, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(drain_without_requests_is_over_at_once, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(stop_cuts_what_is_being_sent, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so,
-                                      set_up, tear_down),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,11 @@
 #include "listen.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 static char error[256];
 
@@ -17,8 +15,7 @@ static srv_address parsed(const char *text) {
   return address;
 }
 
-static void malformed_addresses_are_refused(void **state) {
-  (void)state;
+TEST(malformed_addresses_are_refused) {
   static const char *const BAD[] = {"",
                                     "8080",
                                     ":8080",
@@ -55,16 +52,14 @@ static void assert_prints(const char *text, bool tls, const char *expected) {
   assert_string_equal(out, expected);
 }
 
-static void addresses_print_as_urls(void **state) {
-  (void)state;
+TEST(addresses_print_as_urls) {
   assert_prints("127.0.0.1:8080", false, "http://127.0.0.1:8080");
   assert_prints("0.0.0.0:80", true, "https://0.0.0.0:80");
   assert_prints("[::]:8080", false, "http://[::]:8080");
   assert_prints("unix:/run/tweend", false, "unix:/run/tweend");
 }
 
-static void port_0_becomes_a_real_one(void **state) {
-  (void)state;
+TEST(port_0_becomes_a_real_one) {
   srv_address address = parsed("127.0.0.1:0");
   int fd = srv_address_listen(&address, error, sizeof error);
   assert_true(fd >= 0);
@@ -80,8 +75,7 @@ static void port_0_becomes_a_real_one(void **state) {
   close(fd);
 }
 
-static void wildcard_is_asked_over_loopback(void **state) {
-  (void)state;
+TEST(wildcard_is_asked_over_loopback) {
   srv_address address = parsed("0.0.0.0:0");
   int fd = srv_address_listen(&address, error, sizeof error);
   socklen_t size = sizeof address.v4;
@@ -92,8 +86,7 @@ static void wildcard_is_asked_over_loopback(void **state) {
   close(fd);
 }
 
-static void left_socket_file_is_replaced_and_a_living_one_is_not(void **state) {
-  (void)state;
+TEST(left_socket_file_is_replaced_and_a_living_one_is_not) {
   char path[] = "/tmp/tweend-listen-XXXXXX", text[64];
   close(mkstemp(path));
   unlink(path);
@@ -110,8 +103,7 @@ static void left_socket_file_is_replaced_and_a_living_one_is_not(void **state) {
   assert_int_equal(access(path, F_OK), -1);
 }
 
-static void plain_file_is_not_taken_for_a_left_socket(void **state) {
-  (void)state;
+TEST(plain_file_is_not_taken_for_a_left_socket) {
   char path[] = "/tmp/tweend-listen-XXXXXX", text[64];
   close(mkstemp(path));
   snprintf(text, sizeof text, "unix:%s", path);
@@ -119,16 +111,4 @@ static void plain_file_is_not_taken_for_a_left_socket(void **state) {
   assert_int_equal(srv_address_listen(&address, error, sizeof error), -1);
   assert_int_equal(access(path, F_OK), 0);
   unlink(path);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(malformed_addresses_are_refused),
-      cmocka_unit_test(addresses_print_as_urls),
-      cmocka_unit_test(port_0_becomes_a_real_one),
-      cmocka_unit_test(wildcard_is_asked_over_loopback),
-      cmocka_unit_test(left_socket_file_is_replaced_and_a_living_one_is_not),
-      cmocka_unit_test(plain_file_is_not_taken_for_a_left_socket),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,15 +3,13 @@
 #include "live.h"
 
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { TEXT_MAX = 1 << 16, PATIENCE_MS = 30000 };
 
@@ -173,7 +171,7 @@ static int tear_down(void **state) {
   return atomic_load(&sources) == 0 ? 0 : -1;
 }
 
-static void frames_come_in_order_and_the_stream_ends(void **state) {
+TEST_WITH(frames_come_in_order_and_the_stream_ends, set_up, tear_down) {
   double start = seconds();
   client *c = join(*state, source("a", 50, 3, 0));
   read_all(c);
@@ -182,7 +180,7 @@ static void frames_come_in_order_and_the_stream_ends(void **state) {
   leave(c);
 }
 
-static void equal_keys_share_what_is_printed(void **state) {
+TEST_WITH(equal_keys_share_what_is_printed, set_up, tear_down) {
   client *a = join(*state, source("a", 50, 20, 0)), *b = join(*state, source("a", 50, 20, 0));
   assert_int_equal(srv_live_look(*state).channels, 1);
   read_both(a, b);
@@ -193,7 +191,7 @@ static void equal_keys_share_what_is_printed(void **state) {
   leave(b);
 }
 
-static void one_who_comes_later_gets_what_is_kept(void **state) {
+TEST_WITH(one_who_comes_later_gets_what_is_kept, set_up, tear_down) {
   client *c[2] = {join(*state, source("a", 50, 30, 0))};
   read_up_to(c[0], 3);
   double start = seconds();
@@ -207,7 +205,7 @@ static void one_who_comes_later_gets_what_is_kept(void **state) {
   for (int i = 0; i < 2; i++) leave(c[i]);
 }
 
-static void one_who_joins_begins_where_the_others_are(void **state) {
+TEST_WITH(one_who_joins_begins_where_the_others_are, set_up, tear_down) {
   client *c[2] = {join(*state, source("a", 50, UINT64_MAX, 0))};
   read_up_to(c[0], 4);
   api_live joining = source("a", 50, UINT64_MAX, 0);
@@ -219,7 +217,7 @@ static void one_who_joins_begins_where_the_others_are(void **state) {
   end_all(*state, c, 2);
 }
 
-static void what_cannot_be_shared_has_its_own_channel(void **state) {
+TEST_WITH(what_cannot_be_shared_has_its_own_channel, set_up, tear_down) {
   client *c[3] = {join(*state, source("a", 50, UINT64_MAX, 0)), join(*state, source("b", 50, UINT64_MAX, 0))};
   api_live ahead = source("a", 50, UINT64_MAX, 0);
   ahead.first = 1000000;
@@ -230,7 +228,7 @@ static void what_cannot_be_shared_has_its_own_channel(void **state) {
   end_all(*state, c, 3);
 }
 
-static void a_channel_without_listeners_is_freed(void **state) {
+TEST_WITH(a_channel_without_listeners_is_freed, set_up, tear_down) {
   client *c = join(*state, source("a", 0.01, 0, 0));
   read_all(c);
   leave(c);
@@ -239,7 +237,7 @@ static void a_channel_without_listeners_is_freed(void **state) {
   assert_int_equal(srv_live_look(*state).channels, 0);
 }
 
-static void more_listeners_than_allowed_are_refused(void **state) {
+TEST_WITH(more_listeners_than_allowed_are_refused, set_up, tear_down) {
   client *c[4];
   for (int i = 0; i < 4; i++) c[i] = join(*state, source("a", 50, 0, 0));
   assert_non_null(c[2]->listener);
@@ -247,7 +245,7 @@ static void more_listeners_than_allowed_are_refused(void **state) {
   for (int i = 0; i < 4; i++) leave(c[i]);
 }
 
-static void a_slow_listener_skips_frames_and_delays_nobody(void **state) {
+TEST_WITH(a_slow_listener_skips_frames_and_delays_nobody, set_up, tear_down) {
   client *slow = join(*state, source("a", 50, 40, 20)), *quick = join(*state, source("a", 50, 40, 20));
   read_up_to(slow, 0); /* and a part of its dots */
   read_all(quick);     /* to the end, whatever the other does */
@@ -259,8 +257,7 @@ static void a_slow_listener_skips_frames_and_delays_nobody(void **state) {
   leave(quick);
 }
 
-static void silent_streams_send_a_sign_of_life(void **state) {
-  (void)state;
+TEST_WITH(silent_streams_send_a_sign_of_life, set_up, tear_down) {
   const double PULSE_S = 1.5;
   srv_live *live = srv_live_create(2, (uint64_t)(PULSE_S * 1e9));
   double start = seconds();
@@ -303,8 +300,7 @@ static int sweep(client **clients, bool *over, int count) {
   return ended;
 }
 
-static void a_thousand_listeners_cost_one_evaluation_a_frame(void **state) {
-  (void)state;
+TEST_WITH(a_thousand_listeners_cost_one_evaluation_a_frame, set_up, tear_down) {
   enum { LISTENERS = 1000 };
   static client *c[LISTENERS];
   static bool over[LISTENERS];
@@ -327,7 +323,7 @@ static void a_thousand_listeners_cost_one_evaluation_a_frame(void **state) {
   srv_live_destroy(live);
 }
 
-static void the_end_cuts_streams_and_refuses_new_ones(void **state) {
+TEST_WITH(the_end_cuts_streams_and_refuses_new_ones, set_up, tear_down) {
   client *c = join(*state, source("a", 0.01, UINT64_MAX, 0));
   read_up_to(c, 0);
   srv_live_end(*state);
@@ -339,7 +335,7 @@ static void the_end_cuts_streams_and_refuses_new_ones(void **state) {
   leave(late);
 }
 
-static void ten_seconds_at_sixty_frames_drift_less_than_a_frame(void **state) {
+TEST_WITH(ten_seconds_at_sixty_frames_drift_less_than_a_frame, set_up, tear_down) {
   client *c = join(*state, source("a", 60, 600, 0));
   double late[601], first = 1e9;
   int seen = 0;
@@ -363,23 +359,4 @@ static void ten_seconds_at_sixty_frames_drift_less_than_a_frame(void **state) {
   print_message("%d of 601 frames in time, drift %.3f ms\n", seen, (last - first) * 1e3);
   assert_true(last - first < 1.0 / 60 && first - last < 1.0 / 60);
   leave(c);
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-  const struct CMUnitTest tests[] = {
-      TEST(frames_come_in_order_and_the_stream_ends),
-      TEST(equal_keys_share_what_is_printed),
-      TEST(one_who_comes_later_gets_what_is_kept),
-      TEST(one_who_joins_begins_where_the_others_are),
-      TEST(what_cannot_be_shared_has_its_own_channel),
-      TEST(a_channel_without_listeners_is_freed),
-      TEST(more_listeners_than_allowed_are_refused),
-      TEST(a_slow_listener_skips_frames_and_delays_nobody),
-      TEST(silent_streams_send_a_sign_of_life),
-      TEST(a_thousand_listeners_cost_one_evaluation_a_frame),
-      TEST(the_end_cuts_streams_and_refuses_new_ones),
-      TEST(ten_seconds_at_sixty_frames_drift_less_than_a_frame),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

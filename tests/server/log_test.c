@@ -1,15 +1,12 @@
 /* What is on standard error. */
 #include "log.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 typedef struct fixture {
   int saved, file; /* what standard error was, and is */
@@ -55,14 +52,14 @@ static size_t count(const char *where, const char *what) {
   return found;
 }
 
-static void lines_leave_at_once(void **state) {
+TEST_WITH(lines_leave_at_once, redirect, restore) {
   log_request("one", "");
   assert_int_equal(count(written(*state), "\"id\":\"one\""), 1);
   srv_log(SRV_LOG_WARN, "careful");
   assert_int_equal(count(written(*state), "careful"), 1);
 }
 
-static void level_changes_at_any_time(void **state) {
+TEST_WITH(level_changes_at_any_time, redirect, restore) {
   srv_log_set_level(SRV_LOG_WARN);
   log_request("one", "");
   srv_log(SRV_LOG_INFO, "quiet");
@@ -72,7 +69,7 @@ static void level_changes_at_any_time(void **state) {
   assert_int_equal(count(written(*state), "\n"), 1);
 }
 
-static void long_target_is_cut_and_leaves_room_for_the_rest(void **state) {
+TEST_WITH(long_target_is_cut_and_leaves_room_for_the_rest, redirect, restore) {
   static char query[9000];
   memset(query, 'q', sizeof query - 1);
   for (int format = SRV_LOG_TEXT; format <= SRV_LOG_JSON; format++) {
@@ -83,13 +80,4 @@ static void long_target_is_cut_and_leaves_room_for_the_rest(void **state) {
   assert_int_equal(count(lines, "peer=unix id=rest\n"), 1);
   assert_int_equal(count(lines, "\"total_ms\":0.000}\n"), 1);
   assert_int_equal(count(lines, "\n"), 2);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(lines_leave_at_once, redirect, restore),
-      cmocka_unit_test_setup_teardown(level_changes_at_any_time, redirect, restore),
-      cmocka_unit_test_setup_teardown(long_target_is_cut_and_leaves_room_for_the_rest, redirect, restore),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,6 @@
 /* Limits of cgroups, read from a made-up file system. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 
-#include <cmocka.h>
+#include "test.h"
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -38,13 +34,13 @@ static int remove_root(void **state) {
   return system(command);
 }
 
-static void without_cgroups_there_is_no_limit(void **state) {
+TEST_WITH(without_cgroups_there_is_no_limit, make_root, remove_root) {
   assert_true(srv_machine_memory_limit(*state) == UINT64_MAX);
   make(*state, "/proc/self/cgroup", "0::/\n");
   assert_true(srv_machine_memory_limit(*state) == UINT64_MAX);
 }
 
-static void the_least_limit_of_a_group_and_its_parents_counts(void **state) {
+TEST_WITH(the_least_limit_of_a_group_and_its_parents_counts, make_root, remove_root) {
   make(*state, "/proc/self/cgroup", "0::/pod/container\n");
   make(*state, "/sys/fs/cgroup/pod/container/memory.max", "max\n");
   assert_true(srv_machine_memory_limit(*state) == UINT64_MAX);
@@ -54,19 +50,9 @@ static void the_least_limit_of_a_group_and_its_parents_counts(void **state) {
   assert_int_equal(srv_machine_memory_limit(*state), 268435456);
 }
 
-static void version_one_has_a_hierarchy_for_memory(void **state) {
+TEST_WITH(version_one_has_a_hierarchy_for_memory, make_root, remove_root) {
   make(*state, "/proc/self/cgroup", "5:cpu,cpuacct:/a\n4:hugetlb,memory:/a\n0::/\n");
   make(*state, "/sys/fs/cgroup/memory/a/memory.limit_in_bytes", "100000000\n");
   make(*state, "/sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
   assert_int_equal(srv_machine_memory_limit(*state), 100000000);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(without_cgroups_there_is_no_limit, make_root, remove_root),
-      cmocka_unit_test_setup_teardown(the_least_limit_of_a_group_and_its_parents_counts, make_root,
-                                      remove_root),
-      cmocka_unit_test_setup_teardown(version_one_has_a_hierarchy_for_memory, make_root, remove_root),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

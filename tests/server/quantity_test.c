@@ -1,10 +1,6 @@
 #include "config.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 typedef bool parse(const char *text, uint64_t *out);
 
@@ -22,8 +18,7 @@ static void assert_value(parse *p, const char *text, uint64_t expected) {
   assert_true(out == expected);
 }
 
-static void what_is_no_quantity_is_refused(void **state) {
-  (void)state;
+TEST(what_is_no_quantity_is_refused) {
   static const char *const BAD[] = {"",    " 1",  "1 ",   "-1",  "+1",   "x",
                                     "1.5", "1e3", "0x10", "KiB", "1kib", "1MiBB"};
   enum { COUNT = sizeof BAD / sizeof *BAD };
@@ -32,23 +27,20 @@ static void what_is_no_quantity_is_refused(void **state) {
   assert_refused(srv_parse_duration, BAD, COUNT);
 }
 
-static void units_of_other_kinds_are_refused(void **state) {
-  (void)state;
+TEST(units_of_other_kinds_are_refused) {
   assert_refused(srv_parse_size, (const char *const[]){"1s", "1M", "1k"}, 3);
   assert_refused(srv_parse_count, (const char *const[]){"1MiB", "1s", "1m"}, 3);
   assert_refused(srv_parse_duration, (const char *const[]){"10", "1M", "1KiB", "1d"}, 4);
 }
 
-static void more_than_64_bits_is_refused(void **state) {
-  (void)state;
+TEST(more_than_64_bits_is_refused) {
   assert_value(srv_parse_count, "18446744073709551615", UINT64_MAX);
   assert_refused(srv_parse_count, (const char *const[]){"18446744073709551616", "18446744073709552k"}, 2);
   assert_refused(srv_parse_size, (const char *const[]){"16777216TiB", "99999999999999999999"}, 2);
   assert_value(srv_parse_size, "16777215TiB", UINT64_C(16777215) << 40);
 }
 
-static void units_multiply(void **state) {
-  (void)state;
+TEST(units_multiply) {
   assert_value(srv_parse_size, "0", 0);
   assert_value(srv_parse_size, "7B", 7);
   assert_value(srv_parse_size, "256MiB", 256u << 20);
@@ -60,14 +52,4 @@ static void units_multiply(void **state) {
   assert_value(srv_parse_duration, "10s", 10000);
   assert_value(srv_parse_duration, "2m", 120000);
   assert_value(srv_parse_duration, "1h", 3600000);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(what_is_no_quantity_is_refused),
-      cmocka_unit_test(units_of_other_kinds_are_refused),
-      cmocka_unit_test(more_than_64_bits_is_refused),
-      cmocka_unit_test(units_multiply),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -7,12 +7,7 @@
 #include "http.h"
 #include "listen.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 enum { ANSWER_MAX = 4 << 20, PATIENCE_MS = 30000 };
 

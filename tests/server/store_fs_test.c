@@ -6,9 +6,7 @@
 #include <nettle/sha2.h>
 #include <pthread.h>
 #include <sched.h>
-#include <setjmp.h>
 #include <signal.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +16,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 typedef struct fixture {
   char path[64];
@@ -125,15 +123,14 @@ static void pause_ms(long ms) {
   nanosleep(&(struct timespec){.tv_sec = ms / 1000, .tv_nsec = ms % 1000 * 1000000}, NULL);
 }
 
-static void folder_that_cannot_be_used_is_refused(void **state) {
-  (void)state;
+TEST(folder_that_cannot_be_used_is_refused) {
   char error[256] = "";
   assert_null(srv_store_fs_open("/dev/null", error, sizeof error));
   assert_non_null(strstr(error, "/dev/null"));
   assert_null(srv_store_fs_open("/no/such/parent/folder", error, sizeof error));
 }
 
-static void what_is_no_id_names_no_file(void **state) {
+TEST_WITH(what_is_no_id_names_no_file, set_up, tear_down) {
   fixture *f = *state;
   static const char *const BAD[] = {"", "abc", "../../../../../../../../etc/passwd",
                                     "0123456789ABCDEF0123456789abcdef", "0123456789abcdef0123456789abcdef0"};
@@ -145,13 +142,13 @@ static void what_is_no_id_names_no_file(void **state) {
   }
 }
 
-static void absent_model_is_absent(void **state) {
+TEST_WITH(absent_model_is_absent, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(open_status(f, ID), API_STORE_ABSENT);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_ABSENT);
 }
 
-static void model_is_got_as_it_was_put_also_by_another_process(void **state) {
+TEST_WITH(model_is_got_as_it_was_put_also_by_another_process, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   assert_true(is_stored(f, TEXT));
@@ -160,7 +157,7 @@ static void model_is_got_as_it_was_put_also_by_another_process(void **state) {
   assert_true(is_stored(f, TEXT));
 }
 
-static void any_part_of_a_model_is_read(void **state) {
+TEST_WITH(any_part_of_a_model_is_read, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -182,7 +179,7 @@ static int count_path(const char *path, const struct stat *facts, int type, stru
   return 0;
 }
 
-static void bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id(void **state) {
+TEST_WITH(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   char path[128], bytes[64];
@@ -196,13 +193,13 @@ static void bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id(void *
   close(file);
 }
 
-static void empty_model_is_possible(void **state) {
+TEST_WITH(empty_model_is_possible, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, "");
   assert_true(is_stored(f, ""));
 }
 
-static void second_put_says_that_it_was_there(void **state) {
+TEST_WITH(second_put_says_that_it_was_there, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   bool existed = false;
@@ -226,7 +223,7 @@ static void *race(void *context) {
   return NULL;
 }
 
-static void of_racing_puts_one_is_the_first(void **state) {
+TEST_WITH(of_racing_puts_one_is_the_first, set_up, tear_down) {
   fixture *f = *state;
   enum { RACERS = 8, ROUNDS = 20 };
   for (int round = 0; round < ROUNDS; round++) {
@@ -278,7 +275,7 @@ static int race_as_first(fixture *f, int start) {
   return waitpid(first, &status, 0) == first && WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-static void processes_that_race_all_store_the_model(void **state) {
+TEST_WITH(processes_that_race_all_store_the_model, set_up, tear_down) {
   fixture *f = *state;
   int start[2];
   pid_t racers[PROCESSES];
@@ -308,7 +305,7 @@ static void processes_that_race_all_store_the_model(void **state) {
 
 /* ---- removal, lists -------------------------------------------------------------------------- */
 
-static void removed_model_is_gone_but_for_who_has_it_open(void **state) {
+TEST_WITH(removed_model_is_gone_but_for_who_has_it_open, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -335,7 +332,7 @@ static void assert_summary(fixture *f, const char *summary) {
   free(listed[0].summary);
 }
 
-static void lost_summary_is_null_and_made_good_by_the_next_put(void **state) {
+TEST_WITH(lost_summary_is_null_and_made_good_by_the_next_put, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   char path[128];
@@ -351,7 +348,7 @@ static void lost_summary_is_null_and_made_good_by_the_next_put(void **state) {
   assert_summary(f, "{\"n\":1}");
 }
 
-static void removed_model_leaves_no_summary_to_the_next(void **state) {
+TEST_WITH(removed_model_leaves_no_summary_to_the_next, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
@@ -361,7 +358,7 @@ static void removed_model_leaves_no_summary_to_the_next(void **state) {
   assert_summary(f, "{\"n\":2}");
 }
 
-static void list_pages_through_all_in_order(void **state) {
+TEST_WITH(list_pages_through_all_in_order, set_up, tear_down) {
   fixture *f = *state;
   enum { MODELS = 60, PAGE = 7 };
   char after[API_ID_TEXT] = "";
@@ -389,7 +386,7 @@ static void list_pages_through_all_in_order(void **state) {
   assert_int_equal(seen, MODELS);
 }
 
-static void full_page_that_is_the_last_says_so(void **state) {
+TEST_WITH(full_page_that_is_the_last_says_so, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_listed listed[1];
@@ -424,7 +421,7 @@ static void do_damage(const char *path, damage d) {
 }
 
 /* Each kind, on a file that was just written and on one that has been hashed and found whole. */
-static void damaged_model_is_noticed_and_mended_by_the_next_put(void **state) {
+TEST_WITH(damaged_model_is_noticed_and_mended_by_the_next_put, set_up, tear_down) {
   fixture *f = *state;
   static const damage KINDS[] = {
       {5, -1, false}, {0, -1, false}, {-1, 3, false}, {-1, 10, false}, {-1, 3, true}};
@@ -452,7 +449,7 @@ static api_store_status look(fixture *f, bool may_wait) {
   return f->store.look(f->store.context, ID, may_wait);
 }
 
-static void look_of_late_is_told_without_waiting(void **state) {
+TEST_WITH(look_of_late_is_told_without_waiting, set_up, tear_down) {
   fixture *f = *state;
   char path[128];
   assert_int_equal(look(f, false), API_STORE_UNKNOWN);
@@ -476,7 +473,7 @@ static uint64_t processor_ns(void) {
   return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
 }
 
-static void unchanged_file_is_hashed_once(void **state) {
+TEST_WITH(unchanged_file_is_hashed_once, set_up, tear_down) {
   fixture *f = *state;
   char *text = make_text(1, 20 << 20), id[API_ID_TEXT];
   make_id(text, id);
@@ -491,7 +488,7 @@ static void unchanged_file_is_hashed_once(void **state) {
   free(text);
 }
 
-static void file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on(void **state) {
+TEST_WITH(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on, set_up, tear_down) {
   fixture *f = *state;
   static const damage KINDS[] = {{5, -1, false}, {0, -1, false}, {-1, 9, false}};
   char path[128];
@@ -510,7 +507,7 @@ static void file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on(void 
   }
 }
 
-static void mending_leaves_alone_who_has_the_model_open(void **state) {
+TEST_WITH(mending_leaves_alone_who_has_the_model_open, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -553,7 +550,7 @@ static void assert_unusable(fixture *f) {
   assert_int_equal(put(f, "other bytes", &existed), API_STORE_UNAVAILABLE);
 }
 
-static void folder_that_vanished_is_told_and_used_again_when_it_is_back(void **state) {
+TEST_WITH(folder_that_vanished_is_told_and_used_again_when_it_is_back, set_up, tear_down) {
   fixture *f = *state;
   char away[128];
   snprintf(away, sizeof away, "%s-away", f->path);
@@ -570,7 +567,7 @@ static void folder_that_vanished_is_told_and_used_again_when_it_is_back(void **s
   assert_true(is_stored(f, TEXT));
 }
 
-static void folder_that_was_made_anew_is_used(void **state) {
+TEST_WITH(folder_that_was_made_anew_is_used, set_up, tear_down) {
   fixture *f = *state;
   must_put(f, TEXT);
   assert_int_equal(nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
@@ -591,7 +588,7 @@ static void fill(const char *path) {
   close(file);
 }
 
-static void full_disk_is_told_and_leaves_nothing_half_made(void **state) {
+TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up, tear_down) {
   fixture *f = *state;
   char filler[128], temporary[128];
   bool existed;
@@ -632,7 +629,7 @@ static void make_leftover(const fixture *f, const char *name, time_t age_s, char
   close(file);
 }
 
-static void leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay(void **state) {
+TEST_WITH(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay, set_up, tear_down) {
   fixture *f = *state;
   char dead[128], living[128];
   make_leftover(f, "dead", 3700, dead);
@@ -675,7 +672,7 @@ static unsigned list_whole_models(fixture *f) {
   return listed_count;
 }
 
-static void kill_at_any_moment_leaves_whole_models_and_all_that_were_stored(void **state) {
+TEST_WITH(kill_at_any_moment_leaves_whole_models_and_all_that_were_stored, set_up, tear_down) {
   fixture *f = *state;
   unsigned stored_count = 0;
   for (unsigned round = 0; round < KILLS; round++) {
@@ -699,37 +696,4 @@ static void kill_at_any_moment_leaves_whole_models_and_all_that_were_stored(void
   open_store(f);
   assert_true(stored_count > 0);
   assert_true(list_whole_models(f) >= stored_count);
-}
-
-#define with_store(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(folder_that_cannot_be_used_is_refused),
-      with_store(what_is_no_id_names_no_file),
-      with_store(absent_model_is_absent),
-      with_store(model_is_got_as_it_was_put_also_by_another_process),
-      with_store(any_part_of_a_model_is_read),
-      with_store(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id),
-      with_store(empty_model_is_possible),
-      with_store(second_put_says_that_it_was_there),
-      with_store(of_racing_puts_one_is_the_first),
-      with_store(processes_that_race_all_store_the_model),
-      with_store(removed_model_is_gone_but_for_who_has_it_open),
-      with_store(lost_summary_is_null_and_made_good_by_the_next_put),
-      with_store(removed_model_leaves_no_summary_to_the_next),
-      with_store(list_pages_through_all_in_order),
-      with_store(full_page_that_is_the_last_says_so),
-      with_store(look_of_late_is_told_without_waiting),
-      with_store(damaged_model_is_noticed_and_mended_by_the_next_put),
-      with_store(unchanged_file_is_hashed_once),
-      with_store(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on),
-      with_store(mending_leaves_alone_who_has_the_model_open),
-      with_store(folder_that_vanished_is_told_and_used_again_when_it_is_back),
-      with_store(folder_that_was_made_anew_is_used),
-      with_store(full_disk_is_told_and_leaves_nothing_half_made),
-      with_store(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay),
-      with_store(kill_at_any_moment_leaves_whole_models_and_all_that_were_stored),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

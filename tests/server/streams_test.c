@@ -6,7 +6,7 @@
 #include <string.h>
 #include <unistd.h>
 
-static void streams_come_in_their_time_and_outlive_other_timeouts(void **state) {
+TEST_WITH(streams_come_in_their_time_and_outlive_other_timeouts, set_up, tear_down) {
   fixture *f = *state;
   f->config.header_timeout = f->config.idle_timeout = 600;
   f->config.request_timeout = 1500;
@@ -22,14 +22,14 @@ static void streams_come_in_their_time_and_outlive_other_timeouts(void **state) 
   assert_true(has(f, "\r\n0\r\n\r\n")); /* a whole answer */
 }
 
-static void head_of_unknown_size_has_no_last_chunk(void **state) {
+TEST_WITH(head_of_unknown_size_has_no_last_chunk, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "HEAD /chunks?100 HTTP/1.1\r\nHost: x\r\n\r\n"));
   assert_int_equal(status(f), 200);
   assert_int_equal(body_size(f), 0);
 }
 
-static void head_of_a_stream_joins_nothing(void **state) {
+TEST_WITH(head_of_a_stream_joins_nothing, set_up, tear_down) {
   fixture *f = *state;
   assert_true(ask(f, "HEAD /live?5 HTTP/1.1\r\nHost: x\r\n\r\n"));
   assert_int_equal(status(f), 200);
@@ -38,7 +38,7 @@ static void head_of_a_stream_joins_nothing(void **state) {
   assert_int_equal(srv_live_look(f->server.live).printed, 0);
 }
 
-static void one_listener_too_many_is_told_to_come_again(void **state) {
+TEST_WITH(one_listener_too_many_is_told_to_come_again, set_up, tear_down) {
   fixture *f = *state;
   int fd[2];
   for (int i = 0; i < 2; i++) {
@@ -56,7 +56,7 @@ static void one_listener_too_many_is_told_to_come_again(void **state) {
   close(fd[1]);
 }
 
-static void a_stream_that_nobody_reads_skips_what_it_missed(void **state) {
+TEST_WITH(a_stream_that_nobody_reads_skips_what_it_missed, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f), window = 4096;
   setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &window, sizeof window);
@@ -69,7 +69,7 @@ static void a_stream_that_nobody_reads_skips_what_it_missed(void **state) {
   close(fd);
 }
 
-static void stop_ends_streams_between_two_frames(void **state) {
+TEST_WITH(stop_ends_streams_between_two_frames, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "GET /live?1000000 HTTP/1.1\r\nHost: x\r\n\r\n");
@@ -80,17 +80,4 @@ static void stop_ends_streams_between_two_frames(void **state) {
   assert_int_equal(fake_api_open_bodies(), 0);
   close(fd);
   start(f);
-}
-
-int main(void) {
-#define TEST(name) cmocka_unit_test_setup_teardown(name, set_up, tear_down)
-  const struct CMUnitTest tests[] = {
-      TEST(streams_come_in_their_time_and_outlive_other_timeouts),
-      TEST(head_of_unknown_size_has_no_last_chunk),
-      TEST(head_of_a_stream_joins_nothing),
-      TEST(one_listener_too_many_is_told_to_come_again),
-      TEST(a_stream_that_nobody_reads_skips_what_it_missed),
-      TEST(stop_ends_streams_between_two_frames),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,10 +1,6 @@
 #include "watch.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
+#include "test.h"
 
 static const srv_patience PATIENCE = {
     .header_ms = 10000, .idle_ms = 60000, .request_ms = 120000, .min_rate = 1000};
@@ -16,27 +12,23 @@ static bool expired(srv_phase phase, bool draining, uint64_t now_ms) {
   return srv_watch_expired(&watch, &PATIENCE, draining, now_ms, UINT64_C(1) << 40);
 }
 
-static void headers_have_their_time(void **state) {
-  (void)state;
+TEST(headers_have_their_time) {
   assert_false(expired(SRV_PHASE_HEAD, false, 9999));
   assert_true(expired(SRV_PHASE_HEAD, false, 10000));
 }
 
-static void idle_connections_have_their_time_and_none_when_draining(void **state) {
-  (void)state;
+TEST(idle_connections_have_their_time_and_none_when_draining) {
   assert_false(expired(SRV_PHASE_IDLE, false, 59999));
   assert_true(expired(SRV_PHASE_IDLE, false, 60000));
   assert_true(expired(SRV_PHASE_IDLE, true, 0));
 }
 
-static void requests_have_their_time_however_fast_they_come(void **state) {
-  (void)state;
+TEST(requests_have_their_time_however_fast_they_come) {
   assert_false(expired(SRV_PHASE_BODY, true, 119999));
   assert_true(expired(SRV_PHASE_BODY, false, 120000));
 }
 
-static void work_and_fast_answers_never_expire(void **state) {
-  (void)state;
+TEST(work_and_fast_answers_never_expire) {
   assert_false(expired(SRV_PHASE_WORK, true, UINT64_C(1) << 40));
   assert_false(expired(SRV_PHASE_SEND, true, UINT64_C(1) << 30));
 }
@@ -51,16 +43,14 @@ static bool survives(srv_phase phase, uint64_t rate) {
   return true;
 }
 
-static void clients_below_the_minimum_rate_are_cut_off(void **state) {
-  (void)state;
+TEST(clients_below_the_minimum_rate_are_cut_off) {
   assert_true(survives(SRV_PHASE_SEND, 1001));
   assert_false(survives(SRV_PHASE_SEND, 990));
   assert_true(survives(SRV_PHASE_BODY, 1001));
   assert_false(survives(SRV_PHASE_BODY, 0));
 }
 
-static void client_that_stops_after_a_burst_is_cut_off(void **state) {
-  (void)state;
+TEST(client_that_stops_after_a_burst_is_cut_off) {
   srv_watch watch;
   srv_watch_enter(&watch, SRV_PHASE_SEND, 0);
   bool cut = false;
@@ -70,34 +60,18 @@ static void client_that_stops_after_a_burst_is_cut_off(void **state) {
   assert_true(cut);
 }
 
-static void count_that_shrinks_is_not_taken_for_slowness(void **state) {
-  (void)state;
+TEST(count_that_shrinks_is_not_taken_for_slowness) {
   srv_watch watch;
   srv_watch_enter(&watch, SRV_PHASE_SEND, 0);
   assert_false(srv_watch_expired(&watch, &PATIENCE, false, 0, 1000));
   assert_false(srv_watch_expired(&watch, &PATIENCE, false, 20000, 10));
 }
 
-static void stream_may_be_slow_but_not_stand_still(void **state) {
-  (void)state;
+TEST(stream_may_be_slow_but_not_stand_still) {
   srv_watch watch;
   srv_watch_enter(&watch, SRV_PHASE_LIVE, 0);
   for (uint64_t now = 0; now <= 600000; now += 15000)
     assert_false(srv_watch_expired(&watch, &PATIENCE, true, now, now / 5000));
   assert_false(srv_watch_expired(&watch, &PATIENCE, false, 640000, 120));
   assert_true(srv_watch_expired(&watch, &PATIENCE, false, 646000, 120));
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(headers_have_their_time),
-      cmocka_unit_test(idle_connections_have_their_time_and_none_when_draining),
-      cmocka_unit_test(requests_have_their_time_however_fast_they_come),
-      cmocka_unit_test(work_and_fast_answers_never_expire),
-      cmocka_unit_test(clients_below_the_minimum_rate_are_cut_off),
-      cmocka_unit_test(client_that_stops_after_a_burst_is_cut_off),
-      cmocka_unit_test(stream_may_be_slow_but_not_stand_still),
-      cmocka_unit_test(count_that_shrinks_is_not_taken_for_slowness),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,10 @@
 #include "work.h"
 
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
 #include <time.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
 static atomic_size_t begun, done;
@@ -30,14 +28,12 @@ static int reset(void **state) {
   return 0;
 }
 
-static void no_threads_is_refused(void **state) {
-  (void)state;
+TEST_WITH(no_threads_is_refused, reset, NULL) {
   assert_null(srv_work_create(0, 5));
   srv_work_destroy(NULL);
 }
 
-static void queue_takes_what_waits_and_no_more(void **state) {
-  (void)state;
+TEST_WITH(queue_takes_what_waits_and_no_more, reset, NULL) {
   enum { THREADS = 2, QUEUE = 3 };
   srv_work *work = srv_work_create(THREADS, QUEUE);
   srv_job jobs[THREADS + QUEUE + 1];
@@ -59,8 +55,7 @@ static void queue_takes_what_waits_and_no_more(void **state) {
   assert_int_equal(atomic_load(&done), THREADS + QUEUE);
 }
 
-static void without_a_queue_idle_threads_still_work(void **state) {
-  (void)state;
+TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
   srv_work *work = srv_work_create(1, 0);
   srv_job jobs[2] = {{.run = run_at_gate}, {.run = run_at_gate}};
   pthread_mutex_lock(&gate);
@@ -73,8 +68,7 @@ static void without_a_queue_idle_threads_still_work(void **state) {
 
 /* ---- spare cores and shared work --------------------------------------------------------------- */
 
-static void spare_work_is_refused_where_no_core_is_idle(void **state) {
-  (void)state;
+TEST_WITH(spare_work_is_refused_where_no_core_is_idle, reset, NULL) {
   srv_work *work = srv_work_create(2, 4);
   srv_job jobs[3] = {{.run = run_at_gate}, {.run = run_at_gate}, {.run = run_at_gate}};
   pthread_mutex_lock(&gate);
@@ -109,8 +103,7 @@ static void run_part(void *context, uint32_t index) {
   atomic_fetch_sub(&p->in, 1);
 }
 
-static void every_part_is_called_once(void **state) {
-  (void)state;
+TEST_WITH(every_part_is_called_once, reset, NULL) {
   srv_work *work = srv_work_create(3, 4);
   static const uint32_t counts[] = {0, 1, 2, PARTS};
   for (int i = 0; i < 4; i++) {
@@ -122,8 +115,7 @@ static void every_part_is_called_once(void **state) {
   srv_work_destroy(work);
 }
 
-static void idle_threads_join_in(void **state) {
-  (void)state;
+TEST_WITH(idle_threads_join_in, reset, NULL) {
   srv_work *work = srv_work_create(1, 4);
   parts p = {.meet = true};
   srv_work_share(work, 2, run_part, &p);
@@ -131,8 +123,7 @@ static void idle_threads_join_in(void **state) {
   srv_work_destroy(work);
 }
 
-static void a_busy_pool_leaves_all_parts_to_the_caller(void **state) {
-  (void)state;
+TEST_WITH(a_busy_pool_leaves_all_parts_to_the_caller, reset, NULL) {
   srv_work *work = srv_work_create(1, 4);
   srv_job job = {.run = run_at_gate};
   pthread_mutex_lock(&gate);
@@ -158,8 +149,7 @@ static void share_in_job(srv_job *job) {
   atomic_fetch_add(&done, 1);
 }
 
-static void jobs_that_share_at_once_all_end(void **state) {
-  (void)state;
+TEST_WITH(jobs_that_share_at_once_all_end, reset, NULL) {
   enum { JOBS = 8 };
   srv_work *work = srv_work_create(2, JOBS);
   static sharing_job jobs[JOBS];
@@ -171,18 +161,4 @@ static void jobs_that_share_at_once_all_end(void **state) {
   assert_int_equal(atomic_load(&done), JOBS);
   for (int i = 0; i < JOBS; i++)
     for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&jobs[i].parts.calls[k]), 1);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup(no_threads_is_refused, reset),
-      cmocka_unit_test_setup(queue_takes_what_waits_and_no_more, reset),
-      cmocka_unit_test_setup(without_a_queue_idle_threads_still_work, reset),
-      cmocka_unit_test_setup(spare_work_is_refused_where_no_core_is_idle, reset),
-      cmocka_unit_test_setup(every_part_is_called_once, reset),
-      cmocka_unit_test_setup(idle_threads_join_in, reset),
-      cmocka_unit_test_setup(a_busy_pool_leaves_all_parts_to_the_caller, reset),
-      cmocka_unit_test_setup(jobs_that_share_at_once_all_end, reset),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

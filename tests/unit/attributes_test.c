@@ -1,18 +1,13 @@
 /* What goes along on a surface: colours, morph targets, material groups. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 #include "scene_fixture.h"
 #include "surface_rows.h"
+#include "test.h"
 
 /* ---- colours -------------------------------------------------------------------------------- */
 
-static void colours_never_leave_their_range(void **state) {
-  (void)state;
+TEST(colours_never_leave_their_range) {
   fixture f;
   fixture_init(&f, patchwork_text);
   tw_mesh *mesh = &f.model->meshes[0];
@@ -31,8 +26,7 @@ static void colours_never_leave_their_range(void **state) {
   fixture_deinit(&f);
 }
 
-static void colours_that_follow_the_points_stay_with_them(void **state) {
-  (void)state;
+TEST(colours_that_follow_the_points_stay_with_them) {
   fixture f;
   fixture_init(&f, patchwork_text);
   tw_mesh *mesh = &f.model->meshes[0];
@@ -56,8 +50,7 @@ static void colours_that_follow_the_points_stay_with_them(void **state) {
 /* ---- morph targets -------------------------------------------------------------------------- */
 
 /* Subdivision is linear: the surface of the moved cage is the surface moved by the displacements. */
-static void displacements_move_the_surface_as_they_move_the_cage(void **state) {
-  (void)state;
+TEST(displacements_move_the_surface_as_they_move_the_cage) {
   fixture f;
   fixture_init(&f, patchwork_text);
   fixture_add_morphs(&f, 3);
@@ -89,8 +82,7 @@ static void displacements_move_the_surface_as_they_move_the_cage(void **state) {
   fixture_deinit(&f);
 }
 
-static void bounds_of_displacements_are_exact(void **state) {
-  (void)state;
+TEST(bounds_of_displacements_are_exact) {
   fixture f;
   fixture_init(&f, patchwork_text);
   fixture_add_morphs(&f, 2);
@@ -139,8 +131,7 @@ static void groups_hold_the_faces_of_each_material(tw_mesh *mesh) {
   }
 }
 
-static void faces_of_each_material_lie_next_to_each_other(void **state) {
-  (void)state;
+TEST(faces_of_each_material_lie_next_to_each_other) {
   static const int32_t in_order[] = {0, 0, 1, 1, 1, 2, 2};
   fixture f;
   fixture_init(&f, patchwork_text);
@@ -149,15 +140,4 @@ static void faces_of_each_material_lie_next_to_each_other(void **state) {
   mesh->face_materials = in_order;
   groups_hold_the_faces_of_each_material(mesh);
   fixture_deinit(&f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(colours_never_leave_their_range),
-      cmocka_unit_test(colours_that_follow_the_points_stay_with_them),
-      cmocka_unit_test(displacements_move_the_surface_as_they_move_the_cage),
-      cmocka_unit_test(bounds_of_displacements_are_exact),
-      cmocka_unit_test(faces_of_each_material_lie_next_to_each_other),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,8 @@
 /* Baked and reduced clips against the clips that they come from. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 #include "tweend/bake.h"
 
 static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
@@ -65,8 +61,7 @@ static const float times_0_1_3[] = {0, 1, 3};
 static const float plain_rotations[] = {0, 0, 0, 1, 1, 0, 0, 0, 0, 0.6f, 0, 0.8f};
 static const tw_tolerance hundredth = {0.01 * REF_DEGREES, 1e-4};
 
-static void times_to_bake_must_rise(void **state) {
-  (void)state;
+TEST(times_to_bake_must_rise) {
   tw_track_keys track = rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3);
   tw_clip *clip = compile(&track, 1, -1);
   tw_arena *arena = tw_arena_create();
@@ -83,8 +78,7 @@ static void times_to_bake_must_rise(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void tolerances_must_be_possible_and_keys_few_enough(void **state) {
-  (void)state;
+TEST(tolerances_must_be_possible_and_keys_few_enough) {
   const double angles[] = {0, 0, 0, 400, 300, 200};
   tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 2);
   tw_clip_keys keys = {.track_count = 1, .tracks = &track}, out;
@@ -99,8 +93,7 @@ static void tolerances_must_be_possible_and_keys_few_enough(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void what_all_tracks_of_a_clip_take_is_limited(void **state) {
-  (void)state;
+TEST(what_all_tracks_of_a_clip_take_is_limited) {
   enum { TRACKS = 4 };
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 60000}; /* 344,000 steps of 10 degrees */
   tw_track_keys tracks[TRACKS];
@@ -121,8 +114,7 @@ static void what_all_tracks_of_a_clip_take_is_limited(void **state) {
   }
 }
 
-static void baked_keys_are_the_samples_at_exactly_those_times(void **state) {
-  (void)state;
+TEST(baked_keys_are_the_samples_at_exactly_those_times) {
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 150, 0, 1, 0, 0};
   tw_track_keys tracks[] = {rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 3),
                             value_track(TW_SCALE, TW_STEP, times_0_1_3, plain_rotations, 3)};
@@ -172,8 +164,7 @@ static uint32_t reduced_count(const tw_track_keys *track, int force, tw_toleranc
   return count;
 }
 
-static void every_kind_of_track_is_reduced_within_its_tolerance(void **state) {
-  (void)state;
+TEST(every_kind_of_track_is_reduced_within_its_tolerance) {
   uint64_t seed = 11;
   for (int n = 0; n < 60; n++) {
     float times[8], values[8][4];
@@ -195,8 +186,7 @@ static void every_kind_of_track_is_reduced_within_its_tolerance(void **state) {
   }
 }
 
-static void keys_along_one_arc_shrink_to_its_ends(void **state) {
-  (void)state;
+TEST(keys_along_one_arc_shrink_to_its_ends) {
   float times[100], values[100][4], moves[100][3];
   for (int i = 0; i < 100; i++) {
     times[i] = (float)i * 0.1f;
@@ -211,16 +201,14 @@ static void keys_along_one_arc_shrink_to_its_ends(void **state) {
   assert_int_equal(reduced_count(&moved, -1, hundredth), 5);
 }
 
-static void turns_are_cut_below_180_degrees(void **state) {
-  (void)state;
+TEST(turns_are_cut_below_180_degrees) {
   const double turns[] = {0, 1, 0, 0, 0, 1, 0, 20 * REF_PI};
   tw_track_keys track = rotation_track(TW_KEY_AXIS_ANGLE, TW_LINEAR, times_0_1_3, turns, 2);
   uint32_t count = reduced_count(&track, -1, hundredth);
   assert_true(count >= 22 && count <= 24); /* more than 20 half turns */
 }
 
-static void looser_tolerances_leave_fewer_keys(void **state) {
-  (void)state;
+TEST(looser_tolerances_leave_fewer_keys) {
   const double angles[] = {0, 0, 0, 2, 1, -2, -1, 3, 1};
   tw_track_keys track = rotation_track(TW_KEY_EULER, TW_EULER, times_0_1_3, angles, 3);
   uint32_t before = UINT32_MAX;
@@ -235,8 +223,7 @@ static void looser_tolerances_leave_fewer_keys(void **state) {
   }
 }
 
-static void a_still_track_keeps_one_key_unless_it_gives_the_duration(void **state) {
-  (void)state;
+TEST(a_still_track_keeps_one_key_unless_it_gives_the_duration) {
   const float still[] = {1, 2, 3, 1, 2, 3, 1, 2, 3};
   tw_track_keys tracks[] = {value_track(TW_SCALE, TW_LINEAR, times_0_1_3, still, 2),
                             rotation_track(TW_KEY_QUATERNION, TW_LINEAR, times_0_1_3, plain_rotations, 3)};
@@ -253,8 +240,7 @@ static void a_still_track_keeps_one_key_unless_it_gives_the_duration(void **stat
   assert_int_equal(reduced_count(&tracks[0], -1, hundredth), 2);
 }
 
-static void steps_and_splines_stay_as_they_are(void **state) {
-  (void)state;
+TEST(steps_and_splines_stay_as_they_are) {
   float spline[3][3][3] = {{{0}}};
   for (int i = 0; i < 27; i++) spline[i / 9][i / 3 % 3][i % 3] = (float)i;
   tw_track_keys tracks[] = {value_track(TW_TRANSLATION, TW_CUBICSPLINE, times_0_1_3, spline[0][0], 3),
@@ -272,20 +258,4 @@ static void steps_and_splines_stay_as_they_are(void **state) {
   assert_true(reached.angle == 0 && reached.distance == 0);
   tw_arena_destroy(arena);
   tw_clip_destroy(clip);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(times_to_bake_must_rise),
-      cmocka_unit_test(tolerances_must_be_possible_and_keys_few_enough),
-      cmocka_unit_test(what_all_tracks_of_a_clip_take_is_limited),
-      cmocka_unit_test(baked_keys_are_the_samples_at_exactly_those_times),
-      cmocka_unit_test(every_kind_of_track_is_reduced_within_its_tolerance),
-      cmocka_unit_test(keys_along_one_arc_shrink_to_its_ends),
-      cmocka_unit_test(turns_are_cut_below_180_degrees),
-      cmocka_unit_test(looser_tolerances_leave_fewer_keys),
-      cmocka_unit_test(a_still_track_keeps_one_key_unless_it_gives_the_duration),
-      cmocka_unit_test(steps_and_splines_stay_as_they_are),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,11 @@
 /* Errors, arena, numbers as text. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/base.h"
 
-static void error_detail_is_cut_between_characters(void **state) {
-  (void)state;
+TEST(error_detail_is_cut_between_characters) {
   char text[1000];
   for (size_t i = 0; i + 2 < sizeof text; i += 2) memcpy(text + i, "\xC3\xA4", 2);
   text[998] = '\0';
@@ -21,8 +16,7 @@ static void error_detail_is_cut_between_characters(void **state) {
   assert_int_equal((length - 1) % 2, 0);
 }
 
-static void arena_refuses_an_overflowing_product(void **state) {
-  (void)state;
+TEST(arena_refuses_an_overflowing_product) {
   tw_arena *arena = tw_arena_create();
   assert_null(tw_arena_alloc(arena, SIZE_MAX / 2, 8));
   assert_non_null(tw_arena_alloc(arena, 0, 8));
@@ -41,13 +35,11 @@ static void fill_and_destroy(tw_arena *arena) {
   tw_arena_destroy(arena);
 }
 
-static void arena_memory_is_zeroed_and_separate(void **state) {
-  (void)state;
+TEST(arena_memory_is_zeroed_and_separate) {
   fill_and_destroy(tw_arena_create());
 }
 
-static void an_arena_may_begin_in_memory_of_the_caller(void **state) {
-  (void)state;
+TEST(an_arena_may_begin_in_memory_of_the_caller) {
   static _Alignas(max_align_t) unsigned char memory[2000];
   for (size_t size = 512; size <= sizeof memory; size += 496) {
     memset(memory, 0xAA, sizeof memory);
@@ -61,8 +53,7 @@ static void an_arena_may_begin_in_memory_of_the_caller(void **state) {
   }
 }
 
-static void numbers_print_shortest_and_read_back(void **state) {
-  (void)state;
+TEST(numbers_print_shortest_and_read_back) {
   char text[TW_NUMBER_TEXT + 1];
   text[tw_print_float(text, 0.1f)] = '\0';
   assert_string_equal(text, "0.1");
@@ -85,8 +76,7 @@ static uint64_t next_random(uint64_t *seed) {
 }
 
 /* Digits with a point anywhere among them, or without one, and what may follow a number. */
-static void plain_numbers_read_as_strtod_reads_them(void **state) {
-  (void)state;
+TEST(plain_numbers_read_as_strtod_reads_them) {
   static const char *const tails[] = {"", " ", ".", "x", "e", "e2", "E-3", ",1", "\n7"};
   uint64_t seed = 5;
   for (int i = 0; i < 100000; i++) {
@@ -109,16 +99,4 @@ static void plain_numbers_read_as_strtod_reads_them(void **state) {
   static const char *const none[] = {"", "-", ".", "-.", "-e1", "- 1", "+-1"};
   for (size_t i = 0; i < sizeof none / sizeof *none; i++)
     assert_int_equal(tw_read_double(none[i], strlen(none[i]), &value), 0);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(error_detail_is_cut_between_characters),
-      cmocka_unit_test(plain_numbers_read_as_strtod_reads_them),
-      cmocka_unit_test(arena_refuses_an_overflowing_product),
-      cmocka_unit_test(arena_memory_is_zeroed_and_separate),
-      cmocka_unit_test(an_arena_may_begin_in_memory_of_the_caller),
-      cmocka_unit_test(numbers_print_shortest_and_read_back),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

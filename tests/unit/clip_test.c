@@ -1,12 +1,8 @@
 /* Clips: what is refused, what happens to keys, times outside them. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 
 static const float two_times[] = {0, 1};
 static const float identity_pair[] = {0, 0, 0, 1, 0, 0, 0, 1};
@@ -50,8 +46,7 @@ static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) 
   return clip;
 }
 
-static void times_must_be_finite_not_negative_and_rising(void **state) {
-  (void)state;
+TEST(times_must_be_finite_not_negative_and_rising) {
   const float bad[][3] = {{0, NAN, 2}, {0, INFINITY, 2}, {-1, 0, 2}, {0, 1, 1}, {0, 2, 1}};
   const char *pointers[] = {"/tracks/0/times/1", "/tracks/0/times/1", "/tracks/0/times/0",
                             "/tracks/0/times/2", "/tracks/0/times/2"};
@@ -62,8 +57,7 @@ static void times_must_be_finite_not_negative_and_rising(void **state) {
   }
 }
 
-static void values_must_be_finite_and_rotations_not_zero(void **state) {
-  (void)state;
+TEST(values_must_be_finite_and_rotations_not_zero) {
   const float not_finite[] = {0, 0, 0, 1, 0, NAN, 0, 1}, zero[] = {0, 0, 0, 1, 0, 0, 0, 0};
   tw_track_keys track = quaternion_track(two_times, not_finite, 2);
   assert_refused(&track, 1, -1, "/tracks/0/quaternions/1");
@@ -89,8 +83,7 @@ static void values_must_be_finite_and_rotations_not_zero(void **state) {
   assert_refused(&track, 1, -1, "/tracks/0/eulers/1");
 }
 
-static void tangents_must_be_finite(void **state) {
-  (void)state;
+TEST(tangents_must_be_finite) {
   float values[24] = {0};
   values[7] = values[19] = 1;
   values[11] = NAN; /* out-tangent of the first key */
@@ -99,8 +92,7 @@ static void tangents_must_be_finite(void **state) {
   assert_refused(&track, 1, -1, "/tracks/0/quaternions/0");
 }
 
-static void nodes_widths_and_paths_must_fit(void **state) {
-  (void)state;
+TEST(nodes_widths_and_paths_must_fit) {
   tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
   track.node = 2;
   assert_refused(&track, 1, -1, "/tracks/0/node");
@@ -118,8 +110,7 @@ static void nodes_widths_and_paths_must_fit(void **state) {
   assert_refused(&track, 1, -1, "/tracks/0/values");
 }
 
-static void two_tracks_on_one_path_are_refused(void **state) {
-  (void)state;
+TEST(two_tracks_on_one_path_are_refused) {
   tw_track_keys tracks[] = {quaternion_track(two_times, identity_pair, 2),
                             value_track(TW_SCALE, two_times, identity_pair, 2),
                             quaternion_track(two_times, identity_pair, 2)};
@@ -128,8 +119,7 @@ static void two_tracks_on_one_path_are_refused(void **state) {
   tw_clip_destroy(compile(tracks, 3, -1));
 }
 
-static void interpolations_go_with_paths_and_forms(void **state) {
-  (void)state;
+TEST(interpolations_go_with_paths_and_forms) {
   const double eulers[] = {0, 0, 0, 1, 1, 1};
   tw_track_keys track = quaternion_track(two_times, identity_pair, 2);
   track.interpolation = TW_EULER;
@@ -151,8 +141,7 @@ static void interpolations_go_with_paths_and_forms(void **state) {
     if (force != TW_CUBICSPLINE) tw_clip_destroy(compile(&track, 1, force));
 }
 
-static void an_empty_clip_leaves_nodes_at_rest(void **state) {
-  (void)state;
+TEST(an_empty_clip_leaves_nodes_at_rest) {
   tw_clip *clip = compile(NULL, 0, -1);
   tw_node nodes[2] = {{.rest = TW_TRS_IDENTITY}, {.rest = TW_TRS_IDENTITY}};
   nodes[1].rest.translation[1] = 5;
@@ -165,8 +154,7 @@ static void an_empty_clip_leaves_nodes_at_rest(void **state) {
   tw_clip_destroy(NULL);
 }
 
-static void keys_come_back_bit_for_bit_and_times_outside_clamp(void **state) {
-  (void)state;
+TEST(keys_come_back_bit_for_bit_and_times_outside_clamp) {
   uint64_t seed = 5;
   float times[9], values[9][4], moves[9][3];
   ref_quat previous = {0, 0, 0, 1};
@@ -197,8 +185,7 @@ static void keys_come_back_bit_for_bit_and_times_outside_clamp(void **state) {
   }
 }
 
-static void a_single_key_holds_for_ever(void **state) {
-  (void)state;
+TEST(a_single_key_holds_for_ever) {
   const float time[] = {2}, value[] = {0.6f, 0, 0, 0.8f};
   for (int force = -1; force <= TW_EULER; force++) {
     if (force == TW_CUBICSPLINE) continue;
@@ -213,8 +200,7 @@ static void a_single_key_holds_for_ever(void **state) {
   }
 }
 
-static void keys_are_normalised_and_their_signs_made_continuous(void **state) {
-  (void)state;
+TEST(keys_are_normalised_and_their_signs_made_continuous) {
   const float times[] = {0, 1, 2}, values[] = {0, 0, 0, 2, 0, -0.6f, 0, -0.8f, 0, 1, 0, 0};
   tw_track_keys track = quaternion_track(times, values, 3);
   tw_clip *clip = compile(&track, 1, -1);
@@ -226,8 +212,7 @@ static void keys_are_normalised_and_their_signs_made_continuous(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void weights_are_sampled_by_track(void **state) {
-  (void)state;
+TEST(weights_are_sampled_by_track) {
   const float values[] = {0, 1, 2, 3, 4, 4, 4, 4, 4, 4};
   tw_track_keys track = value_track(TW_WEIGHTS, two_times, values, 2);
   track.width = 5;
@@ -242,8 +227,7 @@ static void weights_are_sampled_by_track(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void crowded_and_denormal_key_times_are_found(void **state) {
-  (void)state;
+TEST(crowded_and_denormal_key_times_are_found) {
   enum { KEYS = 2000 };
   static float times[KEYS], values[KEYS][3];
   for (int i = 0; i < KEYS; i++) {
@@ -263,8 +247,7 @@ static void crowded_and_denormal_key_times_are_found(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void loops_fold_time_into_the_clip(void **state) {
-  (void)state;
+TEST(loops_fold_time_into_the_clip) {
   assert_true(tw_loop_time(5, 2, TW_CLAMP) == 5);
   assert_true(tw_loop_time(5, 2, TW_REPEAT) == 1);
   assert_true(tw_loop_time(2, 2, TW_REPEAT) == 0);
@@ -275,23 +258,4 @@ static void loops_fold_time_into_the_clip(void **state) {
   assert_true(tw_loop_time(5, 2, TW_PINGPONG) == 1);
   assert_true(tw_loop_time(-0.5f, 2, TW_PINGPONG) == 0.5f);
   assert_true(tw_loop_time(3, 0, TW_REPEAT) == 0);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(times_must_be_finite_not_negative_and_rising),
-      cmocka_unit_test(values_must_be_finite_and_rotations_not_zero),
-      cmocka_unit_test(tangents_must_be_finite),
-      cmocka_unit_test(nodes_widths_and_paths_must_fit),
-      cmocka_unit_test(two_tracks_on_one_path_are_refused),
-      cmocka_unit_test(interpolations_go_with_paths_and_forms),
-      cmocka_unit_test(an_empty_clip_leaves_nodes_at_rest),
-      cmocka_unit_test(keys_come_back_bit_for_bit_and_times_outside_clamp),
-      cmocka_unit_test(a_single_key_holds_for_ever),
-      cmocka_unit_test(keys_are_normalised_and_their_signs_made_continuous),
-      cmocka_unit_test(weights_are_sampled_by_track),
-      cmocka_unit_test(crowded_and_denormal_key_times_are_found),
-      cmocka_unit_test(loops_fold_time_into_the_clip),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

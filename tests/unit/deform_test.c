@@ -1,12 +1,8 @@
 /* Control meshes moved by morph targets and joints. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-
-#include <cmocka.h>
 
 #include "scene_fixture.h"
+#include "test.h"
 
 static float *deformed(const fixture *f, const float *weights, const float *matrices) {
   const tw_mesh *mesh = &f->model->meshes[0];
@@ -29,8 +25,7 @@ static void matrices_of(const fixture *f, tw_trs hip, tw_trs knee, float out[2][
 
 /* ---- bad input ------------------------------------------------------------------------------ */
 
-static void points_beyond_all_bounds_are_named(void **state) {
-  (void)state;
+TEST(points_beyond_all_bounds_are_named) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_skin(&f);
@@ -50,8 +45,7 @@ static void points_beyond_all_bounds_are_named(void **state) {
 
 /* ---- closed forms --------------------------------------------------------------------------- */
 
-static void mesh_without_joints_and_targets_stays(void **state) {
-  (void)state;
+TEST(mesh_without_joints_and_targets_stays) {
   fixture f;
   fixture_init(&f, patchwork_text);
   float *out = deformed(&f, NULL, NULL);
@@ -60,8 +54,7 @@ static void mesh_without_joints_and_targets_stays(void **state) {
   fixture_deinit(&f);
 }
 
-static void weights_add_displacements(void **state) {
-  (void)state;
+TEST(weights_add_displacements) {
   static const float weights[3] = {0.5f, -1, 2};
   fixture f;
   fixture_init(&f, patchwork_text);
@@ -82,8 +75,7 @@ static void weights_add_displacements(void **state) {
   fixture_deinit(&f);
 }
 
-static void rest_pose_leaves_points_where_they_are(void **state) {
-  (void)state;
+TEST(rest_pose_leaves_points_where_they_are) {
   fixture f;
   float matrices[2][16];
   fixture_init(&f, cube_text);
@@ -96,8 +88,7 @@ static void rest_pose_leaves_points_where_they_are(void **state) {
 }
 
 /* The knee turns a quarter round z at (0, 1, 0): three quarters of that for the high points. */
-static void bent_knee_moves_points_by_their_shares(void **state) {
-  (void)state;
+TEST(bent_knee_moves_points_by_their_shares) {
   fixture f;
   float matrices[2][16];
   fixture_init(&f, cube_text);
@@ -116,8 +107,7 @@ static void bent_knee_moves_points_by_their_shares(void **state) {
   fixture_deinit(&f);
 }
 
-static void targets_move_before_joints_do(void **state) {
-  (void)state;
+TEST(targets_move_before_joints_do) {
   fixture f;
   float matrices[2][16];
   fixture_init(&f, cube_text);
@@ -136,8 +126,7 @@ static void targets_move_before_joints_do(void **state) {
   fixture_deinit(&f);
 }
 
-static void sloppy_weights_count_relative_to_their_sum(void **state) {
-  (void)state;
+TEST(sloppy_weights_count_relative_to_their_sum) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_skin(&f);
@@ -158,8 +147,7 @@ static void sloppy_weights_count_relative_to_their_sum(void **state) {
 }
 
 /* Where one joint moves everything, subdividing before and after comes to the same. */
-static void rigid_pose_commutes_with_subdivision(void **state) {
-  (void)state;
+TEST(rigid_pose_commutes_with_subdivision) {
   fixture f;
   float matrices[2][16];
   fixture_init(&f, patchwork_text);
@@ -192,18 +180,4 @@ static void rigid_pose_commutes_with_subdivision(void **state) {
   tw_surface_destroy(after);
   free(moved);
   fixture_deinit(&f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(points_beyond_all_bounds_are_named),
-      cmocka_unit_test(mesh_without_joints_and_targets_stays),
-      cmocka_unit_test(weights_add_displacements),
-      cmocka_unit_test(rest_pose_leaves_points_where_they_are),
-      cmocka_unit_test(bent_knee_moves_points_by_their_shares),
-      cmocka_unit_test(targets_move_before_joints_do),
-      cmocka_unit_test(sloppy_weights_count_relative_to_their_sum),
-      cmocka_unit_test(rigid_pose_commutes_with_subdivision),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,8 @@
 /* Euler angles in the six orders. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 
 /* The axis of an order's nth letter. */
 static int axis_of(tw_euler_order order, int n) {
@@ -17,8 +13,7 @@ static double error_against(const float q[4], ref_matrix expected) {
   return ref_matrix_angle(ref_matrix_of(ref_of(q)), expected);
 }
 
-static void order_names_are_the_matrix_products(void **state) {
-  (void)state;
+TEST(order_names_are_the_matrix_products) {
   uint64_t seed = 1;
   for (int n = 0; n < 6000; n++) {
     tw_euler_order order = (tw_euler_order)(n % TW_EULER_ORDERS);
@@ -30,8 +25,7 @@ static void order_names_are_the_matrix_products(void **state) {
   }
 }
 
-static void angles_of_a_quaternion_give_it_back(void **state) {
-  (void)state;
+TEST(angles_of_a_quaternion_give_it_back) {
   uint64_t seed = 2;
   for (int n = 0; n < 6000; n++) {
     tw_euler_order order = (tw_euler_order)(n % TW_EULER_ORDERS);
@@ -45,8 +39,7 @@ static void angles_of_a_quaternion_give_it_back(void **state) {
   }
 }
 
-static void gimbal_lock_puts_the_turn_into_the_first_axis(void **state) {
-  (void)state;
+TEST(gimbal_lock_puts_the_turn_into_the_first_axis) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++)
     for (int side = -1; side <= 1; side += 2) {
       double angles[3];
@@ -66,8 +59,7 @@ static void gimbal_lock_puts_the_turn_into_the_first_axis(void **state) {
     }
 }
 
-static void at_90_degrees_the_first_and_last_axis_turn_the_same_way(void **state) {
-  (void)state;
+TEST(at_90_degrees_the_first_and_last_axis_turn_the_same_way) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++)
     for (int side = -1; side <= 1; side += 2) {
       bool even = (axis_of(order, 0) + 1) % 3 == axis_of(order, 1);
@@ -90,8 +82,7 @@ static void at_90_degrees_the_first_and_last_axis_turn_the_same_way(void **state
     }
 }
 
-static void precision_holds_up_to_gimbal_lock(void **state) {
-  (void)state;
+TEST(precision_holds_up_to_gimbal_lock) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++)
     for (int digits = 1; digits < 12; digits++) {
       double angles[3];
@@ -106,8 +97,7 @@ static void precision_holds_up_to_gimbal_lock(void **state) {
     }
 }
 
-static void nearest_angles_follow_a_path_through_turns_and_lock(void **state) {
-  (void)state;
+TEST(nearest_angles_follow_a_path_through_turns_and_lock) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++) {
     float previous[3] = {0, 0, 0};
     for (int n = 0; n <= 4000; n++) {
@@ -129,8 +119,7 @@ static void nearest_angles_follow_a_path_through_turns_and_lock(void **state) {
   }
 }
 
-static void nearest_angles_at_lock_keep_the_inner_angle(void **state) {
-  (void)state;
+TEST(nearest_angles_at_lock_keep_the_inner_angle) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++)
     for (int side = -1; side <= 1; side += 2) {
       double angles[3];
@@ -143,17 +132,4 @@ static void nearest_angles_at_lock_keep_the_inner_angle(void **state) {
       tw_quat_to_euler_near(q, order, previous, near);
       for (int i = 0; i < 3; i++) assert_true(fabs((double)near[i] - angles[i]) < 2e-6);
     }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(order_names_are_the_matrix_products),
-      cmocka_unit_test(angles_of_a_quaternion_give_it_back),
-      cmocka_unit_test(gimbal_lock_puts_the_turn_into_the_first_axis),
-      cmocka_unit_test(at_90_degrees_the_first_and_last_axis_turn_the_same_way),
-      cmocka_unit_test(precision_holds_up_to_gimbal_lock),
-      cmocka_unit_test(nearest_angles_follow_a_path_through_turns_and_lock),
-      cmocka_unit_test(nearest_angles_at_lock_keep_the_inner_angle),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -36,8 +36,7 @@ static size_t assert_cubic(const rows *r, double missing) {
   return inner;
 }
 
-static void a_regular_grid_is_the_bicubic_b_spline_at_every_level(void **state) {
-  (void)state;
+TEST(a_regular_grid_is_the_bicubic_b_spline_at_every_level) {
   cage *c = grid(8, 8, false, cubic);
   for (uint32_t level = 0; level <= 7; level++)
     for (int limit = 0; limit < 2; limit++) {
@@ -67,8 +66,7 @@ static cage *irregular(void) {
   return c;
 }
 
-static void affine_maps_commute_with_subdivision(void **state) {
-  (void)state;
+TEST(affine_maps_commute_with_subdivision) {
   static const float map[3][4] = {{1.5f, 0.25f, -2, 3}, {0.5f, -1, 0.125f, -7}, {0.75f, 2, 1, 0.5f}};
   for (int flags = 0; flags < 8; flags++) {
     cage *c = irregular(), *mapped = irregular();
@@ -103,8 +101,7 @@ static int compare_points(const void *left, const void *right) {
   return 0;
 }
 
-static void a_symmetric_grid_gives_a_surface_symmetric_to_the_last_bit(void **state) {
-  (void)state;
+TEST(a_symmetric_grid_gives_a_surface_symmetric_to_the_last_bit) {
   cage *c = grid(7, 7, false, ridge);
   for (uint32_t p = 0; p < c->mesh.point_count; p++)
     for (int k = 0; k < 2; k++) c->points[p][k] -= 3;
@@ -151,8 +148,7 @@ static cage *symmetric_roof(bool triangles) {
 }
 
 /* Both sides of the roof have the same part in its ridge, however long that stays sharp. */
-static void normals_along_a_semi_sharp_ridge_lean_to_neither_side(void **state) {
-  (void)state;
+TEST(normals_along_a_semi_sharp_ridge_lean_to_neither_side) {
   for (int triangles = 0; triangles < 2; triangles++)
     for (int sharpness = 1; sharpness <= 4; sharpness++) {
       cage *c = symmetric_roof(triangles);
@@ -181,8 +177,7 @@ static void normals_along_a_semi_sharp_ridge_lean_to_neither_side(void **state) 
 /* The corner of a border that is smooth stays in the plane of its two edges, which straighten out: the
  * further the level, the less of a plane is left to see. Once as a patch, and once refined in the generic
  * way, to which UVs and Chaikin's rule lead together. */
-static void the_plane_at_a_smooth_border_corner_holds_at_every_level(void **state) {
-  (void)state;
+TEST(the_plane_at_a_smooth_border_corner_holds_at_every_level) {
   static const uint32_t face[4] = {0, 1, 2, 3}, edge[2] = {1, 2};
   static const float sharpness = 1.5f, uvs[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   cage *c = new_cage();
@@ -231,8 +226,7 @@ static void assert_unit_normals(const tw_mesh *mesh) {
       }
 }
 
-static void normals_are_unit_whatever_the_neighbourhood(void **state) {
-  (void)state;
+TEST(normals_are_unit_whatever_the_neighbourhood) {
   static const uint32_t pillow[2][4] = {{0, 1, 2, 3}, {3, 2, 1, 0}};
   static const uint32_t creases[6] = {0, 1, 1, 2, 2, 3};
   static const float sharpness[3] = {10, 1.5f, 0.5f};
@@ -259,8 +253,7 @@ static void normals_are_unit_whatever_the_neighbourhood(void **state) {
 }
 
 /* The places of the corners are exact there too, and so are the differences that normals live on. */
-static void normals_near_irregular_points_stay_as_they_are_far_from_the_origin(void **state) {
-  (void)state;
+TEST(normals_near_irregular_points_stay_as_they_are_far_from_the_origin) {
   float far[8][3];
   tw_mesh mesh = cube(), moved = cube();
   for (int p = 0; p < 8; p++)
@@ -275,17 +268,4 @@ static void normals_near_irregular_points_stay_as_they_are_far_from_the_origin(v
     free_rows(&here);
     free_rows(&there);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_regular_grid_is_the_bicubic_b_spline_at_every_level),
-      cmocka_unit_test(affine_maps_commute_with_subdivision),
-      cmocka_unit_test(a_symmetric_grid_gives_a_surface_symmetric_to_the_last_bit),
-      cmocka_unit_test(normals_along_a_semi_sharp_ridge_lean_to_neither_side),
-      cmocka_unit_test(the_plane_at_a_smooth_border_corner_holds_at_every_level),
-      cmocka_unit_test(normals_are_unit_whatever_the_neighbourhood),
-      cmocka_unit_test(normals_near_irregular_points_stay_as_they_are_far_from_the_origin),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,17 +2,11 @@
 #ifndef TEST_GLB_H
 #define TEST_GLB_H
 
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <setjmp.h>
-
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/format.h"
 
 typedef struct glb {

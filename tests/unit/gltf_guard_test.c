@@ -20,8 +20,7 @@ static tw_status read_text(const char *text, tw_error *error) {
 
 /* ---- GLB ------------------------------------------------------------------------------------ */
 
-static void lying_glb_lengths_are_refused(void **state) {
-  (void)state;
+TEST(lying_glb_lengths_are_refused) {
   static const uint8_t bin[4] = {1, 2, 3, 4};
   static const struct {
     size_t at;
@@ -44,8 +43,7 @@ static void lying_glb_lengths_are_refused(void **state) {
   }
 }
 
-static void a_glb_cut_anywhere_is_refused(void **state) {
-  (void)state;
+TEST(a_glb_cut_anywhere_is_refused) {
   static const uint8_t bin[8] = {0};
   glb file = glb_build("{" ASSET ",\"buffers\":[{\"byteLength\":8}]}", bin, 8);
   tw_error error;
@@ -60,8 +58,7 @@ static void a_glb_cut_anywhere_is_refused(void **state) {
   free(file.bytes);
 }
 
-static void more_chunks_may_follow_when_they_fit(void **state) {
-  (void)state;
+TEST(more_chunks_may_follow_when_they_fit) {
   static const uint8_t bin[16] = {0};
   glb file = glb_build("{" ASSET "}", bin, 16);
   /* Splits the BIN chunk of 16 bytes into one of 4 and an unknown one of 4. */
@@ -77,8 +74,7 @@ static void more_chunks_may_follow_when_they_fit(void **state) {
 
 /* ---- JSON ----------------------------------------------------------------------------------- */
 
-static void malformed_json_is_a_syntax_error(void **state) {
-  (void)state;
+TEST(malformed_json_is_a_syntax_error) {
   static const char *const texts[] = {
       "",
       "  ",
@@ -115,8 +111,7 @@ static void malformed_json_is_a_syntax_error(void **state) {
   }
 }
 
-static void what_only_the_parser_notices_is_refused_too(void **state) {
-  (void)state;
+TEST(what_only_the_parser_notices_is_refused_too) {
   static const char *const texts[] = {
       "{\"a\":1}",
       "{\"asset\":{}}",
@@ -133,8 +128,7 @@ static void what_only_the_parser_notices_is_refused_too(void **state) {
   }
 }
 
-static void nesting_is_bounded(void **state) {
-  (void)state;
+TEST(nesting_is_bounded) {
   enum { DEPTH = 100000 };
   char *text = malloc(2 * DEPTH + 100);
   assert_non_null(text);
@@ -149,8 +143,7 @@ static void nesting_is_bounded(void **state) {
   free(text);
 }
 
-static void the_number_of_values_is_limited_where_asked(void **state) {
-  (void)state;
+TEST(the_number_of_values_is_limited_where_asked) {
   const char *text = "{" ASSET ",\"extras\":[1,2,3]}";
   tw_read_limits limits = {.json_values = 7};
   tw_model *model = NULL;
@@ -173,8 +166,7 @@ static char *repeat(const char *head, const char *part, size_t count, const char
   return text;
 }
 
-static void json_that_is_dear_to_parse_is_refused_at_its_place(void **state) {
-  (void)state;
+TEST(json_that_is_dear_to_parse_is_refused_at_its_place) {
   static const struct {
     const char *head, *part, *tail, *pointer;
     size_t count;
@@ -201,8 +193,7 @@ static void json_that_is_dear_to_parse_is_refused_at_its_place(void **state) {
   }
 }
 
-static void what_is_not_read_costs_nothing(void **state) {
-  (void)state;
+TEST(what_is_not_read_costs_nothing) {
   tw_error error;
   char *numbers = repeat("[", "1,", 400000, "1]"), *text = malloc(strlen(numbers) + 200);
   assert_non_null(text);
@@ -222,8 +213,7 @@ static void what_is_not_read_costs_nothing(void **state) {
 
 /* ---- data outside the file ------------------------------------------------------------------- */
 
-static void nothing_outside_the_file_is_opened(void **state) {
-  (void)state;
+TEST(nothing_outside_the_file_is_opened) {
   static const char *const uris[] = {"data.bin",
                                      "/etc/hostname",
                                      "file:///etc/hostname",
@@ -245,15 +235,13 @@ static void nothing_outside_the_file_is_opened(void **state) {
   }
 }
 
-static void references_to_outside_images_stay_as_they_are(void **state) {
-  (void)state;
+TEST(references_to_outside_images_stay_as_they_are) {
   const char *text = "{" ASSET ",\"images\":[{\"uri\":\"/etc/hostname\"},{\"uri\":\"a%20b.png\"}]}";
   tw_error error;
   assert_int_equal(read_text(text, &error), TW_OK);
 }
 
-static void buffers_and_views_must_lie_in_their_data(void **state) {
-  (void)state;
+TEST(buffers_and_views_must_lie_in_their_data) {
   static const struct {
     const char *json, *pointer;
     tw_status status;
@@ -305,15 +293,13 @@ static void buffers_and_views_must_lie_in_their_data(void **state) {
   }
 }
 
-static void a_json_file_has_no_bin_chunk(void **state) {
-  (void)state;
+TEST(a_json_file_has_no_bin_chunk) {
   tw_error error = {0};
   assert_int_equal(read_text("{" ASSET ",\"buffers\":[{\"byteLength\":8}]}", &error), TW_INVALID);
   assert_string_equal(error.pointer, "/buffers/0");
 }
 
-static void a_slash_in_a_data_uri_may_be_escaped(void **state) {
-  (void)state;
+TEST(a_slash_in_a_data_uri_may_be_escaped) {
   tw_error error = {0};
   assert_int_equal(read_text("{" ASSET ",\"buffers\":[{\"byteLength\":3,\"uri\":\"data:application\\/"
                              "octet-stream;base64,A\\/\\/A\"}]}",
@@ -323,8 +309,7 @@ static void a_slash_in_a_data_uri_may_be_escaped(void **state) {
 
 /* ---- extensions and versions ------------------------------------------------------------------ */
 
-static void required_extensions_are_refused_by_name(void **state) {
-  (void)state;
+TEST(required_extensions_are_refused_by_name) {
   static const char *const names[] = {"KHR_draco_mesh_compression", "EXT_meshopt_compression",
                                       "EXT_mesh_gpu_instancing", "X_unknown"};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -351,43 +336,18 @@ static void required_extensions_are_refused_by_name(void **state) {
                    TW_OK);
 }
 
-static void a_name_that_is_no_text_does_not_reach_the_answer(void **state) {
-  (void)state;
+TEST(a_name_that_is_no_text_does_not_reach_the_answer) {
   tw_error error = {0};
   assert_int_equal(read_text("{" ASSET ",\"extensionsRequired\":[\"X_\x7F\xC3\xA4\"]}", &error),
                    TW_UNSUPPORTED);
   for (const char *c = error.detail; *c; c++) assert_true(*c >= 0x20 && *c < 0x7F);
 }
 
-static void only_version_2_is_read(void **state) {
-  (void)state;
+TEST(only_version_2_is_read) {
   tw_error error = {0};
   assert_int_equal(read_text("{\"asset\":{\"version\":\"1.0\"}}", &error), TW_UNSUPPORTED);
   assert_string_equal(error.pointer, "/asset/version");
   assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.1\"}}", &error),
                    TW_UNSUPPORTED);
   assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.0\"}}", &error), TW_OK);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(lying_glb_lengths_are_refused),
-      cmocka_unit_test(a_glb_cut_anywhere_is_refused),
-      cmocka_unit_test(more_chunks_may_follow_when_they_fit),
-      cmocka_unit_test(malformed_json_is_a_syntax_error),
-      cmocka_unit_test(what_only_the_parser_notices_is_refused_too),
-      cmocka_unit_test(nesting_is_bounded),
-      cmocka_unit_test(the_number_of_values_is_limited_where_asked),
-      cmocka_unit_test(json_that_is_dear_to_parse_is_refused_at_its_place),
-      cmocka_unit_test(what_is_not_read_costs_nothing),
-      cmocka_unit_test(nothing_outside_the_file_is_opened),
-      cmocka_unit_test(references_to_outside_images_stay_as_they_are),
-      cmocka_unit_test(buffers_and_views_must_lie_in_their_data),
-      cmocka_unit_test(a_json_file_has_no_bin_chunk),
-      cmocka_unit_test(a_slash_in_a_data_uri_may_be_escaped),
-      cmocka_unit_test(required_extensions_are_refused_by_name),
-      cmocka_unit_test(a_name_that_is_no_text_does_not_reach_the_answer),
-      cmocka_unit_test(only_version_2_is_read),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

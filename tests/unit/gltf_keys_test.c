@@ -1,14 +1,10 @@
 /* Tracks as glTF can hold them: what a viewer shows must be what the track says. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "gltf/gltf.h"
+#include "test.h"
 
 static const double DEGREE = 3.141592653589793 / 180;
 
@@ -99,7 +95,7 @@ static int tear_down(void **state) {
   return 0;
 }
 
-static void quaternions_come_out_unit_and_continuous(void **state) {
+TEST_WITH(quaternions_come_out_unit_and_continuous, set_up, tear_down) {
   tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 4; k++) {
@@ -118,7 +114,7 @@ static void quaternions_come_out_unit_and_continuous(void **state) {
   }
 }
 
-static void slerp_and_step_keep_their_keys(void **state) {
+TEST_WITH(slerp_and_step_keep_their_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR};
   for (int k = 0; k < 2; k++) {
@@ -135,7 +131,7 @@ static void slerp_and_step_keep_their_keys(void **state) {
   }
 }
 
-static void euler_track_strays_less_than_a_tenth_of_a_degree(void **state) {
+TEST_WITH(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down) {
   tw_arena *arena = *state;
   const double eulers[4][3] = {{-170 * DEGREE, 10 * DEGREE, 0},
                                {170 * DEGREE, 89 * DEGREE, 40 * DEGREE},
@@ -150,7 +146,7 @@ static void euler_track_strays_less_than_a_tenth_of_a_degree(void **state) {
   }
 }
 
-static void euler_keys_with_slerp_need_no_more_keys(void **state) {
+TEST_WITH(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   const double eulers[2][3] = {{-170 * DEGREE, 0, 0}, {170 * DEGREE, 0, 0}};
   tw_track_keys track = angles(TW_LINEAR, TW_KEY_EULER, 2, eulers[0]);
@@ -160,7 +156,7 @@ static void euler_keys_with_slerp_need_no_more_keys(void **state) {
   assert_true(fabs(angle_between(keys.values, keys.values + 4) / DEGREE - 20) < 0.001);
 }
 
-static void wheel_turns_as_often_as_it_says(void **state) {
+TEST_WITH(wheel_turns_as_often_as_it_says, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[2][4] = {{1, 2, 0, 0}, {1, 2, 0, 720 * DEGREE}};
   tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
@@ -173,7 +169,7 @@ static void wheel_turns_as_often_as_it_says(void **state) {
   assert_true(keys.key_count <= 33);
 }
 
-static void axis_that_turns_is_followed(void **state) {
+TEST_WITH(axis_that_turns_is_followed, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[3][4] = {{1, 0, 0, 1}, {0, 1, 0, 9}, {0, 0, 1, -2}};
   tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 3, turns[0]);
@@ -181,7 +177,7 @@ static void axis_that_turns_is_followed(void **state) {
   assert_true(largest_error(&track, &keys) <= 0.1);
 }
 
-static void nlerp_and_squad_stray_less_than_a_tenth_of_a_degree(void **state) {
+TEST_WITH(nlerp_and_squad_stray_less_than_a_tenth_of_a_degree, set_up, tear_down) {
   tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 2; k++) {
@@ -192,7 +188,7 @@ static void nlerp_and_squad_stray_less_than_a_tenth_of_a_degree(void **state) {
   }
 }
 
-static void times_rise_however_near_the_keys(void **state) {
+TEST_WITH(times_rise_however_near_the_keys, set_up, tear_down) {
   tw_arena *arena = *state;
   const float near[3] = {1, 1.0000001f, 1.0000004f};
   const double eulers[3][3] = {{0, 0, 0}, {3, 1, 2}, {0, -1, 5}};
@@ -204,7 +200,7 @@ static void times_rise_however_near_the_keys(void **state) {
   assert_true(keys.times[keys.key_count - 1] == near[2]);
 }
 
-static void more_turns_than_keys_are_refused(void **state) {
+TEST_WITH(more_turns_than_keys_are_refused, set_up, tear_down) {
   tw_arena *arena = *state;
   const double turns[2][4] = {{0, 0, 1, 0}, {0, 0, 1, 1e9}};
   tw_track_keys track = angles(TW_LINEAR, TW_KEY_AXIS_ANGLE, 2, turns[0]);
@@ -212,7 +208,7 @@ static void more_turns_than_keys_are_refused(void **state) {
   assert_int_equal(tw_gltf_keys_of(&track, 1 << 20, arena, &keys, NULL), TW_LIMIT);
 }
 
-static void single_key_is_a_key(void **state) {
+TEST_WITH(single_key_is_a_key, set_up, tear_down) {
   tw_arena *arena = *state;
   static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR, TW_NLERP, TW_SQUAD};
   for (int k = 0; k < 4; k++) {
@@ -224,7 +220,7 @@ static void single_key_is_a_key(void **state) {
   }
 }
 
-static void spline_tangents_follow_their_value(void **state) {
+TEST_WITH(spline_tangents_follow_their_value, set_up, tear_down) {
   tw_arena *arena = *state;
   const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 2}, {4, 0, 0, 0}},
                                 {{0, 3, 0, 0}, {0, 0, 0, -1}, {1, 0, 0, 0}}};
@@ -242,7 +238,7 @@ static void spline_tangents_follow_their_value(void **state) {
   for (int i = 0; i < 24; i++) assert_true(keys.values[i] == wanted[i]);
 }
 
-static void spline_of_one_key_is_a_step(void **state) {
+TEST_WITH(spline_of_one_key_is_a_step, set_up, tear_down) {
   tw_arena *arena = *state;
   const float keyed[3][3] = {{1, 1, 1}, {2, 3, 4}, {5, 5, 5}};
   tw_track_keys track = {.path = TW_SCALE,
@@ -254,22 +250,4 @@ static void spline_of_one_key_is_a_step(void **state) {
   tw_track_keys keys = convert(arena, &track);
   assert_int_equal(keys.interpolation, TW_STEP);
   assert_ptr_equal(keys.values, keyed[1]);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test_setup_teardown(quaternions_come_out_unit_and_continuous, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(slerp_and_step_keep_their_keys, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(euler_track_strays_less_than_a_tenth_of_a_degree, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(euler_keys_with_slerp_need_no_more_keys, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(wheel_turns_as_often_as_it_says, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(axis_that_turns_is_followed, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(nlerp_and_squad_stray_less_than_a_tenth_of_a_degree, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(times_rise_however_near_the_keys, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(more_turns_than_keys_are_refused, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(single_key_is_a_key, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(spline_tangents_follow_their_value, set_up, tear_down),
-      cmocka_unit_test_setup_teardown(spline_of_one_key_is_a_step, set_up, tear_down),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -33,8 +33,7 @@ static const char *square_json(const char *accessors, const char *primitives) {
 
 /* ---- bad documents ---------------------------------------------------------------------------- */
 
-static void accessors_that_lie_are_refused(void **state) {
-  (void)state;
+TEST(accessors_that_lie_are_refused) {
   static const struct {
     const char *accessors, *pointer;
     tw_status status;
@@ -71,8 +70,7 @@ static void accessors_that_lie_are_refused(void **state) {
   }
 }
 
-static void bad_indices_are_refused(void **state) {
-  (void)state;
+TEST(bad_indices_are_refused) {
   static const struct {
     const char *accessor, *pointer;
   } cases[] = {
@@ -95,8 +93,7 @@ static void bad_indices_are_refused(void **state) {
               "/accessors/1");
 }
 
-static void numbers_that_are_not_finite_are_refused(void **state) {
-  (void)state;
+TEST(numbers_that_are_not_finite_are_refused) {
   static const float bad[] = {NAN, INFINITY, -INFINITY};
   for (int i = 0; i < 3; i++) {
     square_bin wrong = square;
@@ -106,8 +103,7 @@ static void numbers_that_are_not_finite_are_refused(void **state) {
   }
 }
 
-static void bad_primitives_are_refused(void **state) {
-  (void)state;
+TEST(bad_primitives_are_refused) {
   static const struct {
     const char *primitive, *pointer;
   } cases[] = {
@@ -137,8 +133,7 @@ static void bad_primitives_are_refused(void **state) {
                 cases[i].pointer);
 }
 
-static void sparse_accessors_that_lie_are_refused(void **state) {
-  (void)state;
+TEST(sparse_accessors_that_lie_are_refused) {
   static const struct {
     const char *sparse, *pointer;
   } cases[] = {
@@ -173,8 +168,7 @@ static void sparse_accessors_that_lie_are_refused(void **state) {
 }
 
 /* tinygltf 2.8 reads it as 0. */
-static void a_negative_sparse_offset_is_refused_or_0(void **state) {
-  (void)state;
+TEST(a_negative_sparse_offset_is_refused_or_0) {
   glb file = glb_build(
       square_json("{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\",\"sparse\":{"
                   "\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":-2,\"componentType\":5123},"
@@ -195,8 +189,7 @@ static void a_negative_sparse_offset_is_refused_or_0(void **state) {
 }
 
 /* Many meshes over the same few bytes must not become a model of gigabytes. */
-static void a_small_file_cannot_become_a_large_model(void **state) {
-  (void)state;
+TEST(a_small_file_cannot_become_a_large_model) {
   enum { SIDE = 1000, MESHES = 300 };
   uint8_t *bin = calloc(SIDE * SIDE, 3);
   char *json = malloc(200 * MESHES + 1000);
@@ -217,8 +210,7 @@ static void a_small_file_cannot_become_a_large_model(void **state) {
 
 /* ---- accessors ---------------------------------------------------------------------------------- */
 
-static void a_square_is_read_as_it_is(void **state) {
-  (void)state;
+TEST(a_square_is_read_as_it_is) {
   tw_model *model = glb_read(square_json(POSITIONS "," INDICES, PRIMITIVE), &square, sizeof square);
   const tw_mesh *mesh = &model->meshes[0];
   static const uint32_t corners[] = {0, 1, 2, 0, 2, 3};
@@ -233,8 +225,7 @@ static void a_square_is_read_as_it_is(void **state) {
   tw_model_destroy(model);
 }
 
-static void sparse_values_replace_elements(void **state) {
-  (void)state;
+TEST(sparse_values_replace_elements) {
   square_bin bin = square;
   static const float moved[3] = {5, 6, 7};
   bin.spare[0] = 2;
@@ -259,8 +250,7 @@ static void sparse_values_replace_elements(void **state) {
 }
 
 /* All component types of KHR_mesh_quantization, with a stride, against the equations of the spec. */
-static void quantised_positions_are_read(void **state) {
-  (void)state;
+TEST(quantised_positions_are_read) {
   static const struct {
     int type, normalized;
     uint8_t bytes[6];
@@ -296,8 +286,7 @@ static void quantised_positions_are_read(void **state) {
   }
 }
 
-static void json_files_hold_their_buffer_as_a_data_uri(void **state) {
-  (void)state;
+TEST(json_files_hold_their_buffer_as_a_data_uri) {
   /* Base64 of the bytes 0 to 8: a triangle of unsigned bytes. */
   const char *json =
       "{" ASSET ",\"buffers\":[{\"byteLength\":9,\"uri\":\"data:application/octet-stream;base64,"
@@ -315,8 +304,7 @@ static void json_files_hold_their_buffer_as_a_data_uri(void **state) {
 
 /* ---- modes -------------------------------------------------------------------------------------- */
 
-static void strips_and_fans_become_triangles(void **state) {
-  (void)state;
+TEST(strips_and_fans_become_triangles) {
   square_bin bin = square;
   static const uint16_t strip[6] = {0, 1, 3, 2, 2, 2};
   memcpy(bin.indices, strip, sizeof strip);
@@ -345,8 +333,7 @@ static void strips_and_fans_become_triangles(void **state) {
   tw_model_destroy(model);
 }
 
-static void points_and_lines_are_left_out_with_a_warning(void **state) {
-  (void)state;
+TEST(points_and_lines_are_left_out_with_a_warning) {
   tw_model *model =
       glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"mode\":0},"
                                                   "{\"attributes\":{\"POSITION\":0},\"mode\":3}"),
@@ -359,8 +346,7 @@ static void points_and_lines_are_left_out_with_a_warning(void **state) {
 
 /* ---- attributes --------------------------------------------------------------------------------- */
 
-static void primitives_of_a_mesh_become_one_with_materials(void **state) {
-  (void)state;
+TEST(primitives_of_a_mesh_become_one_with_materials) {
   static char json[4096];
   snprintf(
       json, sizeof json,
@@ -382,8 +368,7 @@ static void primitives_of_a_mesh_become_one_with_materials(void **state) {
   tw_model_destroy(model);
 }
 
-static void a_normal_map_asks_for_tangents(void **state) {
-  (void)state;
+TEST(a_normal_map_asks_for_tangents) {
   static const struct {
     const char *material;
     bool tangents;
@@ -407,8 +392,7 @@ static void a_normal_map_asks_for_tangents(void **state) {
   }
 }
 
-static void tangents_follow_the_uv_set_of_the_normal_map(void **state) {
-  (void)state;
+TEST(tangents_follow_the_uv_set_of_the_normal_map) {
 #define MOVED "\"extensions\":{\"KHR_texture_transform\":{\"texCoord\":1}}"
   static const struct {
     const char *material;
@@ -450,8 +434,7 @@ static void tangents_follow_the_uv_set_of_the_normal_map(void **state) {
   }
 }
 
-static void only_vertices_in_use_become_points(void **state) {
-  (void)state;
+TEST(only_vertices_in_use_become_points) {
   tw_model *model =
       glb_read(square_json(POSITIONS ",{\"bufferView\":1,\"byteOffset\":6,\"componentType\":5123,"
                                      "\"count\":3,\"type\":\"SCALAR\"}",
@@ -469,8 +452,7 @@ typedef struct skinned_bin {
   uint8_t colors[3][4];
 } skinned_bin;
 
-static void the_four_largest_weights_are_kept_with_sum_1(void **state) {
-  (void)state;
+TEST(the_four_largest_weights_are_kept_with_sum_1) {
   skinned_bin bin = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}},
                      {{{1, 2, 3, 4}, {0, 0, 0, 0}, {9, 9, 9, 9}}, {{5, 6, 7, 8}, {0, 0, 0, 0}, {9, 9, 9, 9}}},
                      {{{0.1f, 0.2f, 0.05f, 0.15f}, {2, 0, 0, 0}, {0, 0, 0, 0}},
@@ -502,8 +484,7 @@ static void the_four_largest_weights_are_kept_with_sum_1(void **state) {
   tw_model_destroy(model);
 }
 
-static void morph_weights_must_fit_the_targets(void **state) {
-  (void)state;
+TEST(morph_weights_must_fit_the_targets) {
   static char json[2048];
   for (int count = 1; count <= 3; count++) {
     static const char *const weights[] = {"0.5", "0.5,1", "0.5,1,0"};
@@ -569,8 +550,7 @@ static const char *cube_json(const char *extension) {
 
 #define NGON ",\"extensionsUsed\":[\"FB_ngon_encoding\"]"
 
-static void a_cube_of_24_vertices_has_8_points(void **state) {
-  (void)state;
+TEST(a_cube_of_24_vertices_has_8_points) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read(cube_json(""), &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
@@ -585,8 +565,7 @@ static void a_cube_of_24_vertices_has_8_points(void **state) {
   tw_model_destroy(model);
 }
 
-static void ngon_encoding_gives_the_quads_back(void **state) {
-  (void)state;
+TEST(ngon_encoding_gives_the_quads_back) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read(cube_json(NGON), &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
@@ -604,8 +583,7 @@ static void ngon_encoding_gives_the_quads_back(void **state) {
   tw_model_destroy(model);
 }
 
-static void auto_gives_the_quads_back_without_being_told(void **state) {
-  (void)state;
+TEST(auto_gives_the_quads_back_without_being_told) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read_with(cube_json(""), &bin, sizeof bin, TW_QUADS_AUTO);
   const tw_mesh *mesh = &model->meshes[0];
@@ -619,8 +597,7 @@ static void auto_gives_the_quads_back_without_being_told(void **state) {
 }
 
 /* Fans of 3, 5 and 4 corners round a point, as the encoding stores them. */
-static void ngons_of_several_sizes_are_told_apart(void **state) {
-  (void)state;
+TEST(ngons_of_several_sizes_are_told_apart) {
   struct {
     float positions[9][3];
     uint16_t indices[18];
@@ -646,8 +623,7 @@ static void ngons_of_several_sizes_are_told_apart(void **state) {
 }
 
 /* Two triangles that are told to be two: the second begins from another vertex. */
-static void triangles_that_the_encoding_keeps_apart_stay_apart(void **state) {
-  (void)state;
+TEST(triangles_that_the_encoding_keeps_apart_stay_apart) {
   square_bin bin = square;
   static const uint16_t apart[6] = {0, 1, 2, 2, 3, 0};
   memcpy(bin.indices, apart, sizeof apart);
@@ -658,34 +634,4 @@ static void triangles_that_the_encoding_keeps_apart_stay_apart(void **state) {
   tw_model *model = glb_read_with(json, &bin, sizeof bin, TW_QUADS_AUTO);
   assert_int_equal(model->meshes[0].face_count, 2);
   tw_model_destroy(model);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(accessors_that_lie_are_refused),
-      cmocka_unit_test(bad_indices_are_refused),
-      cmocka_unit_test(numbers_that_are_not_finite_are_refused),
-      cmocka_unit_test(bad_primitives_are_refused),
-      cmocka_unit_test(sparse_accessors_that_lie_are_refused),
-      cmocka_unit_test(a_negative_sparse_offset_is_refused_or_0),
-      cmocka_unit_test(a_small_file_cannot_become_a_large_model),
-      cmocka_unit_test(a_square_is_read_as_it_is),
-      cmocka_unit_test(sparse_values_replace_elements),
-      cmocka_unit_test(quantised_positions_are_read),
-      cmocka_unit_test(json_files_hold_their_buffer_as_a_data_uri),
-      cmocka_unit_test(strips_and_fans_become_triangles),
-      cmocka_unit_test(points_and_lines_are_left_out_with_a_warning),
-      cmocka_unit_test(primitives_of_a_mesh_become_one_with_materials),
-      cmocka_unit_test(a_normal_map_asks_for_tangents),
-      cmocka_unit_test(tangents_follow_the_uv_set_of_the_normal_map),
-      cmocka_unit_test(only_vertices_in_use_become_points),
-      cmocka_unit_test(the_four_largest_weights_are_kept_with_sum_1),
-      cmocka_unit_test(morph_weights_must_fit_the_targets),
-      cmocka_unit_test(a_cube_of_24_vertices_has_8_points),
-      cmocka_unit_test(ngon_encoding_gives_the_quads_back),
-      cmocka_unit_test(auto_gives_the_quads_back_without_being_told),
-      cmocka_unit_test(ngons_of_several_sizes_are_told_apart),
-      cmocka_unit_test(triangles_that_the_encoding_keeps_apart_stay_apart),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

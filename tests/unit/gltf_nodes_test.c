@@ -1,11 +1,7 @@
 /* GLB answers: materials, nodes, skins and clips. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "written_glb.h"
 
 /* ---- materials ---------------------------------------------------------------------------------- */
@@ -17,8 +13,7 @@ static const char materials_text[] =
     "\"textures\":[{\"source\":1}],\"extensionsUsed\":[\"KHR_materials_unlit\"],"
     "\"materials\":[{\"emissiveTexture\":{\"index\":0},\"extensions\":{\"KHR_materials_unlit\":{}}}]}";
 
-static void materials_and_images_go_through(void **state) {
-  (void)state;
+TEST(materials_and_images_go_through) {
   static const uint8_t picture[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n', 1, 2, 3, 4};
   fixture f = {0};
   tw_error error;
@@ -48,8 +43,7 @@ static void materials_and_images_go_through(void **state) {
 
 /* ---- nodes, skins, clips ------------------------------------------------------------------------ */
 
-static void nodes_keep_names_order_and_transforms(void **state) {
-  (void)state;
+TEST(nodes_keep_names_order_and_transforms) {
   fixture f;
   fixture_init(&f, cube_text);
   static const char odd[] = "say \"\xC3\xA4\" \\ /";
@@ -77,8 +71,7 @@ static void nodes_keep_names_order_and_transforms(void **state) {
   fixture_deinit(&f);
 }
 
-static void pose_takes_the_place_of_rest(void **state) {
-  (void)state;
+TEST(pose_takes_the_place_of_rest) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_refine(&f, 1, true);
@@ -92,8 +85,7 @@ static void pose_takes_the_place_of_rest(void **state) {
   fixture_deinit(&f);
 }
 
-static void animated_node_gives_up_its_matrix(void **state) {
-  (void)state;
+TEST(animated_node_gives_up_its_matrix) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_clip(&f);
@@ -110,8 +102,7 @@ static void animated_node_gives_up_its_matrix(void **state) {
   fixture_deinit(&f);
 }
 
-static void skin_stays_with_its_node(void **state) {
-  (void)state;
+TEST(skin_stays_with_its_node) {
   fixture f;
   everything(&f, 1);
   glb file = write_glb(&f.scene);
@@ -126,8 +117,7 @@ static void skin_stays_with_its_node(void **state) {
   fixture_deinit(&f);
 }
 
-static void skin_goes_where_the_surface_has_no_joints(void **state) {
-  (void)state;
+TEST(skin_goes_where_the_surface_has_no_joints) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_skin(&f);
@@ -140,8 +130,7 @@ static void skin_goes_where_the_surface_has_no_joints(void **state) {
   fixture_deinit(&f);
 }
 
-static void clip_becomes_an_animation(void **state) {
-  (void)state;
+TEST(clip_becomes_an_animation) {
   static const char *const interpolations[] = {"LINEAR",      "LINEAR", "LINEAR",      "LINEAR",
                                                "CUBICSPLINE", "STEP",   "CUBICSPLINE", "LINEAR"};
   fixture f;
@@ -171,8 +160,7 @@ static void clip_becomes_an_animation(void **state) {
   fixture_deinit(&f);
 }
 
-static void weights_go_only_to_meshes_with_as_many_targets(void **state) {
-  (void)state;
+TEST(weights_go_only_to_meshes_with_as_many_targets) {
   static const float times[2] = {0, 1}, values[2][3] = {{0, 0.5f, 1}, {1, 0.5f, 0}};
   tw_track_keys track = {.node = 0,
                          .path = TW_WEIGHTS,
@@ -199,18 +187,4 @@ static void weights_go_only_to_meshes_with_as_many_targets(void **state) {
     free_glb(&file);
     fixture_deinit(&f);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(materials_and_images_go_through),
-      cmocka_unit_test(nodes_keep_names_order_and_transforms),
-      cmocka_unit_test(pose_takes_the_place_of_rest),
-      cmocka_unit_test(animated_node_gives_up_its_matrix),
-      cmocka_unit_test(skin_stays_with_its_node),
-      cmocka_unit_test(skin_goes_where_the_surface_has_no_joints),
-      cmocka_unit_test(clip_becomes_an_animation),
-      cmocka_unit_test(weights_go_only_to_meshes_with_as_many_targets),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,18 +1,13 @@
 /* GLB answers: vertices, joints, bounds and indices say what the surfaces hold. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "written_glb.h"
 
-static void vertices_are_the_rows_of_the_surface(void **state) {
-  (void)state;
+TEST(vertices_are_the_rows_of_the_surface) {
   fixture f;
   everything(&f, 2);
   glb file = write_glb(&f.scene);
@@ -48,8 +43,7 @@ static void vertices_are_the_rows_of_the_surface(void **state) {
   fixture_deinit(&f);
 }
 
-static void joints_travel_as_unsigned_shorts(void **state) {
-  (void)state;
+TEST(joints_travel_as_unsigned_shorts) {
   fixture f;
   everything(&f, 2);
   glb file = write_glb(&f.scene);
@@ -73,8 +67,7 @@ static void joints_travel_as_unsigned_shorts(void **state) {
   fixture_deinit(&f);
 }
 
-static void meshes_of_a_scene_do_not_mix(void **state) {
-  (void)state;
+TEST(meshes_of_a_scene_do_not_mix) {
   char text[sizeof cube_text + sizeof patchwork_text + 64];
   snprintf(text, sizeof text, "%so small\nv 0 0 0\nv 1 0 5\nv 0 1 0\nf -3 -2 -1\n", cube_text);
   fixture f;
@@ -106,8 +99,7 @@ static void meshes_of_a_scene_do_not_mix(void **state) {
   fixture_deinit(&f);
 }
 
-static void bounds_are_exact(void **state) {
-  (void)state;
+TEST(bounds_are_exact) {
   fixture f;
   everything(&f, 3);
   glb file = write_glb(&f.scene);
@@ -136,8 +128,7 @@ static void bounds_are_exact(void **state) {
   fixture_deinit(&f);
 }
 
-static void too_many_parts_are_over_a_limit(void **state) {
-  (void)state;
+TEST(too_many_parts_are_over_a_limit) {
   fixture f = {.model = tw_model_create()};
   assert_non_null(f.model);
   fixture_refine(&f, 1, true);
@@ -151,8 +142,7 @@ static void too_many_parts_are_over_a_limit(void **state) {
   fixture_deinit(&f);
 }
 
-static void many_targets_keep_strides_legal(void **state) {
-  (void)state;
+TEST(many_targets_keep_strides_legal) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_morphs(&f, 50);
@@ -211,8 +201,7 @@ static void triangles_are_the_faces(const glb *file, fixture *f, bool ngons) {
   tw_surface_reader_destroy(reader);
 }
 
-static void faces_become_fans_by_material(void **state) {
-  (void)state;
+TEST(faces_become_fans_by_material) {
   for (uint32_t level = 0; level < 4; level++)
     for (int ngons = 0; ngons < 2; ngons++) {
       fixture f;
@@ -246,8 +235,7 @@ static bool same_face(const float (*a)[3], const float (*b)[3], uint32_t size) {
   return false;
 }
 
-static void polygons_read_back_as_they_were(void **state) {
-  (void)state;
+TEST(polygons_read_back_as_they_were) {
   for (uint32_t level = 0; level < 3; level++) {
     fixture f;
     fixture_init(&f, patchwork_text);
@@ -294,8 +282,7 @@ static void init_polygons(fixture *f, uint32_t count, uint32_t size) {
   free(text);
 }
 
-static void polygon_larger_than_any_block_is_a_fan(void **state) {
-  (void)state;
+TEST(polygon_larger_than_any_block_is_a_fan) {
   fixture f;
   init_polygons(&f, 1, 40000);
   fixture_refine(&f, 0, false);
@@ -314,8 +301,7 @@ static void polygon_larger_than_any_block_is_a_fan(void **state) {
   fixture_deinit(&f);
 }
 
-static void polygons_larger_than_any_block_stand_side_by_side(void **state) {
-  (void)state;
+TEST(polygons_larger_than_any_block_stand_side_by_side) {
   fixture f;
   init_polygons(&f, 4, 3000);
   fixture_refine(&f, 0, false);
@@ -343,8 +329,7 @@ static void init_common_starts(fixture *f, int shift, int together) {
   free(text);
 }
 
-static void neighbours_never_start_from_one_vertex(void **state) {
-  (void)state;
+TEST(neighbours_never_start_from_one_vertex) {
   static const int kinds[3][2] = {{0, 2}, {1, 2}, {0, 10000}};
   for (int kind = 0; kind < 3; kind++) {
     fixture f;
@@ -366,8 +351,7 @@ static void neighbours_never_start_from_one_vertex(void **state) {
   }
 }
 
-static void indices_are_short_up_to_65535_vertices(void **state) {
-  (void)state;
+TEST(indices_are_short_up_to_65535_vertices) {
   for (uint32_t size = 65534; size < 65538; size++) {
     fixture f;
     init_polygons(&f, 1, size);
@@ -381,8 +365,7 @@ static void indices_are_short_up_to_65535_vertices(void **state) {
   }
 }
 
-static void mesh_without_faces_is_left_out(void **state) {
-  (void)state;
+TEST(mesh_without_faces_is_left_out) {
   fixture f;
   fixture_init(&f, cube_text);
   tw_mesh *meshes = fixture_alloc(&f, 2, sizeof *meshes);
@@ -399,23 +382,4 @@ static void mesh_without_faces_is_left_out(void **state) {
   assert_int_equal(number(at(&file, "nodes", 1), "mesh", 9), 0);
   free_glb(&file);
   fixture_deinit(&f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(vertices_are_the_rows_of_the_surface),
-      cmocka_unit_test(joints_travel_as_unsigned_shorts),
-      cmocka_unit_test(meshes_of_a_scene_do_not_mix),
-      cmocka_unit_test(bounds_are_exact),
-      cmocka_unit_test(too_many_parts_are_over_a_limit),
-      cmocka_unit_test(many_targets_keep_strides_legal),
-      cmocka_unit_test(faces_become_fans_by_material),
-      cmocka_unit_test(polygons_read_back_as_they_were),
-      cmocka_unit_test(polygon_larger_than_any_block_is_a_fan),
-      cmocka_unit_test(polygons_larger_than_any_block_stand_side_by_side),
-      cmocka_unit_test(neighbours_never_start_from_one_vertex),
-      cmocka_unit_test(indices_are_short_up_to_65535_vertices),
-      cmocka_unit_test(mesh_without_faces_is_left_out),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

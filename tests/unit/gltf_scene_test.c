@@ -68,8 +68,7 @@ static tw_model *read_good(const char *rest) {
 
 /* ---- nodes ---------------------------------------------------------------------------------------- */
 
-static void bad_hierarchies_are_refused(void **state) {
-  (void)state;
+TEST(bad_hierarchies_are_refused) {
   static const struct {
     const char *json, *pointer;
   } cases[] = {
@@ -96,8 +95,7 @@ static void bad_hierarchies_are_refused(void **state) {
     assert_refused(cases[i].json, TW_INVALID, cases[i].pointer);
 }
 
-static void a_chain_of_a_hundred_thousand_nodes_is_read(void **state) {
-  (void)state;
+TEST(a_chain_of_a_hundred_thousand_nodes_is_read) {
   enum { COUNT = 100000 };
   char *json = malloc(40 * COUNT);
   assert_non_null(json);
@@ -112,8 +110,7 @@ static void a_chain_of_a_hundred_thousand_nodes_is_read(void **state) {
   free(json);
 }
 
-static void nodes_keep_name_parent_and_transform(void **state) {
-  (void)state;
+TEST(nodes_keep_name_parent_and_transform) {
   tw_model *model =
       read_good("\"nodes\":[{\"name\":\"turm\\u00e4\\n\",\"children\":[2],\"translation\":[1,2,3],"
                 "\"rotation\":[0,0,2,0],\"scale\":[1,2,1]},{\"name\":\"\"},{\"matrix\":"
@@ -132,8 +129,7 @@ static void nodes_keep_name_parent_and_transform(void **state) {
   tw_model_destroy(model);
 }
 
-static void meshes_outside_the_shown_scene_are_left_out(void **state) {
-  (void)state;
+TEST(meshes_outside_the_shown_scene_are_left_out) {
   tw_model *model = read_good("\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":2}}]}],\"nodes\":"
                               "[{\"mesh\":0},{\"children\":[2]},{\"mesh\":0}],\"scenes\":[{\"nodes\":[0]},"
                               "{\"name\":\"shown\",\"nodes\":[1]}],\"scene\":1");
@@ -144,8 +140,7 @@ static void meshes_outside_the_shown_scene_are_left_out(void **state) {
   tw_model_destroy(model);
 }
 
-static void what_is_left_out_is_said(void **state) {
-  (void)state;
+TEST(what_is_left_out_is_said) {
   tw_model *model =
       read_good("\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":1}}],"
                 "\"extensionsUsed\":[\"KHR_lights_punctual\"],\"nodes\":[{\"camera\":0},"
@@ -156,8 +151,7 @@ static void what_is_left_out_is_said(void **state) {
 
 /* ---- skins ---------------------------------------------------------------------------------------- */
 
-static void bad_skins_are_refused(void **state) {
-  (void)state;
+TEST(bad_skins_are_refused) {
   static const struct {
     const char *skin, *pointer;
   } cases[] = {
@@ -191,8 +185,7 @@ static void bad_skins_are_refused(void **state) {
   free(with_joints);
 }
 
-static void skins_keep_joints_and_matrices(void **state) {
-  (void)state;
+TEST(skins_keep_joints_and_matrices) {
   tw_model *model = read_good("\"nodes\":[{},{}],\"skins\":[{\"name\":\"s\",\"joints\":[1,0],"
                               "\"inverseBindMatrices\":4,\"skeleton\":1},{\"joints\":[0]}]");
   assert_int_equal(model->skin_count, 2);
@@ -208,8 +201,7 @@ static void skins_keep_joints_and_matrices(void **state) {
 
 /* ---- clips ---------------------------------------------------------------------------------------- */
 
-static void bad_animations_are_refused(void **state) {
-  (void)state;
+TEST(bad_animations_are_refused) {
   static const struct {
     const char *sampler, *channel, *pointer;
   } cases[] = {
@@ -256,8 +248,7 @@ static void bad_animations_are_refused(void **state) {
   }
 }
 
-static void key_times_must_ascend_from_zero(void **state) {
-  (void)state;
+TEST(key_times_must_ascend_from_zero) {
   static const float times[][3] = {{0, 0, 1}, {0, 2, 1}, {-1, 0, 1}, {0, 1, NAN}, {0, 1, INFINITY}};
   const char *json = with_data("\"nodes\":[{}],\"animations\":[{\"samplers\":[{\"input\":0,\"output\":2}],"
                                "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}]}]");
@@ -268,8 +259,7 @@ static void key_times_must_ascend_from_zero(void **state) {
   }
 }
 
-static void clips_keep_their_tracks(void **state) {
-  (void)state;
+TEST(clips_keep_their_tracks) {
   tw_model *model = read_good(
       "\"nodes\":[{},{}],\"animations\":[{\"name\":\"aim\",\"samplers\":[{\"input\":0,\"output\":1},"
       "{\"input\":0,\"output\":2,\"interpolation\":\"STEP\"},{\"input\":0,\"output\":3,\"interpolation\":"
@@ -300,8 +290,7 @@ static void clips_keep_their_tracks(void **state) {
   tw_model_destroy(model);
 }
 
-static void weights_tracks_fit_the_targets(void **state) {
-  (void)state;
+TEST(weights_tracks_fit_the_targets) {
   static const char mesh[] =
       "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":7},\"mode\":5,\"targets\":"
       "[{\"POSITION\":7},{\"POSITION\":7},{\"POSITION\":7}%s]}]}],\"nodes\":[{\"mesh\":0}],"
@@ -318,8 +307,7 @@ static void weights_tracks_fit_the_targets(void **state) {
 }
 
 /* Tracks copy their keys when they are compiled: a small file must not ask for millions of copies. */
-static void samplers_cannot_be_named_without_end(void **state) {
-  (void)state;
+TEST(samplers_cannot_be_named_without_end) {
   enum { NODES = 3000, KEYS = 2000 };
   float *bin = malloc(KEYS * 16);
   char *json = malloc(NODES * 80 + 1000), *at = json;
@@ -342,8 +330,7 @@ static void samplers_cannot_be_named_without_end(void **state) {
 
 /* ---- assets --------------------------------------------------------------------------------------- */
 
-static void bad_texture_references_are_refused(void **state) {
-  (void)state;
+TEST(bad_texture_references_are_refused) {
   static const struct {
     const char *json, *pointer;
   } cases[] = {
@@ -361,8 +348,7 @@ static void bad_texture_references_are_refused(void **state) {
     assert_refused(cases[i].json, TW_INVALID, cases[i].pointer);
 }
 
-static void materials_and_images_are_kept(void **state) {
-  (void)state;
+TEST(materials_and_images_are_kept) {
   tw_model *model =
       read_good("\"materials\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"images\":[{\"bufferView\":0,"
                 "\"mimeType\":\"image/png\"},{\"uri\":\"data:image/png;base64,AAAA\"},{\"uri\":"
@@ -373,24 +359,4 @@ static void materials_and_images_are_kept(void **state) {
   assert_true(tw_gltf_assets_size(model->assets) > 476);
   assert_true(tw_model_size(model) > 476);
   tw_model_destroy(model);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(bad_hierarchies_are_refused),
-      cmocka_unit_test(a_chain_of_a_hundred_thousand_nodes_is_read),
-      cmocka_unit_test(nodes_keep_name_parent_and_transform),
-      cmocka_unit_test(meshes_outside_the_shown_scene_are_left_out),
-      cmocka_unit_test(what_is_left_out_is_said),
-      cmocka_unit_test(bad_skins_are_refused),
-      cmocka_unit_test(skins_keep_joints_and_matrices),
-      cmocka_unit_test(bad_animations_are_refused),
-      cmocka_unit_test(key_times_must_ascend_from_zero),
-      cmocka_unit_test(clips_keep_their_tracks),
-      cmocka_unit_test(weights_tracks_fit_the_targets),
-      cmocka_unit_test(samplers_cannot_be_named_without_end),
-      cmocka_unit_test(bad_texture_references_are_refused),
-      cmocka_unit_test(materials_and_images_are_kept),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,16 +1,11 @@
 /* GLB and glTF answers: their bytes, in blocks of any size. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "written_glb.h"
 
-static void glb_lengths_add_up(void **state) {
-  (void)state;
+TEST(glb_lengths_add_up) {
   fixture f;
   fixture_init(&f, patchwork_text);
   for (uint32_t level = 0; level < 4; level++) {
@@ -33,8 +28,7 @@ static void glb_lengths_add_up(void **state) {
   fixture_deinit(&f);
 }
 
-static void views_are_aligned_and_do_not_overlap(void **state) {
-  (void)state;
+TEST(views_are_aligned_and_do_not_overlap) {
   fixture f;
   fixture_init(&f, patchwork_text);
   fixture_add_clip(&f);
@@ -54,8 +48,7 @@ static void views_are_aligned_and_do_not_overlap(void **state) {
   fixture_deinit(&f);
 }
 
-static void model_without_meshes_has_no_binary_chunk(void **state) {
-  (void)state;
+TEST(model_without_meshes_has_no_binary_chunk) {
   fixture f = {.model = tw_model_create()};
   assert_non_null(f.model);
   fixture_node(&f, NULL, TW_NO_INDEX, TW_NO_INDEX);
@@ -69,8 +62,7 @@ static void model_without_meshes_has_no_binary_chunk(void **state) {
   fixture_deinit(&f);
 }
 
-static void empty_model_is_an_asset_alone(void **state) {
-  (void)state;
+TEST(empty_model_is_an_asset_alone) {
   fixture f = {.model = tw_model_create()};
   assert_non_null(f.model);
   fixture_refine(&f, 1, true);
@@ -84,8 +76,7 @@ static void empty_model_is_an_asset_alone(void **state) {
   fixture_deinit(&f);
 }
 
-static void same_bytes_in_blocks_of_any_size(void **state) {
-  (void)state;
+TEST(same_bytes_in_blocks_of_any_size) {
   static const size_t blocks[] = {1, 3, 7, 64, 1000, 4096, 4099, 16384, 100001};
   fixture f;
   everything(&f, 3);
@@ -107,8 +98,7 @@ static void same_bytes_in_blocks_of_any_size(void **state) {
   fixture_deinit(&f);
 }
 
-static void memory_need_not_be_aligned(void **state) {
-  (void)state;
+TEST(memory_need_not_be_aligned) {
   fixture f;
   everything(&f, 4);
   tw_gltf_stream *stream = open_stream(&f.scene, TW_FORMAT_GLB);
@@ -126,8 +116,7 @@ static void memory_need_not_be_aligned(void **state) {
   fixture_deinit(&f);
 }
 
-static void seek_continues_at_any_offset(void **state) {
-  (void)state;
+TEST(seek_continues_at_any_offset) {
   fixture f;
   everything(&f, 2);
   for (int container = TW_FORMAT_GLTF; container <= TW_FORMAT_GLB; container++) {
@@ -149,8 +138,7 @@ static void seek_continues_at_any_offset(void **state) {
   fixture_deinit(&f);
 }
 
-static void prediction_is_the_size(void **state) {
-  (void)state;
+TEST(prediction_is_the_size) {
   fixture f;
   everything(&f, 2);
   for (int container = TW_FORMAT_GLTF; container <= TW_FORMAT_GLB; container++) {
@@ -166,8 +154,7 @@ static void prediction_is_the_size(void **state) {
   fixture_deinit(&f);
 }
 
-static void glb_over_four_gibibytes_is_refused(void **state) {
-  (void)state;
+TEST(glb_over_four_gibibytes_is_refused) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_refine(&f, 12, true); /* 100 million points of 24 bytes, 201 million triangles of 12 */
@@ -191,8 +178,7 @@ static uint32_t base64_value(char letter) {
   return letter == '/' ? 63 : letter == '+' ? 62 : 0;
 }
 
-static void gltf_holds_the_same_as_glb(void **state) {
-  (void)state;
+TEST(gltf_holds_the_same_as_glb) {
   fixture f;
   everything(&f, 1);
   glb file = write_glb(&f.scene);
@@ -218,20 +204,4 @@ static void gltf_holds_the_same_as_glb(void **state) {
   tw_gltf_stream_destroy(stream);
   free_glb(&file);
   fixture_deinit(&f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(glb_over_four_gibibytes_is_refused),
-      cmocka_unit_test(glb_lengths_add_up),
-      cmocka_unit_test(views_are_aligned_and_do_not_overlap),
-      cmocka_unit_test(model_without_meshes_has_no_binary_chunk),
-      cmocka_unit_test(empty_model_is_an_asset_alone),
-      cmocka_unit_test(same_bytes_in_blocks_of_any_size),
-      cmocka_unit_test(memory_need_not_be_aligned),
-      cmocka_unit_test(seek_continues_at_any_offset),
-      cmocka_unit_test(prediction_is_the_size),
-      cmocka_unit_test(gltf_holds_the_same_as_glb),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

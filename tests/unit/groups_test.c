@@ -1,16 +1,12 @@
 /* Named groups of faces: from OBJ through every scheme into OBJ and glTF. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cjson/cJSON.h>
-#include <cmocka.h>
-
 #include "scene_fixture.h"
+#include "test.h"
+#include <cjson/cJSON.h>
 
 /* Points (x, y, 0) of 5 x 3, numbered row by row. */
 #define GRID                                                                                                 \
@@ -40,8 +36,7 @@ static tw_model *read_obj(const char *text) {
 
 /* ---- reading -------------------------------------------------------------------------------- */
 
-static void faces_have_the_set_of_names_before_them(void **state) {
-  (void)state;
+TEST(faces_have_the_set_of_names_before_them) {
   tw_model *model = read_obj(quads_text);
   static const uint32_t expected[] = {UINT32_MAX, 0, 0, 1, 1, 0, UINT32_MAX, 2};
   assert_int_equal(model->group_count, 3);
@@ -52,8 +47,7 @@ static void faces_have_the_set_of_names_before_them(void **state) {
   tw_model_destroy(model);
 }
 
-static void default_is_the_group_of_faces_in_none(void **state) {
-  (void)state;
+TEST(default_is_the_group_of_faces_in_none) {
   tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\ng default\nf 1 2 3\ng\nf 3 2 1\n");
   assert_int_equal(model->group_count, 0);
   assert_null(model->meshes[0].face_groups);
@@ -61,8 +55,7 @@ static void default_is_the_group_of_faces_in_none(void **state) {
   tw_model_destroy(model);
 }
 
-static void names_go_on_behind_a_backslash(void **state) {
-  (void)state;
+TEST(names_go_on_behind_a_backslash) {
   tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\ng a \\\n  b\\\nc\nf 1 2 3\ng a b c\nf 3 2 1\n");
   assert_int_equal(model->group_count, 1);
   assert_string_equal(model->group_names[0], "a b c");
@@ -70,15 +63,13 @@ static void names_go_on_behind_a_backslash(void **state) {
   tw_model_destroy(model);
 }
 
-static void latin1_names_become_utf8(void **state) {
-  (void)state;
+TEST(latin1_names_become_utf8) {
   tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\ng T\xFCr\x01 b\nf 1 2 3\n");
   assert_string_equal(model->group_names[0], "T\xC3\xBCr  b");
   tw_model_destroy(model);
 }
 
-static void names_beyond_a_kilobyte_are_left_out_with_a_warning(void **state) {
-  (void)state;
+TEST(names_beyond_a_kilobyte_are_left_out_with_a_warning) {
   char text[4096];
   for (int length = 1024; length <= 1025; length++) {
     char name[1026] = "";
@@ -93,8 +84,7 @@ static void names_beyond_a_kilobyte_are_left_out_with_a_warning(void **state) {
   }
 }
 
-static void objects_have_the_groups_of_their_own_faces(void **state) {
-  (void)state;
+TEST(objects_have_the_groups_of_their_own_faces) {
   tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\n"
                              "o a\ng one\nf 1 2 3\no b\nf 4 5 6\ng two\nf 6 5 4\n");
   assert_int_equal(model->mesh_count, 2);
@@ -104,8 +94,7 @@ static void objects_have_the_groups_of_their_own_faces(void **state) {
   tw_model_destroy(model);
 }
 
-static void a_hundred_thousand_groups_keep_their_names(void **state) {
-  (void)state;
+TEST(a_hundred_thousand_groups_keep_their_names) {
   enum { COUNT = 100000 };
   char *text = malloc(COUNT * 24 + 100), name[16];
   assert_non_null(text);
@@ -121,8 +110,7 @@ static void a_hundred_thousand_groups_keep_their_names(void **state) {
   free(text);
 }
 
-static void a_group_that_does_not_exist_is_refused(void **state) {
-  (void)state;
+TEST(a_group_that_does_not_exist_is_refused) {
   tw_model *model = read_obj(quads_text);
   uint32_t groups[8] = {0, 1, 2, 3, 0, 0, 0, 0};
   tw_error error;
@@ -190,8 +178,7 @@ static void faces_are_in_the_groups_of_their_cage_face(const tw_mesh *mesh, tw_s
   tw_surface_destroy(surface);
 }
 
-static void children_are_in_the_groups_of_their_parents(void **state) {
-  (void)state;
+TEST(children_are_in_the_groups_of_their_parents) {
   static const uint32_t holes[] = {1, 4};
   static const uint32_t in_order[] = {0, 0, 0, 1, 1, 1, 2, 2, 2, 2, 2, 2, 2, 2, UINT32_MAX, UINT32_MAX};
   tw_model *quads = read_obj(quads_text), *triangles = read_obj(triangles_text);
@@ -237,8 +224,7 @@ static char *write_obj(const tw_scene *scene) {
   return text;
 }
 
-static void obj_answers_name_groups_within_materials(void **state) {
-  (void)state;
+TEST(obj_answers_name_groups_within_materials) {
   fixture f;
   fixture_init(&f, quads_text);
   fixture_refine(&f, 0, false);
@@ -251,8 +237,7 @@ static void obj_answers_name_groups_within_materials(void **state) {
   fixture_deinit(&f);
 }
 
-static void groups_come_back_from_an_obj_answer(void **state) {
-  (void)state;
+TEST(groups_come_back_from_an_obj_answer) {
   for (uint32_t level = 0; level < 3; level++) {
     fixture f;
     fixture_init(&f, quads_text);
@@ -275,8 +260,7 @@ static void groups_come_back_from_an_obj_answer(void **state) {
   }
 }
 
-static void groups_end_where_another_node_has_none(void **state) {
-  (void)state;
+TEST(groups_end_where_another_node_has_none) {
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 5 0 0\nv 6 0 0\nv 5 1 0\n"
                    "o a\ng one\nf 1 2 3\no b\ng\nf 4 5 6\n");
@@ -319,8 +303,7 @@ static void assert_range(const cJSON *groups, int index, const char *names, int 
   free(printed);
 }
 
-static void gltf_primitives_tell_ranges_of_their_indices(void **state) {
-  (void)state;
+TEST(gltf_primitives_tell_ranges_of_their_indices) {
   for (uint32_t level = 0; level < 3; level++) {
     fixture f;
     fixture_init(&f, quads_text);
@@ -339,8 +322,7 @@ static void gltf_primitives_tell_ranges_of_their_indices(void **state) {
   }
 }
 
-static void gltf_leaves_out_groups_beyond_thousands(void **state) {
-  (void)state;
+TEST(gltf_leaves_out_groups_beyond_thousands) {
   for (int count = 16384; count <= 16385; count++) {
     char *text = malloc((size_t)count * 24 + 100);
     assert_non_null(text);
@@ -355,24 +337,4 @@ static void gltf_leaves_out_groups_beyond_thousands(void **state) {
     fixture_deinit(&f);
     free(text);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(faces_have_the_set_of_names_before_them),
-      cmocka_unit_test(default_is_the_group_of_faces_in_none),
-      cmocka_unit_test(names_go_on_behind_a_backslash),
-      cmocka_unit_test(latin1_names_become_utf8),
-      cmocka_unit_test(names_beyond_a_kilobyte_are_left_out_with_a_warning),
-      cmocka_unit_test(objects_have_the_groups_of_their_own_faces),
-      cmocka_unit_test(a_hundred_thousand_groups_keep_their_names),
-      cmocka_unit_test(a_group_that_does_not_exist_is_refused),
-      cmocka_unit_test(children_are_in_the_groups_of_their_parents),
-      cmocka_unit_test(obj_answers_name_groups_within_materials),
-      cmocka_unit_test(groups_come_back_from_an_obj_answer),
-      cmocka_unit_test(groups_end_where_another_node_has_none),
-      cmocka_unit_test(gltf_primitives_tell_ranges_of_their_indices),
-      cmocka_unit_test(gltf_leaves_out_groups_beyond_thousands),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

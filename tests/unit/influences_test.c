@@ -1,18 +1,14 @@
 /* Joint weights on surfaces: every joint's weight is a function that subdivides as positions do, and each
  * row shows its four heaviest. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "cage.h"
 #include "loop.h"
 #include "refine_mask.h"
 #include "surface_rows.h"
+#include "test.h"
 #include "tweend/subdiv.h"
 
 /* ---- meshes --------------------------------------------------------------------------------- */
@@ -147,8 +143,7 @@ enum { MANY_OPTIONS = sizeof many_options / sizeof *many_options };
 
 /* Two refinements of a creased mesh that is not manifold: its first has triangles, its second decayed
  * sharpness. */
-static void masks_say_what_the_step_does(void **state) {
-  (void)state;
+TEST(masks_say_what_the_step_does) {
   for (int variant = 0; variant < 8; variant++) {
     cage *c = new_cage(true);
     tw_surface_options options = {.creasing = variant & 1 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
@@ -185,8 +180,7 @@ static void masks_say_what_the_step_does(void **state) {
   }
 }
 
-static void loop_masks_say_what_the_step_does(void **state) {
-  (void)state;
+TEST(loop_masks_say_what_the_step_does) {
   cage *c = new_cage(true);
   triangulate(c);
   for (int chaikin = 0; chaikin < 2; chaikin++) {
@@ -223,8 +217,7 @@ static void loop_masks_say_what_the_step_does(void **state) {
 
 /* ---- weights -------------------------------------------------------------------------------- */
 
-static void mesh_on_one_joint_stays_on_it(void **state) {
-  (void)state;
+TEST(mesh_on_one_joint_stays_on_it) {
   cage *c = new_cage(true);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][p % 4] = 300;
@@ -241,8 +234,7 @@ static void mesh_on_one_joint_stays_on_it(void **state) {
   free(c);
 }
 
-static void four_joints_weigh_as_four_colours_do(void **state) {
-  (void)state;
+TEST(four_joints_weigh_as_four_colours_do) {
   static float colors[POINTS][4];
   cage *c = new_cage(true);
   weigh(c, 4);
@@ -261,8 +253,7 @@ static void four_joints_weigh_as_four_colours_do(void **state) {
   free(c);
 }
 
-static void joints_follow_loop_as_colours_do(void **state) {
-  (void)state;
+TEST(joints_follow_loop_as_colours_do) {
   static float colors[POINTS][4];
   cage *c = new_cage(true);
   triangulate(c);
@@ -290,8 +281,7 @@ static int compare_falling(const void *left, const void *right) {
 }
 
 /* Each joint's weights subdivided alone, as a displacement. */
-static void rows_keep_the_four_heaviest_of_many_joints(void **state) {
-  (void)state;
+TEST(rows_keep_the_four_heaviest_of_many_joints) {
   enum { JOINTS = 36, TARGETS = JOINTS / 3 };
   static float values[TARGETS][POINTS][3];
   const float *morphs[TARGETS];
@@ -328,8 +318,7 @@ static void rows_keep_the_four_heaviest_of_many_joints(void **state) {
   free(c);
 }
 
-static void sloppy_weights_are_put_right(void **state) {
-  (void)state;
+TEST(sloppy_weights_are_put_right) {
   cage *c = new_cage(false);
   for (uint32_t p = 0; p < POINTS; p++) { /* a joint twice, a sum of 8, a negative weight; none at all */
     static const uint16_t joints[4] = {2, 5, 2, 1};
@@ -351,8 +340,7 @@ static void sloppy_weights_are_put_right(void **state) {
   free(c);
 }
 
-static void weights_that_follow_a_coordinate_stay_with_it(void **state) {
-  (void)state;
+TEST(weights_that_follow_a_coordinate_stay_with_it) {
   cage *c = new_cage(true);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][0] = 7;
@@ -369,8 +357,7 @@ static void weights_that_follow_a_coordinate_stay_with_it(void **state) {
   free(c);
 }
 
-static void same_weights_come_whatever_the_blocks(void **state) {
-  (void)state;
+TEST(same_weights_come_whatever_the_blocks) {
   cage *c = new_cage(true);
   weigh(c, 23);
   for (int o = 0; o < MANY_OPTIONS; o++) {
@@ -390,8 +377,7 @@ static void same_weights_come_whatever_the_blocks(void **state) {
 }
 
 /* Rows that a crease has split are one point, and hang on the same joints to the last bit. */
-static void split_rows_share_their_weights(void **state) {
-  (void)state;
+TEST(split_rows_share_their_weights) {
   cage *c = new_cage(true);
   weigh(c, 23);
   rows r = read_rows(&c->mesh, (tw_surface_options){.level = 3, .normals = true});
@@ -408,8 +394,7 @@ static void split_rows_share_their_weights(void **state) {
   free(c);
 }
 
-static void great_polygon_keeps_its_lists_short(void **state) {
-  (void)state;
+TEST(great_polygon_keeps_its_lists_short) {
   enum { RIM = 300 };
   static float points[RIM][3], weights[RIM][4];
   static uint16_t joints[RIM][4];
@@ -442,8 +427,7 @@ static void great_polygon_keeps_its_lists_short(void **state) {
   free_rows(&without);
 }
 
-static void open_border_keeps_the_weights_of_what_is_left(void **state) {
-  (void)state;
+TEST(open_border_keeps_the_weights_of_what_is_left) {
   cage *c = new_cage(false);
   for (uint32_t p = 0; p < POINTS; p++) {
     c->joints[p][0] = 1;
@@ -460,22 +444,4 @@ static void open_border_keeps_the_weights_of_what_is_left(void **state) {
     free_rows(&r);
   }
   free(c);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(masks_say_what_the_step_does),
-      cmocka_unit_test(loop_masks_say_what_the_step_does),
-      cmocka_unit_test(joints_follow_loop_as_colours_do),
-      cmocka_unit_test(mesh_on_one_joint_stays_on_it),
-      cmocka_unit_test(four_joints_weigh_as_four_colours_do),
-      cmocka_unit_test(rows_keep_the_four_heaviest_of_many_joints),
-      cmocka_unit_test(sloppy_weights_are_put_right),
-      cmocka_unit_test(weights_that_follow_a_coordinate_stay_with_it),
-      cmocka_unit_test(same_weights_come_whatever_the_blocks),
-      cmocka_unit_test(split_rows_share_their_weights),
-      cmocka_unit_test(great_polygon_keeps_its_lists_short),
-      cmocka_unit_test(open_border_keeps_the_weights_of_what_is_left),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -57,8 +57,7 @@ static void agree(const rows *a, const rows *b) {
 
 /* Colours ask for the level's own connectivity; after a crease, of next to no sharpness, it is looked at
  * vertex by vertex. */
-static void all_ways_give_the_same_rows(void **state) {
-  (void)state;
+TEST(all_ways_give_the_same_rows) {
   static float colors[POINTS_MAX][4];
   static const uint32_t crease[2] = {0, 2};
   static const float sharpness[1] = {1e-6f};
@@ -84,8 +83,7 @@ static void all_ways_give_the_same_rows(void **state) {
 }
 
 /* The limit of a cage's vertex is the same from whichever level it is taken. */
-static void limits_do_not_depend_on_the_level(void **state) {
-  (void)state;
+TEST(limits_do_not_depend_on_the_level) {
   tw_mesh mesh = drum(5, true);
   rows shallow = read_rows(&mesh, (tw_surface_options){.level = 1, .limit = true, .normals = true});
   for (uint32_t level = 2; level <= 5; level++) {
@@ -96,12 +94,4 @@ static void limits_do_not_depend_on_the_level(void **state) {
     free_rows(&deep);
   }
   free_rows(&shallow);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(all_ways_give_the_same_rows),
-      cmocka_unit_test(limits_do_not_depend_on_the_level),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

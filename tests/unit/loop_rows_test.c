@@ -1,16 +1,12 @@
 /* The last levels of Loop's scheme, read from the connectivity above: to the last bit what the generic step
  * builds. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "cage.h"
 #include "loop_rows.h"
+#include "test.h"
 #include "torus_cage.h"
 
 enum { NEVER = 100 }; /* of levels */
@@ -127,13 +123,11 @@ static void check(cage *c, tw_surface_options options, uint32_t least_two, uint3
   free(c);
 }
 
-static void closed_meshes_are_as_the_generic_step_makes_them(void **state) {
-  (void)state;
+TEST(closed_meshes_are_as_the_generic_step_makes_them) {
   check(torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false), (tw_surface_options){0}, 2, 1);
 }
 
-static void borders_corners_and_fins_are_too(void **state) {
-  (void)state;
+TEST(borders_corners_and_fins_are_too) {
   check(torus(TORUS_TURNED_TRIANGLES, GAPS, false), (tw_surface_options){0}, 2, 1);
   check(torus(TORUS_TURNED_TRIANGLES, GAPS, false), (tw_surface_options){.boundary = TW_BOUNDARY_EDGE_ONLY},
         2, 1);
@@ -143,8 +137,7 @@ static void borders_corners_and_fins_are_too(void **state) {
   check(torus(TORUS_TURNED_TRIANGLES, NO_GAPS, true), (tw_surface_options){0}, 2, NEVER);
 }
 
-static void infinite_creases_and_corners_are_too(void **state) {
-  (void)state;
+TEST(infinite_creases_and_corners_are_too) {
   static const uint32_t sharp_points[] = {7, 20};
   static const float point_sharpness[] = {TW_SHARPNESS_INFINITE, TW_SHARPNESS_INFINITE};
   for (int creased = 0; creased < 2; creased++) {
@@ -158,8 +151,7 @@ static void infinite_creases_and_corners_are_too(void **state) {
 }
 
 /* Two levels at once, and normals, begin where all decay is over. */
-static void what_decays_is_too(void **state) {
-  (void)state;
+TEST(what_decays_is_too) {
   static const uint32_t sharp_points[] = {7};
   static const float point_sharpness[] = {1.75f};
   cage *c = torus(TORUS_TURNED_TRIANGLES, GAPS, false);
@@ -176,14 +168,4 @@ static void what_decays_is_too(void **state) {
   c = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false);
   crease_some(c, 1.5f);
   check(c, (tw_surface_options){.creasing = TW_CREASE_CHAIKIN}, NEVER, NEVER);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(closed_meshes_are_as_the_generic_step_makes_them),
-      cmocka_unit_test(borders_corners_and_fins_are_too),
-      cmocka_unit_test(infinite_creases_and_corners_are_too),
-      cmocka_unit_test(what_decays_is_too),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -44,8 +44,7 @@ static tw_surface_options loop_at(uint32_t level) {
 
 /* ---- bad input ------------------------------------------------------------------------------ */
 
-static void over_sixteen_million_triangles_are_refused(void **state) {
-  (void)state;
+TEST(over_sixteen_million_triangles_are_refused) {
   cage *c = icosahedron();
   tw_surface *surface = NULL;
   tw_surface_options options = loop_at(10);
@@ -60,8 +59,7 @@ static void over_sixteen_million_triangles_are_refused(void **state) {
 }
 
 /* What is left out of the answer is refined all the same. */
-static void holes_do_not_hide_how_many_triangles_are_refined(void **state) {
-  (void)state;
+TEST(holes_do_not_hide_how_many_triangles_are_refined) {
   cage *c = icosahedron();
   uint32_t holes[19];
   for (uint32_t i = 0; i < 19; i++) holes[i] = i;
@@ -76,8 +74,7 @@ static void holes_do_not_hide_how_many_triangles_are_refined(void **state) {
   free(c);
 }
 
-static void mesh_without_faces_gives_an_empty_surface(void **state) {
-  (void)state;
+TEST(mesh_without_faces_gives_an_empty_surface) {
   cage *c = new_cage();
   for (uint32_t level = 0; level < 3; level++) {
     rows r = read_rows(&c->mesh, loop_at(level));
@@ -89,8 +86,7 @@ static void mesh_without_faces_gives_an_empty_surface(void **state) {
 
 /* ---- closed forms --------------------------------------------------------------------------- */
 
-static void icosahedron_has_10_times_4_to_the_level_and_2_points(void **state) {
-  (void)state;
+TEST(icosahedron_has_10_times_4_to_the_level_and_2_points) {
   cage *c = icosahedron();
   uint64_t power = 1;
   for (uint32_t level = 0; level <= 9; level++, power *= 4) {
@@ -110,8 +106,7 @@ static void icosahedron_has_10_times_4_to_the_level_and_2_points(void **state) {
   free(c);
 }
 
-static void lone_triangle_has_triangular_numbers_of_points(void **state) {
-  (void)state;
+TEST(lone_triangle_has_triangular_numbers_of_points) {
   cage *c = new_cage();
   static const uint32_t face[3] = {0, 1, 2};
   add_point(c, 0, 0, 0);
@@ -130,8 +125,7 @@ static void lone_triangle_has_triangular_numbers_of_points(void **state) {
   free(c);
 }
 
-static void level_0_is_the_cage(void **state) {
-  (void)state;
+TEST(level_0_is_the_cage) {
   cage *c = icosahedron();
   tw_surface_options options = loop_at(0);
   options.normals = true;
@@ -156,8 +150,7 @@ static float along_x(float x, float y) {
 
 /* Every step adds a quarter of the squared step to such a quadratic, at points and at edges alike: the box
  * spline's own third in the end. Points lie on the finer grid. */
-static void regular_grid_is_the_quartic_box_spline(void **state) {
-  (void)state;
+TEST(regular_grid_is_the_quartic_box_spline) {
   cage *c = grid(8, 8, true, mixed);
   for (uint32_t level = 1; level <= 4; level++) {
     rows r = read_rows(&c->mesh, loop_at(level));
@@ -177,8 +170,7 @@ static void regular_grid_is_the_quartic_box_spline(void **state) {
   free(c);
 }
 
-static void limit_of_a_regular_grid_is_the_box_spline_with_its_normals(void **state) {
-  (void)state;
+TEST(limit_of_a_regular_grid_is_the_box_spline_with_its_normals) {
   cage *c = grid(8, 8, true, mixed);
   for (uint32_t level = 0; level <= 4; level++) {
     tw_surface_options options = loop_at(level);
@@ -201,8 +193,7 @@ static void limit_of_a_regular_grid_is_the_box_spline_with_its_normals(void **st
   free(c);
 }
 
-static void border_is_the_cubic_spline_of_its_points(void **state) {
-  (void)state;
+TEST(border_is_the_cubic_spline_of_its_points) {
   cage *c = grid(9, 3, true, along_x);
   for (uint32_t level = 1; level <= 5; level++) {
     rows r = read_rows(&c->mesh, loop_at(level));
@@ -232,8 +223,7 @@ static float apex_of_cone(uint32_t valence, uint32_t level, bool limit) {
 }
 
 /* Weights of Loop's thesis: 3/16 for each of three neighbours, 31/256 for each of four. */
-static void apex_of_a_cone_sinks_by_the_weight_of_its_valence(void **state) {
-  (void)state;
+TEST(apex_of_a_cone_sinks_by_the_weight_of_its_valence) {
   assert_float_equal(apex_of_cone(3, 1, false), 1 - 9.0 / 16, 1e-7);
   assert_float_equal(apex_of_cone(4, 1, false), 1 - 31.0 / 64, 1e-7);
   assert_float_equal(apex_of_cone(6, 1, false), 1 - 3.0 / 8, 1e-7);
@@ -241,8 +231,7 @@ static void apex_of_a_cone_sinks_by_the_weight_of_its_valence(void **state) {
   assert_float_equal(apex_of_cone(6, 0, true), 1.0 / 2, 1e-7);
 }
 
-static void limit_is_where_the_levels_lead(void **state) {
-  (void)state;
+TEST(limit_is_where_the_levels_lead) {
   for (uint32_t valence = 3; valence <= 12; valence++) {
     float limit = apex_of_cone(valence, 1, true);
     assert_float_equal(apex_of_cone(valence, 3, true), limit, 1e-6);
@@ -252,8 +241,7 @@ static void limit_is_where_the_levels_lead(void **state) {
   }
 }
 
-static void triangle_inside_an_infinite_crease_stays_flat_and_sharp(void **state) {
-  (void)state;
+TEST(triangle_inside_an_infinite_crease_stays_flat_and_sharp) {
   cage *c = icosahedron();
   uint32_t creases[6] = {c->corners[0], c->corners[1], c->corners[1],
                          c->corners[2], c->corners[2], c->corners[0]};
@@ -291,8 +279,7 @@ static cage *first_level(const tw_mesh *mesh) {
   return c;
 }
 
-static void two_levels_are_one_level_twice(void **state) {
-  (void)state;
+TEST(two_levels_are_one_level_twice) {
   cage *c = cone(5), *once = first_level(&c->mesh);
   rows twice = read_rows(&once->mesh, loop_at(1)), direct = read_rows(&c->mesh, loop_at(2));
   uint32_t *a = faces_of(&twice, TW_DOMAIN_POINTS), *b = faces_of(&direct, TW_DOMAIN_POINTS);
@@ -308,8 +295,7 @@ static void two_levels_are_one_level_twice(void **state) {
   free(c);
 }
 
-static void affine_maps_commute_with_subdivision(void **state) {
-  (void)state;
+TEST(affine_maps_commute_with_subdivision) {
   static const float map[3][4] = {{1.5f, 0.25f, -2, 3}, {0.5f, -1, 0.125f, -7}, {0.75f, 2, 1, 0.5f}};
   cage *c = icosahedron(), *mapped = icosahedron();
   for (uint32_t p = 0; p < 12; p++)
@@ -331,8 +317,7 @@ static void affine_maps_commute_with_subdivision(void **state) {
 }
 
 /* Float alone would leave rounding of a thousandth in these normals. */
-static void normals_stay_exact_far_from_the_origin(void **state) {
-  (void)state;
+TEST(normals_stay_exact_far_from_the_origin) {
   cage *near = icosahedron(), *far = icosahedron();
   for (uint32_t p = 0; p < 12; p++) far->points[p][0] += 1000;
   tw_surface_options options = loop_at(6);
@@ -354,8 +339,7 @@ static void assert_unit_normals(const rows *r) {
   }
 }
 
-static void normals_are_unit_even_where_there_is_no_tangent_plane(void **state) {
-  (void)state;
+TEST(normals_are_unit_even_where_there_is_no_tangent_plane) {
   static const uint32_t pillow[2][3] = {{0, 1, 2}, {0, 2, 1}};
   cage *shapes[3] = {new_cage(), new_cage(), icosahedron()};
   for (int s = 0; s < 2; s++) {
@@ -378,8 +362,7 @@ static void normals_are_unit_even_where_there_is_no_tangent_plane(void **state) 
   }
 }
 
-static void blocks_of_any_size_hold_the_same_bytes(void **state) {
-  (void)state;
+TEST(blocks_of_any_size_hold_the_same_bytes) {
   cage *c = icosahedron();
   tw_surface_options options = loop_at(4);
   options.normals = options.limit = true;
@@ -400,8 +383,7 @@ static void blocks_of_any_size_hold_the_same_bytes(void **state) {
   free(c);
 }
 
-static void bounds_are_those_of_the_rows(void **state) {
-  (void)state;
+TEST(bounds_are_those_of_the_rows) {
   cage *c = grid(6, 5, true, mixed);
   for (uint32_t level = 0; level < 5; level++)
     for (int boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
@@ -423,28 +405,4 @@ static void bounds_are_those_of_the_rows(void **state) {
         free_rows(&r);
       }
   free(c);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(over_sixteen_million_triangles_are_refused),
-      cmocka_unit_test(holes_do_not_hide_how_many_triangles_are_refined),
-      cmocka_unit_test(mesh_without_faces_gives_an_empty_surface),
-      cmocka_unit_test(icosahedron_has_10_times_4_to_the_level_and_2_points),
-      cmocka_unit_test(lone_triangle_has_triangular_numbers_of_points),
-      cmocka_unit_test(level_0_is_the_cage),
-      cmocka_unit_test(regular_grid_is_the_quartic_box_spline),
-      cmocka_unit_test(limit_of_a_regular_grid_is_the_box_spline_with_its_normals),
-      cmocka_unit_test(border_is_the_cubic_spline_of_its_points),
-      cmocka_unit_test(apex_of_a_cone_sinks_by_the_weight_of_its_valence),
-      cmocka_unit_test(limit_is_where_the_levels_lead),
-      cmocka_unit_test(triangle_inside_an_infinite_crease_stays_flat_and_sharp),
-      cmocka_unit_test(two_levels_are_one_level_twice),
-      cmocka_unit_test(affine_maps_commute_with_subdivision),
-      cmocka_unit_test(normals_stay_exact_far_from_the_origin),
-      cmocka_unit_test(normals_are_unit_even_where_there_is_no_tangent_plane),
-      cmocka_unit_test(blocks_of_any_size_hold_the_same_bytes),
-      cmocka_unit_test(bounds_are_those_of_the_rows),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

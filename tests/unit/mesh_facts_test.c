@@ -1,12 +1,8 @@
 /* Describing control meshes: shapes whose numbers are known. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/format.h"
 
 typedef struct described {
@@ -54,8 +50,7 @@ static void assert_counts(const tw_mesh_facts *f, counts wanted) {
 
 /* ---- shapes ----------------------------------------------------------------------------------- */
 
-static void a_mesh_of_nothing_is_described(void **state) {
-  (void)state;
+TEST(a_mesh_of_nothing_is_described) {
   static const uint32_t offsets[1] = {0};
   tw_mesh mesh;
   tw_mesh_init(&mesh);
@@ -67,8 +62,7 @@ static void a_mesh_of_nothing_is_described(void **state) {
   tw_mesh_facts_deinit(&facts);
 }
 
-static void a_cube_is_a_sphere_with_eight_corners_of_three_edges(void **state) {
-  (void)state;
+TEST(a_cube_is_a_sphere_with_eight_corners_of_three_edges) {
   described d = describe(CUBE "v 9 9 9\n");
   assert_counts(
       &d.facts,
@@ -95,8 +89,7 @@ static void write_grid(char *text, int columns, int rows, bool round, bool close
     }
 }
 
-static void a_grid_is_a_disc_a_tube_or_a_torus(void **state) {
-  (void)state;
+TEST(a_grid_is_a_disc_a_tube_or_a_torus) {
   char text[4096];
   write_grid(text, 5, 4, false, false);
   described d = describe(text);
@@ -123,8 +116,7 @@ static void a_grid_is_a_disc_a_tube_or_a_torus(void **state) {
   end(&d);
 }
 
-static void valences_count_edges_inside_and_on_borders(void **state) {
-  (void)state;
+TEST(valences_count_edges_inside_and_on_borders) {
   /* Five quads round a point, one of them cut off a corner: the pole, and border points of 2 and 3 edges. */
   described d = describe("v 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 1\nv -4 2 0\nv -4 0 0\nv -4 -4 0\nv 0 -4 0\n"
                          "v 2 -4 0\nv 4 -4 0\nv 5 -2 0\n"
@@ -149,8 +141,7 @@ static void valences_count_edges_inside_and_on_borders(void **state) {
 
 /* ---- where it is not a surface ---------------------------------------------------------------- */
 
-static void three_faces_on_an_edge_are_found(void **state) {
-  (void)state;
+TEST(three_faces_on_an_edge_are_found) {
   described d = describe("v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0\nv 0 0 1\nf 1 2 3\nf 2 1 4\nf 1 2 5\n");
   assert_counts(&d.facts, (counts){.vertices = 5,
                                    .edges = 7,
@@ -168,8 +159,7 @@ static void three_faces_on_an_edge_are_found(void **state) {
   end(&d);
 }
 
-static void faces_that_share_only_a_point_are_a_bow_tie_of_two_loops(void **state) {
-  (void)state;
+TEST(faces_that_share_only_a_point_are_a_bow_tie_of_two_loops) {
   described d = describe("v 0 0 0\nv 1 0 0\nv 1 1 0\nv -1 0 0\nv -1 -1 0\nf 1 2 3\nf 1 4 5\n");
   assert_counts(&d.facts, (counts){.vertices = 5,
                                    .edges = 6,
@@ -183,8 +173,7 @@ static void faces_that_share_only_a_point_are_a_bow_tie_of_two_loops(void **stat
   end(&d);
 }
 
-static void a_flipped_neighbour_is_found(void **state) {
-  (void)state;
+TEST(a_flipped_neighbour_is_found) {
   described d = describe("v 0 0 0\nv 1 0 0\nv 2 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nf 1 2 5 4\nf 2 5 6 3\n");
   assert_counts(&d.facts, (counts){.vertices = 6,
                                    .edges = 7,
@@ -201,8 +190,7 @@ static void a_flipped_neighbour_is_found(void **state) {
 }
 
 /* One border, and nowhere to turn from the inside to the outside but at one edge. */
-static void a_moebius_strip_has_one_loop_and_one_edge_to_turn_at(void **state) {
-  (void)state;
+TEST(a_moebius_strip_has_one_loop_and_one_edge_to_turn_at) {
   described d = describe("v 0 0 0\nv 0 1 0\nv 1 0 0\nv 1 1 0\nv 2 0 0\nv 2 1 0\nv 3 0 0\nv 3 1 0\n"
                          "f 1 3 4 2\nf 3 5 6 4\nf 5 7 8 6\nf 7 2 1 8\n");
   assert_counts(&d.facts, (counts){.vertices = 8,
@@ -218,8 +206,7 @@ static void a_moebius_strip_has_one_loop_and_one_edge_to_turn_at(void **state) {
   end(&d);
 }
 
-static void the_first_64_places_are_listed(void **state) {
-  (void)state;
+TEST(the_first_64_places_are_listed) {
   char text[16384], *at = text;
   for (int i = 0; i < 70; i++) {
     at += sprintf(at, "v %d 0 0\nv %d 1 0\nv %d 0 1\n", i, i, i);
@@ -237,8 +224,7 @@ static void the_first_64_places_are_listed(void **state) {
 
 /* ---- tags and groups -------------------------------------------------------------------------- */
 
-static void tags_count_where_they_are_in_force(void **state) {
-  (void)state;
+TEST(tags_count_where_they_are_in_force) {
   described d =
       describe(CUBE "v 9 9 9\nt crease 2/1/0 0 1 2\nt crease 2/1/0 1 0 3\nt crease 2/1/0 1 2 0\n"
                     "t crease 2/1/0 0 6 5\nt crease 2/1/0 2 3 10\n"
@@ -250,8 +236,7 @@ static void tags_count_where_they_are_in_force(void **state) {
   end(&d);
 }
 
-static void groups_are_counted_in_the_order_of_the_file(void **state) {
-  (void)state;
+TEST(groups_are_counted_in_the_order_of_the_file) {
   described d = describe("g one\n" CUBE "g two\nf 1 2 3\ng none\ng one\nf 3 2 1\ng\nf 1 3 4\n");
   assert_int_equal(d.facts.group_count, 2);
   assert_int_equal(d.facts.groups[0], 0);
@@ -259,21 +244,4 @@ static void groups_are_counted_in_the_order_of_the_file(void **state) {
   assert_int_equal(d.facts.groups[1], 1);
   assert_int_equal(d.facts.group_faces[1], 1);
   end(&d);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_mesh_of_nothing_is_described),
-      cmocka_unit_test(a_cube_is_a_sphere_with_eight_corners_of_three_edges),
-      cmocka_unit_test(a_grid_is_a_disc_a_tube_or_a_torus),
-      cmocka_unit_test(valences_count_edges_inside_and_on_borders),
-      cmocka_unit_test(three_faces_on_an_edge_are_found),
-      cmocka_unit_test(faces_that_share_only_a_point_are_a_bow_tie_of_two_loops),
-      cmocka_unit_test(a_flipped_neighbour_is_found),
-      cmocka_unit_test(a_moebius_strip_has_one_loop_and_one_edge_to_turn_at),
-      cmocka_unit_test(the_first_64_places_are_listed),
-      cmocka_unit_test(tags_count_where_they_are_in_force),
-      cmocka_unit_test(groups_are_counted_in_the_order_of_the_file),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

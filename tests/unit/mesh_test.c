@@ -1,17 +1,12 @@
 /* Checking control meshes. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "cube.h"
+#include "test.h"
 #include "tweend/mesh.h"
 
-static void index_out_of_range_names_face_and_corner(void **state) {
-  (void)state;
+TEST(index_out_of_range_names_face_and_corner) {
   tw_mesh mesh = cube();
   uint32_t corners[24], face;
   memcpy(corners, cube_corners, sizeof corners);
@@ -23,8 +18,7 @@ static void index_out_of_range_names_face_and_corner(void **state) {
   assert_int_equal(face, 3);
 }
 
-static void repeated_point_in_a_face_is_refused(void **state) {
-  (void)state;
+TEST(repeated_point_in_a_face_is_refused) {
   tw_mesh mesh = cube();
   uint32_t corners[24];
   memcpy(corners, cube_corners, sizeof corners);
@@ -35,8 +29,7 @@ static void repeated_point_in_a_face_is_refused(void **state) {
   assert_string_equal(error.pointer, "/faces/1/3");
 }
 
-static void not_a_number_is_refused(void **state) {
-  (void)state;
+TEST(not_a_number_is_refused) {
   tw_mesh mesh = cube();
   float points[8][3];
   memcpy(points, cube_points, sizeof points);
@@ -47,8 +40,7 @@ static void not_a_number_is_refused(void **state) {
   assert_string_equal(error.pointer, "/positions/7/1");
 }
 
-static void tangents_follow_no_uv_set_that_is_not_there(void **state) {
-  (void)state;
+TEST(tangents_follow_no_uv_set_that_is_not_there) {
   static const uint8_t sets[6] = {0, 0, 0, 0, 1, 0};
   static const float uv[2] = {0, 0};
   static const uint32_t uv_corners[24] = {0};
@@ -59,14 +51,4 @@ static void tangents_follow_no_uv_set_that_is_not_there(void **state) {
   tw_error error;
   assert_int_equal(tw_mesh_check(&mesh, &error, NULL), TW_INVALID);
   assert_string_equal(error.pointer, "/tangent_uvs/4");
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(index_out_of_range_names_face_and_corner),
-      cmocka_unit_test(repeated_point_in_a_face_is_refused),
-      cmocka_unit_test(not_a_number_is_refused),
-      cmocka_unit_test(tangents_follow_no_uv_set_that_is_not_there),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

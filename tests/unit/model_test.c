@@ -1,13 +1,9 @@
 /* The checks that every reader ends with, names as clients see them, warnings, formats by their bytes. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/format.h"
 
 /* A triangle, two nodes, a skin of one joint and a clip of one track. */
@@ -73,8 +69,7 @@ static void assert_refused_at(fixture *f, const char *pointer) {
   fill(f);
 }
 
-static void a_broken_part_is_refused_at_its_place(void **state) {
-  (void)state;
+TEST(a_broken_part_is_refused_at_its_place) {
   fixture f;
   static const uint32_t bad_corners[3] = {0, 1, 3}, no_joint[1] = {2};
   static const int32_t material[1] = {0};
@@ -121,8 +116,7 @@ static void a_broken_part_is_refused_at_its_place(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void a_clip_error_bears_the_clip(void **state) {
-  (void)state;
+TEST(a_clip_error_bears_the_clip) {
   fixture f;
   static const float falling[2] = {1, 0};
   fill(&f);
@@ -131,8 +125,7 @@ static void a_clip_error_bears_the_clip(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void joints_beyond_the_skin_are_refused(void **state) {
-  (void)state;
+TEST(joints_beyond_the_skin_are_refused) {
   fixture f;
   static const uint16_t joints[12] = {[9] = 1};
   static const float weights[12] = {1, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0};
@@ -144,8 +137,7 @@ static void joints_beyond_the_skin_are_refused(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void finishing_orders_nodes_and_makes_rotations_unit(void **state) {
-  (void)state;
+TEST(finishing_orders_nodes_and_makes_rotations_unit) {
   fixture f;
   fill(&f);
   f.nodes[0].parent = 1;
@@ -158,8 +150,7 @@ static void finishing_orders_nodes_and_makes_rotations_unit(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void a_model_without_nodes_gets_one_a_mesh(void **state) {
-  (void)state;
+TEST(a_model_without_nodes_gets_one_a_mesh) {
   fixture f;
   fill(&f);
   f.mesh.name = "hull";
@@ -171,8 +162,7 @@ static void a_model_without_nodes_gets_one_a_mesh(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void an_empty_model_is_a_model(void **state) {
-  (void)state;
+TEST(an_empty_model_is_a_model) {
   tw_model *model = tw_model_create();
   assert_int_equal(tw_model_finish(model, NULL), TW_OK);
   tw_model_destroy(model);
@@ -181,8 +171,7 @@ static void an_empty_model_is_a_model(void **state) {
 
 /* ---- names ------------------------------------------------------------------------------------ */
 
-static void nameless_nodes_and_clips_are_found_by_number(void **state) {
-  (void)state;
+TEST(nameless_nodes_and_clips_are_found_by_number) {
   fixture f;
   char buffer[24];
   fill(&f);
@@ -202,8 +191,7 @@ static void nameless_nodes_and_clips_are_found_by_number(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void the_first_of_equal_names_is_found(void **state) {
-  (void)state;
+TEST(the_first_of_equal_names_is_found) {
   fixture f;
   fill(&f);
   f.nodes[1].name = "root";
@@ -213,8 +201,7 @@ static void the_first_of_equal_names_is_found(void **state) {
   tw_model_destroy(f.model);
 }
 
-static void warnings_end_with_a_word_that_there_are_more(void **state) {
-  (void)state;
+TEST(warnings_end_with_a_word_that_there_are_more) {
   tw_model *model = tw_model_create();
   for (int i = 0; i < 64; i++) tw_model_warn(model, "warning %d", i);
   assert_int_equal(model->warning_count, 64);
@@ -227,8 +214,7 @@ static void warnings_end_with_a_word_that_there_are_more(void **state) {
 
 /* ---- formats ---------------------------------------------------------------------------------- */
 
-static void bytes_tell_their_format(void **state) {
-  (void)state;
+TEST(bytes_tell_their_format) {
   static const struct {
     const char *text;
     tw_format format;
@@ -251,20 +237,4 @@ static void bytes_tell_their_format(void **state) {
   };
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
     assert_int_equal(tw_format_sniff((const uint8_t *)cases[i].text, strlen(cases[i].text)), cases[i].format);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_broken_part_is_refused_at_its_place),
-      cmocka_unit_test(a_clip_error_bears_the_clip),
-      cmocka_unit_test(joints_beyond_the_skin_are_refused),
-      cmocka_unit_test(finishing_orders_nodes_and_makes_rotations_unit),
-      cmocka_unit_test(a_model_without_nodes_gets_one_a_mesh),
-      cmocka_unit_test(an_empty_model_is_a_model),
-      cmocka_unit_test(nameless_nodes_and_clips_are_found_by_number),
-      cmocka_unit_test(the_first_of_equal_names_is_found),
-      cmocka_unit_test(warnings_end_with_a_word_that_there_are_more),
-      cmocka_unit_test(bytes_tell_their_format),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,8 +1,8 @@
 /* Every allocation of the readers, and of compiling a clip, fails once: each time the answer is TW_NO_MEMORY
  * or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc,
  * calloc and realloc wrapped; what C++ allocates inside its library is not reached. */
-#include "failing_memory.h"
 #include "glb.h"
+#include "wrapped_memory.h"
 
 typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
 
@@ -16,10 +16,10 @@ static void fail_each(read_fn *read, const uint8_t *bytes, size_t size) {
   for (size_t n = 0;; n++) {
     tw_model *model = NULL;
     tw_error error = {0};
-    left = n;
+    test_memory.left = n;
     tw_status status = read(bytes, size, &model, &error);
-    bool failed = left == SIZE_MAX;
-    left = SIZE_MAX;
+    bool failed = test_memory.left == SIZE_MAX;
+    test_memory.left = SIZE_MAX;
     if (status == TW_OK) {
       tw_model_destroy(model);
     } else {
@@ -32,8 +32,7 @@ static void fail_each(read_fn *read, const uint8_t *bytes, size_t size) {
   assert_true(failures > 10);
 }
 
-static void obj_reading_survives_every_failure(void **state) {
-  (void)state;
+TEST(obj_reading_survives_every_failure) {
   static const char text[] = "o a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nusemtl red\n"
                              "f 1/1 2/1 3/1 4/1\nl 1 2\no b\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n";
   static const char tagged[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 1 2\n"
@@ -42,8 +41,7 @@ static void obj_reading_survives_every_failure(void **state) {
   fail_each(tw_obj_read, (const uint8_t *)tagged, sizeof tagged - 1);
 }
 
-static void gltf_reading_survives_every_failure(void **state) {
-  (void)state;
+TEST(gltf_reading_survives_every_failure) {
   struct {
     float positions[6][3], uvs[6][2], times[2], quaternions[2][4];
   } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 0, 0}, {1, 1, 0}, {0, 1, 0}},
@@ -68,8 +66,7 @@ static void gltf_reading_survives_every_failure(void **state) {
   free(file.bytes);
 }
 
-static void compiling_a_clip_survives_every_failure(void **state) {
-  (void)state;
+TEST(compiling_a_clip_survives_every_failure) {
   enum { KEYS = 3000, TRACKS = 3 }; /* large enough for allocations of their own */
   static float times[KEYS], values[KEYS][4];
   tw_track_keys tracks[TRACKS];
@@ -91,20 +88,11 @@ static void compiling_a_clip_survives_every_failure(void **state) {
   size_t failures = 0;
   for (; status != TW_OK; failures++) {
     tw_clip *clip = NULL;
-    left = failures;
+    test_memory.left = failures;
     status = tw_clip_create(&keys, TRACKS, -1, &clip, NULL);
-    left = SIZE_MAX;
+    test_memory.left = SIZE_MAX;
     if (status != TW_OK) assert_int_equal(status, TW_NO_MEMORY);
     tw_clip_destroy(clip);
   }
   assert_true(failures > 20);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(obj_reading_survives_every_failure),
-      cmocka_unit_test(gltf_reading_survives_every_failure),
-      cmocka_unit_test(compiling_a_clip_survives_every_failure),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -3,13 +3,10 @@
 #include "number.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { WIDEST = 64 }; /* vectors that fit one batch */
 
@@ -32,8 +29,7 @@ static float any_float(void) {
   }
 }
 
-static void all_instruction_sets_print_the_same_text(void **state) {
-  (void)state;
+TEST(all_instruction_sets_print_the_same_text) {
   enum { STRIDE = WIDEST + 2, COUNT = 20, ROOM = COUNT * (WIDEST * TW_FLOAT_TEXT + 3) };
   static float values[COUNT * STRIDE];
   static char plain[ROOM], other[ROOM];
@@ -68,8 +64,7 @@ static size_t print_singly(char *out, const tw_vectors *vectors) {
   return (size_t)(end - out);
 }
 
-static void vectors_are_their_numbers_in_brackets_and_keep_to_their_room(void **state) {
-  (void)state;
+TEST(vectors_are_their_numbers_in_brackets_and_keep_to_their_room) {
   enum { STRIDE = 150, COUNT = 40, GUARD = 16, ROOM = COUNT * (STRIDE * TW_FLOAT_TEXT + 3) };
   static const size_t widths[] = {0, 1, 2, 3, 4, 5, 16, 63, 64, 65, 150};
   static const char guard[GUARD] = "untouched so far";
@@ -99,8 +94,7 @@ static float long_float(size_t i) {
   return i % 4 < 3 ? longest[i % 4] : any_float();
 }
 
-static void no_instruction_set_leaves_its_room(void **state) {
-  (void)state;
+TEST(no_instruction_set_leaves_its_room) {
   enum { GUARD = 16 };
   static const char guard[GUARD] = "untouched so far";
   for (size_t width = 1; width <= 20; width++)
@@ -131,13 +125,4 @@ static void no_instruction_set_leaves_its_room(void **state) {
       free(text);
       free(right);
     }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(all_instruction_sets_print_the_same_text),
-      cmocka_unit_test(vectors_are_their_numbers_in_brackets_and_keep_to_their_room),
-      cmocka_unit_test(no_instruction_set_leaves_its_room),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,14 +1,10 @@
 /* Reading Wavefront OBJ: bad files first, then what good ones say. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/format.h"
 #include "tweend/subdiv.h"
 
@@ -49,8 +45,7 @@ static void assert_refused(const char *text, tw_status expected, uint64_t line) 
 
 /* ---- bad files ------------------------------------------------------------------------------ */
 
-static void bad_files_are_refused_at_their_line(void **state) {
-  (void)state;
+TEST(bad_files_are_refused_at_their_line) {
   static const struct {
     const char *text;
     tw_status status;
@@ -99,8 +94,7 @@ static void bad_files_are_refused_at_their_line(void **state) {
     assert_refused(cases[i].text, cases[i].status, cases[i].line);
 }
 
-static void bad_tags_are_refused_at_their_line(void **state) {
-  (void)state;
+TEST(bad_tags_are_refused_at_their_line) {
   static const struct {
     const char *tag;
     tw_status status;
@@ -134,8 +128,7 @@ static void bad_tags_are_refused_at_their_line(void **state) {
   }
 }
 
-static void a_file_cut_anywhere_is_read_or_refused(void **state) {
-  (void)state;
+TEST(a_file_cut_anywhere_is_read_or_refused) {
   static const char whole[] = "mtllib a.mtl\no a\n" SQUARE "vt 0 0\nvn 0 0 1\nusemtl red\n"
                               "f 1/1/1 2/1/1 \\\n 3/1/1 4/1/1\nt crease 2/1/0 0 1 2.5\n# end\r\n";
   for (size_t size = 0; size < sizeof whole; size++) {
@@ -147,8 +140,7 @@ static void a_file_cut_anywhere_is_read_or_refused(void **state) {
 
 /* ---- numbers and lines ---------------------------------------------------------------------- */
 
-static void numbers_of_every_form_are_read(void **state) {
-  (void)state;
+TEST(numbers_of_every_form_are_read) {
   tw_model *model = read_good("v 1.5 -.25 +3\nv 1e2 1.25E-2 -7.\nv 0.1 123456789012345678 1e-60\nf 1 2 3\n");
   static const float expected[9] = {1.5f, -0.25f, 3, 100, 0.0125f, -7, 0.1f, 123456789012345678.0f, 0};
   assert_memory_equal(model->meshes[0].positions, expected, sizeof expected);
@@ -156,8 +148,7 @@ static void numbers_of_every_form_are_read(void **state) {
 }
 
 /* The nearest float, as the C library finds it, for numbers of every length. */
-static void numbers_round_to_the_nearest_float(void **state) {
-  (void)state;
+TEST(numbers_round_to_the_nearest_float) {
   uint64_t seed = 1;
   for (int i = 0; i < 2000; i++) {
     char number[64], text[256];
@@ -171,8 +162,7 @@ static void numbers_round_to_the_nearest_float(void **state) {
   }
 }
 
-static void line_ends_comments_and_continuations_make_no_difference(void **state) {
-  (void)state;
+TEST(line_ends_comments_and_continuations_make_no_difference) {
   static const char *const variants[] = {
       TRIANGLE "f 1 2 3\n",
       "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nf 1 2 3\r\n",
@@ -195,8 +185,7 @@ static void line_ends_comments_and_continuations_make_no_difference(void **state
 
 /* ---- faces ---------------------------------------------------------------------------------- */
 
-static void faces_of_every_size_and_form_are_kept(void **state) {
-  (void)state;
+TEST(faces_of_every_size_and_form_are_kept) {
   tw_model *model =
       read_good("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 2 0\n"
                 "vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
@@ -217,15 +206,13 @@ static void faces_of_every_size_and_form_are_kept(void **state) {
   tw_model_destroy(model);
 }
 
-static void faces_may_name_points_that_follow_them(void **state) {
-  (void)state;
+TEST(faces_may_name_points_that_follow_them) {
   tw_model *model = read_good("f 1 2 3\n" TRIANGLE);
   assert_int_equal(model->meshes[0].face_count, 1);
   tw_model_destroy(model);
 }
 
-static void a_face_of_a_thousand_corners_is_one_face(void **state) {
-  (void)state;
+TEST(a_face_of_a_thousand_corners_is_one_face) {
   char *text = malloc(64 * 1000);
   assert_non_null(text);
   size_t length = 0;
@@ -240,24 +227,21 @@ static void a_face_of_a_thousand_corners_is_one_face(void **state) {
   free(text);
 }
 
-static void files_without_vt_have_no_uvs(void **state) {
-  (void)state;
+TEST(files_without_vt_have_no_uvs) {
   tw_model *model = read_good(TRIANGLE "vt 0 0\nf 1 2 3\n");
   assert_int_equal(model->meshes[0].uv_set_count, 0);
   assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
 }
 
-static void lines_and_points_are_left_out_with_a_warning(void **state) {
-  (void)state;
+TEST(lines_and_points_are_left_out_with_a_warning) {
   tw_model *model = read_good(TRIANGLE "l 1 2\np 3\nf 1 2 3\n");
   assert_int_equal(model->meshes[0].face_count, 1);
   assert_int_equal(model->warning_count, 1);
   tw_model_destroy(model);
 }
 
-static void colours_become_linear_and_points_without_one_white(void **state) {
-  (void)state;
+TEST(colours_become_linear_and_points_without_one_white) {
   tw_model *model = read_good("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 1\nf 1 2 3\n");
   const float *colors = model->meshes[0].colors;
   assert_non_null(colors);
@@ -269,8 +253,7 @@ static void colours_become_linear_and_points_without_one_white(void **state) {
 
 /* ---- names, materials, objects --------------------------------------------------------------- */
 
-static void the_first_name_names_mesh_and_node(void **state) {
-  (void)state;
+TEST(the_first_name_names_mesh_and_node) {
   tw_model *model = read_good("g  left side \n" TRIANGLE "f 1 2 3\ng right\nf 1 3 2\n");
   assert_int_equal(model->mesh_count, 1);
   assert_string_equal(model->meshes[0].name, "left side");
@@ -280,15 +263,13 @@ static void the_first_name_names_mesh_and_node(void **state) {
   tw_model_destroy(model);
 }
 
-static void latin1_names_become_utf8(void **state) {
-  (void)state;
+TEST(latin1_names_become_utf8) {
   tw_model *model = read_good("o T\xFCr\x01\n" TRIANGLE "f 1 2 3\n");
   assert_string_equal(model->meshes[0].name, "T\xC3\xBCr ");
   tw_model_destroy(model);
 }
 
-static void materials_are_numbered_by_first_use(void **state) {
-  (void)state;
+TEST(materials_are_numbered_by_first_use) {
   tw_model *model =
       read_good(TRIANGLE "f 1 2 3\nusemtl red\nf 1 3 2\nusemtl blue\nf 2 3 1\nusemtl red\nf 3 1 2\n");
   static const int32_t expected[] = {-1, 0, 1, 0};
@@ -299,8 +280,7 @@ static void materials_are_numbered_by_first_use(void **state) {
   tw_model_destroy(model);
 }
 
-static void a_thousand_materials_keep_their_names(void **state) {
-  (void)state;
+TEST(a_thousand_materials_keep_their_names) {
   char *text = malloc(64 * 2000);
   assert_non_null(text);
   size_t length = (size_t)sprintf(text, TRIANGLE);
@@ -317,8 +297,7 @@ static void a_thousand_materials_keep_their_names(void **state) {
   free(text);
 }
 
-static void more_materials_than_are_read_are_refused(void **state) {
-  (void)state;
+TEST(more_materials_than_are_read_are_refused) {
   char *text = malloc(32 * (TW_MATERIALS_MAX + 1) + 100);
   assert_non_null(text);
   size_t length = (size_t)sprintf(text, TRIANGLE "f 1 2 3\n");
@@ -340,8 +319,7 @@ static uint32_t place_of(const char *name) {
   return (uint32_t)(value ^ value >> 32) & 1023;
 }
 
-static void names_that_were_made_to_collide_are_refused(void **state) {
-  (void)state;
+TEST(names_that_were_made_to_collide_are_refused) {
   char text[257 * 24 + 100], name[16];
   size_t length = (size_t)sprintf(text, TRIANGLE "f 1 2 3\n"), count = 0;
   for (int i = 0; count < 257; i++) {
@@ -359,8 +337,7 @@ static void names_that_were_made_to_collide_are_refused(void **state) {
 
 #define SECOND "v 5 0 0\nv 6 0 0\nv 5 1 0\n"
 
-static void objects_that_share_no_point_become_meshes(void **state) {
-  (void)state;
+TEST(objects_that_share_no_point_become_meshes) {
   tw_model *model = read_good("o a\n" TRIANGLE "v 9 9 9\nvt 0 0\nvt 1 0\nf 1/2 2/2 3/1\no empty\no b\n" SECOND
                               "f 5/2 6/2 7/2\no last\n");
   assert_int_equal(model->mesh_count, 2);
@@ -379,8 +356,7 @@ static void objects_that_share_no_point_become_meshes(void **state) {
   tw_model_destroy(model);
 }
 
-static void points_that_objects_name_in_any_order_stay_in_the_files_order(void **state) {
-  (void)state;
+TEST(points_that_objects_name_in_any_order_stay_in_the_files_order) {
   tw_model *model = read_good("v 0 0 0 1 0 0\nv 9 9 9\nv 5 0 0\nv 1 0 0\nv 6 0 0\nv 5 1 0 0 1 0\nv 0 1 0\n"
                               "o a\nf 7 4 1\no b\nf 3 6 5\n");
   static const float positions[2][9] = {{0, 0, 0, 1, 0, 0, 0, 1, 0}, {5, 0, 0, 6, 0, 0, 5, 1, 0}};
@@ -397,8 +373,7 @@ static void points_that_objects_name_in_any_order_stay_in_the_files_order(void *
   tw_model_destroy(model);
 }
 
-static void objects_have_the_texture_of_their_own_faces(void **state) {
-  (void)state;
+TEST(objects_have_the_texture_of_their_own_faces) {
   tw_model *model =
       read_good("o a\n" TRIANGLE SECOND "v 7 7 7\nvt 0.1\nvt 0.2\nvt 0.3\nf 1/3 2 3/1\nf 3/1 2/3 1\n"
                 "o b\nf 4 5 6\nf 4 6 7\n");
@@ -413,8 +388,7 @@ static void objects_have_the_texture_of_their_own_faces(void **state) {
   tw_model_destroy(model);
 }
 
-static void objects_that_share_a_point_stay_one_mesh(void **state) {
-  (void)state;
+TEST(objects_that_share_a_point_stay_one_mesh) {
   tw_model *model = read_good("o a\n" TRIANGLE "f 1 2 3\no b\n" SECOND "f 3 4 5\n");
   assert_int_equal(model->mesh_count, 1);
   assert_string_equal(model->meshes[0].name, "a");
@@ -422,8 +396,7 @@ static void objects_that_share_a_point_stay_one_mesh(void **state) {
   tw_model_destroy(model);
 }
 
-static void tagged_files_stay_one_mesh(void **state) {
-  (void)state;
+TEST(tagged_files_stay_one_mesh) {
   tw_model *model = read_good("o a\n" TRIANGLE "f 1 2 3\no b\n" SECOND "f 4 5 6\nt corner 1/1/0 4 2\n");
   assert_int_equal(model->mesh_count, 1);
   assert_int_equal(model->meshes[0].sharp_points[0], 4);
@@ -432,8 +405,7 @@ static void tagged_files_stay_one_mesh(void **state) {
 
 /* ---- tags ----------------------------------------------------------------------------------- */
 
-static void tags_reach_the_mesh(void **state) {
-  (void)state;
+TEST(tags_reach_the_mesh) {
   tw_model *model =
       read_good(SQUARE "f 1 2 3 4\nt crease 2/1/0 0 1 2.5\nt crease 4/2/0 1 2 2 3 1 20\n"
                        "t corner 2/1/0 0 1 -3\nt hole 1/0/0 0\nt interpolateboundary 1/0/0 2\n"
@@ -458,8 +430,7 @@ static void tags_reach_the_mesh(void **state) {
   tw_model_destroy(model);
 }
 
-static void files_without_tags_leave_them_unset(void **state) {
-  (void)state;
+TEST(files_without_tags_leave_them_unset) {
   tw_model *model = read_good(TRIANGLE "f 1 2 3\n");
   const tw_mesh *mesh = &model->meshes[0];
   assert_int_equal(mesh->tag_boundary, TW_TAG_UNSET);
@@ -467,35 +438,4 @@ static void files_without_tags_leave_them_unset(void **state) {
   assert_int_equal(mesh->tag_creasing, TW_TAG_UNSET);
   assert_int_equal(mesh->tag_triangles, TW_TAG_UNSET);
   tw_model_destroy(model);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(bad_files_are_refused_at_their_line),
-      cmocka_unit_test(bad_tags_are_refused_at_their_line),
-      cmocka_unit_test(a_file_cut_anywhere_is_read_or_refused),
-      cmocka_unit_test(numbers_of_every_form_are_read),
-      cmocka_unit_test(numbers_round_to_the_nearest_float),
-      cmocka_unit_test(line_ends_comments_and_continuations_make_no_difference),
-      cmocka_unit_test(faces_of_every_size_and_form_are_kept),
-      cmocka_unit_test(faces_may_name_points_that_follow_them),
-      cmocka_unit_test(a_face_of_a_thousand_corners_is_one_face),
-      cmocka_unit_test(files_without_vt_have_no_uvs),
-      cmocka_unit_test(lines_and_points_are_left_out_with_a_warning),
-      cmocka_unit_test(colours_become_linear_and_points_without_one_white),
-      cmocka_unit_test(the_first_name_names_mesh_and_node),
-      cmocka_unit_test(latin1_names_become_utf8),
-      cmocka_unit_test(materials_are_numbered_by_first_use),
-      cmocka_unit_test(a_thousand_materials_keep_their_names),
-      cmocka_unit_test(more_materials_than_are_read_are_refused),
-      cmocka_unit_test(names_that_were_made_to_collide_are_refused),
-      cmocka_unit_test(objects_that_share_no_point_become_meshes),
-      cmocka_unit_test(points_that_objects_name_in_any_order_stay_in_the_files_order),
-      cmocka_unit_test(objects_have_the_texture_of_their_own_faces),
-      cmocka_unit_test(objects_that_share_a_point_stay_one_mesh),
-      cmocka_unit_test(tagged_files_stay_one_mesh),
-      cmocka_unit_test(tags_reach_the_mesh),
-      cmocka_unit_test(files_without_tags_leave_them_unset),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,15 +1,11 @@
 /* OBJ answers. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "scene_fixture.h"
+#include "test.h"
 
 /* The whole text, terminated, read in blocks. Freed by the caller. */
 static char *write_obj(const tw_scene *scene, size_t block) {
@@ -50,8 +46,7 @@ static tw_model *read_back(const char *text) {
 
 static const char triangle_text[] = "o flat\nv 0 0 0\nv 0.1 0 0\nv 0 0 -2.5\nvt 0.25 0.5\nf 1 2 3\n";
 
-static void model_without_meshes_is_a_comment(void **state) {
-  (void)state;
+TEST(model_without_meshes_is_a_comment) {
   fixture f = {.model = tw_model_create()};
   assert_non_null(f.model);
   fixture_refine(&f, 1, true);
@@ -61,8 +56,7 @@ static void model_without_meshes_is_a_comment(void **state) {
   fixture_deinit(&f);
 }
 
-static void triangle_is_written_as_it_came(void **state) {
-  (void)state;
+TEST(triangle_is_written_as_it_came) {
   fixture f;
   fixture_init(&f, triangle_text);
   fixture_refine(&f, 0, false);
@@ -72,8 +66,7 @@ static void triangle_is_written_as_it_came(void **state) {
   fixture_deinit(&f);
 }
 
-static void normals_and_uvs_have_their_places(void **state) {
-  (void)state;
+TEST(normals_and_uvs_have_their_places) {
   static const char plain[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
   static const char mapped[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 0.5 0.75\nvt 0 1\nf 1/1 2/2 3/3\n";
   fixture f;
@@ -97,8 +90,7 @@ static void normals_and_uvs_have_their_places(void **state) {
   fixture_deinit(&f);
 }
 
-static void same_text_in_blocks_of_any_size(void **state) {
-  (void)state;
+TEST(same_text_in_blocks_of_any_size) {
   static const size_t blocks[] = {1, 2, 7, 333, 4096, 65537};
   fixture f;
   fixture_init(&f, patchwork_text);
@@ -114,8 +106,7 @@ static void same_text_in_blocks_of_any_size(void **state) {
 }
 
 /* Reading gives the surface again: points and UVs bit for bit, faces with their sizes. */
-static void text_reads_back_as_the_surface(void **state) {
-  (void)state;
+TEST(text_reads_back_as_the_surface) {
   for (uint32_t level = 0; level < 3; level++) {
     fixture f;
     fixture_init(&f, patchwork_text);
@@ -158,8 +149,7 @@ static void text_reads_back_as_the_surface(void **state) {
   }
 }
 
-static void each_node_shows_its_mesh_in_world_space(void **state) {
-  (void)state;
+TEST(each_node_shows_its_mesh_in_world_space) {
   fixture f;
   fixture_init(&f, triangle_text);
   f.model->meshes[0].name = NULL;
@@ -175,8 +165,7 @@ static void each_node_shows_its_mesh_in_world_space(void **state) {
   fixture_deinit(&f);
 }
 
-static void pose_moves_nodes(void **state) {
-  (void)state;
+TEST(pose_moves_nodes) {
   fixture f;
   fixture_init(&f, triangle_text);
   fixture_refine(&f, 0, false);
@@ -189,8 +178,7 @@ static void pose_moves_nodes(void **state) {
   fixture_deinit(&f);
 }
 
-static void mirror_turns_faces_round(void **state) {
-  (void)state;
+TEST(mirror_turns_faces_round) {
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   f.model->nodes[0].rest.scale[2] = -1;
@@ -201,8 +189,7 @@ static void mirror_turns_faces_round(void **state) {
   fixture_deinit(&f);
 }
 
-static void normals_go_by_the_inverse_transpose(void **state) {
-  (void)state;
+TEST(normals_go_by_the_inverse_transpose) {
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 -1\nv 1 1 -1\nv 0 1 0\nf 1 2 3 4\n"); /* normal (1, 0, 1) */
   f.model->nodes[0].rest.scale[0] = 3;
@@ -221,8 +208,7 @@ static void normals_go_by_the_inverse_transpose(void **state) {
   fixture_deinit(&f);
 }
 
-static void flattened_node_still_has_normals(void **state) {
-  (void)state;
+TEST(flattened_node_still_has_normals) {
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n");
   for (int i = 0; i < 3; i++) f.model->nodes[0].rest.scale[i] = 0;
@@ -233,8 +219,7 @@ static void flattened_node_still_has_normals(void **state) {
   fixture_deinit(&f);
 }
 
-static void names_cannot_break_lines(void **state) {
-  (void)state;
+TEST(names_cannot_break_lines) {
   fixture f;
   fixture_init(&f, "o flat\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl red\nf 1 2 3\n");
   f.model->material_names[0] = "re\nd\t\\";
@@ -245,8 +230,7 @@ static void names_cannot_break_lines(void **state) {
   fixture_deinit(&f);
 }
 
-static void material_lasts_until_another(void **state) {
-  (void)state;
+TEST(material_lasts_until_another) {
   fixture f;
   fixture_init(&f, "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nusemtl red\nf 1 3 4\n");
   fixture_node(&f, "again", TW_NO_INDEX, 0);
@@ -260,22 +244,4 @@ static void material_lasts_until_another(void **state) {
   assert_null(strstr(text, "usemtl none"));
   free(text);
   fixture_deinit(&f);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(model_without_meshes_is_a_comment),
-      cmocka_unit_test(triangle_is_written_as_it_came),
-      cmocka_unit_test(normals_and_uvs_have_their_places),
-      cmocka_unit_test(same_text_in_blocks_of_any_size),
-      cmocka_unit_test(text_reads_back_as_the_surface),
-      cmocka_unit_test(each_node_shows_its_mesh_in_world_space),
-      cmocka_unit_test(pose_moves_nodes),
-      cmocka_unit_test(mirror_turns_faces_round),
-      cmocka_unit_test(normals_go_by_the_inverse_transpose),
-      cmocka_unit_test(flattened_node_still_has_normals),
-      cmocka_unit_test(names_cannot_break_lines),
-      cmocka_unit_test(material_lasts_until_another),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -56,8 +56,7 @@ static cage *ragged_sheet(bool triangles) {
   return c;
 }
 
-static void open_counts_match_what_is_built_on_a_ragged_border(void **state) {
-  (void)state;
+TEST(open_counts_match_what_is_built_on_a_ragged_border) {
   for (int triangles = 0; triangles < 2; triangles++) {
     cage *c = ragged_sheet(triangles);
     for (uint32_t level = 1; level <= 5; level++)
@@ -89,8 +88,7 @@ static cage *three_sheets(bool triangles) {
   return c;
 }
 
-static void open_counts_hold_where_three_sheets_meet(void **state) {
-  (void)state;
+TEST(open_counts_hold_where_three_sheets_meet) {
   for (int triangles = 0; triangles < 2; triangles++) {
     cage *c = three_sheets(triangles);
     for (uint32_t level = 1; level <= 5; level++)
@@ -99,8 +97,7 @@ static void open_counts_hold_where_three_sheets_meet(void **state) {
   }
 }
 
-static void open_border_leaves_nothing_of_a_lone_triangle_fan(void **state) {
-  (void)state;
+TEST(open_border_leaves_nothing_of_a_lone_triangle_fan) {
   cage *c = grid(2, 2, true, NULL);
   assert_int_equal(assert_open_counts(c, TW_LOOP, 1), 0);
   assert_int_equal(assert_open_counts(c, TW_LOOP, 3), 0);
@@ -121,8 +118,7 @@ static void assert_counts(const cage *c, uint32_t level, uint64_t vertices, uint
   free_rows(&r);
 }
 
-static void open_grid_of_16_points_has_25_then_49(void **state) {
-  (void)state;
+TEST(open_grid_of_16_points_has_25_then_49) {
   cage *c = grid(4, 4, false, NULL);
   uint64_t side = 5;
   for (uint32_t level = 1; level <= 6; level++, side = 2 * side - 3) {
@@ -145,8 +141,7 @@ static void set_holes(cage *c, const uint32_t *holes, uint32_t count) {
 }
 
 /* The hole's part of the answer is missing, and nothing else. */
-static void open_grid_with_a_hole_amid_lacks_its_inside(void **state) {
-  (void)state;
+TEST(open_grid_with_a_hole_amid_lacks_its_inside) {
   static const uint32_t middle = 12;
   cage *c = grid(6, 6, false, NULL);
   set_holes(c, &middle, 1);
@@ -158,8 +153,7 @@ static void open_grid_with_a_hole_amid_lacks_its_inside(void **state) {
 }
 
 /* One quarter of a face at a corner goes on, at every level. */
-static void open_grid_with_a_hole_at_its_corner_lacks_one_quad(void **state) {
-  (void)state;
+TEST(open_grid_with_a_hole_at_its_corner_lacks_one_quad) {
   static const uint32_t corner = 0;
   cage *c = grid(6, 6, false, NULL);
   set_holes(c, &corner, 1);
@@ -169,8 +163,7 @@ static void open_grid_with_a_hole_at_its_corner_lacks_one_quad(void **state) {
   free(c);
 }
 
-static void open_mesh_of_holes_alone_is_empty(void **state) {
-  (void)state;
+TEST(open_mesh_of_holes_alone_is_empty) {
   static const uint32_t all[9] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
   cage *c = grid(4, 4, false, NULL);
   set_holes(c, all, 9);
@@ -190,8 +183,7 @@ static uint32_t scatter_holes(const cage *c, uint32_t seed, uint32_t *holes) {
   return count;
 }
 
-static void open_counts_hold_with_holes_anywhere(void **state) {
-  (void)state;
+TEST(open_counts_hold_with_holes_anywhere) {
   uint32_t holes[FACES_MAX];
   for (int triangles = 0; triangles < 2; triangles++)
     for (uint32_t seed = 0; seed < SCATTERS; seed++) {
@@ -230,8 +222,7 @@ static void assert_same_without_holes(cage *c, tw_surface_options options) {
   free_rows(&full);
 }
 
-static void open_holes_leave_the_other_points_where_they_are(void **state) {
-  (void)state;
+TEST(open_holes_leave_the_other_points_where_they_are) {
   uint32_t holes[FACES_MAX];
   for (int scheme = TW_CATMULL_CLARK; scheme <= TW_BILINEAR; scheme++)
     for (uint32_t seed = 0; seed < SCATTERS; seed++) {
@@ -247,8 +238,7 @@ static void open_holes_leave_the_other_points_where_they_are(void **state) {
 }
 
 /* Were the hole taken away, the faces round it would shrink back from it. */
-static void open_holes_take_part_in_the_rules(void **state) {
-  (void)state;
+TEST(open_holes_take_part_in_the_rules) {
   static const uint32_t middle = 12;
   cage *c = grid(6, 6, false, bumps);
   set_holes(c, &middle, 1);
@@ -282,8 +272,7 @@ static tw_surface_counts loop_counts(const cage *c, uint32_t level) {
 
 /* The middles of two triangles over the same points are over the same points too, and share no edge. Each
  * corner of these has a neighbour with a border. */
-static void open_triangles_back_to_back_leave_their_middles_apart(void **state) {
-  (void)state;
+TEST(open_triangles_back_to_back_leave_their_middles_apart) {
   static const uint32_t faces[5][3] = {{0, 1, 2}, {0, 2, 1}, {0, 3, 4}, {1, 5, 6}, {2, 7, 8}};
   cage *c = new_cage();
   c->mesh.point_count = 9;
@@ -296,8 +285,7 @@ static void open_triangles_back_to_back_leave_their_middles_apart(void **state) 
   free(c);
 }
 
-static void open_counts_hold_where_a_triangle_is_there_twice(void **state) {
-  (void)state;
+TEST(open_counts_hold_where_a_triangle_is_there_twice) {
   for (uint32_t turn = 0; turn < 2; turn++) {
     cage *c = grid(5, 5, true, bumps);
     const uint32_t *inner = c->corners + c->offsets[10]; /* no point of it lies on the border */
@@ -307,22 +295,4 @@ static void open_counts_hold_where_a_triangle_is_there_twice(void **state) {
     assert_int_equal(loop_counts(c, 4).faces, without + 256);
     free(c);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(open_counts_match_what_is_built_on_a_ragged_border),
-      cmocka_unit_test(open_counts_hold_where_three_sheets_meet),
-      cmocka_unit_test(open_border_leaves_nothing_of_a_lone_triangle_fan),
-      cmocka_unit_test(open_grid_of_16_points_has_25_then_49),
-      cmocka_unit_test(open_grid_with_a_hole_amid_lacks_its_inside),
-      cmocka_unit_test(open_grid_with_a_hole_at_its_corner_lacks_one_quad),
-      cmocka_unit_test(open_mesh_of_holes_alone_is_empty),
-      cmocka_unit_test(open_counts_hold_with_holes_anywhere),
-      cmocka_unit_test(open_holes_leave_the_other_points_where_they_are),
-      cmocka_unit_test(open_holes_take_part_in_the_rules),
-      cmocka_unit_test(open_triangles_back_to_back_leave_their_middles_apart),
-      cmocka_unit_test(open_counts_hold_where_a_triangle_is_there_twice),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

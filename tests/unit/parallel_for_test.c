@@ -2,16 +2,12 @@
  * four threads at once. */
 #include <math.h>
 #include <pthread.h>
-#include <setjmp.h>
-#include <stdarg.h>
 #include <stdatomic.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "parallel_for.h"
+#include "test.h"
 #include "tweend/subdiv.h"
 
 /* ---- ways to run parts ----------------------------------------------------------------------------------
@@ -238,24 +234,20 @@ static void check_all(uint32_t side, kind kind, tw_surface_options options) {
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void loop_surfaces_are_the_same(void **state) {
-  (void)state;
+TEST(loop_surfaces_are_the_same) {
   check_all(24, TRIANGLES, (tw_surface_options){.level = 3, .scheme = TW_LOOP});
 }
 
-static void catmull_clark_surfaces_of_mixed_cages_are_the_same(void **state) {
-  (void)state;
+TEST(catmull_clark_surfaces_of_mixed_cages_are_the_same) {
   check_all(44, MIXED, (tw_surface_options){.level = 2});
 }
 
-static void bilinear_surfaces_are_the_same(void **state) {
-  (void)state;
+TEST(bilinear_surfaces_are_the_same) {
   check_all(44, MIXED, (tw_surface_options){.level = 2, .scheme = TW_BILINEAR});
 }
 
 /* Levels that are read straight from the cage. */
-static void shallow_surfaces_are_the_same(void **state) {
-  (void)state;
+TEST(shallow_surfaces_are_the_same) {
   enum { SIDE = 100 };
   sheet s = new_sheet(SIDE, TRIANGLES, false);
   join(&s, SIDE);
@@ -266,32 +258,18 @@ static void shallow_surfaces_are_the_same(void **state) {
 }
 
 /* Normals of an open border look at differences in double. */
-static void points_refined_in_double_are_the_same(void **state) {
-  (void)state;
+TEST(points_refined_in_double_are_the_same) {
   sheet s = new_sheet(24, MIXED, false);
   crease(&s, 24);
   assert_true(check(&s, (tw_surface_options){.level = 3, .boundary = TW_BOUNDARY_OPEN, .normals = true}) > 1);
   free_sheet(&s);
 }
 
-static void loops_are_cut_into_even_parts_that_are_worth_it(void **state) {
-  (void)state;
+TEST(loops_are_cut_into_even_parts_that_are_worth_it) {
   const tw_parallel_for parallel = {NULL, run_backwards};
   assert_int_equal(tw_parallel_for_parts(NULL, 1000000, 10), 1);
   assert_int_equal(tw_parallel_for_parts(&parallel, 0, 10), 1);
   assert_int_equal(tw_parallel_for_parts(&parallel, 19, 10), 1);
   assert_int_equal(tw_parallel_for_parts(&parallel, 20, 10), 2);
   assert_int_equal(tw_parallel_for_parts(&parallel, UINT32_MAX, 10), TW_PARALLEL_FOR_PARTS_MAX);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(loop_surfaces_are_the_same),
-      cmocka_unit_test(catmull_clark_surfaces_of_mixed_cages_are_the_same),
-      cmocka_unit_test(bilinear_surfaces_are_the_same),
-      cmocka_unit_test(shallow_surfaces_are_the_same),
-      cmocka_unit_test(points_refined_in_double_are_the_same),
-      cmocka_unit_test(loops_are_cut_into_even_parts_that_are_worth_it),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,8 +2,8 @@
  * none that is half made. Linked with malloc, calloc and realloc wrapped. */
 #include "built_cage.h"
 #include "cube.h"
-#include "failing_memory.h"
 #include "shape.h"
+#include "wrapped_memory.h"
 
 enum { CAGES = 4 };
 
@@ -37,8 +37,7 @@ static void assert_same_rows(const rows *a, const rows *b) {
 }
 
 /* Read with the shapes of the others still there, and after they have been deepened. */
-static void surfaces_that_share_shapes_have_the_rows_of_those_that_do_not(void **state) {
-  (void)state;
+TEST(surfaces_that_share_shapes_have_the_rows_of_those_that_do_not) {
   enum { LEVELS = 5 };
   tw_patch_shapes *shapes = tw_patch_shapes_create();
   assert_non_null(shapes);
@@ -68,8 +67,7 @@ static void surfaces_that_share_shapes_have_the_rows_of_those_that_do_not(void *
   tw_patch_shapes_destroy(shapes);
 }
 
-static void a_second_cube_adds_no_shape(void **state) {
-  (void)state;
+TEST(a_second_cube_adds_no_shape) {
   tw_mesh mesh = cube();
   tw_patch_shapes *shapes = tw_patch_shapes_create();
   rows first = read_rows(&mesh, options_of(0, 4, shapes));
@@ -86,8 +84,7 @@ static void a_second_cube_adds_no_shape(void **state) {
 }
 
 /* Stencils of surfaces that came before may take all the room there is for them. */
-static void a_surface_that_finds_no_room_for_stencils_makes_its_own(void **state) {
-  (void)state;
+TEST(a_surface_that_finds_no_room_for_stencils_makes_its_own) {
   cage *cut = new_cage();
   tw_mesh mesh = cage_of(3, cut);
   tw_surface_options options = options_of(3, 4, NULL);
@@ -104,8 +101,7 @@ static void a_surface_that_finds_no_room_for_stencils_makes_its_own(void **state
 }
 
 /* Whichever allocation of one surface fails: the next one does not meet what that has left half made. */
-static void a_surface_that_fails_leaves_no_half_made_shape(void **state) {
-  (void)state;
+TEST(a_surface_that_fails_leaves_no_half_made_shape) {
   tw_mesh mesh = cage_of(1, NULL);
   tw_surface_options options = options_of(1, 4, NULL);
   rows wanted = read_rows(&mesh, options);
@@ -115,10 +111,10 @@ static void a_surface_that_fails_leaves_no_half_made_shape(void **state) {
     options.shapes = tw_patch_shapes_create();
     assert_non_null(options.shapes);
     tw_surface *surface = NULL;
-    left = n;
+    test_memory.left = n;
     tw_status status = tw_surface_create(&mesh, &options, &surface, NULL);
-    failed = left == SIZE_MAX;
-    left = SIZE_MAX;
+    failed = test_memory.left == SIZE_MAX;
+    test_memory.left = SIZE_MAX;
     failures += status != TW_OK;
     if (status == TW_OK)
       tw_surface_destroy(surface);
@@ -131,14 +127,4 @@ static void a_surface_that_fails_leaves_no_half_made_shape(void **state) {
   }
   assert_true(failures > 30);
   free_rows(&wanted);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(surfaces_that_share_shapes_have_the_rows_of_those_that_do_not),
-      cmocka_unit_test(a_second_cube_adds_no_shape),
-      cmocka_unit_test(a_surface_that_finds_no_room_for_stencils_makes_its_own),
-      cmocka_unit_test(a_surface_that_fails_leaves_no_half_made_shape),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,20 +1,15 @@
 /* Node order, whole poses, world and skinning matrices. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 
 static tw_node rest_node(uint32_t parent) {
   return (tw_node){.parent = parent, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
 }
 
-static void a_parent_out_of_range_is_refused_by_its_place(void **state) {
-  (void)state;
+TEST(a_parent_out_of_range_is_refused_by_its_place) {
   tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(2)};
   uint32_t order[2];
   tw_error error;
@@ -22,8 +17,7 @@ static void a_parent_out_of_range_is_refused_by_its_place(void **state) {
   assert_string_equal(error.pointer, "/nodes/1/parent");
 }
 
-static void a_cycle_is_refused_at_a_node_on_it(void **state) {
-  (void)state;
+TEST(a_cycle_is_refused_at_a_node_on_it) {
   /* 5 and 0 hang from the cycle 2, 3, 4; they are not on it. */
   tw_node nodes[] = {rest_node(5), rest_node(TW_NO_INDEX), rest_node(4),
                      rest_node(2), rest_node(3),           rest_node(2)};
@@ -37,8 +31,7 @@ static void a_cycle_is_refused_at_a_node_on_it(void **state) {
   assert_int_equal(tw_nodes_order(&self, 1, order, NULL), TW_INVALID);
 }
 
-static void parents_come_before_children_however_deep(void **state) {
-  (void)state;
+TEST(parents_come_before_children_however_deep) {
   enum { NODES = 200000 };
   tw_node *nodes = tw_alloc(NODES, sizeof *nodes);
   uint32_t *order = tw_alloc(NODES, sizeof *order);
@@ -57,8 +50,7 @@ static void parents_come_before_children_however_deep(void **state) {
   assert_int_equal(tw_nodes_order(NULL, 0, NULL, NULL), TW_OK);
 }
 
-static void children_follow_a_turned_and_moved_parent(void **state) {
-  (void)state;
+TEST(children_follow_a_turned_and_moved_parent) {
   tw_node nodes[] = {rest_node(1), rest_node(TW_NO_INDEX)};
   uint32_t order[2];
   nodes[0].rest.translation[0] = 2;
@@ -76,8 +68,7 @@ static void children_follow_a_turned_and_moved_parent(void **state) {
   assert_memory_equal(local, world, sizeof world);
 }
 
-static void shear_of_a_scaled_parent_is_kept(void **state) {
-  (void)state;
+TEST(shear_of_a_scaled_parent_is_kept) {
   tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
   uint32_t order[] = {0, 1};
   nodes[0].rest.scale[1] = 2;
@@ -106,8 +97,7 @@ static tw_clip *turning_clip(void) {
   return clip;
 }
 
-static void a_matrix_counts_until_a_track_moves_the_node(void **state) {
-  (void)state;
+TEST(a_matrix_counts_until_a_track_moves_the_node) {
   tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
   for (int i = 0; i < 2; i++) {
     nodes[i].has_matrix = true;
@@ -125,8 +115,7 @@ static void a_matrix_counts_until_a_track_moves_the_node(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void skin_matrices_are_the_identity_in_bind_pose(void **state) {
-  (void)state;
+TEST(skin_matrices_are_the_identity_in_bind_pose) {
   tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
   uint32_t order[] = {0, 1}, joints[] = {1};
   nodes[0].rest.translation[0] = 3;
@@ -221,8 +210,7 @@ static void assert_bulk_poses_are_single_ones(const tw_clip *clip, const tw_node
   assert_true(bulk[0][1].translation[0] == 1); /* at rest where no track moves it */
 }
 
-static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
-  (void)state;
+TEST(bulk_poses_are_the_single_ones_byte_for_byte) {
   tw_node nodes[NODES];
   tw_clip *clip = mixed_clip(nodes);
   assert_bulk_poses_are_single_ones(clip, nodes, 0.2f);
@@ -230,8 +218,7 @@ static void bulk_poses_are_the_single_ones_byte_for_byte(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void without_a_rest_pose_others_stay_as_they_are(void **state) {
-  (void)state;
+TEST(without_a_rest_pose_others_stay_as_they_are) {
   tw_node nodes[NODES];
   const float time = 0.7f;
   tw_trs pose[NODES], moved[NODES], before[NODES];
@@ -250,8 +237,7 @@ static void without_a_rest_pose_others_stay_as_they_are(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void lanes_are_sixteen_single_poses(void **state) {
-  (void)state;
+TEST(lanes_are_sixteen_single_poses) {
   tw_node nodes[NODES];
   uint32_t order[NODES];
   tw_clip *clip = mixed_clip(nodes);
@@ -283,20 +269,4 @@ static void lanes_are_sixteen_single_poses(void **state) {
     }
   }
   tw_clip_destroy(clip);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_parent_out_of_range_is_refused_by_its_place),
-      cmocka_unit_test(a_cycle_is_refused_at_a_node_on_it),
-      cmocka_unit_test(parents_come_before_children_however_deep),
-      cmocka_unit_test(children_follow_a_turned_and_moved_parent),
-      cmocka_unit_test(shear_of_a_scaled_parent_is_kept),
-      cmocka_unit_test(a_matrix_counts_until_a_track_moves_the_node),
-      cmocka_unit_test(skin_matrices_are_the_identity_in_bind_pose),
-      cmocka_unit_test(without_a_rest_pose_others_stay_as_they_are),
-      cmocka_unit_test(lanes_are_sixteen_single_poses),
-      cmocka_unit_test(bulk_poses_are_the_single_ones_byte_for_byte),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,27 +1,21 @@
 /* Quaternion algebra, matrices, TRS. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "quat.h"
 #include "rotation_reference.h"
+#include "test.h"
 
 static void assert_near(double a, double b, double tolerance) {
   if (!(fabs(a - b) <= tolerance)) fail_msg("%.9g is not %.9g within %g", a, b, tolerance);
 }
 
-static void a_zero_axis_gives_no_rotation(void **state) {
-  (void)state;
+TEST(a_zero_axis_gives_no_rotation) {
   float q[4];
   tw_quat_from_axis_angle((double[3]){0, 0, 0}, 1.0, q);
   assert_true(q[0] == 0 && q[1] == 0 && q[2] == 0 && q[3] == 1);
 }
 
-static void quarter_turn_about_z_takes_x_to_y(void **state) {
-  (void)state;
+TEST(quarter_turn_about_z_takes_x_to_y) {
   float q[4], v[3];
   tw_quat_from_axis_angle((double[3]){0, 0, 7}, REF_PI / 2, q);
   tw_quat_rotate(q, (float[3]){1, 0, 0}, v);
@@ -30,8 +24,7 @@ static void quarter_turn_about_z_takes_x_to_y(void **state) {
   assert_near((double)v[2], 0, 1e-7);
 }
 
-static void product_applies_the_right_factor_first(void **state) {
-  (void)state;
+TEST(product_applies_the_right_factor_first) {
   float a[4], b[4], ab[4], v[3];
   tw_quat_from_axis_angle((double[3]){0, 0, 1}, REF_PI / 2, a);
   tw_quat_from_axis_angle((double[3]){1, 0, 0}, REF_PI / 2, b);
@@ -40,8 +33,7 @@ static void product_applies_the_right_factor_first(void **state) {
   assert_near((double)v[2], 1, 1e-6);
 }
 
-static void inverse_undoes(void **state) {
-  (void)state;
+TEST(inverse_undoes) {
   uint64_t seed = 1;
   for (int i = 0; i < 100; i++) {
     float q[4], inverse[4], one[4];
@@ -53,8 +45,7 @@ static void inverse_undoes(void **state) {
   }
 }
 
-static void axis_angle_of_a_rotation_is_at_most_half_a_turn(void **state) {
-  (void)state;
+TEST(axis_angle_of_a_rotation_is_at_most_half_a_turn) {
   float q[4], axis_angle[4];
   tw_quat_from_axis_angle((double[3]){0, 1, 0}, 270 * REF_DEGREES, q);
   tw_quat_to_axis_angle(q, axis_angle);
@@ -64,8 +55,7 @@ static void axis_angle_of_a_rotation_is_at_most_half_a_turn(void **state) {
   assert_true(axis_angle[0] == 1 && axis_angle[3] == 0);
 }
 
-static void matrices_agree_with_rotating_the_unit_vectors(void **state) {
-  (void)state;
+TEST(matrices_agree_with_rotating_the_unit_vectors) {
   uint64_t seed = 2;
   for (int n = 0; n < 1000; n++) {
     float q[4], m[9], back[4];
@@ -79,8 +69,7 @@ static void matrices_agree_with_rotating_the_unit_vectors(void **state) {
   }
 }
 
-static void half_turns_survive_the_matrix(void **state) {
-  (void)state;
+TEST(half_turns_survive_the_matrix) {
   for (int axis = 0; axis < 3; axis++) {
     float q[4] = {0, 0, 0, 0}, m[9], back[4];
     q[axis] = 1;
@@ -90,8 +79,7 @@ static void half_turns_survive_the_matrix(void **state) {
   }
 }
 
-static void slerp_takes_the_short_way_at_constant_speed(void **state) {
-  (void)state;
+TEST(slerp_takes_the_short_way_at_constant_speed) {
   uint64_t seed = 3;
   for (int n = 0; n < 1000; n++) {
     float a[4], b[4], at[4], before[4];
@@ -111,8 +99,7 @@ static void slerp_takes_the_short_way_at_constant_speed(void **state) {
   }
 }
 
-static void an_arc_to_the_opposite_sign_goes_half_way_round(void **state) {
-  (void)state;
+TEST(an_arc_to_the_opposite_sign_goes_half_way_round) {
   const double a[4] = {0.1, -0.5, 0.7, 0.5}, b[4] = {-0.1, 0.5, -0.7, -0.5};
   tw_arc arc = tw_arc_between(a, b);
   double middle[4], end[4];
@@ -123,8 +110,7 @@ static void an_arc_to_the_opposite_sign_goes_half_way_round(void **state) {
   for (int i = 0; i < 4; i++) assert_near(end[i], b[i], 1e-12);
 }
 
-static void trs_survives_the_matrix(void **state) {
-  (void)state;
+TEST(trs_survives_the_matrix) {
   uint64_t seed = 4;
   for (int n = 0; n < 1000; n++) {
     tw_trs trs = {.translation = {1, 2, (float)n}}, back;
@@ -142,8 +128,7 @@ static void trs_survives_the_matrix(void **state) {
   }
 }
 
-static void shear_is_told_and_its_fit_is_finite(void **state) {
-  (void)state;
+TEST(shear_is_told_and_its_fit_is_finite) {
   tw_trs trs;
   float sheared[16] = {1, 0, 0, 0, 0.5f, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   assert_false(tw_trs_from_matrix(sheared, &trs));
@@ -155,8 +140,7 @@ static void shear_is_told_and_its_fit_is_finite(void **state) {
   assert_near((double)x[0], ((double)y[0] * 0.5 + (double)y[1]) / lean, 1e-6);
 }
 
-static void zero_axes_and_odd_last_rows_are_told(void **state) {
-  (void)state;
+TEST(zero_axes_and_odd_last_rows_are_told) {
   tw_trs trs;
   for (int zeros = 1; zeros <= 3; zeros++) {
     float m[16] = {0, 0, 3, 0, 0, 2, 0, 0, -1, 0, 0, 0, 5, 6, 7, 1};
@@ -175,8 +159,7 @@ static void zero_axes_and_odd_last_rows_are_told(void **state) {
 }
 
 /* Along one axis alone, where a last bit would choose among many rotations, and so would the processor. */
-static void one_axis_gives_the_same_rotation_on_every_processor(void **state) {
-  (void)state;
+TEST(one_axis_gives_the_same_rotation_on_every_processor) {
   tw_trs trs;
   const float m[16] = {175.05899f, 947.8759f, 126.97069f, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1};
   static const float expected[4] = {0.0445181802f, -0.0480861403f, 0.638481259f, 0.766842544f};
@@ -185,8 +168,7 @@ static void one_axis_gives_the_same_rotation_on_every_processor(void **state) {
   assert_true(trs.scale[0] == 972.232483f && trs.scale[1] == 0 && trs.scale[2] == 0);
 }
 
-static void matrix_product_is_the_books(void **state) {
-  (void)state;
+TEST(matrix_product_is_the_books) {
   float a[16], b[16], ab[16];
   for (int i = 0; i < 16; i++) {
     a[i] = (float)(i * i % 7);
@@ -201,24 +183,4 @@ static void matrix_product_is_the_books(void **state) {
     }
   tw_matrix_multiply(a, b, a);
   assert_memory_equal(a, ab, sizeof a);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_zero_axis_gives_no_rotation),
-      cmocka_unit_test(quarter_turn_about_z_takes_x_to_y),
-      cmocka_unit_test(product_applies_the_right_factor_first),
-      cmocka_unit_test(inverse_undoes),
-      cmocka_unit_test(axis_angle_of_a_rotation_is_at_most_half_a_turn),
-      cmocka_unit_test(matrices_agree_with_rotating_the_unit_vectors),
-      cmocka_unit_test(half_turns_survive_the_matrix),
-      cmocka_unit_test(slerp_takes_the_short_way_at_constant_speed),
-      cmocka_unit_test(an_arc_to_the_opposite_sign_goes_half_way_round),
-      cmocka_unit_test(trs_survives_the_matrix),
-      cmocka_unit_test(shear_is_told_and_its_fit_is_finite),
-      cmocka_unit_test(zero_axes_and_odd_last_rows_are_told),
-      cmocka_unit_test(one_axis_gives_the_same_rotation_on_every_processor),
-      cmocka_unit_test(matrix_product_is_the_books),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

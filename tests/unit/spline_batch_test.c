@@ -1,12 +1,9 @@
 /* Several regular patches at once: the bytes of each of them alone, by every instruction set. */
 #include "spline_batch.h"
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { LANES = TW_SPLINE_LANES, SIDE_MAX = 16, STRIDE_MAX = 8, ROOM = SIDE_MAX * SIDE_MAX * STRIDE_MAX };
 
@@ -58,8 +55,7 @@ static void clear(float out[LANES][ROOM]) {
     for (size_t i = 0; i < ROOM; i++) out[l][i] = untouched;
 }
 
-static void every_patch_has_the_bytes_that_it_has_alone(void **state) {
-  (void)state;
+TEST(every_patch_has_the_bytes_that_it_has_alone) {
   static float alone[LANES][ROOM], together[LANES][ROOM];
   static const tw_patch_rect rects[] = {{0, 0, 0, 0}, {1, 15, 0, 0}, {1, 15, 1, 15}, {3, 9, 2, 4}};
   for (uint32_t count = 1; count <= LANES; count++)
@@ -89,8 +85,7 @@ static void every_patch_has_the_bytes_that_it_has_alone(void **state) {
       }
 }
 
-static void patches_without_a_normal_are_named(void **state) {
-  (void)state;
+TEST(patches_without_a_normal_are_named) {
   static float out[LANES][ROOM];
   static const uint32_t collapsed[] = {0, 1, 0x8000, 0x1248, 0xffff};
   for (size_t i = 0; i < sizeof collapsed / sizeof *collapsed; i++)
@@ -107,12 +102,4 @@ static void patches_without_a_normal_are_named(void **state) {
       for (uint32_t set = 0; tw_spline_batch_rows_by(set, &batch, &unsure); set++)
         assert_int_equal(unsure, collapsed[i] & ((1u << count) - 1));
     }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(every_patch_has_the_bytes_that_it_has_alone),
-      cmocka_unit_test(patches_without_a_normal_are_named),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,12 +2,9 @@
 #include "spline_rows.h"
 
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
+#include "test.h"
 
 enum { SIDE_MAX = 64, STRIDE = 9, ROOM = (SIDE_MAX + 6) * (SIDE_MAX + 1) * STRIDE };
 
@@ -58,8 +55,7 @@ static tw_spline_job whole_job(uint32_t depth, const float points[16][4], uint32
                          .line_step = (ptrdiff_t)STRIDE * (side + 1)};
 }
 
-static void points_and_normals_are_those_of_the_bicubic_spline(void **state) {
-  (void)state;
+TEST(points_and_normals_are_those_of_the_bicubic_spline) {
   static float out[ROOM];
   for (uint32_t depth = 0; depth <= 6; depth++) {
     float points[16][4];
@@ -87,8 +83,7 @@ static void points_and_normals_are_those_of_the_bicubic_spline(void **state) {
   }
 }
 
-static void derivatives_of_equal_points_are_exactly_zero(void **state) {
-  (void)state;
+TEST(derivatives_of_equal_points_are_exactly_zero) {
   static float out[ROOM];
   float points[16][4];
   for (int k = 0; k < 16; k++)
@@ -101,8 +96,7 @@ static void derivatives_of_equal_points_are_exactly_zero(void **state) {
 }
 
 /* A column is computed along itself, which must turn neither normals nor derivatives over. */
-static void a_column_alone_is_the_column_of_the_whole(void **state) {
-  (void)state;
+TEST(a_column_alone_is_the_column_of_the_whole) {
   static float whole[ROOM], column[ROOM];
   float points[16][4];
   make_points(points, 3);
@@ -126,8 +120,7 @@ static void a_column_alone_is_the_column_of_the_whole(void **state) {
 }
 
 /* All control points of the first two columns in one: no tangent along i there. */
-static void where_tangents_vanish_the_quad_says_the_normal(void **state) {
-  (void)state;
+TEST(where_tangents_vanish_the_quad_says_the_normal) {
   static float out[ROOM];
   float points[16][4] = {{0}};
   for (int k = 0; k < 16; k++) points[k][1] = (float)(k / 4), points[k][0] = 0;
@@ -147,8 +140,7 @@ static void where_tangents_vanish_the_quad_says_the_normal(void **state) {
 }
 
 /* Lines are computed many together; where tangents vanish at one corner, some of these need a closer look. */
-static void a_line_among_others_is_the_line_alone(void **state) {
-  (void)state;
+TEST(a_line_among_others_is_the_line_alone) {
   static float whole[ROOM], alone[ROOM];
   for (uint32_t depth = 0; depth <= 6; depth++)
     for (int kind = 0; kind < 8; kind++) {
@@ -207,8 +199,7 @@ static bool is_written(const choice *c, size_t place, tw_patch_rect rect) {
   return (c->values && column < c->width) || (c->normals && column >= 3 && column < 6);
 }
 
-static void all_instruction_sets_write_the_same_bytes_and_only_their_own(void **state) {
-  (void)state;
+TEST(all_instruction_sets_write_the_same_bytes_and_only_their_own) {
   static float plain[ROOM], other[ROOM];
   static const choice choices[] = {
       {3, true, false, false, false, 3, 0}, {3, true, false, false, true, 3, 0},
@@ -241,16 +232,4 @@ static void all_instruction_sets_write_the_same_bytes_and_only_their_own(void **
           assert_memory_equal(plain, other, sizeof plain);
       }
     }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(where_tangents_vanish_the_quad_says_the_normal),
-      cmocka_unit_test(points_and_normals_are_those_of_the_bicubic_spline),
-      cmocka_unit_test(derivatives_of_equal_points_are_exactly_zero),
-      cmocka_unit_test(a_column_alone_is_the_column_of_the_whole),
-      cmocka_unit_test(a_line_among_others_is_the_line_alone),
-      cmocka_unit_test(all_instruction_sets_write_the_same_bytes_and_only_their_own),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -123,8 +123,7 @@ static void compare_quad(const sheet *s, uint32_t quad, uint32_t width, bool lim
     }
 }
 
-static void stencils_give_what_splitting_gives(void **state) {
-  (void)state;
+TEST(stencils_give_what_splitting_gives) {
   static const float creases[] = {0, 1.5f, 10};
   for (int c = 0; c < 3; c++) {
     sheet s = new_sheet(bumps, creases[c]);
@@ -149,8 +148,7 @@ static float upright(float x, float y) {
   return 0 * x + 0 * y;
 }
 
-static void collapsed_patches_have_the_normals_of_splitting(void **state) {
-  (void)state;
+TEST(collapsed_patches_have_the_normals_of_splitting) {
   sheet s = new_sheet(upright, 0);
   for (uint32_t v = 0; v < s.base.vertex_count; v++) s.values[3][3 * v] = 0.25f;
   plan(&s, 2, false);
@@ -161,8 +159,7 @@ static void collapsed_patches_have_the_normals_of_splitting(void **state) {
 }
 
 /* The class of a smooth quad counts its points in the order in which they are collected. */
-static void smooth_points_come_in_the_order_of_the_class(void **state) {
-  (void)state;
+TEST(smooth_points_come_in_the_order_of_the_class) {
   sheet s = new_sheet(bumps, 0);
   tw_patch_shapes *shapes = tw_patch_shapes_create();
   tw_collector *collector = tw_collector_create(&s.base, false);
@@ -250,8 +247,7 @@ static void compare_normals(const tw_stencil_job *job, const float *rows) {
     }
 }
 
-static void all_instruction_sets_write_the_same_bytes(void **state) {
-  (void)state;
+TEST(all_instruction_sets_write_the_same_bytes) {
   enum { PLACES = 97, GAP = 2, LINES = 3 };
   static float points[TW_STENCIL_CONTROLS_MAX][4], out[2][ROOM];
   uint32_t sure = 0, unsure = 0;
@@ -304,8 +300,7 @@ static void compare_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rec
   assert_true(*row == untouched);
 }
 
-static void rectangles_are_parts_of_the_whole(void **state) {
-  (void)state;
+TEST(rectangles_are_parts_of_the_whole) {
   static float points[TW_STENCIL_CONTROLS_MAX][4], grid[ROOM];
   sheet s = new_sheet(bumps, 0);
   for (uint32_t depth = 1; depth <= DEPTH_MAX; depth++) {
@@ -374,8 +369,7 @@ static cubes *new_cubes(void) {
   return c;
 }
 
-static void stencils_of_one_mesh_stay_small(void **state) {
-  (void)state;
+TEST(stencils_of_one_mesh_stay_small) {
   const size_t most = 4 << 20, around = most / 4; /* what an arena has beside them */
   cubes *c = new_cubes();
   for (uint32_t level = 4; level <= DEPTH_MAX; level++) {
@@ -388,16 +382,4 @@ static void stencils_of_one_mesh_stay_small(void **state) {
     tw_patch_shapes_destroy(shapes);
   }
   free(c);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(stencils_give_what_splitting_gives),
-      cmocka_unit_test(collapsed_patches_have_the_normals_of_splitting),
-      cmocka_unit_test(smooth_points_come_in_the_order_of_the_class),
-      cmocka_unit_test(all_instruction_sets_write_the_same_bytes),
-      cmocka_unit_test(rectangles_are_parts_of_the_whole),
-      cmocka_unit_test(stencils_of_one_mesh_stay_small),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -142,8 +142,7 @@ static void check(const tw_mesh *mesh, tw_surface_options options) {
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void irregular_cages_are_what_generic_steps_make(void **state) {
-  (void)state;
+TEST(irregular_cages_are_what_generic_steps_make) {
   tw_mesh mesh = cube();
   for (uint32_t level = 1; level <= 3; level++)
     check(&mesh, (tw_surface_options){.level = level, .normals = true});
@@ -158,8 +157,7 @@ static void irregular_cages_are_what_generic_steps_make(void **state) {
       }
 }
 
-static void creases_are_what_generic_steps_make(void **state) {
-  (void)state;
+TEST(creases_are_what_generic_steps_make) {
   static const float sharpness[] = {0.7f, 1, 1.5f, 2.5f, TW_SHARPNESS_INFINITE};
   for (size_t i = 0; i < sizeof sharpness / sizeof *sharpness; i++)
     for (int chaikin = 0; chaikin < 2; chaikin++)
@@ -176,8 +174,7 @@ static void creases_are_what_generic_steps_make(void **state) {
 }
 
 /* Faces of the answer stand in the order of the materials; the cage's do not. */
-static void materials_order_the_children_of_faces(void **state) {
-  (void)state;
+TEST(materials_order_the_children_of_faces) {
   tw_mesh mesh = cube();
   static const int32_t materials[] = {2, 0, 1, 0, 2, 1};
   static const uint32_t order[] = {1, 3, 2, 5, 0, 4};
@@ -200,8 +197,7 @@ static void materials_order_the_children_of_faces(void **state) {
   tw_arena_destroy(expected.arena);
 }
 
-static void patches_make_what_levels_are_not_for(void **state) {
-  (void)state;
+TEST(patches_make_what_levels_are_not_for) {
   tw_mesh mesh = cube();
   assert_int_equal(way_of(&mesh, (tw_surface_options){.level = 4}), TW_WAY_PATCHES);
   cage *regular = torus(TORUS_QUADS, NO_GAPS, false), *mixed = torus(TORUS_MIXED, NO_GAPS, false);
@@ -226,14 +222,4 @@ static void patches_make_what_levels_are_not_for(void **state) {
   assert_int_equal(way_of(&holed, (tw_surface_options){.level = 2}), TW_WAY_PATCHES);
   free(regular);
   free(mixed);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(irregular_cages_are_what_generic_steps_make),
-      cmocka_unit_test(creases_are_what_generic_steps_make),
-      cmocka_unit_test(materials_order_the_children_of_faces),
-      cmocka_unit_test(patches_make_what_levels_are_not_for),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

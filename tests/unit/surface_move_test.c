@@ -1,14 +1,10 @@
 /* One plan over many positions: the same bytes as a surface of the moved mesh, whatever the options. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
-
-#include <cmocka.h>
 
 #include "cube.h"
 #include "scene_fixture.h"
+#include "test.h"
 
 /* ---- cages ---------------------------------------------------------------------------------- */
 
@@ -172,21 +168,18 @@ static void check_cage(const char *obj, bool loop) {
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void quads_move(void **state) {
-  (void)state;
+TEST(quads_move) {
   check_cage(cube_text, false);
   check_cage(quads_text, false);
 }
 
-static void triangles_move_in_all_schemes(void **state) {
-  (void)state;
+TEST(triangles_move_in_all_schemes) {
   check_cage(fan_text, true);
   check_cage(closed_text, true);
 }
 
 /* Seams, materials, tangents, colours, joints and displacements stay with the plan. */
-static void polygons_move_with_all_that_they_bear(void **state) {
-  (void)state;
+TEST(polygons_move_with_all_that_they_bear) {
   check_cage(patchwork_text, false);
   fixture f;
   fixture_init(&f, patchwork_text);
@@ -199,8 +192,7 @@ static void polygons_move_with_all_that_they_bear(void **state) {
 }
 
 /* What a caller hands over need not live on. */
-static void a_surface_outlives_its_mesh(void **state) {
-  (void)state;
+TEST(a_surface_outlives_its_mesh) {
   for (uint32_t level = 0; level < 3; level++)
     for (int movable = 0; movable < 2; movable++) {
       tw_surface_options options = {.level = level, .normals = true, .movable = movable};
@@ -230,8 +222,7 @@ static void a_surface_outlives_its_mesh(void **state) {
 }
 
 /* The base of a cube is its 8 points, at any level. */
-static void a_moved_surface_holds_little_more_than_its_points(void **state) {
-  (void)state;
+TEST(a_moved_surface_holds_little_more_than_its_points) {
   tw_mesh mesh = cube();
   const tw_surface_options options = {.level = 6, .movable = true};
   tw_surface *plan, *moved;
@@ -240,15 +231,4 @@ static void a_moved_surface_holds_little_more_than_its_points(void **state) {
   assert_in_range(tw_surface_size(moved), sizeof cube_points, sizeof cube_points + 4096);
   tw_surface_destroy(moved);
   tw_surface_destroy(plan);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(quads_move),
-      cmocka_unit_test(triangles_move_in_all_schemes),
-      cmocka_unit_test(polygons_move_with_all_that_they_bear),
-      cmocka_unit_test(a_surface_outlives_its_mesh),
-      cmocka_unit_test(a_moved_surface_holds_little_more_than_its_points),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -2,13 +2,9 @@
 #ifndef SURFACE_ROWS_H
 #define SURFACE_ROWS_H
 
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "tweend/subdiv.h"
 
 typedef struct rows {

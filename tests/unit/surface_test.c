@@ -1,14 +1,10 @@
 /* Subdivision surfaces: closed forms and invariants. OpenSubdiv's opinion is asked in tests/oracle. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "cube.h"
+#include "test.h"
 #include "tweend/subdiv.h"
 
 /* ---- cages ---------------------------------------------------------------------------------- */
@@ -88,8 +84,7 @@ static double radius_of_first_corner(uint32_t level, bool limit) {
 
 /* ---- bad input ------------------------------------------------------------------------------ */
 
-static void loop_refuses_a_quad_and_names_the_face(void **state) {
-  (void)state;
+TEST(loop_refuses_a_quad_and_names_the_face) {
   tw_mesh mesh = cube();
   tw_surface_options options = {.level = 1, .scheme = TW_LOOP};
   tw_surface_counts counts;
@@ -98,8 +93,7 @@ static void loop_refuses_a_quad_and_names_the_face(void **state) {
   assert_string_equal(error.pointer, "/faces/0");
 }
 
-static void counts_over_32_bits_are_refused(void **state) {
-  (void)state;
+TEST(counts_over_32_bits_are_refused) {
   tw_mesh mesh = cube();
   tw_surface_options options = {.level = 15};
   tw_surface_counts counts;
@@ -109,8 +103,7 @@ static void counts_over_32_bits_are_refused(void **state) {
 }
 
 /* Each of their corners is a row, and each row looks at them all. */
-static void a_great_many_faces_on_the_same_points_have_no_normals(void **state) {
-  (void)state;
+TEST(a_great_many_faces_on_the_same_points_have_no_normals) {
   enum { FACES = 20000 };
   static const float points[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   static uint32_t corners[3 * FACES], offsets[FACES + 1];
@@ -139,8 +132,7 @@ static void a_great_many_faces_on_the_same_points_have_no_normals(void **state) 
   tw_surface_destroy(surface);
 }
 
-static void a_mesh_without_faces_gives_an_empty_surface(void **state) {
-  (void)state;
+TEST(a_mesh_without_faces_gives_an_empty_surface) {
   static const uint32_t offsets[1] = {0};
   tw_mesh mesh;
   tw_mesh_init(&mesh);
@@ -158,8 +150,7 @@ static void a_mesh_without_faces_gives_an_empty_surface(void **state) {
 
 /* ---- closed forms --------------------------------------------------------------------------- */
 
-static void cube_has_26_then_98_vertices(void **state) {
-  (void)state;
+TEST(cube_has_26_then_98_vertices) {
   tw_mesh mesh = cube();
   assert_counts(&mesh, (tw_surface_options){.level = 0}, 8, 12, 6);
   assert_counts(&mesh, (tw_surface_options){.level = 1}, 26, 48, 24);
@@ -167,8 +158,7 @@ static void cube_has_26_then_98_vertices(void **state) {
   assert_counts(&mesh, (tw_surface_options){.level = 9}, 1572866, 3145728, 1572864);
 }
 
-static void cube_corner_moves_to_five_ninths(void **state) {
-  (void)state;
+TEST(cube_corner_moves_to_five_ninths) {
   tw_mesh mesh = cube();
   size_t count;
   tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 1});
@@ -179,8 +169,7 @@ static void cube_corner_moves_to_five_ninths(void **state) {
   tw_surface_destroy(surface);
 }
 
-static void cube_approaches_its_limit_monotonically(void **state) {
-  (void)state;
+TEST(cube_approaches_its_limit_monotonically) {
   double before = radius_of_first_corner(0, false), limit = radius_of_first_corner(0, true);
   for (uint32_t level = 1; level <= 7; level++) {
     double radius = radius_of_first_corner(level, false);
@@ -197,8 +186,7 @@ static float saddle(float x, float y) {
   return 0.2f * (x - 3) * (y - 2);
 }
 
-static void the_same_bytes_come_whatever_the_blocks(void **state) {
-  (void)state;
+TEST(the_same_bytes_come_whatever_the_blocks) {
   tw_mesh mesh = grid(7, 6, saddle);
   static const uint32_t creases[4] = {8, 9, 9, 16};
   static const float sharpness[2] = {1.5f, 10};
@@ -228,8 +216,7 @@ static void the_same_bytes_come_whatever_the_blocks(void **state) {
   }
 }
 
-static void the_same_faces_come_whatever_the_blocks(void **state) {
-  (void)state;
+TEST(the_same_faces_come_whatever_the_blocks) {
   tw_mesh mesh = grid(4, 3, saddle);
   for (uint32_t level = 1; level <= 5; level++) {
     tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level});
@@ -252,8 +239,7 @@ static void the_same_faces_come_whatever_the_blocks(void **state) {
 }
 
 /* Two octahedra: in each, opposite points of the ring meet, so that tangents at the tips are parallel. */
-static void tips_of_folds_have_one_normal_whatever_the_way(void **state) {
-  (void)state;
+TEST(tips_of_folds_have_one_normal_whatever_the_way) {
   enum { POINTS = 6, FACES = 8, COPIES = 2, LEVEL = 2 };
   static const float folded[POINTS][3] = {{0, 3, 0},     {0, -3, 1.5F},     {3, 1.5F, 0},
                                           {0, -1.5F, 3}, {-3, 1.5F, -1.5F}, {0, -1.5F, 3}};
@@ -296,8 +282,7 @@ static void tips_of_folds_have_one_normal_whatever_the_way(void **state) {
   tw_surface_destroy(bare);
 }
 
-static void faces_use_every_row_and_no_other(void **state) {
-  (void)state;
+TEST(faces_use_every_row_and_no_other) {
   tw_mesh mesh = grid(5, 4, saddle);
   static const uint32_t holes[2] = {0, 7};
   mesh.holes = holes;
@@ -328,8 +313,7 @@ static void faces_use_every_row_and_no_other(void **state) {
   }
 }
 
-static void a_plane_stays_a_plane_with_its_normal(void **state) {
-  (void)state;
+TEST(a_plane_stays_a_plane_with_its_normal) {
   tw_mesh mesh = grid(6, 6, NULL);
   for (uint32_t level = 0; level <= 4; level++) {
     tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
@@ -344,8 +328,7 @@ static void a_plane_stays_a_plane_with_its_normal(void **state) {
   }
 }
 
-static void scaling_by_two_scales_the_surface_exactly(void **state) {
-  (void)state;
+TEST(scaling_by_two_scales_the_surface_exactly) {
   tw_mesh mesh = grid(6, 5, saddle);
   static float doubled[GRID_MAX * GRID_MAX][3];
   for (uint32_t i = 0; i < 3 * mesh.point_count; i++) doubled[i / 3][i % 3] = 2 * mesh.positions[i];
@@ -362,8 +345,7 @@ static void scaling_by_two_scales_the_surface_exactly(void **state) {
   tw_surface_destroy(two);
 }
 
-static void a_grid_is_the_bicubic_b_spline(void **state) {
-  (void)state;
+TEST(a_grid_is_the_bicubic_b_spline) {
   tw_mesh mesh = grid(8, 8, saddle);
   tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 5, .limit = true});
   size_t count;
@@ -381,8 +363,7 @@ static void a_grid_is_the_bicubic_b_spline(void **state) {
   tw_surface_destroy(surface);
 }
 
-static void a_face_inside_an_infinite_crease_stays_flat_and_sharp(void **state) {
-  (void)state;
+TEST(a_face_inside_an_infinite_crease_stays_flat_and_sharp) {
   tw_mesh mesh = cube();
   static const uint32_t creases[8] = {4, 5, 5, 6, 6, 7, 7, 4};
   static const float sharpness[4] = {10, 10, 10, 10};
@@ -400,8 +381,7 @@ static void a_face_inside_an_infinite_crease_stays_flat_and_sharp(void **state) 
   tw_surface_destroy(surface);
 }
 
-static void normals_of_a_cube_point_outward(void **state) {
-  (void)state;
+TEST(normals_of_a_cube_point_outward) {
   tw_mesh mesh = cube();
   tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 3, .normals = true});
   size_t count;
@@ -433,8 +413,7 @@ static void assert_exact_bounds(const tw_mesh *mesh, tw_surface_options options)
   tw_surface_destroy(surface);
 }
 
-static void bounds_are_those_of_the_rows(void **state) {
-  (void)state;
+TEST(bounds_are_those_of_the_rows) {
   static const uint32_t creases[4] = {8, 9, 9, 16};
   static const float sharpness[2] = {1.5f, 10};
   static const uint32_t holes[2] = {0, 7};
@@ -465,8 +444,7 @@ static void run_backwards(void *owner, uint32_t count, void (*part)(void *contex
   while (count > 0) part(context, --count);
 }
 
-static void bounds_do_not_depend_on_who_takes_which_part(void **state) {
-  (void)state;
+TEST(bounds_do_not_depend_on_who_takes_which_part) {
   for (int flags = 0; flags < 8; flags++) {
     tw_mesh mesh = flags & 1 ? grid(9, 8, saddle) : cube();
     tw_surface_options options = {.level = flags & 1 ? 6 : 7,
@@ -486,28 +464,4 @@ static void bounds_do_not_depend_on_who_takes_which_part(void **state) {
     tw_surface_destroy(alone);
     tw_surface_destroy(shared);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(bounds_are_those_of_the_rows),
-      cmocka_unit_test(bounds_do_not_depend_on_who_takes_which_part),
-      cmocka_unit_test(loop_refuses_a_quad_and_names_the_face),
-      cmocka_unit_test(counts_over_32_bits_are_refused),
-      cmocka_unit_test(a_great_many_faces_on_the_same_points_have_no_normals),
-      cmocka_unit_test(a_mesh_without_faces_gives_an_empty_surface),
-      cmocka_unit_test(cube_has_26_then_98_vertices),
-      cmocka_unit_test(cube_corner_moves_to_five_ninths),
-      cmocka_unit_test(cube_approaches_its_limit_monotonically),
-      cmocka_unit_test(the_same_bytes_come_whatever_the_blocks),
-      cmocka_unit_test(the_same_faces_come_whatever_the_blocks),
-      cmocka_unit_test(tips_of_folds_have_one_normal_whatever_the_way),
-      cmocka_unit_test(faces_use_every_row_and_no_other),
-      cmocka_unit_test(a_plane_stays_a_plane_with_its_normal),
-      cmocka_unit_test(scaling_by_two_scales_the_surface_exactly),
-      cmocka_unit_test(a_grid_is_the_bicubic_b_spline),
-      cmocka_unit_test(a_face_inside_an_infinite_crease_stays_flat_and_sharp),
-      cmocka_unit_test(normals_of_a_cube_point_outward),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

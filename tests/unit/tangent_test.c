@@ -1,15 +1,11 @@
 /* Tangents of surfaces for normal maps: planes and cylinders, mirrored maps, maps that are none. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "surface_rows.h"
 #include "tangents.h"
+#include "test.h"
 #include "tweend/subdiv.h"
 
 /* ---- meshes --------------------------------------------------------------------------------- */
@@ -138,8 +134,7 @@ static void assert_frame(const rows *r, size_t i) {
 
 /* ---- one tangent ---------------------------------------------------------------------------- */
 
-static void tangent_of_a_map_that_stands_still_is_along_the_face(void **state) {
-  (void)state;
+TEST(tangent_of_a_map_that_stands_still_is_along_the_face) {
   static const float normal[3] = {0, 0, 1}, points[8] = {2, 0, 1, 0, 0, 3, 0, 0}, none[8] = {0};
   float out[4];
   tw_tangent_from_derivatives(normal, points, none, false, out);
@@ -150,8 +145,7 @@ static void tangent_of_a_map_that_stands_still_is_along_the_face(void **state) {
   assert_true(out[3] == -1);
 }
 
-static void tangent_of_a_map_without_v_is_along_growing_u(void **state) {
-  (void)state;
+TEST(tangent_of_a_map_without_v_is_along_growing_u) {
   static const float normal[3] = {0, 0, 1}, points[8] = {2, 0, 0, 0, 0, 2, 0, 0}, uvs[8] = {1, 0, 0, 0, -1};
   float out[4];
   tw_tangent_from_derivatives(normal, points, uvs, false, out);
@@ -159,8 +153,7 @@ static void tangent_of_a_map_without_v_is_along_growing_u(void **state) {
   assert_float_equal(out[1], -sqrt(0.5), 1e-6);
 }
 
-static void tangent_survives_any_scale(void **state) {
-  (void)state;
+TEST(tangent_survives_any_scale) {
   static const float normal[3] = {0, 0, 1}, unit_points[8] = {1, 1, 0, 0, -1, 1},
                      unit_uvs[8] = {3, 1, 0, 0, -1, 3};
   float wanted[4], out[4], points[8], uvs[8];
@@ -175,8 +168,7 @@ static void tangent_survives_any_scale(void **state) {
   }
 }
 
-static void tangent_along_the_normal_gives_way(void **state) {
-  (void)state;
+TEST(tangent_along_the_normal_gives_way) {
   static const float points[8] = {0, 0, 1, 0, 0, 0, 2}, uvs[8] = {1, 0, 0, 0, 0, 1};
   for (int axis = 0; axis < 3; axis++) {
     float normal[3] = {0, 0, 0}, out[4];
@@ -189,8 +181,7 @@ static void tangent_along_the_normal_gives_way(void **state) {
 
 /* ---- surfaces ------------------------------------------------------------------------------- */
 
-static void tangents_come_only_where_they_are_asked_for(void **state) {
-  (void)state;
+TEST(tangents_come_only_where_they_are_asked_for) {
   sheet *s = tube(6, 4);
   tw_surface_options options = {.level = 1};
   tw_surface *surface = NULL;
@@ -210,8 +201,7 @@ static void tangents_come_only_where_they_are_asked_for(void **state) {
   free(s);
 }
 
-static void plane_has_the_tangent_of_its_map_at_every_point(void **state) {
-  (void)state;
+TEST(plane_has_the_tangent_of_its_map_at_every_point) {
   static const float maps[][4] = {
       {1, 0, 0, 1}, {0.6f, 0.8f, -0.8f, 0.6f}, {1, 0.5f, 0, 2}, {-1, 0, 0, 1}, {0.3f, 1, 1, 0.2f}};
   for (size_t m = 0; m < sizeof maps / sizeof *maps; m++) {
@@ -236,8 +226,7 @@ static void plane_has_the_tangent_of_its_map_at_every_point(void **state) {
   }
 }
 
-static void tube_has_tangents_round_its_axis(void **state) {
-  (void)state;
+TEST(tube_has_tangents_round_its_axis) {
   static const tw_uv_rule rules[] = {TW_UV_CORNERS_ONLY, TW_UV_CORNERS_PLUS2, TW_UV_BOUNDARIES, TW_UV_ALL};
   sheet *s = tube(7, 5);
   for (size_t rule = 0; rule < sizeof rules / sizeof *rules; rule++)
@@ -256,8 +245,7 @@ static void tube_has_tangents_round_its_axis(void **state) {
   free(s);
 }
 
-static void map_folded_over_splits_its_middle_and_keeps_both_sides_whole(void **state) {
-  (void)state;
+TEST(map_folded_over_splits_its_middle_and_keeps_both_sides_whole) {
   sheet *s = folded();
   for (uint32_t level = 0; level <= 4; level++) {
     rows r = read_sheet(s, (tw_surface_options){.level = level});
@@ -280,8 +268,7 @@ static void map_folded_over_splits_its_middle_and_keeps_both_sides_whole(void **
   free(s);
 }
 
-static void every_triangle_has_one_handedness(void **state) {
-  (void)state;
+TEST(every_triangle_has_one_handedness) {
   sheet *s = folded();
   rows r = read_sheet(s, (tw_surface_options){.level = 3});
   const tw_surface_counts *counts = tw_surface_get_counts(r.surface);
@@ -298,8 +285,7 @@ static void every_triangle_has_one_handedness(void **state) {
 }
 
 /* Two maps of one plane, the second turned by a quarter; groups tell which faces follow which. */
-static void each_face_follows_its_own_uv_set(void **state) {
-  (void)state;
+TEST(each_face_follows_its_own_uv_set) {
   static const float map[4] = {1, 0, 0, 1};
   static const uint8_t sets[10] = {0, 1, 1, 0, 0, 1, 0, 0, 1, 1};
   static const float along[2][2] = {{1, 0}, {0, 1}};
@@ -338,8 +324,7 @@ static void each_face_follows_its_own_uv_set(void **state) {
   free(s);
 }
 
-static void tangents_stay_frames_on_any_mesh(void **state) {
-  (void)state;
+TEST(tangents_stay_frames_on_any_mesh) {
   uint32_t seed = 1;
   for (int round = 0; round < 60; round++) {
     static const float identity[4] = {1, 0, 0, 1};
@@ -368,8 +353,7 @@ static void tangents_stay_frames_on_any_mesh(void **state) {
   }
 }
 
-static void same_tangents_come_whatever_the_blocks(void **state) {
-  (void)state;
+TEST(same_tangents_come_whatever_the_blocks) {
   sheet *s = tube(7, 4);
   for (uint32_t level = 0; level <= 4; level++) {
     rows r = read_sheet(s, (tw_surface_options){.level = level});
@@ -384,22 +368,4 @@ static void same_tangents_come_whatever_the_blocks(void **state) {
     free_rows(&r);
   }
   free(s);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(tangent_of_a_map_that_stands_still_is_along_the_face),
-      cmocka_unit_test(tangent_of_a_map_without_v_is_along_growing_u),
-      cmocka_unit_test(tangent_survives_any_scale),
-      cmocka_unit_test(tangent_along_the_normal_gives_way),
-      cmocka_unit_test(tangents_come_only_where_they_are_asked_for),
-      cmocka_unit_test(plane_has_the_tangent_of_its_map_at_every_point),
-      cmocka_unit_test(tube_has_tangents_round_its_axis),
-      cmocka_unit_test(map_folded_over_splits_its_middle_and_keeps_both_sides_whole),
-      cmocka_unit_test(every_triangle_has_one_handedness),
-      cmocka_unit_test(each_face_follows_its_own_uv_set),
-      cmocka_unit_test(tangents_stay_frames_on_any_mesh),
-      cmocka_unit_test(same_tangents_come_whatever_the_blocks),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

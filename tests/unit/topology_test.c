@@ -1,13 +1,9 @@
 /* Who touches whom: every array of a topology against its definition, over meshes that are closed, open,
  * torn, and not manifold. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "topology.h"
 
 /* ---- meshes --------------------------------------------------------------------------------- */
@@ -187,8 +183,7 @@ static void check(const soup *s) {
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-static void closed_meshes_have_closed_fans(void **state) {
-  (void)state;
+TEST(closed_meshes_have_closed_fans) {
   for (uint32_t seed = 0; seed < 4; seed++)
     for (uint32_t sizes = 0; sizes <= 4; sizes += sizes ? 1 : 3) {
       soup s = torus(5, sizes, 0, 0, 0, seed);
@@ -196,16 +191,14 @@ static void closed_meshes_have_closed_fans(void **state) {
     }
 }
 
-static void missing_faces_leave_borders_and_pinched_vertices(void **state) {
-  (void)state;
+TEST(missing_faces_leave_borders_and_pinched_vertices) {
   for (uint32_t seed = 0; seed < 24; seed++) {
     soup s = torus(5, seed % 3 == 0 ? 0 : 2 + seed % 3, 2 + seed % 7, 0, 0, seed);
     check(&s);
   }
 }
 
-static void turned_and_doubled_faces_are_not_manifold(void **state) {
-  (void)state;
+TEST(turned_and_doubled_faces_are_not_manifold) {
   for (uint32_t seed = 0; seed < 24; seed++) {
     soup turned = torus(4, seed % 2 ? 3 : 0, seed % 5, 6, 0, seed);
     check(&turned);
@@ -217,8 +210,7 @@ static void turned_and_doubled_faces_are_not_manifold(void **state) {
 }
 
 /* A third face on one edge, whichever of the edge's ends has the lower number and however the face runs. */
-static void a_fin_shows_at_both_ends_of_its_edge(void **state) {
-  (void)state;
+TEST(a_fin_shows_at_both_ends_of_its_edge) {
   for (uint32_t v = 0; v < 16; v++)
     for (uint32_t way = 0; way < 4; way++) {
       soup s = torus(4, 3, 0, 0, 0, v);
@@ -229,8 +221,7 @@ static void a_fin_shows_at_both_ends_of_its_edge(void **state) {
     }
 }
 
-static void soup_without_any_order_keeps_to_the_definitions(void **state) {
-  (void)state;
+TEST(soup_without_any_order_keeps_to_the_definitions) {
   for (uint32_t seed = 0; seed < 64; seed++) {
     uint32_t random = seed, vertices = 4 + seed % 9;
     soup s = {.vertex_count = vertices};
@@ -246,8 +237,7 @@ static void soup_without_any_order_keeps_to_the_definitions(void **state) {
 
 /* Two tetrahedra on one edge, their faces in any order: for some, a walk round either end of the edge passes
  * from one to the other and back. */
-static void closed_meshes_that_share_an_edge_are_not_manifold(void **state) {
-  (void)state;
+TEST(closed_meshes_that_share_an_edge_are_not_manifold) {
   static const uint32_t faces[8][3] = {{0, 1, 2}, {1, 0, 3}, {2, 1, 3}, {0, 2, 3},
                                        {0, 1, 4}, {1, 0, 5}, {4, 1, 5}, {0, 4, 5}};
   for (uint32_t seed = 0; seed < 200; seed++) {
@@ -262,8 +252,7 @@ static void closed_meshes_that_share_an_edge_are_not_manifold(void **state) {
   }
 }
 
-static void great_poles_are_fans_like_all_others(void **state) {
-  (void)state;
+TEST(great_poles_are_fans_like_all_others) {
   for (uint32_t open = 0; open < 2; open++) {
     soup s = {.vertex_count = POLE + 1};
     for (uint32_t i = 0; i + open < POLE; i++)
@@ -272,26 +261,11 @@ static void great_poles_are_fans_like_all_others(void **state) {
   }
 }
 
-static void two_triangles_back_to_back_are_closed_and_a_third_is_one_too_many(void **state) {
-  (void)state;
+TEST(two_triangles_back_to_back_are_closed_and_a_third_is_one_too_many) {
   soup s = {.vertex_count = 4}; /* vertex 3 is not used */
   add_face(&s, 3, (uint32_t[]){0, 1, 2});
   add_face(&s, 3, (uint32_t[]){2, 1, 0});
   check(&s);
   add_face(&s, 3, (uint32_t[]){0, 1, 2});
   check(&s);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(closed_meshes_have_closed_fans),
-      cmocka_unit_test(missing_faces_leave_borders_and_pinched_vertices),
-      cmocka_unit_test(turned_and_doubled_faces_are_not_manifold),
-      cmocka_unit_test(a_fin_shows_at_both_ends_of_its_edge),
-      cmocka_unit_test(soup_without_any_order_keeps_to_the_definitions),
-      cmocka_unit_test(closed_meshes_that_share_an_edge_are_not_manifold),
-      cmocka_unit_test(great_poles_are_fans_like_all_others),
-      cmocka_unit_test(two_triangles_back_to_back_are_closed_and_a_third_is_one_too_many),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

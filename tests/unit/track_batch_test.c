@@ -1,15 +1,11 @@
 /* Batches of times and of tracks: the same bits as one time of one track after another. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "clip.h"
 #include "rotation_reference.h"
+#include "test.h"
 
 enum { KEYS_MOST = 700, TIMES_MOST = TW_TRACK_BATCH };
 
@@ -61,8 +57,7 @@ static void assert_steps_are_as_alone(const tw_track *track, float start, float 
   assert_all_are_as_alone(track, times, count);
 }
 
-static void times_give_the_same_alone_and_together(void **state) {
-  (void)state;
+TEST(times_give_the_same_alone_and_together) {
   static const uint32_t key_counts[] = {1, 2, 3, 15, 16, 17, 40, KEYS_MOST};
   static const float steps[] = {0, 1e-4f, 0.003f, 0.02f, 0.1f, 0.7f, 3, -0.003f, -0.1f};
   for (size_t k = 0; k < sizeof key_counts / sizeof *key_counts; k++) {
@@ -80,8 +75,7 @@ static void times_give_the_same_alone_and_together(void **state) {
 }
 
 /* Somewhere among ascending ones: behind their first, beyond their last, and no times at all. */
-static void a_time_out_of_order_is_found_too(void **state) {
-  (void)state;
+TEST(a_time_out_of_order_is_found_too) {
   static const float odd[] = {-1, 0, 1, 1.2f, 30, 1e30f, INFINITY, -INFINITY, NAN};
   enum { COUNT = TW_TRACK_BATCH };
   tw_clip *clip = make_clip(KEYS_MOST);
@@ -94,8 +88,7 @@ static void a_time_out_of_order_is_found_too(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void random_times_give_the_same_alone_and_together(void **state) {
-  (void)state;
+TEST(random_times_give_the_same_alone_and_together) {
   uint64_t seed = 3;
   tw_clip *clip = make_clip(KEYS_MOST);
   for (int round = 0; round < 50; round++) {
@@ -107,8 +100,7 @@ static void random_times_give_the_same_alone_and_together(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void keys_are_given_back_exactly(void **state) {
-  (void)state;
+TEST(keys_are_given_back_exactly) {
   tw_clip *clip = make_clip(KEYS_MOST);
   const tw_track *track = &clip->tracks[0];
   static float at[KEYS_MOST][4];
@@ -119,8 +111,7 @@ static void keys_are_given_back_exactly(void **state) {
 }
 
 /* Rotation tracks of more nodes than a batch has, every third one STEP; all on one timeline, or pairs. */
-static void poses_are_the_samples_of_their_tracks(void **state) {
-  (void)state;
+TEST(poses_are_the_samples_of_their_tracks) {
   enum { NODES = 150, KEYS = 20, TIMES = 100 };
   static float times[NODES][KEYS], values[KEYS][4];
   static tw_track_keys tracks[NODES];
@@ -160,15 +151,4 @@ static void poses_are_the_samples_of_their_tracks(void **state) {
     }
     tw_clip_destroy(clip);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(times_give_the_same_alone_and_together),
-      cmocka_unit_test(a_time_out_of_order_is_found_too),
-      cmocka_unit_test(random_times_give_the_same_alone_and_together),
-      cmocka_unit_test(keys_are_given_back_exactly),
-      cmocka_unit_test(poses_are_the_samples_of_their_tracks),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,12 +1,8 @@
 /* Every interpolation against the formulas, and the textbook's cases. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 
 enum { KEYS_MAX = 24, SAMPLES = 300 };
 
@@ -193,45 +189,37 @@ static void assert_agrees(tw_interpolation interpolation, tw_key_form form, refe
   if (!(worst <= 1e-6)) fail_msg("%g radians off", worst);
 }
 
-static void step_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(step_agrees_with_the_reference) {
   assert_agrees(TW_STEP, TW_KEY_QUATERNION, reference_step);
 }
 
-static void slerp_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(slerp_agrees_with_the_reference) {
   assert_agrees(TW_LINEAR, TW_KEY_QUATERNION, reference_slerp);
 }
 
-static void nlerp_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(nlerp_agrees_with_the_reference) {
   assert_agrees(TW_NLERP, TW_KEY_QUATERNION, reference_nlerp);
 }
 
-static void squad_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(squad_agrees_with_the_reference) {
   assert_agrees(TW_SQUAD, TW_KEY_QUATERNION, reference_squad);
 }
 
-static void cubicspline_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(cubicspline_agrees_with_the_reference) {
   assert_agrees(TW_CUBICSPLINE, TW_KEY_QUATERNION, reference_cubicspline);
 }
 
-static void euler_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(euler_agrees_with_the_reference) {
   assert_agrees(TW_EULER, TW_KEY_EULER, reference_euler);
 }
 
-static void axis_angle_agrees_with_the_reference(void **state) {
-  (void)state;
+TEST(axis_angle_agrees_with_the_reference) {
   assert_agrees(TW_LINEAR, TW_KEY_AXIS_ANGLE, reference_axis_angle);
 }
 
 /* ---- properties ----------------------------------------------------------------------------- */
 
-static void slerp_travels_at_constant_speed_and_never_over_half_a_turn(void **state) {
-  (void)state;
+TEST(slerp_travels_at_constant_speed_and_never_over_half_a_turn) {
   uint64_t seed = 23;
   for (int n = 0; n < 2000; n++) {
     const float ends[] = {1, 3};
@@ -258,8 +246,7 @@ static void slerp_travels_at_constant_speed_and_never_over_half_a_turn(void **st
   }
 }
 
-static void samples_keep_one_sign_along_a_track(void **state) {
-  (void)state;
+TEST(samples_keep_one_sign_along_a_track) {
   const tw_interpolation all[] = {TW_LINEAR, TW_NLERP, TW_SQUAD};
   uint64_t seed = 29;
   for (int n = 0; n < 100; n++) {
@@ -282,8 +269,7 @@ static void samples_keep_one_sign_along_a_track(void **state) {
   }
 }
 
-static void squad_turns_steadily_where_keys_do(void **state) {
-  (void)state;
+TEST(squad_turns_steadily_where_keys_do) {
   const float times[] = {0, 1, 1.5f, 4, 5};
   float values[5][4];
   for (int i = 0; i < 5; i++) ref_narrow(ref_axis_angle(1, 2, 3, 0.5 * (double)times[i]), values[i]);
@@ -309,8 +295,7 @@ static double speed_at(const tw_clip *clip, float time, float delta) {
   return ref_angle(ref_of(q[0]), ref_of(q[1])) / ((double)times[1] - (double)times[0]);
 }
 
-static void squad_keeps_its_speed_through_unequally_spaced_keys(void **state) {
-  (void)state;
+TEST(squad_keeps_its_speed_through_unequally_spaced_keys) {
   const float times[] = {0, 0.5f, 2, 3};
   float values[4][4];
   const double degrees[] = {0, 20, 70, 75};
@@ -338,8 +323,7 @@ static void between(const tw_track_keys *keys, int force, float time, float out[
   tw_clip_destroy(clip);
 }
 
-static void minus_170_to_170_passes_0_as_euler_and_180_as_quaternion(void **state) {
-  (void)state;
+TEST(minus_170_to_170_passes_0_as_euler_and_180_as_quaternion) {
   const float times[] = {0, 1};
   for (int axis = 0; axis < 3; axis++)
     for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++) {
@@ -365,8 +349,7 @@ static void minus_170_to_170_passes_0_as_euler_and_180_as_quaternion(void **stat
     }
 }
 
-static void half_turns_about_opposite_axes_are_twenty_degrees_apart(void **state) {
-  (void)state;
+TEST(half_turns_about_opposite_axes_are_twenty_degrees_apart) {
   const float times[] = {0, 1};
   float values[2][4], at[4];
   ref_narrow(ref_axis_angle(1, 0, 0, 170 * REF_DEGREES), values[0]);
@@ -384,8 +367,7 @@ static void half_turns_about_opposite_axes_are_twenty_degrees_apart(void **state
   }
 }
 
-static void axis_angle_keys_turn_as_often_as_they_say(void **state) {
-  (void)state;
+TEST(axis_angle_keys_turn_as_often_as_they_say) {
   const float times[] = {0, 2};
   /* The same 800 degrees, said in four ways. */
   const double turns[][2][4] = {{{0, 2, 0, 0}, {0, 1, 0, 800}},
@@ -417,8 +399,7 @@ static void axis_angle_keys_turn_as_often_as_they_say(void **state) {
   }
 }
 
-static void forced_interpolation_turns_keys_into_quaternions_first(void **state) {
-  (void)state;
+TEST(forced_interpolation_turns_keys_into_quaternions_first) {
   uint64_t seed = 31;
   for (int n = 0; n < 100; n++) {
     random_track track;
@@ -441,8 +422,7 @@ static void forced_interpolation_turns_keys_into_quaternions_first(void **state)
   }
 }
 
-static void forced_euler_follows_quaternions_round_and_round(void **state) {
-  (void)state;
+TEST(forced_euler_follows_quaternions_round_and_round) {
   const float times[] = {0, 1, 2, 3, 4, 5, 6};
   float values[7][4];
   for (int i = 0; i < 7; i++) ref_narrow(ref_axis_angle(0, 0, 1, i * 1.5), values[i]);
@@ -462,8 +442,7 @@ static void forced_euler_follows_quaternions_round_and_round(void **state) {
   tw_clip_destroy(clip);
 }
 
-static void a_spline_of_keys_on_both_sides_turns_its_tangents_with_them(void **state) {
-  (void)state;
+TEST(a_spline_of_keys_on_both_sides_turns_its_tangents_with_them) {
   random_track track;
   uint64_t seed = 37;
   do random_track_init(&track, &seed);
@@ -481,8 +460,7 @@ static void a_spline_of_keys_on_both_sides_turns_its_tangents_with_them(void **s
   assert_memory_equal(plain, flipped, sizeof plain);
 }
 
-static void a_spline_through_zero_stays_a_rotation(void **state) {
-  (void)state;
+TEST(a_spline_through_zero_stays_a_rotation) {
   const float times[] = {0, 1};
   /* Tangents that carry the value to zero at the middle: 1/2 + 1/2 + (-4 - 4) / 8. */
   float values[2][3][4] = {{{0}, {0, 0, 0, 1}, {0, 0, 0, -4}}, {{0, 0, 0, 4}, {0, 0, 0, 1}, {0}}};
@@ -498,8 +476,7 @@ static void a_spline_through_zero_stays_a_rotation(void **state) {
   assert_true(q[3] == 1);
 }
 
-static void translations_and_scales_agree_with_the_formulas(void **state) {
-  (void)state;
+TEST(translations_and_scales_agree_with_the_formulas) {
   uint64_t seed = 41;
   float times[KEYS_MAX], values[KEYS_MAX][3][3];
   for (int n = 0; n < 200; n++) {
@@ -535,8 +512,7 @@ static void translations_and_scales_agree_with_the_formulas(void **state) {
   }
 }
 
-static void huge_values_and_tangents_stay_finite(void **state) {
-  (void)state;
+TEST(huge_values_and_tangents_stay_finite) {
   const float times[] = {0, 1e30f};
   float values[18];
   for (int i = 0; i < 18; i++) values[i] = i % 2 ? 3e38f : -3e38f;
@@ -555,30 +531,4 @@ static void huge_values_and_tangents_stay_finite(void **state) {
     }
     tw_clip_destroy(clip);
   }
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(step_agrees_with_the_reference),
-      cmocka_unit_test(slerp_agrees_with_the_reference),
-      cmocka_unit_test(nlerp_agrees_with_the_reference),
-      cmocka_unit_test(squad_agrees_with_the_reference),
-      cmocka_unit_test(cubicspline_agrees_with_the_reference),
-      cmocka_unit_test(euler_agrees_with_the_reference),
-      cmocka_unit_test(axis_angle_agrees_with_the_reference),
-      cmocka_unit_test(slerp_travels_at_constant_speed_and_never_over_half_a_turn),
-      cmocka_unit_test(samples_keep_one_sign_along_a_track),
-      cmocka_unit_test(squad_turns_steadily_where_keys_do),
-      cmocka_unit_test(squad_keeps_its_speed_through_unequally_spaced_keys),
-      cmocka_unit_test(minus_170_to_170_passes_0_as_euler_and_180_as_quaternion),
-      cmocka_unit_test(half_turns_about_opposite_axes_are_twenty_degrees_apart),
-      cmocka_unit_test(axis_angle_keys_turn_as_often_as_they_say),
-      cmocka_unit_test(forced_interpolation_turns_keys_into_quaternions_first),
-      cmocka_unit_test(forced_euler_follows_quaternions_round_and_round),
-      cmocka_unit_test(a_spline_of_keys_on_both_sides_turns_its_tangents_with_them),
-      cmocka_unit_test(a_spline_through_zero_stays_a_rotation),
-      cmocka_unit_test(translations_and_scales_agree_with_the_formulas),
-      cmocka_unit_test(huge_values_and_tangents_stay_finite),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

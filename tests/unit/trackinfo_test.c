@@ -1,12 +1,8 @@
 /* What the inspection of rotation tracks finds. */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <string.h>
 
-#include <cmocka.h>
-
 #include "rotation_reference.h"
+#include "test.h"
 #include "tweend/trackinfo.h"
 
 static const float times_0_to_3[] = {0, 1, 2, 3};
@@ -45,8 +41,7 @@ static void assert_near(double value, double expected, double tolerance) {
     fail_msg("%.9g is not %.9g within %g", value, expected, tolerance);
 }
 
-static void only_sound_rotation_tracks_are_inspected(void **state) {
-  (void)state;
+TEST(only_sound_rotation_tracks_are_inspected) {
   const float zero[8] = {0};
   tw_track_keys keys = quaternion_track(zero, 2);
   tw_track_report report;
@@ -57,8 +52,7 @@ static void only_sound_rotation_tracks_are_inspected(void **state) {
   assert_int_equal(tw_track_inspect(&keys, TW_TRACK_STEPS, &report, &error), TW_INVALID);
 }
 
-static void minus_170_to_170_strays_half_a_turn_from_slerp(void **state) {
-  (void)state;
+TEST(minus_170_to_170_strays_half_a_turn_from_slerp) {
   const double angles[] = {-170 * REF_DEGREES, 0, 0, 170 * REF_DEGREES, 0, 0};
   tw_track_report report = inspect(euler_track(angles, 2, TW_XYZ));
   assert_int_equal(report.euler_wraps, 1);
@@ -75,8 +69,7 @@ static void minus_170_to_170_strays_half_a_turn_from_slerp(void **state) {
   assert_true(report.warning_count >= 2);
 }
 
-static void lock_between_keys_is_found_with_its_time_in_every_order(void **state) {
-  (void)state;
+TEST(lock_between_keys_is_found_with_its_time_in_every_order) {
   for (tw_euler_order order = TW_XYZ; order <= TW_ZYX; order++) {
     const char *letters = tw_euler_order_names[order];
     double angles[6] = {0};
@@ -93,8 +86,7 @@ static void lock_between_keys_is_found_with_its_time_in_every_order(void **state
   }
 }
 
-static void the_nearest_place_to_lock_may_lie_between_keys_without_lock(void **state) {
-  (void)state;
+TEST(the_nearest_place_to_lock_may_lie_between_keys_without_lock) {
   /* Two headings 80 degrees apart, the nose up at 70 in both: the straight way leads nearer to the pole. */
   float values[2][4];
   for (int i = 0; i < 2; i++) {
@@ -146,8 +138,7 @@ static tw_track_keys random_track(uint64_t *seed, int kind, random_keys *keys) {
   return track;
 }
 
-static void cosines_of_all_orders_agree_with_a_fine_sampling(void **state) {
-  (void)state;
+TEST(cosines_of_all_orders_agree_with_a_fine_sampling) {
   uint64_t seed = 3;
   for (int n = 0; n < 10 * KINDS; n++) {
     random_keys random;
@@ -188,8 +179,7 @@ static void cosines_of_all_orders_agree_with_a_fine_sampling(void **state) {
   }
 }
 
-static void angle_and_speed_of_slerp_are_those_of_its_keys(void **state) {
-  (void)state;
+TEST(angle_and_speed_of_slerp_are_those_of_its_keys) {
   float values[3][4];
   const double degrees[] = {0, 30, 150};
   for (int i = 0; i < 3; i++) ref_narrow(ref_axis_angle(1, 1, 0, degrees[i] * REF_DEGREES), values[i]);
@@ -204,8 +194,7 @@ static void angle_and_speed_of_slerp_are_those_of_its_keys(void **state) {
   assert_int_equal(report.warning_count, 0);
 }
 
-static void nlerp_is_fastest_in_the_middle(void **state) {
-  (void)state;
+TEST(nlerp_is_fastest_in_the_middle) {
   float values[2][4] = {{0, 0, 0, 1}, {1, 0, 0, 0}};
   ref_narrow(ref_axis_angle(1, 0, 0, 120 * REF_DEGREES), values[1]);
   tw_track_keys keys = quaternion_track(values[0], 2);
@@ -217,8 +206,7 @@ static void nlerp_is_fastest_in_the_middle(void **state) {
   assert_near(report.total_angle, 120 * REF_DEGREES, 1e-6);
 }
 
-static void keys_that_hide_something_are_counted(void **state) {
-  (void)state;
+TEST(keys_that_hide_something_are_counted) {
   const float values[] = {0, 0, 0, 1, 0, -0.6f, 0, -0.8f, 0, 0.8f, 0, -0.6f, 0, 0, 0, -1.01f};
   tw_track_report report = inspect(quaternion_track(values, 4));
   assert_int_equal(report.sign_flips, 1);
@@ -228,8 +216,7 @@ static void keys_that_hide_something_are_counted(void **state) {
   assert_int_equal(report.warning_count, 3);
 }
 
-static void half_turns_are_counted_in_every_form_of_key(void **state) {
-  (void)state;
+TEST(half_turns_are_counted_in_every_form_of_key) {
   const double quarter = REF_PI / 2, eulers[] = {-quarter, 0, 0, quarter, 0, 0};
   const double turns[] = {0, 0, 1, 0, 0, 0, 1, REF_PI};
   tw_track_keys keys[] = {euler_track(eulers, 2, TW_XYZ), euler_track(eulers, 2, TW_XYZ), {0}};
@@ -250,8 +237,7 @@ static void half_turns_are_counted_in_every_form_of_key(void **state) {
   assert_int_equal(inspect(keys[0]).half_turns, 0);
 }
 
-static void many_turns_are_counted_whole(void **state) {
-  (void)state;
+TEST(many_turns_are_counted_whole) {
   for (int turns = 1; turns <= 100000; turns *= 10) {
     const double angles[] = {0, 0, 1, 0, 0, 0, 1, turns * 2 * REF_PI};
     tw_track_keys keys = {.path = TW_ROTATION,
@@ -269,8 +255,7 @@ static void many_turns_are_counted_whole(void **state) {
   }
 }
 
-static void steps_jump_and_have_no_speed(void **state) {
-  (void)state;
+TEST(steps_jump_and_have_no_speed) {
   float values[2][4] = {{0, 0, 0, 1}};
   ref_narrow(ref_axis_angle(0, 1, 0, 89 * REF_DEGREES), values[1]);
   tw_track_keys keys = quaternion_track(values[0], 2);
@@ -282,29 +267,10 @@ static void steps_jump_and_have_no_speed(void **state) {
   assert_near(report.gimbals[TW_XYZ].time, 1, 1e-9);
 }
 
-static void a_single_key_has_a_place_but_no_way(void **state) {
-  (void)state;
+TEST(a_single_key_has_a_place_but_no_way) {
   const float value[] = {0, 0, 0, 1};
   tw_track_report report = inspect(quaternion_track(value, 1));
   assert_true(report.total_angle == 0 && report.duration == 0 && report.peak_velocity == 0);
   assert_near(report.gimbals[TW_ZYX].cos_middle, 1, 1e-9);
   assert_int_equal(report.best_order, TW_XYZ);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(only_sound_rotation_tracks_are_inspected),
-      cmocka_unit_test(minus_170_to_170_strays_half_a_turn_from_slerp),
-      cmocka_unit_test(lock_between_keys_is_found_with_its_time_in_every_order),
-      cmocka_unit_test(the_nearest_place_to_lock_may_lie_between_keys_without_lock),
-      cmocka_unit_test(cosines_of_all_orders_agree_with_a_fine_sampling),
-      cmocka_unit_test(angle_and_speed_of_slerp_are_those_of_its_keys),
-      cmocka_unit_test(nlerp_is_fastest_in_the_middle),
-      cmocka_unit_test(keys_that_hide_something_are_counted),
-      cmocka_unit_test(half_turns_are_counted_in_every_form_of_key),
-      cmocka_unit_test(many_turns_are_counted_whole),
-      cmocka_unit_test(steps_jump_and_have_no_speed),
-      cmocka_unit_test(a_single_key_has_a_place_but_no_way),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -73,8 +73,7 @@ static void check_dirty(const sheet *s, tw_surface_options options) {
   free_rows(&wanted);
 }
 
-static void surfaces_are_the_same_whatever_memory_they_are_made_in(void **state) {
-  (void)state;
+TEST(surfaces_are_the_same_whatever_memory_they_are_made_in) {
   sheet *s = malloc(sizeof *s);
   assert_non_null(s);
   for (int i = 0; i < 3 * 2 * 2 * 2 * 3; i++) {
@@ -89,10 +88,4 @@ static void surfaces_are_the_same_whatever_memory_they_are_made_in(void **state)
     if (kind == 1 && !normals) check_dirty(s, options);
   }
   free(s);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(surfaces_are_the_same_whatever_memory_they_are_made_in)};
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,13 +1,9 @@
 /* Welding vertex buffers into surfaces, and quads out of triangles. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include <cmocka.h>
-
+#include "test.h"
 #include "weld.h"
 
 enum { MOST = 64 };
@@ -37,16 +33,14 @@ static const float octahedron_points[6][3] = {{1, 0, 0},  {-1, 0, 0}, {0, 1, 0},
 static const uint32_t octahedron[24] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
                                         2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
 
-static void a_closed_surface_of_loose_triangles_closes(void **state) {
-  (void)state;
+TEST(a_closed_surface_of_loose_triangles_closes) {
   uint32_t points[MOST];
   assert_int_equal(weld(octahedron_points, octahedron, 8, points), 6);
   for (int a = 0; a < 24; a++)
     for (int b = 0; b < 24; b++) assert_int_equal(points[a] == points[b], octahedron[a] == octahedron[b]);
 }
 
-static void points_are_numbered_by_their_first_vertex(void **state) {
-  (void)state;
+TEST(points_are_numbered_by_their_first_vertex) {
   uint32_t points[MOST], next = 0;
   weld(octahedron_points, octahedron, 8, points);
   for (int v = 0; v < 24; v++) {
@@ -55,8 +49,7 @@ static void points_are_numbered_by_their_first_vertex(void **state) {
   }
 }
 
-static void surfaces_that_touch_in_a_point_stay_apart(void **state) {
-  (void)state;
+TEST(surfaces_that_touch_in_a_point_stay_apart) {
   static const float points[5][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
   static const uint32_t corners[6] = {0, 1, 2, 0, 3, 4};
   uint32_t out[MOST];
@@ -64,24 +57,21 @@ static void surfaces_that_touch_in_a_point_stay_apart(void **state) {
 }
 
 /* Two closed surfaces with one edge in common: four sides run there. */
-static void an_edge_of_four_sides_is_not_joined(void **state) {
-  (void)state;
+TEST(an_edge_of_four_sides_is_not_joined) {
   static const float points[6][3] = {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {1, 1, 0}, {-1, 1, 0}};
   static const uint32_t corners[12] = {0, 1, 2, 1, 0, 4, 0, 1, 3, 1, 0, 5};
   uint32_t out[MOST];
   assert_int_equal(weld(points, corners, 4, out), 12);
 }
 
-static void sides_that_run_the_same_way_are_not_joined(void **state) {
-  (void)state;
+TEST(sides_that_run_the_same_way_are_not_joined) {
   static const float points[4][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
   static const uint32_t corners[6] = {0, 1, 2, 0, 1, 3};
   uint32_t out[MOST];
   assert_int_equal(weld(points, corners, 2, out), 6);
 }
 
-static void negative_zero_is_zero(void **state) {
-  (void)state;
+TEST(negative_zero_is_zero) {
   float positions[6][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, -0.0f, 0}, {-0.0f, 0, -0.0f}, {0, -1, 0}};
   static const uint32_t offsets[3] = {0, 3, 6}, corners[6] = {0, 1, 2, 3, 4, 5};
   tw_soup soup = {6, positions[0], 2, 6, offsets, corners};
@@ -91,8 +81,7 @@ static void negative_zero_is_zero(void **state) {
 }
 
 /* A tube whose every vertex is its own: a seam runs along it that only edges can close. */
-static void a_tube_of_loose_quads_closes_round(void **state) {
-  (void)state;
+TEST(a_tube_of_loose_quads_closes_round) {
   enum { ROUND = 64, LONG = 50, FACES = ROUND * LONG };
   static float positions[4 * FACES][3];
   static uint32_t offsets[FACES + 1], corners[4 * FACES], out[4 * FACES];
@@ -114,8 +103,7 @@ static void a_tube_of_loose_quads_closes_round(void **state) {
 
 /* As generators make it: (round + 1) x (tall + 1) vertices, the last column at an angle of 2 pi, a vertex
  * for each triangle at the poles, sines in 32 bits. */
-static void a_sphere_closes_at_its_seam_and_poles(void **state) {
-  (void)state;
+TEST(a_sphere_closes_at_its_seam_and_poles) {
   enum { ROUND = 32, TALL = 16, VERTICES = (ROUND + 1) * (TALL + 1), FACES = 2 * ROUND * (TALL - 1) };
   static float positions[VERTICES][3];
   static uint32_t offsets[FACES + 1], corners[3 * FACES], out[VERTICES];
@@ -143,8 +131,7 @@ static void a_sphere_closes_at_its_seam_and_poles(void **state) {
 }
 
 /* Everything in one place: the worst case for anything that hashes. */
-static void a_million_vertices_in_one_place_take_no_longer(void **state) {
-  (void)state;
+TEST(a_million_vertices_in_one_place_take_no_longer) {
   enum { FACES = 300000 };
   float *positions = calloc(3 * FACES, 3 * sizeof(float));
   uint32_t *offsets = malloc((FACES + 1) * sizeof *offsets), *corners = malloc(3 * FACES * sizeof *corners);
@@ -184,13 +171,11 @@ static uint32_t weld_square_uvs(float shift) {
   return count;
 }
 
-static void a_continuous_texture_has_no_seam(void **state) {
-  (void)state;
+TEST(a_continuous_texture_has_no_seam) {
   assert_int_equal(weld_square_uvs(0), 6);
 }
 
-static void an_edge_that_differs_at_one_end_is_a_seam(void **state) {
-  (void)state;
+TEST(an_edge_that_differs_at_one_end_is_a_seam) {
   assert_int_equal(weld_square_uvs(0.5f), 8);
 }
 
@@ -226,8 +211,7 @@ static uint32_t pair(tw_mesh mesh, uint32_t *first_quad) {
 static const float row_points[8][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0},
                                        {0, 1, 0}, {1, 1, 0}, {2, 1, 0}, {3, 1, 0}};
 
-static void split_quads_are_joined_whatever_their_diagonal(void **state) {
-  (void)state;
+TEST(split_quads_are_joined_whatever_their_diagonal) {
   static const uint32_t rows[3][18] = {
       {0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6},
       {0, 1, 4, 1, 5, 4, 1, 2, 5, 2, 6, 5, 2, 3, 6, 3, 7, 6},
@@ -242,8 +226,7 @@ static void split_quads_are_joined_whatever_their_diagonal(void **state) {
 }
 
 /* A triangle in front would throw a greedy pairing out of step. */
-static void a_lone_triangle_does_not_shift_the_pairs(void **state) {
-  (void)state;
+TEST(a_lone_triangle_does_not_shift_the_pairs) {
   static const float points[6][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}, {1, 1, 0}, {-0.6f, 0.5f, 0}};
   static const uint32_t corners[9] = {5, 0, 3, 0, 4, 3, 0, 1, 4}; /* triangle, then a square's halves */
   uint32_t offsets[MOST];
@@ -256,8 +239,7 @@ static void a_lone_triangle_does_not_shift_the_pairs(void **state) {
   tw_arena_destroy(arena);
 }
 
-static void pairs_that_make_no_good_quad_are_left(void **state) {
-  (void)state;
+TEST(pairs_that_make_no_good_quad_are_left) {
   static const float points[6][3] = {{0, 0, 0},       {1, 0, 0}, {0, 1, 0},
                                      {0.2f, 0.2f, 0}, {1, 1, 0}, {0.5f, 0.5f, 1}};
   static const uint32_t concave[6] = {0, 1, 3, 0, 3, 2}, same_way[6] = {0, 1, 2, 1, 2, 4},
@@ -269,8 +251,7 @@ static void pairs_that_make_no_good_quad_are_left(void **state) {
   assert_int_equal(pair(triangle_mesh(points, 6, bent, 2, offsets), NULL), 2);
 }
 
-static void materials_and_seams_keep_triangles_apart(void **state) {
-  (void)state;
+TEST(materials_and_seams_keep_triangles_apart) {
   static const uint32_t corners[6] = {0, 1, 5, 0, 5, 4};
   static const int32_t same[2] = {1, 1}, different[2] = {1, 2};
   static const float values[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {5, 5}, {6, 6}};
@@ -287,25 +268,4 @@ static void materials_and_seams_keep_triangles_apart(void **state) {
   assert_int_equal(pair(mesh, NULL), 1);
   mesh.uv_sets[0].corners = seam;
   assert_int_equal(pair(mesh, NULL), 2);
-}
-
-int main(void) {
-  const struct CMUnitTest tests[] = {
-      cmocka_unit_test(a_closed_surface_of_loose_triangles_closes),
-      cmocka_unit_test(points_are_numbered_by_their_first_vertex),
-      cmocka_unit_test(surfaces_that_touch_in_a_point_stay_apart),
-      cmocka_unit_test(an_edge_of_four_sides_is_not_joined),
-      cmocka_unit_test(sides_that_run_the_same_way_are_not_joined),
-      cmocka_unit_test(negative_zero_is_zero),
-      cmocka_unit_test(a_tube_of_loose_quads_closes_round),
-      cmocka_unit_test(a_sphere_closes_at_its_seam_and_poles),
-      cmocka_unit_test(a_million_vertices_in_one_place_take_no_longer),
-      cmocka_unit_test(a_continuous_texture_has_no_seam),
-      cmocka_unit_test(an_edge_that_differs_at_one_end_is_a_seam),
-      cmocka_unit_test(split_quads_are_joined_whatever_their_diagonal),
-      cmocka_unit_test(a_lone_triangle_does_not_shift_the_pairs),
-      cmocka_unit_test(pairs_that_make_no_good_quad_are_left),
-      cmocka_unit_test(materials_and_seams_keep_triangles_apart),
-  };
-  return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,32 @@
+/* What a file of tests begins with: cmocka, and tests that enter themselves into the list of the program. */
+#ifndef TEST_H
+#define TEST_H
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+typedef struct test_entry {
+  struct CMUnitTest test;
+  const char *file;
+  struct test_entry *next;
+} test_entry;
+
+/* Before main; entry: lives for ever. */
+void test_enter(test_entry *entry);
+
+/* TEST(cube_has_8_vertices) { ... } is a test; TEST_WITH names cmocka's fixtures, which hand it `state`. The
+ * tests of a file run in the order in which they stand. */
+#define TEST(name) TEST_WITH(name, NULL, NULL)
+#define TEST_WITH(name, setup, teardown)                                                                     \
+  static void name(void **state);                                                                            \
+  __attribute__((constructor)) static void enter_##name(void) {                                              \
+    static test_entry entry = {cmocka_unit_test_setup_teardown(name, setup, teardown), __FILE__, NULL};      \
+    test_enter(&entry);                                                                                      \
+  }                                                                                                          \
+  static void name(__attribute__((unused)) void **state)
+
+#endif
