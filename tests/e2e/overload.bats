@@ -34,6 +34,40 @@ resident() {
   for i in $(seq 2 16); do cmp out-1 "out-$i"; done
 }
 
+# Median of the seconds that a health check on a connection of its own takes, of 15.
+health_median() {
+  for _ in $(seq 15); do
+    curl --silent --fail --output /dev/null --write-out '%{time_total}\n' "$url/healthz" || return
+    sleep 0.1
+  done | sort -n | sed -n 8p
+}
+
+@test "400 readers of a large warm surface do not delay a health check" {
+  needs_process
+  needs_plain_build
+  start_daemon
+  upload "$samples/octopus.obj"
+  get "/v1/models/$id/surface.glb?level=6" # makes it
+  expect 200
+  idle=$(health_median)
+  clients=()
+  for _ in 1 2; do
+    # The part behind # is not sent: it makes as many requests.
+    curl --silent --no-progress-meter --parallel --parallel-max 200 --parallel-immediate --max-time 60 --output /dev/null \
+      "$url/v1/models/$id/surface.glb?level=6#[1-2000]" 3>&- &
+    clients+=($!)
+  done
+  for ((tries = 0; tries < 300; tries++)); do
+    (($(curl --silent "$url/metrics" | sed -n 's/^tweend_http_connections //p') <= 400)) || break
+    sleep 0.1
+  done
+  loaded=$(health_median)
+  kill "${clients[@]}" # fails where they have ended before
+  echo "median $idle s idle, $loaded s loaded"
+  # 200 ms, or in proportion where the machine has more to do than this.
+  awk -v idle="$idle" -v loaded="$loaded" 'BEGIN { exit !(loaded < 0.2 || loaded < 40 * idle) }'
+}
+
 @test "slow readers of large models hold no more than the budget, and the memory comes back" {
   needs_process
   needs_plain_build
