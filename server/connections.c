@@ -178,6 +178,7 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
   bool is_reserve = atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections;
   *socket_context = c;
   if (c == NULL) return;
+  api_service_hold(l->http->server->service, SRV_CONNECTION_MEMORY);
   l->reserve += is_reserve;
   c->mhd = mhd;
   c->owner = l;
@@ -211,6 +212,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
   set_unsent(l, &c->unsent, 0);
+  api_service_let_go(l->http->server->service, SRV_CONNECTION_MEMORY);
   free(c);
 }
 

@@ -1,6 +1,6 @@
 /* Answers on their way out, each as a response of libmicrohttpd of its own. */
-#include "ahead.h"
 #include "io_loop.h"
+#include "readahead.h"
 
 #include <microhttpd.h>
 #include <stdlib.h>
@@ -21,14 +21,14 @@ typedef struct delivery {
   api_answer answer;
   srv_connection *to;
   srv_listener *listener; /* of a stream, NULL for HEAD */
-  srv_ahead *ahead;       /* of a large body, NULL for HEAD; then the answer is freed by it */
+  srv_readahead *ahead;   /* of a large body, NULL for HEAD; then the answer is freed by it */
 } delivery;
 
 static void free_delivery(void *context) {
   delivery *d = context;
   srv_listener_leave(d->listener);
   if (d->ahead == NULL) api_answer_deinit(&d->answer);
-  srv_ahead_leave(d->ahead);
+  srv_readahead_leave(d->ahead);
   free(d);
 }
 
@@ -56,9 +56,9 @@ static ssize_t read_block(void *context, uint64_t position, char *out, size_t ca
   if (atomic_load(&l->http->stop)) return MHD_CONTENT_READER_END_WITH_ERROR;
   size_t share = share_turn(l);
   if (capacity > share) capacity = share;
-  int64_t size = d->ahead != NULL ? srv_ahead_read(d->ahead, (uint8_t *)out, capacity)
+  int64_t size = d->ahead != NULL ? srv_readahead_read(d->ahead, (uint8_t *)out, capacity)
                                   : d->answer.body.read(d->answer.body.context, (uint8_t *)out, capacity);
-  if (size == SRV_AHEAD_LATER) return wait_for_more(d->to);
+  if (size == SRV_READAHEAD_LATER) return wait_for_more(d->to);
   if (size < 0) return MHD_CONTENT_READER_END_WITH_ERROR;
   if (size == 0) {
     return d->answer.body.size == API_SIZE_UNKNOWN ? MHD_CONTENT_READER_END_OF_STREAM
@@ -138,11 +138,12 @@ static srv_listener *join_stream(srv_connection *c) {
 }
 
 /* Only what has some blocks to come; without memory it goes without. */
-static srv_ahead *go_ahead(srv_connection *c, const api_answer *answer) {
+static srv_readahead *read_ahead(srv_connection *c, const api_answer *answer) {
   bool is_large =
-      answer->body.read != NULL && answer->body.size > (uint64_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE;
+      answer->body.read != NULL && answer->body.size > (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
   if (!is_large || strcmp(c->exchange.method, "HEAD") == 0) return NULL;
-  return srv_ahead_create(c->exchange.server->work, answer, srv_hand_back, c);
+  return srv_readahead_create(c->exchange.server->work, c->exchange.server->service, answer, srv_hand_back,
+                              c);
 }
 
 static bool is_sized(const api_answer *answer) {
@@ -154,7 +155,7 @@ bool srv_deliver(srv_connection *c) {
   delivery *d = malloc(sizeof *d);
   if (d == NULL) return false;
   srv_listener *listener = join_stream(c);
-  *d = (delivery){exchange->answer, c, listener, go_ahead(c, &exchange->answer)};
+  *d = (delivery){exchange->answer, c, listener, read_ahead(c, &exchange->answer)};
   exchange->answer = (api_answer){0};
   exchange->answered = false;
   struct MHD_Response *response = create_response(d);

@@ -23,9 +23,8 @@
 #include <unistd.h>
 
 enum {
-  CONNECTION_MEMORY = 32 << 10, /* of the library, for a head, its records of it and the answer's head */
-  CONNECTION_SLACK = 64,        /* of the library's limit over ours */
-  STOP_MS = 2000                /* for what compute threads have begun of answers that are cut off */
+  CONNECTION_SLACK = 64, /* of the library's limit over ours */
+  STOP_MS = 2000         /* for what compute threads have begun of answers that are cut off */
 };
 
 /* ---- loop ------------------------------------------------------------------------------------ */
@@ -163,12 +162,13 @@ static struct MHD_Daemon *start_daemon(srv_loop *l) {
     {MHD_OPTION_END, 0, NULL}
   };
   unsigned limit = (unsigned)l->http->server->config->max_connections + CONNECTION_SLACK;
-  return MHD_start_daemon(
-      flags, 0, NULL, NULL, srv_intake_take, l, MHD_OPTION_EXTERNAL_LOGGER, log_library, l,
-      MHD_OPTION_URI_LOG_CALLBACK, srv_intake_begin, NULL, MHD_OPTION_UNESCAPE_CALLBACK, keep_escaped, NULL,
-      MHD_OPTION_NOTIFY_COMPLETED, srv_intake_end, NULL, MHD_OPTION_NOTIFY_CONNECTION, srv_connections_notify,
-      l, MHD_OPTION_CONNECTION_LIMIT, limit, MHD_OPTION_CONNECTION_MEMORY_LIMIT, (size_t)CONNECTION_MEMORY,
-      MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+  return MHD_start_daemon(flags, 0, NULL, NULL, srv_intake_take, l, MHD_OPTION_EXTERNAL_LOGGER, log_library,
+                          l, MHD_OPTION_URI_LOG_CALLBACK, srv_intake_begin, NULL,
+                          MHD_OPTION_UNESCAPE_CALLBACK, keep_escaped, NULL, MHD_OPTION_NOTIFY_COMPLETED,
+                          srv_intake_end, NULL, MHD_OPTION_NOTIFY_CONNECTION, srv_connections_notify, l,
+                          MHD_OPTION_CONNECTION_LIMIT, limit, MHD_OPTION_CONNECTION_MEMORY_LIMIT,
+                          (size_t)SRV_CONNECTION_MEMORY, MHD_OPTION_SIGPIPE_HANDLED_BY_APP, 1,
+                          MHD_OPTION_ARRAY, options, MHD_OPTION_END);
 }
 
 static bool watch_descriptor(srv_loop *l, int fd) {

@@ -10,7 +10,10 @@
 
 #include <pthread.h>
 
-enum { SRV_PEER_SIZE = 64 };
+enum {
+  SRV_PEER_SIZE = 64,
+  SRV_CONNECTION_MEMORY = 32 << 10 /* of the library, for a head, its records of it and the answer's head */
+};
 
 typedef struct srv_loop srv_loop;
 typedef struct srv_lingering srv_lingering;

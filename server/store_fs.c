@@ -23,7 +23,6 @@
 #include <fcntl.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
-#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -40,7 +39,10 @@ enum {
   LEFTOVER_AGE_S = 3600 /* no upload writes for so long, on no host whose clock is at all right */
 };
 
-static const uint64_t PROBE_NS = 1000000000, LOOK_NS = 1000000000;
+static const uint64_t LOOK_NS = 1000000000;
+/* The folder is tried once in PROBE_NS, until nobody has asked for QUIET_NS; a try that takes HANG_NS fails.
+ */
+static const uint64_t PROBE_NS = 1000000000, QUIET_NS = 60000000000, HANG_NS = 5000000000;
 
 /* What changes when a file is changed: another inode, or other times. */
 typedef struct file_facts {
@@ -48,18 +50,14 @@ typedef struct file_facts {
   int64_t modified_ns, changed_ns;
 } file_facts;
 
-/* Whether a file held the bytes that its id is the hash of. */
+/* What is known of a model: whether its file, in that state, held the bytes that the id is the hash of, and
+ * when it was last found so. What is damaged is looked at each time, and logged each time. */
 typedef struct verdict {
-  char id[API_ID_TEXT];
+  char id[API_ID_TEXT]; /* "": of none */
   bool whole;
   file_facts facts;
+  uint64_t seen_ns; /* 0: not found whole */
 } verdict;
-
-/* When a model was last seen there and whole. What is not is looked at each time, and logged each time. */
-typedef struct sight {
-  char id[API_ID_TEXT]; /* "": none */
-  uint64_t seen_ns;
-} sight;
 
 struct srv_store_fs {
   char root[ROOT_MAX];
@@ -67,10 +65,12 @@ struct srv_store_fs {
   dev_t device; /* of the root */
   pthread_mutex_t verdicts_lock;
   verdict *verdicts; /* [VERDICTS], each at the place that its id tells */
-  sight *sights;     /* [VERDICTS], likewise */
-  pthread_mutex_t probe_lock;
-  uint64_t probed_ns;
-  atomic_bool usable; /* as the last probe found */
+  pthread_t prober;
+  pthread_mutex_t probe_lock; /* guards what follows */
+  pthread_cond_t probe_wake;
+  uint64_t asked_ns, trying_ns; /* when somebody asked last; when the try that is under way began, else 0 */
+  bool is_usable;               /* as the last try found */
+  bool is_closing;
 };
 
 static api_store_status unavailable(const char *what) {
@@ -78,7 +78,7 @@ static api_store_status unavailable(const char *what) {
   return API_STORE_UNAVAILABLE;
 }
 
-/* Of a model in the tables. */
+/* Of a model in the table. */
 static size_t place_of(const char *id) {
   const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
   return strtoul(first, NULL, 16) % VERDICTS;
@@ -86,10 +86,12 @@ static size_t place_of(const char *id) {
 
 static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
   pthread_mutex_lock(&store->verdicts_lock);
-  sight *s = &store->sights[place_of(id)];
-  memcpy(s->id, id, sizeof s->id);
-  s->seen_ns = srv_now_ns();
-  if (!is_whole) s->id[0] = '\0';
+  verdict *v = &store->verdicts[place_of(id)];
+  if (strcmp(v->id, id) != 0 && is_whole) {
+    *v = (verdict){0};
+    memcpy(v->id, id, sizeof v->id);
+  }
+  if (strcmp(v->id, id) == 0) v->seen_ns = is_whole ? srv_now_ns() : 0;
   pthread_mutex_unlock(&store->verdicts_lock);
 }
 
@@ -183,6 +185,81 @@ static api_store_status not_found(const srv_store_fs *store) {
   return access(objects.text, F_OK) == 0 ? API_STORE_ABSENT : unavailable("cannot find the folder of models");
 }
 
+/* ---- probing --------------------------------------------------------------------------------- */
+
+/* Under the lock, given back meanwhile. */
+static void try_once(srv_store_fs *store) {
+  time_t now;
+  store->trying_ns = srv_now_ns();
+  pthread_mutex_unlock(&store->probe_lock);
+  bool is_usable = try_folder(store, &now);
+  int reason = errno;
+  pthread_mutex_lock(&store->probe_lock);
+  if (store->is_usable && !is_usable)
+    srv_log(SRV_LOG_ERROR, "store: cannot use folder '%s': %s", store->root, strerror(reason));
+  if (!store->is_usable && is_usable)
+    srv_log(SRV_LOG_INFO, "store: folder '%s' can be used again", store->root);
+  store->is_usable = is_usable;
+  store->trying_ns = 0;
+}
+
+/* On a thread of its own: a file system that hangs holds no other. */
+static void *run_probes(void *context) {
+  srv_store_fs *store = context;
+  pthread_mutex_lock(&store->probe_lock);
+  while (!store->is_closing) {
+    uint64_t now_ns = srv_now_ns(), due_ns = now_ns + PROBE_NS;
+    struct timespec due = {.tv_sec = (time_t)(due_ns / 1000000000), .tv_nsec = (long)(due_ns % 1000000000)};
+    if (store->asked_ns == 0 || now_ns - store->asked_ns > QUIET_NS) {
+      pthread_cond_wait(&store->probe_wake, &store->probe_lock);
+    } else {
+      try_once(store);
+      if (!store->is_closing) pthread_cond_timedwait(&store->probe_wake, &store->probe_lock, &due);
+    }
+  }
+  pthread_mutex_unlock(&store->probe_lock);
+  return NULL;
+}
+
+static bool start_probes(srv_store_fs *store) {
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_mutex_init(&store->probe_lock, NULL);
+  pthread_cond_init(&store->probe_wake, &monotonic);
+  pthread_condattr_destroy(&monotonic);
+  store->is_usable = true;
+  return pthread_create(&store->prober, NULL, run_probes, store) == 0;
+}
+
+/* False where a try hangs: then the thread stays. */
+static bool stop_probes(srv_store_fs *store) {
+  struct timespec end;
+  clock_gettime(CLOCK_REALTIME, &end);
+  end.tv_sec++;
+  pthread_mutex_lock(&store->probe_lock);
+  store->is_closing = true;
+  pthread_cond_signal(&store->probe_wake);
+  pthread_mutex_unlock(&store->probe_lock);
+  if (pthread_timedjoin_np(store->prober, NULL, &end) != 0) return false;
+  pthread_mutex_destroy(&store->probe_lock);
+  pthread_cond_destroy(&store->probe_wake);
+  return true;
+}
+
+static api_store_status probe(void *context) {
+  srv_store_fs *store = context;
+  pthread_mutex_lock(&store->probe_lock);
+  uint64_t now_ns = srv_now_ns();
+  bool rested = now_ns - store->asked_ns > QUIET_NS;
+  if (rested) pthread_cond_signal(&store->probe_wake);
+  store->asked_ns = now_ns;
+  bool hangs = store->trying_ns != 0 && now_ns - store->trying_ns > HANG_NS;
+  bool is_usable = store->is_usable && !hangs;
+  pthread_mutex_unlock(&store->probe_lock);
+  return is_usable ? API_STORE_OK : API_STORE_UNAVAILABLE;
+}
+
 /* ---- opening --------------------------------------------------------------------------------- */
 
 /* Removes what uploads left that were killed. Whatever is younger may belong to another process. */
@@ -214,6 +291,12 @@ static bool prepare_root(srv_store_fs *store) {
   return true;
 }
 
+static void destroy(srv_store_fs *store) {
+  pthread_mutex_destroy(&store->verdicts_lock);
+  free(store->verdicts);
+  free(store);
+}
+
 srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size) {
   if (strlen(root) >= ROOT_MAX) {
     snprintf(error, error_size, "--data: the path is longer than %d bytes", ROOT_MAX - 1);
@@ -221,64 +304,36 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
   }
   srv_store_fs *store = calloc(1, sizeof *store);
   verdict *verdicts = calloc(VERDICTS, sizeof *verdicts);
-  sight *sights = calloc(VERDICTS, sizeof *sights);
-  if (store == NULL || verdicts == NULL || sights == NULL) {
+  if (store == NULL || verdicts == NULL) {
     snprintf(error, error_size, "--data: out of memory");
     free(store);
     free(verdicts);
-    free(sights);
     return NULL;
   }
   pthread_mutex_init(&store->verdicts_lock, NULL);
-  pthread_mutex_init(&store->probe_lock, NULL);
   store->verdicts = verdicts;
-  store->sights = sights;
   strcpy(store->root, root);
   path temporary = folder_path(store, "tmp");
   memcpy(store->temporary, temporary.text, sizeof store->temporary);
   time_t now;
   if (!prepare_root(store) || !try_folder(store, &now)) {
     snprintf(error, error_size, "--data: cannot use folder '%s': %s", root, strerror(errno));
-    srv_store_fs_close(store);
+    destroy(store);
     return NULL;
   }
-  atomic_init(&store->usable, true);
   remove_leftovers(store, now);
-  return store;
+  if (start_probes(store)) return store;
+  snprintf(error, error_size, "--data: no thread can be started");
+  destroy(store);
+  return NULL;
 }
 
 void srv_store_fs_close(srv_store_fs *store) {
-  if (store == NULL) return;
-  pthread_mutex_destroy(&store->verdicts_lock);
-  pthread_mutex_destroy(&store->probe_lock);
-  free(store->verdicts);
-  free(store->sights);
-  free(store);
+  if (store != NULL && stop_probes(store)) destroy(store);
 }
 
 const char *srv_store_fs_temporary(const srv_store_fs *store) {
   return store->temporary;
-}
-
-/* ---- probing --------------------------------------------------------------------------------- */
-
-/* A try once a second at most; who comes while another thread tries gets what was found before. */
-static api_store_status probe(void *context) {
-  srv_store_fs *store = context;
-  if (pthread_mutex_trylock(&store->probe_lock) == 0) {
-    uint64_t now_ns = srv_now_ns();
-    time_t now;
-    if (now_ns - store->probed_ns >= PROBE_NS) {
-      bool was_usable = atomic_load(&store->usable), usable = try_folder(store, &now);
-      if (was_usable && !usable)
-        srv_log(SRV_LOG_ERROR, "store: cannot use folder '%s': %s", store->root, strerror(errno));
-      if (!was_usable && usable) srv_log(SRV_LOG_INFO, "store: folder '%s' can be used again", store->root);
-      atomic_store(&store->usable, usable);
-      store->probed_ns = now_ns;
-    }
-    pthread_mutex_unlock(&store->probe_lock);
-  }
-  return atomic_load(&store->usable) ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
 
 /* ---- writing --------------------------------------------------------------------------------- */
@@ -430,9 +485,8 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
   if (began_ns - facts->changed_ns < TICK_NS) return;
   pthread_mutex_lock(&store->verdicts_lock);
   verdict *v = &store->verdicts[place_of(id)];
+  *v = (verdict){.whole = whole, .facts = *facts};
   memcpy(v->id, id, sizeof v->id);
-  v->facts = *facts;
-  v->whole = whole;
   pthread_mutex_unlock(&store->verdicts_lock);
 }
 
@@ -524,8 +578,8 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_fs *store = context;
   if (!is_id(id)) return API_STORE_ABSENT;
   pthread_mutex_lock(&store->verdicts_lock);
-  const sight *s = &store->sights[place_of(id)];
-  bool is_whole = strcmp(s->id, id) == 0 && srv_now_ns() - s->seen_ns < LOOK_NS;
+  const verdict *v = &store->verdicts[place_of(id)];
+  bool is_whole = strcmp(v->id, id) == 0 && v->seen_ns != 0 && srv_now_ns() - v->seen_ns < LOOK_NS;
   pthread_mutex_unlock(&store->verdicts_lock);
   if (is_whole) return API_STORE_OK;
   if (!may_wait) return API_STORE_UNKNOWN;

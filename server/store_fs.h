@@ -9,7 +9,7 @@ typedef struct srv_store_fs srv_store_fs;
 /* Opens or makes the folder and removes the temporary files that uploads left which were killed over an hour
  * ago. NULL with one line in error. */
 srv_store_fs *srv_store_fs_open(const char *path, char *error, size_t error_size);
-void srv_store_fs_close(srv_store_fs *store); /* blobs opened from it stay valid */
+void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened from it stay valid */
 
 /* The store as api/ sees it; valid until close. */
 api_store srv_store_fs_api(srv_store_fs *store);

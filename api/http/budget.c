@@ -153,7 +153,8 @@ void api_budget_subtract(api_budget *budget, uint64_t bytes) {
 
 bool api_budget_try_add(api_budget *budget, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
-  bool fits = !budget->first && shortage(budget, bytes) == 0;
+  uint64_t limit = budget->limit - budget->limit / 16; /* the rest is for small requests */
+  bool fits = !budget->first && atomic_load(&budget->used) + bytes <= limit;
   if (fits) atomic_fetch_add(&budget->used, bytes);
   pthread_mutex_unlock(&budget->lock);
   return fits;

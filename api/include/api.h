@@ -99,7 +99,7 @@ void api_service_destroy(api_service *service);                /* no request may
 /* While draining /readyz answers 503. */
 void api_service_drain(api_service *service);
 
-/* Memory that the host holds for requests (bodies that arrive) counts against max_memory too. */
+/* Memory that the host holds for requests (connections, bodies that arrive) counts against max_memory too. */
 void api_service_hold(api_service *service, uint64_t bytes);
 void api_service_let_go(api_service *service, uint64_t bytes);
 /* The same for what can be done without: false when it does not fit. */

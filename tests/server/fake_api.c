@@ -16,6 +16,7 @@ static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t opened = PTHREAD_COND_INITIALIZER;
 static bool held = false;
 static atomic_size_t started, open_bodies, block_size;
+static atomic_bool is_memory_full;
 
 void fake_api_hold(void) {
   pthread_mutex_lock(&gate);
@@ -28,6 +29,10 @@ void fake_api_release(void) {
   held = false;
   pthread_cond_broadcast(&opened);
   pthread_mutex_unlock(&gate);
+}
+
+void fake_api_fill_memory(bool is_full) {
+  atomic_store(&is_memory_full, is_full);
 }
 
 size_t fake_api_started(void) {
@@ -194,7 +199,7 @@ void api_service_let_go(api_service *service, uint64_t bytes) {
 bool api_service_try_hold(api_service *service, uint64_t bytes) {
   (void)service;
   (void)bytes;
-  return true;
+  return !atomic_load(&is_memory_full);
 }
 
 bool api_ticket_cancel(api_service *service, api_ticket *ticket) {

@@ -23,6 +23,8 @@
 void fake_api_hold(void);
 void fake_api_release(void);
 
+void fake_api_fill_memory(bool is_full); /* nothing that can be done without fits from here on */
+
 size_t fake_api_started(void);     /* heavy requests that a compute thread has begun */
 size_t fake_api_block_size(void);  /* bytes that were asked for last of a pulled body */
 size_t fake_api_open_bodies(void); /* pulled bodies that are not destroyed yet */

@@ -1,20 +1,20 @@
 /* A ring of blocks between the thread that reads and the one that goes ahead. Whoever holds `going`, or finds
  * it false under the lock, owns the body. */
-#include "ahead.h"
+#include "readahead.h"
 
 #include "clock.h"
 
 #include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* A client that takes longer over a block would not notice how fast the next one is made. */
 static const uint64_t QUICK_MS = 10;
 
-struct srv_ahead {
+struct srv_readahead {
   srv_job job; /* first: the pool hands it back */
   srv_work *work;
+  api_service *service; /* whose budget the ring counts in */
   api_answer answer;
   void (*ready)(void *owner);
   void *owner;
@@ -29,29 +29,29 @@ struct srv_ahead {
   unsigned first;  /* block of the ring */
   unsigned filled; /* blocks from there on */
   size_t taken;    /* bytes of the first one */
-  size_t sizes[SRV_AHEAD_BLOCKS];
-  uint8_t *ring; /* [SRV_AHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
+  size_t sizes[SRV_READAHEAD_BLOCKS];
+  uint8_t *ring; /* [SRV_READAHEAD_BLOCKS][SRV_BLOCK_SIZE], NULL while it is not needed */
 };
 
 /* ---- rings ----------------------------------------------------------------------------------- */
 
-static atomic_uint rings; /* of the process */
+static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
 
-/* Leaves it NULL where there is no more memory or no more may be had. */
-static void take_ring(srv_ahead *ahead) {
-  if (atomic_fetch_add(&rings, 1) < SRV_AHEAD_READERS)
-    ahead->ring = malloc((size_t)SRV_AHEAD_BLOCKS * SRV_BLOCK_SIZE);
-  if (ahead->ring == NULL) atomic_fetch_sub(&rings, 1);
+/* Leaves it NULL where there is no room for it. */
+static void take_ring(srv_readahead *ahead) {
+  if (!api_service_try_hold(ahead->service, RING_SIZE)) return;
+  ahead->ring = malloc(RING_SIZE);
+  if (ahead->ring == NULL) api_service_let_go(ahead->service, RING_SIZE);
 }
 
-static void give_ring_back(srv_ahead *ahead) {
+static void give_ring_back(srv_readahead *ahead) {
   if (ahead->ring == NULL) return;
   free(ahead->ring);
   ahead->ring = NULL;
-  atomic_fetch_sub(&rings, 1);
+  api_service_let_go(ahead->service, RING_SIZE);
 }
 
-static void destroy(srv_ahead *ahead) {
+static void destroy(srv_readahead *ahead) {
   api_answer_deinit(&ahead->answer);
   pthread_mutex_destroy(&ahead->lock);
   give_ring_back(ahead);
@@ -61,8 +61,8 @@ static void destroy(srv_ahead *ahead) {
 /* ---- going ahead ----------------------------------------------------------------------------- */
 
 /* Makes one block, under the lock but for the work itself. */
-static void fill(srv_ahead *ahead) {
-  unsigned place = (ahead->first + ahead->filled) % SRV_AHEAD_BLOCKS;
+static void fill(srv_readahead *ahead) {
+  unsigned place = (ahead->first + ahead->filled) % SRV_READAHEAD_BLOCKS;
   pthread_mutex_unlock(&ahead->lock);
   uint8_t *block = ahead->ring + (size_t)place * SRV_BLOCK_SIZE;
   int64_t size = ahead->answer.body.read(ahead->answer.body.context, block, SRV_BLOCK_SIZE);
@@ -82,9 +82,9 @@ static void fill(srv_ahead *ahead) {
 
 /* On a compute thread. */
 static void go(srv_job *job) {
-  srv_ahead *ahead = (srv_ahead *)(void *)job;
+  srv_readahead *ahead = (srv_readahead *)(void *)job;
   pthread_mutex_lock(&ahead->lock);
-  while (!ahead->left && !ahead->ended && ahead->filled < SRV_AHEAD_BLOCKS) fill(ahead);
+  while (!ahead->left && !ahead->ended && ahead->filled < SRV_READAHEAD_BLOCKS) fill(ahead);
   ahead->going = false;
   bool left = ahead->left;
   pthread_mutex_unlock(&ahead->lock);
@@ -92,8 +92,8 @@ static void go(srv_job *job) {
 }
 
 /* Under the lock, when nobody goes ahead: sends someone, or gives back what nobody fills. */
-static void consider(srv_ahead *ahead, bool quick) {
-  if (quick && !ahead->ended && ahead->filled <= SRV_AHEAD_BLOCKS / 2) {
+static void consider(srv_readahead *ahead, bool quick) {
+  if (quick && !ahead->ended && ahead->filled <= SRV_READAHEAD_BLOCKS / 2) {
     if (ahead->ring == NULL) take_ring(ahead);
     ahead->going = ahead->ring != NULL && srv_work_spare(ahead->work, &ahead->job);
   }
@@ -102,17 +102,22 @@ static void consider(srv_ahead *ahead, bool quick) {
 
 /* ---- reading --------------------------------------------------------------------------------- */
 
-srv_ahead *srv_ahead_create(srv_work *work, const api_answer *answer, void (*ready)(void *owner),
-                            void *owner) {
-  srv_ahead *ahead = malloc(sizeof *ahead);
+srv_readahead *srv_readahead_create(srv_work *work, api_service *service, const api_answer *answer,
+                                    void (*ready)(void *owner), void *owner) {
+  srv_readahead *ahead = malloc(sizeof *ahead);
   if (ahead == NULL) return NULL;
-  *ahead = (srv_ahead){.job = {.run = go}, .work = work, .answer = *answer, .ready = ready, .owner = owner};
+  *ahead = (srv_readahead){.job = {.run = go},
+                           .work = work,
+                           .service = service,
+                           .answer = *answer,
+                           .ready = ready,
+                           .owner = owner};
   pthread_mutex_init(&ahead->lock, NULL);
   return ahead;
 }
 
 /* Under the lock. */
-static size_t take(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+static size_t take(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   unsigned place = ahead->first;
   size_t left = ahead->sizes[place] - ahead->taken, size = left < capacity ? left : capacity;
   const uint8_t *from = ahead->ring + (size_t)place * SRV_BLOCK_SIZE + ahead->taken;
@@ -122,13 +127,13 @@ static size_t take(srv_ahead *ahead, uint8_t *out, size_t capacity) {
   ahead->taken += size;
   if (size < left) return size;
   ahead->taken = 0;
-  ahead->first = (place + 1) % SRV_AHEAD_BLOCKS;
+  ahead->first = (place + 1) % SRV_READAHEAD_BLOCKS;
   ahead->filled--;
   return size;
 }
 
 /* Under the lock, with nobody ahead. */
-static int64_t compute(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+static int64_t compute(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   pthread_mutex_unlock(&ahead->lock);
   int64_t size = ahead->answer.body.read(ahead->answer.body.context, out, capacity);
   pthread_mutex_lock(&ahead->lock);
@@ -137,11 +142,11 @@ static int64_t compute(srv_ahead *ahead, uint8_t *out, size_t capacity) {
   return size;
 }
 
-int64_t srv_ahead_read(srv_ahead *ahead, uint8_t *out, size_t capacity) {
+int64_t srv_readahead_read(srv_readahead *ahead, uint8_t *out, size_t capacity) {
   uint64_t now = srv_now_ms();
   bool quick = ahead->asked_ms != 0 && now - ahead->asked_ms <= QUICK_MS;
   ahead->asked_ms = now;
-  int64_t size = SRV_AHEAD_LATER;
+  int64_t size = SRV_READAHEAD_LATER;
   pthread_mutex_lock(&ahead->lock);
   if (ahead->filled > 0) {
     size = (int64_t)take(ahead, out, capacity);
@@ -157,7 +162,7 @@ int64_t srv_ahead_read(srv_ahead *ahead, uint8_t *out, size_t capacity) {
   return size;
 }
 
-void srv_ahead_leave(srv_ahead *ahead) {
+void srv_readahead_leave(srv_readahead *ahead) {
   if (ahead == NULL) return;
   pthread_mutex_lock(&ahead->lock);
   ahead->left = true;
