@@ -189,6 +189,17 @@ static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
   return plan;
 }
 
+/* What levels 1 to 3 hold of all points of the level besides positions: 16 bytes for each set of values, 40
+ * for joints and weights. Patches make what would be more than the library keeps. */
+static uint64_t attributes_cost(const tw_mesh *mesh, uint32_t level) {
+  enum { MOST = 128 << 20 };
+  if (level == 0 || level > 3) return 0;
+  uint64_t points = (uint64_t)mesh->corner_count << 2 * (level - 1),
+           sets = (uint64_t)mesh->uv_set_count + (mesh->colors ? 1 : 0) + mesh->morph_count,
+           cost = points * (16 * sets + (mesh->skin.joints ? 40 : 0));
+  return cost < MOST ? cost : MOST;
+}
+
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
  * the cage, of which the deeper levels keep a part of their points. */
 static uint64_t building_cost(const plan_source *source) {
@@ -200,6 +211,7 @@ static uint64_t building_cost(const plan_source *source) {
     const tw_mesh *mesh = &all->meshes[i];
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * (24 + 24 * (uint64_t)mesh->morph_count);
+    cost += attributes_cost(mesh, source->query->level);
   }
   return cost;
 }

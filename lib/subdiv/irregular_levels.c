@@ -722,6 +722,35 @@ void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32
     out[i] = set->vertex_of ? uv_vertex(points, set, first + i) : first + i;
 }
 
+/* The cage's face that a corner of `level` is of. */
+static uint32_t corner_cage_face(const tw_levels *levels, uint32_t level, uint32_t corner) {
+  return corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
+}
+
+/* One of those that an edge is of. */
+static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t edge) {
+  for (; level > 0; level--, edge /= 2) {
+    uint32_t outer = 2 * levels->at[level - 1].edge_count;
+    if (edge >= outer) return corner_cage_face(levels, level - 1, edge - outer);
+  }
+  return corner_cage_face(levels, 0, levels->at[0].edge_corners[edge][0]);
+}
+
+static uint32_t vertex_cage_face(const tw_levels *levels, uint32_t vertex) {
+  uint32_t level = levels->level;
+  while (level > 0 && vertex < levels->at[level - 1].vertex_count) level--;
+  if (level == 0) return corner_cage_face(levels, 0, levels->fan_corners[levels->fan_offsets[vertex]]);
+  const tw_level *l = &levels->at[--level];
+  vertex -= l->vertex_count;
+  if (vertex < l->edge_count) return edge_cage_face(levels, level, vertex);
+  vertex -= l->edge_count;
+  return level == 0 ? vertex : corner_cage_face(levels, level - 1, vertex);
+}
+
+void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
+  for (uint32_t i = 0; i < count; i++) out[i] = vertex_cage_face(levels, first + i);
+}
+
 INLINE void quads_of_corner(const tw_levels *levels, uint32_t size, uint32_t c, uint32_t out[16]) {
   const tw_level *l = &levels->at[levels->level - 2], *parent = l + 1;
   uint32_t V = l->vertex_count, H = parent->vertex_count, I = H + 2 * l->edge_count,

@@ -121,6 +121,9 @@ void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point 
 void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
                            uint32_t *out);
 
+/* A face of the cage that each of vertices [first, first + count) of the last level is of. */
+void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out);
+
 /* Corners of faces [first, first + count). out: [count][4]. */
 void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out);
 

@@ -73,6 +73,17 @@ static tw_status plan_levels(tw_build *b, uint32_t *uv_values[]) {
   return status == TW_OK ? tw_levels_plan(&wish, s->arena, s->levels, &s->level_rows) : status;
 }
 
+static tw_status level_skin(tw_build *b) {
+  tw_surface *s = b->surface;
+  tw_influences cage;
+  if (!b->mesh->skin.joints) return TW_OK;
+  tw_status status = tw_influences_init(&cage, b->mesh, b->cage.point_of, b->cage.topology.vertex_count);
+  if (status != TW_OK) return status;
+  status = tw_skin_refine_levels(&s->levels[0], &cage, s->options.limit, b->parallel, &s->skin_rows);
+  tw_influences_deinit(&cage);
+  return status;
+}
+
 /* All of the last level. */
 static tw_status build_levels(tw_build *b) {
   tw_surface *s = b->surface;
@@ -89,6 +100,7 @@ static tw_status build_levels(tw_build *b) {
   s->morph_count = mesh->morph_count;
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
     status = level_values(b, 0, 3, mesh->morphs[m], of, &s->morphs[m]);
+  if (status == TW_OK) status = level_skin(b);
   if (status != TW_OK) return status;
   const tw_level *last = &s->levels[0].at[s->options.level];
   s->fields[0].base = (tw_topology){.vertex_count = last->vertex_count,
@@ -286,6 +298,7 @@ void tw_surface_destroy(tw_surface *surface) {
   tw_patch_shapes_destroy(surface->shapes);
   tw_influences_deinit(&surface->cage_influences);
   tw_influences_deinit(&surface->influences);
+  free(surface->skin_rows);
   tw_arena_destroy(surface->points_arena);
   tw_arena_destroy(surface->arena);
   free(surface);
@@ -296,6 +309,7 @@ size_t tw_surface_size(const tw_surface *surface) {
   size_t size = sizeof *surface + tw_arena_size(surface->arena) +
                 tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
   if (surface->points_arena) size += tw_arena_size(surface->points_arena);
+  if (surface->skin_rows) size += tw_levels_points(&surface->levels[0]) * sizeof *surface->skin_rows;
   size +=
       tw_values_points_size(surface, &surface->positions) + tw_values_points_size(surface, &surface->colors);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(surface, &surface->uvs[i]);

@@ -6,11 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "influences.h"
 #include "irregular_levels.h"
 #include "loop_rows.h"
 #include "patch.h"
 #include "refine.h"
+#include "skin_weights.h"
 #include "tweend/subdiv.h"
 
 /* A connectivity with the values that live on it: the points' own, or that of one UV set, in which
@@ -115,6 +115,7 @@ struct tw_surface {
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* only for level 0, unless the base is the cage */
   tw_influences influences;      /* at the base level */
+  tw_skin_row *skin_rows;        /* of all points where levels are read whole, else NULL */
 
   /* Where the answer has tangents, else NULL. [base faces]: 2 x UV set, + 1 where its map is mirrored. */
   uint8_t *tangent_frames;

@@ -119,9 +119,9 @@ static uint32_t piece_capacity(const tw_surface *surface) {
 
 /* The most of everything that any of several surfaces needs. */
 typedef struct reader_needs {
-  uint32_t points, masks, slopes;              /* slopes: rows with tangents */
-  uint32_t joints, joint_controls, joint_rows; /* of skinned surfaces */
-  size_t piece;                                /* floats */
+  uint32_t points, masks, slopes;            /* slopes: rows with tangents */
+  uint32_t joints, skin_vertices, skin_rows; /* of skinned surfaces */
+  size_t piece;                              /* floats */
 } reader_needs;
 
 static void need(reader_needs *n, const tw_surface *s) {
@@ -131,24 +131,22 @@ static void need(reader_needs *n, const tw_surface *s) {
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
   if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
-  if (s->layout.joints == UINT32_MAX) return;
+  if (s->layout.joints == UINT32_MAX || s->skin_rows) return;
   n->joints = larger(n->joints, s->influences.joint_count);
-  n->joint_controls = larger(n->joint_controls, s->influences.vertex_count);
-  n->joint_rows = larger(n->joint_rows, rows);
+  n->skin_vertices = larger(n->skin_vertices, s->influences.vertex_count);
+  n->skin_rows = larger(n->skin_rows, rows);
 }
 
 static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->scratch = tw_alloc((size_t)n->points + 1, 4 * sizeof *r->scratch);
   r->mask = tw_alloc((size_t)n->masks + 1, sizeof *r->mask);
   r->piece = tw_alloc(n->piece, sizeof(float));
-  r->joint_controls = tw_alloc(n->joint_controls, 4 * sizeof(float));
-  r->joint_rows = tw_alloc(n->joint_rows, 4 * sizeof(float));
-  bool complete = r->scratch && r->mask && r->piece && r->joint_controls && r->joint_rows;
+  bool complete = r->scratch && r->mask && r->piece;
   for (int i = 0; i < 2; i++) {
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
     complete = complete && r->slopes[i];
   }
-  return complete && tw_joint_sum_init(&r->joints, n->joints) == TW_OK;
+  return complete && tw_skin_scratch_init(&r->skin, n->joints, n->skin_vertices, n->skin_rows) == TW_OK;
 }
 
 tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
@@ -179,8 +177,6 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   free(reader->mask);
   free(reader->piece);
   for (int i = 0; i < 2; i++) free(reader->slopes[i]);
-  free(reader->joint_controls);
-  free(reader->joint_rows);
-  tw_joint_sum_deinit(&reader->joints);
+  tw_skin_scratch_deinit(&reader->skin);
   free(reader);
 }

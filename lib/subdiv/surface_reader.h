@@ -12,10 +12,7 @@ struct tw_surface_reader {
   double *scratch; /* of patches */
   tw_limit_entry *mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
-  /* Skinned surfaces: the joints of the patch at hand, the weights of four of them at its control points,
-   * [base vertices][4], and at its points, [piece_capacity][4]. */
-  tw_joint_sum joints;
-  float *joint_controls, *joint_rows;
+  tw_skin_scratch skin;
   /* The last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
   tw_domain piece_domain;
@@ -61,10 +58,5 @@ void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint3
 void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out);
 void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out);
 void tw_inside_tangents(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
-
-/* Joints and weights likewise. against: the edge runs from its far end. */
-void tw_corner_weights(tw_surface_reader *reader, uint32_t corner, float *out);
-void tw_edge_weights(tw_surface_reader *reader, uint32_t corner, bool against, float *out);
-void tw_inside_weights(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
 
 #endif

@@ -136,6 +136,34 @@ static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, flo
   }
 }
 
+static tw_skin_columns skin_columns(const tw_surface *s, float *row) {
+  return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
+}
+
+static void patch_weights(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
+                          float *out) {
+  const tw_surface *s = r->surface;
+  const tw_skin_patch patch = {&s->influences, &s->fields[0].patches, quad, rect, s->options.limit, backwards,
+                               r->scratch};
+  tw_skin_patch_rows(&patch, &r->skin, skin_columns(s, out));
+}
+
+/* Where no patch covers it, a vertex has its own influences, or those of its limit mask. */
+static void corner_weights(tw_surface_reader *r, uint32_t corner, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_field *field = &s->fields[0];
+  if (s->depth > 0) {
+    patch_weights(r, corner / 4, tw_patch_corner(s->side, corner % 4), false, out);
+  } else if (s->options.limit) {
+    uint32_t count = tw_limit_mask(&field->base, field->linear, corner, r->mask);
+    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, skin_columns(s, out));
+  } else {
+    const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
+    const tw_limit_entry itself = {field->base.corner_vertex[corner], 1, 0, 0};
+    tw_skin_mask_row(own, &itself, 1, &r->skin, skin_columns(s, out));
+  }
+}
+
 /* All else that a vertex's row holds. */
 static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface *s = r->surface;
@@ -150,7 +178,7 @@ static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
     evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
     clamp_color(out + l->color);
   }
-  if (l->joints != UINT32_MAX) tw_corner_weights(r, shared, out);
+  if (l->joints != UINT32_MAX) corner_weights(r, shared, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * (size_t)m, NULL);
 }
@@ -187,6 +215,7 @@ static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t
     memcpy(out + l->color, &s->colors.points[point], 4 * sizeof *out);
     clamp_color(out + l->color);
   }
+  if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, skin_columns(s, out));
   for (uint32_t m = 0; m < l->morph_count; m++)
     memcpy(out + l->morphs + 3 * (size_t)m, &s->morphs[m].points[point], 3 * sizeof *out);
 }
@@ -341,7 +370,11 @@ static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
     evaluate_edge(r, &s->colors, shared.corner, shared.against, out + l->color, NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
   }
-  if (l->joints != UINT32_MAX) tw_edge_weights(r, shared.corner, shared.against, out);
+  if (l->joints != UINT32_MAX) {
+    bool backwards;
+    tw_patch_rect rect = tw_patch_side(s->side, shared.corner % 4, &backwards);
+    patch_weights(r, shared.corner / 4, rect, backwards != shared.against, out);
+  }
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_edge(r, &s->morphs[m], shared.corner, shared.against, out + l->morphs + 3 * (size_t)m, NULL,
                   l->stride);
@@ -393,7 +426,7 @@ static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect
     evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
     for (size_t k = 0; k < rows; k++) clamp_color(out + l->color + k * width);
   }
-  if (l->joints != UINT32_MAX) tw_inside_weights(r, quad, rect, out);
+  if (l->joints != UINT32_MAX) patch_weights(r, quad, rect, false, out);
   for (uint32_t m = 0; m < l->morph_count; m++)
     evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * (size_t)m, NULL, width);
 }

@@ -7,6 +7,7 @@
 #include "cage.h"
 #include "loop.h"
 #include "refine_mask.h"
+#include "surface.h"
 #include "surface_rows.h"
 #include "test.h"
 #include "tweend/subdiv.h"
@@ -316,6 +317,72 @@ TEST(rows_keep_the_four_heaviest_of_many_joints) {
     free_rows(&r);
   }
   free(c);
+}
+
+static tw_way way_of(const tw_mesh *mesh, uint32_t level) {
+  const tw_surface_options options = {.level = level};
+  tw_surface *surface;
+  assert_int_equal(tw_surface_create(mesh, &options, &surface, NULL), TW_OK);
+  tw_way way = surface->way;
+  tw_surface_destroy(surface);
+  return way;
+}
+
+static size_t row_at(const rows *r, const float *point) {
+  for (size_t i = 0; i < r->count; i++) {
+    const float *row = row_of(r, i);
+    if (fabsf(row[0] - point[0]) + fabsf(row[1] - point[1]) + fabsf(row[2] - point[2]) < 1e-5f) return i;
+  }
+  fail();
+  return 0;
+}
+
+/* Joints over 511 are for patches, whose rows are the same in another order. */
+static void assert_as_patches(cage *c, tw_surface_options options) {
+  enum { FAR = TW_SKIN_LEVEL_JOINTS_MAX };
+  rows levels = read_rows(&c->mesh, options);
+  assert_int_equal(way_of(&c->mesh, options.level), TW_WAY_LEVELS);
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (int k = 0; k < 4; k++) c->joints[p][k] += FAR;
+  rows patches = read_rows(&c->mesh, options);
+  assert_int_not_equal(way_of(&c->mesh, options.level), TW_WAY_LEVELS);
+  for (uint32_t p = 0; p < POINTS; p++)
+    for (int k = 0; k < 4; k++) c->joints[p][k] -= FAR;
+  assert_int_equal(levels.count, patches.count);
+  for (size_t i = 0; i < levels.count; i++) {
+    const float *row = row_of(&patches, row_at(&patches, row_of(&levels, i))),
+                *joints = row + patches.layout->joints, *weights = row + patches.layout->weights;
+    assert_four(&levels, i, FAR);
+    for (uint32_t k = 0; k < 4; k++) {
+      assert_float_equal(row_of(&levels, i)[levels.layout->weights + k], weights[k], 4e-6);
+      /* Of two that weigh the same, either may come. */
+      float other = weights[k] > 0 ? weight_of(&levels, i, (uint32_t)joints[k] - FAR) : 0;
+      if (other > 0) assert_float_equal(other, weights[k], 4e-6);
+    }
+    if (weights[0] > weights[1] + 1e-5f)
+      assert_true(row_of(&levels, i)[levels.layout->joints] == joints[0] - FAR);
+  }
+  free_rows(&levels);
+  free_rows(&patches);
+}
+
+/* Joints of which all, some and nearly none are near each other. */
+TEST(whole_levels_weigh_as_patches_do) {
+  for (uint32_t level = 1; level <= 3; level++)
+    for (int limit = 0; limit < 2; limit++)
+      for (int creased = 0; creased < 2; creased++) {
+        cage *c = new_cage(creased);
+        const tw_surface_options options = {.level = level, .limit = limit};
+        weigh(c, 23);
+        assert_as_patches(c, options);
+        for (uint32_t p = 0; p < POINTS; p++)
+          for (uint32_t k = 0; k < 4; k++) c->joints[p][k] = (uint16_t)(2 * (p % SIDE + p / SIDE) + k);
+        assert_as_patches(c, options);
+        for (uint32_t p = 0; p < POINTS; p++)
+          for (uint32_t k = 0; k < 4; k++) c->joints[p][k] = (uint16_t)(7 * p + (k + p) % 2);
+        assert_as_patches(c, options);
+        free(c);
+      }
 }
 
 TEST(sloppy_weights_are_put_right) {
