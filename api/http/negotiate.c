@@ -7,7 +7,8 @@
 #include <strings.h>
 
 const char api_upload_types[] =
-    "model/gltf-binary, model/gltf+json, model/obj, text/plain, application/json, multipart/form-data";
+    "model/gltf-binary, model/gltf+json, model/obj, model/stl, model/ply, text/plain, application/json, "
+    "multipart/form-data";
 const char api_codings[] = "gzip, zstd";
 
 /* The q of a media range's parameters in thousandths; 1000 when there is none, 0 when it is broken. */
@@ -79,7 +80,10 @@ api_upload_type api_upload_type_of(const char *content_type) {
   if (type.length == 0) return API_TYPE_BYTES;
   if (api_span_is(type, "model/gltf-binary")) return API_TYPE_GLB;
   if (api_span_is(type, "model/gltf+json")) return API_TYPE_GLTF;
-  if (api_span_is(type, "model/obj") || api_span_is(type, "text/plain")) return API_TYPE_OBJ;
+  if (api_span_is(type, "model/obj")) return API_TYPE_OBJ;
+  if (api_span_is(type, "model/stl")) return API_TYPE_STL;
+  if (api_span_is(type, "model/ply")) return API_TYPE_PLY;
+  if (api_span_is(type, "text/plain")) return API_TYPE_TEXT;
   if (api_span_is(type, "application/json")) return API_TYPE_JSON;
   if (api_span_is(type, "multipart/form-data")) return API_TYPE_MULTIPART;
   return is_foreign(type) ? API_TYPE_OTHER : API_TYPE_BYTES;

@@ -20,6 +20,9 @@ typedef enum api_upload_type {
   API_TYPE_GLB,
   API_TYPE_GLTF,
   API_TYPE_OBJ,
+  API_TYPE_STL,
+  API_TYPE_PLY,
+  API_TYPE_TEXT, /* OBJ, or another format that is text */
   API_TYPE_JSON,
   API_TYPE_MULTIPART,
   API_TYPE_OTHER /* certainly no model: an image, a web page */

@@ -11,7 +11,8 @@ static const tw_read_limits read_limits = {.json_values = 500000};
 
 uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size) {
   /* What is not declared as OBJ may be glTF, which takes most. */
-  uint64_t reading = tw_reading_size(type == API_TYPE_OBJ ? TW_FORMAT_OBJ : TW_FORMAT_GLTF, size);
+  uint64_t reading =
+      tw_reading_size(type == API_TYPE_OBJ || type == API_TYPE_TEXT ? TW_FORMAT_OBJ : TW_FORMAT_GLTF, size);
   uint64_t window = coding == API_CODING_ZSTD ? 1 << API_ZSTD_WINDOW_LOG : 0;
   uint64_t decoding = coding == API_CODING_NONE ? 0 : size / 2 * 5 + window + (1 << 20);
   return reading > decoding ? reading : decoding;
@@ -74,18 +75,23 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
 }
 
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
-  static const char *const shown[TW_FORMATS] = {"OBJ or other text", "tweend JSON (no \"asset\")",
-                                                "glTF JSON", "GLB"};
+  static const char *const shown[TW_FORMATS] = {
+      "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};
   tw_format found = tw_format_sniff(bytes.data, bytes.size);
   tw_format declared = found;
   switch (api_upload_type_of(api_call_header(call, "Content-Type"))) {
   case API_TYPE_GLB: declared = TW_FORMAT_GLB; break;
   case API_TYPE_GLTF: declared = TW_FORMAT_GLTF; break;
   case API_TYPE_OBJ: declared = TW_FORMAT_OBJ; break;
+  case API_TYPE_STL: declared = TW_FORMAT_STL; break;
+  case API_TYPE_PLY: declared = TW_FORMAT_PLY; break;
+  case API_TYPE_TEXT:
+    if (found != TW_FORMAT_STL && found != TW_FORMAT_PLY) declared = TW_FORMAT_OBJ;
+    break;
   case API_TYPE_JSON:
     /* What does not begin like JSON is read as JSON all the same, for an error that says where. */
     if (found == TW_FORMAT_OBJ) declared = found = TW_FORMAT_JSON;
-    if (found == TW_FORMAT_GLB) declared = TW_FORMAT_JSON;
+    if (found != TW_FORMAT_JSON && found != TW_FORMAT_GLTF) declared = TW_FORMAT_JSON;
     break;
   case API_TYPE_BYTES:
   case API_TYPE_MULTIPART:
@@ -102,6 +108,8 @@ bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model 
   tw_status status = TW_OK;
   switch (format) {
   case TW_FORMAT_OBJ: status = tw_obj_read(bytes.data, bytes.size, out, &fault->error); break;
+  case TW_FORMAT_STL: status = tw_stl_read(bytes.data, bytes.size, out, &fault->error); break;
+  case TW_FORMAT_PLY: status = tw_ply_read(bytes.data, bytes.size, out, &fault->error); break;
   case TW_FORMAT_JSON:
     status = api_model_from_json((const char *)bytes.data, bytes.size, out, &fault->error);
     break;
@@ -112,6 +120,7 @@ bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model 
   }
   if (status == TW_OK) return true;
   api_fault_complete(fault);
-  fault->in_document = format != TW_FORMAT_OBJ && status != TW_NO_MEMORY;
+  bool is_json = format == TW_FORMAT_JSON || format == TW_FORMAT_GLTF || format == TW_FORMAT_GLB;
+  fault->in_document = is_json && status != TW_NO_MEMORY;
   return false;
 }

@@ -10,9 +10,9 @@
 #include "clip.h"
 #include "tweend/base.h"
 
-const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb"};
-const char *const tw_format_media_types[TW_FORMATS] = {"model/obj", "application/json", "model/gltf+json",
-                                                       "model/gltf-binary"};
+const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
+const char *const tw_format_media_types[TW_FORMATS] = {
+    "model/obj", "application/json", "model/gltf+json", "model/gltf-binary", "model/stl", "model/ply"};
 
 enum { WARNINGS_MAX = 64 };
 
@@ -40,9 +40,9 @@ size_t tw_model_size(const tw_model *model) {
 
 /* A byte of text may become much: an object of an OBJ file a mesh and a node, "{}," in tweend JSON likewise,
  * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
- * tweend JSON) or by a budget (glTF). */
+ * tweend JSON, STL) or by a budget (glTF, PLY). */
 uint64_t tw_reading_size(tw_format format, uint64_t size) {
-  static const uint64_t per_byte[TW_FORMATS] = {8, 160, 2400, 2400}, base = 1 << 20, most = 64 << 20;
+  static const uint64_t per_byte[TW_FORMATS] = {8, 160, 2400, 2400, 8, 32}, base = 1 << 20, most = 64 << 20;
   uint64_t more = size < most ? base + per_byte[format] * size : most;
   return (more < most ? more : most) + 6 * size;
 }

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "number.h"
+#include "soup_mesh.h"
 #include "tweend/base.h"
 #include "tweend/format.h"
 
@@ -324,13 +325,6 @@ static tw_status read_numbers(obj_text *text, float *out, size_t most, size_t *c
   return TW_OK;
 }
 
-/* Colours in OBJ files are sRGB (what Blender, MeshLab and three.js write and read), meshes hold linear
- * ones: IEC 61966-2-1. */
-static float linear_from_srgb(float value) {
-  float c = fminf(fmaxf(value, 0), 1);
-  return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
-}
-
 /* The colour of a point. Points without one are white. */
 static tw_status set_color(obj_reader *reader, uint64_t point, const float *rgb) {
   if (!reader->colors) {
@@ -339,7 +333,7 @@ static tw_status set_color(obj_reader *reader, uint64_t point, const float *rgb)
     if (!reader->colors) return no_memory(reader);
     for (size_t i = 0; i < count; i++) reader->colors[i] = 1;
   }
-  for (size_t c = 0; c < 3; c++) reader->colors[4 * point + c] = linear_from_srgb(rgb[c]);
+  for (size_t c = 0; c < 3; c++) reader->colors[4 * point + c] = tw_linear_from_srgb(rgb[c]);
   return TW_OK;
 }
 

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "soup_mesh.h"
+
 static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
   while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
   return at;
@@ -42,6 +44,8 @@ static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
 
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
   if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
+  if (tw_is_ply(bytes, size)) return TW_FORMAT_PLY;
+  if (tw_is_stl(bytes, size)) return TW_FORMAT_STL;
   size_t at = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
   at = skip_space(bytes, size, at);
   if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;

@@ -95,6 +95,30 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
   [ "$(value .format)" = obj ]
 }
 
+@test "STL and PLY come in by their type, as text and by their bytes alone" {
+  printf 'solid wedge\nouter loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop\nouter loop vertex 1 0 0 %s\n' \
+    'vertex 1 1 0 vertex 0 1 0 endloop' >wedge.stl
+  printf '%s\n' ply 'format ascii 1.0' 'element vertex 4' 'property float x' 'property float y' 'property float z' \
+    'element face 1' 'property list uchar int vertex_indices' end_header '0 0 0' '1 0 0' '1 1 0' '0 1 0' '4 0 1 2 3' >quad.ply
+  for type in model/stl text/plain application/octet-stream; do
+    post /v1/models wedge.stl --header "Content-Type: $type"
+    holds '.format == "stl" and .meshes[0].vertices == 4 and .meshes[0].faces == 2 and .meshes[0].name == "wedge"'
+  done
+  get "$(header location)/source"
+  [ "$(header content-type)" = model/stl ]
+  cmp answer wedge.stl
+  for type in model/ply text/plain application/octet-stream; do
+    post "/v1/surface.json?level=1" quad.ply --header "Content-Type: $type"
+    holds '.vertices == 9'
+  done
+  post /v1/models quad.ply --header "Content-Type: model/stl"
+  problem 400 'declared as model/stl, but the bytes look like PLY'
+  printf 'solid\nouter loop\nvertex 0 0\nendloop\n' >bad.stl
+  post /v1/models bad.stl
+  problem 400 '3 numbers'
+  holds '.line == 4'
+}
+
 @test "a form with one file, as browsers send it" {
   own "$samples/cube.obj"
   http POST /v1/models --form 'file=@own.obj'

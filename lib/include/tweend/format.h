@@ -21,8 +21,8 @@ typedef struct tw_read_limits {
  * included: documents that would take more are refused. Never over 64 MiB and six times the size. */
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
-/* The format that the bytes themselves show: GLB by its magic, JSON by its first brace (glTF when
- * it has a top-level "asset"), else OBJ. */
+/* The format that the bytes themselves show: GLB and PLY by their magic, STL by its first word or, where it is
+ * binary, by its size, JSON by its first brace (glTF when it has a top-level "asset"), else OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
@@ -33,6 +33,16 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * behind points are sRGB and become linear. Normals, lines, points, free-form geometry and MTL files are read
  * over. *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
+
+/* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
+ * position share its points (lib/mesh/weld.h). Errors bear a line, or name the facet.
+ * *out: a finished model. O(n log n). */
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
+
+/* PLY, text or binary in either byte order: positions, faces, colours (sRGB, they become linear), texture
+ * coordinates of vertices. Vertices that were split along seams become one point again. Errors bear a line of
+ * text, or name the vertex or face. *out: a finished model. O(n log n). */
+tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
  * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.

@@ -9,9 +9,16 @@
 extern "C" {
 #endif
 
-typedef enum tw_format { TW_FORMAT_OBJ, TW_FORMAT_JSON, TW_FORMAT_GLTF, TW_FORMAT_GLB } tw_format;
-enum { TW_FORMATS = 4 };
-extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb" */
+typedef enum tw_format {
+  TW_FORMAT_OBJ,
+  TW_FORMAT_JSON,
+  TW_FORMAT_GLTF,
+  TW_FORMAT_GLB,
+  TW_FORMAT_STL,
+  TW_FORMAT_PLY
+} tw_format;
+enum { TW_FORMATS = 6 };
+extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb", "stl", "ply" */
 extern const char *const tw_format_media_types[TW_FORMATS]; /* as in the Content-Type of the source */
 
 /* Parts that a document may have, more than any exporter writes: without data a part costs a few bytes of

@@ -1,0 +1,455 @@
+/* PLY: vertices and faces of polygons, as text or in either byte order. Read are positions, colours, texture
+ * coordinates and faces; other elements and properties are read over. Source: Greg Turk, The PLY Polygon File
+ * Format, 1994. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "number.h"
+#include "soup_mesh.h"
+#include "tweend/format.h"
+
+/* ---- text --------------------------------------------------------------------------------------- */
+
+typedef struct ply_word {
+  const char *text;
+  size_t length;
+} ply_word;
+
+static bool word_is(ply_word word, const char *text) {
+  return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
+}
+
+/* Blanks of a line. */
+static bool is_blank(char c) {
+  return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+}
+
+/* The next word of a line; length 0 at its end. */
+static ply_word next_word(ply_word *line) {
+  while (line->length > 0 && is_blank(*line->text)) line->text++, line->length--;
+  ply_word word = {line->text, 0};
+  while (line->length > 0 && !is_blank(*line->text)) line->text++, line->length--, word.length++;
+  return word;
+}
+
+static bool read_number(ply_word word, double *out) {
+  size_t used = tw_read_plain(word.text, word.length, out);
+  if (used == 0) used = tw_read_double(word.text, word.length, out);
+  return used > 0 && used == word.length;
+}
+
+/* ---- header ------------------------------------------------------------------------------------- */
+
+typedef enum ply_type { PLY_I8, PLY_U8, PLY_I16, PLY_U16, PLY_I32, PLY_U32, PLY_F32, PLY_F64 } ply_type;
+static const size_t type_sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
+
+/* What a property is for. */
+typedef enum ply_use {
+  PLY_X,
+  PLY_Y,
+  PLY_Z,
+  PLY_RED,
+  PLY_GREEN,
+  PLY_BLUE,
+  PLY_U,
+  PLY_V,
+  PLY_CORNERS,
+  PLY_USES,
+  PLY_UNUSED = PLY_USES
+} ply_use;
+
+typedef struct ply_property {
+  bool is_list;
+  ply_type type, count_type; /* count_type: of lists */
+  ply_use use;
+} ply_property;
+
+enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64 };
+
+typedef struct ply_element {
+  enum { PLY_VERTICES, PLY_FACES, PLY_OTHERS } kind;
+  uint64_t count;
+  uint32_t first_property, property_count;
+  bool uses[PLY_USES]; /* which the properties have */
+} ply_element;
+
+typedef struct ply_file {
+  const uint8_t *at, *end;
+  uint64_t line; /* of `at`, from 1; of text */
+  bool is_text, is_big_endian;
+  uint32_t element_count, property_count;
+  ply_element elements[ELEMENTS_MAX];
+  ply_property properties[PROPERTIES_MAX];
+  tw_error *error;
+} ply_file;
+
+static tw_status fail(const ply_file *file, const char *detail) {
+  return tw_fail_line(file->error, TW_SYNTAX, file->line, "%s", detail);
+}
+
+/* Moves over a line: it ends with LF, CRLF or CR. False at the end of the file. */
+static bool next_line(ply_file *file, ply_word *out) {
+  if (file->at == file->end) return false;
+  const uint8_t *start = file->at, *at = start;
+  while (at < file->end && *at != '\n' && *at != '\r') at++;
+  *out = (ply_word){(const char *)start, (size_t)(at - start)};
+  if (at < file->end) at += at[0] == '\r' && file->end - at > 1 && at[1] == '\n' ? 2 : 1;
+  file->at = at;
+  file->line++;
+  return true;
+}
+
+static bool find_type(ply_word word, ply_type *out) {
+  static const char *const names[][2] = {{"char", "int8"},     {"uchar", "uint8"},   {"short", "int16"},
+                                         {"ushort", "uint16"}, {"int", "int32"},     {"uint", "uint32"},
+                                         {"float", "float32"}, {"double", "float64"}};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+    if (word_is(word, names[i][0]) || word_is(word, names[i][1])) {
+      *out = (ply_type)i;
+      return true;
+    }
+  return false;
+}
+
+static ply_use find_use(const ply_element *element, bool is_list, ply_word name) {
+  static const struct {
+    const char *name;
+    ply_use use;
+  } names[] = {{"x", PLY_X},
+               {"y", PLY_Y},
+               {"z", PLY_Z},
+               {"red", PLY_RED},
+               {"green", PLY_GREEN},
+               {"blue", PLY_BLUE},
+               {"diffuse_red", PLY_RED},
+               {"diffuse_green", PLY_GREEN},
+               {"diffuse_blue", PLY_BLUE},
+               {"s", PLY_U},
+               {"u", PLY_U},
+               {"texture_u", PLY_U},
+               {"t", PLY_V},
+               {"v", PLY_V},
+               {"texture_v", PLY_V},
+               {"vertex_indices", PLY_CORNERS},
+               {"vertex_index", PLY_CORNERS}};
+  for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+    if (!word_is(name, names[i].name)) continue;
+    bool is_corners = names[i].use == PLY_CORNERS;
+    bool fits =
+        is_corners ? is_list && element->kind == PLY_FACES : !is_list && element->kind == PLY_VERTICES;
+    return fits && !element->uses[names[i].use] ? names[i].use : PLY_UNUSED;
+  }
+  return PLY_UNUSED;
+}
+
+static tw_status add_element(ply_file *file, ply_word line) {
+  ply_word name = next_word(&line);
+  double count;
+  if (file->element_count == ELEMENTS_MAX) return fail(file, "there are more than 64 elements");
+  if (!read_number(next_word(&line), &count) || !(count >= 0 && count < UINT32_MAX) || count != floor(count))
+    return fail(file, "an element needs a name and a count below 2^32");
+  ply_element *element = &file->elements[file->element_count++];
+  *element =
+      (ply_element){.kind = PLY_OTHERS, .count = (uint64_t)count, .first_property = file->property_count};
+  bool is_first[2] = {true, true};
+  for (uint32_t i = 0; i + 1 < file->element_count; i++)
+    if (file->elements[i].kind != PLY_OTHERS) is_first[file->elements[i].kind] = false;
+  if (word_is(name, "vertex") && is_first[PLY_VERTICES]) element->kind = PLY_VERTICES;
+  if (word_is(name, "face") && is_first[PLY_FACES]) element->kind = PLY_FACES;
+  return TW_OK;
+}
+
+static tw_status add_property(ply_file *file, ply_word line) {
+  if (file->element_count == 0) return fail(file, "a property stands before the first element");
+  if (file->property_count == PROPERTIES_MAX) return fail(file, "there are more than 256 properties");
+  ply_element *element = &file->elements[file->element_count - 1];
+  ply_property *property = &file->properties[file->property_count++];
+  ply_word word = next_word(&line);
+  *property = (ply_property){.is_list = word_is(word, "list")};
+  bool is_known = true;
+  if (property->is_list) {
+    is_known = find_type(next_word(&line), &property->count_type) && property->count_type < PLY_F32;
+    word = next_word(&line);
+  }
+  if (!is_known || !find_type(word, &property->type))
+    return fail(file, "the type of a property is not known");
+  property->use = find_use(element, property->is_list, next_word(&line));
+  if (property->use != PLY_UNUSED) element->uses[property->use] = true;
+  element->property_count++;
+  return TW_OK;
+}
+
+static tw_status set_format(ply_file *file, ply_word line) {
+  ply_word name = next_word(&line);
+  file->is_text = word_is(name, "ascii");
+  file->is_big_endian = word_is(name, "binary_big_endian");
+  if (file->is_text || file->is_big_endian || word_is(name, "binary_little_endian")) return TW_OK;
+  return fail(file, "the format is not ascii, binary_little_endian or binary_big_endian");
+}
+
+/* Up to the line behind end_header. Lines that say something else are read over. */
+static tw_status read_header(ply_file *file) {
+  ply_word line;
+  bool has_format = false;
+  tw_status status = TW_OK;
+  while (status == TW_OK) {
+    if (!next_line(file, &line)) return fail(file, "the file ends within its header");
+    ply_word word = next_word(&line);
+    if (word_is(word, "end_header")) return has_format ? TW_OK : fail(file, "the header says no format");
+    if (word_is(word, "format")) {
+      status = set_format(file, line);
+      has_format = true;
+    } else if (word_is(word, "element")) {
+      status = add_element(file, line);
+    } else if (word_is(word, "property")) {
+      status = add_property(file, line);
+    }
+  }
+  return status;
+}
+
+/* Faces without corners are none. */
+static void drop_cornerless(ply_file *file) {
+  for (uint32_t i = 0; i < file->element_count; i++)
+    if (file->elements[i].kind == PLY_FACES && !file->elements[i].uses[PLY_CORNERS])
+      file->elements[i].kind = PLY_OTHERS;
+}
+
+/* ---- values ------------------------------------------------------------------------------------- */
+
+static tw_status read_text_value(ply_file *file, double *out) {
+  while (file->at < file->end && (is_blank((char)*file->at) || *file->at == '\n' || *file->at == '\r'))
+    file->line += *file->at++ == '\n';
+  const char *start = (const char *)file->at;
+  while (file->at < file->end && !is_blank((char)*file->at) && *file->at != '\n' && *file->at != '\r')
+    file->at++;
+  if (read_number((ply_word){start, (size_t)((const char *)file->at - start)}, out)) return TW_OK;
+  return fail(file, file->at == file->end ? "the file is cut off" : "a number is malformed");
+}
+
+static double from_bits(ply_type type, uint64_t bits) {
+  uint32_t low = (uint32_t)bits;
+  float single;
+  double value;
+  switch (type) {
+  case PLY_I8: return (int8_t)bits;
+  case PLY_I16: return (int16_t)bits;
+  case PLY_I32: return (int32_t)bits;
+  case PLY_U8:
+  case PLY_U16:
+  case PLY_U32: return (double)bits;
+  case PLY_F32: memcpy(&single, &low, sizeof single); return (double)single;
+  case PLY_F64: break;
+  }
+  memcpy(&value, &bits, sizeof value);
+  return value;
+}
+
+static tw_status read_value(ply_file *file, ply_type type, double *out) {
+  if (file->is_text) return read_text_value(file, out);
+  size_t size = type_sizes[type];
+  if ((size_t)(file->end - file->at) < size) return tw_fail(file->error, TW_SYNTAX, "the file is cut off");
+  uint64_t bits = 0;
+  for (size_t i = 0; i < size; i++)
+    bits |= (uint64_t)file->at[i] << 8 * (file->is_big_endian ? size - 1 - i : i);
+  file->at += size;
+  *out = from_bits(type, bits);
+  return TW_OK;
+}
+
+static tw_status read_list_length(ply_file *file, const ply_property *property, uint64_t *out) {
+  double length;
+  tw_status status = read_value(file, property->count_type, &length);
+  if (status != TW_OK) return status;
+  if (!(length >= 0 && length < UINT32_MAX) || length != floor(length))
+    return fail(file, "the length of a list is not a number below 2^32");
+  *out = (uint64_t)length;
+  return TW_OK;
+}
+
+/* Bytes that a row of an element takes at least. A value of text takes a digit and a blank, but the last. */
+static uint64_t least_size(const ply_file *file, const ply_element *element) {
+  uint64_t size = 0;
+  for (uint32_t i = 0; i < element->property_count; i++) {
+    const ply_property *property = &file->properties[element->first_property + i];
+    size += file->is_text ? 2 : type_sizes[property->is_list ? property->count_type : property->type];
+  }
+  return size;
+}
+
+/* ---- elements ----------------------------------------------------------------------------------- */
+
+/* A row that is read over, or whose corners are counted. */
+static tw_status skip_row(ply_file *file, const ply_element *element, uint64_t *corner_count) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
+    const ply_property *property = &file->properties[element->first_property + i];
+    uint64_t count = 1;
+    double ignored;
+    if (property->is_list) status = read_list_length(file, property, &count);
+    if (property->use == PLY_CORNERS) *corner_count += count;
+    while (count-- > 0 && status == TW_OK) status = read_value(file, property->type, &ignored);
+  }
+  return status;
+}
+
+/* Colours of whole numbers are of 255, or of 65,535 where they have 16 bits. */
+static double color_scale(ply_type type) {
+  if (type >= PLY_F32) return 1;
+  return type == PLY_U16 || type == PLY_I16 ? 65535 : 255;
+}
+
+static tw_status read_vertex(ply_file *file, const ply_element *element, uint32_t vertex,
+                             tw_polygons_read *out) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < element->property_count; i++) {
+    const ply_property *property = &file->properties[element->first_property + i];
+    uint64_t count = 1;
+    double value = 0;
+    if (property->is_list) status = read_list_length(file, property, &count);
+    while (count-- > 0 && status == TW_OK) status = read_value(file, property->type, &value);
+    if (status != TW_OK) return status;
+    if (property->use == PLY_UNUSED) continue;
+    float single = (float)value;
+    if (!isfinite(single))
+      return tw_fail(file->error, TW_INVALID, "vertex %u: a number is not finite", vertex);
+    if (property->use <= PLY_Z)
+      out->positions[3 * (size_t)vertex + property->use] = single;
+    else if (property->use <= PLY_BLUE && out->colors)
+      out->colors[4 * (size_t)vertex + property->use - PLY_RED] =
+          tw_linear_from_srgb((float)(value / color_scale(property->type)));
+    else if (property->use >= PLY_U && out->uvs)
+      out->uvs[2 * (size_t)vertex + property->use - PLY_U] = single;
+  }
+  if (out->colors) out->colors[4 * (size_t)vertex + 3] = 1;
+  return TW_OK;
+}
+
+static tw_status read_face(ply_file *file, const ply_element *element, tw_polygons_read *out) {
+  uint64_t count, ignored = 0;
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
+    const ply_property *property = &file->properties[element->first_property + i];
+    if (property->use != PLY_CORNERS) {
+      ply_element one = {.first_property = element->first_property + i, .property_count = 1};
+      status = skip_row(file, &one, &ignored);
+      continue;
+    }
+    status = read_list_length(file, property, &count);
+    for (; status == TW_OK && count > 0; count--) {
+      double vertex;
+      status = read_value(file, property->type, &vertex);
+      if (status == TW_OK && !(vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)))
+        status = tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices",
+                         out->face_count, out->vertex_count);
+      if (status == TW_OK) out->corners[out->corner_count++] = (uint32_t)vertex;
+    }
+  }
+  out->face_offsets[++out->face_count] = out->corner_count;
+  return status;
+}
+
+/* Rows that no byte stands for are none to read. */
+static tw_status check_rows(const ply_file *file, const ply_element *element) {
+  uint64_t size = least_size(file, element), left = (uint64_t)(file->end - file->at) + 1;
+  if (size == 0 || element->count <= left / size) return TW_OK;
+  return tw_fail(file->error, TW_SYNTAX,
+                 "the file is cut off: it is too short for the %llu rows of an element",
+                 (unsigned long long)element->count);
+}
+
+static tw_status skip_rows(ply_file *file, const ply_element *element, uint64_t *corner_count) {
+  tw_status status = check_rows(file, element);
+  for (uint64_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
+    status = skip_row(file, element, corner_count);
+  return status;
+}
+
+/* ---- the file ----------------------------------------------------------------------------------- */
+
+static const ply_element *find_element(const ply_file *file, int kind) {
+  for (uint32_t i = 0; i < file->element_count; i++)
+    if ((int)file->elements[i].kind == kind) return &file->elements[i];
+  return NULL;
+}
+
+/* Walks through all rows for the count of corners, and makes room for what there is. */
+static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_polygons_read *out) {
+  const ply_element *vertices = find_element(&file, PLY_VERTICES), *faces = find_element(&file, PLY_FACES);
+  uint64_t corner_count = 0, face_count = faces ? faces->count : 0;
+  if (!vertices || !vertices->uses[PLY_X] || !vertices->uses[PLY_Y] || !vertices->uses[PLY_Z])
+    return tw_fail(file.error, TW_INVALID, "there is no element vertex with x, y and z");
+  for (uint32_t i = 0; i < file.element_count; i++) {
+    tw_status status = skip_rows(&file, &file.elements[i], &corner_count);
+    if (status != TW_OK) return status;
+  }
+  if (corner_count >= UINT32_MAX || tw_polygons_size(vertices->count, corner_count, face_count) > budget)
+    return tw_fail(file.error, TW_LIMIT, "so few bytes may not make so large a mesh");
+  const bool *uses = vertices->uses;
+  size_t count = (size_t)vertices->count;
+  out->vertex_count = (uint32_t)vertices->count;
+  out->positions = tw_alloc(count, 3 * sizeof(float));
+  bool has_colors = uses[PLY_RED] && uses[PLY_GREEN] && uses[PLY_BLUE], has_uvs = uses[PLY_U] && uses[PLY_V];
+  if (has_colors) out->colors = tw_alloc(count, 4 * sizeof(float));
+  if (has_uvs) out->uvs = tw_alloc(count, 2 * sizeof(float));
+  out->face_offsets = tw_arena_alloc_raw(arena, (size_t)face_count + 1, sizeof(uint32_t));
+  out->corners = tw_arena_alloc_raw(arena, (size_t)corner_count, sizeof(uint32_t));
+  bool is_made = out->positions && out->face_offsets && out->corners && (out->colors || !has_colors) &&
+                 (out->uvs || !has_uvs);
+  if (!is_made) return tw_fail(file.error, TW_NO_MEMORY, "out of memory");
+  out->face_offsets[0] = 0;
+  return TW_OK;
+}
+
+static tw_status read_elements(ply_file *file, tw_polygons_read *out) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < file->element_count; i++) {
+    const ply_element *element = &file->elements[i];
+    bool is_read = element->kind != PLY_OTHERS;
+    uint64_t ignored = 0;
+    if (!is_read) status = skip_rows(file, element, &ignored);
+    for (uint64_t row = 0; is_read && row < element->count && status == TW_OK; row++)
+      status = element->kind == PLY_VERTICES ? read_vertex(file, element, (uint32_t)row, out)
+                                             : read_face(file, element, out);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+bool tw_is_ply(const uint8_t *bytes, size_t size) {
+  return size >= 4 && memcmp(bytes, "ply", 3) == 0 && (bytes[3] == '\n' || bytes[3] == '\r');
+}
+
+static tw_status read_file(ply_file *file, uint64_t budget, tw_model *model) {
+  tw_polygons_read read = {0};
+  tw_status status = read_header(file);
+  if (status == TW_OK) drop_cornerless(file);
+  if (status == TW_OK) status = make_room(*file, budget, model->arena, &read);
+  if (status == TW_OK) status = read_elements(file, &read);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, model, file->error);
+  free(read.positions);
+  free(read.colors);
+  free(read.uvs);
+  return status;
+}
+
+tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
+  tw_model *model = tw_model_create();
+  ply_file *file = tw_alloc_zero(1, sizeof *file);
+  tw_status status = model && file ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) {
+    model->format = TW_FORMAT_PLY;
+    file->at = bytes;
+    file->end = bytes + size;
+    file->error = error;
+    status = read_file(file, tw_reading_size(TW_FORMAT_PLY, size) - size, model);
+  }
+  free(file);
+  if (status == TW_OK) status = tw_model_finish(model, error);
+  if (status == TW_OK)
+    *out = model;
+  else
+    tw_model_destroy(model);
+  return status;
+}

@@ -1,0 +1,128 @@
+#include "soup_mesh.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "weld.h"
+
+float tw_linear_from_srgb(float value) {
+  float c = fminf(fmaxf(value, 0), 1);
+  return c <= 0.04045f ? c / 12.92f : powf((c + 0.055f) / 1.055f, 2.4f);
+}
+
+uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count) {
+  uint64_t vertex = 2 * (3 + 4 + 2) * sizeof(float) + 2 * sizeof(uint32_t);
+  return vertex * vertex_count + 2 * sizeof(uint32_t) * corner_count + sizeof(uint32_t) * face_count +
+         tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
+}
+
+/* What is read for a vertex, as it is for the point or value that the vertex becomes: the first one counts.
+ * number: [vertex_count], ascending with the first vertex of each. */
+static float *gather(tw_arena *arena, const float *values, size_t width, const uint32_t *number,
+                     uint32_t vertex_count, uint32_t count) {
+  float *out = tw_arena_alloc_raw(arena, count, width * sizeof *out);
+  uint32_t next = 0;
+  for (uint32_t v = 0; out && v < vertex_count; v++)
+    if (number[v] == next) memcpy(out + width * next++, values + width * (size_t)v, width * sizeof *out);
+  return out;
+}
+
+static bool same_place(const float *positions, uint32_t a, uint32_t b) {
+  const float *p = positions + 3 * (size_t)a, *q = positions + 3 * (size_t)b;
+  return p[0] == q[0] && p[1] == q[1] && p[2] == q[2];
+}
+
+static bool has_three_places(const tw_polygons_read *read, uint32_t first, uint32_t end) {
+  uint32_t count = 0;
+  for (uint32_t c = first; c < end && count < 3; c++) {
+    bool is_new = true;
+    for (uint32_t other = first; other < c && is_new; other++)
+      is_new = !same_place(read->positions, read->corners[other], read->corners[c]);
+    count += is_new;
+  }
+  return count == 3;
+}
+
+/* Leaves out corners and faces in place: edges without length would hide from welding what they touch.
+ * Returns how many faces went. */
+static uint32_t drop_degenerate(tw_polygons_read *read) {
+  uint32_t faces = 0, kept = 0, *corners = read->corners;
+  for (uint32_t f = 0, first = 0; f < read->face_count; f++) {
+    uint32_t end = read->face_offsets[f + 1], start = kept;
+    bool is_face = has_three_places(read, first, end);
+    for (uint32_t c = first, before = is_face ? corners[end - 1] : 0; is_face && c < end; c++) {
+      uint32_t vertex = corners[c];
+      if (!same_place(read->positions, vertex, before)) corners[kept++] = vertex;
+      before = vertex;
+    }
+    if (is_face) read->face_offsets[faces++] = start;
+    first = end;
+  }
+  uint32_t dropped = read->face_count - faces;
+  read->face_offsets[faces] = kept;
+  read->face_count = faces;
+  read->corner_count = kept;
+  return dropped;
+}
+
+static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, const uint32_t *points,
+                          tw_arena *arena, tw_uv_set *out, tw_error *error) {
+  uint32_t *number = tw_alloc(soup->vertex_count, sizeof *number), count = 0;
+  uint32_t *corners = tw_arena_alloc_raw(arena, soup->corner_count, sizeof *corners);
+  tw_status status = number && corners ? tw_weld_uvs(soup, points, read->uvs, number, &count, error)
+                                       : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) {
+    for (uint32_t c = 0; c < soup->corner_count; c++) corners[c] = number[soup->corners[c]];
+    float *values = gather(arena, read->uvs, 2, number, soup->vertex_count, count);
+    *out = (tw_uv_set){count, values, corners};
+    if (!values) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
+  free(number);
+  return status;
+}
+
+/* points: [vertex_count] of the soup, `count` different ones. */
+static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
+                           uint32_t count, tw_model *model, tw_error *error) {
+  tw_mesh *mesh = model->meshes;
+  mesh->point_count = count;
+  mesh->positions = gather(model->arena, read->positions, 3, points, read->vertex_count, count);
+  if (read->colors) mesh->colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
+  if (!mesh->positions || (read->colors && !mesh->colors))
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (read->uvs) {
+    tw_status status = weld_uvs(soup, read, points, model->arena, &mesh->uv_sets[0], error);
+    if (status != TW_OK) return status;
+    mesh->uv_set_count = 1;
+  }
+  for (uint32_t c = 0; c < read->corner_count; c++) read->corners[c] = points[read->corners[c]];
+  mesh->face_count = read->face_count;
+  mesh->corner_count = read->corner_count;
+  mesh->face_offsets = read->face_offsets;
+  mesh->corners = read->corners;
+  return TW_OK;
+}
+
+tw_status tw_model_of_polygons(tw_polygons_read *read, tw_model *model, tw_error *error) {
+  uint32_t dropped = drop_degenerate(read);
+  if (dropped > 0)
+    tw_model_warn(model, "%u faces with fewer than three different points are left out", dropped);
+  const tw_soup soup = {.vertex_count = read->vertex_count,
+                        .positions = read->positions,
+                        .face_count = read->face_count,
+                        .corner_count = read->corner_count,
+                        .face_offsets = read->face_offsets,
+                        .corners = read->corners};
+  uint32_t *points = tw_alloc(read->vertex_count, sizeof *points), count = 0;
+  model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
+  tw_status status = points && model->meshes ? tw_weld_points(&soup, points, &count, error)
+                                             : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) {
+    model->mesh_count = 1;
+    tw_mesh_init(model->meshes);
+    status = fill_mesh(read, &soup, points, count, model, error);
+  }
+  free(points);
+  return status;
+}

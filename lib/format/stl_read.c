@@ -1,0 +1,188 @@
+/* STL, binary and text: triangles that share no points, as printers and scanners know them. Normals are read
+ * over: they follow from the points. Source: 3D Systems, StereoLithography Interface Specification, 1989. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "number.h"
+#include "soup_mesh.h"
+#include "tweend/format.h"
+
+enum { HEADER = 84, FACET = 50 }; /* bytes: 80 of text and a count; a normal, three points, two more */
+
+/* ---- binary ------------------------------------------------------------------------------------- */
+
+static uint32_t read_u32(const uint8_t *bytes) {
+  return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
+}
+
+static bool is_binary(const uint8_t *bytes, size_t size) {
+  return size >= HEADER && size - HEADER == (uint64_t)read_u32(bytes + HEADER - 4) * FACET;
+}
+
+static tw_status read_binary(const uint8_t *bytes, tw_polygons_read *out, tw_error *error) {
+  uint32_t facets = read_u32(bytes + HEADER - 4);
+  for (uint32_t f = 0; f < facets; f++) {
+    const uint8_t *points = bytes + HEADER + (size_t)f * FACET + 3 * sizeof(float);
+    for (size_t i = 0; i < 9; i++) {
+      uint32_t bits = read_u32(points + 4 * i);
+      float *value = &out->positions[9 * (size_t)f + i];
+      memcpy(value, &bits, sizeof bits);
+      if (!isfinite(*value)) return tw_fail(error, TW_INVALID, "facet %u: a coordinate is not finite", f);
+    }
+    out->face_offsets[f] = 3 * f;
+  }
+  out->face_count = facets;
+  out->vertex_count = out->corner_count = 3 * facets;
+  return TW_OK;
+}
+
+/* ---- text --------------------------------------------------------------------------------------- */
+
+typedef struct stl_text {
+  const char *at, *end;
+  uint64_t line; /* of `at`, from 1 */
+} stl_text;
+
+typedef struct stl_word {
+  const char *text;
+  size_t length;
+} stl_word;
+
+static bool is_space(char c) {
+  return c == ' ' || (c >= '\t' && c <= '\r');
+}
+
+static void skip_space(stl_text *text) {
+  for (; text->at < text->end && is_space(*text->at); text->at++) text->line += *text->at == '\n';
+}
+
+/* Length 0 at the end. */
+static stl_word next_word(stl_text *text) {
+  skip_space(text);
+  const char *start = text->at;
+  while (text->at < text->end && !is_space(*text->at)) text->at++;
+  return (stl_word){start, (size_t)(text->at - start)};
+}
+
+/* Without regard to case. word: in lower case. */
+static bool word_is(stl_word found, const char *word) {
+  size_t length = strlen(word);
+  for (size_t i = 0; found.length == length && i < length; i++)
+    if ((found.text[i] | 0x20) != word[i]) return false;
+  return found.length == length;
+}
+
+static tw_status read_point(stl_text *text, float out[3], tw_error *error) {
+  for (int i = 0; i < 3; i++) {
+    double value;
+    stl_word word = next_word(text);
+    size_t used = tw_read_plain(word.text, word.length, &value);
+    if (used == 0) used = tw_read_double(word.text, word.length, &value);
+    if (used == 0 || used != word.length)
+      return tw_fail_line(error, TW_SYNTAX, text->line, "a vertex needs 3 numbers");
+    out[i] = (float)value;
+    if (!isfinite(out[i]))
+      return tw_fail_line(error, TW_INVALID, text->line, "a number is too large for a 32-bit float");
+  }
+  return TW_OK;
+}
+
+static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error) {
+  uint32_t first = out->face_offsets[out->face_count];
+  if (out->vertex_count - first < 3) return tw_fail_line(error, TW_SYNTAX, line, "a loop needs 3 vertices");
+  out->face_offsets[++out->face_count] = out->vertex_count;
+  return TW_OK;
+}
+
+/* The name of a solid goes to the end of its line. Several solids are one mesh. */
+static void read_name(stl_text *text, stl_word *name) {
+  while (text->at < text->end && (*text->at == ' ' || *text->at == '\t')) text->at++;
+  const char *start = text->at;
+  while (text->at < text->end && *text->at != '\n' && *text->at != '\r') text->at++;
+  const char *end = text->at;
+  while (end > start && is_space(end[-1])) end--;
+  if (name->length == 0) *name = (stl_word){start, (size_t)(end - start)};
+}
+
+static tw_status read_text(stl_text text, tw_polygons_read *out, stl_word *name, tw_error *error) {
+  tw_status status = TW_OK;
+  bool in_loop = false;
+  out->face_offsets[0] = 0;
+  while (status == TW_OK) {
+    stl_word word = next_word(&text);
+    if (word.length == 0) break;
+    if (word_is(word, "vertex") && in_loop) {
+      status = read_point(&text, out->positions + 3 * (size_t)out->vertex_count++, error);
+    } else if (word_is(word, "endloop") && in_loop) {
+      status = end_loop(out, text.line, error);
+      in_loop = false;
+    } else if (word_is(word, "loop") && !in_loop) {
+      in_loop = true;
+    } else if (word_is(word, "solid") || word_is(word, "endsolid")) {
+      stl_word ignored = {text.at, 1};
+      read_name(&text, word.length == strlen("solid") ? name : &ignored);
+    } else if (word_is(word, "vertex") || word_is(word, "endloop") || word_is(word, "loop")) {
+      status = tw_fail_line(error, TW_SYNTAX, text.line, "%.*s is out of place", (int)word.length, word.text);
+    } /* facet, its normal, outer, endfacet: nothing follows from them */
+  }
+  if (status == TW_OK && in_loop)
+    status = tw_fail_line(error, TW_SYNTAX, text.line, "the file ends within a loop");
+  out->corner_count = out->vertex_count;
+  return status;
+}
+
+/* ---- both --------------------------------------------------------------------------------------- */
+
+bool tw_is_stl(const uint8_t *bytes, size_t size) {
+  if (is_binary(bytes, size)) return true;
+  stl_text text = {(const char *)bytes, (const char *)bytes + size, 1};
+  return word_is(next_word(&text), "solid");
+}
+
+/* Room for the most that so many bytes of text can hold: "vertex 0 0 0 " and, of each facet, two words more.
+ */
+static bool make_room(const uint8_t *bytes, size_t size, bool binary, tw_arena *arena,
+                      tw_polygons_read *out) {
+  size_t facets = binary ? read_u32(bytes + HEADER - 4) : size / 40;
+  size_t vertices = binary ? 3 * facets : size / 12;
+  if (vertices >= UINT32_MAX) return false;
+  out->positions = tw_alloc(vertices + 1, 3 * sizeof(float));
+  out->face_offsets = tw_arena_alloc_raw(arena, facets + 2, sizeof(uint32_t));
+  return out->positions && out->face_offsets;
+}
+
+static tw_status number_corners(tw_polygons_read *read, tw_arena *arena, tw_error *error) {
+  read->corners = tw_arena_alloc_raw(arena, read->corner_count, sizeof *read->corners);
+  if (!read->corners) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t c = 0; c < read->corner_count; c++) read->corners[c] = c;
+  read->face_offsets[read->face_count] = read->corner_count;
+  return TW_OK;
+}
+
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
+  tw_model *model = tw_model_create();
+  if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  model->format = TW_FORMAT_STL;
+  tw_polygons_read read = {0};
+  stl_word name = {NULL, 0};
+  bool binary = is_binary(bytes, size);
+  tw_status status = make_room(bytes, size, binary, model->arena, &read)
+                         ? TW_OK
+                         : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK)
+    status = binary ? read_binary(bytes, &read, error)
+                    : read_text((stl_text){(const char *)bytes, (const char *)bytes + size, 1}, &read, &name,
+                                error);
+  if (status == TW_OK) status = number_corners(&read, model->arena, error);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, model, error);
+  if (status == TW_OK && name.length > 0 && tw_utf8_is_name(name.text, name.length))
+    model->meshes[0].name = tw_arena_text(model->arena, name.text, name.length);
+  free(read.positions);
+  if (status == TW_OK) status = tw_model_finish(model, error);
+  if (status == TW_OK)
+    *out = model;
+  else
+    tw_model_destroy(model);
+  return status;
+}

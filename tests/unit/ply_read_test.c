@@ -1,0 +1,149 @@
+/* PLY: bad headers and bodies, the three forms, colours and texture coordinates. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "tweend/format.h"
+
+#define HEADER(format, vertices, faces)                                                                      \
+  "ply\nformat " format " 1.0\ncomment any text\nelement vertex " vertices "\nproperty float x\n"            \
+  "property float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"      \
+  "element face " faces "\nproperty list uchar int vertex_indices\nend_header\n"
+
+static tw_status read_bytes(const void *bytes, size_t size, tw_model **out, tw_error *error) {
+  *out = NULL;
+  memset(error, 0, sizeof *error);
+  assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_PLY);
+  return tw_ply_read(bytes, size, out, error);
+}
+
+static tw_model *read_text(const char *text) {
+  tw_model *model;
+  tw_error error;
+  tw_status status = read_bytes(text, strlen(text), &model, &error);
+  assert_string_equal(status == TW_OK ? "" : error.detail, "");
+  return model;
+}
+
+static void assert_refused(const char *text, tw_status status, const char *detail) {
+  tw_model *model;
+  tw_error error;
+  assert_int_equal(read_bytes(text, strlen(text), &model, &error), status);
+  if (!strstr(error.detail, detail)) fail_msg("%s", error.detail);
+}
+
+TEST(bad_headers_are_refused) {
+  assert_refused("ply\n", TW_SYNTAX, "ends within its header");
+  assert_refused("ply\nend_header\n", TW_SYNTAX, "no format");
+  assert_refused("ply\nformat text 1.0\n", TW_SYNTAX, "format is not");
+  assert_refused("ply\nproperty float x\n", TW_SYNTAX, "before the first element");
+  assert_refused("ply\nelement vertex -1\n", TW_SYNTAX, "count below");
+  assert_refused("ply\nelement vertex 1\nproperty quad x\n", TW_SYNTAX, "not known");
+  assert_refused("ply\nelement face 1\nproperty list float int a\n", TW_SYNTAX, "not known");
+  assert_refused("ply\nformat ascii 1.0\nend_header\n", TW_INVALID, "no element vertex");
+}
+
+TEST(bad_rows_are_refused) {
+  assert_refused(HEADER("ascii", "4000000000", "0") "0 0 0\n", TW_SYNTAX, "too short");
+  assert_refused(HEADER("ascii", "1", "0") "0 0 zero 1 1 1\n", TW_SYNTAX, "malformed");
+  assert_refused(HEADER("ascii", "1", "0") "0 0 1e40 1 1 1\n", TW_INVALID, "vertex 0");
+  assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n3 0 0 1\n", TW_INVALID, "face 0");
+  assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n-3 0 0 0\n", TW_SYNTAX, "length of a list");
+  assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n4000000000 0 0 0\n", TW_SYNTAX, "cut off");
+  assert_refused(HEADER("binary_little_endian", "1", "0") "0123456789", TW_SYNTAX, "too short");
+}
+
+TEST(a_line_of_text_is_named) {
+  const char *text = HEADER("ascii", "1", "0") "0 0 zero 1 1 1\n";
+  tw_model *model;
+  tw_error error;
+  assert_int_equal(read_bytes(text, strlen(text), &model, &error), TW_SYNTAX);
+  assert_int_equal(error.line, 13);
+}
+
+/* Two triangles over five vertices, of which two stand at the same place, and a vertex that none uses. */
+static const char square[] = HEADER(
+    "ascii", "6", "3") "0 0 0 255 0 0\n1 0 0 0 255 0\r\n1 1 0 0 0 255\n1 1 0 9 9 9\n0 1 0 188 188 188\n"
+                       "5 5 5 0 0 0\n3 0 1 2\n4 0 3 4 4\n2 0 1\n";
+
+static void assert_square(const tw_model *model) {
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 2);
+  assert_int_equal(mesh->corner_count, 6);
+  assert_int_equal(mesh->point_count, 5);
+  assert_int_equal(mesh->corners[2], mesh->corners[4]);
+  assert_int_equal(model->warning_count, 1);
+  assert_float_equal(mesh->colors[0], 1, 0);
+  assert_float_equal(mesh->colors[4 * mesh->corners[5]], 0.5028865, 1e-6); /* linear of 188 / 255 */
+  assert_float_equal(mesh->colors[3], 1, 0);
+}
+
+TEST(text_is_welded_and_degenerate_faces_go) {
+  tw_model *model = read_text(square);
+  assert_square(model);
+  tw_model_destroy(model);
+}
+
+static uint8_t *put(uint8_t *out, const void *value, size_t size, bool reverse) {
+  const uint8_t *bytes = value;
+  for (size_t i = 0; i < size; i++) *out++ = bytes[reverse ? size - 1 - i : i];
+  return out;
+}
+
+/* The rows of the square in binary. */
+static size_t binary_square(uint8_t *out, bool big) {
+  static const char *const headers[] = {HEADER("binary_little_endian", "6", "3"),
+                                        HEADER("binary_big_endian", "6", "3")};
+  static const float points[6][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {1, 1, 0}, {0, 1, 0}, {5, 5, 5}};
+  static const uint8_t colors[6][3] = {{255}, {0, 255}, {0, 0, 255}, {9, 9, 9}, {188, 188, 188}, {0}};
+  static const int32_t faces[3][5] = {{3, 0, 1, 2}, {4, 0, 3, 4, 4}, {2, 0, 1}};
+  uint8_t *at = put(out, headers[big], strlen(headers[big]), false);
+  for (int v = 0; v < 6; v++) {
+    for (int c = 0; c < 3; c++) at = put(at, &points[v][c], 4, big);
+    at = put(at, colors[v], 3, false);
+  }
+  for (int f = 0; f < 3; f++) {
+    *at++ = (uint8_t)faces[f][0];
+    for (int k = 1; k <= faces[f][0]; k++) at = put(at, &faces[f][k], 4, big);
+  }
+  return (size_t)(at - out);
+}
+
+TEST(both_byte_orders_read_as_text_does) {
+  uint8_t bytes[2000];
+  for (int big = 0; big < 2; big++) {
+    tw_model *model;
+    tw_error error;
+    size_t size = binary_square(bytes, big);
+    assert_int_equal(read_bytes(bytes, size, &model, &error), TW_OK);
+    assert_square(model);
+    tw_model_destroy(model);
+    for (size_t cut = 1; cut < 40; cut++)
+      assert_int_equal(read_bytes(bytes, size - cut, &model, &error), TW_SYNTAX);
+  }
+}
+
+TEST(texture_coordinates_stay_split_where_points_are_welded) {
+  tw_model *model =
+      read_text("ply\nformat ascii 1.0\nelement vertex 6\nproperty double x\nproperty double y\n"
+                "property double z\nproperty float s\nproperty float t\n"
+                "property list uchar float others\nelement face 2\n"
+                "property uchar flags\nproperty list uchar uint vertex_index\n"
+                "element edge 1\nproperty int a\nend_header\n"
+                "0 0 0 0 0 0\n1 0 0 1 0 2 7 7\n0 1 0 0 1 0\n1 0 0 0.5 0 0\n1 1 0 1 1 0\n0 1 0 0 1 0\n"
+                "1 3 0 1 2\n1 3 3 4 5\n1\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->point_count, 4);
+  assert_int_equal(mesh->uv_set_count, 1);
+  assert_int_equal(mesh->uv_sets[0].value_count, 6);
+  assert_float_equal(mesh->uv_sets[0].values[2 * mesh->uv_sets[0].corners[3]], 0.5, 0);
+  tw_model_destroy(model);
+}
+
+TEST(points_alone_are_a_model_without_faces) {
+  tw_model *model = read_text(HEADER("ascii", "2", "0") "0 0 0 1 1 1\n1 2 3 1 1 1\n");
+  assert_int_equal(model->meshes[0].face_count, 0);
+  assert_int_equal(model->meshes[0].point_count, 2);
+  tw_model_destroy(model);
+}

@@ -1,0 +1,108 @@
+/* STL: bad input, both forms, and the closed-form counts of welded shapes. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "tweend/format.h"
+
+static tw_model *read_text(const char *text) {
+  tw_model *model = NULL;
+  tw_error error = {0};
+  assert_int_equal(tw_format_sniff((const uint8_t *)text, strlen(text)), TW_FORMAT_STL);
+  tw_status status = tw_stl_read((const uint8_t *)text, strlen(text), &model, &error);
+  assert_string_equal(status == TW_OK ? "" : error.detail, "");
+  return model;
+}
+
+static void assert_refused(const char *text, tw_status status, uint64_t line) {
+  tw_model *model = NULL;
+  tw_error error = {0};
+  assert_int_equal(tw_stl_read((const uint8_t *)text, strlen(text), &model, &error), status);
+  assert_int_equal(error.line, line);
+  assert_null(model);
+}
+
+static const float corners[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
+                                    {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
+static const int sides[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
+                                {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
+
+/* A cube of 12 facets in binary. Returns its bytes, malloc'ed. */
+static uint8_t *binary_cube(size_t *size) {
+  static const int fan[2][3] = {{0, 1, 2}, {0, 2, 3}};
+  *size = 84 + 12 * 50;
+  uint8_t *bytes = calloc(*size, 1), *at = bytes + 84;
+  memcpy(bytes, "solid by a tool that begins its header like text", 48);
+  bytes[80] = 12;
+  for (int f = 0; f < 12; f++, at += 50)
+    for (int k = 0; k < 3; k++) memcpy(at + 12 + 12 * k, corners[sides[f / 2][fan[f % 2][k]]], 12);
+  return bytes;
+}
+
+TEST(words_out_of_place_are_refused_with_their_line) {
+  assert_refused("solid\nvertex 0 0 0\n", TW_SYNTAX, 2);
+  assert_refused("solid\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nendloop\n", TW_SYNTAX, 6);
+  assert_refused("solid\nouter loop\nvertex 0 0\nendloop", TW_SYNTAX, 4);
+  assert_refused("solid\nouter loop\nvertex 0 0 1x\n", TW_SYNTAX, 3);
+  assert_refused("solid\nouter loop\nvertex 0 0 1e40\n", TW_INVALID, 3);
+  assert_refused("solid\nouter loop\nvertex 0 0 1\n", TW_SYNTAX, 4);
+}
+
+TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
+  size_t size;
+  uint8_t *bytes = binary_cube(&size);
+  const float bad = NAN;
+  memcpy(bytes + 84 + 3 * 50 + 12, &bad, sizeof bad);
+  tw_model *model = NULL;
+  tw_error error;
+  assert_int_equal(tw_stl_read(bytes, size, &model, &error), TW_INVALID);
+  assert_non_null(strstr(error.detail, "facet 3"));
+  free(bytes);
+}
+
+TEST(a_binary_cube_has_8_points_and_no_border) {
+  size_t size;
+  uint8_t *bytes = binary_cube(&size);
+  tw_model *model = NULL;
+  tw_error error;
+  assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
+  assert_int_equal(tw_stl_read(bytes, size, &model, &error), TW_OK);
+  tw_mesh_facts facts;
+  assert_int_equal(tw_mesh_describe(&model->meshes[0], &facts, &error), TW_OK);
+  assert_int_equal(facts.vertices, 8);
+  assert_int_equal(facts.triangles, 12);
+  assert_int_equal(facts.boundary_edges, 0);
+  assert_int_equal(facts.euler_characteristic, 2);
+  tw_mesh_facts_deinit(&facts);
+  tw_model_destroy(model);
+  free(bytes);
+}
+
+TEST(solids_of_text_are_one_mesh_named_after_the_first) {
+  tw_model *model = read_text("SOLID two parts \r\n facet normal 0 0 1\r\n outer loop\r\n vertex 0 0 0\r\n"
+                              " vertex 1 0 0\r\n VERTEX 0 1e0 0\r\n endloop\r\n endfacet\r\nendsolid two\r\n"
+                              "solid\nfacet normal 0 0 1 outer loop vertex 1 0 0 vertex 1 1 0 vertex 0 1 0 "
+                              "endloop endfacet endsolid");
+  assert_int_equal(model->mesh_count, 1);
+  assert_string_equal(model->meshes[0].name, "two parts");
+  assert_int_equal(model->meshes[0].face_count, 2);
+  assert_int_equal(model->meshes[0].point_count, 4);
+  tw_model_destroy(model);
+}
+
+TEST(facets_of_fewer_than_three_points_go_with_a_warning) {
+  tw_model *model = read_text("solid\nouter loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop\n"
+                              "outer loop vertex 1 0 0 vertex 0 0 0 vertex 0 0 0 endloop");
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "1 faces"));
+  tw_model_destroy(model);
+}
+
+TEST(an_empty_solid_is_a_model_without_faces) {
+  tw_model *model = read_text("solid nothing\nendsolid nothing\n");
+  assert_int_equal(model->meshes[0].face_count, 0);
+  tw_model_destroy(model);
+}
