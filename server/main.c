@@ -63,11 +63,6 @@ static void raise_descriptor_limit(uint64_t connections) {
   }
 }
 
-static void share_out(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
-                      void *context) {
-  srv_work_share(owner, count, part, context);
-}
-
 static bool has_tls(const process *p) {
   return p->config.tls_cert[0] != '\0';
 }
@@ -83,7 +78,7 @@ static api_settings settings(const process *p, char **keys) {
                                    .max_memory = config->max_memory,
                                    .max_waiting = (size_t)config->queue},
                         .store = srv_store_fs_api(p->store),
-                        .crew = {p->server.work, share_out},
+                        .parallel = {p->server.work, srv_work_parallel_for},
                         .api_keys = (const char *const *)keys,
                         .cors_origins = config->cors_origins};
 }

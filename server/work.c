@@ -1,4 +1,4 @@
-/* One lock, one list of jobs and one of shared work: jobs take milliseconds and parts not much less, so the
+/* One lock, one list of jobs and one of loops: jobs take milliseconds and parts not much less, so the
  * lock is never contended enough to matter. */
 #include "work.h"
 
@@ -6,22 +6,22 @@
 #include <stdatomic.h>
 #include <stdlib.h>
 
-/* Work in parts, on the stack of the thread that shares it: listed as long as parts are left to begin, kept
- * by it until those that others have begun are done. Guarded by the pool's lock. */
-typedef struct shared {
+/* A loop, on the stack of the thread that runs it: listed as long as parts are left to begin; the thread
+ * stays until those that others have begun are done. Guarded by the pool's lock. */
+typedef struct loop {
   void (*part)(void *context, uint32_t index);
   void *context;
   uint32_t begun, count;
   size_t helpers; /* other threads in a part */
   pthread_cond_t idle;
-  struct shared *next;
-} shared;
+  struct loop *next;
+} loop;
 
 struct srv_work {
   pthread_mutex_t lock;
   pthread_cond_t wake;
   srv_job *first, *last;
-  shared *shares;
+  loop *loops;
   size_t queue_max, waiting, running;
   atomic_size_t outside; /* threads of others at work; not guarded */
   bool stopping;
@@ -47,34 +47,34 @@ static void put(srv_work *work, srv_job *job) {
   pthread_cond_signal(&work->wake);
 }
 
-static void unlist(srv_work *work, const shared *share) {
-  shared **link = &work->shares;
-  while (*link != share) link = &(*link)->next;
-  *link = share->next;
+static void unlist(srv_work *work, const loop *l) {
+  loop **link = &work->loops;
+  while (*link != l) link = &(*link)->next;
+  *link = l->next;
 }
 
-/* The next part of a listed share. */
-static void run_part(srv_work *work, shared *share) {
-  uint32_t index = share->begun++;
-  if (share->begun == share->count) unlist(work, share);
+/* The next part of a listed loop. */
+static void run_part(srv_work *work, loop *l) {
+  uint32_t index = l->begun++;
+  if (l->begun == l->count) unlist(work, l);
   pthread_mutex_unlock(&work->lock);
-  share->part(share->context, index);
+  l->part(l->context, index);
   pthread_mutex_lock(&work->lock);
 }
 
-static void help(srv_work *work, shared *share) {
-  share->helpers++;
-  run_part(work, share);
-  if (--share->helpers == 0) pthread_cond_signal(&share->idle);
+static void help(srv_work *work, loop *l) {
+  l->helpers++;
+  run_part(work, l);
+  if (--l->helpers == 0) pthread_cond_signal(&l->idle);
 }
 
 static void *run_threads(void *context) {
   srv_work *work = context;
   pthread_mutex_lock(&work->lock);
   for (;;) {
-    while (work->first == NULL && work->shares == NULL && !work->stopping)
+    while (work->first == NULL && work->loops == NULL && !work->stopping)
       pthread_cond_wait(&work->wake, &work->lock);
-    if (work->first == NULL && work->shares == NULL) break;
+    if (work->first == NULL && work->loops == NULL) break;
     work->running++;
     if (work->first != NULL) {
       srv_job *job = take(work);
@@ -82,7 +82,7 @@ static void *run_threads(void *context) {
       job->run(job);
       pthread_mutex_lock(&work->lock);
     } else {
-      help(work, work->shares);
+      help(work, work->loops);
     }
     work->running--;
   }
@@ -152,19 +152,20 @@ void srv_work_outside(srv_work *work, bool begins) {
     atomic_fetch_sub(&work->outside, 1);
 }
 
-void srv_work_share(srv_work *work, uint32_t count, void (*part)(void *context, uint32_t index),
-                    void *context) {
+void srv_work_parallel_for(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                           void *context) {
+  srv_work *work = owner;
   if (count == 0) return;
-  shared share = {.part = part, .context = context, .count = count};
-  pthread_cond_init(&share.idle, NULL);
+  loop l = {.part = part, .context = context, .count = count};
+  pthread_cond_init(&l.idle, NULL);
   pthread_mutex_lock(&work->lock);
-  share.next = work->shares;
-  work->shares = &share;
+  l.next = work->loops;
+  work->loops = &l;
   if (count > 1 && work->running < work->thread_count) pthread_cond_broadcast(&work->wake);
-  while (share.begun < count) run_part(work, &share);
-  while (share.helpers > 0) pthread_cond_wait(&share.idle, &work->lock);
+  while (l.begun < count) run_part(work, &l);
+  while (l.helpers > 0) pthread_cond_wait(&l.idle, &work->lock);
   pthread_mutex_unlock(&work->lock);
-  pthread_cond_destroy(&share.idle);
+  pthread_cond_destroy(&l.idle);
 }
 
 void srv_work_load(srv_work *work, size_t *waiting, size_t *running) {

@@ -55,7 +55,8 @@ api_service *api_service_create(const api_settings *settings) {
   if (!service) return NULL;
   service->limits = settings->limits;
   service->store = settings->store;
-  service->crew = settings->crew;
+  service->threads = (tw_parallel_for){settings->parallel.owner, settings->parallel.run};
+  service->parallel = service->threads.run ? &service->threads : NULL;
   atomic_init(&service->is_draining, false);
   service->arena = tw_arena_create();
   const char *origins = settings->cors_origins ? settings->cors_origins : "";

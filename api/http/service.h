@@ -19,9 +19,10 @@ struct api_keys {
 struct api_service {
   api_limits limits;
   api_store store;
-  api_crew crew;
-  tw_arena *arena;        /* of the copied settings */
-  api_keys *_Atomic keys; /* in force; NULL without memory only */
+  tw_parallel_for threads;
+  const tw_parallel_for *parallel; /* NULL: there are no threads */
+  tw_arena *arena;                 /* of the copied settings */
+  api_keys *_Atomic keys;          /* in force; NULL without memory only */
   const char *cors_origins;
   atomic_bool is_draining;
   api_budget *budget;

@@ -75,17 +75,17 @@ typedef struct api_limits {
   size_t max_waiting;  /* requests that may wait for memory at once */
 } api_limits;
 
-/* Threads that take part in what one of them shares out: share calls part(context, i) once for each i below
- * count, in any order and on any threads, and returns when all calls have. share NULL: there are none. */
-typedef struct api_crew {
+/* How loops are shared among threads: run calls part(context, i) once for each i below count, in any order
+ * and on any threads, and returns when all calls have. run NULL: there are no threads. */
+typedef struct api_parallel_for {
   void *owner;
-  void (*share)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
-} api_crew;
+  void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+} api_parallel_for;
 
 typedef struct api_settings {
   api_limits limits;
   api_store store;
-  api_crew crew;
+  api_parallel_for parallel;
   const char *const *api_keys; /* NULL-terminated; NULL: no keys asked for */
   const char *cors_origins;    /* "*", "" for none, or a comma-separated list */
 } api_settings;

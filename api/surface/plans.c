@@ -138,13 +138,8 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-static tw_parallel_for hands_of(const api_crew *crew) {
-  return (tw_parallel_for){crew->owner, crew->share};
-}
-
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
-  const tw_parallel_for hands = hands_of(&source->service->crew);
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -154,7 +149,7 @@ static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_e
     options.movable = plan->count >= all->still_count;
     options.shapes = plan->shapes;
     tw_status status =
-        tw_surface_create_by(mesh, &options, hands.run ? &hands : NULL, &plan->surfaces[plan->count], error);
+        tw_surface_create_by(mesh, &options, source->service->parallel, &plan->surfaces[plan->count], error);
     if (status != TW_OK) return status;
   }
   return TW_OK;
@@ -252,9 +247,8 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 
 /* ---- moving ------------------------------------------------------------------------------------ */
 
-static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves, const api_crew *crew,
-                               api_plan *plan) {
-  const tw_parallel_for hands = hands_of(crew);
+static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves,
+                               const tw_parallel_for *parallel, api_plan *plan) {
   plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
   plan->borrows = tw_alloc_zero(moves->count, sizeof *plan->borrows);
   if (!plan->surfaces || !plan->borrows) return TW_NO_MEMORY;
@@ -264,8 +258,8 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
     plan->borrows[i] = !moves->positions[i];
     plan->surfaces[i] = surface;
     if (plan->borrows[i]) continue;
-    tw_status status = tw_surface_with_positions_by(surface, moves->positions[i], hands.run ? &hands : NULL,
-                                                    &plan->surfaces[i]);
+    tw_status status =
+        tw_surface_with_positions_by(surface, moves->positions[i], parallel, &plan->surfaces[i]);
     if (status != TW_OK) return status;
   }
   return TW_OK;
@@ -273,7 +267,7 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
 
 /* Takes the reference to the source over. */
 static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_moves *moves,
-                            const api_crew *crew) {
+                            const tw_parallel_for *parallel) {
   const api_plan *still = api_entry_value(source);
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
@@ -283,7 +277,7 @@ static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_
   plan->source = source;
   plan->total = still->total;
   atomic_init(&plan->is_warm, false);
-  if (move_surfaces(still, moves, crew, plan) != TW_OK) {
+  if (move_surfaces(still, moves, parallel, plan) != TW_OK) {
     destroy_plan(plan);
     return NULL;
   }
@@ -296,19 +290,18 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   api_entry *plan = NULL;
   api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
   if (outcome != API_DONE) return outcome;
-  if (moves->count > 0) plan = move_plan(call->service->cache, plan, moves, &call->service->crew);
+  if (moves->count > 0) plan = move_plan(call->service->cache, plan, moves, call->service->parallel);
   *out = plan;
   return plan ? API_DONE : api_fail_without_memory(call);
 }
 
-tw_status api_plan_warm(api_plan *plan, const api_crew *crew, tw_error *error) {
-  const tw_parallel_for hands = hands_of(crew);
+tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error) {
   if (atomic_load(&plan->is_warm)) return TW_OK;
   for (uint32_t i = 0; i < plan->count; i++) {
     float min[3], max[3];
     uint32_t morphs = tw_surface_get_layout(plan->surfaces[i])->morph_count;
     for (int morph = -1; morph < (int)morphs; morph++) {
-      tw_status status = tw_surface_bounds_by(plan->surfaces[i], morph, hands.run ? &hands : NULL, min, max);
+      tw_status status = tw_surface_bounds_by(plan->surfaces[i], morph, parallel, min, max);
       if (status != TW_OK) return tw_fail(error, status, "out of memory");
     }
   }

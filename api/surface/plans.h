@@ -55,7 +55,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
                           bool is_stored, const api_surface_query *query, api_entry **out);
 
 /* Computes the bounds of all surfaces, unless they are known. */
-tw_status api_plan_warm(api_plan *plan, const api_crew *crew, tw_error *error);
+tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error);
 
 /* Prints the query with all its values, for keys and entity tags. */
 void api_surface_query_print(const api_surface_query *query, api_text *text);

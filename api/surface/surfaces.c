@@ -271,7 +271,8 @@ static void take_over(api_call *call, surface_request *request, uint64_t size,
 
 /* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
 static api_outcome warm(api_call *call, const surface_request *request) {
-  tw_status status = api_plan_warm(api_entry_value(request->plan), &call->service->crew, &call->fault.error);
+  tw_status status =
+      api_plan_warm(api_entry_value(request->plan), call->service->parallel, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 

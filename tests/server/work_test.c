@@ -108,7 +108,7 @@ TEST_WITH(every_part_is_called_once, reset, NULL) {
   static const uint32_t counts[] = {0, 1, 2, PARTS};
   for (int i = 0; i < 4; i++) {
     parts p = {.meet = false};
-    srv_work_share(work, counts[i], run_part, &p);
+    srv_work_parallel_for(work, counts[i], run_part, &p);
     for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&p.calls[k]), k < counts[i]);
     assert_int_equal(atomic_load(&p.in), 0);
   }
@@ -118,7 +118,7 @@ TEST_WITH(every_part_is_called_once, reset, NULL) {
 TEST_WITH(idle_threads_join_in, reset, NULL) {
   srv_work *work = srv_work_create(1, 4);
   parts p = {.meet = true};
-  srv_work_share(work, 2, run_part, &p);
+  srv_work_parallel_for(work, 2, run_part, &p);
   assert_int_equal(atomic_load(&p.most), 2);
   srv_work_destroy(work);
 }
@@ -130,7 +130,7 @@ TEST_WITH(a_busy_pool_leaves_all_parts_to_the_caller, reset, NULL) {
   assert_true(srv_work_submit(work, &job));
   wait_until_begun(1);
   parts p = {.meet = false};
-  srv_work_share(work, PARTS, run_part, &p);
+  srv_work_parallel_for(work, PARTS, run_part, &p);
   for (uint32_t k = 0; k < PARTS; k++) assert_int_equal(atomic_load(&p.calls[k]), 1);
   pthread_mutex_unlock(&gate);
   srv_work_destroy(work);
@@ -145,7 +145,7 @@ typedef struct sharing_job {
 
 static void share_in_job(srv_job *job) {
   sharing_job *s = (sharing_job *)(void *)job;
-  srv_work_share(s->work, PARTS, run_part, &s->parts);
+  srv_work_parallel_for(s->work, PARTS, run_part, &s->parts);
   atomic_fetch_add(&done, 1);
 }
 
