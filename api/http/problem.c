@@ -92,33 +92,20 @@ static void print_list(api_text *text, const char *list) {
 }
 
 static void print_predicted(api_text *text, const api_fault *fault) {
-  api_text_member(text, "predicted");
-  api_text_add(text, "{");
-  api_text_member(text, "vertices");
-  api_text_count(text, fault->predicted.vertices);
-  api_text_member(text, "edges");
-  api_text_count(text, fault->predicted.edges);
-  api_text_member(text, "faces");
-  api_text_count(text, fault->predicted.faces);
-  if (fault->predicted_bytes) {
-    api_text_member(text, "bytes");
-    api_text_count(text, fault->predicted_bytes);
-  }
+  api_member_open(text, "predicted", "{");
+  api_member_count(text, "vertices", fault->predicted.vertices);
+  api_member_count(text, "edges", fault->predicted.edges);
+  api_member_count(text, "faces", fault->predicted.faces);
+  if (fault->predicted_bytes) api_member_count(text, "bytes", fault->predicted_bytes);
   api_text_add(text, "}");
 }
 
 static void print_place(api_text *text, const api_fault *fault) {
-  if (fault->error.line) {
-    api_text_member(text, "line");
-    api_text_count(text, fault->error.line);
-  }
+  if (fault->error.line) api_member_count(text, "line", fault->error.line);
   if (!fault->in_document) return;
-  api_text_member(text, "errors");
-  api_text_add(text, "[{");
-  api_text_member(text, "pointer");
-  api_text_string(text, fault->error.pointer);
-  api_text_member(text, "detail");
-  api_text_string(text, fault->error.detail);
+  api_member_open(text, "errors", "[{");
+  api_member_string(text, "pointer", fault->error.pointer);
+  api_member_string(text, "detail", fault->error.detail);
   api_text_add(text, "}]");
 }
 
@@ -128,8 +115,7 @@ static void print_detail(api_text *text, const api_fault *fault) {
   bool has_place = fault->in_document && fault->error.pointer[0];
   snprintf(detail, sizeof detail, "%s%s%s", has_place ? fault->error.pointer : "", has_place ? ": " : "",
            fault->error.detail);
-  api_text_member(text, "detail");
-  api_text_string(text, detail);
+  api_member_string(text, "detail", detail);
 }
 
 static void print_problem(api_text *text, const api_fault *fault, const char *request_id) {
@@ -139,13 +125,10 @@ static void print_problem(api_text *text, const api_fault *fault, const char *re
   api_text_add(text, "\"urn:tweend:problem:");
   api_text_add(text, kind->name);
   api_text_add(text, "\"");
-  api_text_member(text, "title");
-  api_text_string(text, kind->title);
-  api_text_member(text, "status");
-  api_text_count(text, (uint64_t)fault->status);
+  api_member_string(text, "title", kind->title);
+  api_member_count(text, "status", (uint64_t)fault->status);
   print_detail(text, fault);
-  api_text_member(text, "instance");
-  api_text_string(text, request_id);
+  api_member_string(text, "instance", request_id);
   print_place(text, fault);
   if (fault->is_predicted) print_predicted(text, fault);
   if (fault->supported) {

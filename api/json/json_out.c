@@ -194,3 +194,28 @@ void api_text_room_filled(float *values, size_t count) {
     memcpy(&values[i], &bits, sizeof bits);
   }
 }
+
+void api_member_string(api_text *text, const char *name, const char *value) {
+  api_text_member(text, name);
+  api_text_string(text, value);
+}
+
+void api_member_count(api_text *text, const char *name, uint64_t value) {
+  api_text_member(text, name);
+  api_text_count(text, value);
+}
+
+void api_member_float(api_text *text, const char *name, float value) {
+  api_text_member(text, name);
+  api_text_float(text, value);
+}
+
+void api_member_floats(api_text *text, const char *name, const float *values, size_t count) {
+  api_text_member(text, name);
+  api_text_floats(text, values, count);
+}
+
+void api_member_open(api_text *text, const char *name, const char *bracket) {
+  api_text_member(text, name);
+  api_text_add(text, bracket);
+}

@@ -32,6 +32,13 @@ void api_text_element(api_text *text);
 /* The comma and `"name":`; the name is written as it stands. */
 void api_text_member(api_text *text, const char *name);
 
+/* A member with its value, or with "[" or "{". */
+void api_member_string(api_text *text, const char *name, const char *value);
+void api_member_count(api_text *text, const char *name, uint64_t value);
+void api_member_float(api_text *text, const char *name, float value);
+void api_member_floats(api_text *text, const char *name, const float *values, size_t count);
+void api_member_open(api_text *text, const char *name, const char *bracket);
+
 /* A quoted string. Bytes that are not UTF-8 become U+FFFD. */
 void api_text_quoted(api_text *text, const char *value, size_t length);
 /* The same of a terminated one, or null for NULL. */

@@ -4,30 +4,14 @@
 #include <stdio.h>
 #include <string.h>
 
-static void member_count(api_text *out, const char *name, uint64_t value) {
-  api_text_member(out, name);
-  api_text_count(out, value);
-}
-
-static void member_floats(api_text *out, const char *name, const float *values, size_t count) {
-  api_text_member(out, name);
-  api_text_floats(out, values, count);
-}
-
-static void open_array(api_text *out, const char *name) {
-  api_text_member(out, name);
-  api_text_add(out, "[");
-}
-
 /* {"3":2,"4":6}: how many there are of each size. */
 static void member_histogram(api_text *out, const char *name, uint32_t count, const uint32_t *sizes,
                              const uint32_t *numbers) {
-  api_text_member(out, name);
-  api_text_add(out, "{");
+  api_member_open(out, name, "{");
   for (uint32_t i = 0; i < count; i++) {
     char size[16];
     snprintf(size, sizeof size, "%u", sizes[i]);
-    member_count(out, size, numbers[i]);
+    api_member_count(out, size, numbers[i]);
   }
   api_text_add(out, "}");
 }
@@ -46,8 +30,7 @@ static void member_nonmanifold(api_text *out, const tw_mesh_facts *facts) {
     api_text_add(out, "]");
   }
   api_text_add(out, "]");
-  api_text_member(out, "vertices");
-  api_text_add(out, "[");
+  api_member_open(out, "vertices", "[");
   for (uint32_t i = 0; i < facts->listed_nonmanifold_vertices; i++) {
     api_text_element(out);
     api_text_count(out, facts->nonmanifold_vertex_points[i]);
@@ -56,30 +39,29 @@ static void member_nonmanifold(api_text *out, const tw_mesh_facts *facts) {
 }
 
 static void print_facts(api_text *out, const tw_mesh_facts *facts) {
-  member_count(out, "vertices", facts->vertices);
-  member_count(out, "edges", facts->edges);
-  member_count(out, "faces", facts->faces);
+  api_member_count(out, "vertices", facts->vertices);
+  api_member_count(out, "edges", facts->edges);
+  api_member_count(out, "faces", facts->faces);
   member_histogram(out, "face_sizes", facts->face_size_count, facts->face_sizes, facts->face_size_faces);
-  member_count(out, "boundary_edges", facts->boundary_edges);
-  member_count(out, "boundary_loops", facts->boundary_loops);
-  member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
-  member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
+  api_member_count(out, "boundary_edges", facts->boundary_edges);
+  api_member_count(out, "boundary_loops", facts->boundary_loops);
+  api_member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
+  api_member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
   if (facts->nonmanifold_edges + facts->nonmanifold_vertices > 0) member_nonmanifold(out, facts);
-  member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
+  api_member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
   member_histogram(out, "extraordinary_valences", facts->valence_count, facts->valences,
                    facts->valence_vertices);
-  member_count(out, "components", facts->components);
+  api_member_count(out, "components", facts->components);
   api_text_member(out, "euler_characteristic");
   api_text_integer(out, facts->euler_characteristic);
-  api_text_member(out, "bounds");
-  api_text_add(out, "{");
-  member_floats(out, "min", facts->min, 3);
-  member_floats(out, "max", facts->max, 3);
+  api_member_open(out, "bounds", "{");
+  api_member_floats(out, "min", facts->min, 3);
+  api_member_floats(out, "max", facts->max, 3);
   api_text_add(out, "}");
-  member_count(out, "unused_points", facts->unused_points);
-  member_count(out, "creases", facts->creases);
-  member_count(out, "corners", facts->sharp_points);
-  member_count(out, "holes", facts->holes);
+  api_member_count(out, "unused_points", facts->unused_points);
+  api_member_count(out, "creases", facts->creases);
+  api_member_count(out, "corners", facts->sharp_points);
+  api_member_count(out, "holes", facts->holes);
 }
 
 /* Of names with a blank between two. */
@@ -98,14 +80,14 @@ static void print_words(api_text *out, const char *names) {
 
 static void member_groups(api_text *out, const tw_model *model, const tw_mesh_facts *facts) {
   enum { LISTED_MAX = 64 };
-  member_count(out, "group_count", facts->group_count);
-  open_array(out, "groups");
+  api_member_count(out, "group_count", facts->group_count);
+  api_member_open(out, "groups", "[");
   for (uint32_t i = 0; i < facts->group_count && i < LISTED_MAX; i++) {
     api_text_element(out);
     api_text_add(out, "{");
     api_text_member(out, "names");
     print_words(out, model->group_names[facts->groups[i]]);
-    member_count(out, "faces", facts->group_faces[i]);
+    api_member_count(out, "faces", facts->group_faces[i]);
     api_text_add(out, "}");
   }
   api_text_add(out, "]");
@@ -118,12 +100,11 @@ static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index
   if (status != TW_OK) return status;
   api_text_element(out);
   api_text_add(out, "{");
-  api_text_member(out, "name");
-  api_text_string(out, mesh->name);
+  api_member_string(out, "name", mesh->name);
   print_facts(out, &facts);
   member_groups(out, model, &facts);
-  member_count(out, "uv_sets", mesh->uv_set_count);
-  member_count(out, "morph_targets", mesh->morph_count);
+  api_member_count(out, "uv_sets", mesh->uv_set_count);
+  api_member_count(out, "morph_targets", mesh->morph_count);
   api_text_member(out, "skinned");
   api_text_flag(out, mesh->skin.joints != NULL);
   api_text_add(out, "}");
@@ -133,8 +114,7 @@ static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index
 
 static void member_node_name(api_text *out, const char *name, const tw_model *model, uint32_t node) {
   char buffer[24];
-  api_text_member(out, name);
-  api_text_string(out, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
+  api_member_string(out, name, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
 }
 
 /* An index, or null. */
@@ -154,12 +134,11 @@ static void print_node(api_text *out, const tw_model *model, uint32_t index) {
   member_node_name(out, "parent", model, node->parent);
   member_index(out, "mesh", node->mesh);
   member_index(out, "skin", node->skin);
-  api_text_member(out, "rest");
-  api_text_add(out, "{");
-  member_floats(out, "translation", node->rest.translation, 3);
-  member_floats(out, "rotation", node->rest.rotation, 4);
-  member_floats(out, "scale", node->rest.scale, 3);
-  if (node->has_matrix) member_floats(out, "matrix", node->matrix, 16);
+  api_member_open(out, "rest", "{");
+  api_member_floats(out, "translation", node->rest.translation, 3);
+  api_member_floats(out, "rotation", node->rest.rotation, 4);
+  api_member_floats(out, "scale", node->rest.scale, 3);
+  if (node->has_matrix) api_member_floats(out, "matrix", node->matrix, 16);
   api_text_add(out, "}}");
 }
 
@@ -168,11 +147,9 @@ static void print_skin(api_text *out, const tw_model *model, uint32_t index) {
   char buffer[24];
   api_text_element(out);
   api_text_add(out, "{");
-  api_text_member(out, "name");
-  api_text_string(out, skin->name);
+  api_member_string(out, "name", skin->name);
   member_node_name(out, "skeleton", model, skin->skeleton);
-  api_text_member(out, "joints");
-  api_text_add(out, "[");
+  api_member_open(out, "joints", "[");
   for (uint32_t i = 0; i < skin->joint_count; i++) {
     api_text_element(out);
     api_text_string(out, tw_model_node_name(model, skin->joints[i], buffer));
@@ -193,39 +170,34 @@ static void print_clip(api_text *out, const tw_model *model, uint32_t index) {
   }
   api_text_element(out);
   api_text_add(out, "{");
-  api_text_member(out, "name");
-  api_text_string(out, tw_model_clip_name(model, index, buffer));
-  api_text_member(out, "duration");
-  api_text_float(out, duration);
-  member_count(out, "tracks", clip->track_count);
-  member_count(out, "keys", keys);
+  api_member_string(out, "name", tw_model_clip_name(model, index, buffer));
+  api_member_float(out, "duration", duration);
+  api_member_count(out, "tracks", clip->track_count);
+  api_member_count(out, "keys", keys);
   api_text_add(out, "}");
 }
 
 bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault) {
   api_text_add(out, "{");
-  api_text_member(out, "id");
-  api_text_string(out, id);
-  api_text_member(out, "name");
-  api_text_string(out, api_model_name(model));
-  api_text_member(out, "format");
-  api_text_string(out, tw_format_names[model->format]);
-  member_count(out, "bytes", size);
-  open_array(out, "meshes");
+  api_member_string(out, "id", id);
+  api_member_string(out, "name", api_model_name(model));
+  api_member_string(out, "format", tw_format_names[model->format]);
+  api_member_count(out, "bytes", size);
+  api_member_open(out, "meshes", "[");
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
     status = print_mesh(out, model, i, &fault->error);
   api_text_add(out, "]");
-  open_array(out, "nodes");
+  api_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
   api_text_add(out, "]");
-  open_array(out, "skins");
+  api_member_open(out, "skins", "[");
   for (uint32_t i = 0; i < model->skin_count; i++) print_skin(out, model, i);
   api_text_add(out, "]");
-  open_array(out, "clips");
+  api_member_open(out, "clips", "[");
   for (uint32_t i = 0; i < model->clip_count; i++) print_clip(out, model, i);
   api_text_add(out, "]");
-  open_array(out, "warnings");
+  api_member_open(out, "warnings", "[");
   for (uint32_t i = 0; i < model->warning_count; i++) {
     api_text_element(out);
     api_text_string(out, model->warnings[i]);

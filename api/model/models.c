@@ -166,10 +166,8 @@ const char *api_model_name(const tw_model *model) {
 /* What a list shows of a model without reading it. */
 static void print_summary(const tw_model *model, api_text *out) {
   api_text_add(out, "{");
-  api_text_member(out, "name");
-  api_text_string(out, api_model_name(model));
-  api_text_member(out, "format");
-  api_text_string(out, tw_format_names[model->format]);
+  api_member_string(out, "name", api_model_name(model));
+  api_member_string(out, "format", tw_format_names[model->format]);
   api_text_add(out, "}");
   api_text_bytes(out, "", 1); /* the terminator */
 }
@@ -271,10 +269,8 @@ static bool print_from_summary(const char *summary, api_text *text) {
   const cJSON *format = cJSON_GetObjectItemCaseSensitive(tree, "format");
   bool is_whole = cJSON_IsString(format) && (cJSON_IsString(name) || cJSON_IsNull(name));
   if (is_whole) {
-    api_text_member(text, "name");
-    api_text_string(text, cJSON_GetStringValue(name));
-    api_text_member(text, "format");
-    api_text_string(text, cJSON_GetStringValue(format));
+    api_member_string(text, "name", cJSON_GetStringValue(name));
+    api_member_string(text, "format", cJSON_GetStringValue(format));
   }
   cJSON_Delete(tree);
   return is_whole;
@@ -285,10 +281,8 @@ static bool print_from_model(api_call *call, const char *id, api_text *text) {
   api_entry *entry;
   if (api_model_take(call, id, TW_QUADS_NGON, &entry) != API_DONE) return false;
   const tw_model *model = api_entry_value(entry);
-  api_text_member(text, "name");
-  api_text_string(text, api_model_name(model));
-  api_text_member(text, "format");
-  api_text_string(text, tw_format_names[model->format]);
+  api_member_string(text, "name", api_model_name(model));
+  api_member_string(text, "format", tw_format_names[model->format]);
   api_entry_release(entry);
   return true;
 }
@@ -298,11 +292,9 @@ static bool print_from_model(api_call *call, const char *id, api_text *text) {
 static bool print_listed(api_call *call, const api_listed *listed, api_text *text) {
   api_text item = {0};
   api_text_add(&item, "{");
-  api_text_member(&item, "id");
-  api_text_string(&item, listed->id);
+  api_member_string(&item, "id", listed->id);
   bool is_printed = print_from_summary(listed->summary, &item) || print_from_model(call, listed->id, &item);
-  api_text_member(&item, "bytes");
-  api_text_count(&item, listed->size);
+  api_member_count(&item, "bytes", listed->size);
   api_text_add(&item, "}");
   if (is_printed) {
     api_text_element(text);

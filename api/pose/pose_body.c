@@ -185,18 +185,14 @@ static void print_node_names(const api_pose_request *request, api_text *text) {
 /* Which of the joints are whose. */
 static void print_skins(const tw_model *model, api_text *text) {
   uint64_t first = 0;
-  api_text_member(text, "skins");
-  api_text_add(text, "[");
+  api_member_open(text, "skins", "[");
   for (uint32_t i = 0; i < model->skin_count; i++) {
     const tw_skin *skin = &model->skins[i];
     api_text_element(text);
     api_text_add(text, "{");
-    api_text_member(text, "name");
-    api_text_string(text, skin->name);
-    api_text_member(text, "first");
-    api_text_count(text, first);
-    api_text_member(text, "count");
-    api_text_count(text, skin->joint_count);
+    api_member_string(text, "name", skin->name);
+    api_member_count(text, "first", first);
+    api_member_count(text, "count", skin->joint_count);
     api_text_add(text, "}");
     first += skin->joint_count;
   }
@@ -205,8 +201,7 @@ static void print_skins(const tw_model *model, api_text *text) {
 
 /* What a borrowed clip moves and the model does not have. */
 static void print_warnings(const api_clip *clip, api_text *text) {
-  api_text_member(text, "warnings");
-  api_text_add(text, "[");
+  api_member_open(text, "warnings", "[");
   for (uint32_t i = 0; i < clip->missing_count; i++) {
     api_text sentence = {0};
     api_text_add(&sentence, "the clip moves a node that the model does not have: ");
@@ -223,21 +218,15 @@ static void print_warnings(const api_clip *clip, api_text *text) {
 static void print_heading(const api_pose_request *request, api_text *text) {
   const api_clip *clip = request->clip;
   api_text_add(text, "{");
-  api_text_member(text, "clip");
-  api_text_string(text, clip ? clip->name : NULL);
-  api_text_member(text, "duration");
-  api_text_float(text, clip ? tw_clip_duration(clip->compiled) : 0);
-  api_text_member(text, "space");
-  api_text_string(text, request->is_world ? "world" : "local");
-  api_text_member(text, "as");
-  api_text_string(text, layouts[request->as].name);
+  api_member_string(text, "clip", clip ? clip->name : NULL);
+  api_member_float(text, "duration", clip ? tw_clip_duration(clip->compiled) : 0);
+  api_member_string(text, "space", request->is_world ? "world" : "local");
+  api_member_string(text, "as", layouts[request->as].name);
   if (request->as == API_AS_EULER) {
-    api_text_member(text, "order");
-    api_text_string(text, tw_euler_order_names[request->order]);
+    api_member_string(text, "order", tw_euler_order_names[request->order]);
   }
   if (request->as == API_AS_EULER || request->as == API_AS_AXIS_ANGLE) {
-    api_text_member(text, "unit");
-    api_text_string(text, request->in_degrees ? "degrees" : "radians");
+    api_member_string(text, "unit", request->in_degrees ? "degrees" : "radians");
   }
   if (clip && clip->missing_count > 0) print_warnings(clip, text);
   print_node_names(request, text);
@@ -247,14 +236,10 @@ static void print_heading(const api_pose_request *request, api_text *text) {
 /* Where a node's numbers stand in a row of the binary form. */
 static void print_layout(const api_pose_request *request, api_text *text) {
   size_t width = api_pose_width(request->as);
-  api_text_member(text, "poses");
-  api_text_count(text, request->times.count);
-  api_text_member(text, "stride");
-  api_text_count(text, width * request->node_count);
-  api_text_member(text, "node_stride");
-  api_text_count(text, width);
-  api_text_member(text, "layout");
-  api_text_add(text, "[");
+  api_member_count(text, "poses", request->times.count);
+  api_member_count(text, "stride", width * request->node_count);
+  api_member_count(text, "node_stride", width);
+  api_member_open(text, "layout", "[");
   api_text_add(text, layouts[request->as].members);
   api_text_add(text, "]");
 }
@@ -266,8 +251,7 @@ static void print_json_pose(const api_pose_request *request, float time, const f
   api_text_add(text, "{\"t\":");
   api_text_float(text, time);
   for (const pose_part *part = layouts[request->as].parts; part->name; part++) {
-    api_text_member(text, part->name);
-    api_text_add(text, "[");
+    api_member_open(text, part->name, "[");
     api_text_vectors(text, row + part->offset, width, part->width, request->node_count);
     api_text_add(text, "]");
   }
@@ -349,8 +333,7 @@ static void print_head(api_pose_body *body, api_text *text) {
     break;
   case API_POSE_JSON: print_heading(request, text); break;
   }
-  api_text_member(text, "times");
-  api_text_add(text, "[");
+  api_member_open(text, "times", "[");
   body->phase = PHASE_TIMES;
 }
 

@@ -17,40 +17,27 @@ static const char *const interpolation_names[] = {"step", "linear", "cubicspline
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
 static const char *const axis_names[] = {"x", "y", "z"};
 
-static void member_text(api_text *text, const char *name, const char *value) {
-  api_text_member(text, name);
-  api_text_string(text, value);
-}
-
 /* In single precision, as far as every processor's libm agrees. What is finite stays a number: the speed
  * between keys at times 0 and 1e-40 fits none. */
 static void member_number(api_text *text, const char *name, double value) {
-  api_text_member(text, name);
-  api_text_float(text, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
-}
-
-static void member_count(api_text *text, const char *name, uint64_t value) {
-  api_text_member(text, name);
-  api_text_count(text, value);
+  api_member_float(text, name, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
 }
 
 /* How near the path comes to lock, in the track's own order and in each of the others. */
 static void print_gimbal(api_text *text, const tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order];
-  api_text_member(text, "gimbal");
-  api_text_add(text, "{");
-  member_text(text, "order", tw_euler_order_names[report->order]);
+  api_member_open(text, "gimbal", "{");
+  api_member_string(text, "order", tw_euler_order_names[report->order]);
   member_number(text, "time", own->time);
   member_number(text, "cos_middle", own->cos_middle);
   member_number(text, "amplification", own->amplification);
-  member_text(text, "lost_axis", axis_names[report->lost_axis]);
+  api_member_string(text, "lost_axis", axis_names[report->lost_axis]);
   api_text_add(text, "}");
-  api_text_member(text, "orders");
-  api_text_add(text, "{");
+  api_member_open(text, "orders", "{");
   for (int order = 0; order < TW_EULER_ORDERS; order++)
     member_number(text, tw_euler_order_names[order], report->gimbals[order].cos_middle);
   api_text_add(text, "}");
-  member_text(text, "best_order", tw_euler_order_names[report->best_order]);
+  api_member_string(text, "best_order", tw_euler_order_names[report->best_order]);
 }
 
 static void print_motion(api_text *text, const tw_track_report *report) {
@@ -58,18 +45,17 @@ static void print_motion(api_text *text, const tw_track_report *report) {
   member_number(text, "duration", report->duration);
   member_number(text, "total_degrees", report->total_angle * DEGREES);
   member_number(text, "largest_step_degrees", report->largest_step * DEGREES);
-  member_count(text, "largest_step_key", report->largest_key);
+  api_member_count(text, "largest_step_key", report->largest_key);
   member_number(text, "peak_degrees_per_second", report->peak_velocity * DEGREES);
   member_number(text, "peak_time", report->peak_time);
-  member_count(text, "sign_flips", report->sign_flips);
-  member_count(text, "non_unit_keys", report->non_unit_keys);
-  member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
-  member_count(text, "half_turns", report->half_turns);
-  member_count(text, "steps_over_180", report->long_steps);
-  member_count(text, "euler_wraps", report->euler_wraps);
+  api_member_count(text, "sign_flips", report->sign_flips);
+  api_member_count(text, "non_unit_keys", report->non_unit_keys);
+  api_member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
+  api_member_count(text, "half_turns", report->half_turns);
+  api_member_count(text, "steps_over_180", report->long_steps);
+  api_member_count(text, "euler_wraps", report->euler_wraps);
   if (!report->has_stray) return;
-  api_text_member(text, "slerp_stray");
-  api_text_add(text, "{");
+  api_member_open(text, "slerp_stray", "{");
   member_number(text, "degrees", report->stray_angle * DEGREES);
   member_number(text, "time", report->stray_time);
   api_text_add(text, "}");
@@ -80,15 +66,14 @@ static void print_track(api_text *text, const tw_model *model, const tw_track_ke
   char buffer[24];
   api_text_element(text);
   api_text_add(text, "{");
-  member_text(text, "node", tw_model_node_name(model, keys->node, buffer));
-  member_text(text, "path", "rotation");
-  member_text(text, "kind", kind_names[keys->form]);
-  member_text(text, "interpolation", interpolation_names[keys->interpolation]);
-  member_count(text, "keys", report->key_count);
+  api_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
+  api_member_string(text, "path", "rotation");
+  api_member_string(text, "kind", kind_names[keys->form]);
+  api_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
+  api_member_count(text, "keys", report->key_count);
   print_motion(text, report);
   print_gimbal(text, report);
-  api_text_member(text, "warnings");
-  api_text_add(text, "[");
+  api_member_open(text, "warnings", "[");
   for (uint32_t i = 0; i < report->warning_count; i++) {
     api_text_element(text);
     api_text_string(text, report->warnings[i]);
@@ -111,9 +96,8 @@ static tw_status print_clip(api_text *text, const tw_model *model, uint32_t inde
   char buffer[24];
   uint32_t steps = steps_most(clip);
   api_text_add(text, "{");
-  member_text(text, "clip", tw_model_clip_name(model, index, buffer));
-  api_text_member(text, "tracks");
-  api_text_add(text, "[");
+  api_member_string(text, "clip", tw_model_clip_name(model, index, buffer));
+  api_member_open(text, "tracks", "[");
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].path != TW_ROTATION) continue;
     tw_track_report report;

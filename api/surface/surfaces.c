@@ -113,16 +113,11 @@ static const char *canonical(api_call *call, const surface_request *request) {
 /* ---- counts -------------------------------------------------------------------------------------- */
 
 static void print_counts(api_text *text, uint32_t level, const tw_surface_counts *counts, uint64_t bytes) {
-  api_text_member(text, "level");
-  api_text_count(text, level);
-  api_text_member(text, "vertices");
-  api_text_count(text, counts->vertices);
-  api_text_member(text, "edges");
-  api_text_count(text, counts->edges);
-  api_text_member(text, "faces");
-  api_text_count(text, counts->faces);
-  api_text_member(text, "bytes");
-  api_text_count(text, bytes);
+  api_member_count(text, "level", level);
+  api_member_count(text, "vertices", counts->vertices);
+  api_member_count(text, "edges", counts->edges);
+  api_member_count(text, "faces", counts->faces);
+  api_member_count(text, "bytes", bytes);
 }
 
 /* The size of a GLB that holds one mesh of the scene alone, without materials. */
@@ -148,8 +143,7 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
   api_text text = {0};
   api_text_add(&text, "{");
   print_counts(&text, request->surface.level, &plan->total, bytes);
-  api_text_member(&text, "meshes");
-  api_text_add(&text, "[");
+  api_member_open(&text, "meshes", "[");
   for (uint32_t i = 0; i < plan->count; i++) {
     uint64_t size;
     if (predict_mesh(request, i, &size, &call->fault.error) != TW_OK) {
@@ -158,8 +152,7 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
     }
     api_text_element(&text);
     api_text_add(&text, "{");
-    api_text_member(&text, "name");
-    api_text_string(&text, request->shown.scene.model->meshes[i].name);
+    api_member_string(&text, "name", request->shown.scene.model->meshes[i].name);
     print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
     api_text_add(&text, "}");
   }
