@@ -1,7 +1,6 @@
 /* What handlers share: faults, plain replies, and the validators of immutable answers. */
 #include "call.h"
 
-#include "routes.h"
 #include "service.h"
 
 #include <nettle/sha2.h>
@@ -35,7 +34,15 @@ api_outcome api_fail_without_memory(api_call *call) {
   return API_FAILED;
 }
 
+static api_outcome build_own(api_call *call, api_build build, void *context, api_entry **out) {
+  api_built built;
+  if (!build(context, &built, &call->fault)) return API_FAILED;
+  *out = api_cache_own(call->service->cache, &built);
+  return *out ? API_DONE : api_fail_without_memory(call);
+}
+
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out) {
+  if (!key) return build_own(call, build, context, out);
   *out = api_cache_take(call->service->cache, key, call->request->ticket, call->effort, build, context,
                         &call->fault);
   if (*out) return API_DONE;
@@ -65,57 +72,25 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
   }
 }
 
-void api_stamp_make(const char *id, const char *representation, const char *canonical, api_stamp *out) {
+const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
+  enum { DIGEST = 8 };
   struct sha256_ctx hash;
-  uint8_t digest[API_STAMP_DIGEST];
+  uint8_t digest[DIGEST];
+  char hex[2 * DIGEST], tag[API_ID_TEXT + sizeof hex + 4];
   sha256_init(&hash);
   sha256_update(&hash, strlen(representation) + 1, (const uint8_t *)representation);
   sha256_update(&hash, strlen(canonical) + 1, (const uint8_t *)canonical);
   /* Another version may print or compute the same answer in other bytes. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
   sha256_digest(&hash, sizeof digest, digest);
-  char *end = out->text;
-  *end++ = '"';
-  memcpy(end, id, API_ID_TEXT - 1);
-  end += API_ID_TEXT - 1;
-  *end++ = '-';
-  api_hex(digest, sizeof digest, end);
-}
-
-/* A tag of the stamp and, where one of its own is asked for, a mark. NULL without memory. */
-static const char *print_tag(api_call *call, const api_stamp *stamp, const char *mark) {
-  size_t size = mark ? strlen(mark) : 0;
-  char *tag = tw_arena_alloc_raw(call->arena, 1, sizeof stamp->text + size + sizeof "-\""), *end = tag;
-  if (!tag) return NULL;
-  memcpy(end, stamp->text, sizeof stamp->text);
-  end += sizeof stamp->text;
-  if (mark) {
-    *end++ = '-';
-    memcpy(end, mark, size);
-    end += size;
-  }
-  memcpy(end, "\"", sizeof "\"");
-  return tag;
-}
-
-const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
-  api_stamp stamp;
-  api_stamp_make(id, representation, canonical, &stamp);
-  return print_tag(call, &stamp, NULL);
-}
-
-api_outcome api_validate_stamp(api_call *call, const api_stamp *stamp, const char *mark) {
-  const char *etag = print_tag(call, stamp, mark);
-  return etag ? api_validate_tag(call, etag) : api_fail_without_memory(call);
+  api_hex(digest, sizeof digest, hex);
+  int length = snprintf(tag, sizeof tag, "\"%s-%.*s\"", id, 2 * DIGEST, hex);
+  return tw_arena_text(call->arena, tag, (size_t)length);
 }
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
-  api_stamp stamp;
-  api_stamp_make(call->id, representation, canonical, &stamp);
-  return api_validate_stamp(call, &stamp, NULL);
-}
-
-api_outcome api_validate_tag(api_call *call, const char *etag) {
+  const char *etag = api_etag(call, call->id, representation, canonical);
+  if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
   if (if_match && !api_etag_matches(if_match, etag, false))
     return api_fail_with(call, 412, "If-Match names another representation than %s", etag);

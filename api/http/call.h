@@ -42,7 +42,7 @@ api_outcome api_fail_with(api_call *call, int status, const char *format, ...) T
 api_outcome api_fail_without_memory(api_call *call);
 
 /* The entry of the key, out of the cache or built by this call; API_NEEDS_THREAD in a light call where it is
- * missing. */
+ * missing. key NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
 /* Grants the request `bytes` in all for what it does next. False: the fault stalls. */
@@ -56,23 +56,13 @@ api_outcome api_reply(api_call *call, api_text *text);
 
 /* ---- answers about immutable models ---- */
 
-/* What many entity tags begin with. It stands for the model, the representation ("pose.json") and
- * `canonical`, all parameters with their defaults filled in. Not terminated. */
-enum { API_STAMP_DIGEST = 8 };
-typedef struct api_stamp {
-  char text[1 + (API_ID_TEXT - 1) + 1 + 2 * API_STAMP_DIGEST];
-} api_stamp;
-void api_stamp_make(const char *id, const char *representation, const char *canonical, api_stamp *out);
+/* The entity tag, quoted, of a representation ("pose.json") of a model. canonical: all parameters with their
+ * defaults filled in. NULL without memory. */
+const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);
 
 /* Sets the caching headers and the entity tag. Then judges If-None-Match and If-Match: API_DONE when the
  * answer is 304 already, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
-
-/* The same with a stamp. mark: what the tag stands for beside it, in letters and digits; NULL for nothing. */
-api_outcome api_validate_stamp(api_call *call, const api_stamp *stamp, const char *mark);
-
-/* The same with a tag that is known; it lives as long as the answer. */
-api_outcome api_validate_tag(api_call *call, const char *etag);
 
 /* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
  * 206 and the headers, and *range; API_CONTINUE to go on, API_FAILED for 416. */
@@ -80,8 +70,5 @@ api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);
 
 /* Lower-case hex: out [2 count], not terminated. */
 void api_hex(const uint8_t *bytes, size_t count, char *out);
-
-/* The tag itself, quoted; NULL without memory. */
-const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical);
 
 #endif

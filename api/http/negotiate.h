@@ -1,4 +1,5 @@
-/* Content negotiation: what a client accepts, and what it says it sends. */
+/* Content negotiation: what a client accepts, and what it says it sends; and the pieces of header values:
+ * lists, parameters, quoted strings (RFC 9110, section 5.6). */
 #ifndef API_NEGOTIATE_H
 #define API_NEGOTIATE_H
 
@@ -39,6 +40,23 @@ typedef enum api_coding { API_CODING_NONE, API_CODING_GZIP, API_CODING_ZSTD, API
 
 /* Of a Content-Encoding header; NULL: absent. Several codings count as other. */
 api_coding api_coding_of(const char *content_encoding);
+
+/* A view, not terminated. */
+typedef struct api_span {
+  const char *text;
+  size_t length;
+} api_span;
+
+/* Of terminated text, without blanks round it. */
+api_span api_span_of(const char *text);
+
+/* Cuts off what stands before the next `separator` outside quotes, without blanks round it; *rest
+ * moves behind the separator. */
+api_span api_span_cut(api_span *rest, char separator);
+
+/* Equal to, or beginning with, a text of any case. */
+bool api_span_is(api_span s, const char *text);
+bool api_span_starts(api_span s, const char *text);
 
 extern const char api_upload_types[]; /* the types of models, comma-separated */
 extern const char api_codings[];      /* the content codings, comma-separated */

@@ -1,6 +1,5 @@
 /* Operations: health, readiness, version, and the description of the interface. */
 #include "handlers.h"
-#include "openapi.h"
 #include "service.h"
 
 static api_outcome reply_uncached(api_call *call, api_text *text) {

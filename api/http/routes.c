@@ -1,9 +1,8 @@
 /* The table of routes, and the stages that every request passes: route, cross-origin, method, key,
  * query, representation, body type; then its handler. */
-#include "routes.h"
+#include "handlers.h"
 
 #include "access.h"
-#include "handlers.h"
 #include "models.h"
 #include "service.h"
 

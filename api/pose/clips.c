@@ -208,13 +208,6 @@ const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model,
   return clip->keys ? clip->keys : &model->clips[choice->index];
 }
 
-static api_outcome take_private(api_call *call, clip_source *source, api_entry **out) {
-  api_built built;
-  if (!build_clip(source, &built, &call->fault)) return API_FAILED;
-  *out = api_cache_own(call->service->cache, &built);
-  return *out ? API_DONE : api_fail_without_memory(call);
-}
-
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choice *choice, api_entry **out) {
   clip_source source = {model, model, choice};
@@ -228,8 +221,7 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
   char key[128];
   snprintf(key, sizeof key, "%s/clip?from=%s&index=%u&force=%d", call->id, choice->lender, choice->index,
            choice->force);
-  api_outcome outcome =
-      is_stored ? api_call_take(call, key, build_clip, &source, out) : take_private(call, &source, out);
+  api_outcome outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
   api_entry_release(lender);
   return outcome;
 }

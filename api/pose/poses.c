@@ -4,11 +4,9 @@
 #include "handlers.h"
 #include "models.h"
 #include "response_cache.h"
-#include "routes.h"
 #include "service.h"
 #include "upload.h"
 
-#include <nettle/sha2.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -53,63 +51,22 @@ static bool is_light(const api_pose_request *request) {
 
 /* ---- the canonical request ------------------------------------------------------------------------ */
 
-/* What entity tags say of times: of one its bits, of several a digest. Terminated. */
-enum { TIMES_MARK = 2 * API_STAMP_DIGEST + 1 };
-
-/* False without memory. */
-static bool mark_times(const api_times *times, char out[TIMES_MARK]) {
-  uint8_t bytes[API_STAMP_DIGEST];
-  size_t count = sizeof bytes;
+/* All parameters with their defaults, and the times, as text; NULL without memory. */
+static const char *print_canonical(api_call *call, const api_pose_request *request) {
   api_text text = {0};
-  if (times->list && times->count == 1) {
-    uint32_t bits;
-    memcpy(&bits, times->list, sizeof bits);
-    count = sizeof bits;
-    for (size_t i = 0; i < count; i++) bytes[i] = (uint8_t)(bits >> (24 - 8 * i));
-  } else {
-    struct sha256_ctx hash;
-    api_times_print(times, &text);
-    sha256_init(&hash);
-    sha256_update(&hash, text.size, (const uint8_t *)text.data);
-    sha256_digest(&hash, count, bytes);
-  }
-  api_hex(bytes, count, out);
-  out[2 * count] = '\0';
-  bool is_marked = !text.failed;
-  api_text_deinit(&text);
-  return is_marked;
-}
-
-/* Prints what the answer depends on beside model and times: "pose.json" and, behind its terminator, the
- * parameters. */
-static void print_canonical(const api_call *call, const api_pose_request *request, api_text *text) {
-  api_text_add(text, "pose.");
-  api_text_add(text, call->offer->extension);
-  api_text_bytes(text, "", 1);
-  api_pose_request_print(request, text);
-  api_text_bytes(text, "", 1);
-}
-
-static api_outcome validate(api_call *call, const api_pose_request *request, const char *canonical) {
-  api_stamp stamp;
-  char mark[TIMES_MARK];
-  api_stamp_make(call->id, canonical, canonical + strlen(canonical) + 1, &stamp);
-  return mark_times(&request->times, mark) ? api_validate_stamp(call, &stamp, mark)
-                                           : api_fail_without_memory(call);
-}
-
-/* What the answer is remembered under, in the call's arena; NULL without memory. */
-static const char *make_key(api_call *call, const api_pose_request *request, const char *canonical) {
-  api_text text = {0};
-  api_text_add(&text, call->id);
-  api_text_add(&text, "/");
-  api_text_add(&text, canonical);
-  api_text_add(&text, "?");
-  api_text_add(&text, canonical + strlen(canonical) + 1);
+  api_pose_request_print(request, &text);
   api_text_add(&text, "&at=");
   api_times_print(&request->times, &text);
-  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  const char *canonical = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
+  return canonical;
+}
+
+/* What the answer is remembered under; NULL without memory. */
+static const char *make_key(api_call *call, const char *representation, const char *canonical) {
+  size_t size = strlen(call->id) + strlen(representation) + strlen(canonical) + sizeof "/?";
+  char *key = tw_arena_alloc_raw(call->arena, size, 1);
+  if (key) snprintf(key, size, "%s/%s?%s", call->id, representation, canonical);
   return key;
 }
 
@@ -190,13 +147,14 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
 static api_outcome answer_get(api_call *call, api_pose_request *request) {
   api_outcome outcome = prepare(call, true, request);
   if (outcome != API_DONE) return outcome;
-  api_text canonical = {0};
-  const char *key = NULL;
-  print_canonical(call, request, &canonical);
-  outcome = canonical.failed ? api_fail_without_memory(call) : validate(call, request, canonical.data);
-  if (outcome == API_CONTINUE && !is_light(request)) key = make_key(call, request, canonical.data);
-  api_text_deinit(&canonical);
-  return outcome == API_CONTINUE ? reply_poses(call, request, key) : outcome;
+  char representation[16];
+  snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
+  const char *canonical = print_canonical(call, request), *key = NULL;
+  if (!canonical) return api_fail_without_memory(call);
+  outcome = api_validate(call, representation, canonical);
+  if (outcome != API_CONTINUE) return outcome;
+  if (!is_light(request)) key = make_key(call, representation, canonical);
+  return reply_poses(call, request, key);
 }
 
 api_outcome api_get_pose(api_call *call) {

@@ -225,12 +225,6 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
   plan_source source = {call->service, call->request->ticket, meshes, query};
-  if (!is_stored) {
-    api_built built;
-    if (!build_plan(&source, &built, &call->fault)) return API_FAILED;
-    *out = api_cache_own(call->service->cache, &built);
-    return *out ? API_DONE : api_fail_without_memory(call);
-  }
   api_text key = {0};
   api_text_add(&key, call->id);
   api_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");
@@ -240,7 +234,7 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
     api_text_deinit(&key);
     return api_fail_without_memory(call);
   }
-  api_outcome outcome = api_call_take(call, key.data, build_plan, &source, out);
+  api_outcome outcome = api_call_take(call, is_stored ? key.data : NULL, build_plan, &source, out);
   api_text_deinit(&key);
   return outcome;
 }

@@ -81,14 +81,8 @@ api_outcome api_reduced_take(api_call *call, const tw_model *model, bool is_stor
                              const api_reduction *reduction, api_entry **out) {
   uint64_t limit = call->service->limits.max_times;
   reduced_source source = {model, keys, reduction, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
-  if (!is_stored) {
-    api_built built;
-    if (!build_reduced(&source, &built, &call->fault)) return API_FAILED;
-    *out = api_cache_own(call->service->cache, &built);
-    return *out ? API_DONE : api_fail_without_memory(call);
-  }
   char key[192];
   snprintf(key, sizeof key, "%s/reduced?from=%s&index=%u&wide=%d&tolerance=%a/%a", call->id, choice->lender,
            choice->index, reduction->is_wide, reduction->tolerance.angle, reduction->tolerance.distance);
-  return api_call_take(call, key, build_reduced, &source, out);
+  return api_call_take(call, is_stored ? key : NULL, build_reduced, &source, out);
 }

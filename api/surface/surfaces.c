@@ -2,7 +2,6 @@
 #include "handlers.h"
 #include "models.h"
 #include "plans.h"
-#include "routes.h"
 #include "service.h"
 #include "shown.h"
 

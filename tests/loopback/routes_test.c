@@ -6,7 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
-#include "routes.h"
+#include "handlers.h"
 
 /* Paths that the server answers itself. */
 static const char *const served_elsewhere[] = {"/metrics"};
