@@ -1,0 +1,13 @@
+/* Any bytes as tweend JSON: read or refused. */
+#include "upload.h"
+#include "use_model.h"
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+
+int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
+  tw_model *model = NULL;
+  api_fault fault;
+  if (api_model_read((api_bytes){bytes, size}, TW_FORMAT_JSON, TW_QUADS_AUTO, &model, &fault))
+    use_model(model);
+  return 0;
+}

@@ -1,0 +1,10 @@
+/* What every model that was read must be good for. */
+#ifndef USE_MODEL_H
+#define USE_MODEL_H
+
+#include "tweend/format.h"
+
+/* Describes and poses the model, and destroys it. */
+void use_model(tw_model *model);
+
+#endif
