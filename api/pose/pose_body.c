@@ -148,7 +148,7 @@ static void put_transform(api_pose_body *body, const tw_trs *transform, uint32_t
 static void put_node(api_pose_body *body, uint32_t index, float *out) {
   const api_pose_request *request = &body->request;
   uint32_t node = request->nodes[index];
-  const float *matrix = body->matrices + (body->matrices ? (size_t)node * 16 : 0);
+  const float *matrix = body->matrices ? body->matrices + (size_t)node * 16 : NULL;
   if (request->as == API_AS_MATRIX) {
     memcpy(out, body->joints ? body->joints + (size_t)index * 16 : matrix, 16 * sizeof *out);
   } else if (body->matrices) {

@@ -598,33 +598,37 @@ static tw_status skip_tag_rest(const obj_reader *reader, const obj_tag *tag, obj
   return status;
 }
 
-/* Reads the ints of a tag as indices. out: [int_count], below `count`. */
+/* Reads the ints of a tag as indices below `count` into out[first] and what follows it. out: NULL for a tag
+ * that has no room, as it has fewer ints than it says. */
 static tw_status read_tag_indices(const obj_reader *reader, const obj_tag *tag, obj_text *text,
-                                  uint64_t count, const char *what, uint32_t *out) {
+                                  uint64_t count, const char *what, uint64_t first, uint32_t *out) {
   tw_status status = TW_OK;
   for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) {
-    status = read_tag_int(reader, tag, text, &out[i]);
-    if (status == TW_OK && out[i] >= count)
+    uint32_t index = 0;
+    status = read_tag_int(reader, tag, text, &index);
+    if (status == TW_OK && index >= count)
       status =
           tw_fail_line(reader->error, TW_INVALID, tag->line, "index %u is out of range: the file has %llu %s",
-                       out[i], (unsigned long long)count, what);
+                       index, (unsigned long long)count, what);
+    if (status == TW_OK) out[first + i] = index;
   }
   return status;
 }
 
 /* Reads the floats of a tag as sharpness, in the range that meshes have. One value serves all elements;
- * `width` ints make an element, and the tools accept a value for each int as well. out: [count] */
+ * `width` ints make an element, and the tools accept a value for each int as well. The `count` elements go to
+ * out[first] and what follows it. */
 static tw_status read_sharpness(const obj_reader *reader, const obj_tag *tag, obj_text *text, uint64_t width,
-                                uint64_t count, float *out) {
+                                uint64_t count, uint64_t first, float *out) {
   uint64_t stride = tag->float_count == count ? 1 : width;
   tw_status status = TW_OK;
   for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++) {
     float value = 0;
     status = read_tag_float(reader, tag, text, &value);
     if (i % stride == 0 && i / stride < count)
-      out[i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
+      out[first + i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
   }
-  for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[i] = out[0];
+  for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[first + i] = out[first];
   return status == TW_OK ? skip_tag_rest(reader, tag, text, 0) : status;
 }
 
@@ -633,14 +637,14 @@ static tw_status read_crease_tag(obj_reader *reader, const obj_tag *tag, obj_tex
   if (tag->int_count % 2 != 0) return bad_tag(reader, tag, "a crease needs pairs of points");
   if (tag->float_count != 1 && tag->float_count != count && tag->float_count != tag->int_count)
     return bad_tag(reader, tag, "a crease needs one sharpness, or one a pair");
-  uint32_t *points = reader->crease_points + first;
-  tw_status status = read_tag_indices(reader, tag, text, reader->all.points, "points", points);
+  uint32_t *points = reader->crease_points;
+  tw_status status = read_tag_indices(reader, tag, text, reader->all.points, "points", first, points);
   for (uint64_t i = 0; i < count && status == TW_OK; i++)
-    if (points[2 * i] == points[2 * i + 1])
+    if (points[first + 2 * i] == points[first + 2 * i + 1])
       status = bad_tag(reader, tag, "a crease needs two different points");
   reader->read.crease_points += tag->int_count;
   if (status != TW_OK) return status;
-  return read_sharpness(reader, tag, text, 2, count, reader->crease_sharpness + first / 2);
+  return read_sharpness(reader, tag, text, 2, count, first / 2, reader->crease_sharpness);
 }
 
 static tw_status read_corner_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
@@ -648,15 +652,15 @@ static tw_status read_corner_tag(obj_reader *reader, const obj_tag *tag, obj_tex
   if (tag->float_count != 1 && tag->float_count != tag->int_count)
     return bad_tag(reader, tag, "a corner needs one sharpness, or one a point");
   tw_status status =
-      read_tag_indices(reader, tag, text, reader->all.points, "points", reader->sharp_points + first);
+      read_tag_indices(reader, tag, text, reader->all.points, "points", first, reader->sharp_points);
   reader->read.sharp_points += tag->int_count;
   if (status != TW_OK) return status;
-  return read_sharpness(reader, tag, text, 1, tag->int_count, reader->point_sharpness + first);
+  return read_sharpness(reader, tag, text, 1, tag->int_count, first, reader->point_sharpness);
 }
 
 static tw_status read_hole_tag(obj_reader *reader, const obj_tag *tag, obj_text *text) {
   tw_status status =
-      read_tag_indices(reader, tag, text, reader->all.faces, "faces", reader->holes + reader->read.holes);
+      read_tag_indices(reader, tag, text, reader->all.faces, "faces", reader->read.holes, reader->holes);
   reader->read.holes += tag->int_count;
   return status == TW_OK ? skip_tag_rest(reader, tag, text, tag->float_count) : status;
 }
