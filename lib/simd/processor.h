@@ -9,11 +9,6 @@
 /* Kernels stand in this order in their tables. */
 enum { TW_SET_ANY, TW_SET_AVX2, TW_SETS };
 
-static inline bool tw_processor_has(uint32_t set) {
-#ifdef __x86_64__
-  if (set == TW_SET_AVX2) return __builtin_cpu_supports("avx2");
-#endif
-  return set == TW_SET_ANY;
-}
+bool tw_processor_has(uint32_t set);
 
 #endif

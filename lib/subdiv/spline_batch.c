@@ -17,9 +17,3 @@ static batch_kernel *const kernels[TW_SETS] = {fill_anywhere,
 uint32_t tw_spline_batch_rows(const tw_spline_batch *batch) {
   return kernels[tw_processor_has(TW_SET_AVX2)](batch);
 }
-
-bool tw_spline_batch_rows_by(uint32_t instruction_set, const tw_spline_batch *batch, uint32_t *unsure) {
-  if (!tw_processor_has(instruction_set)) return false;
-  *unsure = kernels[instruction_set](batch);
-  return true;
-}

@@ -21,9 +21,6 @@ typedef struct tw_spline_batch {
  * patches, a bit each, for whose normals float does not suffice: those that it wrote mean nothing. */
 uint32_t tw_spline_batch_rows(const tw_spline_batch *batch);
 
-/* With each instruction set that this machine has, as tw_spline_rows_by. */
-bool tw_spline_batch_rows_by(uint32_t instruction_set, const tw_spline_batch *batch, uint32_t *unsure);
-
 /* ---- for the kernels alone ------------------------------------------------------------------ */
 
 #ifdef __x86_64__

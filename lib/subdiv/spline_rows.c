@@ -67,9 +67,3 @@ static void run(fill_kernel *kernel, const tw_spline_job *job) {
 void tw_spline_rows(const tw_spline_job *job) {
   run(kernels[tw_processor_has(TW_SET_AVX2)], job);
 }
-
-bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job) {
-  if (!tw_processor_has(instruction_set)) return false;
-  run(kernels[instruction_set], job);
-  return true;
-}

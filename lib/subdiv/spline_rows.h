@@ -27,10 +27,6 @@ typedef struct tw_spline_job {
 /* With the best instruction set that this machine has. */
 void tw_spline_rows(const tw_spline_job *job);
 
-/* With each instruction set that this machine has, from 0, which all machines have, to the best; false
- * beyond. All write the same bytes. */
-bool tw_spline_rows_by(uint32_t instruction_set, const tw_spline_job *job);
-
 /* ---- for the kernels alone ------------------------------------------------------------------ */
 
 /* transposed: i and j of the patch have changed places. */

@@ -57,9 +57,6 @@ bool tw_stencil_rows(const tw_stencil_job *job);
 /* A rectangle of the grid of a stencil for `depth`. job: without its places. */
 bool tw_stencil_rect(const tw_stencil_job *job, uint32_t depth, tw_patch_rect rect);
 
-/* With each instruction set that this machine has, as tw_spline_rows_by. */
-bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure);
-
 /* ---- for the kernels alone ------------------------------------------------------------------ */
 
 #ifdef __x86_64__

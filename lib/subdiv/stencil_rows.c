@@ -26,12 +26,6 @@ bool tw_stencil_rows(const tw_stencil_job *job) {
   return kernels[tw_processor_has(TW_SET_AVX2)](job);
 }
 
-bool tw_stencil_rows_by(uint32_t instruction_set, const tw_stencil_job *job, bool *sure) {
-  if (!tw_processor_has(instruction_set)) return false;
-  *sure = kernels[instruction_set](job);
-  return true;
-}
-
 /* ---- rectangles ----------------------------------------------------------------------------- */
 
 /* What a rectangle has of a section. False when that is nothing, or lies in another section as well. */

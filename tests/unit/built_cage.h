@@ -51,12 +51,12 @@ static inline void add_quad(cage *c, const uint32_t quad[4], bool cut) {
   add_face(c, halves[1], 3);
 }
 
-/* Four edges, each the first of a triangle's where all faces before are triangles. */
+/* The first edges of four faces. */
 static inline void crease_some(cage *c, float sharpness) {
   c->mesh.crease_edges = c->creases[0];
   c->mesh.crease_sharpness = c->sharpness;
   for (uint32_t i = 0; i < 4; i++) {
-    memcpy(c->creases[i], c->corners + 9 * i, sizeof c->creases[i]);
+    memcpy(c->creases[i], c->corners + c->offsets[3 * i], sizeof c->creases[i]);
     c->sharpness[i] = sharpness;
   }
   c->mesh.crease_count = 4;

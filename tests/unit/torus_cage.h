@@ -1,11 +1,8 @@
-/* Cages on a torus, of many kinds, and what the limit masks say of their children. */
+/* Cages on a torus, of many kinds. */
 #ifndef TORUS_CAGE_H
 #define TORUS_CAGE_H
 
-#include <math.h>
-
 #include "built_cage.h"
-#include "limit.h"
 
 enum { TORUS_SIDE = 6 }; /* points along it and round it */
 
@@ -52,24 +49,6 @@ static inline cage *torus(torus_faces faces, torus_gaps gaps, bool fin) {
     }
   if (fin) add_face(c, (uint32_t[]){c->corners[0], c->corners[1], c->mesh.point_count - 1}, 3);
   return c;
-}
-
-/* The limit normal of a vertex of a mesh of these values, [vertex_count][3]. */
-static inline void mask_normal(const tw_topology *t, const double *values, uint32_t vertex,
-                               double normal[3]) {
-  tw_limit_entry entries[64];
-  assert_true(tw_limit_capacity(t, vertex) <= 64);
-  uint32_t count = tw_limit_mask(t, false, t->fan_corners[t->fan_offsets[vertex]], entries);
-  double a[3] = {0}, b[3] = {0};
-  for (uint32_t e = 0; e < count; e++)
-    for (int i = 0; i < 3; i++) {
-      double value = values[3 * (size_t)entries[e].vertex + (size_t)i];
-      a[i] += (double)entries[e].tangent1 * value;
-      b[i] += (double)entries[e].tangent2 * value;
-    }
-  for (int i = 0; i < 3; i++) normal[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-  double length = sqrt(normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2]);
-  for (int i = 0; i < 3; i++) normal[i] /= length;
 }
 
 #endif

@@ -1,10 +1,15 @@
-/* One plan over many positions: the same bytes as a surface of the moved mesh, whatever the options. */
+/* Surfaces are the same to the last bit however they are made and read: moved to their positions, by several
+ * threads, by any set of instructions, with the shapes of other surfaces, in memory that held something, in
+ * blocks of any size. */
+#include <malloc.h>
 #include <math.h>
 #include <string.h>
 
 #include "cube.h"
+#include "processor.h"
 #include "scene_fixture.h"
 #include "test.h"
+#include "torus_cage.h"
 
 /* ---- cages ---------------------------------------------------------------------------------- */
 
@@ -53,41 +58,57 @@ static float *displaced(const tw_mesh *mesh, float phase) {
 
 /* ---- comparing ------------------------------------------------------------------------------ */
 
+/* All rows of a domain, or all faces, in blocks of one to 97. */
+static void *read_blocks(const tw_surface *s, tw_domain domain, bool faces, size_t count, size_t width) {
+  uint32_t *out = calloc(count * width + 1, sizeof *out); /* or floats */
+  tw_surface_reader *reader = tw_surface_reader_create(s);
+  assert_non_null(out);
+  assert_non_null(reader);
+  uint32_t *at = out;
+  for (size_t first = 0, block = 1; first < count; first += block, block = block % 97 + 1) {
+    if (block > count - first) block = count - first;
+    if (faces) {
+      at += tw_surface_read_faces(reader, domain, first, block, NULL, at);
+    } else {
+      tw_surface_read_rows(reader, domain, first, block, (float *)at);
+      at += block * width;
+    }
+  }
+  tw_surface_reader_destroy(reader);
+  return out;
+}
+
 static void assert_same_rows(const tw_surface *a, const tw_surface *b, tw_domain domain) {
   size_t count = (size_t)tw_surface_row_count(a, domain), width = 3;
   if (domain == TW_DOMAIN_UVS) width = 2;
   if (domain == TW_DOMAIN_VERTICES) width = tw_surface_get_layout(a)->stride;
   assert_int_equal(tw_surface_row_count(b, domain), count);
-  const tw_surface *both[2] = {a, b};
-  float *rows[2];
-  for (int i = 0; i < 2; i++) {
-    rows[i] = malloc((count * width + 1) * sizeof(float));
-    tw_surface_reader *reader = tw_surface_reader_create(both[i]);
-    assert_non_null(rows[i]);
-    assert_non_null(reader);
-    tw_surface_read_rows(reader, domain, 0, count, rows[i]);
-    tw_surface_reader_destroy(reader);
-  }
-  assert_memory_equal(rows[0], rows[1], count * width * sizeof(float));
-  free(rows[0]);
-  free(rows[1]);
+  float *whole = malloc((count * width + 1) * sizeof *whole);
+  tw_surface_reader *reader = tw_surface_reader_create(a);
+  assert_non_null(whole);
+  assert_non_null(reader);
+  tw_surface_read_rows(reader, domain, 0, count, whole);
+  tw_surface_reader_destroy(reader);
+  void *blocks = read_blocks(b, domain, false, count, width);
+  assert_memory_equal(whole, blocks, count * width * sizeof *whole);
+  free(whole);
+  free(blocks);
 }
 
 static void assert_same_faces(const tw_surface *a, const tw_surface *b) {
   const tw_surface_counts *counts = tw_surface_get_counts(a);
-  const tw_surface *both[2] = {a, b};
-  uint32_t *faces[2];
-  for (int i = 0; i < 2; i++) {
-    faces[i] = malloc((counts->corners + 1) * sizeof(uint32_t));
-    tw_surface_reader *reader = tw_surface_reader_create(both[i]);
-    assert_non_null(faces[i]);
-    assert_non_null(reader);
-    tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, (size_t)counts->faces, NULL, faces[i]);
-    tw_surface_reader_destroy(reader);
-  }
-  assert_memory_equal(faces[0], faces[1], counts->corners * sizeof(uint32_t));
-  free(faces[0]);
-  free(faces[1]);
+  uint32_t *whole = malloc((counts->corners + 1) * sizeof *whole);
+  tw_surface_reader *reader = tw_surface_reader_create(a);
+  assert_non_null(whole);
+  assert_non_null(reader);
+  tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, (size_t)counts->faces, NULL, whole);
+  tw_surface_reader_destroy(reader);
+  assert_int_equal(tw_surface_get_counts(b)->corners, counts->corners);
+  void *blocks = read_blocks(b, TW_DOMAIN_VERTICES, true, (size_t)counts->faces,
+                             counts->faces ? (size_t)(counts->corners / counts->faces + 1) : 0);
+  assert_memory_equal(whole, blocks, counts->corners * sizeof *whole);
+  free(whole);
+  free(blocks);
 }
 
 static void assert_same(const tw_surface *a, const tw_surface *b) {
@@ -102,35 +123,74 @@ static void assert_same(const tw_surface *a, const tw_surface *b) {
   }
 }
 
-/* A plan of the mesh, moved twice, the second time from what the first gave. */
-static void check_moves(const tw_mesh *mesh, tw_surface_options options) {
-  tw_surface *plan, *moved, *again, *fresh;
-  tw_error error;
+/* ---- ways ----------------------------------------------------------------------------------- */
+
+/* The linker's --wrap gives these names.
+ * NOLINTBEGIN(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+bool __real_tw_processor_has(uint32_t set);
+bool __wrap_tw_processor_has(uint32_t set);
+
+static bool is_plain_processor;
+
+bool __wrap_tw_processor_has(uint32_t set) {
+  return set == TW_SET_ANY || (!is_plain_processor && __real_tw_processor_has(set));
+}
+/* NOLINTEND(bugprone-reserved-identifier,cert-dcl37-c,cert-dcl51-cpp) */
+
+/* Does the parts of a loop last to first. */
+static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                          void *context) {
+  (void)owner;
+  while (count-- > 0) part(context, count);
+}
+static const tw_parallel_for backwards = {NULL, run_backwards};
+
+/* Made of other positions, and moved to where the mesh is; then moved on, and back. */
+static void check_moves(const tw_mesh *mesh, tw_surface_options options, const tw_surface *expected) {
+  tw_surface *plan, *moved, *elsewhere, *back;
+  float *positions = displaced(mesh, 1);
+  tw_mesh other = *mesh;
+  other.positions = positions;
   options.movable = true;
-  tw_status status = tw_surface_create(mesh, &options, &plan, &error);
+  assert_int_equal(tw_surface_create(&other, &options, &plan, NULL), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(plan, mesh->positions, &backwards, &moved), TW_OK);
+  assert_same(expected, moved);
+  assert_int_equal(tw_surface_with_positions(moved, positions, &elsewhere), TW_OK);
+  assert_same(plan, elsewhere);
+  assert_int_equal(tw_surface_with_positions(elsewhere, mesh->positions, &back), TW_OK);
+  assert_same(expected, back);
+  tw_surface_destroy(back);
+  tw_surface_destroy(elsewhere);
+  tw_surface_destroy(moved);
+  tw_surface_destroy(plan);
+  free(positions);
+}
+
+static void check_way(const tw_mesh *mesh, tw_surface_options options, const tw_parallel_for *parallel,
+                      const tw_surface *expected) {
+  tw_surface *surface;
+  assert_int_equal(tw_surface_create_by(mesh, &options, parallel, &surface, NULL), TW_OK);
+  assert_same(expected, surface);
+  tw_surface_destroy(surface);
+}
+
+/* shapes: of the surfaces before. */
+static void check_ways(const tw_mesh *mesh, tw_surface_options options, tw_patch_shapes *shapes) {
+  tw_surface *expected;
+  assert_int_equal(tw_mesh_check(mesh, NULL, NULL), TW_OK);
+  tw_status status = tw_surface_create(mesh, &options, &expected, NULL);
   if (status == TW_UNSUPPORTED || status == TW_INVALID) return; /* a border that shrinks, with holes */
   assert_int_equal(status, TW_OK);
-  options.movable = false;
-  float *first = displaced(mesh, 1), *second = displaced(mesh, 2);
-  assert_int_equal(tw_surface_with_positions(plan, first, &moved), TW_OK);
-  assert_int_equal(tw_surface_with_positions(moved, second, &again), TW_OK);
-  tw_mesh other = *mesh;
-  other.positions = first;
-  assert_int_equal(tw_surface_create(&other, &options, &fresh, &error), TW_OK);
-  assert_same(moved, fresh);
-  tw_surface_destroy(moved);
-  tw_surface_destroy(fresh);
-  other.positions = second;
-  assert_int_equal(tw_surface_create(&other, &options, &fresh, &error), TW_OK);
-  assert_same(again, fresh);
-  tw_surface_destroy(fresh);
-  tw_surface_destroy(again);
-  free(first);
-  free(second);
-  assert_int_equal(tw_surface_create(mesh, &options, &fresh, &error), TW_OK);
-  assert_same(plan, fresh);
-  tw_surface_destroy(fresh);
-  tw_surface_destroy(plan);
+  check_moves(mesh, options, expected);
+  is_plain_processor = true;
+  check_way(mesh, options, &backwards, expected);
+  is_plain_processor = false;
+  mallopt(M_PERTURB, 0xB4); /* what fresh memory is filled with */
+  check_way(mesh, options, NULL, expected);
+  mallopt(M_PERTURB, 0);
+  options.shapes = shapes;
+  check_way(mesh, options, NULL, expected);
+  tw_surface_destroy(expected);
 }
 
 /* bits: one combination of everything that has two sides. */
@@ -142,6 +202,8 @@ static tw_surface_options options_of(uint32_t bits) {
 }
 
 static void check_all_options(const tw_mesh *mesh, bool loop) {
+  tw_patch_shapes *shapes = tw_patch_shapes_create();
+  assert_non_null(shapes);
   for (uint32_t bits = 0; bits < 16; bits++)
     for (tw_boundary boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
       for (uint32_t level = 0; level <= 3; level++) {
@@ -152,9 +214,10 @@ static void check_all_options(const tw_mesh *mesh, bool loop) {
         for (tw_scheme scheme = TW_CATMULL_CLARK; scheme <= TW_BILINEAR; scheme++) {
           options.scheme = scheme;
           bool known = options.triangles == TW_TRIANGLES_CATMULL_CLARK || scheme == TW_CATMULL_CLARK;
-          if (known && (scheme != TW_LOOP || loop)) check_moves(mesh, options);
+          if (known && (scheme != TW_LOOP || loop)) check_ways(mesh, options, shapes);
         }
       }
+  tw_patch_shapes_destroy(shapes);
 }
 
 static void check_cage(const char *obj, bool loop) {
@@ -168,18 +231,18 @@ static void check_cage(const char *obj, bool loop) {
 
 /* ---- tests ---------------------------------------------------------------------------------- */
 
-TEST(quads_move) {
+TEST(quads_are_the_same) {
   check_cage(cube_text, false);
   check_cage(quads_text, false);
 }
 
-TEST(triangles_move_in_all_schemes) {
+TEST(triangles_are_the_same_in_all_schemes) {
   check_cage(fan_text, true);
   check_cage(closed_text, true);
 }
 
 /* Seams, materials, tangents, colours, joints and displacements stay with the plan. */
-TEST(polygons_move_with_all_that_they_bear) {
+TEST(polygons_are_the_same_with_all_that_they_bear) {
   check_cage(patchwork_text, false);
   fixture f;
   fixture_init(&f, patchwork_text);
@@ -189,6 +252,47 @@ TEST(polygons_move_with_all_that_they_bear) {
   fixture_add_skin(&f);
   check_all_options(&f.model->meshes[0], false);
   fixture_deinit(&f);
+}
+
+/* Of many valences, with borders that touch, with edges of three faces, creased or not. */
+TEST(large_cages_are_the_same) {
+  tw_patch_shapes *shapes = tw_patch_shapes_create();
+  assert_non_null(shapes);
+  for (uint32_t i = 0; i < 4 * 3 * 4; i++) {
+    torus_faces faces = (torus_faces)(i % 4);
+    cage *c = torus(faces, (torus_gaps)(i / 4 % 3), i % 5 == 0);
+    if (i % 3 == 0) crease_some(c, i % 2 ? 1.5f : TW_SHARPNESS_INFINITE);
+    tw_surface_options options = options_of(i / 3);
+    options.triangles = TW_TRIANGLES_CATMULL_CLARK;
+    options.level = 1 + i / 12;
+    check_ways(&c->mesh, options, shapes);
+    options.scheme = TW_LOOP;
+    if (faces <= TORUS_TURNED_TRIANGLES) check_ways(&c->mesh, options, shapes);
+    free(c);
+  }
+  tw_patch_shapes_destroy(shapes);
+}
+
+static float bumps(float x, float y) {
+  return sinf(2 * x + y) + 0.3f * cosf(3 * y);
+}
+
+/* Deep enough for whole blocks of every kernel; with points that coincide, some normals need a closer look.
+ */
+TEST(deep_levels_are_the_same) {
+  tw_patch_shapes *shapes = tw_patch_shapes_create();
+  assert_non_null(shapes);
+  for (int cut = 0; cut < 2; cut++)
+    for (int flat = 0; flat < 2; flat++)
+      for (uint32_t level = 4; level <= 6; level++) {
+        cage *c = grid(5, 5, cut, bumps);
+        if (flat) memcpy(c->points[12], c->points[13], sizeof c->points[12]);
+        crease_some(c, flat ? 0 : 1.5f);
+        check_ways(&c->mesh, (tw_surface_options){.level = level, .limit = level % 2, .normals = true},
+                   shapes);
+        free(c);
+      }
+  tw_patch_shapes_destroy(shapes);
 }
 
 /* What a caller hands over need not live on. */
