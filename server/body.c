@@ -1,6 +1,5 @@
 /* Memory grows geometrically up to SPOOL_FROM, so what a connection can make the daemon hold is bounded
- * by bytes that really arrived; behind that the page cache does the holding, but for a piece that gathers
- * what comes, because file systems take few long pieces more quickly than many short ones. */
+ * by bytes that really arrived; behind that the page cache does the holding. */
 #include "body.h"
 
 #include "disk.h"
@@ -10,7 +9,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20, PIECE = 128 << 10 };
+enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20 };
 
 void srv_body_init(srv_body *body, uint64_t limit, const char *folder) {
   *body = (srv_body){.limit = limit, .folder = folder};
@@ -31,23 +30,17 @@ static int open_nameless(const char *folder) {
   return file;
 }
 
-/* Writes what memory holds to the file. */
-static bool flush(srv_body *body) {
-  if (!srv_write_all(body->file, body->memory, body->held)) return false;
-  body->held = 0;
-  return true;
-}
-
+/* Moves what memory holds to a file. */
 static bool spool(srv_body *body) {
   int file = open_nameless(body->folder);
   if (file < 0) return false;
   body->file = file;
   body->spooled = true;
-  if (!flush(body)) return false;
+  if (!srv_write_all(file, body->memory, (size_t)body->size)) return false;
   free(body->memory);
-  body->memory = malloc(PIECE);
-  body->capacity = PIECE;
-  return body->memory != NULL;
+  body->memory = NULL;
+  body->capacity = 0;
+  return true;
 }
 
 /* size is at most SPOOL_FROM. */
@@ -62,34 +55,25 @@ static bool reserve(srv_body *body, size_t size) {
   return true;
 }
 
-/* The file has room in memory for one piece. */
-static bool gather(srv_body *body, const void *data, size_t size) {
-  if (size > PIECE - body->held && !flush(body)) return false;
-  if (size >= PIECE) return srv_write_all(body->file, data, size);
-  memcpy(body->memory + body->held, data, size);
-  body->held += size;
-  return true;
-}
-
 static bool append_memory(srv_body *body, const void *data, size_t size) {
   if (size == 0) return true;
-  if (!reserve(body, body->held + size)) return false;
-  memcpy(body->memory + body->held, data, size);
-  body->held += size;
+  if (!reserve(body, (size_t)body->size + size)) return false;
+  memcpy(body->memory + body->size, data, size);
   return true;
 }
 
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
   if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
   if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
-  if (!(body->spooled ? gather : append_memory)(body, data, size)) return SRV_BODY_FAILED;
+  if (!(body->spooled ? srv_write_all(body->file, data, size) : append_memory(body, data, size)))
+    return SRV_BODY_FAILED;
   body->size += size;
   return SRV_BODY_OK;
 }
 
 srv_body_status srv_body_view(srv_body *body, api_bytes *out) {
   if (body->spooled && body->mapping == NULL) {
-    if (body->size > SIZE_MAX || !flush(body)) return SRV_BODY_FAILED;
+    if (body->size > SIZE_MAX) return SRV_BODY_FAILED;
     /* Nobody else has the file, so nobody cuts it under the mapping; all its blocks were written. */
     void *mapping = mmap(NULL, (size_t)body->size, PROT_READ, MAP_PRIVATE, body->file, 0);
     if (mapping == MAP_FAILED) return SRV_BODY_FAILED;

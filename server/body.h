@@ -15,8 +15,8 @@ typedef struct srv_body {
   uint64_t limit;
   const char *folder; /* where the file would be, not owned */
   uint64_t size;
-  uint8_t *memory; /* what is not in the file */
-  size_t held, capacity;
+  uint8_t *memory; /* NULL once spooled */
+  size_t capacity;
   int file; /* valid when spooled */
   bool spooled;
   void *mapping;

@@ -1,10 +1,8 @@
 /* Connections: how they come, how long they may take, and how they go. */
-#include "connections.h"
-
-#include "clock.h"
-#include "intake.h"
 #include "io_loop.h"
+
 #include "listen.h"
+#include "machine.h"
 #include "raw_socket.h"
 
 #include <errno.h>

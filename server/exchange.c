@@ -1,8 +1,8 @@
 /* The stages of a request, in the order in which intake.c runs through them. */
 #include "exchange.h"
 
-#include "clock.h"
 #include "log.h"
+#include "machine.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -26,18 +26,6 @@ static bool sane_id(const char *id) {
   return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
 }
 
-/* At least `least` digits; returns how many. */
-static size_t print_hex(uint64_t value, size_t least, char *out) {
-  char digits[16];
-  size_t start = sizeof digits;
-  do {
-    digits[--start] = "0123456789abcdef"[value & 15];
-    value >>= 4;
-  } while (value > 0 || sizeof digits - start < least);
-  memcpy(out, digits + start, sizeof digits - start);
-  return sizeof digits - start;
-}
-
 /* Unique within this process by the number, among processes by the random part. */
 static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
   static atomic_uint_fast64_t serial;
@@ -50,9 +38,7 @@ static void make_id(char out[SRV_REQUEST_ID_SIZE]) {
     fresh |= 1;
     prefix = atomic_compare_exchange_strong(&process, &prefix, fresh) ? fresh : prefix;
   }
-  out += print_hex(prefix, 8, out);
-  *out++ = '-';
-  out[print_hex(atomic_fetch_add(&serial, 1), 1, out)] = '\0';
+  snprintf(out, SRV_REQUEST_ID_SIZE, "%08x-%llx", prefix, (unsigned long long)atomic_fetch_add(&serial, 1));
 }
 
 /* ---- stages ---------------------------------------------------------------------------------- */
@@ -75,19 +61,12 @@ static void split_target(srv_exchange *exchange) {
   exchange->request.query = query != NULL ? query : "";
 }
 
-/* A copy of the target, where possible in the exchange itself. */
-static char *keep_target(srv_exchange *exchange, const char *target) {
-  size_t size = strlen(target) + 1;
-  if (size > sizeof exchange->short_target) return strdup(target);
-  return memcpy(exchange->short_target, target, size);
-}
-
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target) {
   memset(exchange, 0, offsetof(srv_exchange, answer));
   exchange->server = server;
   exchange->started_ns = srv_now_ns();
   exchange->status = 400;
-  exchange->target = keep_target(exchange, target);
+  exchange->target = strdup(target);
   if (exchange->target == NULL) return false;
   split_target(exchange);
   make_id(exchange->id);
@@ -284,10 +263,10 @@ bool srv_exchange_give_up(srv_exchange *exchange) {
   return true;
 }
 
-srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once) {
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   if (exchange->answered) return SRV_EXCHANGE_NOW;
   srv_server *server = exchange->server;
-  exchange->received_ns = exchange->worked_ns = at_once ? exchange->started_ns : srv_now_ns();
+  exchange->received_ns = exchange->worked_ns = srv_now_ns();
   exchange->ticket.wake = woken;
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
@@ -308,37 +287,14 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
-/* With three decimals, as printf would, but without its time: every answer bears three of these. Returns the
- * length, at most 21. */
-static size_t print_milliseconds(uint64_t from_ns, uint64_t to_ns, char *out) {
-  uint64_t rest = to_ns > from_ns ? (to_ns - from_ns + 500) / 1000 : 0;
-  if (rest == 0) { /* most of them are */
-    memcpy(out, "0.000", 5);
-    return 5;
-  }
-  char digits[24];
-  size_t start = sizeof digits, least = start - 5; /* 0.000 */
-  do {
-    digits[--start] = (char)('0' + rest % 10);
-    rest /= 10;
-    if (start == sizeof digits - 3) digits[--start] = '.';
-  } while (rest > 0 || start > least);
-  memcpy(out, digits + start, sizeof digits - start);
-  return sizeof digits - start;
-}
-
 void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]) {
-  static const char *const NAMES[] = {"receive;dur=", ", queue;dur=", ", work;dur="};
   const uint64_t ends_ns[] = {exchange->started_ns, exchange->received_ns, exchange->worked_ns,
                               exchange->answered_ns};
-  size_t size = 0;
-  for (size_t i = 0; i < 3; i++) {
-    size_t name = strlen(NAMES[i]);
-    memcpy(out + size, NAMES[i], name);
-    size += name;
-    size += print_milliseconds(ends_ns[i], ends_ns[i + 1], out + size);
-  }
-  out[size] = '\0';
+  unsigned long long us[3];
+  for (size_t i = 0; i < 3; i++)
+    us[i] = ends_ns[i + 1] > ends_ns[i] ? (ends_ns[i + 1] - ends_ns[i] + 500) / 1000 : 0;
+  snprintf(out, SRV_TIMING_SIZE, "receive;dur=%llu.%03llu, queue;dur=%llu.%03llu, work;dur=%llu.%03llu",
+           us[0] / 1000, us[0] % 1000, us[1] / 1000, us[1] % 1000, us[2] / 1000, us[2] % 1000);
 }
 
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {
@@ -388,7 +344,7 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
   drop_body(exchange);
-  if (exchange->target != exchange->short_target) free(exchange->target);
+  free(exchange->target);
   exchange->target = NULL;
   exchange->opened = exchange->answered = false;
   exchange->bytes_out = 0;

@@ -31,7 +31,7 @@ typedef struct srv_server {
   atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
 } srv_server;
 
-enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96, SRV_SHORT_TARGET_SIZE = 256 };
+enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96 };
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool hands it back */
@@ -54,9 +54,7 @@ typedef struct srv_exchange {
   /* Set by intake.c before finish. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
-  /* From here on nothing is cleared between two requests. */
-  api_answer answer; /* valid with `answered` */
-  char short_target[SRV_SHORT_TARGET_SIZE];
+  api_answer answer;                             /* valid with `answered`; not cleared between two requests */
 } srv_exchange;
 
 /* Begins with the target as it came. False without memory: drop the connection. */
@@ -77,9 +75,8 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
  * passed and are thrown away. */
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size);
 
-/* The body is complete. at_once: since the exchange began no time has passed that is worth telling. NOW or
- * LATER. */
-srv_exchange_step srv_exchange_finish(srv_exchange *exchange, bool at_once);
+/* The body is complete. NOW or LATER. */
+srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
 
 /* Refuses a request that waits for memory, or for what another one makes, once it has waited too long. True
  * when the answer is there: deliver it. On the exchange's I/O thread. */

@@ -7,10 +7,8 @@
  * A connection, its timers and its request are only touched by their thread. While a compute thread works
  * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
  * it; the finished request comes back through `done` and the eventfd. */
-#include "clock.h"
-#include "connections.h"
-#include "intake.h"
 #include "io_loop.h"
+#include "machine.h"
 #include "tls.h"
 
 #include <microhttpd.h>
@@ -87,7 +85,6 @@ static void turn(srv_loop *l) {
   enum { EVENTS_MAX = 16 };
   struct epoll_event events[EVENTS_MAX];
   int count = epoll_wait(l->epoll, events, EVENTS_MAX, wait_ms(l));
-  l->turns++;
   l->turn_ms = srv_now_ms();
   srv_work_outside(l->http->server->work, true);
   l->blocks_before = l->blocks;

@@ -1,7 +1,6 @@
 /* Requests on their way in, as the library calls for them; deliver.c has the way out. */
-#include "intake.h"
-
 #include "io_loop.h"
+
 #include "raw_socket.h"
 
 #include <stdlib.h>
@@ -128,7 +127,6 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
   if (!srv_exchange_begin(&c->exchange, c->owner->http->server, target)) return NULL;
   srv_enter(c, SRV_PHASE_HEAD);
   c->exchange.is_reserve = c->is_reserve;
-  c->begun = c->owner->turns;
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
   if (c->framing.many_arguments) { /* on them the library would hang */
@@ -177,7 +175,7 @@ static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *si
 }
 
 static enum MHD_Result finish_request(srv_connection *c) {
-  if (srv_exchange_finish(&c->exchange, c->begun == c->owner->turns) == SRV_EXCHANGE_NOW) return deliver(c);
+  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return deliver(c);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
   return MHD_YES;

@@ -1,18 +1,26 @@
 /* The I/O threads and their connections, for http.c, connections.c, intake.c and deliver.c. Each thread
  * touches its own alone, but for `done`. */
-#ifndef SRV_LOOP_H
-#define SRV_LOOP_H
+#ifndef SRV_IO_LOOP_H
+#define SRV_IO_LOOP_H
 
 #include "exchange.h"
 #include "http.h"
 #include "log.h"
 #include "watch.h"
 
+#include <microhttpd.h>
 #include <pthread.h>
 
 enum {
   SRV_PEER_SIZE = 64,
   SRV_CONNECTION_MEMORY = 32 << 10 /* of the library, for a head, its records of it and the answer's head */
+};
+
+enum {
+  SRV_ACCEPT_MAX = 64, /* that a thread takes before it serves those it has */
+  SRV_RESERVE_MAX = 8, /* connections of a thread over --max-connections, for health checks */
+  SRV_SWEEP_MS = 250,
+  SRV_DRAIN_SWEEP_MS = 10
 };
 
 typedef struct srv_loop srv_loop;
@@ -34,7 +42,6 @@ typedef struct srv_connection {
   bool is_cut;     /* ended for its slowness, with what is unsent */
   bool waits;      /* suspended in the middle of an answer, until srv_hand_back */
   size_t unsent;   /* as srv_note_unsent found it */
-  uint64_t begun;  /* turn of the loop in which the exchange did */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 
@@ -48,7 +55,7 @@ struct srv_loop {
   srv_connection *connections;
   size_t reserve; /* of them over --max-connections */
   srv_lingering *lingering;
-  uint64_t turns, turn_ms;      /* the present turn's number, and when it began */
+  uint64_t turn_ms;             /* when the present turn of the loop began */
   size_t blocks, blocks_before; /* of answers, asked for in this turn and in the one before */
   uint64_t swept_ms;
   atomic_bool drains; /* has counted what was unsent when the drain began */
@@ -78,5 +85,47 @@ void srv_hand_back(void *owner);
 
 /* Hands the exchange's answer over to the library. False: the connection has to be closed. */
 bool srv_deliver(srv_connection *connection);
+
+/* ---- connections.c ------------------------------------------------------------------------------ */
+
+/* Watches the listening socket. */
+void srv_connections_listen(srv_loop *loop);
+void srv_connections_accept(srv_loop *loop);
+
+/* What the library calls where one comes or goes; context is the loop. */
+void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **socket_context,
+                            enum MHD_ConnectionNotificationCode what);
+
+/* Reads from a socket that lingers: one that the library has closed, and that is kept open until its client
+ * has what was sent. */
+void srv_connections_discard(srv_loop *loop, int fd);
+
+/* Ends those that have had their time, every SRV_SWEEP_MS; listens again where descriptors had run out. */
+void srv_connections_sweep(srv_loop *loop);
+
+/* Closes those that linger. */
+void srv_connections_end(srv_loop *loop);
+
+/* ---- intake.c: requests on their way in, as the library calls for them ---------------------------- */
+
+/* With the untouched target, before the library looks for arguments in it. Returns the connection, or NULL
+ * without memory. */
+void *srv_intake_begin(void *context, const char *target, struct MHD_Connection *mhd);
+
+/* With the headers, then with pieces of the body, then once more. */
+enum MHD_Result srv_intake_take(void *context, struct MHD_Connection *mhd, const char *url,
+                                const char *method, const char *version, const char *data, size_t *size,
+                                void **request);
+
+/* With the answer sent, or the connection lost. */
+void srv_intake_end(void *context, struct MHD_Connection *mhd, void **request,
+                    enum MHD_RequestTerminationCode how);
+
+/* Where the library logs: it is about to refuse the head of one of the loop's connections, perhaps. */
+void srv_intake_complaint(srv_loop *loop);
+
+/* Answers beside the library, which cannot answer before a request has come to its end. Over TLS the
+ * connection ends without an answer. */
+void srv_intake_refuse(srv_connection *connection);
 
 #endif

@@ -2,7 +2,7 @@
  * printed. Channels are freed by the live thread alone, so that it may let the lock go in between. */
 #include "live.h"
 
-#include "clock.h"
+#include "machine.h"
 
 #include <errno.h>
 #include <math.h>

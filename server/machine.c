@@ -1,5 +1,5 @@
-/* Reads limits of cgroups: proc's list of the process's groups says where they lie; a limit of any parent
- * counts. */
+/* The kernel's monotonic clocks as integers, and limits of cgroups: proc's list of the process's groups says
+ * where they lie; a limit of any parent counts. */
 #include "machine.h"
 
 #include <inttypes.h>
@@ -9,6 +9,23 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
+
+static const uint64_t NS_PER_S = 1000000000, NS_PER_MS = 1000000;
+
+static uint64_t read_ns(clockid_t id) {
+  struct timespec now;
+  clock_gettime(id, &now);
+  return (uint64_t)now.tv_sec * NS_PER_S + (uint64_t)now.tv_nsec;
+}
+
+uint64_t srv_now_ns(void) {
+  return read_ns(CLOCK_MONOTONIC);
+}
+
+uint64_t srv_now_ms(void) {
+  return read_ns(CLOCK_MONOTONIC_COARSE) / NS_PER_MS;
+}
 
 /* The number in a file of one; UINT64_MAX where it is "max", or there is no such file. */
 static uint64_t read_limit(const char *root, const char *hierarchy, const char *group, const char *name) {

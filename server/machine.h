@@ -1,8 +1,13 @@
-/* What the machine, or the container, lets this process have. */
+/* What the machine gives: time, and the memory that it, or the container, lets this process have. */
 #ifndef SRV_MACHINE_H
 #define SRV_MACHINE_H
 
 #include <stdint.h>
+
+/* Time that no setting of the clock moves. srv_now_ms is cheaper, and behind by a tick of the kernel at most,
+ * which is some milliseconds. */
+uint64_t srv_now_ns(void);
+uint64_t srv_now_ms(void);
 
 /* The least memory limit of the cgroups that this process is in (versions 1 and 2), in bytes; UINT64_MAX
  * without one. root: of the file system, "" but for tests. */

@@ -1,5 +1,4 @@
 /* Puts the parts together, reads some settings again and takes all apart again on signals. */
-#include "clock.h"
 #include "config.h"
 #include "exchange.h"
 #include "healthcheck.h"

@@ -2,7 +2,7 @@
  * it false under the lock, owns the body. */
 #include "readahead.h"
 
-#include "clock.h"
+#include "machine.h"
 
 #include <pthread.h>
 #include <stdlib.h>

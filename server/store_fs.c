@@ -14,9 +14,9 @@
  * Paths are looked up for each call, so that a folder that vanished and came back is used again. */
 #include "store_fs.h"
 
-#include "clock.h"
 #include "disk.h"
 #include "log.h"
+#include "machine.h"
 
 #include <dirent.h>
 #include <errno.h>
