@@ -3,7 +3,7 @@
 #include "models.h"
 #include "plans.h"
 #include "service.h"
-#include "shown.h"
+#include "surface_scene.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -16,7 +16,7 @@ typedef enum surface_form { FORM_GLB, FORM_GLTF, FORM_OBJ, FORM_JSON } surface_f
 typedef struct surface_request {
   surface_form form;
   api_surface_query surface;
-  api_shown shown;
+  api_surface_scene scene;
   tw_polygons polygons;
   api_entry *model, *plan;
   tw_gltf_stream *gltf;
@@ -27,7 +27,7 @@ typedef struct surface_request {
 static void release(surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
-  api_shown_release(&request->shown);
+  api_scene_release(&request->scene);
   api_entry_release(request->plan);
   api_entry_release(request->model);
 }
@@ -92,7 +92,7 @@ static surface_request *read_request(api_call *call) {
     api_fail(call);
     return NULL;
   }
-  if (api_shown_read(call, &request->shown.query) != API_DONE) return NULL;
+  if (api_scene_read(call, &request->scene.query) != API_DONE) return NULL;
   request->form = (surface_form)(call->offer - call->route->offers);
   request->polygons = (tw_polygons)polygon;
   return request;
@@ -103,7 +103,7 @@ static const char *canonical(api_call *call, const surface_request *request) {
   api_text text = {0};
   api_surface_query_print(&request->surface, &text);
   api_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
-  api_shown_print(&request->shown, &text);
+  api_scene_print(&request->scene, &text);
   const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
   return copy;
@@ -126,14 +126,14 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
   uint32_t order = 0;
   tw_model model = {.format = TW_FORMAT_JSON,
                     .mesh_count = 1,
-                    .meshes = &request->shown.scene.model->meshes[mesh],
-                    .group_count = request->shown.scene.model->group_count,
-                    .group_names = request->shown.scene.model->group_names,
+                    .meshes = &request->scene.content.model->meshes[mesh],
+                    .group_count = request->scene.content.model->group_count,
+                    .group_names = request->scene.content.model->group_names,
                     .node_count = 1,
                     .nodes = &node,
                     .node_order = &order};
   tw_scene scene = {
-      .model = &model, .surfaces = request->shown.scene.surfaces + mesh, .polygons = request->polygons};
+      .model = &model, .surfaces = request->scene.content.surfaces + mesh, .polygons = request->polygons};
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
@@ -151,7 +151,7 @@ static api_outcome reply_counts(api_call *call, const surface_request *request, 
     }
     api_text_element(&text);
     api_text_add(&text, "{");
-    api_member_string(&text, "name", request->shown.scene.model->meshes[i].name);
+    api_member_string(&text, "name", request->scene.content.model->meshes[i].name);
     print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
     api_text_add(&text, "}");
   }
@@ -181,7 +181,7 @@ static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface
  * index, of which a corner has three. Not counted much further than the limit. */
 static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
   const api_plan *plan = api_entry_value(request->plan);
-  const tw_model *model = request->shown.scene.model;
+  const tw_model *model = request->scene.content.model;
   uint64_t limit = call->service->limits.max_output;
   uint64_t *of_mesh = tw_arena_alloc(call->arena, plan->count, sizeof *of_mesh);
   if (!of_mesh) return tw_fail(&call->fault.error, TW_NO_MEMORY, "out of memory");
@@ -229,7 +229,7 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   if (request->form == FORM_OBJ)
     status = obj_size_bound(call, request, size);
   else
-    status = tw_gltf_stream_predict(&request->shown.scene, container_of(request), size, &call->fault.error);
+    status = tw_gltf_stream_predict(&request->scene.content, container_of(request), size, &call->fault.error);
   return check_size(call, request, status, *size);
 }
 
@@ -269,8 +269,8 @@ static api_outcome warm(api_call *call, const surface_request *request) {
 }
 
 static api_outcome reply_gltf(api_call *call, surface_request *request) {
-  tw_status status =
-      tw_gltf_stream_create(&request->shown.scene, container_of(request), &request->gltf, &call->fault.error);
+  tw_status status = tw_gltf_stream_create(&request->scene.content, container_of(request), &request->gltf,
+                                           &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
   api_outcome outcome = check_size(call, request, status, size);
   if (outcome == API_DONE) outcome = warm(call, request);
@@ -288,7 +288,7 @@ static api_outcome reply_obj(api_call *call, surface_request *request) {
   uint64_t bound;
   api_outcome outcome = predict(call, request, &bound);
   if (outcome != API_DONE) return outcome;
-  if (tw_obj_stream_create(&request->shown.scene, &request->obj, &call->fault.error) != TW_OK)
+  if (tw_obj_stream_create(&request->scene.content, &request->obj, &call->fault.error) != TW_OK)
     return api_fail(call);
   take_over(call, request, API_SIZE_UNKNOWN, read_obj);
   return API_DONE;
@@ -324,7 +324,7 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
   const api_plan *plan = api_entry_value(request->plan);
-  const tw_model *model = request->shown.scene.model;
+  const tw_model *model = request->scene.content.model;
   bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
   return needs_no_pass && model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
@@ -332,15 +332,15 @@ static bool is_light(const api_call *call, const surface_request *request) {
 /* The scene without surfaces, and the plan of those. */
 static api_outcome prepare(api_call *call, surface_request *request, bool is_stored) {
   const tw_model *model = api_entry_value(request->model);
-  api_shown *shown = &request->shown;
-  api_outcome outcome = shown->query.has_clip ? api_shown_take_clip(call, model, is_stored, shown) : API_DONE;
+  api_surface_scene *scene = &request->scene;
+  api_outcome outcome = scene->query.has_clip ? api_scene_take_clip(call, model, is_stored, scene) : API_DONE;
   if (outcome != API_DONE) return outcome;
-  if (call->effort == API_LIGHT && shown->query.has_clip) return API_NEEDS_THREAD;
-  outcome = api_shown_pose(call, model, shown);
-  shown->scene.polygons = request->polygons;
+  if (call->effort == API_LIGHT && scene->query.has_clip) return API_NEEDS_THREAD;
+  outcome = api_scene_pose(call, model, scene);
+  scene->content.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
-  bool is_kept = is_stored && shown->meshes.count > 0;
-  return api_plan_take(call, &shown->meshes, &shown->moves, is_kept, &request->surface, &request->plan);
+  bool is_kept = is_stored && scene->meshes.count > 0;
+  return api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->surface, &request->plan);
 }
 
 /* From a held model to the answer. The request is released unless the answer's body took it over. */
@@ -357,8 +357,8 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (outcome != API_DONE) return outcome;
   if (call->effort == API_LIGHT && !is_light(call, request)) return API_NEEDS_THREAD;
   const api_plan *plan = api_entry_value(request->plan);
-  request->shown.scene.surfaces = (const tw_surface *const *)plan->surfaces;
-  outcome = api_shown_animate(call, api_entry_value(request->model), &request->shown);
+  request->scene.content.surfaces = (const tw_surface *const *)plan->surfaces;
+  outcome = api_scene_animate(call, api_entry_value(request->model), &request->scene);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
 }
 

@@ -1,0 +1,57 @@
+/* What of a model a surface shows: its clip as a pose or an animation, its meshes moved by skins or left out.
+ */
+#ifndef API_SURFACE_SCENE_H
+#define API_SURFACE_SCENE_H
+
+#include "clips.h"
+#include "plans.h"
+#include "times.h"
+#include "tweend/bake.h"
+#include "tweend/format.h"
+
+typedef struct api_reduction {
+  bool is_wide; /* LINEAR tracks get fewer keys too, not only those that glTF does not have */
+  tw_tolerance tolerance;
+} api_reduction;
+
+/* Parameters as read. */
+typedef struct api_scene_query {
+  const char *clip_name;
+  bool has_clip; /* clip or a time was given */
+  bool is_bare;  /* meshes=none */
+  bool is_baked; /* skin=bake */
+  api_reduction reduction;
+  api_times times;
+} api_scene_query;
+
+/* Being made. Lives in the arena of the answer, but for the entries. */
+typedef struct api_surface_scene {
+  api_scene_query query;
+  api_clip_choice choice;
+  bool is_stored;
+  api_entry *clip, *reduced; /* NULL without; let go by api_scene_release */
+  tw_scene content;          /* model, pose, posed_by, clip; the rest is the caller's */
+  api_plan_meshes meshes;
+  api_plan_moves moves;
+  tw_clip_keys animation;
+} api_surface_scene;
+
+api_outcome api_scene_read(api_call *call, api_scene_query *out);
+
+/* Finds and holds the clip. is_stored as in api_clip_take. */
+api_outcome api_scene_take_clip(api_call *call, const tw_model *model, bool is_stored,
+                                api_surface_scene *scene);
+
+/* Prints the parameters with their defaults, once the clip is taken. */
+void api_scene_print(const api_surface_scene *scene, api_text *text);
+
+/* Fills content.model, pose and posed_by, meshes and moves, once the clip is taken. Not for a light call with a
+ * clip. */
+api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene);
+
+/* Fills content.clip where the clip is kept or baked to keys, and tells the error that is left. */
+api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene);
+
+void api_scene_release(api_surface_scene *scene);
+
+#endif
