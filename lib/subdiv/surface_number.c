@@ -3,7 +3,7 @@
 
 #include <stdlib.h>
 
-#include "tangents.h"
+#include "tangent_space.h"
 
 /* Rows that stand for vertices of the cage: they come first in every numbering. */
 static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {

@@ -5,7 +5,7 @@
 
 #include "limit.h"
 #include "surface.h"
-#include "tangents.h"
+#include "tangent_space.h"
 
 struct tw_surface_reader {
   const tw_surface *surface;
@@ -52,11 +52,5 @@ void tw_fill_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible
  * not wanted. */
 void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,
                        float *normal);
-
-/* Tangents of the vertices at a base corner, inside the edge that begins there, in a rectangle of a
- * quad's patch. out: whole rows, of which normals are read and tangents written. */
-void tw_corner_tangent(tw_surface_reader *reader, uint32_t corner, float *out);
-void tw_edge_tangents(tw_surface_reader *reader, uint32_t corner, float *out);
-void tw_inside_tangents(tw_surface_reader *reader, uint32_t quad, tw_patch_rect rect, float *out);
 
 #endif

@@ -136,6 +136,45 @@ static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, flo
   }
 }
 
+static tw_tangent_columns tangent_columns(const tw_surface *s, float *row) {
+  return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
+}
+
+static tw_slope_source slope_source(const tw_surface *s, const tw_values *values) {
+  const tw_field *field = &s->fields[values->field];
+  return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
+}
+
+/* The UVs that the tangents of a face follow. */
+static const tw_values *tangent_uvs(const tw_surface *s, uint32_t face) {
+  return &s->uvs[s->tangent_frames[face] / 2];
+}
+
+static void patch_tangents(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
+                           float *out) {
+  const tw_surface *s = r->surface;
+  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, quad));
+  size_t count = (size_t)(rect.i1 - rect.i0 + 1) * (rect.j1 - rect.j0 + 1);
+  tw_patch_slopes(&points, quad, rect, r->scratch, r->slopes[0]);
+  tw_patch_slopes(&uvs, quad, rect, r->scratch, r->slopes[1]);
+  tw_write_tangents(r->slopes[0], r->slopes[1], count, backwards, s->tangent_frames[quad] % 2,
+                    tangent_columns(s, out));
+}
+
+static void corner_tangent(tw_surface_reader *r, uint32_t corner, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t face = tw_corner_face(&s->fields[0].base, corner);
+  if (s->depth > 0) {
+    patch_tangents(r, face, tw_patch_corner(s->side, corner % 4), false, out);
+    return;
+  }
+  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, face));
+  tw_corner_slopes(&points, corner, r->mask, r->slopes[0]);
+  tw_corner_slopes(&uvs, corner, r->mask, r->slopes[1]);
+  tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, s->tangent_frames[face] % 2,
+                    tangent_columns(s, out));
+}
+
 static tw_skin_columns skin_columns(const tw_surface *s, float *row) {
   return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
 }
@@ -169,7 +208,7 @@ static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
   uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = shared_corner(s, corner);
-  if (l->tangent != UINT32_MAX) tw_corner_tangent(r, corner, out);
+  if (l->tangent != UINT32_MAX) corner_tangent(r, corner, out);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
     flip_v(out + l->uvs[i]);
@@ -361,7 +400,11 @@ static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
   const tw_surface_layout *l = &s->layout;
   uint32_t corner = tw_corner_of_edge(&s->vertices, edge);
   shared_edge shared = share_edge(s, corner);
-  if (l->tangent != UINT32_MAX) tw_edge_tangents(r, corner, out);
+  if (l->tangent != UINT32_MAX) {
+    bool backwards;
+    tw_patch_rect rect = tw_patch_side(s->side, corner % 4, &backwards);
+    patch_tangents(r, corner / 4, rect, backwards, out);
+  }
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
@@ -416,7 +459,7 @@ static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect
   const tw_surface *s = r->surface;
   const tw_surface_layout *l = &s->layout;
   uint32_t width = l->stride;
-  if (l->tangent != UINT32_MAX) tw_inside_tangents(r, quad, rect, out);
+  if (l->tangent != UINT32_MAX) patch_tangents(r, quad, rect, false, out);
   size_t rows = (size_t)(rect.j1 - rect.j0 + 1) * (s->side - 1);
   for (uint32_t i = 0; i < l->uv_count; i++) {
     evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "surface_rows.h"
-#include "tangents.h"
+#include "tangent_space.h"
 #include "test.h"
 #include "tweend/subdiv.h"
 

@@ -1,7 +1,51 @@
 /* From derivatives to tangents, in double: products of small derivatives would vanish in float. */
-#include "tangents.h"
+#include "tangent_space.h"
 
 #include <math.h>
+#include <string.h>
+
+/* ---- derivatives ---------------------------------------------------------------------------- */
+
+void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
+                     float *out) {
+  tw_patch_job job = {.in = source->values,
+                      .width = source->width,
+                      .derivatives = out,
+                      .stride = TW_DERIVATIVE_WIDTH,
+                      .scratch = scratch};
+  tw_patch_evaluate(source->patches, quad, &job, rect);
+}
+
+uint32_t tw_slope_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *mask) {
+  float frame[2][2];
+  if (!tw_limit_frame(topology, linear, corner, frame)) {
+    mask[0] = (tw_limit_entry){topology->corner_vertex[tw_corner_next(topology, corner)], 0, 1, 0};
+    mask[1] = (tw_limit_entry){topology->corner_vertex[tw_corner_previous(topology, corner)], 0, 0, 1};
+    return 2;
+  }
+  uint32_t count = tw_limit_mask(topology, linear, corner, mask);
+  for (uint32_t e = 0; e < count; e++) {
+    float tangent1 = mask[e].tangent1, tangent2 = mask[e].tangent2;
+    mask[e].tangent1 = frame[0][0] * tangent1 + frame[0][1] * tangent2;
+    mask[e].tangent2 = frame[1][0] * tangent1 + frame[1][1] * tangent2;
+  }
+  return count;
+}
+
+void tw_corner_slopes(const tw_slope_source *source, uint32_t corner, tw_limit_entry *mask, float *out) {
+  uint32_t width = source->width, count = tw_slope_mask(source->topology, source->linear, corner, mask);
+  const float *own = source->values + (size_t)source->topology->corner_vertex[corner] * width;
+  memset(out, 0, TW_DERIVATIVE_WIDTH * sizeof *out);
+  for (uint32_t e = 0; e < count; e++) {
+    const float *value = source->values + (size_t)mask[e].vertex * width;
+    for (uint32_t c = 0; c < width; c++) {
+      out[c] += mask[e].tangent1 * (value[c] - own[c]);
+      out[TW_DERIVATIVE_SECOND + c] += mask[e].tangent2 * (value[c] - own[c]);
+    }
+  }
+}
+
+/* ---- tangents ------------------------------------------------------------------------------- */
 
 bool tw_uv_is_mirrored(const tw_topology *uv, const float *values, uint32_t face) {
   uint32_t begin = tw_face_begin(uv, face), size = tw_face_size(uv, face);
@@ -71,4 +115,12 @@ void tw_tangent_from_derivatives(const float normal[3], const float points[TW_DE
   if (v_grows && combine(a, sign * vb, b, -sign * va, along) && flatten(n, along, out)) return;
   if (combine(a, ua, b, ub, along) && flatten(n, along, out)) return;
   if (!flatten(n, a, out)) lean_on_axis(n, out);
+}
+
+void tw_write_tangents(const float *points, const float *uvs, size_t count, bool backwards, bool mirrored,
+                       tw_tangent_columns out) {
+  for (size_t i = 0; i < count; i++, out.normals += out.stride, out.tangents += out.stride) {
+    size_t place = TW_DERIVATIVE_WIDTH * (backwards ? count - 1 - i : i);
+    tw_tangent_from_derivatives(out.normals, points + place, uvs + place, mirrored, out.tangents);
+  }
 }
