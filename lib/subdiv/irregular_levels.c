@@ -64,7 +64,8 @@ typedef struct pass {
   tw_point *limits;
   const tw_point *positions; /* of rows, relative to `origin` */
   tw_point origin;
-  float *rows; /* of vertex `first` on */
+  float *rows;      /* of vertex `first` on */
+  tw_point *slopes; /* in place of rows, NULL: rows; likewise [][2] */
   uint32_t first, stride;
 } pass;
 
@@ -93,7 +94,14 @@ static __attribute__((noinline)) void careful_normal(tw_point t1, tw_point t2, c
   tw_normal_from_tangents(tangents[0], tangents[1], rows, out);
 }
 
+/* quad: the vertex, then points round it of which the first and the last are along t1 and t2. */
 INLINE void put_row(const pass *p, uint32_t v, tw_point t1, tw_point t2, const tw_point quad[4]) {
+  if (p->slopes) {
+    tw_point *slopes = p->slopes + 2 * (size_t)(v - p->first);
+    slopes[0] = p->levels->linear ? quad[1] - quad[0] : t1;
+    slopes[1] = p->levels->linear ? quad[3] - quad[0] : t2;
+    return;
+  }
   float *row = p->rows + (size_t)(v - p->first) * p->stride;
   tw_point at = p->positions[v] + p->origin, n = cross(t1, t2);
   float length = square(n);
@@ -687,13 +695,37 @@ void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, u
   run_vertices(&p, first, first + count);
 }
 
-void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {
-  tw_point own = points[rows->points[n]], tangents[2] = {{0}, {0}}, quad[4];
-  for (uint32_t e = rows->first_entry[n]; e < rows->end_entry[n]; e++) {
-    tw_point offset = points[rows->entries[e].vertex] - own;
-    tangents[0] += all(rows->entries[e].tangent1) * offset;
-    tangents[1] += all(rows->entries[e].tangent2) * offset;
+void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t first, uint32_t count,
+                      tw_point *out) {
+  const pass p = {.levels = levels,
+                  .operation = NORMAL,
+                  .step = levels->level - 1,
+                  .points = (tw_point *)points, /* never written through */
+                  .slopes = out,
+                  .first = first};
+  run_vertices(&p, first, first + count);
+}
+
+static void sum_slopes(const tw_level_rows *rows, uint32_t first, uint32_t end, uint32_t vertex,
+                       const tw_point *points, tw_point out[2]) {
+  out[0] = out[1] = (tw_point){0};
+  for (uint32_t e = first; e < end; e++) {
+    tw_point offset = points[rows->entries[e].vertex] - points[vertex];
+    out[0] += all(rows->entries[e].tangent1) * offset;
+    out[1] += all(rows->entries[e].tangent2) * offset;
   }
+}
+
+void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point *points, const tw_point *uvs,
+                          tw_point points_out[2], tw_point uvs_out[2]) {
+  const uint32_t *slopes = rows->slopes[n];
+  sum_slopes(rows, slopes[0], slopes[1], rows->points[n], points, points_out);
+  sum_slopes(rows, slopes[1], slopes[2], rows->uvs[rows->frames[n] / 2][n], uvs, uvs_out);
+}
+
+void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]) {
+  tw_point tangents[2], quad[4];
+  sum_slopes(rows, rows->first_entry[n], rows->end_entry[n], rows->points[n], points, tangents);
   for (int k = 0; k < 4; k++) quad[k] = points[rows->quad[n][k]];
   careful_normal(tangents[0], tangents[1], quad, normal);
 }
@@ -1020,5 +1052,9 @@ tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels 
     if (status == TW_OK && f > 0) status = map_uvs(wish->fields[0], wish->fields[f], arena, &out[f]);
   }
   if (status == TW_OK && wish->normals) status = make_weights(wish->fields[0], arena, &out[0]);
+  for (uint32_t f = 1; f < wish->field_count; f++) {
+    out[f].weights_of = out[0].weights_of;
+    out[f].weights = out[0].weights;
+  }
   return status == TW_OK ? tw_levels_list_exceptions(wish, arena, out, rows) : status;
 }

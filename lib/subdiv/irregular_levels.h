@@ -46,8 +46,8 @@ typedef struct tw_levels {
   bool linear; /* new values are plain averages */
   tw_level at[TW_LEVELS_MAX + 1];
   const uint32_t *fan_offsets, *fan_corners; /* of the cage */
-  /* Tangents of smooth vertices by valence: n weights of neighbours along edges, then n across faces. Of the
-   * points where normals are asked for. */
+  /* Tangents of smooth vertices by valence: n weights of neighbours along edges, then n across faces. Where
+   * normals are asked for. */
   const uint32_t *weights_of; /* [greatest valence + 1] */
   const float *weights;
   tw_level_masks masks[TW_LEVELS_MAX]; /* of each step */
@@ -65,6 +65,10 @@ typedef struct tw_level_rows {
   uint32_t *rows, *points;                       /* [count] */
   uint32_t *uvs[TW_UV_SETS_MAX];                 /* [count] vertex of each UV set */
   uint32_t *first_entry, *end_entry, (*quad)[4]; /* [count] tangents, and a face of the point; with normals */
+  /* Where tangents are asked for: the frame, and entries from [0] to [1] of the slopes of the points, from
+   * there to [2] of those of the frame's UV set. */
+  uint8_t *frames;       /* [count] */
+  uint32_t (*slopes)[3]; /* [count] */
   tw_limit_entry *entries;
   uint32_t corner_count;
   uint32_t *corners, *corner_rows; /* [corner_count] corners of the last level whose row is not their point */
@@ -77,6 +81,7 @@ typedef struct tw_levels_wish {
   bool linear[1 + TW_UV_SETS_MAX];
   tw_rules rules;
   bool limit, normals;
+  const uint8_t *frames; /* of tangents, or NULL: [cage faces] 2 x UV set, + 1 where its map is mirrored */
   const tw_parallel_for *parallel;
 } tw_levels_wish;
 
@@ -113,6 +118,15 @@ typedef struct tw_level_points {
  * apart. Those of `tw_level_rows` mean nothing. */
 void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, uint32_t first, uint32_t count,
                        uint32_t stride, float *out);
+
+/* Derivatives at vertices [first, first + count) along two directions that all fields have in common, to a
+ * scale that they have too. points: of the field. Those of `tw_level_rows` mean nothing. out: [count][2]. */
+void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t first, uint32_t count,
+                      tw_point *out);
+
+/* Those of the nth of the rows: of the points, and of the UV set that the frame says. */
+void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point *points, const tw_point *uvs,
+                          tw_point points_out[2], tw_point uvs_out[2]);
 
 /* The normal of the nth of the rows. */
 void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point *points, float normal[3]);

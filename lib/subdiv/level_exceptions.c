@@ -9,6 +9,7 @@
 
 #include "irregular_levels.h"
 #include "surface.h"
+#include "tangent_space.h"
 
 enum { FIELDS_MAX = 1 + TW_UV_SETS_MAX };
 
@@ -19,6 +20,7 @@ typedef struct strip {
   uint32_t *edges[FIELDS_MAX];    /* [edges of the field] 2 x edge, + 1 where it runs the other way */
   uint32_t *corners;              /* [corners] */
   uint8_t *special;               /* [vertices of the points] */
+  uint8_t *frames;                /* [faces] of tangents; NULL: none */
 } strip;
 
 typedef struct listing {
@@ -77,12 +79,23 @@ static bool is_odd_edge(const tw_topology *t, uint32_t e) {
   return t->edge_flags[e] || t->edge_sharpness[e] > 0;
 }
 
+/* Whether faces at a point have tangents of several frames. */
+static bool parts_frames(const strip *s, uint32_t point) {
+  const tw_topology *t = &s->fields[0];
+  const uint32_t *fan = t->fan_corners;
+  uint32_t first = t->fan_offsets[point], end = t->fan_offsets[point + 1];
+  for (uint32_t i = first + 1; i < end; i++)
+    if (s->frames[tw_corner_face(t, fan[i])] != s->frames[tw_corner_face(t, fan[first])]) return true;
+  return false;
+}
+
 /* A point that is odd in any field; values of a UV set have a border where a seam parts them. */
-static void mark_special(uint32_t field_count, const tw_topology *fields, const uint8_t *candidates,
-                         uint8_t *special) {
-  const tw_topology *points = &fields[0];
+static void mark_special(uint32_t field_count, const strip *s, const uint8_t *candidates, uint8_t *special) {
+  const tw_topology *points = &s->fields[0];
+  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++)
+    if ((!candidates || candidates[v]) && parts_frames(s, v)) special[v] = 1;
   for (uint32_t f = 0; f < field_count; f++) {
-    const tw_topology *t = &fields[f];
+    const tw_topology *t = &s->fields[f];
     for (uint32_t v = 0; v < t->vertex_count; v++) {
       uint32_t corner = t->fan_corners[t->fan_offsets[v]], point = points->corner_vertex[corner];
       if (candidates && !candidates[point]) continue;
@@ -205,6 +218,13 @@ static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
   for (uint32_t f = 0; f < l->wish->field_count && status == TW_OK; f++)
     status = cut_field(s, f, &c, l->scratch, out);
   if (status != TW_OK) return status;
+  if (s->frames) {
+    const tw_topology *t = &out->fields[0];
+    out->frames = tw_arena_alloc_raw(l->scratch, t->face_count, 1);
+    if (!out->frames) return TW_NO_MEMORY;
+    for (uint32_t f = 0; f < t->face_count; f++)
+      out->frames[f] = s->frames[tw_corner_face(&s->fields[0], c.from[tw_face_begin(t, f)])];
+  }
   for (uint32_t i = 0; s->corners && i < c.corner_count; i++) c.from[i] = s->corners[c.from[i]];
   out->corners = c.from;
   return sum_semi(l, out);
@@ -318,7 +338,7 @@ static tw_status refine_special(const listing *l, const strip *s, strip *out) {
   for (uint32_t e = 0; e < p->edge_count; e++)
     candidates[p->vertex_count + e] =
         s->special[p->edge_vertices[e][0]] || s->special[p->edge_vertices[e][1]];
-  mark_special(l->wish->field_count, out->fields, candidates, out->special);
+  mark_special(l->wish->field_count, out, candidates, out->special);
   return TW_OK;
 }
 
@@ -332,17 +352,24 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
   if (status != TW_OK || !out->corners) return TW_NO_MEMORY;
   for (uint32_t c = 0; c < t->corner_count; c++)
     for (uint32_t k = 0; k < 4; k++) out->corners[4 * (size_t)c + k] = 4 * s->corners[c] + k;
+  if (s->frames) {
+    out->frames = tw_arena_alloc_raw(l->scratch, t->corner_count, 1);
+    if (!out->frames) return TW_NO_MEMORY;
+    for (uint32_t c = 0; c < t->corner_count; c++) out->frames[c] = s->frames[tw_corner_face(t, c)];
+  }
   return refine_special(l, s, out);
 }
 
 /* ---- the last level ------------------------------------------------------------------------- */
 
-static tw_limit_entry *mask_room(const tw_topology *t) {
+/* For masks of any field. */
+static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   uint32_t capacity = 1;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t own = tw_limit_capacity(t, v);
-    if (own > capacity) capacity = own;
-  }
+  for (uint32_t f = 0; f < l->wish->field_count; f++)
+    for (uint32_t v = 0; v < s->fields[f].vertex_count; v++) {
+      uint32_t own = tw_limit_capacity(&s->fields[f], v);
+      if (own > capacity) capacity = own;
+    }
   return tw_alloc(capacity, sizeof(tw_limit_entry));
 }
 
@@ -362,7 +389,7 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
   const tw_topology *t = &s->fields[field];
   growing vertices = {.size = sizeof(uint32_t)}, first = {.size = sizeof(uint32_t)},
           entries = {.size = sizeof(tw_limit_entry)};
-  tw_limit_entry *room = mask_room(t);
+  tw_limit_entry *room = mask_room(l, s);
   for (uint32_t v = 0; room && v < t->vertex_count; v++) {
     uint32_t corner = t->fan_corners[t->fan_offsets[v]], begin = (uint32_t)entries.count;
     if (!s->special[s->fields[0].corner_vertex[corner]] || !is_odd(t, v)) continue;
@@ -384,7 +411,8 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
 
 /* A row on its way. */
 typedef struct row {
-  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4];
+  uint32_t row, point, uvs[TW_UV_SETS_MAX], first_entry, end_entry, quad[4], slopes[3];
+  uint8_t frame;
 } row;
 
 typedef struct row_list {
@@ -394,6 +422,22 @@ typedef struct row_list {
   tw_limit_entry *room;
   growing rows, entries;
 } row_list;
+
+static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *out) {
+  const strip *s = list->s;
+  out->frame = s->frames[tw_corner_face(&s->fields[0], corner)];
+  const uint32_t fields[2] = {0, 1u + out->frame / 2};
+  for (int i = 0; i < 2; i++) {
+    out->slopes[i] = (uint32_t)list->entries.count;
+    uint32_t field = fields[i],
+             count = tw_slope_mask(&s->fields[field], l->wish->linear[field], corner, list->room);
+    for (uint32_t e = 0; e < count; e++) {
+      list->room[e].vertex = s->vertices[field][list->room[e].vertex];
+      push(&list->entries, &list->room[e]);
+    }
+  }
+  out->slopes[2] = (uint32_t)list->entries.count;
+}
 
 /* One of the rows of a point, at the corner that stands for it. */
 static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t corner, const row *whole) {
@@ -412,6 +456,7 @@ static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t
     own.end_entry = (uint32_t)list->entries.count;
     for (uint32_t k = 0; k < 4; k++) own.quad[k] = s->vertices[0][t->corner_vertex[(corner & ~3u) + k]];
   }
+  if (s->frames) push_slopes(l, list, corner, &own);
   push(&list->rows, &own);
 }
 
@@ -470,6 +515,9 @@ static tw_status store_rows(const listing *l, row_list *list) {
   out->quad = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->quad);
   out->entries = settle(&list->entries, l->arena);
   bool complete = out->rows && out->points && out->first_entry && out->end_entry && out->quad && out->entries;
+  out->frames = tw_arena_alloc_raw(l->arena, l->wish->frames ? count : 0, 1);
+  out->slopes = tw_arena_alloc_raw(l->arena, l->wish->frames ? count : 0, sizeof *out->slopes);
+  complete = complete && out->frames && out->slopes;
   for (uint32_t u = 0; u + 1 < l->wish->field_count; u++) {
     out->uvs[u] = tw_arena_alloc_raw(l->arena, count, sizeof *out->uvs[u]);
     complete = complete && out->uvs[u];
@@ -483,6 +531,9 @@ static tw_status store_rows(const listing *l, row_list *list) {
     out->first_entry[i] = r->first_entry;
     out->end_entry[i] = r->end_entry;
     memcpy(out->quad[i], r->quad, sizeof r->quad);
+    if (!l->wish->frames) continue;
+    out->frames[i] = r->frame;
+    memcpy(out->slopes[i], r->slopes, sizeof r->slopes);
   }
   return complete ? TW_OK : TW_NO_MEMORY;
 }
@@ -490,7 +541,8 @@ static tw_status store_rows(const listing *l, row_list *list) {
 /* What parts rows: seams, and sides with normals of their own. */
 static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
   const strip *s = list->s;
-  tw_splits splits = {.uv_count = l->wish->field_count - 1, .normals = l->wish->normals};
+  tw_splits splits = {
+      .uv_count = l->wish->field_count - 1, .normals = l->wish->normals, .tangent_frames = s->frames};
   for (uint32_t u = 0; u < splits.uv_count; u++) splits.uv_bases[u] = &s->fields[1 + u];
   list->parted = splits.uv_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
   if (!list->parted) return TW_OK;
@@ -506,7 +558,7 @@ static tw_status list_rows(const listing *l, const strip *s) {
   row_list list = {.s = s, .rows = {.size = sizeof(row)}, .entries = {.size = sizeof(tw_limit_entry)}};
   uint32_t *new_row = NULL;
   tw_status status = number_parted(l, &list, &new_row);
-  list.room = mask_room(&s->fields[0]);
+  list.room = mask_room(l, s);
   if (!list.room) status = TW_NO_MEMORY;
   for (uint32_t v = 0; status == TW_OK && v < s->fields[0].vertex_count; v++)
     if (s->special[v]) push_rows(l, &list, v, new_row);
@@ -543,7 +595,12 @@ static tw_status list_all(const listing *l) {
   strip cage = {.special = tw_arena_alloc(l->scratch, wish->fields[0]->vertex_count, 1)}, s;
   if (!cage.special) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < wish->field_count; f++) cage.fields[f] = *wish->fields[f];
-  mark_special(wish->field_count, cage.fields, NULL, cage.special);
+  if (wish->frames) {
+    cage.frames = tw_arena_alloc_raw(l->scratch, cage.fields[0].face_count, 1);
+    if (!cage.frames) return TW_NO_MEMORY;
+    memcpy(cage.frames, wish->frames, cage.fields[0].face_count);
+  }
+  mark_special(wish->field_count, &cage, NULL, cage.special);
   if (!memchr(cage.special, 1, cage.fields[0].vertex_count)) return TW_OK;
   tw_status status = cut_strip(l, &cage, &s);
   return status == TW_OK ? list_from(l, &s) : status;

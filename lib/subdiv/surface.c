@@ -47,6 +47,17 @@ static tw_status level_values(tw_build *b, uint32_t field, uint32_t width, const
   return tw_surface_refine_levels(b->surface, in, of, b->parallel, values);
 }
 
+static tw_status level_frames(tw_build *b, uint32_t *const uv_values[]) {
+  const float *uvs[TW_UV_SETS_MAX];
+  if (!tw_build_has_tangents(b)) return TW_OK;
+  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
+    uvs[i] = tw_build_gather(b->arena, b->mesh->uv_sets[i].values, uv_values[i],
+                             b->topologies[1 + i].vertex_count, 2 * sizeof(float));
+    if (!uvs[i]) return TW_NO_MEMORY;
+  }
+  return tw_build_find_frames(b, uvs);
+}
+
 static tw_status plan_levels(tw_build *b, uint32_t *uv_values[]) {
   tw_surface *s = b->surface;
   tw_levels_wish wish = {.level = s->options.level,
@@ -70,6 +81,8 @@ static tw_status plan_levels(tw_build *b, uint32_t *uv_values[]) {
   }
   s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
   if (!s->levels) return TW_NO_MEMORY;
+  if (status == TW_OK) status = level_frames(b, uv_values);
+  wish.frames = s->tangent_frames;
   return status == TW_OK ? tw_levels_plan(&wish, s->arena, s->levels, &s->level_rows) : status;
 }
 

@@ -117,7 +117,8 @@ struct tw_surface {
   tw_influences influences;      /* at the base level */
   tw_skin_row *skin_rows;        /* of all points where levels are read whole, else NULL */
 
-  /* Where the answer has tangents, else NULL. [base faces]: 2 x UV set, + 1 where its map is mirrored. */
+  /* Where the answer has tangents, else NULL. [faces of the base, or of the cage of levels]: 2 x UV set, + 1
+   * where its map is mirrored. */
   uint8_t *tangent_frames;
 
   uint32_t quad_count; /* visible ones */

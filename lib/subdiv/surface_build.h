@@ -44,6 +44,14 @@ tw_status tw_build_start(tw_build *b);
 /* One level of everything; what the next level needs goes to `arena`, the surface's own at the last. */
 tw_status tw_build_refine(tw_build *b, tw_arena *arena);
 
+/* Tangents are for normal maps, which need normals and UVs. */
+static inline bool tw_build_has_tangents(const tw_build *b) {
+  return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
+}
+
+/* Of the faces of the topologies at hand. uvs: values of each set. */
+tw_status tw_build_find_frames(tw_build *b, const float *const uvs[]);
+
 /* Numbers the base's rows. cage_vertices: [fields] of the cage. */
 tw_status tw_build_number(tw_build *b, const uint32_t *cage_vertices);
 

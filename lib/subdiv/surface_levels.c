@@ -49,8 +49,8 @@ static bool is_regular(const tw_topology *t) {
   return t->face_size == 4 && regular > t->vertex_count / 8 * 7;
 }
 
-/* Whether all points of the level can be kept and rows read from them. Tangents are for patches, as are faces
- * that are left out. */
+/* Whether all points of the level can be kept and rows read from them. Faces that are left out are for
+ * patches. */
 static bool fits_levels(const tw_build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface *s = b->surface;
@@ -58,12 +58,13 @@ static bool fits_levels(const tw_build *b) {
   const tw_topology *cage = &b->cage.topology;
   if (options->scheme != TW_CATMULL_CLARK || options->level == 0 || options->level > TW_LEVELS_MAX)
     return false;
-  if (m->face_count == 0 || (m->has_tangents && m->uv_set_count > 0 && options->normals)) return false;
+  if (m->face_count == 0) return false;
   if (b->rules.smooth_triangles && cage->face_size != 4) return false;
   if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
-  uint64_t sets = (options->limit && options->normals ? 2u : 1u) + m->uv_set_count + (m->colors ? 1u : 0u) +
-                  (m->skin.joints ? 2u : 0u) + m->morph_count;
+  uint32_t uv_copies = options->limit && tw_build_has_tangents(b) ? 2 : 1;
+  uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
+                  (m->colors ? 1u : 0u) + (m->skin.joints ? 2u : 0u) + m->morph_count;
   if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
   return options->level < 3 || !is_regular(cage);
 }

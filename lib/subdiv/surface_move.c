@@ -34,7 +34,10 @@ tw_status tw_surface_refine_levels(const tw_surface *surface, const float *in, c
                                    const tw_parallel_for *parallel, tw_values *values) {
   const tw_levels *levels = &surface->levels[values->field];
   uint32_t count = levels->at[0].vertex_count, width = values->width;
-  bool apart = surface->options.limit && surface->options.normals && values == &surface->positions;
+  /* Normals and tangents are of the points before their limits. */
+  bool sloped = values == &surface->positions ? surface->options.normals
+                                              : values->field > 0 && surface->tangent_frames,
+       apart = surface->options.limit && sloped;
   tw_point *cage = tw_alloc(count, sizeof *cage);
   values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
   values->points = values->refined;

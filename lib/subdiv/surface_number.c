@@ -18,20 +18,15 @@ static bool needs_splits(const tw_build *b, bool split_normals) {
   return split_normals && (b->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }
 
-/* Tangents are for normal maps, which need normals and UVs. */
-static bool has_tangents(const tw_build *b) {
-  return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
-}
-
-static tw_status find_tangent_frames(tw_build *b) {
+tw_status tw_build_find_frames(tw_build *b, const float *const uvs[]) {
   tw_surface *s = b->surface;
   const uint8_t *sets = b->mesh->tangent_uvs;
-  uint32_t faces = s->fields[0].base.face_count;
+  uint32_t faces = b->topologies[0].face_count;
   s->tangent_frames = tw_arena_alloc(s->arena, faces, 1);
   if (!s->tangent_frames) return TW_NO_MEMORY;
   for (uint32_t f = 0; f < faces; f++) {
-    uint32_t set = sets ? sets[b->source[f]] : 0;
-    bool mirrored = tw_uv_is_mirrored(&s->fields[1 + set].base, s->uvs[set].base, f);
+    uint32_t set = sets ? sets[b->source ? b->source[f] : f] : 0;
+    bool mirrored = tw_uv_is_mirrored(&b->topologies[1 + set], uvs[set], f);
     s->tangent_frames[f] = (uint8_t)(2 * set + mirrored);
   }
   return TW_OK;
@@ -40,10 +35,14 @@ static tw_status find_tangent_frames(tw_build *b) {
 static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
   tw_surface *s = b->surface;
   tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
-  for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
+  const float *uvs[TW_UV_SETS_MAX];
+  for (uint32_t i = 0; i < splits.uv_count; i++) {
+    splits.uv_bases[i] = &s->fields[1 + i].base;
+    uvs[i] = s->uvs[i].base;
+  }
   /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
   splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
-  tw_status status = has_tangents(b) ? find_tangent_frames(b) : TW_OK;
+  tw_status status = tw_build_has_tangents(b) ? tw_build_find_frames(b, uvs) : TW_OK;
   splits.tangent_frames = s->tangent_frames;
   return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
                          : status;

@@ -130,7 +130,7 @@ static void need(reader_needs *n, const tw_surface *s) {
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
-  if (s->tangent_frames) n->slopes = larger(n->slopes, rows);
+  if (s->tangent_frames && s->way != TW_WAY_LEVELS) n->slopes = larger(n->slopes, rows);
   if (s->layout.joints == UINT32_MAX || s->skin_rows) return;
   n->joints = larger(n->joints, s->influences.joint_count);
   n->skin_vertices = larger(n->skin_vertices, s->influences.vertex_count);

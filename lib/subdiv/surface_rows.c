@@ -259,14 +259,40 @@ static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t
     memcpy(out + l->morphs + 3 * (size_t)m, &s->morphs[m].points[point], 3 * sizeof *out);
 }
 
+/* From the slopes of points and UVs of a row of a frame, which has its normal. */
+static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point points[2], const tw_point uvs[2],
+                          float *out) {
+  float slopes[2][TW_DERIVATIVE_WIDTH];
+  memcpy(slopes[0], points, sizeof slopes[0]);
+  memcpy(slopes[1], uvs, sizeof slopes[1]);
+  tw_write_tangents(slopes[0], slopes[1], 1, false, frame % 2, tangent_columns(s, out));
+}
+
+enum { AT_ONCE = 256 };
+
+/* uvs: of each set, the vertices of the rows, which are the points'. */
+static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
+                           uint32_t (*const uvs)[AT_ONCE], float *out) {
+  uint32_t faces[AT_ONCE];
+  tw_point slopes[AT_ONCE][2], uv_slopes[2];
+  tw_levels_cage_faces(&s->levels[0], first, count, faces);
+  tw_levels_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
+  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
+    uint8_t frame = s->tangent_frames[faces[i]];
+    const tw_values *set = &s->uvs[frame / 2];
+    tw_levels_slopes(&s->levels[set->field], set->refined, uvs[frame / 2][i], 1, uv_slopes);
+    level_tangent(s, frame, slopes[i], uv_slopes, out);
+  }
+}
+
 /* Attributes of rows that are the points'. */
 static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  enum { AT_ONCE = 256 };
   uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
   for (uint32_t taken; count > 0; first += taken, count -= taken) {
     taken = count < AT_ONCE ? count : AT_ONCE;
     for (uint32_t i = 0; i < sets; i++)
       tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
+    if (s->tangent_frames) point_tangents(s, first, taken, uvs, out);
     for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
       for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
       level_attributes(s, first + k, own, out);
@@ -292,6 +318,10 @@ static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, flo
       tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
     for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
     level_attributes(s, rows->points[n], own, row);
+    if (!s->tangent_frames) continue;
+    tw_point points[2], uvs[2];
+    tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
+    level_tangent(s, rows->frames[n], points, uvs, row);
   }
 }
 

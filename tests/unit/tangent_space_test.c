@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "surface.h"
 #include "surface_rows.h"
 #include "tangent_space.h"
 #include "test.h"
@@ -226,6 +227,25 @@ TEST(plane_has_the_tangent_of_its_map_at_every_point) {
   }
 }
 
+/* A regular grid, on which surfaces are as linear as their UVs. */
+TEST(linear_uvs_have_the_tangent_of_their_map) {
+  static const float map[4] = {1, 0.5f, -0.25f, 0.75f};
+  const float length = hypotf(0.25f, 0.75f);
+  sheet *s = folded();
+  s->mesh.uv_sets[0].value_count = 0;
+  map_affinely(s, map);
+  for (uint32_t level = 0; level <= 4; level++) {
+    rows r = read_sheet(s, (tw_surface_options){.level = level, .uv = TW_UV_ALL});
+    for (size_t i = 0; i < r.count; i++) {
+      const float *tangent = row_of(&r, i) + r.layout->tangent;
+      assert_float_equal(tangent[0], 0.75f / length, 1e-5);
+      assert_float_equal(tangent[1], 0.25f / length, 1e-5);
+    }
+    free_rows(&r);
+  }
+  free(s);
+}
+
 TEST(tube_has_tangents_round_its_axis) {
   static const tw_uv_rule rules[] = {TW_UV_CORNERS_ONLY, TW_UV_CORNERS_PLUS2, TW_UV_BOUNDARIES, TW_UV_ALL};
   sheet *s = tube(7, 5);
@@ -322,6 +342,65 @@ TEST(each_face_follows_its_own_uv_set) {
     free_rows(&r);
   }
   free(s);
+}
+
+static bool is_near(const float *a, const float *b, uint32_t width, float tolerance) {
+  for (uint32_t c = 0; c < width; c++)
+    if (!(fabsf(a[c] - b[c]) <= tolerance)) return false;
+  return true;
+}
+
+/* Whether a row stands among others: its point, normal, tangent and UVs. */
+static bool stands_among(const rows *r, size_t i, const rows *others) {
+  const tw_surface_layout *l = r->layout, *o = others->layout;
+  for (size_t k = 0; k < others->count; k++)
+    if (is_near(row_of(r, i), row_of(others, k), 3, 1e-5f) &&
+        is_near(row_of(r, i) + l->normal, row_of(others, k) + o->normal, 3, 1e-4f) &&
+        is_near(row_of(r, i) + l->uvs[0], row_of(others, k) + o->uvs[0], 2, 1e-5f) &&
+        is_near(row_of(r, i) + l->tangent, row_of(others, k) + o->tangent, 4, 1e-3f))
+      return true;
+  return false;
+}
+
+/* A joint over 511 is for patches. */
+static void assert_as_patches(sheet *s, tw_surface_options options) {
+  static uint16_t joints[POINTS_MAX][4];
+  static float weights[POINTS_MAX][4];
+  rows levels = read_sheet(s, options);
+  assert_int_equal(levels.surface->way, TW_WAY_LEVELS);
+  for (int p = 0; p < POINTS_MAX; p++) joints[p][0] = TW_SKIN_LEVEL_JOINTS_MAX;
+  s->mesh.skin = (tw_skin_weights){joints[0], weights[0]};
+  rows patches = read_sheet(s, options);
+  assert_int_not_equal(patches.surface->way, TW_WAY_LEVELS);
+  s->mesh.skin = (tw_skin_weights){NULL, NULL};
+  assert_int_equal(levels.count, patches.count);
+  for (size_t i = 0; i < levels.count; i++) assert_true(stands_among(&levels, i, &patches));
+  free_rows(&levels);
+  free_rows(&patches);
+}
+
+/* Curved, with a seam, a crease, a fold of the map. (Slopes of linear UVs, and at sharp corners, are those
+ * of any one face.) */
+TEST(whole_levels_have_the_tangents_of_patches) {
+  static const float sheared[4] = {1, 0.3f, -0.2f, 0.7f};
+  static const tw_uv_rule rules[] = {TW_UV_NONE, TW_UV_CORNERS_ONLY, TW_UV_CORNERS_PLUS1};
+  for (int shape = 0; shape < 3; shape++) {
+    sheet *s = shape == 0 ? tube(7, 4) : shape == 1 ? folded() : patchwork(sheared);
+    float sharpness[2] = {10, 1.5f};
+    s->mesh.crease_count = 2;
+    s->mesh.crease_edges = s->corners + 4;
+    s->mesh.crease_sharpness = sharpness;
+    for (uint32_t p = 0; p < s->mesh.point_count; p++) s->points[p][2] += 0.1f * (float)(p * p % 7);
+    for (uint32_t v = 0; v < s->mesh.uv_sets[0].value_count; v++) s->uvs[v][1] += 0.02f * (float)(v * v % 5);
+    for (uint32_t level = 1; level <= 3; level++)
+      for (int limit = 0; limit < 2; limit++)
+        for (int rule = 0; rule < 3; rule++) {
+          bool regular = level == 3 && shape < 2; /* for patches as it is */
+          if (!regular)
+            assert_as_patches(s, (tw_surface_options){.level = level, .limit = limit, .uv = rules[rule]});
+        }
+    free(s);
+  }
 }
 
 TEST(tangents_stay_frames_on_any_mesh) {
