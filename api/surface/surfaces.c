@@ -329,10 +329,18 @@ static bool is_light(const api_call *call, const surface_request *request) {
   return needs_no_pass && model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
+/* A model of points alone, as scanners make. */
+static bool lacks_faces(const tw_model *model) {
+  uint32_t mesh = 0;
+  while (mesh < model->mesh_count && model->meshes[mesh].face_count == 0) mesh++;
+  return model->mesh_count > 0 && mesh == model->mesh_count && model->clip_count == 0;
+}
+
 /* The scene without surfaces, and the plan of those. */
 static api_outcome prepare(api_call *call, surface_request *request, bool is_stored) {
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
+  if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
   api_outcome outcome = scene->query.has_clip ? api_scene_take_clip(call, model, is_stored, scene) : API_DONE;
   if (outcome != API_DONE) return outcome;
   if (call->effort == API_LIGHT && scene->query.has_clip) return API_NEEDS_THREAD;

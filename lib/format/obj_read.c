@@ -282,8 +282,10 @@ typedef struct obj_reader {
   uint32_t *crease_points, *sharp_points, *holes;
   float *crease_sharpness, *point_sharpness;
 
-  float *uvs;          /* [2], from malloc */
-  uint32_t *face_of;   /* of each point, the last large face that used it, + 1; from malloc */
+  float *uvs;        /* [2], from malloc */
+  uint32_t *face_of; /* of each point, the last large face that used it, + 1; from malloc */
+  uint32_t *dropped; /* [dropped_count], ascending: faces of the file; from malloc */
+  size_t dropped_count;
   obj_object *objects; /* from malloc, [OBJECTS_MAX + 1 or fewer], by ascending first_face */
   size_t object_count;
   obj_word first_group; /* names of the first `g` */
@@ -299,6 +301,7 @@ typedef struct obj_reader {
 static void reader_deinit(obj_reader *reader) {
   free(reader->uvs);
   free(reader->face_of);
+  free(reader->dropped);
   free(reader->objects);
   names_deinit(&reader->material_names);
   names_deinit(&reader->group_names);
@@ -468,6 +471,61 @@ static tw_status number_groups(obj_reader *reader) {
   return status;
 }
 
+/* Leaves out the corners at the point of the one before them. Returns how many stay. */
+static uint64_t drop_doubled_corners(obj_reader *reader, uint64_t first) {
+  uint32_t *corners = reader->corners, *uvs = reader->corner_uvs, before = corners[reader->read.corners - 1];
+  uint64_t kept = first;
+  for (uint64_t c = first; c < reader->read.corners; c++) {
+    uint32_t point = corners[c];
+    if (point != before && uvs) uvs[kept] = uvs[c];
+    if (point != before) corners[kept++] = point;
+    before = point;
+  }
+  reader->read.corners = kept;
+  return kept - first;
+}
+
+/* Of a face without doubled corners. */
+static bool has_three_points(const uint32_t *corners, uint64_t count) {
+  for (uint64_t i = 2; i < count; i++)
+    if (corners[i] != corners[0] && corners[i] != corners[1]) return true;
+  return false;
+}
+
+/* Forgets the newest face, and notes its number in the file, which tags may name. */
+static tw_status drop_face(obj_reader *reader, uint64_t first_corner) {
+  uint64_t count = reader->dropped_count;
+  if ((count & (count - 1)) == 0) { /* full: its room is a power of two */
+    uint32_t *grown = realloc(reader->dropped, (size_t)(count ? 2 * count : 1) * sizeof *grown);
+    if (!grown) return no_memory(reader);
+    reader->dropped = grown;
+  }
+  reader->dropped[reader->dropped_count++] = (uint32_t)(reader->read.faces + count);
+  reader->read.corners = first_corner;
+  return TW_OK;
+}
+
+/* What is left when all is read: holes are numbered among the faces of the file. */
+static void settle_faces(obj_reader *reader) {
+  reader->all.faces = reader->read.faces;
+  reader->all.corners = reader->read.corners;
+  if (reader->all.faces == 0) reader->face_offsets[0] = 0;
+  uint64_t kept = 0;
+  for (uint64_t i = 0; i < reader->read.holes && reader->dropped_count > 0; i++) {
+    size_t low = 0, high = reader->dropped_count; /* how many were dropped before it */
+    while (low < high) {
+      size_t middle = (low + high) / 2;
+      if (reader->dropped[middle] < reader->holes[i])
+        low = middle + 1;
+      else
+        high = middle;
+    }
+    bool is_dropped = low < reader->dropped_count && reader->dropped[low] == reader->holes[i];
+    if (!is_dropped) reader->holes[kept++] = reader->holes[i] - (uint32_t)low;
+  }
+  if (reader->dropped_count > 0) reader->read.holes = kept;
+}
+
 static tw_status read_face(obj_reader *reader, obj_text *text) {
   uint64_t first = reader->read.corners, line = text->line;
   tw_status status = TW_OK;
@@ -479,6 +537,8 @@ static tw_status read_face(obj_reader *reader, obj_text *text) {
   if (status != TW_OK) return status;
   uint64_t count = reader->read.corners - first;
   if (count < 3) return tw_fail_line(reader->error, TW_INVALID, line, "a face needs at least 3 corners");
+  count = drop_doubled_corners(reader, first);
+  if (!has_three_points(reader->corners + first, count)) return drop_face(reader, first);
   bool repeats;
   status = find_repeat(reader, reader->corners + first, count, &repeats);
   if (status == TW_OK && repeats)
@@ -832,11 +892,12 @@ static tw_status read_statements(obj_reader *reader, obj_text file) {
   tw_status status = make_all_room(reader);
   file = start;
   while (status == TW_OK && next_statement(&file, &word, &text)) status = read_statement(reader, word, &text);
-  if (status != TW_OK || reader->all.faces > 0) return status;
+  if (status != TW_OK) return status;
   if (reader->all.points == 0)
     return tw_fail_line(reader->error, TW_SYNTAX, file.line,
                         "there is no point and no face: this is not an OBJ file");
-  return tw_fail_line(reader->error, TW_INVALID, file.line, "the file has points and no face");
+  settle_faces(reader);
+  return TW_OK;
 }
 
 /* ---- which point belongs to which mesh ------------------------------------------------------------------
@@ -1123,6 +1184,9 @@ static void warn(const obj_reader *reader, tw_model *model) {
   if (reader->ignored_tags > 0)
     tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
                   (unsigned long long)reader->ignored_tags);
+  if (reader->dropped_count > 0)
+    tw_model_warn(model, "%llu faces with fewer than three different points are left out",
+                  (unsigned long long)reader->dropped_count);
   if (reader->missing_uvs > 0 && reader->corner_uvs)
     tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
                   (unsigned long long)reader->missing_uvs);
@@ -1158,6 +1222,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
                        .tag_uv = TW_TAG_UNSET,
                        .tag_creasing = TW_TAG_UNSET,
                        .tag_triangles = TW_TAG_UNSET};
+  while (size > 0 && bytes[size - 1] == '\0') size--; /* as some exporters pad */
   bool has_mark = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0;
   tw_status status = read_statements(&reader, (obj_text){bytes + (has_mark ? 3 : 0), bytes + size, 1});
   if (status == TW_OK) status = build_model(&reader, model);

@@ -80,8 +80,8 @@ triangle='v 0 0 0\nv 1 0 0\nv 0 1 0\n'
   obj "${triangle}f 1 2\n" '400|422' line=4
 }
 
-@test "OBJ: a face with a corner twice" {
-  obj "${triangle}f 1 2 1\n" 422 line=4
+@test "OBJ: a face that touches itself" {
+  obj "${triangle}v 1 1 0\nf 1 2 1 3\n" 422 line=5
 }
 
 @test "OBJ: a face with half an index" {
@@ -101,6 +101,13 @@ triangle='v 0 0 0\nv 1 0 0\nv 0 1 0\n'
 }
 @test "OBJ: zero bytes inside" {
   obj 'v 0 0 0\n\0\0\0\0\n' '400|422' line=2
+}
+
+@test "OBJ: points alone are a model, and no surface" {
+  printf 'v 0 0 0\nv 1 0 0\n' >points.obj
+  upload points.obj
+  get "/v1/models/$id/surface.glb"
+  problem 422 'no faces'
 }
 
 @test "OBJ: no point at all" {

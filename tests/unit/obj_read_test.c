@@ -53,7 +53,6 @@ TEST(bad_files_are_refused_at_their_line) {
   } cases[] = {
       {"", TW_SYNTAX, 1},
       {"# nothing\n\n", TW_SYNTAX, 3},
-      {TRIANGLE, TW_INVALID, 4},
       {"v 0 0\n", TW_SYNTAX, 1},
       {"v\n", TW_SYNTAX, 1},
       {"v 0 0 0 1 1\n", TW_SYNTAX, 1},
@@ -77,8 +76,8 @@ TEST(bad_files_are_refused_at_their_line) {
       {TRIANGLE "f -1 -2 -4\n", TW_INVALID, 4},
       {TRIANGLE "f 1 2 99999999999\n", TW_INVALID, 4},
       {TRIANGLE "f 1 2 9999999999999999999999\n", TW_SYNTAX, 4},
-      {TRIANGLE "f 1 2 2\n", TW_INVALID, 4},
-      {TRIANGLE "f 1 2 -2\n", TW_INVALID, 4},
+      {TRIANGLE "v 1 1 0\nf 1 2 1 3\n", TW_INVALID, 5},
+      {TRIANGLE "v 1 1 0\nf 1 2 -4 3\n", TW_INVALID, 5},
       {TRIANGLE "f 1 2 3.5\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2 x\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2 3/x\n", TW_SYNTAX, 4},
@@ -437,5 +436,30 @@ TEST(files_without_tags_leave_them_unset) {
   assert_int_equal(mesh->tag_uv, TW_TAG_UNSET);
   assert_int_equal(mesh->tag_creasing, TW_TAG_UNSET);
   assert_int_equal(mesh->tag_triangles, TW_TAG_UNSET);
+  tw_model_destroy(model);
+}
+
+TEST(corners_at_the_same_point_go_and_so_do_faces_without_three) {
+  tw_model *model = read_good("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+                              "f 1 1 2\nf 1/1 2/2 2/1 3/3\nf 1 2 1\nf 1 2 3 4\nf 4 4 4 4\n"
+                              "t hole 3/0/0 0 1 3\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 2);
+  assert_int_equal(mesh->corner_count, 7);
+  assert_int_equal(mesh->uv_sets[0].corners[2], 2); /* the doubled corner's went with it */
+  assert_int_equal(mesh->hole_count, 2);
+  assert_int_equal(mesh->holes[0], 0);
+  assert_int_equal(mesh->holes[1], 1);
+  assert_non_null(strstr(model->warnings[0], "3 faces"));
+  tw_model_destroy(model);
+}
+
+TEST(points_without_faces_and_zero_bytes_at_the_end_are_read) {
+  static const char text[] = "v 0 0 0\nv 1 0 0\nl 1 2\n\0\0\0";
+  tw_model *model = NULL;
+  tw_error error;
+  assert_int_equal(tw_obj_read((const uint8_t *)text, sizeof text, &model, &error), TW_OK);
+  assert_int_equal(model->meshes[0].point_count, 2);
+  assert_int_equal(model->meshes[0].face_count, 0);
   tw_model_destroy(model);
 }

@@ -31,7 +31,8 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * follow (none for `default`, for more than 1024 bytes of them, and for new sets beyond 262,144). Elements
  * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
  * behind points are sRGB and become linear. Normals, lines, points, free-form geometry and MTL files are read
- * over. *out: a finished model (tw_model_finish has run). O(size). */
+ * over. A corner at the point of the one before it goes; a face that is left with fewer than three different
+ * points goes too, with a warning. A file of points alone is a mesh without faces. *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
