@@ -17,7 +17,7 @@ static void member_histogram(api_text *out, const char *name, uint32_t count, co
 }
 
 /* Where the mesh is not a surface, by the first places. */
-static void member_nonmanifold(api_text *out, const tw_mesh_facts *facts) {
+static void member_nonmanifold(api_text *out, const tw_mesh_stats *facts) {
   api_text_member(out, "nonmanifold");
   api_text_add(out, "{\"edges\":[");
   for (uint32_t i = 0; i < facts->listed_nonmanifold_edges; i++) {
@@ -38,7 +38,7 @@ static void member_nonmanifold(api_text *out, const tw_mesh_facts *facts) {
   api_text_add(out, "]}");
 }
 
-static void print_facts(api_text *out, const tw_mesh_facts *facts) {
+static void print_facts(api_text *out, const tw_mesh_stats *facts) {
   api_member_count(out, "vertices", facts->vertices);
   api_member_count(out, "edges", facts->edges);
   api_member_count(out, "faces", facts->faces);
@@ -78,7 +78,7 @@ static void print_words(api_text *out, const char *names) {
   api_text_add(out, "]");
 }
 
-static void member_groups(api_text *out, const tw_model *model, const tw_mesh_facts *facts) {
+static void member_groups(api_text *out, const tw_model *model, const tw_mesh_stats *facts) {
   enum { LISTED_MAX = 64 };
   api_member_count(out, "group_count", facts->group_count);
   api_member_open(out, "groups", "[");
@@ -95,7 +95,7 @@ static void member_groups(api_text *out, const tw_model *model, const tw_mesh_fa
 
 static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index, tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
-  tw_mesh_facts facts = {0};
+  tw_mesh_stats facts = {0};
   tw_status status = tw_mesh_describe(mesh, &facts, error);
   if (status != TW_OK) return status;
   api_text_element(out);
@@ -108,7 +108,7 @@ static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index
   api_text_member(out, "skinned");
   api_text_flag(out, mesh->skin.joints != NULL);
   api_text_add(out, "}");
-  tw_mesh_facts_deinit(&facts);
+  tw_mesh_stats_deinit(&facts);
   return TW_OK;
 }
 

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "forest.h"
+#include "union_find.h"
 
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -202,8 +202,8 @@ static void join_pairs(const side_list *list, const uint32_t *order, uint32_t co
     const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
     if (place[a->from] != place[b->to]) continue; /* they run the same way */
     if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
-    tw_forest_join(joined, a->from, b->to);
-    tw_forest_join(joined, a->to, b->from);
+    tw_union_find_join(joined, a->from, b->to);
+    tw_union_find_join(joined, a->to, b->from);
   }
 }
 
@@ -245,7 +245,7 @@ size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
 static uint32_t number_roots(uint32_t *forest, uint32_t count, uint32_t *number) {
   uint32_t numbers = 0;
   for (uint32_t v = 0; v < count; v++) {
-    uint32_t root = tw_forest_root(forest, v);
+    uint32_t root = tw_union_find_root(forest, v);
     number[v] = root == v ? numbers++ : number[root];
   }
   return numbers;
@@ -256,7 +256,7 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
-  tw_forest_plant(joined, soup->vertex_count);
+  tw_union_find_init(joined, soup->vertex_count);
   bool split = false;
   tw_status status = find_places(soup, place, &split, error);
   if (status == TW_OK && split) status = join_split_vertices(soup, place, NULL, joined, error);
@@ -283,7 +283,7 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, cons
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
-  tw_forest_plant(joined, soup->vertex_count);
+  tw_union_find_init(joined, soup->vertex_count);
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, place, error);
   if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "few.h"
-#include "forest.h"
+#include "small_sort.h"
+#include "union_find.h"
 #include "surface.h"
 
 static tw_status allocate(const tw_topology *base, tw_arena *arena, uint32_t corners_max, uint32_t edges_max,
@@ -116,13 +116,13 @@ static uint32_t find_sectors(vertex_numberer *n, uint32_t vertex) {
   const tw_topology *base = n->base;
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], sectors = count;
-  tw_forest_plant(n->sector, count);
+  tw_union_find_init(n->sector, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t back = tw_corner_previous(base, fan[i]);
     if (edge_splits(n, base->corner_edge[back])) continue;
     uint32_t other = base->sibling[back];
     if (base->corner_vertex[other] != vertex) other = tw_corner_next(base, other);
-    sectors -= tw_forest_join(n->sector, i, n->place[other]);
+    sectors -= tw_union_find_join(n->sector, i, n->place[other]);
   }
   return sectors;
 }
@@ -182,13 +182,13 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     fan_entry *entry = &n->entries[used++];
     memset(entry, 0, sizeof *entry);
     entry->corner = fan[i];
-    if (!one_sector) entry->sector = tw_forest_root(n->sector, i);
+    if (!one_sector) entry->sector = tw_union_find_root(n->sector, i);
     entry->frame = tangent_frame(n, fan[i]);
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }
   if (!one_sector || n->splits->uv_count > 0)
-    tw_sort_few(n->entries, used, sizeof *n->entries, compare_entries);
+    tw_small_sort(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)
       out->corner_base[out->corner_count++] = n->entries[i].corner;

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "few.h"
+#include "small_sort.h"
 #include "surface.h"
 
 typedef struct placed_value {
@@ -37,7 +37,7 @@ static tw_status number_values(const tw_topology *cage, const tw_uv_set *set, ui
       uint32_t corner = cage->fan_corners[first + i];
       fan[i] = (placed_value){set->corners[corner], corner};
     }
-    tw_sort_few(fan, size, sizeof *fan, compare_values);
+    tw_small_sort(fan, size, sizeof *fan, compare_values);
     for (uint32_t i = 0; i < size; i++) {
       if (i == 0 || fan[i].value != fan[i - 1].value) values_of[count++] = fan[i].value;
       corners[fan[i].corner] = count - 1;

@@ -11,8 +11,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   tw_format_sniff(bytes, size);
   if (tw_ply_read(bytes, size, &model, &error) != TW_OK) return 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
-    tw_mesh_facts facts;
-    if (tw_mesh_describe(&model->meshes[i], &facts, &error) == TW_OK) tw_mesh_facts_deinit(&facts);
+    tw_mesh_stats facts;
+    if (tw_mesh_describe(&model->meshes[i], &facts, &error) == TW_OK) tw_mesh_stats_deinit(&facts);
   }
   tw_model_destroy(model);
   return 0;

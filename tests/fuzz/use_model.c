@@ -16,8 +16,8 @@ static void pose(const tw_model *model) {
 
 void use_model(tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
-    tw_mesh_facts facts;
-    if (tw_mesh_describe(&model->meshes[i], &facts, NULL) == TW_OK) tw_mesh_facts_deinit(&facts);
+    tw_mesh_stats facts;
+    if (tw_mesh_describe(&model->meshes[i], &facts, NULL) == TW_OK) tw_mesh_stats_deinit(&facts);
   }
   pose(model);
   tw_model_destroy(model);

@@ -554,14 +554,14 @@ TEST(a_cube_of_24_vertices_has_8_points) {
   cube_bin bin = make_cube();
   tw_model *model = glb_read(cube_json(""), &bin, sizeof bin);
   const tw_mesh *mesh = &model->meshes[0];
-  tw_mesh_facts facts;
+  tw_mesh_stats facts;
   assert_int_equal(mesh->point_count, 8);
   assert_int_equal(mesh->face_count, 12);
   assert_int_equal(mesh->uv_sets[0].value_count, 24);
   assert_int_equal(tw_mesh_describe(mesh, &facts, NULL), TW_OK);
   assert_int_equal(facts.boundary_edges, 0);
   assert_int_equal(facts.euler_characteristic, 2);
-  tw_mesh_facts_deinit(&facts);
+  tw_mesh_stats_deinit(&facts);
   tw_model_destroy(model);
 }
 

@@ -69,13 +69,13 @@ TEST(a_binary_cube_has_8_points_and_no_border) {
   tw_error error;
   assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
   assert_int_equal(tw_stl_read(bytes, size, &model, &error), TW_OK);
-  tw_mesh_facts facts;
+  tw_mesh_stats facts;
   assert_int_equal(tw_mesh_describe(&model->meshes[0], &facts, &error), TW_OK);
   assert_int_equal(facts.vertices, 8);
   assert_int_equal(facts.triangles, 12);
   assert_int_equal(facts.boundary_edges, 0);
   assert_int_equal(facts.euler_characteristic, 2);
-  tw_mesh_facts_deinit(&facts);
+  tw_mesh_stats_deinit(&facts);
   tw_model_destroy(model);
   free(bytes);
 }

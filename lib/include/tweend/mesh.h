@@ -97,7 +97,7 @@ tw_status tw_mesh_deform(const tw_mesh *mesh, const float *morph_weights, const 
                          uint32_t joint_count, float *out, tw_error *error);
 
 /* What a mesh is, for a person who looks at it. */
-typedef struct tw_mesh_facts {
+typedef struct tw_mesh_stats {
   uint32_t vertices; /* points that a face uses */
   uint32_t unused_points;
   uint32_t edges, faces;
@@ -110,7 +110,7 @@ typedef struct tw_mesh_facts {
   int64_t euler_characteristic;    /* vertices - edges + faces */
   uint32_t creases, sharp_points, holes; /* edges, points and faces that bear a tag above 0 */
   float min[3], max[3];                  /* of the used points; all 0 when there are none */
-  /* Allocated by the call, freed by tw_mesh_facts_deinit. */
+  /* Allocated by the call, freed by tw_mesh_stats_deinit. */
   uint32_t valence_count;
   uint32_t *valences, *valence_vertices; /* [valence_count]: extraordinary valence, how many */
   uint32_t face_size_count;
@@ -121,11 +121,11 @@ typedef struct tw_mesh_facts {
   uint32_t (*nonmanifold_edge_points)[2];
   uint32_t listed_nonmanifold_vertices; /* at most 64 */
   uint32_t *nonmanifold_vertex_points;
-} tw_mesh_facts;
+} tw_mesh_stats;
 
 /* Describes a checked mesh. O(n log n). Errors: TW_NO_MEMORY. */
-tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_facts *facts, tw_error *error);
-void tw_mesh_facts_deinit(tw_mesh_facts *facts);
+tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_stats *facts, tw_error *error);
+void tw_mesh_stats_deinit(tw_mesh_stats *facts);
 
 #ifdef __cplusplus
 }

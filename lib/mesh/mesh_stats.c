@@ -2,7 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "forest.h"
+#include "union_find.h"
 #include "topology.h"
 
 enum { LISTED_MAX = 64 };
@@ -11,7 +11,7 @@ enum { LISTED_MAX = 64 };
 
 static uint32_t *plant(uint32_t count) {
   uint32_t *forest = tw_alloc(count, sizeof *forest);
-  if (forest) tw_forest_plant(forest, count);
+  if (forest) tw_union_find_init(forest, count);
   return forest;
 }
 
@@ -19,7 +19,7 @@ static tw_status count_components(const tw_topology *t, uint32_t *out) {
   uint32_t *forest = plant(t->vertex_count);
   if (!forest) return TW_NO_MEMORY;
   for (uint32_t e = 0; e < t->edge_count; e++)
-    tw_forest_join(forest, t->edge_vertices[e][0], t->edge_vertices[e][1]);
+    tw_union_find_join(forest, t->edge_vertices[e][0], t->edge_vertices[e][1]);
   for (uint32_t v = 0; v < t->vertex_count; v++)
     *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && forest[v] == v;
   free(forest);
@@ -37,7 +37,7 @@ static void join_across(const tw_topology *t, uint32_t *forest, uint32_t edge) {
   for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other])
     for (int end = 0; end < 2; end++) {
       uint32_t vertex = t->edge_vertices[edge][end];
-      tw_forest_join(forest, corner_at(t, first, vertex), corner_at(t, other, vertex));
+      tw_union_find_join(forest, corner_at(t, first, vertex), corner_at(t, other, vertex));
     }
 }
 
@@ -53,14 +53,14 @@ static tw_status count_loops(const tw_topology *t, uint32_t *out) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
     uint32_t ends[2] = {t->edge_corner[e], tw_corner_next(t, t->edge_corner[e])};
     for (int i = 0; i < 2; i++) {
-      uint32_t sector = tw_forest_root(forest, ends[i]);
+      uint32_t sector = tw_union_find_root(forest, ends[i]);
       sectors += !met[sector];
       met[sector] = 1;
     }
   }
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
-    joined += tw_forest_join(forest, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
+    joined += tw_union_find_join(forest, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
   }
   *out = sectors - joined;
   free(forest);
@@ -99,7 +99,7 @@ static bool is_extraordinary(const tw_topology *t, uint32_t v, uint32_t *valence
   return t->vertex_flags[v] & TW_VERTEX_BORDER ? *valence != 3 && *valence != 2 : *valence != 4;
 }
 
-static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_facts *facts) {
+static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_stats *facts) {
   for (uint32_t v = 0; v < t->vertex_count; v++) {
     if (t->fan_offsets[v + 1] == t->fan_offsets[v]) {
       facts->unused_points++;
@@ -118,7 +118,7 @@ static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_f
   }
 }
 
-static void describe_edges(const tw_topology *t, tw_mesh_facts *facts) {
+static void describe_edges(const tw_topology *t, tw_mesh_stats *facts) {
   facts->edges = t->edge_count;
   for (uint32_t e = 0; e < t->edge_count; e++) {
     facts->boundary_edges += (t->edge_flags[e] & TW_EDGE_BORDER) != 0;
@@ -130,7 +130,7 @@ static void describe_edges(const tw_topology *t, tw_mesh_facts *facts) {
   }
 }
 
-static tw_status describe_valences(const tw_topology *t, tw_mesh_facts *facts) {
+static tw_status describe_valences(const tw_topology *t, tw_mesh_stats *facts) {
   uint32_t *values = tw_alloc(t->vertex_count, sizeof *values);
   if (!values) return TW_NO_MEMORY;
   uint32_t valence;
@@ -142,7 +142,7 @@ static tw_status describe_valences(const tw_topology *t, tw_mesh_facts *facts) {
   return status;
 }
 
-static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_facts *facts) {
+static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_stats *facts) {
   facts->faces = mesh->face_count;
   uint32_t *sizes = tw_alloc(mesh->face_count, sizeof *sizes);
   if (!sizes) return TW_NO_MEMORY;
@@ -158,7 +158,7 @@ static tw_status describe_faces(const tw_mesh *mesh, tw_mesh_facts *facts) {
   return status;
 }
 
-static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_facts *facts) {
+static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
   if (!mesh->face_groups) return TW_OK;
   uint32_t *values = tw_alloc(mesh->face_count, sizeof *values), count = 0;
   if (!values) return TW_NO_MEMORY;
@@ -170,7 +170,7 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_facts *facts) {
 }
 
 /* Of tags on edges, points and faces that are there; the last of several on one holds. */
-static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *arena, tw_mesh_facts *facts) {
+static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *arena, tw_mesh_stats *facts) {
   uint8_t *is_hole = tw_arena_alloc(arena, mesh->face_count, 1);
   if (!is_hole || tw_topology_soften(t, arena) != TW_OK) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
@@ -188,7 +188,7 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *ar
   return TW_OK;
 }
 
-static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_facts *facts) {
+static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *facts) {
   tw_topology topology;
   tw_status status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
                                        mesh->face_offsets, mesh->corner_count, mesh->corners);
@@ -208,17 +208,17 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_facts *f
   return status;
 }
 
-tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_facts *facts, tw_error *error) {
+tw_status tw_mesh_describe(const tw_mesh *mesh, tw_mesh_stats *facts, tw_error *error) {
   memset(facts, 0, sizeof *facts);
   tw_arena *arena = tw_arena_create();
   tw_status status = arena ? describe(mesh, arena, facts) : TW_NO_MEMORY;
   tw_arena_destroy(arena);
   if (status == TW_OK) return TW_OK;
-  tw_mesh_facts_deinit(facts);
+  tw_mesh_stats_deinit(facts);
   return tw_fail(error, status, "out of memory");
 }
 
-void tw_mesh_facts_deinit(tw_mesh_facts *facts) {
+void tw_mesh_stats_deinit(tw_mesh_stats *facts) {
   free(facts->valences);
   free(facts->valence_vertices);
   free(facts->face_sizes);

@@ -7,7 +7,7 @@
 
 typedef struct described {
   tw_model *model;
-  tw_mesh_facts facts;
+  tw_mesh_stats facts;
 } described;
 
 static described describe(const char *obj) {
@@ -21,7 +21,7 @@ static described describe(const char *obj) {
 }
 
 static void end(described *d) {
-  tw_mesh_facts_deinit(&d->facts);
+  tw_mesh_stats_deinit(&d->facts);
   tw_model_destroy(d->model);
 }
 
@@ -31,7 +31,7 @@ typedef struct counts {
   uint32_t nonmanifold_edges, nonmanifold_vertices, extraordinary;
 } counts;
 
-static void assert_counts(const tw_mesh_facts *f, counts wanted) {
+static void assert_counts(const tw_mesh_stats *f, counts wanted) {
   assert_int_equal(f->vertices, wanted.vertices);
   assert_int_equal(f->edges, wanted.edges);
   assert_int_equal(f->faces, wanted.faces);
@@ -55,11 +55,11 @@ TEST(a_mesh_of_nothing_is_described) {
   tw_mesh mesh;
   tw_mesh_init(&mesh);
   mesh.face_offsets = offsets;
-  tw_mesh_facts facts;
+  tw_mesh_stats facts;
   assert_int_equal(tw_mesh_check(&mesh, NULL, NULL), TW_OK);
   assert_int_equal(tw_mesh_describe(&mesh, &facts, NULL), TW_OK);
   assert_int_equal(facts.vertices + facts.edges + facts.faces + facts.components, 0);
-  tw_mesh_facts_deinit(&facts);
+  tw_mesh_stats_deinit(&facts);
 }
 
 TEST(a_cube_is_a_sphere_with_eight_corners_of_three_edges) {

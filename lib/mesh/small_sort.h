@@ -1,6 +1,6 @@
 /* Sorting what is mostly a handful. */
-#ifndef TWEEND_FEW_H
-#define TWEEND_FEW_H
+#ifndef TWEEND_SMALL_SORT_H
+#define TWEEND_SMALL_SORT_H
 
 #include <assert.h>
 #include <stdint.h>
@@ -8,7 +8,7 @@
 #include <string.h>
 
 /* As qsort, which takes longer for a few items that are nearly in order: compiled for each size and order. */
-static inline __attribute__((always_inline)) void tw_sort_few(void *items, uint32_t count, size_t size,
+static inline __attribute__((always_inline)) void tw_small_sort(void *items, uint32_t count, size_t size,
                                                               int (*compare)(const void *, const void *)) {
   enum { FEW = 16, SIZE_MOST = 64 };
   unsigned char *first = items, item[SIZE_MOST];
