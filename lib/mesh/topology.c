@@ -1,5 +1,4 @@
-/* Polygon soup to half-edges, in linear time: vertex by vertex where the mesh is manifold (manifold.c), else
- * by matching edges in buckets of their lower vertex. */
+/* Polygon soup to half-edges, in linear time: edges are matched in buckets of their lower vertex. */
 #include "topology.h"
 
 #include <stdlib.h>
@@ -161,17 +160,15 @@ static bool order_fan(tw_topology *t, uint32_t vertex) {
   return true;
 }
 
-static bool allocate_fans(tw_topology *t, uint64_t ring_size, tw_arena *arena) {
+tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
+  tw_topology *t = topology;
   t->fan_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->ring_offsets = tw_arena_alloc(arena, (size_t)t->vertex_count + 2, sizeof(uint32_t));
   t->fan_corners = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
-  t->ring_edges = tw_arena_alloc_raw(arena, (size_t)ring_size, sizeof(uint32_t));
+  t->ring_edges = tw_arena_alloc_raw(arena, t->edge_count, 2 * sizeof(uint32_t));
   t->vertex_flags = tw_arena_alloc(arena, t->vertex_count, 1);
-  return t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
-}
-
-tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena) {
-  return allocate_fans(topology, 2 * (uint64_t)topology->edge_count, arena) ? TW_OK : TW_NO_MEMORY;
+  bool complete = t->fan_offsets && t->ring_offsets && t->fan_corners && t->ring_edges && t->vertex_flags;
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 /* Sorts the corners by their vertices; fan_offsets are zero before. */
@@ -187,8 +184,6 @@ static void file_corners(tw_topology *t) {
 /* Fills rings, orders fans and sets flags from corner_vertex, corner_edge, sibling, the edge arrays and the
  * filed corners. */
 static void link_fans(tw_topology *t) {
-  memset(t->ring_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
-  memset(t->vertex_flags, 0, t->vertex_count);
   for (uint32_t e = 0; e < t->edge_count; e++) {
     t->ring_offsets[t->edge_vertices[e][0]]++;
     t->ring_offsets[t->edge_vertices[e][1]]++;
@@ -207,31 +202,27 @@ static void link_fans(tw_topology *t) {
   }
 }
 
-/* Edges, siblings, fans and rings of any mesh. */
-static tw_status link_any(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
+/* Edges, siblings, fans and rings. known_edges: NULL, or as tw_topology_build_parted has them. */
+static tw_status link(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
   uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
   half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
   tw_status status = TW_NO_MEMORY;
   if (buckets && halves) {
-    t->edge_count = 0;
-    memset(t->edge_flags, 0, t->corner_count);
     file_half_edges(t, known_edges, buckets, halves);
     for (uint32_t v = 0; v < t->vertex_count; v++)
       join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
-    memset(t->fan_offsets, 0, ((size_t)t->vertex_count + 1) * sizeof(uint32_t));
+    status = tw_topology_allocate_fans(t, arena);
+  }
+  if (status == TW_OK) {
     file_corners(t);
-    t->ring_edges = tw_arena_alloc_raw(arena, (size_t)t->edge_count * 2, sizeof(uint32_t));
-    if (t->ring_edges) {
-      link_fans(t);
-      status = TW_OK;
-    }
+    link_fans(t);
   }
   free(buckets);
   free(halves);
   return status;
 }
 
-/* Allocates all that does not depend on the edges, and files the corners. */
+/* Allocates all whose size does not depend on the edges. */
 static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
                                 const uint32_t *face_offsets, uint32_t corner_count,
                                 const uint32_t *corners) {
@@ -247,12 +238,10 @@ static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex
   /* At most one edge a corner; the unused tail costs address space only. */
   t->edge_vertices = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t[2]));
   t->edge_corner = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
-  t->edge_flags = tw_arena_alloc_raw(arena, corner_count, 1);
-  if (!map_corners(t, arena) || !t->corner_edge || !t->sibling || !t->edge_vertices || !t->edge_corner ||
-      !t->edge_flags || !allocate_fans(t, (uint64_t)corner_count + vertex_count, arena))
-    return TW_NO_MEMORY;
-  file_corners(t);
-  return TW_OK;
+  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
+  bool complete = map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices &&
+                  t->edge_corner && t->edge_flags;
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
@@ -260,14 +249,7 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
                             const uint32_t *corners) {
   tw_status status =
       start_topology(topology, arena, vertex_count, face_count, face_offsets, corner_count, corners);
-  if (status != TW_OK || tw_topology_link_manifold(topology)) return status;
-  return link_any(topology, NULL, arena);
-}
-
-static bool are_siblings_known(const tw_topology *t, const uint32_t *known_edges) {
-  uint32_t c = 0;
-  while (c < t->corner_count && known_edges[c] == known_edges[t->sibling[c]]) c++;
-  return c == t->corner_count;
+  return status == TW_OK ? link(topology, NULL, arena) : status;
 }
 
 tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
@@ -275,9 +257,7 @@ tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint3
                                    const uint32_t *known_edges) {
   tw_status status =
       start_topology(topology, arena, vertex_count, face_count, NULL, face_size * face_count, corners);
-  if (status != TW_OK) return status;
-  if (tw_topology_link_manifold(topology) && are_siblings_known(topology, known_edges)) return TW_OK;
-  return link_any(topology, known_edges, arena);
+  return status == TW_OK ? link(topology, known_edges, arena) : status;
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {

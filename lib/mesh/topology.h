@@ -58,11 +58,6 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
 
-/* Part of tw_topology_build: all that is left when fan_corners and fan_offsets hold the corners sorted by
- * vertex. ring_edges: [corner_count + vertex_count]. False when the mesh is not manifold or has a great pole:
- * then edges, siblings, the order of fans, rings and flags are unfinished. */
-bool tw_topology_link_manifold(tw_topology *topology);
-
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
