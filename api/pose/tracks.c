@@ -3,7 +3,7 @@
 #include "handlers.h"
 #include "models.h"
 #include "response_cache.h"
-#include "tweend/trackinfo.h"
+#include "tweend/anim.h"
 
 #include <float.h>
 #include <math.h>

@@ -6,7 +6,7 @@
 #include "clips.h"
 #include "plans.h"
 #include "times.h"
-#include "tweend/bake.h"
+#include "tweend/anim.h"
 #include "tweend/format.h"
 
 typedef struct api_reduction {

@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "clip.h"
-#include "tweend/bake.h"
 
 enum {
   STEPS_LEAST = 2,       /* of a segment that is not LINEAR */

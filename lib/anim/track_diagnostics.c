@@ -4,7 +4,6 @@
  * A rotation that turns evenly about one axis moves every entry of its matrix as A + B cos x + C sin x, so
  * slerp and turns about a fixed axis come nearest to lock at places known in closed form. Other paths are
  * followed in steps small enough that the parabola through three places shows where the middle one peaks. */
-#include "tweend/trackinfo.h"
 
 #include <math.h>
 #include <stdio.h>

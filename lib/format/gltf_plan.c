@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
-#include "tweend/bake.h"
 
 enum {
   ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),

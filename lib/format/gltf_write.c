@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
-#include "largest_face.h"
 
 enum {
   ROWS_SCRATCH = 4096,
@@ -233,7 +232,7 @@ static bool filler_allocate(filler *filler, const tw_gltf_plan *plan) {
   filler->corner_capacity = (size_t)4 * FACES_SCRATCH;
   for (uint32_t i = 0; i < plan->mesh_count; i++) {
     uint32_t mesh = plan->meshes[i].source;
-    size_t three = 3 * tw_largest_face(scene->surfaces[mesh], &scene->model->meshes[mesh]);
+    size_t three = 3 * tw_surface_largest_face(scene->surfaces[mesh]);
     if (three > filler->corner_capacity) filler->corner_capacity = three;
   }
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);

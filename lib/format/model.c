@@ -1,4 +1,5 @@
-/* Models: their memory, the checks that every reader ends with, and the names that clients see. */
+/* Models: their memory, the checks that every reader ends with, the names that clients see, and which format
+ * a model comes in. */
 #include "tweend/format.h"
 
 #include <math.h>
@@ -8,6 +9,7 @@
 #include <string.h>
 
 #include "clip.h"
+#include "soup_mesh.h"
 #include "tweend/base.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
@@ -394,4 +396,53 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
   return status;
+}
+
+/* ---- which format bytes are in, by their beginning --------------------------------------------- */
+
+static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
+  while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
+  return at;
+}
+
+/* Just past the string that opens at `at`; size when it never closes. */
+static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
+  for (size_t from = at + 1; from < size;) {
+    const uint8_t *quote = memchr(bytes + from, '"', size - from), *before = quote;
+    if (!quote) break;
+    while (before > bytes + from && before[-1] == '\\') before--;
+    from = (size_t)(quote - bytes) + 1;
+    if ((quote - before) % 2 == 0) return from;
+  }
+  return size;
+}
+
+/* Whether the JSON object that opens at `at` has a key "asset" of its own. */
+static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
+  size_t depth = 0;
+  while (at < size) {
+    uint8_t c = bytes[at];
+    if (c == '"') {
+      size_t start = at;
+      at = skip_string(bytes, size, at);
+      if (depth != 1 || at - start != 7 || memcmp(bytes + start, "\"asset\"", 7) != 0) continue;
+      size_t next = skip_space(bytes, size, at);
+      if (next < size && bytes[next] == ':') return true;
+      continue;
+    }
+    if (c == '{' || c == '[') depth++;
+    if ((c == '}' || c == ']') && --depth == 0) return false;
+    at++;
+  }
+  return false;
+}
+
+tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
+  if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
+  if (tw_is_ply(bytes, size)) return TW_FORMAT_PLY;
+  if (tw_is_stl(bytes, size)) return TW_FORMAT_STL;
+  size_t at = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+  at = skip_space(bytes, size, at);
+  if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
+  return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
 }

@@ -5,7 +5,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "largest_face.h"
 #include "tweend/format.h"
 
 enum {
@@ -365,7 +364,7 @@ static bool allocate(tw_obj_stream *stream) {
   const tw_model *model = stream->scene.model;
   stream->corner_capacity = (size_t)4 * FACES_A_PIECE;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
-    size_t largest = tw_largest_face(stream->scene.surfaces[i], &model->meshes[i]);
+    size_t largest = tw_surface_largest_face(stream->scene.surfaces[i]);
     if (largest > stream->corner_capacity) stream->corner_capacity = largest;
   }
   for (int i = 0; i < DOMAINS; i++) {

@@ -2,8 +2,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "union_find.h"
 #include "topology.h"
+#include "union_find.h"
 
 enum { LISTED_MAX = 64 };
 

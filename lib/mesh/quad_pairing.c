@@ -1,6 +1,6 @@
 /* Quads out of the triangles that an exporter split them into. Exporters keep the halves next to each
  * other, so only neighbours in the file are tried; which neighbours is a best path along the faces. */
-#include "weld.h"
+#include "quad_pairing.h"
 
 #include <math.h>
 #include <stdlib.h>

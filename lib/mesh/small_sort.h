@@ -9,7 +9,7 @@
 
 /* As qsort, which takes longer for a few items that are nearly in order: compiled for each size and order. */
 static inline __attribute__((always_inline)) void tw_small_sort(void *items, uint32_t count, size_t size,
-                                                              int (*compare)(const void *, const void *)) {
+                                                                int (*compare)(const void *, const void *)) {
   enum { FEW = 16, SIZE_MOST = 64 };
   unsigned char *first = items, item[SIZE_MOST];
   assert(size <= SIZE_MOST);

@@ -13,6 +13,15 @@ uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face) {
   return surface->options.level == 0 ? surface->corners_before[face] : corners_a_face(surface) * face;
 }
 
+size_t tw_surface_largest_face(const tw_surface *surface) {
+  const tw_surface *s = surface;
+  uint64_t largest = s->options.level == 0 ? 3 : corners_a_face(s);
+  for (uint32_t f = 0; s->options.level == 0 && f < s->face_count; f++)
+    if (s->corners_before[f + 1] - s->corners_before[f] > largest)
+      largest = s->corners_before[f + 1] - s->corners_before[f];
+  return (size_t)largest;
+}
+
 /* A run of rows along a side of a quad. */
 typedef struct side_rows {
   uint32_t first, step; /* step: 1, or -1 modulo 2^32 */

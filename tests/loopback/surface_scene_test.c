@@ -2,7 +2,7 @@
  */
 #include "flag.h"
 #include "loopback.h"
-#include "tweend/bake.h"
+#include "tweend/anim.h"
 #include "tweend/subdiv.h"
 
 #include <cjson/cJSON.h>

@@ -3,7 +3,7 @@
 
 #include "rotation_reference.h"
 #include "test.h"
-#include "tweend/bake.h"
+#include "tweend/anim.h"
 
 static tw_clip *compile(const tw_track_keys *tracks, uint32_t count, int force) {
   tw_clip_keys keys = {.track_count = count, .tracks = tracks};

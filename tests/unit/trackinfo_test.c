@@ -3,7 +3,7 @@
 
 #include "rotation_reference.h"
 #include "test.h"
-#include "tweend/trackinfo.h"
+#include "tweend/anim.h"
 
 static const float times_0_to_3[] = {0, 1, 2, 3};
 

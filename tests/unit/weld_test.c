@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "test.h"
+#include "quad_pairing.h"
 #include "weld.h"
 
 enum { MOST = 64 };

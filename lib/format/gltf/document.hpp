@@ -15,6 +15,27 @@
 
 #include "tweend/format.h"
 
+// ---- assets --------------------------------------------------------------------------------------
+
+// What a glTF file holds besides geometry, hierarchy and clips, kept so that an answer can bear it too:
+// materials with their extensions, textures, samplers, images.
+//
+// Indices between the four vectors are checked: texture -> sampler and source, and the core texture
+// references of the materials, are in range or -1.
+struct tw_gltf_assets {
+  std::vector<tinygltf::Material> materials;
+  std::vector<tinygltf::Texture> textures;
+  std::vector<tinygltf::Sampler> samplers;
+  // Either `image` holds the encoded file (PNG, JPEG, KTX2, ...) as it came, `mimeType` is set and
+  // `uri` empty; or `uri` is a reference to something outside, as it came, and `image` is empty.
+  // `bufferView` is always -1.
+  std::vector<tinygltf::Image> images;
+  // Extensions that occur in the above, to be declared by an answer that uses them.
+  std::vector<std::string> extensions_used, extensions_required;
+  std::string copyright; // of the source, "" when it has none
+  size_t size = 0;       // bytes that all of it holds
+};
+
 namespace gltf {
 
 // ---- refusals ------------------------------------------------------------------------------------
@@ -239,6 +260,10 @@ void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // and the scene
 void read_skins(Document &document, Accessors &accessors);  // after read_nodes
 void read_clips(Document &document, Accessors &accessors);  // after read_meshes and read_nodes
+
+// The set of texture coordinates that a material's normal map lies on, else that of its clear coat; -1
+// without either.
+int normal_map_uvs(const tinygltf::Material &material);
 
 } // namespace gltf
 

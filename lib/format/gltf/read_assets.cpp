@@ -1,6 +1,5 @@
 // Materials, textures, samplers and images, kept as they came for an answer to bear again: their way into a
 // model, their size, and what a material says of its normal map.
-#include "gltf/assets.hpp"
 #include "gltf/document.hpp"
 
 #include <algorithm>

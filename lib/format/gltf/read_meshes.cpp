@@ -1,6 +1,5 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together (glTF 2.0, section 3.7.2), welded into a
 // surface. What the model keeps is written straight into its arena; what is only on the way is counted, too.
-#include "gltf/assets.hpp"
 #include "gltf/document.hpp"
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <cstring>
 #include <map>
 
+#include "quad_pairing.h"
 #include "weld.h"
 
 namespace gltf {

@@ -2,7 +2,7 @@
 // cannot write (of buffer views, accessors, samplers, skins) do not occur in one.
 #include "gltf/gltf.h"
 
-#include "gltf/assets.hpp"
+#include "gltf/document.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -204,6 +204,94 @@ void tw_lanes_matrix(const float *world, uint32_t node, uint32_t lane, float out
 /* Joint matrices, world x inverse bind: out [joint_count][16]. */
 void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
 
+/* ---- baking and reduction ----------------------------------------------------------------------- */
+
+/* Clips as LINEAR or STEP keys that any glTF program plays alike: at given times, or as few as a tolerance
+ * allows. */
+
+/* Every track of `clip` as keys at exactly these times: rotations as quaternions with continuous signs,
+ * LINEAR, but STEP where the track is a STEP one. times: [time_count], at least 1, finite, strictly
+ * increasing, not negative; else TW_INVALID with pointer "/times/3". Times outside a track's keys hold its
+ * first or last value.
+ * out: its name is NULL, for the caller to set; arrays live in the arena, except times, which is the
+ * caller's. TW_NO_MEMORY. O(keys of the result). */
+tw_status tw_clip_bake(const tw_clip *clip, const float *times, uint32_t time_count, tw_arena *arena,
+                       tw_clip_keys *out, tw_error *error);
+
+typedef struct tw_tolerance {
+  double angle;    /* radians, at least 1e-6: of rotations */
+  double distance; /* metres, above 0: of translations; of scales as they move a point one metre away; of
+                      weights as they are */
+} tw_tolerance;
+
+/* The clip as few LINEAR keys that stay under the tolerance everywhere, in between keys too. Keys lie on the
+ * original path, each as far from the one before as the tolerance allows; a track that stands still has
+ * one, or two where it is what gives the clip its duration. STEP tracks and cubic splines stay as they are.
+ * keys: what the clip was made of; the result may point into it. A clip made with a forced interpolation is
+ * reduced as it moves then.
+ * reached: the largest error that is left, measured between keys too; single precision may leave more than
+ * a very small tolerance, but no more than 4e-7 of the largest value.
+ * max_keys: TW_LIMIT where a track would need more, or where following the whole clip takes more than a
+ * million steps and four for each of its keys. out: as in tw_clip_bake. O(keys + total angle /
+ * sqrt(tolerance)) but for a logarithm. */
+tw_status tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
+                         uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
+                         tw_error *error);
+
+/* ---- diagnostics -------------------------------------------------------------------------------- */
+
+/* Diagnostics of a rotation track: how far and how fast it turns, doubtful keys, and how near it comes to
+ * gimbal lock in each Euler order. Angles in radians, times in seconds. */
+
+/* The place of a path that is nearest to gimbal lock in one Euler order. */
+typedef struct tw_gimbal {
+  double time;
+  double cos_middle;    /* |cos| of the order's middle angle: 1 is farthest from lock, 0 is lock */
+  double amplification; /* 1 / cos_middle: rate of the outer angles over that of the rotation; INFINITY at
+                           lock */
+} tw_gimbal;
+
+enum { TW_TRACK_WARNINGS = 8, TW_TRACK_WARNING_SIZE = 200 };
+
+typedef struct tw_track_report {
+  uint32_t key_count;
+  double start, duration; /* time of the first key, and from it to the last */
+
+  double total_angle;   /* travelled along the path as it is interpolated; STEP jumps count */
+  double largest_step;  /* the most that is travelled from one key to the next */
+  uint32_t largest_key; /* from which key */
+  double peak_velocity; /* radians a second; of STEP 0, as it only jumps */
+  double peak_time;
+
+  uint32_t sign_flips; /* quaternion keys on the other side than the key before: q and -q are one rotation */
+  uint32_t non_unit_keys; /* quaternion keys whose length is off 1 by more than 1e-5 */
+  uint32_t half_turns;    /* steps of exactly 180 degrees: on which side slerp would pass is arbitrary */
+  uint32_t long_steps;    /* steps over 180 degrees, which quaternions would shorten */
+  uint32_t euler_wraps;   /* Euler keys with an angle more than 180 degrees from the key before's */
+
+  tw_euler_order order;               /* the track's own where its keys are Euler angles, else XYZ */
+  tw_gimbal gimbals[TW_EULER_ORDERS]; /* for each order, least cos_middle along the path, not only at keys */
+  tw_euler_order best_order;          /* the one whose worst place is farthest from lock */
+  int lost_axis; /* 0 x, 1 y, 2 z: at lock of `order` turns as the order's first axis does */
+
+  bool has_stray;     /* for Euler tracks: */
+  double stray_angle; /* most that interpolating angle by angle departs from slerp between the same keys */
+  double stray_time;
+
+  uint32_t warning_count;
+  char warnings[TW_TRACK_WARNINGS][TW_TRACK_WARNING_SIZE]; /* sentences */
+} tw_track_report;
+
+/* As many steps a segment are enough for any track. */
+enum { TW_TRACK_STEPS = 512 };
+
+/* Inspects one rotation track; keys as in tw_clip_create, whose errors it gives with pointers from
+ * "/tracks/0". Slerp, nlerp and turns about one axis are exact. Other paths are followed in steps of at most
+ * 5 degrees, as long as no segment takes more than steps_most (at least 1), and looked at more closely where
+ * they may come nearest to lock: cos_middle is then exact to about 1e-7. O(keys x steps). */
+tw_status tw_track_inspect(const tw_track_keys *keys, uint32_t steps_most, tw_track_report *out,
+                           tw_error *error);
+
 #ifdef __cplusplus
 }
 #endif

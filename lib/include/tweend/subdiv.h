@@ -183,6 +183,8 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 
 /* Corners before this face, in face order (a face's triangles: corners - 2 a face). */
 uint64_t tw_surface_corners_before(const tw_surface *surface, uint64_t face);
+/* Corners of its largest face, at least 3. O(faces) at level 0. */
+size_t tw_surface_largest_face(const tw_surface *surface);
 
 #ifdef __cplusplus
 }
