@@ -31,7 +31,7 @@ static bool careful_normal(const float a[3], const float b[3], float out[3]) {
   return true;
 }
 
-/* As unit_normals.h has it. */
+/* As wide.h has it. */
 static bool quick_normal(const float a[3], const float b[3], float out[3]) {
   float n[3];
   cross(a, b, n);

@@ -3,9 +3,9 @@
 
 #include <string.h>
 
+#include "catmull_clark.h"
 #include "loop.h"
-#include "open.h"
-#include "refine.h"
+#include "open_border.h"
 
 /* ---- the cage ------------------------------------------------------------------------------- */
 

@@ -8,9 +8,9 @@
 #ifndef TWEEND_IRREGULAR_LEVELS_H
 #define TWEEND_IRREGULAR_LEVELS_H
 
+#include "catmull_clark.h"
 #include "limit.h"
-#include "point.h"
-#include "refine_mask.h"
+#include "simd.h"
 
 enum { TW_LEVELS_MAX = 3 };
 

@@ -1,62 +1,236 @@
 /* Limit masks for position and tangents at every kind of vertex. */
-#include "limit_mask.h"
+#include "limit.h"
 
+#include <assert.h>
 #include <math.h>
 
-#include "refine.h"
+#include "catmull_clark.h"
+#include "loop.h"
 
 static const double pi = 3.14159265358979323846;
+
+/* A mask on its way. Entry 0 is the vertex itself, then come its ring and, among quads, the far corners of
+ * its fan. */
+typedef struct neighbours {
+  const tw_topology *t;
+  uint32_t vertex, ring_count, fan_count;
+  tw_limit_entry *entries;
+} neighbours;
+
+static inline tw_limit_entry *ring_entry(const neighbours *n, uint32_t i) {
+  return &n->entries[1 + i % n->ring_count];
+}
+
+static inline tw_limit_entry *fan_entry(const neighbours *n, uint32_t i) {
+  return &n->entries[1 + n->ring_count + i % n->fan_count];
+}
+
+static inline float ring_sharpness(const neighbours *n, uint32_t i) {
+  return n->t->edge_sharpness[n->t->ring_edges[n->t->ring_offsets[n->vertex] + i % n->ring_count]];
+}
+
+/* ---- Loop's masks ------------------------------------------------------------------------------- */
+
+static void loop_limit_smooth(const neighbours *n) {
+  float ring = (float)(1 / (n->ring_count + 3 / (8 * tw_loop_weight(n->ring_count))));
+  for (uint32_t i = 0; i < n->ring_count; i++) ring_entry(n, i)->position = ring;
+  n->entries[0].position = 1 - (float)n->ring_count * ring;
+}
+
+/* The subdominant eigenvectors of the subdivision matrix, along edges 0 and 1. */
+static void loop_tangents_smooth(const neighbours *n) {
+  static const float regular[6] = {1, 0.5f, -0.5f, -1, -0.5f, 0.5f};
+  uint32_t count = n->ring_count;
+  double step = 2 * pi / count;
+  for (uint32_t i = 0; i < count; i++) {
+    float weight = count == 6 ? regular[i] : (float)cos(i * step);
+    ring_entry(n, i)->tangent1 = weight;
+    ring_entry(n, i + 1)->tangent2 = weight;
+  }
+}
+
+/* Scaled like the tangent along the crease: faces that share its half turn equally give both the same
+ * length. */
+static void loop_tangents_across(const neighbours *n, uint32_t first, uint32_t faces) {
+  double step = pi / faces, inner = 2 * sin(step) / faces, ends = -1 / (faces * tan(step / 2)), own = 0;
+  if (faces == 2) { /* along the edge between them */
+    ends = 0;
+    own = -1;
+  } else if (faces == 3) { /* as on a regular mesh with its reflection beyond the crease */
+    ends = -inner / 2;
+    own = -inner;
+  }
+  n->entries[0].tangent2 = (float)own;
+  ring_entry(n, first)->tangent2 += (float)ends;
+  ring_entry(n, first + faces)->tangent2 += (float)ends;
+  for (uint32_t i = 1; i < faces; i++)
+    ring_entry(n, first + i)->tangent2 += (float)(2 * sin(i * step) / faces);
+}
+
+/* ---- tangents after decay ----------------------------------------------------------------------- */
+
+/* Tangents at a vertex that semi-sharp edges meet in, or that is semi-sharp itself: they are those of the
+ * vertex that it will be once all has decayed, so that both sides of a crease that rounds off in the end have
+ * the same normal. A step leads from a vertex with its neighbours to the same place one level down, and so
+ * carries weights there to weights here. */
+
+static uint32_t steps_to_settle(const tw_topology *t, uint32_t vertex) {
+  float greatest = 0, own = t->vertex_sharpness[vertex];
+  if (tw_is_semi_sharp(own)) greatest = own;
+  for (uint32_t i = t->ring_offsets[vertex]; i < t->ring_offsets[vertex + 1]; i++) {
+    float sharpness = t->edge_sharpness[t->ring_edges[i]];
+    if (tw_is_semi_sharp(sharpness) && sharpness > greatest) greatest = sharpness;
+  }
+  return (uint32_t)ceilf(greatest);
+}
+
+static void add(tw_limit_entry *entry, float weight, float tangent1, float tangent2) {
+  entry->tangent1 += weight * tangent1;
+  entry->tangent2 += weight * tangent2;
+}
+
+static void scale(tw_limit_entry *entry, float weight) {
+  entry->tangent1 *= weight;
+  entry->tangent2 *= weight;
+}
+
+/* Weights of the vertex one level down go to the vertex and its neighbours; smooth: what its neighbours take
+ * of it where it is smooth. Leaves entry 0 without its own. */
+static tw_limit_entry take_vertex(const neighbours *m, const tw_vertex_blend *blend, float own) {
+  tw_limit_entry v = m->entries[0];
+  scale(&m->entries[0], blend->corner + 0.75f * blend->crease + blend->smooth * own);
+  return v;
+}
+
+static void give_to_ring(const neighbours *m, const tw_vertex_blend *blend, float smooth,
+                         const tw_limit_entry *v) {
+  for (uint32_t i = 0; i < m->ring_count; i++)
+    add(ring_entry(m, i), blend->smooth * smooth, v->tangent1, v->tangent2);
+  for (int i = 0; blend->crease > 0 && i < 2; i++)
+    add(ring_entry(m, blend->ends[i]), 0.125f * blend->crease, v->tangent1, v->tangent2);
+}
+
+static float ring_share(const neighbours *m, const tw_vertex_decay *decay, uint32_t i, uint32_t steps) {
+  uint32_t edge = m->t->ring_edges[m->t->ring_offsets[m->vertex] + i % m->ring_count];
+  return tw_crease_share_after(decay, edge, steps);
+}
+
+/* Among quads. Weights of face points are gathered first, in place of those of the faces' far corners, and
+ * given to the four corners of each face in the end. */
+static void quad_step(const neighbours *m, const tw_vertex_decay *decay, uint32_t steps) {
+  float n = (float)m->fan_count;
+  tw_vertex_blend blend = tw_blend_after(decay, steps);
+  tw_limit_entry v = take_vertex(m, &blend, (n - 2) / n);
+  for (uint32_t i = 0; i < m->fan_count; i++) {
+    tw_limit_entry *face = fan_entry(m, i);
+    add(face, blend.smooth / (n * n), v.tangent1, v.tangent2);
+    for (uint32_t side = i; side < i + 2; side++) {
+      const tw_limit_entry *edge = ring_entry(m, side);
+      float smooth = 1 - ring_share(m, decay, side, steps);
+      add(face, 0.25f * smooth, edge->tangent1, edge->tangent2);
+    }
+  }
+  for (uint32_t i = 0; i < m->ring_count; i++) {
+    tw_limit_entry *edge = ring_entry(m, i);
+    scale(edge, 0.25f + 0.25f * ring_share(m, decay, i, steps));
+    add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
+  }
+  give_to_ring(m, &blend, 1 / (n * n), &v);
+  for (uint32_t i = 0; i < m->fan_count; i++) {
+    tw_limit_entry *face = fan_entry(m, i);
+    scale(face, 0.25f);
+    add(&m->entries[0], 1, face->tangent1, face->tangent2);
+    add(ring_entry(m, i), 1, face->tangent1, face->tangent2);
+    add(ring_entry(m, i + 1), 1, face->tangent1, face->tangent2);
+  }
+}
+
+/* Among triangles, where what an edge point takes from the points that face the edge goes to the neighbours
+ * in the ring. */
+static void triangle_step(const neighbours *m, const tw_vertex_decay *decay, uint32_t steps) {
+  tw_vertex_blend blend = tw_blend_after(decay, steps);
+  uint32_t count = m->ring_count;
+  float weight = blend.smooth > 0 ? (float)tw_loop_weight(count) : 0;
+  tw_limit_entry v = take_vertex(m, &blend, 1 - (float)count * weight);
+  tw_limit_entry first = *ring_entry(m, 0), before = *ring_entry(m, count - 1);
+  for (uint32_t i = 0; i < count; i++) {
+    tw_limit_entry *edge = ring_entry(m, i), own = *edge;
+    tw_limit_entry after = i + 1 < count ? *ring_entry(m, i + 1) : first;
+    float crease = ring_share(m, decay, i, steps);
+    float crease_before = ring_share(m, decay, i + count - 1, steps);
+    float crease_after = ring_share(m, decay, i + 1, steps);
+    scale(edge, 0.375f + 0.125f * crease);
+    add(&m->entries[0], 1, edge->tangent1, edge->tangent2);
+    add(edge, 0.125f * (1 - crease_before), before.tangent1, before.tangent2);
+    add(edge, 0.125f * (1 - crease_after), after.tangent1, after.tangent2);
+    before = own;
+  }
+  give_to_ring(m, &blend, weight, &v);
+}
+
+static void settle_tangents(const neighbours *m) {
+  assert(m->ring_count > 0);
+  uint32_t steps = steps_to_settle(m->t, m->vertex);
+  tw_vertex_decay decay = tw_decay_at(m->t, m->vertex, steps);
+  while (steps-- > 0) {
+    if (m->t->face_size == 3)
+      triangle_step(m, &decay, steps);
+    else
+      quad_step(m, &decay, steps);
+  }
+}
+
+/* ---- masks ---------------------------------------------------------------------------------------- */
 
 /* Of the scheme that refines to triangles: the others make quads. */
 static bool is_loop(const tw_topology *t) {
   return t->face_size == 3;
 }
 
-static tw_limit_neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
+static neighbours start_mask(const tw_topology *t, uint32_t vertex, tw_limit_entry *entries) {
   uint32_t ring = t->ring_offsets[vertex], fan = t->fan_offsets[vertex];
-  tw_limit_neighbours m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan,
-                           entries};
+  neighbours m = {t, vertex, t->ring_offsets[vertex + 1] - ring, t->fan_offsets[vertex + 1] - fan, entries};
   entries[0] = (tw_limit_entry){vertex, 0, 0, 0};
   for (uint32_t i = 0; i < m.ring_count; i++) {
     const uint32_t *ends = t->edge_vertices[t->ring_edges[ring + i]];
-    *tw_ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
+    *ring_entry(&m, i) = (tw_limit_entry){ends[ends[0] == vertex], 0, 0, 0};
   }
   for (uint32_t i = 0; i < m.fan_count && !is_loop(t); i++) {
     uint32_t opposite = tw_quad_next(tw_quad_next(t->fan_corners[fan + i]));
-    *tw_fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
+    *fan_entry(&m, i) = (tw_limit_entry){t->corner_vertex[opposite], 0, 0, 0};
   }
   return m;
 }
 
-static void position_smooth(const tw_limit_neighbours *m) {
+static void position_smooth(const neighbours *m) {
   if (is_loop(m->t)) {
-    tw_loop_limit_smooth(m);
+    loop_limit_smooth(m);
     return;
   }
   float n = (float)m->fan_count;
   float face = 1 / (n * (n + 5)), edge = 4 * face;
-  for (uint32_t i = 0; i < m->fan_count; i++) tw_fan_entry(m, i)->position = face;
-  for (uint32_t i = 0; i < m->ring_count; i++) tw_ring_entry(m, i)->position = edge;
+  for (uint32_t i = 0; i < m->fan_count; i++) fan_entry(m, i)->position = face;
+  for (uint32_t i = 0; i < m->ring_count; i++) ring_entry(m, i)->position = edge;
   m->entries[0].position = 1 - n * (edge + face);
 }
 
-static void position_crease(const tw_limit_neighbours *m, const uint32_t ends[2]) {
+static void position_crease(const neighbours *m, const uint32_t ends[2]) {
   m->entries[0].position = 2.0f / 3;
-  tw_ring_entry(m, ends[0])->position = 1.0f / 6;
-  tw_ring_entry(m, ends[1])->position = 1.0f / 6;
+  ring_entry(m, ends[0])->position = 1.0f / 6;
+  ring_entry(m, ends[1])->position = 1.0f / 6;
 }
 
 /* From the vertex along two edges of its ring. */
-static void tangents_along(const tw_limit_neighbours *m, uint32_t first, uint32_t second) {
+static void tangents_along(const neighbours *m, uint32_t first, uint32_t second) {
   m->entries[0].tangent1 = m->entries[0].tangent2 = -1;
-  tw_ring_entry(m, first)->tangent1 = 1;
-  tw_ring_entry(m, second)->tangent2 = 1;
+  ring_entry(m, first)->tangent1 = 1;
+  ring_entry(m, second)->tangent2 = 1;
 }
 
 /* The subdominant eigenvectors of the subdivision matrix. */
-static void tangents_smooth(const tw_limit_neighbours *m) {
+static void tangents_smooth(const neighbours *m) {
   if (is_loop(m->t)) {
-    tw_loop_tangents_smooth(m);
+    loop_tangents_smooth(m);
     return;
   }
   uint32_t n = m->fan_count;
@@ -64,35 +238,35 @@ static void tangents_smooth(const tw_limit_neighbours *m) {
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16;
   double face = 1 / (4 * lambda - 1);
   for (uint32_t i = 0; i < n; i++) {
-    tw_ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
-    tw_fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
-    tw_ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
-    tw_fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+    ring_entry(m, i)->tangent1 = (float)(4 * cos(i * step));
+    fan_entry(m, i)->tangent1 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+    ring_entry(m, i + 1)->tangent2 = (float)(4 * cos(i * step));
+    fan_entry(m, i + 1)->tangent2 = (float)(face * (cos(i * step) + cos((i + 1) * step)));
   }
 }
 
 /* Along and across a crease that bounds `faces` faces, beginning at ring edge `first`. */
-static void tangents_crease(const tw_limit_neighbours *m, uint32_t first, uint32_t faces) {
-  tw_ring_entry(m, first)->tangent1 += 0.5f;
-  tw_ring_entry(m, first + faces)->tangent1 -= 0.5f;
+static void tangents_crease(const neighbours *m, uint32_t first, uint32_t faces) {
+  ring_entry(m, first)->tangent1 += 0.5f;
+  ring_entry(m, first + faces)->tangent1 -= 0.5f;
   if (faces == 1) { /* the mean of the two edges */
     m->entries[0].tangent2 = -6;
-    tw_ring_entry(m, first)->tangent2 += 3;
-    tw_ring_entry(m, first + 1)->tangent2 += 3;
+    ring_entry(m, first)->tangent2 += 3;
+    ring_entry(m, first + 1)->tangent2 += 3;
     return;
   }
   if (is_loop(m->t)) {
-    tw_loop_tangents_across(m, first, faces);
+    loop_tangents_across(m, first, faces);
     return;
   }
   double step = pi / faces, cosine = cos(step), sine = sin(step);
   double scale = 1 / (faces * (3 + cosine)), r = (cosine + 1) / sine;
   m->entries[0].tangent2 = (float)(scale * 4 * r * (cosine - 1));
-  tw_ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
-  tw_ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  ring_entry(m, first)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
+  ring_entry(m, first + faces)->tangent2 -= (float)(scale * r * (1 + 2 * cosine));
   for (uint32_t i = 0; i < faces; i++) {
-    if (i > 0) tw_ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
-    tw_fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
+    if (i > 0) ring_entry(m, first + i)->tangent2 += (float)(scale * 4 * sin(i * step));
+    fan_entry(m, first + i)->tangent2 = (float)(scale * (sin(i * step) + sin((i + 1) * step)));
   }
 }
 
@@ -102,36 +276,36 @@ typedef struct sector {
   bool bounded;          /* by two different edges */
 } sector;
 
-static sector find_sector(const tw_limit_neighbours *m, uint32_t place) {
+static sector find_sector(const neighbours *m, uint32_t place) {
   uint32_t n = m->fan_count;
   bool border = m->ring_count > n;
   uint32_t back = 0, ahead = 1;
-  while (back < n - 1 && !tw_is_infinite(tw_ring_sharpness(m, place + m->ring_count - back)) &&
+  while (back < n - 1 && !tw_is_infinite(ring_sharpness(m, place + m->ring_count - back)) &&
          !(border && back == place))
     back++;
-  bool begins = tw_is_infinite(tw_ring_sharpness(m, place + m->ring_count - back));
-  while (ahead < n && !tw_is_infinite(tw_ring_sharpness(m, place + ahead))) ahead++;
-  bool ends = tw_is_infinite(tw_ring_sharpness(m, place + ahead));
+  bool begins = tw_is_infinite(ring_sharpness(m, place + m->ring_count - back));
+  while (ahead < n && !tw_is_infinite(ring_sharpness(m, place + ahead))) ahead++;
+  bool ends = tw_is_infinite(ring_sharpness(m, place + ahead));
   uint32_t faces = back + ahead;
   if (!begins || !ends || (!border && faces >= n)) return (sector){0, n, false};
   return (sector){(place + m->ring_count - back) % m->ring_count, faces, true};
 }
 
-static uint32_t fan_place(const tw_limit_neighbours *m, uint32_t corner) {
+static uint32_t fan_place(const neighbours *m, uint32_t corner) {
   const uint32_t *fan = m->t->fan_corners + m->t->fan_offsets[m->vertex];
   uint32_t place = 0;
   while (place + 1 < m->fan_count && fan[place] != corner) place++;
   return place;
 }
 
-static uint32_t ring_place(const tw_limit_neighbours *m, uint32_t edge) {
+static uint32_t ring_place(const neighbours *m, uint32_t edge) {
   const uint32_t *ring = m->t->ring_edges + m->t->ring_offsets[m->vertex];
   uint32_t place = 0;
   while (place + 1 < m->ring_count && ring[place] != edge) place++;
   return place;
 }
 
-static void tangents_of_face(const tw_limit_neighbours *m, uint32_t corner) {
+static void tangents_of_face(const neighbours *m, uint32_t corner) {
   tangents_along(m, ring_place(m, m->t->corner_edge[corner]),
                  ring_place(m, m->t->corner_edge[tw_corner_previous(m->t, corner)]));
 }
@@ -141,31 +315,31 @@ static bool is_smooth(tw_vertex_rule rule) {
 }
 
 /* Among quads the smooth masks begin at valence 3. */
-static tw_vertex_rule with_mask(const tw_limit_neighbours *m, tw_vertex_rule rule) {
+static tw_vertex_rule with_mask(const neighbours *m, tw_vertex_rule rule) {
   return is_smooth(rule) && m->fan_count == 2 && !is_loop(m->t) ? TW_RULE_CORNER : rule;
 }
 
 /* The rules that position and tangents follow; ends as in tw_vertex_rule_at. */
-static tw_vertex_rule position_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
+static tw_vertex_rule position_rule(const neighbours *m, bool linear, uint32_t ends[2]) {
   return linear ? TW_RULE_CORNER : with_mask(m, tw_vertex_rule_at(m->t, m->vertex, ends));
 }
-static tw_vertex_rule tangent_rule(const tw_limit_neighbours *m, bool linear, uint32_t ends[2]) {
+static tw_vertex_rule tangent_rule(const neighbours *m, bool linear, uint32_t ends[2]) {
   return linear ? TW_RULE_CORNER : with_mask(m, tw_settled_rule_at(m->t, m->vertex, ends));
 }
 
 /* Where there is no tangent plane to choose from, or, between two triangles back to back, none at all. */
-static bool has_face_tangents(const tw_limit_neighbours *m, bool linear, tw_vertex_rule rule) {
+static bool has_face_tangents(const neighbours *m, bool linear, tw_vertex_rule rule) {
   if (linear || (m->t->vertex_flags[m->vertex] & TW_VERTEX_NONMANIFOLD)) return true;
   return is_smooth(rule) && m->fan_count == 2;
 }
 
 /* The side of a crease that its tangents are taken from. */
-static sector crease_side(const tw_limit_neighbours *m, uint32_t corner, const uint32_t ends[2]) {
+static sector crease_side(const neighbours *m, uint32_t corner, const uint32_t ends[2]) {
   sector s = find_sector(m, fan_place(m, corner));
   return s.bounded ? s : (sector){ends[0], ends[1] - ends[0], false};
 }
 
-static void fill_position(const tw_limit_neighbours *m, bool linear) {
+static void fill_position(const neighbours *m, bool linear) {
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = position_rule(m, linear, ends);
   if (rule == TW_RULE_CORNER)
@@ -176,7 +350,7 @@ static void fill_position(const tw_limit_neighbours *m, bool linear) {
     position_smooth(m);
 }
 
-static void fill_tangents(const tw_limit_neighbours *m, bool linear, uint32_t corner) {
+static void fill_tangents(const neighbours *m, bool linear, uint32_t corner) {
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = tangent_rule(m, linear, ends);
   if (has_face_tangents(m, linear, rule)) {
@@ -191,19 +365,19 @@ static void fill_tangents(const tw_limit_neighbours *m, bool linear, uint32_t co
     } else {
       tangents_smooth(m);
     }
-    tw_limit_settle(m);
+    settle_tangents(m);
   }
 }
 
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
-  tw_limit_neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
+  neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
   fill_position(&m, linear);
   fill_tangents(&m, linear, corner);
   return 1 + m.ring_count + (is_loop(topology) ? 0 : m.fan_count);
 }
 
 /* The tangents of tangents_smooth lie along edges 0 and 1 of the ring. */
-static void frame_smooth(const tw_limit_neighbours *m, uint32_t place, float frame[2][2]) {
+static void frame_smooth(const neighbours *m, uint32_t place, float frame[2][2]) {
   double step = 2 * pi / m->fan_count;
   for (uint32_t i = 0; i < 2; i++) {
     frame[i][0] = (float)(sin((1 - (double)(place + i)) * step) / sin(step));
@@ -213,7 +387,7 @@ static void frame_smooth(const tw_limit_neighbours *m, uint32_t place, float fra
 
 /* Those of tangents_crease lie along the crease and, once the faces of a side share its half turn, at a
  * right angle to it. A face that has a side for itself has no inner edge to measure that by. */
-static bool frame_crease(const tw_limit_neighbours *m, uint32_t place, sector s, float frame[2][2]) {
+static bool frame_crease(const neighbours *m, uint32_t place, sector s, float frame[2][2]) {
   uint32_t n = m->fan_count, index = (place + n - s.first) % n, faces = s.faces;
   double begin = 0;
   if (index >= faces) {
@@ -231,8 +405,8 @@ static bool frame_crease(const tw_limit_neighbours *m, uint32_t place, sector s,
 
 bool tw_limit_frame(const tw_topology *topology, bool linear, uint32_t corner, float frame[2][2]) {
   uint32_t v = topology->corner_vertex[corner];
-  tw_limit_neighbours m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
-                           topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
+  neighbours m = {topology, v, topology->ring_offsets[v + 1] - topology->ring_offsets[v],
+                  topology->fan_offsets[v + 1] - topology->fan_offsets[v], NULL};
   uint32_t ends[2] = {0, 0};
   tw_vertex_rule rule = tangent_rule(&m, linear, ends);
   if (has_face_tangents(&m, linear, rule) || rule == TW_RULE_CORNER) return false;

@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "child.h"
-#include "loop_mask.h"
+#include "loop.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
 

@@ -4,8 +4,8 @@
 #include <string.h>
 
 #include "small_sort.h"
-#include "union_find.h"
 #include "surface.h"
+#include "union_find.h"
 
 static tw_status allocate(const tw_topology *base, tw_arena *arena, uint32_t corners_max, uint32_t edges_max,
                           tw_numbering *n) {

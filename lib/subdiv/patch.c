@@ -4,7 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "shape.h"
+#include "normal.h"
+#include "patch_class.h"
+#include "simd.h"
+#include "stencil.h"
 
 /* ---- planning ------------------------------------------------------------------------------- */
 
@@ -159,14 +162,464 @@ const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint
   return patches->controls + patch->first_control;
 }
 
-void tw_patch_fetch(const tw_patches *patches, uint32_t quad, uint32_t step, const float *in,
-                    uint32_t width) {
-  if (step == 0) {
-    __builtin_prefetch(&patches->patches[quad]);
+/* ---- evaluation --------------------------------------------------------------------------------- */
+
+/* Evaluates patches: regular ones as splines, irregular ones by stencils or by splitting them. */
+
+enum { WIDTH_MAX = 4 };
+
+/* Part of a grid on its way to the job's arrays: the local grid's point (i, j) is the job's point
+ * (i + column, j + row). */
+typedef struct target {
+  const tw_patch_job *job;
+  tw_patch_rect whole;
+  uint32_t column, row;
+  const double *origin; /* what the points of an irregular patch are relative to */
+  bool split;           /* even where there is a stencil */
+} target;
+
+static size_t place_of(const target *to, uint32_t i, uint32_t j) {
+  size_t width = to->whole.i1 - to->whole.i0 + 1, height = to->whole.j1 - to->whole.j0 + 1;
+  size_t place = (j + to->row - to->whole.j0) * width + (i + to->column - to->whole.i0);
+  return (to->job->backwards ? width * height - 1 - place : place) * to->job->stride;
+}
+
+/* ---- splines -------------------------------------------------------------------------------- */
+
+/* origin: what the control points are relative to. */
+static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX],
+                            const float origin[WIDTH_MAX], uint32_t depth, tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  const uint32_t n = 1u << depth;
+  size_t place = place_of(to, rect.i0, rect.j0);
+  ptrdiff_t step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
+  tw_spline_job rows = {.spline = tw_spline_table(depth),
+                        .points = points,
+                        .width = job->width,
+                        .limit = job->limit,
+                        .column = (rect.i0 == 0 || rect.i0 == n) && rect.j0 > 0 && rect.j1 < n,
+                        .rect = rect,
+                        .values = job->values ? job->values + place : NULL,
+                        .normals = job->normals ? job->normals + place : NULL,
+                        .derivatives = job->derivatives ? job->derivatives + place : NULL,
+                        .step = step,
+                        .line_step = step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1)};
+  memcpy(rows.origin, origin, sizeof rows.origin);
+  tw_spline_rows(&rows);
+}
+
+/* Row (or column) beyond a sharp side: 2 edge - inner. */
+static void reflect(float points[16][WIDTH_MAX], int outer, int edge, int inner, int step) {
+  for (int k = 0; k < 4; k++)
+    for (int c = 0; c < WIDTH_MAX; c++)
+      points[outer + k * step][c] = 2 * points[edge + k * step][c] - points[inner + k * step][c];
+}
+
+/* Columns first, then whole rows, so that a corner is reflected both ways. */
+static void reflect_sides(float points[16][WIDTH_MAX], uint8_t reflected) {
+  if (reflected & 8) reflect(points, 0, 1, 2, 4);
+  if (reflected & 2) reflect(points, 3, 2, 1, 4);
+  if (reflected & 1) reflect(points, 0, 4, 8, 1);
+  if (reflected & 4) reflect(points, 12, 8, 4, 1);
+}
+
+static void narrow(float out[WIDTH_MAX], const double in[WIDTH_MAX]) {
+  for (int c = 0; c < WIDTH_MAX; c++) out[c] = (float)in[c];
+}
+
+/* A regular quarter of a shape. Its points are taken relative to a place among them, so that float keeps
+ * their differences however small the quarter is. */
+static void evaluate_part(const target *to, const tw_patch_part *part, const double (*points)[WIDTH_MAX],
+                          uint32_t depth, tw_patch_rect rect) {
+  float origin[WIDTH_MAX], relative[16][WIDTH_MAX];
+  for (int c = 0; c < WIDTH_MAX; c++) {
+    origin[c] = (float)(to->origin[c] + points[part->points[5]][c]);
+    double place = (double)origin[c] - to->origin[c];
+    for (int i = 0; i < 16; i++) relative[i][c] = (float)(points[part->points[i]][c] - place);
+  }
+  reflect_sides(relative, part->reflected);
+  evaluate_spline(to, (const float(*)[WIDTH_MAX])relative, origin, depth, rect);
+}
+
+/* ---- corners -------------------------------------------------------------------------------- */
+
+/* Along the sides of a quad, at its corner k, from the tangents of the corner's masks. */
+static void corner_derivatives(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], uint32_t k,
+                               const double tangents[2][WIDTH_MAX], float *out) {
+  const double *own = points[k], *after = points[(k + 1) % 4], *before = points[(k + 3) % 4];
+  const float(*frame)[2] = shape->frames[k];
+  for (int c = 0; c < WIDTH_MAX; c++) {
+    double to_next = after[c] - own[c], to_previous = before[c] - own[c];
+    if (shape->framed[k]) {
+      to_next = (double)frame[0][0] * tangents[0][c] + (double)frame[0][1] * tangents[1][c];
+      to_previous = (double)frame[1][0] * tangents[0][c] + (double)frame[1][1] * tangents[1][c];
+    }
+    double along[4] = {to_next, -to_previous, -to_next, to_previous};
+    out[c] = (float)along[k];
+    out[WIDTH_MAX + c] = (float)along[(k + 3) % 4];
+  }
+}
+
+/* As two tangents, any. */
+static void unframed_derivatives(const double tangents[2][WIDTH_MAX], float *out) {
+  narrow(out, tangents[0]);
+  narrow(out + WIDTH_MAX, tangents[1]);
+}
+
+/* Corner k of an irregular quad that needs no further split, at place (i, j) of the grid. */
+static void evaluate_corner(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                            uint32_t k, size_t place) {
+  double limit[WIDTH_MAX] = {0}, tangents[2][WIDTH_MAX] = {{0}, {0}};
+  for (uint32_t e = 0; e < shape->mask_counts[k]; e++) {
+    const tw_limit_entry *entry = &shape->masks[k][e];
+    for (int c = 0; c < WIDTH_MAX; c++) {
+      /* Masks sum to 1 and 0: against the vertex itself nothing large cancels. */
+      double offset = points[entry->vertex][c] - points[k][c];
+      limit[c] += (double)entry->position * offset;
+      tangents[0][c] += (double)entry->tangent1 * offset;
+      tangents[1][c] += (double)entry->tangent2 * offset;
+    }
+  }
+  for (uint32_t c = 0; to->job->values && c < to->job->width; c++)
+    to->job->values[place + c] =
+        (float)(to->origin[c] + (to->job->limit ? points[k][c] + limit[c] : points[k][c]));
+  if (to->job->derivatives && to->job->unframed)
+    unframed_derivatives((const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
+  else if (to->job->derivatives)
+    corner_derivatives(shape, points, k, (const double(*)[WIDTH_MAX])tangents, to->job->derivatives + place);
+  if (!to->job->normals) return;
+  float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX], corners[4][WIDTH_MAX];
+  const float *quad[4] = {corners[0], corners[1], corners[2], corners[3]};
+  for (int i = 0; i < 4; i++) narrow(corners[i], points[i]);
+  narrow(tangent1, tangents[0]);
+  narrow(tangent2, tangents[1]);
+  tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+}
+
+static void evaluate_corners(const target *to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                             tw_patch_rect rect) {
+  static const uint32_t columns[4] = {0, 1, 1, 0}, rows[4] = {0, 0, 1, 1};
+  for (uint32_t k = 0; k < 4; k++) {
+    uint32_t i = columns[k], j = rows[k];
+    bool wanted = i >= rect.i0 && i <= rect.i1 && j >= rect.j0 && j <= rect.j1;
+    if (wanted) evaluate_corner(to, shape, points, k, place_of(to, i, j));
+  }
+}
+
+/* ---- refining ------------------------------------------------------------------------------- */
+
+/* One row after the other, the four components of a point together. */
+static inline __attribute__((always_inline)) void
+refine_rows(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], double (*out)[WIDTH_MAX]) {
+  for (uint32_t r = 0; r < shape->refined_count; r++) {
+    double sum[WIDTH_MAX] = {0};
+    for (uint32_t e = shape->row_offsets[r]; e < shape->row_offsets[r + 1]; e++)
+      for (int c = 0; c < WIDTH_MAX; c++) sum[c] += (double)shape->weights[e] * points[shape->columns[e]][c];
+    memcpy(out[r], sum, sizeof sum);
+  }
+}
+
+#ifdef __x86_64__
+static __attribute__((target("avx2"))) void
+refine_rows_avx2(const tw_patch_class *shape, const double (*points)[WIDTH_MAX], double (*out)[WIDTH_MAX]) {
+  refine_rows(shape, points, out);
+}
+#endif
+
+static void refine_shape(const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                         double (*out)[WIDTH_MAX]) {
+#ifdef __x86_64__
+  if (tw_processor_has(TW_SET_AVX2)) { /* four doubles at once */
+    refine_rows_avx2(shape, points, out);
     return;
   }
+#endif
+  refine_rows(shape, points, out);
+}
+
+/* The part of a rectangle in one quarter, in the quarter's own coordinates. The lower half of each
+ * direction owns the line between the two. False when nothing is left. */
+static bool quarter(tw_patch_rect rect, uint32_t half, bool right, bool upper, tw_patch_rect *out) {
+  uint32_t i_low = right ? half + 1 : 0, i_high = right ? 2 * half : half;
+  uint32_t j_low = upper ? half + 1 : 0, j_high = upper ? 2 * half : half;
+  if (rect.i0 > i_high || rect.i1 < i_low || rect.j0 > j_high || rect.j1 < j_low) return false;
+  uint32_t di = right ? half : 0, dj = upper ? half : 0;
+  out->i0 = (rect.i0 > i_low ? rect.i0 : i_low) - di;
+  out->i1 = (rect.i1 < i_high ? rect.i1 : i_high) - di;
+  out->j0 = (rect.j0 > j_low ? rect.j0 : j_low) - dj;
+  out->j1 = (rect.j1 < j_high ? rect.j1 : j_high) - dj;
+  return true;
+}
+
+/* ---- stencils ------------------------------------------------------------------------------- */
+
+/* False when that cannot give what is wanted. */
+static bool has_stencil(const target *to, const tw_stencil *stencil) {
+  const tw_patch_job *job = to->job;
+  return stencil && !to->split && !job->derivatives && (!job->normals || stencil->tangents);
+}
+
+/* sums: lacks the places that rows go to. False when the normals are not sure. */
+static bool sum_rows(const target *to, uint32_t depth, tw_patch_rect rect, tw_stencil_job *sums) {
+  const tw_patch_job *job = to->job;
+  size_t place = place_of(to, rect.i0, rect.j0);
+  sums->width = job->width;
+  sums->step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
+  sums->values = job->values ? job->values + place : NULL;
+  sums->normals = job->normals ? job->normals + place : NULL;
+  sums->line_step = sums->step * (ptrdiff_t)(to->whole.i1 - to->whole.i0 + 1);
+  return tw_stencil_rect(sums, depth, rect);
+}
+
+/* ---- splitting ------------------------------------------------------------------------------ */
+
+/* Depth falls by one a call: at most TW_LEVEL_MAX deep. scratch: the rows of this depth and below. In
+ * double, because deep down points lie so close together that tangents would drown in rounding. */
+static void evaluate_shape(target to, const tw_patch_class *shape, const double (*points)[WIDTH_MAX],
+                           uint32_t depth, tw_patch_rect rect, double (*scratch)[WIDTH_MAX]) {
+  if (depth == 0) {
+    evaluate_corners(&to, shape, points, rect);
+    return;
+  }
+  refine_shape(shape, points, scratch);
+  const double(*refined)[WIDTH_MAX] = (const double(*)[WIDTH_MAX])scratch;
+  uint32_t half = 1u << (depth - 1);
+  for (uint32_t k = 0; k < 4; k++) {
+    bool right = k == 1 || k == 2, upper = k >= 2;
+    tw_patch_rect part_rect;
+    if (!quarter(rect, half, right, upper, &part_rect)) continue;
+    const tw_patch_part *part = &shape->parts[k];
+    target part_to = to;
+    part_to.column += right ? half : 0;
+    part_to.row += upper ? half : 0;
+    if (!part->shape) {
+      evaluate_part(&part_to, part, refined, depth - 1, part_rect);
+      continue;
+    }
+    /* The part's points go behind this depth's rows, its own rows behind those. */
+    double(*own)[WIDTH_MAX] = scratch + shape->refined_count;
+    for (uint32_t i = 0; i < part->shape->point_count; i++)
+      memcpy(own[i], refined[part->points[i]], sizeof *own);
+    evaluate_shape(part_to, part->shape, (const double(*)[WIDTH_MAX])own, depth - 1, part_rect,
+                   own + part->shape->point_count);
+  }
+}
+
+/* ---- one patch ------------------------------------------------------------------------------ */
+
+/* Bilinear interpolation between the corners. */
+static void evaluate_linear(const target *to, const float *const quad[4], uint32_t depth,
+                            tw_patch_rect rect) {
+  float step = 1.0f / (float)(1u << depth);
+  uint32_t width = to->job->width;
+  for (uint32_t j = rect.j0; j <= rect.j1; j++)
+    for (uint32_t i = rect.i0; i <= rect.i1; i++) {
+      float u = (float)i * step, v = (float)j * step;
+      size_t place = place_of(to, i, j);
+      float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX];
+      for (uint32_t c = 0; c < width; c++) {
+        float low = (1 - u) * quad[0][c] + u * quad[1][c], high = (1 - u) * quad[3][c] + u * quad[2][c];
+        if (to->job->values) to->job->values[place + c] = (1 - v) * low + v * high;
+        tangent1[c] = (1 - v) * (quad[1][c] - quad[0][c]) + v * (quad[2][c] - quad[3][c]);
+        tangent2[c] = high - low;
+      }
+      if (to->job->normals) tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
+      if (!to->job->derivatives) continue;
+      memcpy(to->job->derivatives + place, tangent1, width * sizeof *tangent1);
+      memcpy(to->job->derivatives + place + WIDTH_MAX, tangent2, width * sizeof *tangent2);
+    }
+}
+
+/* Relative to the first control point: rows of weights sum to 1 within the rounding of float alone, which far
+ * from 0 would be more than what the points of a small quarter differ by. */
+static void evaluate_irregular(target to, const tw_patches *patches, const tw_patch *patch,
+                               tw_patch_rect rect) {
+  const tw_patch_job *job = to.job;
+  double(*points)[WIDTH_MAX] = (double(*)[WIDTH_MAX])job->scratch;
+  uint32_t count = patch->shape->point_count;
+  const uint32_t *controls = patches->controls + patch->first_control;
+  double origin[WIDTH_MAX] = {0};
+  for (uint32_t c = 0; c < job->width; c++) origin[c] = (double)job->in[(size_t)controls[0] * job->width + c];
+  for (uint32_t i = 0; i < count; i++)
+    for (uint32_t c = 0; c < WIDTH_MAX; c++)
+      points[i][c] = c < job->width ? (double)job->in[(size_t)controls[i] * job->width + c] - origin[c] : 0;
+  to.origin = origin;
+  evaluate_shape(to, patch->shape, (const double(*)[WIDTH_MAX])points, patches->depth, rect, points + count);
+}
+
+static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
+  if (width == 3) { /* most of all; known numbers let the compiler unroll */
+    for (int c = 0; c < 3; c++) out[c] = in[c];
+    out[3] = 0;
+    return;
+  }
+  for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
+}
+
+void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
+                             float points[16][4]) {
+  const tw_patch *patch = &patches->patches[quad];
+  const uint32_t *controls = patches->controls + patch->first_control;
+  for (int i = 0; i < 16; i++) load(points[i], in + (size_t)controls[i] * width, width);
+  reflect_sides(points, patch->reflected);
+}
+
+static void evaluate_regular(const target *to, const tw_patches *patches, uint32_t quad, tw_patch_rect rect) {
+  float points[16][WIDTH_MAX];
+  tw_patch_regular_points(patches, quad, to->job->in, to->job->width, points);
+  static const float origin[WIDTH_MAX];
+  evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
+}
+
+/* Control points relative to the first, which is the origin. */
+static inline void gather(const tw_patch_job *job, const uint32_t *controls, uint32_t count, uint32_t width,
+                          float origin[WIDTH_MAX], float (*points)[WIDTH_MAX]) {
+  load(origin, job->in + (size_t)controls[0] * width, width);
+  for (uint32_t i = 0; i < count; i++) {
+    load(points[i], job->in + (size_t)controls[i] * width, width);
+    for (int c = 0; c < WIDTH_MAX; c++) points[i][c] -= origin[c];
+  }
+}
+
+static void evaluate_by_stencil(const target *to, const tw_patches *patches, const tw_patch *patch,
+                                tw_patch_rect rect) {
+  const tw_patch_job *job = to->job;
+  tw_stencil_job sums = {.stencil = patch->shape->stencils[job->limit][patches->depth]};
+  float points[TW_STENCIL_CONTROLS_MAX][WIDTH_MAX];
+  const uint32_t *controls = patches->controls + patch->first_control;
+  uint32_t count = patch->shape->point_count;
+  if (job->width == 3)
+    gather(job, controls, count, 3, sums.origin, points);
+  else
+    gather(job, controls, count, job->width, sums.origin, points);
+  if (count < sums.stencil->control_count) memset(points[count], 0, sizeof points[count]);
+  sums.controls = (const float(*)[WIDTH_MAX])points;
+  if (sum_rows(to, patches->depth, rect, &sums)) return;
+  tw_patch_job normals = *job;
+  normals.values = NULL;
+  evaluate_irregular((target){.job = &normals, .whole = to->whole, .split = true}, patches, patch, rect);
+}
+
+void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
+                       tw_patch_rect rect) {
+  const tw_patch *patch = &patches->patches[quad];
+  target to = {.job = job, .whole = rect};
+  if (patches->linear) {
+    const uint32_t *controls = patches->controls + patch->first_control;
+    const float *corners[4];
+    for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
+    evaluate_linear(&to, corners, patches->depth, rect);
+  } else if (patch->shape) {
+    if (patch->summed && has_stencil(&to, patch->shape->stencils[job->limit][patches->depth]))
+      evaluate_by_stencil(&to, patches, patch, rect);
+    else
+      evaluate_irregular(to, patches, patch, rect);
+  } else {
+    evaluate_regular(&to, patches, quad, rect);
+  }
+}
+
+/* ---- places --------------------------------------------------------------------------------- */
+
+tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k) {
+  uint32_t i = k == 1 || k == 2 ? side : 0, j = k >= 2 ? side : 0;
+  return (tw_patch_rect){i, i, j, j};
+}
+
+tw_patch_rect tw_patch_side(uint32_t side, uint32_t k, bool *backwards) {
+  uint32_t last = side - 1;
+  tw_patch_rect rects[4] = {{1, last, 0, 0}, {side, side, 1, last}, {1, last, side, side}, {0, 0, 1, last}};
+  *backwards = k >= 2;
+  return rects[k];
+}
+
+/* ---- batches ------------------------------------------------------------------------------------ */
+
+/* Puts pieces of regular patches next to each other, turned so that their rows are computed alike. */
+
+enum { WORTH_IT = 5 }; /* patches; a batch, however full, costs about as much as so many one by one */
+
+/* Which control point comes to place `at`, so that the piece at corner k lies as that at corner 0. A corner
+ * takes a mirror image, a side is turned, which both keep the order of sums. */
+static inline uint32_t moved_from(tw_patch_piece piece, uint32_t k, uint32_t at) {
+  static const uint8_t flips[4] = {0, 3, 15, 12};
+  if (piece == TW_PATCH_INSIDE) return at;
+  if (piece == TW_PATCH_SIDE && k % 2 == 1) at = at / 4 + at % 4 * 4;
+  return at ^ flips[k];
+}
+
+void tw_patch_batch_begin(tw_patch_batch *batch, const tw_patches *patches, const tw_patch_job *job,
+                          bool normals, tw_patch_piece piece, size_t count) {
+  batch->patches = patches;
+  batch->job = *job;
+  batch->normals = normals;
+  batch->piece = piece;
+  batch->together = count >= WORTH_IT && !patches->linear;
+  if (!batch->together) return;
+  uint32_t inside = (1u << patches->depth) - 1;
+  tw_patch_rect rects[] = {{0, 0, 0, 0}, {1, inside, 0, 0}, {1, inside, 1, inside}};
+  batch->lanes = (tw_spline_batch){.spline = tw_spline_table(patches->depth),
+                                   .limit = job->limit,
+                                   .normals = normals,
+                                   .rect = rects[piece],
+                                   .step = (ptrdiff_t)job->stride};
+  batch->points = piece == TW_PATCH_INSIDE ? 16 : 12;
+  for (uint32_t k = 0; k < 4; k++)
+    for (uint32_t i = 0; i < batch->points; i++) batch->from[k][i] = (uint8_t)moved_from(piece, k, i);
+}
+
+static void evaluate_alone(tw_patch_batch *batch, uint32_t corner, float *values) {
+  tw_patch_job job = batch->job;
+  uint32_t side = 1u << batch->patches->depth;
+  tw_patch_rect rect = {1, side - 1, 1, side - 1};
+  if (batch->piece == TW_PATCH_CORNER) rect = tw_patch_corner(side, corner % 4);
+  if (batch->piece == TW_PATCH_SIDE) rect = tw_patch_side(side, corner % 4, &job.backwards);
+  job.values = values;
+  if (batch->normals) job.normals = values + 3;
+  tw_patch_evaluate(batch->patches, corner / 4, &job, rect);
+}
+
+static void put_points(tw_patch_batch *batch, uint32_t corner, uint32_t lane) {
+  const tw_patches *patches = batch->patches;
+  const float *in = batch->job.in;
+  const uint8_t *from = batch->from[corner % 4];
   uint32_t count;
-  const uint32_t *controls = tw_patch_controls(patches, quad, &count);
-  for (uint32_t i = 0; step == 1 && i < count; i += 16) __builtin_prefetch(controls + i);
-  for (uint32_t i = 0; step == 2 && i < count; i++) __builtin_prefetch(in + (size_t)controls[i] * width);
+  const uint32_t *controls = tw_patch_controls(patches, corner / 4, &count);
+  float reflected[16][4];
+  bool direct = patches->patches[corner / 4].reflected == 0;
+  if (!direct) tw_patch_regular_points(patches, corner / 4, in, 3, reflected);
+  for (uint32_t i = 0; i < batch->points; i++) {
+    const float *point = direct ? in + 3 * (size_t)controls[from[i]] : reflected[from[i]];
+    for (uint32_t c = 0; c < 3; c++) batch->lanes.points[i][c][lane] = point[c];
+  }
+}
+
+static void put_in_lane(tw_patch_batch *batch, uint32_t corner, float *values) {
+  tw_spline_batch *lanes = &batch->lanes;
+  uint32_t lane = lanes->count++;
+  put_points(batch, corner, lane);
+  lanes->outward[lane] = batch->piece == TW_PATCH_CORNER && corner % 2 ? -1.0f : 1.0f;
+  lanes->rows[lane] = values;
+  batch->corners[lane] = corner;
+}
+
+static void flush(tw_patch_batch *batch) {
+  tw_spline_batch *lanes = &batch->lanes;
+  uint32_t alone = lanes->count < WORTH_IT ? (1u << lanes->count) - 1 : tw_spline_batch_rows(lanes);
+  for (uint32_t l = 0; alone >> l; l++)
+    if (alone >> l & 1) evaluate_alone(batch, batch->corners[l], lanes->rows[l]);
+  lanes->count = 0;
+}
+
+void tw_patch_batch_add(tw_patch_batch *batch, uint32_t corner, float *values) {
+  if (!batch->together || batch->patches->patches[corner / 4].shape) {
+    evaluate_alone(batch, corner, values);
+    return;
+  }
+  put_in_lane(batch, corner, values);
+  if (batch->lanes.count == TW_SPLINE_LANES) flush(batch);
+}
+
+void tw_patch_batch_end(tw_patch_batch *batch) {
+  if (batch->together && batch->lanes.count > 0) flush(batch);
 }

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "refine_mask.h"
+#include "catmull_clark.h"
 
 /* Beside a sum of 1 float cannot tell less. */
 static const float negligible = 1e-7f;

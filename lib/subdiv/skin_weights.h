@@ -6,7 +6,7 @@
 
 #include "irregular_levels.h"
 #include "patch.h"
-#include "refine.h"
+#include "catmull_clark.h"
 
 /* Joints kept a vertex, the heaviest ones. Regular meshes have at most 36 a refined vertex; this bounds what
  * great polygons can ask for. */

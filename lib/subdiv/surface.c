@@ -5,7 +5,7 @@
 #include <stdlib.h>
 
 #include "limit.h"
-#include "stencil.h"
+#include "patch_stencils.h"
 
 /* ---- building ------------------------------------------------------------------------------- */
 

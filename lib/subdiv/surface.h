@@ -6,10 +6,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "catmull_clark.h"
 #include "irregular_levels.h"
 #include "loop_rows.h"
 #include "patch.h"
-#include "refine.h"
 #include "skin_weights.h"
 #include "tweend/subdiv.h"
 

@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "catmull_clark.h"
 #include "loop.h"
-#include "refine_mask.h"
 #include "surface.h"
 
 static uint32_t cage_vertices(const tw_surface *s) {

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "loop.h"
-#include "open.h"
+#include "open_border.h"
 
 /* ---- at the cage ---------------------------------------------------------------------------- */
 

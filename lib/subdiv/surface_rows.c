@@ -1,7 +1,7 @@
 /* Computes the rows of a surface: of corners, of the insides of edges, and of the insides of quads. */
 #include <string.h>
 
-#include "patch_batch.h"
+#include "patch.h"
 #include "surface_reader.h"
 
 static bool has_normals(const tw_surface *s, tw_domain domain) {
@@ -11,32 +11,6 @@ static bool has_normals(const tw_surface *s, tw_domain domain) {
 /* Whether rows hold more than points and normals. */
 static bool has_attributes(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_VERTICES && s->layout.stride > (has_normals(s, domain) ? 6 : 3);
-}
-
-/* ---- looking ahead -------------------------------------------------------------------------- */
-
-/* The base corner that stands for a row of a corner, or for an edge. */
-static uint32_t corner_of(const tw_numbering *n, tw_patch_piece piece, uint32_t item) {
-  return piece == TW_PATCH_SIDE ? tw_corner_of_edge(n, item) : tw_corner_of_row(n, item);
-}
-
-/* Neighbours in a numbering of corners or edges lie anywhere in memory. Asks for what some of the next ones
- * need for one set of values, of those before `end`, before the one at hand is computed. */
-static void look_ahead(const tw_surface *s, const tw_numbering *n, const tw_values *values,
-                       tw_patch_piece piece, uint32_t item, uint32_t end) {
-  enum { APART = 4, CACHED = 4096 }; /* faces whose patches and values the processor keeps by itself */
-  if (s->fields[values->field].base.face_count <= CACHED) return;
-  for (uint32_t step = 0; step < TW_FETCH_STEPS; step++) {
-    uint32_t next = item + APART * (TW_FETCH_STEPS - step);
-    if (next < end)
-      tw_patch_fetch(&s->fields[values->field].patches, corner_of(n, piece, next) / 4, step, values->base,
-                     values->width);
-  }
-}
-
-/* Likewise for the UVs of vertices. */
-static void look_ahead_uvs(const tw_surface *s, tw_patch_piece piece, uint32_t item, uint32_t end) {
-  for (uint32_t i = 0; i < s->layout.uv_count; i++) look_ahead(s, &s->vertices, &s->uvs[i], piece, item, end);
 }
 
 /* ---- values at corners ---------------------------------------------------------------------- */
@@ -119,7 +93,6 @@ static void corner_points(tw_surface_reader *r, tw_domain domain, uint32_t first
   begin_batch(r, domain, TW_PATCH_CORNER, count, &batch);
   for (uint32_t i = 0; i < count; i++, out += width) {
     uint32_t corner = tw_corner_of_row(n, first + i);
-    look_ahead(s, n, &s->positions, TW_PATCH_CORNER, first + i, first + count);
     if (!split || shared_corner(s, corner) == corner)
       tw_patch_batch_add(&batch, corner, out);
     else
@@ -131,7 +104,6 @@ static void corner_points(tw_surface_reader *r, tw_domain domain, uint32_t first
 static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   for (uint32_t i = 0; i < count; i++, out += 2) {
-    if (s->depth > 0) look_ahead(s, &s->uv_points, &s->uvs[0], TW_PATCH_CORNER, first + i, first + count);
     evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
   }
 }
@@ -372,7 +344,6 @@ void tw_fill_corners(tw_surface_reader *reader, tw_domain domain, uint32_t first
                    out + (size_t)i * width);
   }
   for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += width) {
-    if (s->depth > 0) look_ahead_uvs(s, TW_PATCH_CORNER, first + i, first + count);
     corner_attributes(r, first + i, out);
   }
 }
@@ -410,7 +381,6 @@ static void edge_points(tw_surface_reader *r, tw_domain domain, uint32_t first, 
   begin_batch(r, domain, TW_PATCH_SIDE, count, &batch);
   for (uint32_t i = 0; i < count; i++, out += tw_rows_inside_edge(s) * width) {
     uint32_t corner = tw_corner_of_edge(n, first + i);
-    look_ahead(s, n, &s->positions, TW_PATCH_SIDE, first + i, first + count);
     shared_edge shared = {corner, false, true};
     if (split) shared = share_edge(s, corner);
     if (shared.same) {
@@ -456,7 +426,6 @@ static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
 static void uv_edges(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   for (uint32_t i = 0; i < count; i++, out += 2 * tw_rows_inside_edge(s)) {
-    look_ahead(s, &s->uv_points, &s->uvs[0], TW_PATCH_SIDE, first + i, first + count);
     evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, 2);
   }
 }
@@ -471,7 +440,6 @@ void tw_fill_edges(tw_surface_reader *reader, tw_domain domain, uint32_t first, 
   edge_points(r, domain, first, count, out);
   size_t step = tw_rows_inside_edge(s) * tw_row_width(s, domain);
   for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += step) {
-    look_ahead_uvs(s, TW_PATCH_SIDE, first + i, first + count);
     edge_attributes(r, first + i, out);
   }
 }

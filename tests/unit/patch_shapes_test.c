@@ -2,7 +2,7 @@
  * none that is half made. Linked with malloc, calloc and realloc wrapped. */
 #include "built_cage.h"
 #include "cube.h"
-#include "shape.h"
+#include "patch_class.h"
 #include "wrapped_memory.h"
 
 enum { CAGES = 4 };

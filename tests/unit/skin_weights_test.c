@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "cage.h"
+#include "catmull_clark.h"
 #include "loop.h"
-#include "refine_mask.h"
 #include "surface.h"
 #include "surface_rows.h"
 #include "test.h"

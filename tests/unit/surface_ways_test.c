@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "cube.h"
-#include "processor.h"
+#include "simd.h"
 #include "scene_fixture.h"
 #include "test.h"
 #include "torus_cage.h"

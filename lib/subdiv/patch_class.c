@@ -1,8 +1,10 @@
 /* The classes of irregular quads: all quads whose neighbourhoods are the same share one. */
-#include "shape.h"
+#include "patch_class.h"
 
 #include <stdlib.h>
 #include <string.h>
+
+#include "catmull_clark.h"
 
 enum {
   BUCKETS_FIRST = 16,

@@ -2,9 +2,12 @@
 #ifndef TWEEND_SHAPE_H
 #define TWEEND_SHAPE_H
 
+#include "crease.h"
 #include "limit.h"
 #include "neighbourhood.h"
-#include "patch.h"
+#include "tweend/subdiv.h"
+
+typedef struct tw_patch_class tw_patch_class;
 
 /* A quarter of an irregular patch, in its parent's orientation. */
 typedef struct tw_patch_part {

@@ -1,4 +1,5 @@
-#include "processor.h"
+/* What the processor has. */
+#include "simd.h"
 
 bool tw_processor_has(uint32_t set) {
 #ifdef __x86_64__

@@ -1,0 +1,86 @@
+/* Weights of the uniform cubic B-spline at the points that `depth` subdivisions put on one segment. */
+#ifndef TWEEND_SPLINE_H
+#define TWEEND_SPLINE_H
+
+#include "tweend/base.h"
+
+/* Points are computed so many at a time, or fewer. */
+enum { TW_SPLINE_LANES = 16 };
+
+/* Each array: [2^depth + 1], and TW_SPLINE_LANES - 1 more that repeat the last. */
+typedef struct tw_spline {
+  const float *point[4]; /* of control points -1, 0, 1, 2 of the segment: the refined control point */
+  const float *limit[4]; /* its limit */
+  const float *slope[3]; /* of their differences: the limit's derivative over the segment */
+} tw_spline;
+
+/* Tables for depths 0 to TW_LEVEL_MAX, made once, shared by all threads. NULL without memory. */
+const tw_spline *tw_spline_table(uint32_t depth);
+
+/* ---- rows of points ----------------------------------------------------------------------------- */
+
+/* Rows of points of regular patches: lines of bicubic B-splines, a few points at a time. */
+
+/* A rectangle of a patch's grid, bounds included. */
+typedef struct tw_patch_rect {
+  uint32_t i0, i1, j0, j1;
+} tw_patch_rect;
+
+/* points: [16] control points, rows of four along i, relative to `origin`; width: 2 to 4, the rest is 0.
+ * values, normals and derivatives, each NULL where not wanted, are as tw_patch_job has them: where those of
+ * point (i0, j0) go. step and line_step lead to the next point along i and along j, in floats. column: a
+ * single point is summed up in the order of those of its column. */
+typedef struct tw_spline_job {
+  const tw_spline *spline;
+  const float (*points)[4];
+  float origin[4];
+  uint32_t width;
+  bool limit, column;
+  tw_patch_rect rect;
+  float *values, *normals, *derivatives;
+  ptrdiff_t step, line_step;
+} tw_spline_job;
+
+/* With the best instruction set that this machine has. */
+void tw_spline_rows(const tw_spline_job *job);
+
+/* ---- for the kernels alone ------------------------------------------------------------------ */
+
+/* transposed: i and j of the patch have changed places. */
+#ifdef __x86_64__
+void tw_spline_fill_avx2(const tw_spline_job *job, bool transposed);
+#endif
+
+/* Normals of `count` points of line j one by one, by the kernels' arithmetic where that suffices. out: where
+ * that of the first goes. */
+void tw_spline_look_closer(const tw_spline_job *job, size_t first, size_t count, size_t j, bool transposed,
+                           float *out);
+
+/* ---- several patches at once -------------------------------------------------------------------- */
+
+/* The same rectangle of several regular patches at once, a patch a lane: where lines are shorter than
+ * vectors. */
+
+/* Points of width 3, and their normals next to them where these are wanted. */
+typedef struct tw_spline_batch {
+  const tw_spline *spline;
+  bool limit, normals;
+  tw_patch_rect rect;
+  ptrdiff_t step;                       /* from row to row, in floats */
+  uint32_t count;                       /* patches, TW_SPLINE_LANES at most */
+  float *rows[TW_SPLINE_LANES];         /* where the first row of each goes, all others behind it */
+  float outward[TW_SPLINE_LANES];       /* 1, or -1 where the control points are a mirror image */
+  float points[16][3][TW_SPLINE_LANES]; /* control points, in rows of four along i; unused ones are finite */
+} tw_spline_batch;
+
+/* With the best instruction set that this machine has. The bytes are those of tw_spline_rows. Returns the
+ * patches, a bit each, for whose normals float does not suffice: those that it wrote mean nothing. */
+uint32_t tw_spline_batch_rows(const tw_spline_batch *batch);
+
+/* ---- for the kernels alone ------------------------------------------------------------------ */
+
+#ifdef __x86_64__
+uint32_t tw_spline_batch_fill_avx2(const tw_spline_batch *batch);
+#endif
+
+#endif

@@ -1,0 +1,551 @@
+/* The lines of a regular patch, a few points at a time, in vectors as wide as the compiler may use: each file
+ * that includes this is compiled for another instruction set.
+ *
+ * Control points are weighted down their columns once a line, then across, component by component, and woven
+ * into rows at the end. Derivatives come from the differences of control points: those are nearly exact, and
+ * equal points give exactly 0. No product is contracted and no root approximated, and every point is computed
+ * the same way wherever it lies in a vector, so that all instruction sets give the same bytes. */
+#ifndef TWEEND_SPLINE_KERNEL_H
+#define TWEEND_SPLINE_KERNEL_H
+
+#include "bspline.h"
+#include "wide.h"
+
+enum { DERIVATIVE_SECOND = 4 };
+
+/* ---- weights -------------------------------------------------------------------------------- */
+
+/* Four lines of points weighted as at place j. Summed from both ends, so that a mirrored patch gives mirrored
+ * points to the last bit. */
+static inline __attribute__((always_inline)) void
+weigh_four(const float (*lines)[TW_LINE], const float *const table[4], size_t j, float *out) {
+  float w0 = table[0][j], w1 = table[1][j], w2 = table[2][j], w3 = table[3][j];
+  for (size_t m = 0; m < TW_LINE; m += TW_WIDE) {
+    tw_vector sum = (w0 * tw_load(lines[0] + m) + w3 * tw_load(lines[3] + m)) +
+                    (w1 * tw_load(lines[1] + m) + w2 * tw_load(lines[2] + m));
+    memcpy(out + m, &sum, sizeof sum);
+  }
+}
+
+static inline __attribute__((always_inline)) void
+weigh_three(const float (*lines)[TW_LINE], const float *const table[3], size_t j, float *out) {
+  float w0 = table[0][j], w1 = table[1][j], w2 = table[2][j];
+  for (size_t m = 0; m < TW_LINE; m += TW_WIDE) {
+    tw_vector sum = (w0 * tw_load(lines[0] + m) + w2 * tw_load(lines[2] + m)) + w1 * tw_load(lines[1] + m);
+    memcpy(out + m, &sum, sizeof sum);
+  }
+}
+
+/* Of the points from place i on. */
+static inline __attribute__((always_inline)) void load_weights(const float *const *table, size_t count,
+                                                               size_t i, tw_vector *out) {
+  for (size_t w = 0; w < count; w++) out[w] = tw_load(table[w] + i);
+}
+
+/* Component c of points by their weights. */
+static inline __attribute__((always_inline)) tw_vector across_four(const float (*columns)[TW_WIDTH_MAX],
+                                                                   size_t c, const tw_vector weights[4]) {
+  return (weights[0] * columns[0][c] + weights[3] * columns[3][c]) +
+         (weights[1] * columns[1][c] + weights[2] * columns[2][c]);
+}
+
+static inline __attribute__((always_inline)) tw_vector across_three(const float (*columns)[TW_WIDTH_MAX],
+                                                                    size_t c, const tw_vector weights[3]) {
+  return (weights[0] * columns[0][c] + weights[2] * columns[2][c]) + weights[1] * columns[1][c];
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+/* LANES points or all of a shorter line; the last block of a longer one takes in points of that before. */
+typedef struct block {
+  size_t i, count;
+  ptrdiff_t place; /* of its first point in the line */
+} block;
+
+/* A job of one kernel: a copy, which no row that is stored can be taken to change. */
+typedef struct kernel_job {
+  tw_spline_job job;
+  tw_spline spline;
+  const float *value[4]; /* weights of values */
+  size_t blocks;         /* a line */
+  size_t whole_before;   /* shorter lines below this are stored as whole blocks */
+} kernel_job;
+
+static inline __attribute__((always_inline)) kernel_job start(const tw_spline_job *job) {
+  kernel_job k = {.job = *job, .spline = *job->spline};
+  for (int w = 0; w < 4; w++) k.value[w] = job->limit ? k.spline.limit[w] : k.spline.point[w];
+  size_t points = job->rect.i1 - job->rect.i0 + 1, end = (size_t)job->rect.j1 + 1;
+  k.blocks = (points + TW_WIDE - 1) / TW_WIDE;
+  /* What runs over the end of a line is written again with the lines after it. */
+  if (points < TW_WIDE && job->line_step == job->step * (ptrdiff_t)points &&
+      (end - job->rect.j0) * points >= TW_WIDE)
+    k.whole_before = end - (TW_WIDE - 1) / points;
+  return k;
+}
+
+static inline __attribute__((always_inline)) block block_at(const kernel_job *k, size_t n, size_t j) {
+  const tw_patch_rect *rect = &k->job.rect;
+  size_t points = rect->i1 - rect->i0 + 1, first = n * TW_WIDE;
+  if (points < TW_WIDE) return (block){rect->i0, j < k->whole_before ? TW_WIDE : points, 0};
+  if (first + TW_WIDE > points) first = points - TW_WIDE;
+  return (block){rect->i0 + first, TW_WIDE, (ptrdiff_t)first};
+}
+
+static inline __attribute__((always_inline)) void value_lanes(const kernel_job *k,
+                                                              const float (*columns)[TW_WIDTH_MAX],
+                                                              size_t width, const tw_vector weights[4],
+                                                              tw_vector *out) {
+  for (size_t c = 0; c < width; c++) out[c] = k->job.origin[c] + across_four(columns, c, weights);
+}
+
+static inline __attribute__((always_inline)) void fill_values(const tw_spline_job *job, size_t width) {
+  const kernel_job k = start(job);
+  float *line = k.job.values;
+  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j++, line += k.job.line_step) {
+    float columns[4][TW_WIDTH_MAX];
+    weigh_four((const float(*)[TW_LINE])k.job.points, k.value, j, columns[0]);
+    for (size_t n = 0; n < k.blocks; n++) {
+      tw_vector weights[4], values[TW_WIDTH_MAX];
+      block b = block_at(&k, n, j);
+      load_weights(k.value, 4, b.i, weights);
+      value_lanes(&k, (const float(*)[TW_WIDTH_MAX])columns, width, weights, values);
+      tw_store_rows(values, width, b.count, line + b.place * k.job.step, k.job.step);
+    }
+  }
+}
+
+/* ---- derivatives ---------------------------------------------------------------------------- */
+
+/* Differences of neighbouring control points: along i three in each of four lines, along j four in each of
+ * three. */
+typedef struct slopes {
+  _Alignas(TW_LINE * sizeof(float)) float along[4][TW_LINE];
+  float across[3][TW_LINE];
+} slopes;
+
+static inline void find_slopes(const float (*points)[TW_WIDTH_MAX], slopes *out) {
+  static const int32_t three_fours[TW_LINE] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
+  for (size_t r = 0; r < 4; r++)
+    for (size_t m = 0; m < TW_LINE; m += TW_WIDE) {
+      const float *row = points[4 * r];
+      tw_mask kept;
+      memcpy(&kept, three_fours + m, sizeof kept);
+      tw_vector at = tw_load(row + m), next = tw_four_on(at, tw_load(row + (m + TW_WIDE) % TW_LINE)) - at;
+      tw_put_all(out->along[r] + m, (tw_vector)((tw_mask)next & kept));
+      if (r < 3) tw_put_all(out->across[r] + m, tw_load(row + TW_LINE + m) - at);
+    }
+}
+
+/* The slopes weighted down for one line. */
+typedef struct line_slopes {
+  float along[4][TW_WIDTH_MAX], across[4][TW_WIDTH_MAX];
+} line_slopes;
+
+static inline __attribute__((always_inline)) void weigh_slopes(const slopes *s, const tw_spline *spline,
+                                                               size_t j, line_slopes *out) {
+  weigh_four(s->along, spline->limit, j, out->along[0]);
+  weigh_three(s->across, spline->slope, j, out->across[0]);
+}
+
+/* Weights of slopes along a line and across it. */
+typedef struct slope_weights {
+  tw_vector along[3], across[4];
+} slope_weights;
+
+static inline __attribute__((always_inline)) void load_slope_weights(const tw_spline *spline, size_t i,
+                                                                     slope_weights *out) {
+  load_weights(spline->slope, 3, i, out->along);
+  load_weights(spline->limit, 4, i, out->across);
+}
+
+/* Tangents of points of a line. */
+static inline __attribute__((always_inline)) void tangent_lanes(const line_slopes *s, const slope_weights *w,
+                                                                size_t width, tw_vector *along,
+                                                                tw_vector *across) {
+  for (size_t c = 0; c < width; c++) {
+    along[c] = across_three((const float(*)[TW_WIDTH_MAX])s->along, c, w->along);
+    across[c] = across_four((const float(*)[TW_WIDTH_MAX])s->across, c, w->across);
+  }
+}
+
+/* transposed: the job's i is j of the patch, so that its first tangent is the patch's second. */
+static inline __attribute__((always_inline)) void fill_derivatives(const tw_spline_job *job, bool transposed,
+                                                                   size_t width) {
+  const kernel_job k = start(job);
+  slopes slopes;
+  find_slopes(k.job.points, &slopes);
+  size_t along = transposed ? DERIVATIVE_SECOND : 0;
+  float *line = k.job.derivatives;
+  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j++, line += k.job.line_step) {
+    line_slopes at_line;
+    weigh_slopes(&slopes, &k.spline, j, &at_line);
+    for (size_t n = 0; n < k.blocks; n++) {
+      slope_weights weights;
+      tw_vector tangents[2][TW_WIDTH_MAX];
+      block b = block_at(&k, n, j);
+      load_slope_weights(&k.spline, b.i, &weights);
+      tangent_lanes(&at_line, &weights, width, tangents[0], tangents[1]);
+      float *out = line + b.place * k.job.step;
+      tw_store_rows(tangents[0], width, b.count, out + along, k.job.step);
+      tw_store_rows(tangents[1], width, b.count, out + DERIVATIVE_SECOND - along, k.job.step);
+    }
+  }
+}
+
+/* ---- normals -------------------------------------------------------------------------------- */
+
+/* At least the greatest square of some lines of vectors: that of the greatest components. */
+static inline __attribute__((always_inline)) float greatest_square(const float (*lines)[TW_LINE],
+                                                                   size_t count) {
+  tw_vector most = {0};
+  for (size_t i = 0; i < count; i++)
+    for (size_t m = 0; m < TW_LINE; m += TW_WIDE) {
+      tw_vector slope = tw_load(lines[i] + m);
+      most = tw_greater(slope * slope, most);
+    }
+  tw_four greatest = tw_four_of(most, 0);
+  for (size_t m = 1; m < TW_WIDE / 4; m++) {
+    tw_four square = tw_four_of(most, m);
+    tw_four_mask more = square > greatest;
+    greatest = (tw_four)(((tw_four_mask)square & more) | ((tw_four_mask)greatest & ~more));
+  }
+  return greatest[0] + greatest[1] + greatest[2];
+}
+
+/* The least square of a cross product of the patch that needs no closer look. */
+static inline float least_square(const slopes *s) {
+  /* Tangents are convex combinations of slopes. */
+  return tw_normal_least_square(greatest_square(s->along, 4) * greatest_square(s->across, 3));
+}
+
+/* Lets the compiler keep nothing of a line in registers: there are fewer than numbers, and lines are too
+ * short to pay for filling them. */
+static inline void take_from_memory(void) {
+  __asm__ volatile("" ::: "memory");
+}
+
+/* Asks for the memory of rows `ahead` floats farther on: the processor sees those coming too late. An address
+ * beyond the end does no harm. */
+static inline __attribute__((always_inline)) void prepare_rows(const float *out, ptrdiff_t ahead,
+                                                               size_t width) {
+  enum { CACHE_LINE = 64 };
+  uintptr_t from = (uintptr_t)out + (uintptr_t)ahead * sizeof *out;
+  for (size_t at = 0; at < width * TW_WIDE * sizeof *out; at += CACHE_LINE)
+    __builtin_prefetch((const void *)(from + at), 1, 3);
+}
+
+/* Neighbouring lines, side by side: one block of each is crossed, then all of these become rows. A normal
+ * waits for its root and quotient far longer than it takes to compute, and a processor does not look ahead as
+ * far as the next ones. Besides, the weights of the block are loaded but once. */
+enum { TOGETHER = 16 };
+
+typedef struct line_group {
+  size_t j, count; /* lines from j on */
+  struct {
+    _Alignas(TW_LINE * sizeof(float)) float columns[4][TW_WIDTH_MAX];
+    line_slopes slopes;
+  } weighed[TOGETHER];
+  tw_crossed normals[TOGETHER];
+} line_group;
+
+/* One table after the other: the addresses of all their weights are more than there are registers. */
+static inline __attribute__((always_inline)) void start_group(const kernel_job *k, const slopes *s,
+                                                              bool positions, size_t j, line_group *g) {
+  size_t left = (size_t)k->job.rect.j1 + 1 - j;
+  g->j = j;
+  g->count = left < TOGETHER ? left : TOGETHER;
+  for (size_t l = 0; positions && l < g->count; l++)
+    weigh_four((const float(*)[TW_LINE])k->job.points, k->value, j + l, g->weighed[l].columns[0]);
+  for (size_t l = 0; l < g->count; l++)
+    weigh_four(s->along, k->spline.limit, j + l, g->weighed[l].slopes.along[0]);
+  for (size_t l = 0; l < g->count; l++)
+    weigh_three(s->across, k->spline.slope, j + l, g->weighed[l].slopes.across[0]);
+}
+
+/* How far ahead, in floats, those rows lie that take their turn some blocks later: in the same lines or,
+ * where these have no more, in the next group, be that of this patch or not. */
+static inline ptrdiff_t rows_ahead(const kernel_job *k, const line_group *g) {
+  enum { POINTS_AHEAD = 512 }; /* 12 KB: memory answers in time, and the first cache still holds them */
+  size_t blocks = POINTS_AHEAD / TW_WIDE / g->count;
+  return k->blocks > blocks ? (ptrdiff_t)(blocks * TW_WIDE) * k->job.step
+                            : (ptrdiff_t)g->count * k->job.line_step;
+}
+
+static inline __attribute__((always_inline)) tw_crossed
+cross_lanes(const line_slopes *s, const slope_weights *w, float least, tw_vector outward, tw_mask *sure) {
+  tw_vector along[3], across[3], zero = {0};
+  tangent_lanes(s, w, 3, along, across);
+  return tw_cross_tangents(along, across, zero + least, outward, sure);
+}
+
+/* line: where the first line's rows will go. Memory that is asked for here comes while nothing is stored. */
+static inline __attribute__((always_inline)) void cross_block(const kernel_job *k, size_t n, float least,
+                                                              bool positions, bool transposed, line_group *g,
+                                                              const float *line, tw_mask *sure) {
+  const ptrdiff_t width = positions ? 6 : 3, ahead = rows_ahead(k, g);
+  const block b = block_at(k, n, g->j);
+  slope_weights weights;
+  tw_vector zero = {0}, outward = zero + (transposed ? -1.0f : 1.0f);
+  const float *out = line + b.place * k->job.step;
+  load_slope_weights(&k->spline, b.i, &weights);
+  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
+    take_from_memory();
+    if (k->job.step == width) prepare_rows(out, ahead, (size_t)width);
+    g->normals[l] = cross_lanes(&g->weighed[l].slopes, &weights, least, outward, sure);
+  }
+}
+
+/* Points of line l of a group where wanted, and their normals. */
+static inline __attribute__((always_inline)) void row_lanes(const kernel_job *k, const line_group *g,
+                                                            size_t l, bool positions,
+                                                            const tw_vector weights[4], tw_vector *rows) {
+  if (positions) value_lanes(k, (const float(*)[TW_WIDTH_MAX])g->weighed[l].columns, 3, weights, rows);
+  tw_normalise(&g->normals[l], rows + (positions ? 3 : 0));
+}
+
+/* How many lines of a group are stored as whole blocks. */
+static inline size_t whole_lines(const kernel_job *k, const line_group *g) {
+  if (k->job.rect.i1 - k->job.rect.i0 + 1 >= TW_WIDE) return g->count;
+  size_t whole = k->whole_before > g->j ? k->whole_before - g->j : 0;
+  return whole < g->count ? whole : g->count;
+}
+
+/* line: where the first line's rows go. */
+static inline __attribute__((always_inline)) void put_block(const kernel_job *k, size_t n, bool positions,
+                                                            const line_group *g, float *line) {
+  const size_t before = positions ? 3 : 0, width = before + 3;
+  const ptrdiff_t step = k->job.step, line_step = k->job.line_step;
+  const block b = block_at(k, n, g->j);
+  const size_t packed = step == (ptrdiff_t)width ? whole_lines(k, g) : 0;
+  tw_vector weights[4], rows[TW_ROW_MAX];
+  float *out = line + b.place * step;
+  load_weights(k->value, 4, b.i, weights);
+  for (size_t l = 0; l < packed; l++, out += line_step) {
+    take_from_memory();
+    row_lanes(k, g, l, positions, weights, rows);
+    tw_store_packed(rows, width, TW_WIDE, out);
+  }
+  for (size_t l = packed; l < g->count; l++, out += line_step) {
+    row_lanes(k, g, l, positions, weights, rows);
+    tw_store_rows(rows, width, block_at(k, n, g->j + l).count, out, step);
+  }
+}
+
+/* Some normal of a group needs a closer look: finds the lines of such. */
+static void look_closer(const kernel_job *k, bool transposed, float least, const line_group *g, float *out) {
+  for (size_t l = 0; l < g->count; l++, out += k->job.line_step) {
+    tw_mask sure = tw_first_mask();
+    tw_vector zero = {0};
+    for (size_t n = 0; n < k->blocks; n++) {
+      slope_weights weights;
+      load_slope_weights(&k->spline, block_at(k, n, g->j + l).i, &weights);
+      cross_lanes(&g->weighed[l].slopes, &weights, least, zero, &sure);
+    }
+    if (!tw_all_set(sure))
+      tw_spline_look_closer(&k->job, k->job.rect.i0, k->job.rect.i1 - k->job.rect.i0 + 1, g->j + l,
+                            transposed, out);
+  }
+}
+
+/* positions: the values as well, which are those of points, and the normals stand next to them. */
+static inline __attribute__((always_inline)) void fill_normals(const tw_spline_job *job, bool positions,
+                                                               bool transposed) {
+  const kernel_job k = start(job);
+  slopes slopes;
+  find_slopes(k.job.points, &slopes);
+  float least = least_square(&slopes), *line = positions ? k.job.values : k.job.normals;
+  line_group g;
+  for (size_t j = k.job.rect.j0; j <= k.job.rect.j1; j += g.count) {
+    tw_mask sure = tw_first_mask();
+    start_group(&k, &slopes, positions, j, &g);
+    for (size_t n = 0; n < k.blocks; n++) {
+      cross_block(&k, n, least, positions, transposed, &g, line, &sure);
+      put_block(&k, n, positions, &g, line);
+    }
+    if (!tw_all_set(sure)) look_closer(&k, transposed, least, &g, line + (positions ? 3 : 0));
+    line += (ptrdiff_t)g.count * k.job.line_step;
+  }
+}
+
+/* All of a job. */
+static inline void fill_job(const tw_spline_job *job, bool transposed) {
+  if (job->values && job->normals == job->values + 3 && job->width == 3) {
+    fill_normals(job, true, transposed);
+  } else {
+    if (job->values && job->width == 3)
+      fill_values(job, 3);
+    else if (job->values && job->width == 2)
+      fill_values(job, 2);
+    else if (job->values)
+      fill_values(job, 4);
+    if (job->normals) fill_normals(job, false, transposed);
+  }
+  if (job->derivatives && job->width == 2)
+    fill_derivatives(job, transposed, 2);
+  else if (job->derivatives)
+    fill_derivatives(job, transposed, TW_WIDTH_MAX);
+}
+
+/* ---- several patches at once -------------------------------------------------------------------- */
+
+/* Rectangles of several regular patches, as many at a time as a vector has lanes, by the arithmetic of
+ * spline_kernel.h in the same order, so that a patch has the same bytes alone and among others. */
+
+/* Differences of neighbouring control points, as slopes has them of one patch. */
+typedef struct lane_slopes {
+  tw_vector along[4][3][3], across[3][4][3];
+} lane_slopes;
+
+/* Control points and slopes weighted down for one line. */
+typedef struct lane_line {
+  tw_vector columns[4][3], along[3][3], across[4][3];
+} lane_line;
+
+static inline __attribute__((always_inline)) tw_vector sum_four(const float *const table[4], size_t at,
+                                                                const tw_vector *v, size_t apart) {
+  return (table[0][at] * v[0] + table[3][at] * v[3 * apart]) +
+         (table[1][at] * v[apart] + table[2][at] * v[2 * apart]);
+}
+
+static inline __attribute__((always_inline)) tw_vector sum_three(const float *const table[3], size_t at,
+                                                                 const tw_vector *v, size_t apart) {
+  return (table[0][at] * v[0] + table[2][at] * v[2 * apart]) + table[1][at] * v[apart];
+}
+
+static inline __attribute__((always_inline)) void find_lane_slopes(tw_vector points[16][3],
+                                                                   lane_slopes *out) {
+  for (size_t r = 0; r < 4; r++)
+    for (size_t k = 0; k < 4; k++)
+      for (size_t c = 0; c < 3; c++) {
+        tw_vector point = points[4 * r + k][c];
+        if (k < 3) out->along[r][k][c] = points[4 * r + k + 1][c] - point;
+        if (r < 3) out->across[r][k][c] = points[4 * r + k + 4][c] - point;
+      }
+}
+
+static inline __attribute__((always_inline)) void
+weigh_lane_points(tw_vector points[16][3], const float *const table[4], size_t j, lane_line *out) {
+  for (size_t k = 0; k < 4; k++)
+    for (size_t c = 0; c < 3; c++) out->columns[k][c] = sum_four(table, j, &points[k][c], 12);
+}
+
+static inline __attribute__((always_inline)) void
+weigh_lane_slopes(const tw_spline *spline, const lane_slopes *s, size_t j, lane_line *out) {
+  for (size_t k = 0; k < 4; k++)
+    for (size_t c = 0; c < 3; c++) {
+      if (k < 3) out->along[k][c] = sum_four(spline->limit, j, &s->along[0][k][c], 9);
+      out->across[k][c] = sum_three(spline->slope, j, &s->across[0][k][c], 12);
+    }
+}
+
+/* As greatest_square, of the vectors in each lane. */
+static inline __attribute__((always_inline)) tw_vector greatest_lane_square(tw_vector (*v)[3], size_t count) {
+  tw_vector sum = {0};
+  for (size_t c = 0; c < 3; c++) {
+    tw_vector most = {0};
+    for (size_t i = 0; i < count; i++) most = tw_greater(v[i][c] * v[i][c], most);
+    sum += most;
+  }
+  return sum;
+}
+
+/* As tw_normal_least_square, and a little more: whatever is sure here is so alone. Tangents are convex
+ * combinations of the line's slopes. */
+static inline __attribute__((always_inline)) tw_vector least_lane_square(lane_line *line) {
+  tw_vector lengths = greatest_lane_square(line->along, 3) * greatest_lane_square(line->across, 4),
+            zero = {0};
+  return tw_greater(lengths * (1.001f * TW_NORMAL_PARALLEL), zero + TW_NORMAL_SQUARE_MIN);
+}
+
+/* Points i of a line of each patch. */
+static inline __attribute__((always_inline)) void lane_values(lane_line *line, const float *const *value,
+                                                              size_t i, tw_vector *row) {
+  for (size_t c = 0; c < 3; c++) row[c] = 0.0f + sum_four(value, i, &line->columns[0][c], 3);
+}
+
+/* Their normals; sure: as wide.h has it. */
+static inline __attribute__((always_inline)) tw_crossed lane_normals(const tw_spline *spline, lane_line *line,
+                                                                     size_t i, tw_vector least,
+                                                                     tw_vector outward, tw_mask *sure) {
+  tw_vector along[3], across[3];
+  for (size_t c = 0; c < 3; c++) {
+    along[c] = sum_three(spline->slope, i, &line->along[0][c], 3);
+    across[c] = sum_four(spline->limit, i, &line->across[0][c], 3);
+  }
+  return tw_cross_tangents(along, across, least, outward, sure);
+}
+
+static inline uint32_t bits_unset(tw_mask m, size_t count) {
+  uint32_t bits = 0;
+  for (size_t l = 0; l < count && !tw_all_set(m); l++) bits |= m[l] ? 0 : 1u << l;
+  return bits;
+}
+
+/* A row of each patch, `place` floats behind its first. */
+static inline __attribute__((always_inline)) void
+store_lanes(const tw_vector *v, size_t width, float *const *rows, size_t count, ptrdiff_t place) {
+  tw_apart a = tw_take_apart(v, width);
+  if (count < TW_WIDE) {
+    tw_apart kept = a;
+    for (size_t l = 0; l < count; l++) tw_put_one_apart(&kept, width, l, rows[l] + place);
+    return;
+  }
+  for (size_t m = 0; m < TW_WIDE / 4; m++)
+    for (size_t r = 0; r < 4; r++)
+      tw_put_row(rows[4 * m + r] + place, width, tw_four_of(a.rows[r], m), tw_four_of(a.tails[r / 2], m),
+                 r % 2);
+}
+
+/* Points of a line that are crossed before the first of them becomes a row, as the lines of a group are. */
+enum { TOGETHER_LANES = 8 };
+
+/* Patches from `first` on, one a lane; the bits of those that need a closer look. */
+static inline __attribute__((always_inline)) uint32_t fill_lanes(const tw_spline_batch *b, size_t first,
+                                                                 bool normals) {
+  /* Copies, which no row that is stored can be taken to change. */
+  const tw_spline spline = *b->spline;
+  const float *const *value = b->limit ? spline.limit : spline.point;
+  const tw_patch_rect rect = b->rect;
+  const ptrdiff_t step = b->step;
+  float *rows[TW_WIDE];
+  tw_vector points[16][3], outward = tw_load(b->outward + first);
+  memcpy(rows, b->rows + first, sizeof rows);
+  for (size_t p = 0; p < 16; p++)
+    for (size_t c = 0; c < 3; c++) points[p][c] = tw_load(b->points[p][c] + first);
+  lane_slopes slopes;
+  if (normals) find_lane_slopes(points, &slopes);
+  size_t count = b->count - first < TW_WIDE ? b->count - first : TW_WIDE;
+  ptrdiff_t place = 0;
+  tw_mask sure = tw_first_mask();
+  for (size_t j = rect.j0; j <= rect.j1; j++) {
+    lane_line line;
+    tw_vector least = {0};
+    weigh_lane_points(points, value, j, &line);
+    if (normals) {
+      weigh_lane_slopes(&spline, &slopes, j, &line);
+      least = least_lane_square(&line);
+    }
+    for (size_t i = rect.i0; i <= rect.i1; i += TOGETHER_LANES) {
+      tw_crossed crosses[TOGETHER_LANES];
+      size_t points = rect.i1 + 1 - i < TOGETHER_LANES ? rect.i1 + 1 - i : TOGETHER_LANES;
+      for (size_t p = 0; normals && p < points; p++)
+        crosses[p] = lane_normals(&spline, &line, i + p, least, outward, &sure);
+      for (size_t p = 0; p < points; p++, place += step) {
+        tw_vector row[TW_ROW_MAX];
+        lane_values(&line, value, i + p, row);
+        if (normals) tw_normalise(&crosses[p], row + 3);
+        store_lanes(row, normals ? 6 : 3, rows, count, place);
+      }
+    }
+  }
+  return bits_unset(sure, count) << first;
+}
+
+static inline __attribute__((always_inline)) uint32_t fill_batch(const tw_spline_batch *batch) {
+  uint32_t unsure = 0;
+  for (size_t first = 0; first < batch->count; first += TW_WIDE)
+    unsure |= batch->normals ? fill_lanes(batch, first, true) : fill_lanes(batch, first, false);
+  return unsure;
+}
+
+#endif
