@@ -3,6 +3,7 @@
 // usage: subdiv_bench [--only=NAME] [--json=FILE] [OBJ...]   an OBJ file joins at levels 1 to 3
 //        subdiv_bench --print-ball=N                          prints a cage of 6 N N quads as OBJ, or
 //        subdiv_bench --print-isosurface=N, --print-character=N   one of those of soups.hpp
+//        subdiv_bench --peer OBJ LEVEL    prints the seconds of OpenSubdiv with limit tangents
 #include <algorithm>
 #include <condition_variable>
 #include <cstdio>
@@ -311,6 +312,13 @@ void compare_moves(Report &report, const std::vector<Case> &cases) {
     }
 }
 
+int print_peer(const char *obj, const char *level) {
+  Soup soup = read_obj(obj);
+  Timing peer =
+      opensubdiv::subdivide(soup.mesh(), TW_CATMULL_CLARK, static_cast<unsigned>(std::atoi(level)), true);
+  return std::printf("%g %.0f%%\n", peer.median, 100 * peer.spread()) < 0;
+}
+
 int print_obj(const Soup &soup) {
   for (size_t i = 0; i < soup.points.size(); i += 3)
     std::printf("v %.9g %.9g %.9g\n", static_cast<double>(soup.points[i]),
@@ -334,6 +342,7 @@ int print_obj(const Soup &soup) {
 } // namespace
 
 int main(int argc, char **argv) {
+  if (argc == 4 && std::strcmp(argv[1], "--peer") == 0) return print_peer(argv[2], argv[3]);
   std::string only;
   const char *json = nullptr;
   std::vector<Case> cases = {{"cube", ball(1, false, false), {6, 8, 9}},
