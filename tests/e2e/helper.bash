@@ -137,7 +137,7 @@ u32() {
   done
 }
 
-# glb JSON [BIN-FILE]: a GLB on standard output. GLB_LENGTH, JSON_LENGTH and BIN_LENGTH lie on request.
+# glb JSON [BIN-FILE]: a GLB on standard output. BIN_LENGTH lies on request.
 glb() {
   local json=$1 bin=${2-} bin_size=0 size
   while ((${#json} % 4)); do json+=" "; done
@@ -148,8 +148,8 @@ glb() {
   fi
   printf glTF
   u32 2
-  u32 "${GLB_LENGTH:-$size}"
-  u32 "${JSON_LENGTH:-${#json}}"
+  u32 "$size"
+  u32 ${#json}
   printf 'JSON%s' "$json"
   if [[ -n $bin ]]; then
     u32 "${BIN_LENGTH:-$bin_size}"

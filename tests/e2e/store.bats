@@ -53,16 +53,6 @@ damaged() {
   done
 }
 
-@test "uploaded bytes lie as they are in one file whose path holds the id" {
-  gzip --stdout "$samples/octopus.obj" >octopus.obj.gz
-  http POST /v1/models --data-binary @octopus.obj.gz --header 'Content-Encoding: gzip'
-  expect 201
-  cmp "$(stored "$(value .id)")" "$samples/octopus.obj"
-  http POST /v1/models --form "file=@$samples/cube.obj"
-  expect 201
-  cmp "$(stored "$(value .id)")" "$samples/cube.obj"
-}
-
 @test "a changed, cut or emptied file is 500 for all that is asked of the model, until it is uploaded again" {
   upload "$samples/tank.json"
   file=$(stored "$id")
@@ -96,26 +86,6 @@ damaged() {
       expect 200
     done
   done
-}
-
-@test "a file that is cut while it is sent ends the answer and not the daemon" {
-  large large.obj
-  upload large.obj
-  curl --silent --output part --limit-rate 8M "$url/v1/models/$id/source" 3>&- &
-  client=$!
-  sleep 1
-  truncate --size=1000 "$(stored "$id")"
-  ended=0
-  wait "$client" || ended=$?
-  [ "$ended" = 18 ] # fewer bytes than Content-Length
-  cmp part <(head -c "$(stat -c %s part)" large.obj)
-  grep -q "model $id was changed" log
-  get "/v1/models/$id/source"
-  problem 500
-  post /v1/models large.obj
-  expect 201
-  get "/v1/models/$id/source"
-  cmp answer large.obj
 }
 
 @test "a folder that vanishes is told by /readyz, and used again when it is back" {
@@ -270,38 +240,6 @@ damaged() {
   diff before after
   get /healthz
   expect 200
-}
-
-@test "temporary files of a daemon that was killed are cleared away" {
-  stop_daemon
-  files >before
-  again
-  # Many uploads, each killed at another moment of writing.
-  for i in 1 2 3 4 5; do
-    { cat "$samples/octopus.obj"; echo "# $i"; head -c 5000000 /dev/zero | tr '\0' '\n'; } >model.obj
-    curl --silent --output /dev/null --data-binary @model.obj "$url/v1/models" 3>&- &
-    client=$!
-    sleep "0.0$i"
-    kill -KILL "$daemon"
-    wait "$daemon" || true
-    wait "$client" || true
-    again
-    # Whatever is listed is whole.
-    get '/v1/models?limit=100'
-    for id in $(value '.models[].id'); do
-      get "/v1/models/$id/source"
-      expect 200
-      [ "$(sha256sum answer | head -c 32)" = "$id" ]
-    done
-  done
-  for id in $(get '/v1/models?limit=100' && value '.models[].id'); do http DELETE "/v1/models/$id"; done
-  stop_daemon
-  # Another daemon might still write what is young.
-  find "$data/tmp" -type f -exec touch --date '2 hours ago' {} +
-  again
-  stop_daemon
-  files >after
-  diff before after
 }
 
 @test "what is in the folder and is no model is not served" {

@@ -1,4 +1,4 @@
-/* What Catmull-Clark surfaces are exactly: splines, maps and mirrors that they commute with, and normals
+/* What Catmull-Clark surfaces are exactly: splines, maps that they commute with, and normals
  * where there is no plane to be tangent to. */
 #include <math.h>
 
@@ -49,7 +49,7 @@ TEST(a_regular_grid_is_the_bicubic_b_spline_at_every_level) {
   free(c);
 }
 
-/* ---- maps and mirrors ----------------------------------------------------------------------- */
+/* ---- maps ----------------------------------------------------------------------- */
 
 static float ridge(float x, float y) {
   return 0.25f * fabsf(x - 3) + 0.125f * fabsf(y - 3);
@@ -92,39 +92,6 @@ TEST(affine_maps_commute_with_subdivision) {
     free(c);
     free(mapped);
   }
-}
-
-static int compare_points(const void *left, const void *right) {
-  const float *a = left, *b = right;
-  for (int k = 0; k < 3; k++)
-    if (a[k] < b[k] || a[k] > b[k]) return a[k] < b[k] ? -1 : 1;
-  return 0;
-}
-
-TEST(a_symmetric_grid_gives_a_surface_symmetric_to_the_last_bit) {
-  cage *c = grid(7, 7, false, ridge);
-  for (uint32_t p = 0; p < c->mesh.point_count; p++)
-    for (int k = 0; k < 2; k++) c->points[p][k] -= 3;
-  for (uint32_t level = 1; level <= 5; level++) {
-    rows r = read_rows(&c->mesh, (tw_surface_options){.level = level});
-    for (int axis = 0; axis < 2; axis++) {
-      float(*points)[3] = malloc(r.count * sizeof *points), (*mirrored)[3] = malloc(r.count * sizeof *points);
-      assert_non_null(points);
-      assert_non_null(mirrored);
-      for (size_t i = 0; i < r.count; i++) {
-        memcpy(points[i], row_of(&r, i), sizeof *points);
-        memcpy(mirrored[i], row_of(&r, i), sizeof *points);
-        mirrored[i][axis] = -mirrored[i][axis];
-      }
-      qsort(points, r.count, sizeof *points, compare_points);
-      qsort(mirrored, r.count, sizeof *points, compare_points);
-      for (size_t i = 0; i < r.count; i++) assert_int_equal(compare_points(points[i], mirrored[i]), 0);
-      free(points);
-      free(mirrored);
-    }
-    free_rows(&r);
-  }
-  free(c);
 }
 
 /* ---- normals -------------------------------------------------------------------------------- */

@@ -71,17 +71,6 @@ static void assert_counts(const tw_mesh *mesh, tw_surface_options options, uint6
   assert_int_equal(counts.faces, f);
 }
 
-static double radius_of_first_corner(uint32_t level, bool limit) {
-  tw_mesh mesh = cube();
-  size_t count;
-  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .limit = limit});
-  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
-  double radius = sqrt((double)rows[0] * rows[0] + (double)rows[1] * rows[1] + (double)rows[2] * rows[2]);
-  free(rows);
-  tw_surface_destroy(surface);
-  return radius;
-}
-
 /* ---- bad input ------------------------------------------------------------------------------ */
 
 TEST(loop_refuses_a_quad_and_names_the_face) {
@@ -169,73 +158,10 @@ TEST(cube_corner_moves_to_five_ninths) {
   tw_surface_destroy(surface);
 }
 
-TEST(cube_approaches_its_limit_monotonically) {
-  double before = radius_of_first_corner(0, false), limit = radius_of_first_corner(0, true);
-  for (uint32_t level = 1; level <= 7; level++) {
-    double radius = radius_of_first_corner(level, false);
-    assert_true(radius <= before && radius >= limit - 1e-6);
-    assert_float_equal(radius_of_first_corner(level, true), limit, 1e-6);
-    before = radius;
-  }
-  assert_float_equal(before, limit, 1e-4);
-}
-
 /* ---- invariants ----------------------------------------------------------------------------- */
 
 static float saddle(float x, float y) {
   return 0.2f * (x - 3) * (y - 2);
-}
-
-TEST(the_same_bytes_come_whatever_the_blocks) {
-  tw_mesh mesh = grid(7, 6, saddle);
-  static const uint32_t creases[4] = {8, 9, 9, 16};
-  static const float sharpness[2] = {1.5f, 10};
-  mesh.crease_count = 2;
-  mesh.crease_edges = creases;
-  mesh.crease_sharpness = sharpness;
-  const float *straight = mesh.positions;
-  float collapsed[42][3]; /* from the third row on in some columns: patches without normals */
-  memcpy(collapsed, mesh.positions, sizeof collapsed);
-  for (size_t k = 14; k < 42; k++)
-    if (k % 7 < 5) memcpy(collapsed[k], collapsed[14], sizeof collapsed[k]);
-  for (uint32_t n = 0; n <= 11; n++) {
-    uint32_t level = n / 2;
-    mesh.positions = n % 2 == 1 ? collapsed[0] : straight;
-    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level, .normals = true});
-    size_t count, stride = tw_surface_get_layout(surface)->stride;
-    float *whole = rows_of(surface, TW_DOMAIN_VERTICES, &count), block[97 * 8];
-    tw_surface_reader *reader = tw_surface_reader_create(surface);
-    for (size_t first = 0, step = 1; first < count; first += step, step = step % 97 + 1) {
-      size_t taken = first + step > count ? count - first : step;
-      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, first, taken, block);
-      assert_memory_equal(block, whole + first * stride, taken * stride * sizeof *block);
-    }
-    tw_surface_reader_destroy(reader);
-    free(whole);
-    tw_surface_destroy(surface);
-  }
-}
-
-TEST(the_same_faces_come_whatever_the_blocks) {
-  tw_mesh mesh = grid(4, 3, saddle);
-  for (uint32_t level = 1; level <= 5; level++) {
-    tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = level});
-    size_t count = (size_t)tw_surface_get_counts(surface)->faces;
-    uint32_t *whole = malloc(4 * count * sizeof *whole), block[4 * 97];
-    tw_surface_reader *reader = tw_surface_reader_create(surface);
-    assert_true(whole && reader);
-    assert_int_equal(tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, count, NULL, whole), 4 * count);
-    for (size_t step = 1; step <= 97; step += step / 4 + 1)
-      for (size_t first = 0; first < count; first += step) {
-        size_t taken = first + step > count ? count - first : step;
-        size_t written = tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, first, taken, NULL, block);
-        assert_int_equal(written, 4 * taken);
-        assert_memory_equal(block, whole + 4 * first, 4 * taken * sizeof *block);
-      }
-    tw_surface_reader_destroy(reader);
-    free(whole);
-    tw_surface_destroy(surface);
-  }
 }
 
 /* Two octahedra: in each, opposite points of the ring meet, so that tangents at the tips are parallel. */
@@ -343,24 +269,6 @@ TEST(scaling_by_two_scales_the_surface_exactly) {
   free(b);
   tw_surface_destroy(one);
   tw_surface_destroy(two);
-}
-
-TEST(a_grid_is_the_bicubic_b_spline) {
-  tw_mesh mesh = grid(8, 8, saddle);
-  tw_surface *surface = surface_of(&mesh, (tw_surface_options){.level = 5, .limit = true});
-  size_t count;
-  float *rows = rows_of(surface, TW_DOMAIN_POINTS, &count);
-  /* A B-spline reproduces bilinear functions: away from the border z = saddle(x, y) everywhere. */
-  size_t inner = 0;
-  for (size_t i = 0; i < count; i++) {
-    const float *p = rows + 3 * i;
-    if (p[0] < 0.999f || p[0] > 6.001f || p[1] < 0.999f || p[1] > 6.001f) continue;
-    assert_float_equal(p[2], saddle(p[0], p[1]), 1e-5);
-    inner++;
-  }
-  assert_true(inner >= 161 * 161);
-  free(rows);
-  tw_surface_destroy(surface);
 }
 
 TEST(a_face_inside_an_infinite_crease_stays_flat_and_sharp) {
