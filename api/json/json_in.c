@@ -18,6 +18,7 @@ typedef struct name {
 /* The names of one kind of thing, to find them by. One without a name is called kind_index. */
 typedef struct names {
   const char *kind; /* "node" */
+  tw_arena *arena;  /* of what follows */
   uint32_t count, sorted_count;
   const char **texts; /* [count], NULL where there is none */
   name *sorted;       /* [sorted_count] those that are there */
@@ -31,29 +32,26 @@ static int compare_names(const void *a, const void *b) {
 }
 
 /* Whatever else is wrong with an element is for its own reader to say. */
-static tw_status note_name(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                           uint32_t index) {
+static tw_status note_name(void *context, const api_value *object) {
   names *out = context;
-  (void)at;
-  const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object, "name"));
+  const char *text = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(object->item, "name"));
   if (!text || !text[0]) return TW_OK;
-  const char *copy = tw_arena_text(json->arena, text, strlen(text));
-  if (!copy) return api_json_no_memory(json);
-  out->texts[index] = copy;
+  const char *copy = tw_arena_text(out->arena, text, strlen(text));
+  if (!copy) return api_json_no_memory(object->json);
+  out->texts[object->at.index] = copy;
   out->sorted_count++;
   return TW_OK;
 }
 
-/* json: with an arena for the names alone. */
-static tw_status read_names(const api_json *json, const api_place *at, const cJSON *array, uint32_t count,
-                            const char *kind, names *out) {
-  *out = (names){.kind = kind, .count = count};
-  out->texts = tw_arena_alloc(json->arena, count, sizeof *out->texts);
-  if (!out->texts) return api_json_no_memory(json);
-  tw_status status = api_json_each(json, at, array, note_name, out);
+static tw_status read_names(const api_value *array, uint32_t count, const char *kind, tw_arena *arena,
+                            names *out) {
+  *out = (names){.kind = kind, .arena = arena, .count = count};
+  out->texts = tw_arena_alloc(arena, count, sizeof *out->texts);
+  if (!out->texts) return api_json_no_memory(array->json);
+  tw_status status = api_json_each(array, note_name, out);
   if (status != TW_OK) return status;
-  out->sorted = tw_arena_alloc(json->arena, out->sorted_count, sizeof *out->sorted);
-  if (!out->sorted) return api_json_no_memory(json);
+  out->sorted = tw_arena_alloc(arena, out->sorted_count, sizeof *out->sorted);
+  if (!out->sorted) return api_json_no_memory(array->json);
   uint32_t next = 0;
   for (uint32_t i = 0; i < count; i++)
     if (out->texts[i]) out->sorted[next++] = (name){out->texts[i], i};
@@ -72,11 +70,11 @@ static uint32_t find_nameless(const names *all, const char *text) {
   return strcmp(made_up, text) == 0 ? (uint32_t)index : TW_NO_INDEX;
 }
 
-/* Reads a name that refers to one of `all`. O(log n). */
-static tw_status read_reference(const api_json *json, const api_place *at, const cJSON *item,
-                                const names *all, uint32_t *out) {
-  const char *text = cJSON_GetStringValue(item);
-  if (!text) return api_json_fail(json, at, TW_SYNTAX, "the name of a %s is expected", all->kind);
+/* Reads a name that refers to one of `all`; one that is not there leaves *out alone. O(log n). */
+static tw_status read_reference(const api_value *value, const names *all, uint32_t *out) {
+  if (!value->item) return TW_OK;
+  const char *text = cJSON_GetStringValue(value->item);
+  if (!text) return api_json_fail(value, TW_SYNTAX, "the name of a %s is expected", all->kind);
   uint32_t low = 0, high = all->sorted_count;
   while (low < high) {
     uint32_t middle = low + (high - low) / 2;
@@ -88,9 +86,9 @@ static tw_status read_reference(const api_json *json, const api_place *at, const
   uint32_t nameless = find_nameless(all, text), end = low;
   while (end < all->sorted_count && end < low + 2 && strcmp(all->sorted[end].text, text) == 0) end++;
   uint32_t found = end - low + (nameless != TW_NO_INDEX);
-  if (found == 0) return api_json_fail(json, at, TW_INVALID, "no %s is called \"%.60s\"", all->kind, text);
+  if (found == 0) return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"", all->kind, text);
   if (found > 1)
-    return api_json_fail(json, at, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
+    return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
   *out = nameless != TW_NO_INDEX ? nameless : all->sorted[low].index;
   return TW_OK;
 }
@@ -111,13 +109,6 @@ enum {
 static const char *const mesh_members[] = {"name",    "positions", "faces", "uvs", "face_uvs",
                                            "creases", "corners",   "holes", NULL};
 
-/* The members of the mesh under way. */
-typedef struct mesh_source {
-  const api_json *json;
-  const cJSON *values[MESH_MEMBERS];
-  api_place places[MESH_MEMBERS];
-} mesh_source;
-
 /* [count] elements in the arena; NULL for none and without memory, which *status tells apart. */
 static void *allocate(const api_json *json, size_t count, size_t size, tw_status *status) {
   if (*status != TW_OK || count == 0) return NULL;
@@ -126,63 +117,62 @@ static void *allocate(const api_json *json, size_t count, size_t size, tw_status
   return memory;
 }
 
-static tw_status read_points(const mesh_source *source, int member, uint32_t width, uint32_t *count,
-                             float **out) {
-  const api_json *json = source->json;
-  const api_place *at = &source->places[member];
-  tw_status status = api_json_array(json, at, source->values[member], count);
-  *out = allocate(json, *count, width * sizeof **out, &status);
-  return *out ? api_json_float_rows(json, at, source->values[member], width, width, *out) : status;
+static tw_status read_points(const api_value *array, uint32_t width, uint32_t *count, float **out) {
+  tw_status status = api_json_count(array, UINT32_MAX, count);
+  *out = allocate(array->json, *count, width * sizeof **out, &status);
+  return *out ? api_json_float_rows(array, width, width, *out) : status;
 }
 
 /* Reads [[i, j, …], …] into offsets [count + 1] and indices. */
-static tw_status read_polygons(const mesh_source *source, int member, uint32_t *count, uint32_t **offsets,
+static tw_status read_polygons(const api_value *array, uint32_t *count, uint32_t **offsets,
                                uint32_t **indices) {
-  const api_json *json = source->json;
-  const api_place *at = &source->places[member];
-  const cJSON *array = source->values[member];
-  tw_status status = api_json_array(json, at, array, count);
-  *offsets = allocate(json, (size_t)*count + 1, sizeof **offsets, &status);
-  if (status == TW_OK) status = api_json_index_offsets(json, at, array, *offsets);
-  *indices = status == TW_OK ? allocate(json, (*offsets)[*count], sizeof **indices, &status) : NULL;
-  return *indices ? api_json_index_rows(json, at, array, *indices) : status;
+  tw_status status = api_json_count(array, UINT32_MAX, count);
+  *offsets = allocate(array->json, (size_t)*count + 1, sizeof **offsets, &status);
+  if (status == TW_OK) status = api_json_index_offsets(array, *offsets);
+  *indices = status == TW_OK ? allocate(array->json, (*offsets)[*count], sizeof **indices, &status) : NULL;
+  return *indices ? api_json_index_rows(array, *indices) : status;
+}
+
+/* The corners' UVs: as many for each face as it has corners. */
+static tw_status read_face_uvs(const api_value *array, const tw_mesh *mesh, uint32_t **corners) {
+  uint32_t face_count, *offsets;
+  tw_status status = read_polygons(array, &face_count, &offsets, corners);
+  if (status != TW_OK) return status;
+  if (face_count != mesh->face_count)
+    return api_json_fail(array, TW_INVALID, "%u faces have UVs, and there are %u", face_count,
+                         mesh->face_count);
+  for (uint32_t i = 0; i < face_count; i++) {
+    if (offsets[i + 1] == mesh->face_offsets[i + 1]) continue;
+    const api_value face = {array->json, NULL, {&array->at, NULL, i}};
+    return api_json_fail(&face, TW_INVALID, "the face has another number of corners");
+  }
+  return TW_OK;
 }
 
 /* UVs, v down as in glTF, become the mesh's, v up. Without face_uvs each point has its own. */
-static tw_status read_uvs(const mesh_source *source, tw_mesh *mesh) {
-  const api_json *json = source->json;
-  uint32_t value_count, face_count;
-  uint32_t *offsets, *corners = (uint32_t *)mesh->corners;
+static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
+  const api_value *array = &members[MESH_UVS];
+  uint32_t value_count, *corners = (uint32_t *)mesh->corners;
   float *values;
-  tw_status status = read_points(source, MESH_UVS, 2, &value_count, &values);
+  tw_status status = read_points(array, 2, &value_count, &values);
   if (status != TW_OK) return status;
   for (uint32_t i = 0; i < value_count; i++) values[2 * (size_t)i + 1] = 1 - values[2 * (size_t)i + 1];
-  if (source->values[MESH_FACE_UVS]) {
-    status = read_polygons(source, MESH_FACE_UVS, &face_count, &offsets, &corners);
-    if (status != TW_OK) return status;
-    if (face_count != mesh->face_count)
-      return api_json_fail(json, &source->places[MESH_FACE_UVS], TW_INVALID,
-                           "%u faces have UVs, and there are %u", face_count, mesh->face_count);
-    for (uint32_t i = 0; i < face_count; i++) {
-      if (offsets[i + 1] == mesh->face_offsets[i + 1]) continue;
-      api_place place = {&source->places[MESH_FACE_UVS], NULL, i};
-      return api_json_fail(json, &place, TW_INVALID, "the face has another number of corners");
-    }
-  } else if (value_count != mesh->point_count) {
-    return api_json_fail(json, &source->places[MESH_UVS], TW_INVALID,
-                         "without face_uvs there must be as many UVs as positions, not %u for %u",
-                         value_count, mesh->point_count);
-  }
+  if (members[MESH_FACE_UVS].item)
+    status = read_face_uvs(&members[MESH_FACE_UVS], mesh, &corners);
+  else if (value_count != mesh->point_count)
+    status = api_json_fail(array, TW_INVALID,
+                           "without face_uvs there must be as many UVs as positions, not %u for %u",
+                           value_count, mesh->point_count);
+  if (status != TW_OK) return status;
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){value_count, values, corners};
   return TW_OK;
 }
 
 /* Sharpness beyond infinite is infinite. */
-static tw_status read_sharpness(const api_json *json, const api_place *at, const cJSON *item, float *out) {
-  api_place place = {at, "sharpness", 0};
-  tw_status status = api_json_float(json, &place, item, out);
-  if (status == TW_OK && *out < 0) return api_json_fail(json, &place, TW_INVALID, "sharpness is 0 or more");
+static tw_status read_sharpness(const api_value *value, float *out) {
+  tw_status status = api_json_float(value, out);
+  if (status == TW_OK && *out < 0) return api_json_fail(value, TW_INVALID, "sharpness is 0 or more");
   if (status == TW_OK && *out > TW_SHARPNESS_INFINITE) *out = TW_SHARPNESS_INFINITE;
   return status;
 }
@@ -193,61 +183,53 @@ typedef struct tag_list {
   float *sharpness;
 } tag_list;
 
-static tw_status read_crease(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                             uint32_t index) {
+static tw_status read_crease(void *context, const api_value *object) {
   static const char *const names[] = {"edge", "sharpness", NULL};
   const tag_list *out = context;
-  const cJSON *values[2];
-  api_place edge_place = {at, "edge", 0};
-  uint32_t ends;
-  tw_status status = api_json_members(json, at, object, names, values);
-  if (status == TW_OK) status = api_json_array(json, &edge_place, values[0], &ends);
+  uint32_t ends, index = object->at.index;
+  api_value values[2];
+  tw_status status = api_json_members(object, names, values);
+  if (status == TW_OK) status = api_json_count(&values[0], UINT32_MAX, &ends);
   if (status == TW_OK && ends != 2)
-    status = api_json_fail(json, &edge_place, TW_SYNTAX, "the two points of an edge are expected");
-  if (status == TW_OK)
-    status = api_json_index_list(json, &edge_place, values[0], out->points + 2 * (size_t)index);
-  return status == TW_OK ? read_sharpness(json, at, values[1], out->sharpness + index) : status;
+    status = api_json_fail(&values[0], TW_SYNTAX, "the two points of an edge are expected");
+  if (status == TW_OK) status = api_json_index_list(&values[0], out->points + 2 * (size_t)index);
+  return status == TW_OK ? read_sharpness(&values[1], out->sharpness + index) : status;
 }
 
-static tw_status read_corner(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                             uint32_t index) {
+static tw_status read_corner(void *context, const api_value *object) {
   static const char *const names[] = {"vertex", "sharpness", NULL};
   const tag_list *out = context;
-  const cJSON *values[2];
-  api_place place = {at, "vertex", 0};
-  tw_status status = api_json_members(json, at, object, names, values);
-  if (status == TW_OK) status = api_json_index(json, &place, values[0], out->points + index);
-  return status == TW_OK ? read_sharpness(json, at, values[1], out->sharpness + index) : status;
+  uint32_t index = object->at.index;
+  api_value values[2];
+  tw_status status = api_json_members(object, names, values);
+  if (status == TW_OK) status = api_json_index(&values[0], out->points + index);
+  return status == TW_OK ? read_sharpness(&values[1], out->sharpness + index) : status;
 }
 
-static tw_status read_tags(const mesh_source *source, int member, uint32_t width, api_json_reader *read,
-                           uint32_t *count, tag_list *out) {
-  const api_json *json = source->json;
-  const api_place *at = &source->places[member];
-  tw_status status = api_json_array(json, at, source->values[member], count);
-  out->points = allocate(json, *count, width * sizeof *out->points, &status);
-  out->sharpness = allocate(json, *count, sizeof *out->sharpness, &status);
-  return out->sharpness ? api_json_each(json, at, source->values[member], read, out) : status;
+static tw_status read_tags(const api_value *array, uint32_t width, api_json_reader *read, uint32_t *count,
+                           tag_list *out) {
+  tw_status status = api_json_count(array, UINT32_MAX, count);
+  out->points = allocate(array->json, *count, width * sizeof *out->points, &status);
+  out->sharpness = allocate(array->json, *count, sizeof *out->sharpness, &status);
+  return out->sharpness ? api_json_each(array, read, out) : status;
 }
 
-static tw_status read_holes(const mesh_source *source, tw_mesh *mesh) {
-  const api_json *json = source->json;
-  const api_place *at = &source->places[MESH_HOLES];
-  tw_status status = api_json_array(json, at, source->values[MESH_HOLES], &mesh->hole_count);
-  uint32_t *holes = allocate(json, mesh->hole_count, sizeof *holes, &status);
+static tw_status read_holes(const api_value *array, tw_mesh *mesh) {
+  tw_status status = api_json_count(array, UINT32_MAX, &mesh->hole_count);
+  uint32_t *holes = allocate(array->json, mesh->hole_count, sizeof *holes, &status);
   mesh->holes = holes;
-  return holes ? api_json_index_list(json, at, source->values[MESH_HOLES], holes) : status;
+  return holes ? api_json_index_list(array, holes) : status;
 }
 
-static tw_status read_topology(const mesh_source *source, tw_mesh *mesh) {
+static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   static const uint32_t no_offsets[1] = {0};
   float *positions;
   uint32_t *offsets, *corners;
-  tw_status status = read_points(source, MESH_POSITIONS, 3, &mesh->point_count, &positions);
+  tw_status status = read_points(&members[MESH_POSITIONS], 3, &mesh->point_count, &positions);
   mesh->positions = positions;
   mesh->face_offsets = no_offsets;
-  if (status != TW_OK || !source->values[MESH_FACES]) return status;
-  status = read_polygons(source, MESH_FACES, &mesh->face_count, &offsets, &corners);
+  if (status != TW_OK || !members[MESH_FACES].item) return status;
+  status = read_polygons(&members[MESH_FACES], &mesh->face_count, &offsets, &corners);
   if (status != TW_OK) return status;
   mesh->face_offsets = offsets;
   mesh->corners = corners;
@@ -255,28 +237,25 @@ static tw_status read_topology(const mesh_source *source, tw_mesh *mesh) {
   return TW_OK;
 }
 
-static tw_status read_mesh(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                           uint32_t index) {
-  tw_mesh *mesh = &((tw_model *)context)->meshes[index];
-  mesh_source source = {.json = json};
+static tw_status read_mesh(void *context, const api_value *object) {
+  tw_mesh *mesh = &((tw_model *)context)->meshes[object->at.index];
+  api_value members[MESH_MEMBERS];
   tag_list creases = {0}, corners = {0};
   tw_mesh_init(mesh);
-  tw_status status = api_json_members(json, at, object, mesh_members, source.values);
-  for (int i = 0; i < MESH_MEMBERS; i++) source.places[i] = (api_place){at, mesh_members[i], 0};
+  tw_status status = api_json_members(object, mesh_members, members);
+  if (status == TW_OK) status = api_json_text(&members[MESH_NAME], &mesh->name);
+  if (status == TW_OK) status = read_topology(members, mesh);
+  if (status == TW_OK && (members[MESH_UVS].item || members[MESH_FACE_UVS].item))
+    status = read_uvs(members, mesh);
   if (status == TW_OK)
-    status = api_json_text(json, &source.places[MESH_NAME], source.values[MESH_NAME], &mesh->name);
-  if (status == TW_OK) status = read_topology(&source, mesh);
-  bool has_uvs = source.values[MESH_UVS] || source.values[MESH_FACE_UVS];
-  if (status == TW_OK && has_uvs) status = read_uvs(&source, mesh);
+    status = read_tags(&members[MESH_CREASES], 2, read_crease, &mesh->crease_count, &creases);
   if (status == TW_OK)
-    status = read_tags(&source, MESH_CREASES, 2, read_crease, &mesh->crease_count, &creases);
-  if (status == TW_OK)
-    status = read_tags(&source, MESH_CORNERS, 1, read_corner, &mesh->sharp_point_count, &corners);
+    status = read_tags(&members[MESH_CORNERS], 1, read_corner, &mesh->sharp_point_count, &corners);
   mesh->crease_edges = creases.points;
   mesh->crease_sharpness = creases.sharpness;
   mesh->sharp_points = corners.points;
   mesh->point_sharpness = corners.sharpness;
-  return status == TW_OK ? read_holes(&source, mesh) : status;
+  return status == TW_OK ? read_holes(&members[MESH_HOLES], mesh) : status;
 }
 
 /* ---- clips ----------------------------------------------------------------------------------- */
@@ -302,114 +281,93 @@ static const char *const track_members[] = {
 
 static const double DEGREES = 57.295779513082320877; /* in a radian */
 
-/* The track_members of the track under way. */
-typedef struct track_source {
-  const api_json *json;
-  const api_place *at;
-  const cJSON *values[TRACK_MEMBERS];
-  api_place places[TRACK_MEMBERS];
-} track_source;
-
-static tw_status fail_at(const track_source *source, int member, tw_status status, const char *detail) {
-  return api_json_fail(source->json, &source->places[member], status, "%s", detail);
-}
-
-static tw_status read_interpolation(const track_source *source, tw_track_keys *track) {
+/* values: [TRACK_MEMBERS], as all of these take them. */
+static tw_status read_interpolation(const api_value *values, tw_track_keys *track) {
   /* slerp is glTF's LINEAR by its own name. */
   enum { SLERP = TW_EULER + 1 };
   static const char *const choices[] = {"step",  "linear", "cubicspline", "nlerp",
                                         "squad", "euler",  "slerp",       NULL};
   int choice = TW_LINEAR;
-  tw_status status = api_json_choice(source->json, &source->places[TRACK_INTERPOLATION],
-                                     source->values[TRACK_INTERPOLATION], choices, &choice);
+  tw_status status = api_json_choice(&values[TRACK_INTERPOLATION], choices, &choice);
   if (status != TW_OK) return status;
   bool for_all = choice == TW_STEP || choice == TW_LINEAR || choice == TW_CUBICSPLINE;
   if (track->path != TW_ROTATION && !for_all)
-    return fail_at(source, TRACK_INTERPOLATION, TW_INVALID, "this interpolation is for rotations");
+    return api_json_fail(&values[TRACK_INTERPOLATION], TW_INVALID, "this interpolation is for rotations");
   track->interpolation = choice == SLERP ? TW_LINEAR : (tw_interpolation)choice;
   return TW_OK;
 }
 
 /* The one member that holds the keys. */
-static tw_status find_keys(const track_source *source, const tw_track_keys *track, int *member) {
+static tw_status find_keys(const api_value *object, const api_value *values, const tw_track_keys *track,
+                           int *member) {
   static const int forms[] = {TRACK_QUATERNIONS, TRACK_EULERS, TRACK_AXIS_ANGLES, TRACK_VALUES};
   *member = -1;
   for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
-    if (!source->values[forms[i]]) continue;
+    if (!values[forms[i]].item) continue;
     if (*member >= 0)
-      return api_json_fail(source->json, &source->places[forms[i]], TW_SYNTAX,
-                           "the keys are given as %s already", track_members[*member]);
+      return api_json_fail(&values[forms[i]], TW_SYNTAX, "the keys are given as %s already",
+                           track_members[*member]);
     *member = forms[i];
   }
   bool is_rotation = track->path == TW_ROTATION;
   if (*member < 0)
-    return api_json_fail(source->json, source->at, TW_SYNTAX, "the track has no %s",
+    return api_json_fail(object, TW_SYNTAX, "the track has no %s",
                          is_rotation ? "quaternions, eulers or axis_angles" : "values");
   if (is_rotation == (*member == TRACK_VALUES))
-    return fail_at(source, *member, TW_SYNTAX,
-                   is_rotation ? "a rotation's keys are quaternions, eulers or axis_angles"
-                               : "only rotations have such keys");
+    return api_json_fail(&values[*member], TW_SYNTAX,
+                         is_rotation ? "a rotation's keys are quaternions, eulers or axis_angles"
+                                     : "only rotations have such keys");
   return TW_OK;
 }
 
-static tw_status read_times(const track_source *source, tw_track_keys *track) {
-  const api_json *json = source->json;
-  const cJSON *array = source->values[TRACK_TIMES];
-  if (!array) return api_json_fail(json, source->at, TW_SYNTAX, "the track has no times");
-  tw_status status = api_json_array(json, &source->places[TRACK_TIMES], array, &track->key_count);
+static tw_status read_times(const api_value *object, const api_value *array, tw_track_keys *track) {
+  if (!array->item) return api_json_fail(object, TW_SYNTAX, "the track has no times");
+  tw_status status = api_json_count(array, UINT32_MAX, &track->key_count);
   if (status != TW_OK) return status;
-  if (track->key_count == 0) return fail_at(source, TRACK_TIMES, TW_INVALID, "a track needs a key");
-  float *times = allocate(json, track->key_count, sizeof *times, &status);
+  if (track->key_count == 0) return api_json_fail(array, TW_INVALID, "a track needs a key");
+  float *times = allocate(array->json, track->key_count, sizeof *times, &status);
   track->times = times;
-  return times ? api_json_float_list(json, &source->places[TRACK_TIMES], array, times) : status;
+  return times ? api_json_float_list(array, times) : status;
 }
 
 /* There is an array of a row a key. */
-static tw_status check_rows(const track_source *source, int member, const tw_track_keys *track) {
+static tw_status check_rows(const api_value *object, const api_value *array, const tw_track_keys *track) {
   uint32_t count;
-  if (!source->values[member])
-    return api_json_fail(source->json, source->at, TW_SYNTAX, "the track has no %s", track_members[member]);
-  tw_status status = api_json_array(source->json, &source->places[member], source->values[member], &count);
+  if (!array->item) return api_json_fail(object, TW_SYNTAX, "the track has no %s", array->at.name);
+  tw_status status = api_json_count(array, UINT32_MAX, &count);
   if (status != TW_OK || count == track->key_count) return status;
-  return api_json_fail(source->json, &source->places[member], TW_INVALID, "%u keys for %u times", count,
-                       track->key_count);
+  return api_json_fail(array, TW_INVALID, "%u keys for %u times", count, track->key_count);
 }
 
 /* Values; with both tangents as glTF interleaves them, in-tangent, value, out-tangent. */
-static tw_status read_values(const track_source *source, int member, tw_track_keys *track) {
-  const int parts[] = {TRACK_IN_TANGENTS, member, TRACK_OUT_TANGENTS};
+static tw_status read_values(const api_value *object, const api_value *values, int member,
+                             tw_track_keys *track) {
+  const api_value *const parts[] = {&values[TRACK_IN_TANGENTS], &values[member], &values[TRACK_OUT_TANGENTS]};
   bool is_spline = track->interpolation == TW_CUBICSPLINE;
   for (int i = 0; i < 3; i += 2)
-    if (!is_spline && source->values[parts[i]])
-      return fail_at(source, parts[i], TW_SYNTAX, "tangents are for cubicspline");
+    if (!is_spline && parts[i]->item)
+      return api_json_fail(parts[i], TW_SYNTAX, "tangents are for cubicspline");
   size_t first = is_spline ? 0 : 1, count = is_spline ? 3 : 1, stride = count * track->width;
   tw_status status = TW_OK;
-  for (size_t i = 0; i < count && status == TW_OK; i++) status = check_rows(source, parts[first + i], track);
-  float *values = allocate(source->json, track->key_count, stride * sizeof *values, &status);
-  for (size_t i = 0; i < count && status == TW_OK; i++) {
-    int part = parts[first + i];
-    status = api_json_float_rows(source->json, &source->places[part], source->values[part], track->width,
-                                 stride, values + i * track->width);
-  }
-  track->values = values;
+  for (size_t i = 0; i < count && status == TW_OK; i++) status = check_rows(object, parts[first + i], track);
+  float *out = allocate(object->json, track->key_count, stride * sizeof *out, &status);
+  for (size_t i = 0; i < count && status == TW_OK; i++)
+    status = api_json_float_rows(parts[first + i], track->width, stride, out + i * track->width);
+  track->values = out;
   return status;
 }
 
 /* Euler triples or axis-angle keys, in radians. */
-static tw_status read_angles(const track_source *source, int member, tw_track_keys *track) {
+static tw_status read_angles(const api_value *object, const api_value *values, int member,
+                             tw_track_keys *track) {
   static const char *const orders[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", NULL};
   static const char *const units[] = {"radians", "degrees", NULL};
-  const api_json *json = source->json;
   int order = TW_XYZ, unit = 0;
-  tw_status status =
-      api_json_choice(json, &source->places[TRACK_ORDER], source->values[TRACK_ORDER], orders, &order);
-  if (status == TW_OK)
-    status = api_json_choice(json, &source->places[TRACK_UNIT], source->values[TRACK_UNIT], units, &unit);
-  if (status == TW_OK) status = check_rows(source, member, track);
-  double *angles = allocate(json, track->key_count, track->width * sizeof *angles, &status);
-  if (status == TW_OK)
-    status =
-        api_json_double_rows(json, &source->places[member], source->values[member], track->width, angles);
+  tw_status status = api_json_choice(&values[TRACK_ORDER], orders, &order);
+  if (status == TW_OK) status = api_json_choice(&values[TRACK_UNIT], units, &unit);
+  if (status == TW_OK) status = check_rows(object, &values[member], track);
+  double *angles = allocate(object->json, track->key_count, track->width * sizeof *angles, &status);
+  if (status == TW_OK) status = api_json_double_rows(&values[member], track->width, angles);
   if (status != TW_OK) return status;
   size_t first_angle = member == TRACK_EULERS ? 0 : 3;
   for (size_t i = 0; unit == 1 && i < (size_t)track->key_count * track->width; i++)
@@ -419,23 +377,23 @@ static tw_status read_angles(const track_source *source, int member, tw_track_ke
   return TW_OK;
 }
 
-static tw_status read_keys(const track_source *source, tw_track_keys *track) {
+static tw_status read_keys(const api_value *object, const api_value *values, tw_track_keys *track) {
   int member;
-  tw_status status = find_keys(source, track, &member);
+  tw_status status = find_keys(object, values, track, &member);
   if (status != TW_OK) return status;
   bool is_angles = member == TRACK_EULERS || member == TRACK_AXIS_ANGLES;
-  if (source->values[TRACK_ORDER] && member != TRACK_EULERS)
-    return fail_at(source, TRACK_ORDER, TW_SYNTAX, "order is for eulers");
-  if (source->values[TRACK_UNIT] && !is_angles)
-    return fail_at(source, TRACK_UNIT, TW_SYNTAX, "unit is for eulers and axis_angles");
+  if (values[TRACK_ORDER].item && member != TRACK_EULERS)
+    return api_json_fail(&values[TRACK_ORDER], TW_SYNTAX, "order is for eulers");
+  if (values[TRACK_UNIT].item && !is_angles)
+    return api_json_fail(&values[TRACK_UNIT], TW_SYNTAX, "unit is for eulers and axis_angles");
   track->width = member == TRACK_EULERS || member == TRACK_VALUES ? 3 : 4;
   track->form = member == TRACK_EULERS        ? TW_KEY_EULER
                 : member == TRACK_AXIS_ANGLES ? TW_KEY_AXIS_ANGLE
                 : member == TRACK_QUATERNIONS ? TW_KEY_QUATERNION
                                               : TW_KEY_VALUES;
-  status = read_times(source, track);
+  status = read_times(object, &values[TRACK_TIMES], track);
   if (status != TW_OK) return status;
-  return is_angles ? read_angles(source, member, track) : read_values(source, member, track);
+  return is_angles ? read_angles(object, values, member, track) : read_values(object, values, member, track);
 }
 
 /* Reads the tracks of a clip. */
@@ -444,25 +402,21 @@ typedef struct track_reader {
   tw_track_keys *tracks;
 } track_reader;
 
-static tw_status read_track(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                            uint32_t index) {
+static tw_status read_track(void *context, const api_value *object) {
   static const char *const paths[] = {"translation", "rotation", "scale", NULL};
   const track_reader *reader = context;
-  tw_track_keys *track = &reader->tracks[index];
-  track_source source = {.json = json, .at = at};
-  tw_status status = api_json_members(json, at, object, track_members, source.values);
+  tw_track_keys *track = &reader->tracks[object->at.index];
+  api_value values[TRACK_MEMBERS];
+  tw_status status = api_json_members(object, track_members, values);
   if (status != TW_OK) return status;
-  for (int i = 0; i < TRACK_MEMBERS; i++) source.places[i] = (api_place){at, track_members[i], 0};
-  if (!source.values[TRACK_NODE] || !source.values[TRACK_PATH])
-    return api_json_fail(json, at, TW_SYNTAX, "a track needs node and path");
-  status = read_reference(json, &source.places[TRACK_NODE], source.values[TRACK_NODE], reader->nodes,
-                          &track->node);
+  if (!values[TRACK_NODE].item || !values[TRACK_PATH].item)
+    return api_json_fail(object, TW_SYNTAX, "a track needs node and path");
+  status = read_reference(&values[TRACK_NODE], reader->nodes, &track->node);
   int path = TW_TRANSLATION;
-  if (status == TW_OK)
-    status = api_json_choice(json, &source.places[TRACK_PATH], source.values[TRACK_PATH], paths, &path);
+  if (status == TW_OK) status = api_json_choice(&values[TRACK_PATH], paths, &path);
   track->path = (tw_path)path;
-  if (status == TW_OK) status = read_interpolation(&source, track);
-  return status == TW_OK ? read_keys(&source, track) : status;
+  if (status == TW_OK) status = read_interpolation(values, track);
+  return status == TW_OK ? read_keys(object, values, track) : status;
 }
 
 typedef struct clip_reader {
@@ -471,24 +425,21 @@ typedef struct clip_reader {
   uint32_t track_count; /* of the clips so far */
 } clip_reader;
 
-static tw_status read_clip(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                           uint32_t index) {
+static tw_status read_clip(void *context, const api_value *object) {
   static const char *const members[] = {"name", "tracks", NULL};
   clip_reader *reader = context;
-  tw_clip_keys *clip = &reader->model->clips[index];
-  const cJSON *values[2];
-  api_place name_place = {at, "name", 0}, tracks_place = {at, "tracks", 0};
-  tw_status status = api_json_members(json, at, object, members, values);
-  if (status == TW_OK) status = api_json_text(json, &name_place, values[0], &clip->name);
+  tw_clip_keys *clip = &reader->model->clips[object->at.index];
+  api_value values[2];
+  tw_status status = api_json_members(object, members, values);
+  if (status == TW_OK) status = api_json_text(&values[0], &clip->name);
   if (status == TW_OK)
-    status = api_json_array_of(json, &tracks_place, values[1], TW_TRACKS_MAX - reader->track_count,
-                               &clip->track_count);
+    status = api_json_count(&values[1], TW_TRACKS_MAX - reader->track_count, &clip->track_count);
   if (status != TW_OK) return status;
   reader->track_count += clip->track_count;
-  tw_track_keys *tracks = tw_arena_alloc(json->arena, clip->track_count, sizeof *tracks);
-  if (!tracks) return api_json_no_memory(json);
+  tw_track_keys *tracks = tw_arena_alloc(object->json->arena, clip->track_count, sizeof *tracks);
+  if (!tracks) return api_json_no_memory(object->json);
   clip->tracks = tracks;
-  return api_json_each(json, &tracks_place, values[1], read_track, &(track_reader){reader->nodes, tracks});
+  return api_json_each(&values[1], read_track, &(track_reader){reader->nodes, tracks});
 }
 
 /* ---- nodes ----------------------------------------------------------------------------------- */
@@ -498,28 +449,20 @@ typedef struct node_reader {
   tw_model *model;
 } node_reader;
 
-static tw_status read_node(void *context, const api_json *json, const api_place *at, const cJSON *object,
-                           uint32_t index) {
+static tw_status read_node(void *context, const api_value *object) {
   enum { NAME, PARENT, MESH, TRANSLATION, ROTATION, SCALE, MEMBERS };
   static const char *const members[] = {"name", "parent", "mesh", "translation", "rotation", "scale", NULL};
   const node_reader *reader = context;
-  tw_node *node = &reader->model->nodes[index];
-  const cJSON *values[MEMBERS];
+  tw_node *node = &reader->model->nodes[object->at.index];
+  api_value values[MEMBERS];
   *node = (tw_node){.parent = TW_NO_INDEX, .mesh = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
-  tw_status status = api_json_members(json, at, object, members, values);
-  api_place places[MEMBERS];
-  for (int i = 0; i < MEMBERS; i++) places[i] = (api_place){at, members[i], 0};
-  if (status == TW_OK) status = api_json_text(json, &places[NAME], values[NAME], &node->name);
-  if (status == TW_OK && values[PARENT])
-    status = read_reference(json, &places[PARENT], values[PARENT], reader->nodes, &node->parent);
-  if (status == TW_OK && values[MESH])
-    status = read_reference(json, &places[MESH], values[MESH], reader->meshes, &node->mesh);
-  if (status == TW_OK && values[TRANSLATION])
-    status = api_json_floats(json, &places[TRANSLATION], values[TRANSLATION], 3, node->rest.translation);
-  if (status == TW_OK && values[ROTATION])
-    status = api_json_floats(json, &places[ROTATION], values[ROTATION], 4, node->rest.rotation);
-  if (status == TW_OK && values[SCALE])
-    status = api_json_floats(json, &places[SCALE], values[SCALE], 3, node->rest.scale);
+  tw_status status = api_json_members(object, members, values);
+  if (status == TW_OK) status = api_json_text(&values[NAME], &node->name);
+  if (status == TW_OK) status = read_reference(&values[PARENT], reader->nodes, &node->parent);
+  if (status == TW_OK) status = read_reference(&values[MESH], reader->meshes, &node->mesh);
+  if (status == TW_OK) status = api_json_floats(&values[TRANSLATION], 3, node->rest.translation);
+  if (status == TW_OK) status = api_json_floats(&values[ROTATION], 4, node->rest.rotation);
+  if (status == TW_OK) status = api_json_floats(&values[SCALE], 3, node->rest.scale);
   return status;
 }
 
@@ -527,60 +470,47 @@ static tw_status read_node(void *context, const api_json *json, const api_place 
 
 enum { MESHES, NODES, CLIPS, PARTS };
 
-typedef struct document {
-  const cJSON *values[PARTS];
-  api_place places[PARTS];
-} document;
-
 /* Counts the parts and makes room for them. */
-static tw_status open_document(const api_json *json, const cJSON *root, document *doc, tw_model *model) {
+static tw_status open_document(const api_value *root, api_value *parts, tw_model *model) {
   static const char *const members[] = {"meshes", "nodes", "clips", NULL};
   static const uint32_t most[PARTS] = {TW_MESHES_MAX, TW_NODES_MAX, TW_CLIPS_MAX};
   uint32_t *const counts[PARTS] = {&model->mesh_count, &model->node_count, &model->clip_count};
-  tw_status status = api_json_members(json, NULL, root, members, doc->values);
-  for (int i = 0; i < PARTS && status == TW_OK; i++) {
-    doc->places[i] = (api_place){NULL, members[i], 0};
-    status = api_json_array_of(json, &doc->places[i], doc->values[i], most[i], counts[i]);
-  }
+  tw_status status = api_json_members(root, members, parts);
+  for (int i = 0; i < PARTS && status == TW_OK; i++) status = api_json_count(&parts[i], most[i], counts[i]);
   if (status != TW_OK) return status;
-  model->meshes = tw_arena_alloc(json->arena, model->mesh_count, sizeof *model->meshes);
-  model->nodes = tw_arena_alloc(json->arena, model->node_count, sizeof *model->nodes);
-  model->clips = tw_arena_alloc(json->arena, model->clip_count, sizeof *model->clips);
-  return model->meshes && model->nodes && model->clips ? TW_OK : api_json_no_memory(json);
+  tw_arena *arena = root->json->arena;
+  model->meshes = tw_arena_alloc(arena, model->mesh_count, sizeof *model->meshes);
+  model->nodes = tw_arena_alloc(arena, model->node_count, sizeof *model->nodes);
+  model->clips = tw_arena_alloc(arena, model->clip_count, sizeof *model->clips);
+  return model->meshes && model->nodes && model->clips ? TW_OK : api_json_no_memory(root->json);
 }
 
-static tw_status read_parts(const api_json *json, const document *doc, tw_arena *scratch, tw_model *model) {
+/* scratch: for names. */
+static tw_status read_parts(const api_value *parts, tw_arena *scratch, tw_model *model) {
   names meshes, nodes;
-  const api_json naming = {scratch, json->error, json->text};
-  tw_status status =
-      read_names(&naming, &doc->places[MESHES], doc->values[MESHES], model->mesh_count, "mesh", &meshes);
+  tw_status status = read_names(&parts[MESHES], model->mesh_count, "mesh", scratch, &meshes);
   if (status != TW_OK) return status;
   /* Without nodes there will be one for each mesh, called like it (tw_model_finish). */
-  int named = model->node_count > 0 ? NODES : MESHES;
-  status = read_names(&naming, &doc->places[named], doc->values[named],
-                      named == NODES ? model->node_count : model->mesh_count, "node", &nodes);
+  bool has_nodes = model->node_count > 0;
+  status = read_names(&parts[has_nodes ? NODES : MESHES], has_nodes ? model->node_count : model->mesh_count,
+                      "node", scratch, &nodes);
+  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, model);
   if (status == TW_OK)
-    status = api_json_each(json, &doc->places[MESHES], doc->values[MESHES], read_mesh, model);
-  if (status == TW_OK)
-    status = api_json_each(json, &doc->places[NODES], doc->values[NODES], read_node,
-                           &(node_reader){&meshes, &nodes, model});
-  if (status == TW_OK)
-    status = api_json_each(json, &doc->places[CLIPS], doc->values[CLIPS], read_clip,
-                           &(clip_reader){&nodes, model, 0});
+    status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});
+  if (status == TW_OK) status = api_json_each(&parts[CLIPS], read_clip, &(clip_reader){&nodes, model, 0});
   return status;
 }
 
 static tw_status read_document(const char *text, size_t size, tw_model *model, tw_error *error) {
-  cJSON *root = NULL;
-  document doc;
   api_json json = {model->arena, error, NULL};
+  api_value root, parts[PARTS];
   tw_status status = api_json_open(&json, text, size, API_JSON_VALUES_MAX, &root);
   if (status != TW_OK) return status;
   tw_arena *scratch = tw_arena_create();
-  status = scratch ? open_document(&json, root, &doc, model) : api_json_no_memory(&json);
-  if (status == TW_OK) status = read_parts(&json, &doc, scratch, model);
+  status = scratch ? open_document(&root, parts, model) : api_json_no_memory(&json);
+  if (status == TW_OK) status = read_parts(parts, scratch, model);
   tw_arena_destroy(scratch);
-  cJSON_Delete(root);
+  api_json_close(&root);
   return status;
 }
 

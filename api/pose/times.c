@@ -77,33 +77,32 @@ tw_status api_times_complete(api_times *times, float duration, uint64_t max_time
   return count_steps(times, max_times, error);
 }
 
-static tw_status read_document(const api_json *json, const cJSON *root, uint64_t max_times, api_times *out) {
+static tw_status read_document(const api_value *root, uint64_t max_times, api_times *out) {
   static const char *const names[] = {"times", NULL};
-  const cJSON *values[1];
-  const api_place at = {NULL, "times", 0};
+  const api_json *json = root->json;
+  api_value times;
   uint32_t count;
-  tw_status status = api_json_members(json, NULL, root, names, values);
-  if (status == TW_OK && !values[0]) return api_json_fail(json, NULL, TW_SYNTAX, "\"times\" is missing");
-  if (status == TW_OK) status = api_json_array(json, &at, values[0], &count);
+  tw_status status = api_json_members(root, names, &times);
+  if (status == TW_OK && !times.item) return api_json_fail(root, TW_SYNTAX, "\"times\" is missing");
+  if (status == TW_OK) status = api_json_count(&times, UINT32_MAX, &count);
   if (status != TW_OK) return status;
-  if (count == 0) return api_json_fail(json, &at, TW_SYNTAX, "a time is expected");
+  if (count == 0) return api_json_fail(&times, TW_SYNTAX, "a time is expected");
   if (count > max_times) return fail_many(json->error, (double)count, max_times);
   float *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);
-  status = api_json_float_list(json, &at, values[0], list);
+  status = api_json_float_list(&times, list);
   if (status == TW_OK) *out = (api_times){.is_given = true, .count = count, .list = list};
   return status;
 }
 
 tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
                               api_times *out, tw_error *error) {
-  cJSON *root;
+  api_value root;
   api_json json = {arena, error, NULL};
   /* The document, the array, and one time more than the limit, so that the limit itself is named. */
   tw_status status = api_json_open(&json, text, size, max_times + 3, &root);
-  if (status != TW_OK) return status;
-  status = read_document(&json, root, max_times, out);
-  cJSON_Delete(root);
+  if (status == TW_OK) status = read_document(&root, max_times, out);
+  api_json_close(&root);
   return status;
 }
 
