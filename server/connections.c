@@ -13,8 +13,6 @@
 #include <unistd.h>
 
 static const uint64_t COMPLAINT_MS = 1000;
-/* How long a client may take to close behind a refusal, and to take anything of what it was sent. */
-static const uint64_t LINGER_MS = 5000, STALL_MS = 45000;
 /* Any client takes so much within a round trip: before the drain it is not waited for. */
 static const size_t UNSENT_LEAST = 64 << 10;
 
@@ -129,7 +127,7 @@ static bool linger(srv_loop *l, const srv_connection *c) {
     free(kept);
     return false;
   }
-  uint64_t end_ms = srv_now_ms() + (discards ? LINGER_MS : STALL_MS);
+  uint64_t end_ms = srv_now_ms() + (discards ? SRV_LINGER_MS : SRV_STALL_MS);
   *kept = (srv_lingering){.next = l->lingering, .fd = fd, .discards = discards, .end_ms = end_ms};
   l->lingering = kept;
   set_unsent(l, &kept->unsent, unsent);
@@ -150,7 +148,7 @@ static void end_lingering(srv_loop *l, srv_lingering **link) {
 /* True when it is over. */
 static bool update_lingering(srv_loop *l, srv_lingering *kept, uint64_t now, bool draining) {
   size_t unsent = srv_raw_unsent(kept->fd);
-  if (unsent < kept->unsent && !kept->discards) kept->end_ms = now + STALL_MS;
+  if (unsent < kept->unsent && !kept->discards) kept->end_ms = now + SRV_STALL_MS;
   set_unsent(l, &kept->unsent, unsent);
   if (kept->discards) return now >= kept->end_ms;
   return unsent == 0 || (now >= kept->end_ms && !draining); /* the drain has an end of its own */

@@ -73,24 +73,15 @@ static void append_field(line *l, const char *name, const char *text) {
   append_text(l, "\"");
 }
 
-/* Date and time up to a second, printed once for all lines in it. */
-static const char *print_second(time_t second) {
-  static _Thread_local time_t printed;
-  static _Thread_local char stamp[32];
-  if (second == printed && stamp[0] != '\0') return stamp;
-  struct tm utc;
-  gmtime_r(&second, &utc);
-  strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &utc);
-  printed = second;
-  return stamp;
-}
-
 static void begin(line *l, srv_log_level level) {
   struct timespec now;
+  struct tm utc;
+  char second[32];
   clock_gettime(CLOCK_REALTIME, &now);
+  strftime(second, sizeof second, "%Y-%m-%dT%H:%M:%S", gmtime_r(&now.tv_sec, &utc));
   l->size = 0;
-  append(l, as_json ? "{\"time\":\"%s.%03ldZ\",\"level\":\"%s\"" : "%s.%03ldZ %-5s ",
-         print_second(now.tv_sec), now.tv_nsec / 1000000, LEVEL_NAMES[level]);
+  append(l, as_json ? "{\"time\":\"%s.%03ldZ\",\"level\":\"%s\"" : "%s.%03ldZ %-5s ", second,
+         now.tv_nsec / 1000000, LEVEL_NAMES[level]);
 }
 
 static void finish(line *l) {

@@ -8,9 +8,6 @@
 
 /* Long enough for a stalled mobile link and for one block of a slow reader. */
 static const uint64_t RATE_WINDOW_MS = 15000;
-static const uint64_t LINGER_MS = 5000;
-/* Three signs of life of a stream. */
-static const uint64_t STALL_MS = 45000;
 
 /* The rate window opens at the first look, not here: most phases are over by then. */
 void srv_watch_enter(srv_watch *watch, srv_phase phase, uint64_t now_ms) {
@@ -40,7 +37,7 @@ static bool too_slow(srv_watch *watch, uint64_t min_rate, uint64_t now_ms, uint6
 }
 
 static bool stalls(srv_watch *watch, uint64_t now_ms, uint64_t moved) {
-  if (watch->marked && moved == watch->mark_bytes) return now_ms - watch->mark_ms >= STALL_MS;
+  if (watch->marked && moved == watch->mark_bytes) return now_ms - watch->mark_ms >= SRV_STALL_MS;
   watch->marked = true;
   watch->mark_ms = now_ms;
   watch->mark_bytes = moved;
@@ -58,7 +55,7 @@ bool srv_watch_expired(srv_watch *watch, const srv_patience *patience, bool drai
   case SRV_PHASE_WORK: return false;
   case SRV_PHASE_SEND: return too_slow(watch, patience->min_rate, now_ms, moved);
   case SRV_PHASE_LIVE: return stalls(watch, now_ms, moved);
-  case SRV_PHASE_LINGER: return draining || age_ms >= LINGER_MS;
+  case SRV_PHASE_LINGER: return draining || age_ms >= SRV_LINGER_MS;
   }
   return false;
 }

@@ -7,6 +7,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+enum {
+  SRV_LINGER_MS = 5000, /* that a client may take to close behind a refusal */
+  SRV_STALL_MS = 45000  /* that it may take nothing of what it was sent: three signs of life of a stream */
+};
+
 typedef enum srv_phase {
   SRV_PHASE_HEAD,  /* a request's first byte is awaited or its headers are incomplete */
   SRV_PHASE_IDLE,  /* between two requests */

@@ -133,18 +133,25 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
   return api_call_take(call, key, build_model, &source, out);
 }
 
+/* The model in the body, and the bytes that it is made of; both are the caller's when it is API_DONE. */
+static api_outcome read_body(api_call *call, tw_quads quads, api_upload *upload, tw_model **out) {
+  tw_format format;
+  api_outcome outcome = api_upload_read(call, upload);
+  if (outcome != API_DONE) return outcome;
+  bool is_read = api_upload_format(call, upload->bytes, &format) == API_DONE &&
+                 grant_reading(call, format, upload->bytes.size, &call->fault) &&
+                 api_model_read(upload->bytes, format, quads, out, &call->fault);
+  if (is_read) return API_DONE;
+  api_upload_deinit(upload);
+  return API_FAILED;
+}
+
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
   api_upload upload = {0};
-  tw_format format;
   tw_model *model = NULL;
-  api_outcome outcome = api_upload_read(call, &upload);
+  api_outcome outcome = read_body(call, quads, &upload, &model);
   if (outcome != API_DONE) return outcome;
-  outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
-                 api_model_read(upload.bytes, format, quads, &model, &call->fault);
-  if (!is_read) outcome = API_FAILED;
   api_upload_deinit(&upload);
-  if (outcome != API_DONE) return outcome;
   api_built built = built_model(model);
   *out = api_cache_own(call->service->cache, &built);
   return *out ? API_DONE : api_fail_without_memory(call);
@@ -163,11 +170,16 @@ const char *api_model_name(const tw_model *model) {
 
 /* ---- storing ------------------------------------------------------------------------------------ */
 
-/* What a list shows of a model without reading it. */
-static void print_summary(const tw_model *model, api_text *out) {
-  api_text_add(out, "{");
+/* What a list shows of a model. */
+static void print_name_and_format(const tw_model *model, api_text *out) {
   api_member_string(out, "name", api_model_name(model));
   api_member_string(out, "format", tw_format_names[model->format]);
+}
+
+/* The same as a document, to be listed without reading the model. */
+static void print_summary(const tw_model *model, api_text *out) {
+  api_text_add(out, "{");
+  print_name_and_format(model, out);
   api_text_add(out, "}");
   api_text_bytes(out, "", 1); /* the terminator */
 }
@@ -228,15 +240,10 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
 api_outcome api_post_model(api_call *call) {
   if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
   api_upload upload = {0};
-  api_outcome outcome = api_upload_read(call, &upload);
-  if (outcome != API_DONE) return outcome;
-  tw_format format;
   tw_model *model = NULL;
-  outcome = api_upload_format(call, upload.bytes, &format);
-  bool is_read = outcome == API_DONE && grant_reading(call, format, upload.bytes.size, &call->fault) &&
-                 api_model_read(upload.bytes, format, TW_QUADS_NGON, &model, &call->fault);
-  if (!is_read) outcome = API_FAILED;
-  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, model);
+  api_outcome outcome = read_body(call, TW_QUADS_NGON, &upload, &model);
+  if (outcome != API_DONE) return outcome;
+  outcome = store_and_answer(call, upload.bytes, model);
   if (outcome == API_DONE)
     remember(call->service, call->id, model);
   else
@@ -280,9 +287,7 @@ static bool print_from_summary(const char *summary, api_text *text) {
 static bool print_from_model(api_call *call, const char *id, api_text *text) {
   api_entry *entry;
   if (api_model_take(call, id, TW_QUADS_NGON, &entry) != API_DONE) return false;
-  const tw_model *model = api_entry_value(entry);
-  api_member_string(text, "name", api_model_name(model));
-  api_member_string(text, "format", tw_format_names[model->format]);
+  print_name_and_format(api_entry_value(entry), text);
   api_entry_release(entry);
   return true;
 }

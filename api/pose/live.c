@@ -120,17 +120,17 @@ static void destroy_live(void *context) {
 
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
-/* A short text for all that makes out the frames; NULL without memory. */
+/* All that makes out the frames, as text; NULL without memory. */
 static const char *make_key(api_call *call, const live_request *request) {
   api_text text = {0};
+  api_text_add(&text, call->id);
   api_pose_request_print(&request->pose, &text);
   const double numbers[] = {request->speed, request->fps, request->from};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
     api_text_add(&text, "&");
     api_text_double(&text, numbers[i]);
   }
-  api_text_bytes(&text, "", 1);
-  const char *key = text.failed ? NULL : api_etag(call, call->id, "live", text.data);
+  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
   api_text_deinit(&text);
   return key;
 }

@@ -166,6 +166,15 @@ api_outcome api_get_pose(api_call *call) {
   return outcome;
 }
 
+/* Goes on where `outcome` is API_DONE, and releases the request. */
+static api_outcome answer_post(api_call *call, api_outcome outcome, bool is_stored,
+                               api_pose_request *request) {
+  if (outcome == API_DONE) outcome = prepare(call, is_stored, request);
+  if (outcome == API_DONE) outcome = reply_poses(call, request, NULL);
+  api_pose_request_deinit(request);
+  return outcome;
+}
+
 /* Reads the times out of the body. */
 static api_outcome read_times(api_call *call, api_times *out) {
   api_upload upload = {0};
@@ -186,10 +195,7 @@ api_outcome api_post_times(api_call *call) {
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = read_times(call, &request.times);
   if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.model_entry);
-  if (outcome == API_DONE) outcome = prepare(call, true, &request);
-  if (outcome == API_DONE) outcome = reply_poses(call, &request, NULL);
-  api_pose_request_deinit(&request);
-  return outcome;
+  return answer_post(call, outcome, true, &request);
 }
 
 api_outcome api_post_pose(api_call *call) {
@@ -197,8 +203,5 @@ api_outcome api_post_pose(api_call *call) {
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &request.model_entry);
-  if (outcome == API_DONE) outcome = prepare(call, false, &request);
-  if (outcome == API_DONE) outcome = reply_poses(call, &request, NULL);
-  api_pose_request_deinit(&request);
-  return outcome;
+  return answer_post(call, outcome, false, &request);
 }

@@ -45,8 +45,8 @@ api_outcome api_scene_take_clip(api_call *call, const tw_model *model, bool is_s
 /* Prints the parameters with their defaults, once the clip is taken. */
 void api_scene_print(const api_surface_scene *scene, api_text *text);
 
-/* Fills content.model, pose and posed_by, meshes and moves, once the clip is taken. Not for a light call with a
- * clip. */
+/* Fills content.model, pose and posed_by, meshes and moves, once the clip is taken. Not for a light call with
+ * a clip. */
 api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene);
 
 /* Fills content.clip where the clip is kept or baked to keys, and tells the error that is left. */
