@@ -1,8 +1,505 @@
-/* Reads any rows of a surface: each request is cut into pieces that are computed at once. */
+/* Reads any rows of a surface: of corners, of the insides of edges and of quads. Each request is cut into
+ * pieces that are computed at once. */
 #include <stdlib.h>
 #include <string.h>
 
+#include "patch.h"
 #include "surface_reader.h"
+
+static bool has_normals(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
+}
+
+/* Whether rows hold more than points and normals. */
+static bool has_attributes(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (has_normals(s, domain) ? 6 : 3);
+}
+
+/* ---- values at corners ---------------------------------------------------------------------- */
+
+static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
+                            uint32_t stride) {
+  return (tw_patch_job){.in = values->base,
+                        .width = values->width,
+                        .limit = r->surface->options.limit,
+                        .values = out,
+                        .normals = normals,
+                        .stride = stride,
+                        .scratch = r->scratch};
+}
+
+static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
+                            float *normal) {
+  const tw_surface *s = r->surface;
+  if (s->depth == 0) {
+    tw_corner_by_mask(r, values, corner, out, normal);
+    return;
+  }
+  tw_patch_job job = job_for(r, values, out, normal, 4);
+  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job,
+                    tw_patch_corner(s->side, corner % 4));
+}
+
+/* Where a row has its normal; NULL: nowhere. */
+static float *normal_in(const tw_surface *s, tw_domain domain, float *row) {
+  return has_normals(s, domain) ? row + s->layout.normal : NULL;
+}
+
+/* A batch of points and, where vertices have them, normals. */
+static void begin_batch(const tw_surface_reader *r, tw_domain domain, tw_patch_piece piece, size_t count,
+                        tw_patch_batch *batch) {
+  const tw_surface *s = r->surface;
+  tw_patch_job job = job_for(r, &s->positions, NULL, NULL, tw_row_width(s, domain));
+  bool normals = has_normals(s, domain);
+  tw_patch_batch_begin(batch, &s->fields[s->positions.field].patches, &job, normals, piece, count);
+}
+
+/* GPUs have v run down. */
+static void flip_v(float *uv) {
+  uv[1] = 1 - uv[1];
+}
+
+/* Sums of weights that are 1 but for rounding may leave the range of a colour. */
+static void clamp_color(float *color) {
+  for (int c = 0; c < 4; c++) color[c] = color[c] < 0 ? 0 : color[c] > 1 ? 1 : color[c];
+}
+
+/* Whether some vertices of a domain share their point. */
+static bool is_split(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES &&
+         (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
+}
+
+/* Split vertices share their point to the last bit: it is computed from the corner that stands for the point.
+ */
+static uint32_t shared_corner(const tw_surface *s, uint32_t corner) {
+  return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
+}
+
+/* Point and normal. */
+static void corner_point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float *out) {
+  uint32_t shared = domain == TW_DOMAIN_VERTICES ? shared_corner(r->surface, corner) : corner;
+  float *normal = normal_in(r->surface, domain, out);
+  evaluate_corner(r, &r->surface->positions, shared, out, shared == corner ? normal : NULL);
+  if (normal && shared != corner) evaluate_corner(r, &r->surface->positions, corner, NULL, normal);
+}
+
+/* Points and normals of many. */
+static void corner_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count,
+                          float *out) {
+  const tw_surface *s = r->surface;
+  const tw_numbering *n = tw_numbering_of(s, domain);
+  uint32_t width = tw_row_width(s, domain);
+  bool split = is_split(s, domain);
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_CORNER, count, &batch);
+  for (uint32_t i = 0; i < count; i++, out += width) {
+    uint32_t corner = tw_corner_of_row(n, first + i);
+    if (!split || shared_corner(s, corner) == corner)
+      tw_patch_batch_add(&batch, corner, out);
+    else
+      corner_point(r, domain, corner, out);
+  }
+  tw_patch_batch_end(&batch);
+}
+
+static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  for (uint32_t i = 0; i < count; i++, out += 2) {
+    evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
+  }
+}
+
+static tw_tangent_columns tangent_columns(const tw_surface *s, float *row) {
+  return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
+}
+
+static tw_slope_source slope_source(const tw_surface *s, const tw_values *values) {
+  const tw_field *field = &s->fields[values->field];
+  return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
+}
+
+/* The UVs that the tangents of a face follow. */
+static const tw_values *tangent_uvs(const tw_surface *s, uint32_t face) {
+  return &s->uvs[s->tangent_frames[face] / 2];
+}
+
+static void patch_tangents(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
+                           float *out) {
+  const tw_surface *s = r->surface;
+  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, quad));
+  size_t count = (size_t)(rect.i1 - rect.i0 + 1) * (rect.j1 - rect.j0 + 1);
+  tw_patch_slopes(&points, quad, rect, r->scratch, r->slopes[0]);
+  tw_patch_slopes(&uvs, quad, rect, r->scratch, r->slopes[1]);
+  tw_write_tangents(r->slopes[0], r->slopes[1], count, backwards, s->tangent_frames[quad] % 2,
+                    tangent_columns(s, out));
+}
+
+static void corner_tangent(tw_surface_reader *r, uint32_t corner, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t face = tw_corner_face(&s->fields[0].base, corner);
+  if (s->depth > 0) {
+    patch_tangents(r, face, tw_patch_corner(s->side, corner % 4), false, out);
+    return;
+  }
+  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, face));
+  tw_corner_slopes(&points, corner, r->mask, r->slopes[0]);
+  tw_corner_slopes(&uvs, corner, r->mask, r->slopes[1]);
+  tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, s->tangent_frames[face] % 2,
+                    tangent_columns(s, out));
+}
+
+static tw_skin_columns skin_columns(const tw_surface *s, float *row) {
+  return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
+}
+
+static void patch_weights(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
+                          float *out) {
+  const tw_surface *s = r->surface;
+  const tw_skin_patch patch = {&s->influences, &s->fields[0].patches, quad, rect, s->options.limit, backwards,
+                               r->scratch};
+  tw_skin_patch_rows(&patch, &r->skin, skin_columns(s, out));
+}
+
+/* Where no patch covers it, a vertex has its own influences, or those of its limit mask. */
+static void corner_weights(tw_surface_reader *r, uint32_t corner, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_field *field = &s->fields[0];
+  if (s->depth > 0) {
+    patch_weights(r, corner / 4, tw_patch_corner(s->side, corner % 4), false, out);
+  } else if (s->options.limit) {
+    uint32_t count = tw_limit_mask(&field->base, field->linear, corner, r->mask);
+    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, skin_columns(s, out));
+  } else {
+    const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
+    const tw_limit_entry itself = {field->base.corner_vertex[corner], 1, 0, 0};
+    tw_skin_mask_row(own, &itself, 1, &r->skin, skin_columns(s, out));
+  }
+}
+
+/* All else that a vertex's row holds. */
+static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = shared_corner(s, corner);
+  if (l->tangent != UINT32_MAX) corner_tangent(r, corner, out);
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
+    flip_v(out + l->uvs[i]);
+  }
+  if (l->color != UINT32_MAX) {
+    evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
+    clamp_color(out + l->color);
+  }
+  if (l->joints != UINT32_MAX) corner_weights(r, shared, out);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * (size_t)m, NULL);
+}
+
+static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t stride = s->layout.stride;
+  const double *kept = s->positions.exact;
+  if (!s->loop.normals || domain == TW_DOMAIN_POINTS) {
+    tw_loop_rows_points(&s->loop, kept, first, count, out);
+    return;
+  }
+  for (uint32_t i = 0; i < count; i++)
+    tw_loop_rows_points(&s->loop, kept, first + i, 1, out + (size_t)i * stride);
+  tw_loop_rows_normals(&s->loop, kept, first, count, r->mask, out + s->layout.normal, stride);
+}
+
+/* ---- rows of a level that is kept whole ------------------------------------------------------- */
+
+static void copy_positions(const tw_values *positions, uint32_t first, uint32_t count, uint32_t stride,
+                           float *out) {
+  for (uint32_t i = first; i < first + count; i++, out += stride)
+    tw_store_point(positions->points[i] + positions->origin, out);
+}
+
+/* All that a row holds but position and normal. uvs: vertex of each UV set. */
+static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
+  const tw_surface_layout *l = &s->layout;
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
+    flip_v(out + l->uvs[i]);
+  }
+  if (l->color != UINT32_MAX) {
+    memcpy(out + l->color, &s->colors.points[point], 4 * sizeof *out);
+    clamp_color(out + l->color);
+  }
+  if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, skin_columns(s, out));
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    memcpy(out + l->morphs + 3 * (size_t)m, &s->morphs[m].points[point], 3 * sizeof *out);
+}
+
+/* From the slopes of points and UVs of a row of a frame, which has its normal. */
+static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point points[2], const tw_point uvs[2],
+                          float *out) {
+  float slopes[2][TW_DERIVATIVE_WIDTH];
+  memcpy(slopes[0], points, sizeof slopes[0]);
+  memcpy(slopes[1], uvs, sizeof slopes[1]);
+  tw_write_tangents(slopes[0], slopes[1], 1, false, frame % 2, tangent_columns(s, out));
+}
+
+enum { AT_ONCE = 256 };
+
+/* uvs: of each set, the vertices of the rows, which are the points'. */
+static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
+                           uint32_t (*const uvs)[AT_ONCE], float *out) {
+  uint32_t faces[AT_ONCE];
+  tw_point slopes[AT_ONCE][2], uv_slopes[2];
+  tw_levels_cage_faces(&s->levels[0], first, count, faces);
+  tw_levels_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
+  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
+    uint8_t frame = s->tangent_frames[faces[i]];
+    const tw_values *set = &s->uvs[frame / 2];
+    tw_levels_slopes(&s->levels[set->field], set->refined, uvs[frame / 2][i], 1, uv_slopes);
+    level_tangent(s, frame, slopes[i], uv_slopes, out);
+  }
+}
+
+/* Attributes of rows that are the points'. */
+static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
+  for (uint32_t taken; count > 0; first += taken, count -= taken) {
+    taken = count < AT_ONCE ? count : AT_ONCE;
+    for (uint32_t i = 0; i < sets; i++)
+      tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
+    if (s->tangent_frames) point_tangents(s, first, taken, uvs, out);
+    for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
+      for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
+      level_attributes(s, first + k, own, out);
+    }
+  }
+}
+
+/* Those of the rows from `first` that stand in the list, from the first one that does. */
+static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  const tw_level_rows *rows = &s->level_rows;
+  uint32_t begin = 0, end = rows->count, own[TW_UV_SETS_MAX];
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (rows->rows[middle] < first)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  for (uint32_t n = begin; n < rows->count && rows->rows[n] - first < count; n++) {
+    float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
+    copy_positions(&s->positions, rows->points[n], 1, 3, row);
+    if (s->layout.normal != UINT32_MAX)
+      tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
+    for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
+    level_attributes(s, rows->points[n], own, row);
+    if (!s->tangent_frames) continue;
+    tw_point points[2], uvs[2];
+    tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
+    level_tangent(s, rows->frames[n], points, uvs, row);
+  }
+}
+
+static void level_rows(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_values *positions = &s->positions;
+  uint32_t points = s->points.corner_count, stride = s->layout.stride;
+  if (domain == TW_DOMAIN_UVS) {
+    for (uint32_t i = 0; i < count; i++)
+      memcpy(out + 2 * (size_t)i, &s->uvs[0].points[first + i], 2 * sizeof *out);
+    return;
+  }
+  if (domain == TW_DOMAIN_POINTS) {
+    copy_positions(positions, first, count, 3, out);
+    return;
+  }
+  uint32_t own = first < points ? points - first < count ? points - first : count : 0;
+  const tw_level_points made = {positions->refined, positions->points, positions->origin};
+  if (has_normals(s, domain))
+    tw_levels_normals(&s->levels[0], &made, first, own, stride, out);
+  else
+    copy_positions(positions, first, own, stride, out);
+  if (has_attributes(s, domain)) point_attributes(s, first, own, out);
+  listed_rows(s, first, count, out);
+}
+
+static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  uint32_t width = tw_row_width(s, domain);
+  if (s->way == TW_WAY_LEVELS) {
+    level_rows(s, domain, first, count, out);
+    return;
+  }
+  if (s->way == TW_WAY_LOOP) {
+    loop_rows(r, domain, first, count, out);
+    return;
+  }
+  if (domain == TW_DOMAIN_UVS) {
+    uv_corners(r, first, count, out);
+    return;
+  }
+  if (s->depth > 0) {
+    corner_points(r, domain, first, count, out);
+  } else {
+    for (uint32_t i = 0; i < count; i++)
+      corner_point(r, domain, tw_corner_of_row(tw_numbering_of(s, domain), first + i),
+                   out + (size_t)i * width);
+  }
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += width) {
+    corner_attributes(r, first + i, out);
+  }
+}
+
+/* ---- insides of edges ----------------------------------------------------------------------- */
+
+/* The inside of the edge at a base corner, in the corner's direction, or against it. */
+static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
+                          float *out, float *normals, uint32_t stride) {
+  bool backwards;
+  tw_patch_rect rect = tw_patch_side(r->surface->side, corner % 4, &backwards);
+  tw_patch_job job = job_for(r, values, out, normals, stride);
+  job.backwards = backwards != against;
+  tw_patch_evaluate(&r->surface->fields[values->field].patches, corner / 4, &job, rect);
+}
+
+/* As at corners: the point's own representative, from which an edge may run the other way. */
+typedef struct shared_edge {
+  uint32_t corner;
+  bool against, same; /* same: it is the edge itself */
+} shared_edge;
+
+static shared_edge share_edge(const tw_surface *s, uint32_t corner) {
+  uint32_t edge = tw_row_of_edge(&s->points, corner), shared = tw_corner_of_edge(&s->points, edge / 2);
+  return (shared_edge){shared, edge & 1, shared == corner && (edge & 1) == 0};
+}
+
+/* Points and normals. */
+static void edge_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_numbering *n = tw_numbering_of(s, domain);
+  uint32_t width = tw_row_width(s, domain);
+  bool split = is_split(s, domain);
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_SIDE, count, &batch);
+  for (uint32_t i = 0; i < count; i++, out += tw_rows_inside_edge(s) * width) {
+    uint32_t corner = tw_corner_of_edge(n, first + i);
+    shared_edge shared = {corner, false, true};
+    if (split) shared = share_edge(s, corner);
+    if (shared.same) {
+      tw_patch_batch_add(&batch, corner, out);
+      continue;
+    }
+    float *normals = normal_in(s, domain, out);
+    evaluate_edge(r, &s->positions, shared.corner, shared.against, out, NULL, width);
+    if (normals) evaluate_edge(r, &s->positions, corner, false, NULL, normals, width);
+  }
+  tw_patch_batch_end(&batch);
+}
+
+/* All else that the rows of vertices hold. */
+static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t corner = tw_corner_of_edge(&s->vertices, edge);
+  shared_edge shared = share_edge(s, corner);
+  if (l->tangent != UINT32_MAX) {
+    bool backwards;
+    tw_patch_rect rect = tw_patch_side(s->side, corner % 4, &backwards);
+    patch_tangents(r, corner / 4, rect, backwards, out);
+  }
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
+    for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
+  }
+  if (l->color != UINT32_MAX) {
+    evaluate_edge(r, &s->colors, shared.corner, shared.against, out + l->color, NULL, l->stride);
+    for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
+  }
+  if (l->joints != UINT32_MAX) {
+    bool backwards;
+    tw_patch_rect rect = tw_patch_side(s->side, shared.corner % 4, &backwards);
+    patch_weights(r, shared.corner / 4, rect, backwards != shared.against, out);
+  }
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_edge(r, &s->morphs[m], shared.corner, shared.against, out + l->morphs + 3 * (size_t)m, NULL,
+                  l->stride);
+}
+
+static void uv_edges(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  for (uint32_t i = 0; i < count; i++, out += 2 * tw_rows_inside_edge(s)) {
+    evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, 2);
+  }
+}
+
+static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  const tw_surface *s = r->surface;
+  if (domain == TW_DOMAIN_UVS) {
+    uv_edges(r, first, count, out);
+    return;
+  }
+  edge_points(r, domain, first, count, out);
+  size_t step = tw_rows_inside_edge(s) * tw_row_width(s, domain);
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += step) {
+    edge_attributes(r, first + i, out);
+  }
+}
+
+/* ---- insides of quads ----------------------------------------------------------------------- */
+
+static void evaluate_inside(tw_surface_reader *r, const tw_values *values, uint32_t quad, tw_patch_rect rect,
+                            float *out, float *normals, uint32_t stride) {
+  tw_patch_job job = job_for(r, values, out, normals, stride);
+  tw_patch_evaluate(&r->surface->fields[values->field].patches, quad, &job, rect);
+}
+
+/* All else that the rows of vertices hold. */
+static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  uint32_t width = l->stride;
+  if (l->tangent != UINT32_MAX) patch_tangents(r, quad, rect, false, out);
+  size_t rows = (size_t)(rect.j1 - rect.j0 + 1) * (s->side - 1);
+  for (uint32_t i = 0; i < l->uv_count; i++) {
+    evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
+    for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
+  }
+  if (l->color != UINT32_MAX) {
+    evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
+    for (size_t k = 0; k < rows; k++) clamp_color(out + l->color + k * width);
+  }
+  if (l->joints != UINT32_MAX) patch_weights(r, quad, rect, false, out);
+  for (uint32_t m = 0; m < l->morph_count; m++)
+    evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * (size_t)m, NULL, width);
+}
+
+/* Lines j0 to j1 of the inside of one quad. */
+static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
+                       float *out) {
+  const tw_surface *s = r->surface;
+  const tw_values *values = domain == TW_DOMAIN_UVS ? &s->uvs[0] : &s->positions;
+  uint32_t quad = tw_base_quad(s, visible);
+  tw_patch_rect rect = {1, s->side - 1, j0, j1};
+  evaluate_inside(r, values, quad, rect, out, normal_in(s, domain, out), tw_row_width(s, domain));
+  if (domain == TW_DOMAIN_VERTICES) inside_attributes(r, quad, rect, out);
+}
+
+/* Whole insides of some quads. Short lines are computed in many patches at once. */
+static void fill_quads(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  enum { SHORT_SIDE = 8 };
+  const tw_surface *s = r->surface;
+  size_t step = tw_rows_inside_quad(s) * tw_row_width(s, domain);
+  if (domain == TW_DOMAIN_UVS || s->side > SHORT_SIDE) {
+    for (uint32_t i = 0; i < count; i++) fill_lines(r, domain, first + i, 1, s->side - 1, out + i * step);
+    return;
+  }
+  tw_patch_batch batch;
+  begin_batch(r, domain, TW_PATCH_INSIDE, count, &batch);
+  for (uint32_t i = 0; i < count; i++)
+    tw_patch_batch_add(&batch, 4 * tw_base_quad(s, first + i), out + i * step);
+  tw_patch_batch_end(&batch);
+  tw_patch_rect rect = {1, s->side - 1, 1, s->side - 1};
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++)
+    inside_attributes(r, tw_base_quad(s, first + i), rect, out + i * step);
+}
 
 enum { PIECE_ROWS = 2048 };
 typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
@@ -67,14 +564,14 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   const tw_surface *s = r->surface;
   uint32_t last_line = s->side - 1;
   if (p->kind == PIECE_CORNERS) {
-    tw_fill_corners(r, domain, p->item, p->items, out);
+    fill_corners(r, domain, p->item, p->items, out);
   } else if (p->kind == PIECE_EDGES) {
-    tw_fill_edges(r, domain, p->item, p->items, out);
+    fill_edges(r, domain, p->item, p->items, out);
   } else if (p->kind == PIECE_QUADS) {
-    tw_fill_quads(r, domain, p->item, p->items, out);
+    fill_quads(r, domain, p->item, p->items, out);
   } else {
     uint32_t first_line = 1 + p->items, lines = p->count / last_line;
-    tw_fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
+    fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
   }
 }
 

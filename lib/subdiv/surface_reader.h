@@ -40,14 +40,6 @@ static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
   return (uint64_t)(s->side - 1) * (s->side - 1);
 }
 
-/* The rows of `count` corners of a domain's numbering, of the insides of as many edges, of as many visible
- * quads; and lines j0 to j1 of the inside of one of these. A row is the same however it is asked for. */
-void tw_fill_corners(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
-void tw_fill_edges(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
-void tw_fill_quads(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count, float *out);
-void tw_fill_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
-                   float *out);
-
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */
 void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,
