@@ -7,6 +7,7 @@
  * A connection, its timers and its request are only touched by their thread. While a compute thread works
  * on a request, the connection is suspended in the library, which then neither reads, writes nor closes
  * it; the finished request comes back through `done` and the eventfd. */
+#include "http.h"
 #include "io_loop.h"
 #include "machine.h"
 #include "tls.h"

@@ -2,18 +2,8 @@
 #include "access.h"
 
 #include <nettle/memops.h>
-#include <nettle/sha2.h>
 #include <string.h>
 #include <strings.h>
-
-_Static_assert(API_KEY_DIGEST == SHA256_DIGEST_SIZE, "keys are compared by their SHA-256");
-
-void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]) {
-  struct sha256_ctx hash;
-  sha256_init(&hash);
-  sha256_update(&hash, strlen(key), (const uint8_t *)key);
-  sha256_digest(&hash, SHA256_DIGEST_SIZE, out);
-}
 
 /* The key that the request bears, NULL when it bears none. */
 static const char *key_of(const api_call *call) {

@@ -5,8 +5,6 @@
 #include "call.h"
 #include "service.h"
 
-void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]);
-
 /* Whether the request bears a key where one is asked for; fills the fault with 401 or 403. */
 bool api_access_allowed(api_call *call);
 

@@ -1,12 +1,20 @@
 /* The service: settings, keys and caches that all requests share. */
 #include "service.h"
 
-#include "access.h"
-
+#include <nettle/sha2.h>
 #include <stdlib.h>
 #include <string.h>
 
 /* ---- keys ------------------------------------------------------------------------------------ */
+
+_Static_assert(API_KEY_DIGEST == SHA256_DIGEST_SIZE, "keys are compared by their SHA-256");
+
+void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]) {
+  struct sha256_ctx hash;
+  sha256_init(&hash);
+  sha256_update(&hash, strlen(key), (const uint8_t *)key);
+  sha256_digest(&hash, SHA256_DIGEST_SIZE, out);
+}
 
 static api_keys *create_keys(const char *const *keys) {
   size_t count = 0;

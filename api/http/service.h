@@ -16,6 +16,8 @@ struct api_keys {
   uint8_t digests[][API_KEY_DIGEST];
 };
 
+void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]);
+
 struct api_service {
   api_limits limits;
   api_store store;

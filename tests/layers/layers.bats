@@ -38,8 +38,23 @@ plant() {
 @test "lib must not climb into api" { plant lib/base/base.c '#include "../api/include/api.h"'; }
 @test "lib's C++ must not open files" { plant lib/format/gltf/planted.cpp '#include <fstream>'; }
 @test "lib must not hold C++ outside lib/format/gltf" { plant lib/mesh/planted.cpp ''; }
-@test "lib's rooms include downward only" { plant lib/mesh/mesh.c '#include "crease.h"'; }
+@test "lib's rooms include downward only" { plant lib/mesh/planted.c '#include "crease.h"'; }
 @test "lib's animation knows no subdivision" { plant lib/anim/clip.c '#include "crease.h"'; }
+@test "units must not include each other in a circle" {
+  copy
+  for folder in lib/mesh api/http server; do
+    touch "$tree/$folder/${folder%%/*}_one.h"
+    echo "#include \"${folder%%/*}_one.h\"" >"$tree/$folder/${folder%%/*}_two.h"
+    echo "#include \"${folder%%/*}_two.h\"" >"$tree/$folder/${folder%%/*}_one.c"
+  done
+  run "$check" "$tree"
+  echo "$output"
+  [ "$status" -eq 1 ]
+  [ "${#lines[@]}" -eq 3 ]
+  for layer in lib api server; do
+    [[ $output == *"$layer: units include each other in a circle: "*"${layer}_"* ]]
+  done
+}
 @test "header names are unique" { plant server/weld.h ''; }
 @test "api must not include libmicrohttpd" { plant api/http/problem.c '#include <microhttpd.h>'; }
 @test "api must not include file headers" { plant api/http/problem.c '#include <fcntl.h>'; }

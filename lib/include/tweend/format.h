@@ -21,8 +21,8 @@ typedef struct tw_read_limits {
  * included: documents that would take more are refused. Never over 64 MiB and six times the size. */
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
-/* The format that the bytes themselves show: GLB and PLY by their magic, STL by its first word or, where it is
- * binary, by its size, JSON by its first brace (glTF when it has a top-level "asset"), else OBJ. */
+/* The format that the bytes themselves show: GLB and PLY by their magic, STL by its first word or, where it
+ * is binary, by its size, JSON by its first brace (glTF when it has a top-level "asset"), else OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
@@ -32,7 +32,8 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
  * behind points are sRGB and become linear. Normals, lines, points, free-form geometry and MTL files are read
  * over. A corner at the point of the one before it goes; a face that is left with fewer than three different
- * points goes too, with a warning. A file of points alone is a mesh without faces. *out: a finished model (tw_model_finish has run). O(size). */
+ * points goes too, with a warning. A file of points alone is a mesh without faces. *out: a finished model
+ * (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
 
 /* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
@@ -53,9 +54,6 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
  * *out: a finished model. */
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
                        tw_model **out, tw_error *error);
-
-void tw_gltf_assets_destroy(tw_gltf_assets *assets);      /* NULL accepted */
-size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held; 0 for NULL */
 
 /* ---- answers, pulled ---------------------------------------------------------------------- */
 

@@ -33,6 +33,8 @@ enum {
 
 /* Materials, textures, samplers and images of a glTF file, kept as they came; see gltf.h. */
 typedef struct tw_gltf_assets tw_gltf_assets;
+void tw_gltf_assets_destroy(tw_gltf_assets *assets);      /* NULL accepted */
+size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held; 0 for NULL */
 
 /* Built once by a reader, then immutable and shared. All arrays live in `arena`. */
 typedef struct tw_model {

@@ -1,0 +1,63 @@
+/* What is known of a format before its reader runs: which one bytes are in, and how much memory reading
+ * takes. */
+#include "tweend/format.h"
+
+#include <string.h>
+
+#include "soup_mesh.h"
+
+/* A byte of text may become much: an object of an OBJ file a mesh and a node, "{}," in tweend JSON likewise,
+ * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
+ * tweend JSON, STL) or by a budget (glTF, PLY). */
+uint64_t tw_reading_size(tw_format format, uint64_t size) {
+  static const uint64_t per_byte[TW_FORMATS] = {8, 160, 2400, 2400, 8, 32}, base = 1 << 20, most = 64 << 20;
+  uint64_t more = size < most ? base + per_byte[format] * size : most;
+  return (more < most ? more : most) + 6 * size;
+}
+
+static size_t skip_space(const uint8_t *bytes, size_t size, size_t at) {
+  while (at < size && (bytes[at] == ' ' || bytes[at] == '\t' || bytes[at] == '\n' || bytes[at] == '\r')) at++;
+  return at;
+}
+
+/* Just past the string that opens at `at`; size when it never closes. */
+static size_t skip_string(const uint8_t *bytes, size_t size, size_t at) {
+  for (size_t from = at + 1; from < size;) {
+    const uint8_t *quote = memchr(bytes + from, '"', size - from), *before = quote;
+    if (!quote) break;
+    while (before > bytes + from && before[-1] == '\\') before--;
+    from = (size_t)(quote - bytes) + 1;
+    if ((quote - before) % 2 == 0) return from;
+  }
+  return size;
+}
+
+/* Whether the JSON object that opens at `at` has a key "asset" of its own. */
+static bool has_asset_key(const uint8_t *bytes, size_t size, size_t at) {
+  size_t depth = 0;
+  while (at < size) {
+    uint8_t c = bytes[at];
+    if (c == '"') {
+      size_t start = at;
+      at = skip_string(bytes, size, at);
+      if (depth != 1 || at - start != 7 || memcmp(bytes + start, "\"asset\"", 7) != 0) continue;
+      size_t next = skip_space(bytes, size, at);
+      if (next < size && bytes[next] == ':') return true;
+      continue;
+    }
+    if (c == '{' || c == '[') depth++;
+    if ((c == '}' || c == ']') && --depth == 0) return false;
+    at++;
+  }
+  return false;
+}
+
+tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
+  if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
+  if (tw_is_ply(bytes, size)) return TW_FORMAT_PLY;
+  if (tw_is_stl(bytes, size)) return TW_FORMAT_STL;
+  size_t at = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+  at = skip_space(bytes, size, at);
+  if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
+  return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;
+}
