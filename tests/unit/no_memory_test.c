@@ -1,7 +1,9 @@
-/* Every allocation of the readers, and of compiling a clip, fails once: each time the answer is TW_NO_MEMORY
- * or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). Linked with malloc,
- * calloc and realloc wrapped; what C++ allocates inside its library is not reached. */
+/* Every allocation of the readers, of compiling a clip and of making a surface fails once: each time the answer
+ * is TW_NO_MEMORY or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). What C++
+ * allocates inside its library is not reached. */
+#include "cube.h"
 #include "glb.h"
+#include "surface_rows.h"
 #include "wrapped_memory.h"
 
 typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
@@ -95,4 +97,34 @@ TEST(compiling_a_clip_survives_every_failure) {
     tw_clip_destroy(clip);
   }
   assert_true(failures > 20);
+}
+
+/* Nor do surfaces that share its shapes afterwards meet what was left half made. */
+TEST(making_a_surface_survives_every_failure) {
+  static const uint32_t creased_edges[2][2] = {{0, 1}, {1, 2}};
+  static const float sharpness[2] = {1.5f, 2.5f};
+  tw_mesh mesh = cube();
+  mesh.crease_count = 2;
+  mesh.crease_edges = creased_edges[0];
+  mesh.crease_sharpness = sharpness;
+  tw_surface_options options = {.level = 4, .normals = true};
+  rows wanted = read_rows(&mesh, options);
+  size_t failures = 0;
+  for (bool failed = true; failed; failures++) {
+    options.shapes = tw_patch_shapes_create();
+    assert_non_null(options.shapes);
+    tw_surface *surface = NULL;
+    test_memory.left = failures;
+    tw_status status = tw_surface_create(&mesh, &options, &surface, NULL);
+    failed = test_memory.left == SIZE_MAX;
+    test_memory.left = SIZE_MAX;
+    assert_true(status == TW_OK || status == TW_NO_MEMORY);
+    tw_surface_destroy(surface);
+    rows next = read_rows(&mesh, options);
+    assert_memory_equal(wanted.values, next.values, wanted.count * wanted.layout->stride * sizeof(float));
+    free_rows(&next);
+    tw_patch_shapes_destroy(options.shapes);
+  }
+  assert_true(failures > 30);
+  free_rows(&wanted);
 }
