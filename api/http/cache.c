@@ -415,12 +415,6 @@ void *api_entry_value(const api_entry *entry) {
   return entry->built.value;
 }
 
-void api_entry_hold(api_entry *entry) {
-  pthread_mutex_lock(&entry->cache->lock);
-  entry->references++;
-  pthread_mutex_unlock(&entry->cache->lock);
-}
-
 void api_entry_release(api_entry *entry) {
   if (!entry) return;
   api_cache *cache = entry->cache;

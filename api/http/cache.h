@@ -53,7 +53,6 @@ void api_cache_end(api_cache *cache, api_ticket *ticket);
 api_entry *api_cache_own(api_cache *cache, const api_built *built);
 
 void *api_entry_value(const api_entry *entry);
-void api_entry_hold(api_entry *entry);
 void api_entry_release(api_entry *entry); /* NULL accepted */
 
 /* Forgets every key in which `part` stands. Who holds such an entry keeps it. */

@@ -72,6 +72,8 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
   }
 }
 
+/* ---- validators -------------------------------------------------------------------------------- */
+
 const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
   enum { DIGEST = 8 };
   struct sha256_ctx hash;
@@ -88,18 +90,79 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
   return tw_arena_text(call->arena, tag, (size_t)length);
 }
 
+/* Whether the list of an If-None-Match or If-Match header holds the tag, or is "*". weak: W/ before a listed
+ * tag does not matter. */
+static bool etag_matches(const char *list, const char *etag, bool weak) {
+  size_t length = strlen(etag);
+  while (*list) {
+    list += strspn(list, ", \t");
+    if (*list == '*') return true;
+    bool is_weak = strncmp(list, "W/", 2) == 0;
+    if (is_weak) list += 2;
+    if (*list != '"') return false;
+    size_t tag = strcspn(list + 1, "\"") + 2;
+    if (tag == length && memcmp(list, etag, length) == 0 && (weak || !is_weak)) return true;
+    if (list[tag - 1] != '"') return false;
+    list += tag;
+  }
+  return false;
+}
+
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
   const char *etag = api_etag(call, call->id, representation, canonical);
   if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
-  if (if_match && !api_etag_matches(if_match, etag, false))
+  if (if_match && !etag_matches(if_match, etag, false))
     return api_fail_with(call, 412, "If-Match names another representation than %s", etag);
   api_answer_header(&call->answer, "ETag", etag);
   api_answer_header(&call->answer, "Cache-Control", "public, max-age=31536000, immutable");
   const char *if_none_match = api_call_header(call, "If-None-Match");
-  if (!if_none_match || !api_etag_matches(if_none_match, etag, true)) return API_CONTINUE;
+  if (!if_none_match || !etag_matches(if_none_match, etag, true)) return API_CONTINUE;
   call->answer.status = 304;
   return API_DONE;
+}
+
+/* ---- ranges ------------------------------------------------------------------------------------ */
+
+typedef enum range_kind {
+  RANGE_ALL,          /* no range, or one that may be ignored */
+  RANGE_PART,         /* 206 */
+  RANGE_UNSATISFIABLE /* 416 */
+} range_kind;
+
+/* Digits to a number; false when there are none or too many. *text moves behind them. */
+static bool read_position(const char **text, uint64_t *out) {
+  uint64_t value = 0;
+  size_t digits = 0;
+  for (; **text >= '0' && **text <= '9'; (*text)++, digits++) {
+    if (digits == 18) return false;
+    value = value * 10 + (uint64_t)(**text - '0');
+  }
+  *out = value;
+  return digits > 0;
+}
+
+/* Reads a Range header (RFC 9110, section 14) for a representation of `size` bytes. text: NULL allowed.
+ * Several ranges at once count as none. */
+static range_kind read_range(const char *text, uint64_t size, api_range *out) {
+  if (!text || strncmp(text, "bytes=", 6) != 0) return RANGE_ALL;
+  text += 6;
+  uint64_t first = 0, last = 0;
+  bool has_first = read_position(&text, &first);
+  if (*text != '-') return RANGE_ALL;
+  text++;
+  bool has_last = read_position(&text, &last);
+  if (*text != '\0' || (!has_first && !has_last)) return RANGE_ALL;
+  if (has_first && has_last && last < first) return RANGE_ALL;
+  if (!has_first) { /* the last `last` bytes */
+    if (last == 0 || size == 0) return RANGE_UNSATISFIABLE;
+    first = last < size ? size - last : 0;
+    last = size - 1;
+  }
+  if (first >= size) return RANGE_UNSATISFIABLE;
+  if (!has_last || last >= size) last = size - 1;
+  *out = (api_range){first, last - first + 1};
+  return RANGE_PART;
 }
 
 /* Whether If-Range lets the Range header count: without one, or with our tag (a date never fits). */
@@ -115,10 +178,10 @@ api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
   call->answer.status = 200;
   *range = (api_range){0, size};
   const char *text = call->is_head || !range_counts(call) ? NULL : api_call_header(call, "Range");
-  switch (api_range_read(text, size, range)) {
-  case API_RANGE_ALL: return API_CONTINUE;
-  case API_RANGE_PART: break;
-  case API_RANGE_UNSATISFIABLE: {
+  switch (read_range(text, size, range)) {
+  case RANGE_ALL: return API_CONTINUE;
+  case RANGE_PART: break;
+  case RANGE_UNSATISFIABLE: {
     char total[40];
     int length = snprintf(total, sizeof total, "bytes */%llu", (unsigned long long)size);
     const char *value = tw_arena_text(call->arena, total, (size_t)length);

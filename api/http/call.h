@@ -64,6 +64,11 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
  * answer is 304 already, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
+/* A part of the representation. */
+typedef struct api_range {
+  uint64_t first, count;
+} api_range;
+
 /* Judges Range and If-Range for a representation of `size` bytes, after api_validate: sets status 200 or
  * 206 and the headers, and *range; API_CONTINUE to go on, API_FAILED for 416. */
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range);

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-int api_status_of(tw_status status) {
+static int status_of(tw_status status) {
   switch (status) {
   case TW_SYNTAX: return 400;
   case TW_INVALID:
@@ -22,7 +22,7 @@ int api_status_of(tw_status status) {
 }
 
 void api_fault_complete(api_fault *fault) {
-  fault->status = api_status_of(fault->error.status);
+  fault->status = status_of(fault->error.status);
   if (fault->status == 503) fault->retry_after_s = 1;
 }
 

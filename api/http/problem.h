@@ -31,9 +31,6 @@ typedef struct api_fault {
   uint64_t predicted_bytes; /* 0: not known */
 } api_fault;
 
-/* The HTTP status of a library status. */
-int api_status_of(tw_status status);
-
 /* Completes a fault whose error is filled: its status, and Retry-After for 503. */
 void api_fault_complete(api_fault *fault);
 /* Fills a fault that has an HTTP status of its own. */

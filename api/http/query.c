@@ -1,10 +1,9 @@
 /* Query strings: percent-decoding and typed values, every fault named. */
 #include "query.h"
 
-#include "tweend/base.h"
+#include "json_out.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 /* More than any route knows; a longer query is a mistake or worse. */
@@ -40,14 +39,9 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
 }
 
 static tw_status fail_unknown(const char *name, const char *const *known, tw_error *error) {
-  char list[220] = "";
-  size_t length = 0;
-  for (; *known; known++) {
-    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", *known);
-    if (more < 0 || (size_t)more >= sizeof list - length) break;
-    length += (size_t)more;
-  }
-  if (length == 0) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
+  char list[220];
+  api_names_join(known, list, sizeof list);
+  if (!list[0]) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
   return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\"; known: %s", name, list);
 }
 
@@ -140,15 +134,12 @@ tw_status api_query_choice(const api_query *query, const char *name, const char 
                            tw_error *error) {
   const char *text = api_query_get(query, name);
   if (!text) return TW_OK;
-  char list[200] = "";
-  size_t length = 0;
   for (int i = 0; choices[i]; i++) {
-    if (strcmp(text, choices[i]) == 0) {
-      *out = i;
-      return TW_OK;
-    }
-    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", choices[i]);
-    if (more > 0 && (size_t)more < sizeof list - length) length += (size_t)more;
+    if (strcmp(text, choices[i]) != 0) continue;
+    *out = i;
+    return TW_OK;
   }
+  char list[200];
+  api_names_join(choices, list, sizeof list);
   return tw_fail(error, TW_SYNTAX, "%s=%.60s: expected one of %s", name, text, list);
 }

@@ -113,6 +113,15 @@ void api_text_quoted(api_text *text, const char *value, size_t length) {
   api_text_bytes(text, "\"", 1);
 }
 
+void api_names_join(const char *const *names, char *out, size_t capacity) {
+  size_t length = 0;
+  *out = '\0';
+  for (size_t i = 0; names[i] && length < capacity; i++) {
+    int more = snprintf(out + length, capacity - length, "%s%s", i ? ", " : "", names[i]);
+    length += more > 0 ? (size_t)more : 0;
+  }
+}
+
 void api_text_string(api_text *text, const char *value) {
   if (value)
     api_text_quoted(text, value, strlen(value));
@@ -172,10 +181,6 @@ void api_text_vectors(api_text *text, const float *values, size_t stride, size_t
   }
 }
 
-void api_text_floats(api_text *text, const float *values, size_t count) {
-  api_text_vectors(text, values, count, count, 1);
-}
-
 float *api_text_room(api_text *text, size_t count) {
   if (count > SIZE_MAX / sizeof(float)) text->failed = true;
   char *end = reserve(text, text->failed ? 0 : count * sizeof(float));
@@ -212,7 +217,7 @@ void api_member_float(api_text *text, const char *name, float value) {
 
 void api_member_floats(api_text *text, const char *name, const float *values, size_t count) {
   api_text_member(text, name);
-  api_text_floats(text, values, count);
+  api_text_vectors(text, values, count, count, 1);
 }
 
 void api_member_open(api_text *text, const char *name, const char *bracket) {

@@ -39,6 +39,9 @@ void api_member_float(api_text *text, const char *name, float value);
 void api_member_floats(api_text *text, const char *name, const float *values, size_t count);
 void api_member_open(api_text *text, const char *name, const char *bracket);
 
+/* Names, NULL-terminated, as "a, b, c" into out, terminated; cut off where there is no room for more. */
+void api_names_join(const char *const *names, char *out, size_t capacity);
+
 /* A quoted string. Bytes that are not UTF-8 become U+FFFD. */
 void api_text_quoted(api_text *text, const char *value, size_t length);
 /* The same of a terminated one, or null for NULL. */
@@ -48,8 +51,6 @@ void api_text_integer(api_text *text, int64_t value);
 void api_text_float(api_text *text, float value);
 void api_text_double(api_text *text, double value);
 void api_text_flag(api_text *text, bool value);
-/* [a,b,c] */
-void api_text_floats(api_text *text, const float *values, size_t count);
 /* [a,b,c],[d,e,f]: `count` vectors of `width` numbers, each `stride` numbers behind the one before. */
 void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count);
 

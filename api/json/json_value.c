@@ -1,6 +1,8 @@
 /* Typed values out of JSON. */
 #include "json_value.h"
 
+#include "json_out.h"
+
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -139,12 +141,8 @@ void api_json_close(api_value *value) {
 }
 
 static tw_status fail_unknown(const api_value *object, const char *name, const char *const *names) {
-  char list[200] = "";
-  size_t length = 0;
-  for (; *names; names++) {
-    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", *names);
-    if (more > 0 && (size_t)more < sizeof list - length) length += (size_t)more;
-  }
+  char list[200];
+  api_names_join(names, list, sizeof list);
   return api_json_fail(object, TW_SYNTAX, "unknown member \"%.60s\"; known: %s", name, list);
 }
 
@@ -210,16 +208,13 @@ tw_status api_json_text(const api_value *value, const char **out) {
 tw_status api_json_choice(const api_value *value, const char *const *choices, int *out) {
   const cJSON *item = value->item;
   if (!item) return TW_OK;
-  char list[200] = "";
-  size_t length = 0;
-  for (int i = 0; choices[i]; i++) {
-    if (cJSON_IsString(item) && strcmp(item->valuestring, choices[i]) == 0) {
-      *out = i;
-      return TW_OK;
-    }
-    int more = snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", choices[i]);
-    if (more > 0 && (size_t)more < sizeof list - length) length += (size_t)more;
+  for (int i = 0; cJSON_IsString(item) && choices[i]; i++) {
+    if (strcmp(item->valuestring, choices[i]) != 0) continue;
+    *out = i;
+    return TW_OK;
   }
+  char list[200];
+  api_names_join(choices, list, sizeof list);
   return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
 }
 

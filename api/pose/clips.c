@@ -8,15 +8,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-const char *const api_interpolations[] = {"step",  "linear", "cubicspline", "slerp",
-                                          "nlerp", "squad",  "euler",       NULL};
-
-int api_interpolation_force(int choice) {
-  static const tw_interpolation forces[] = {TW_STEP,  TW_LINEAR, TW_CUBICSPLINE, TW_LINEAR,
-                                            TW_NLERP, TW_SQUAD,  TW_EULER};
-  return choice < 0 ? -1 : (int)forces[choice];
-}
-
 /* ---- finding ----------------------------------------------------------------------------------- */
 
 static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name) {

@@ -44,8 +44,4 @@ const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, c
 /* Adds X-Tweend-Warning with the names of missing nodes, percent-encoded where they are not plain ASCII. */
 void api_clip_warning(api_call *call, const api_clip *clip);
 
-/* The names of interpolations, NULL-terminated, and the force that the index of one stands for. */
-extern const char *const api_interpolations[];
-int api_interpolation_force(int choice);
-
 #endif

@@ -7,6 +7,16 @@
 
 /* ---- parameters --------------------------------------------------------------------------------- */
 
+static const char *const interpolations[] = {"step",  "linear", "cubicspline", "slerp",
+                                             "nlerp", "squad",  "euler",       NULL};
+
+/* The interpolation that the choice stands for, -1 for none. */
+static int force_of(int choice) {
+  static const tw_interpolation forces[] = {TW_STEP,  TW_LINEAR, TW_CUBICSPLINE, TW_LINEAR,
+                                            TW_NLERP, TW_SQUAD,  TW_EULER};
+  return choice < 0 ? -1 : (int)forces[choice];
+}
+
 /* Parameters that need another one. */
 static tw_status check_together(const api_query *query, const api_pose_request *pose, tw_error *error) {
   bool has_angles = pose->as == API_AS_EULER || pose->as == API_AS_AXIS_ANGLE;
@@ -40,10 +50,10 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   if (status == TW_OK) status = api_query_choice(query, "unit", units, &unit, error);
   if (status == TW_OK) status = api_query_choice(query, "loop", loops, &loop, error);
   if (status == TW_OK)
-    status = api_query_choice(query, "interpolation", api_interpolations, &interpolation, error);
+    status = api_query_choice(query, "interpolation", interpolations, &interpolation, error);
   if (status == TW_OK) status = api_query_flag(query, "skinning", &is_skinning, error);
   if (status != TW_OK) return api_fail(call);
-  out->force = api_interpolation_force(interpolation);
+  out->force = force_of(interpolation);
   out->as = (api_pose_as)as;
   out->is_world = space == 1;
   out->order = (tw_euler_order)order;
