@@ -19,6 +19,7 @@ typedef struct strip {
   uint32_t *vertices[FIELDS_MAX]; /* [vertices of the field] */
   uint32_t *edges[FIELDS_MAX];    /* [edges of the field] 2 x edge, + 1 where it runs the other way */
   uint32_t *corners;              /* [corners] */
+  uint8_t *odd[FIELDS_MAX];       /* [vertices of the field] what the loops get wrong, if special */
   uint8_t *special;               /* [vertices of the points] */
   uint8_t *frames;                /* [faces] of tangents; NULL: none */
 } strip;
@@ -65,16 +66,6 @@ static void *settle(growing *g, tw_arena *arena) {
 
 /* ---- what is special ------------------------------------------------------------------------ */
 
-/* Whether the loops over vertices get this one wrong. */
-static bool is_odd(const tw_topology *t, uint32_t v) {
-  if (t->fan_offsets[v + 1] - t->fan_offsets[v] < 3) return true;
-  if (t->smooth) return false;
-  if (t->vertex_flags[v] || t->vertex_sharpness[v] > 0) return true;
-  for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++)
-    if (t->edge_sharpness[t->ring_edges[i]] > 0) return true;
-  return false;
-}
-
 static bool is_odd_edge(const tw_topology *t, uint32_t e) {
   return t->edge_flags[e] || t->edge_sharpness[e] > 0;
 }
@@ -89,31 +80,35 @@ static bool parts_frames(const strip *s, uint32_t point) {
   return false;
 }
 
-/* A point that is odd in any field; values of a UV set have a border where a seam parts them. */
-static void mark_special(uint32_t field_count, const strip *s, const uint8_t *candidates, uint8_t *special) {
+/* The vertices of a field that the loops get wrong. */
+static void mark_odd(const tw_topology *t, uint8_t *odd) {
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    odd[v] = t->fan_offsets[v + 1] - t->fan_offsets[v] < 3 ||
+             (!t->smooth && (t->vertex_flags[v] || t->vertex_sharpness[v] > 0));
+  for (uint32_t e = 0; !t->smooth && e < t->edge_count; e++)
+    if (t->edge_sharpness[e] > 0) odd[t->edge_vertices[e][0]] = odd[t->edge_vertices[e][1]] = 1;
+}
+
+/* A point that is odd in any field, or parts frames; values of a UV set have a border where a seam parts
+ * them. candidates: [vertices] points that may be; NULL: all. */
+static tw_status mark_special(const listing *l, strip *s, const uint8_t *candidates) {
   const tw_topology *points = &s->fields[0];
-  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++)
-    if ((!candidates || candidates[v]) && parts_frames(s, v)) special[v] = 1;
-  for (uint32_t f = 0; f < field_count; f++) {
+  s->special = tw_arena_alloc(l->scratch, points->vertex_count, 1);
+  if (!s->special) return TW_NO_MEMORY;
+  for (uint32_t v = 0; s->frames && v < points->vertex_count; v++) s->special[v] = parts_frames(s, v);
+  for (uint32_t f = 0; f < l->wish->field_count; f++) {
     const tw_topology *t = &s->fields[f];
-    for (uint32_t v = 0; v < t->vertex_count; v++) {
-      uint32_t corner = t->fan_corners[t->fan_offsets[v]], point = points->corner_vertex[corner];
-      if (candidates && !candidates[point]) continue;
-      if (is_odd(t, v)) special[point] = 1;
-    }
+    s->odd[f] = tw_arena_alloc_raw(l->scratch, t->vertex_count, 1);
+    if (!s->odd[f]) return TW_NO_MEMORY;
+    mark_odd(t, s->odd[f]);
+    for (uint32_t v = 0; v < t->vertex_count; v++)
+      if (s->odd[f][v]) s->special[points->corner_vertex[t->fan_corners[t->fan_offsets[v]]]] = 1;
   }
+  for (uint32_t v = 0; candidates && v < points->vertex_count; v++) s->special[v] &= candidates[v];
+  return TW_OK;
 }
 
 /* ---- cutting -------------------------------------------------------------------------------- */
-
-/* The cage, or a strip after a step, with its numbers. */
-static bool touches(const strip *s, uint32_t face) {
-  const tw_topology *t = &s->fields[0];
-  uint32_t begin = tw_face_begin(t, face);
-  for (uint32_t c = begin; c < begin + tw_face_size(t, face); c++)
-    if (s->special[t->corner_vertex[c]]) return true;
-  return false;
-}
 
 /* Faces of a cut, and where its corners were. */
 typedef struct cut {
@@ -122,20 +117,26 @@ typedef struct cut {
   uint32_t *from;    /* [corner_count] */
 } cut;
 
+/* Those at special vertices. */
 static tw_status choose_faces(const strip *s, tw_arena *arena, cut *out) {
   const tw_topology *t = &s->fields[0];
   uint32_t faces = 0, corners = 0;
-  for (uint32_t f = 0; f < t->face_count; f++) {
-    if (!touches(s, f)) continue;
-    faces++;
-    corners += tw_face_size(t, f);
-  }
+  uint8_t *chosen = tw_arena_alloc(arena, t->face_count, 1);
+  if (!chosen) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    for (uint32_t i = t->fan_offsets[v]; s->special[v] && i < t->fan_offsets[v + 1]; i++) {
+      uint32_t face = tw_corner_face(t, t->fan_corners[i]);
+      if (chosen[face]) continue;
+      chosen[face] = 1;
+      faces++;
+      corners += tw_face_size(t, face);
+    }
   *out = (cut){faces, 0, NULL, tw_arena_alloc_raw(arena, corners, sizeof(uint32_t))};
   if (t->face_offsets) out->offsets = tw_arena_alloc(arena, (size_t)faces + 1, sizeof(uint32_t));
   if (!out->from || (t->face_offsets && !out->offsets)) return TW_NO_MEMORY;
   faces = 0;
   for (uint32_t f = 0; f < t->face_count; f++) {
-    if (!touches(s, f)) continue;
+    if (!chosen[f]) continue;
     uint32_t begin = tw_face_begin(t, f), end = begin + tw_face_size(t, f);
     for (uint32_t c = begin; c < end; c++) out->from[out->corner_count++] = c;
     faces++;
@@ -190,6 +191,9 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
     bool turned = full->edge_vertices[edge][0] != full->corner_vertex[corner];
     edges[e] = (s->edges[field] ? s->edges[field][edge] : 2 * edge) ^ (uint32_t)turned;
   }
+  out->odd[field] = tw_arena_alloc_raw(arena, count, 1);
+  if (!out->odd[field]) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < count; v++) out->odd[field][v] = s->odd[field][old[v]];
   if (field == 0) {
     out->special = tw_arena_alloc_raw(arena, count, 1);
     if (!out->special) return TW_NO_MEMORY;
@@ -278,7 +282,7 @@ static tw_status list_masks(const listing *l, const strip *s, uint32_t field, ui
                     .room = tw_alloc(tw_refine_mask_capacity(t), sizeof(tw_share))};
   for (uint32_t v = 0; list.room && v < t->vertex_count; v++) {
     uint32_t point = s->fields[0].corner_vertex[t->fan_corners[t->fan_offsets[v]]];
-    if (s->special[point] && is_odd(t, v)) list_mask(l, s, field, step, v, s->vertices[field][v], &list);
+    if (s->special[point] && s->odd[field][v]) list_mask(l, s, field, step, v, s->vertices[field][v], &list);
   }
   for (uint32_t e = 0; list.room && e < t->edge_count; e++) {
     uint32_t corner = t->edge_corner[e], next = tw_corner_next(t, corner);
@@ -332,14 +336,12 @@ static tw_status refine_field(const listing *l, const strip *s, uint32_t field, 
 static tw_status refine_special(const listing *l, const strip *s, strip *out) {
   const tw_topology *p = &s->fields[0], *t = &out->fields[0];
   uint8_t *candidates = tw_arena_alloc(l->scratch, t->vertex_count, 1);
-  out->special = tw_arena_alloc(l->scratch, t->vertex_count, 1);
-  if (!candidates || !out->special) return TW_NO_MEMORY;
+  if (!candidates) return TW_NO_MEMORY;
   memcpy(candidates, s->special, p->vertex_count);
   for (uint32_t e = 0; e < p->edge_count; e++)
     candidates[p->vertex_count + e] =
         s->special[p->edge_vertices[e][0]] || s->special[p->edge_vertices[e][1]];
-  mark_special(l->wish->field_count, out, candidates, out->special);
-  return TW_OK;
+  return mark_special(l, out, candidates);
 }
 
 static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, strip *out) {
@@ -392,7 +394,7 @@ static tw_status list_limits(const listing *l, const strip *s, uint32_t field) {
   tw_limit_entry *room = mask_room(l, s);
   for (uint32_t v = 0; room && v < t->vertex_count; v++) {
     uint32_t corner = t->fan_corners[t->fan_offsets[v]], begin = (uint32_t)entries.count;
-    if (!s->special[s->fields[0].corner_vertex[corner]] || !is_odd(t, v)) continue;
+    if (!s->special[s->fields[0].corner_vertex[corner]] || !s->odd[field][v]) continue;
     push(&vertices, &s->vertices[field][v]);
     push(&first, &begin);
     push_entries(s, field, corner, false, room, &entries);
@@ -469,7 +471,7 @@ static void push_rows(const listing *l, row_list *list, uint32_t v, uint32_t *ne
   if (!list->parted) return;
   const uint32_t *row_of = list->numbering.corner_row;
   new_row[row_of[corner]] = list->s->vertices[0][v];
-  bool smooth = !is_odd(t, v);
+  bool smooth = !list->s->odd[0][v];
   for (uint32_t i = first + 1; i < end; i++) {
     uint32_t *number = &new_row[row_of[t->fan_corners[i]]];
     if (*number != UINT32_MAX || list->rows.failed) continue;
@@ -485,8 +487,10 @@ static tw_status list_corners(const listing *l, const row_list *list, const uint
   const tw_topology *t = &s->fields[0];
   growing corners = {.size = sizeof(uint32_t)}, rows = {.size = sizeof(uint32_t)};
   for (uint32_t c = 0; c < t->corner_count; c++) {
-    uint32_t number = new_row[list->numbering.corner_row[c]], v = t->corner_vertex[c];
-    if (!s->special[v] || number == s->vertices[0][v]) continue;
+    uint32_t v = t->corner_vertex[c];
+    if (!s->special[v]) continue;
+    uint32_t number = new_row[list->numbering.corner_row[c]];
+    if (number == s->vertices[0][v]) continue;
     push(&corners, &s->corners[c]);
     push(&rows, &number);
   }
@@ -546,7 +550,7 @@ static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_
   for (uint32_t u = 0; u < splits.uv_count; u++) splits.uv_bases[u] = &s->fields[1 + u];
   list->parted = splits.uv_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
   if (!list->parted) return TW_OK;
-  tw_status status = tw_number_vertices(&s->fields[0], &splits, NULL, l->scratch, &list->numbering);
+  tw_status status = tw_number_corners(&s->fields[0], &splits, s->special, l->scratch, &list->numbering);
   if (status != TW_OK) return status;
   *new_row = tw_arena_alloc_raw(l->scratch, list->numbering.corner_count, sizeof **new_row);
   if (!*new_row) return TW_NO_MEMORY;
@@ -592,17 +596,16 @@ static tw_status list_from(const listing *l, strip *s) {
 
 static tw_status list_all(const listing *l) {
   const tw_levels_wish *wish = l->wish;
-  strip cage = {.special = tw_arena_alloc(l->scratch, wish->fields[0]->vertex_count, 1)}, s;
-  if (!cage.special) return TW_NO_MEMORY;
+  strip cage = {0}, s;
   for (uint32_t f = 0; f < wish->field_count; f++) cage.fields[f] = *wish->fields[f];
   if (wish->frames) {
     cage.frames = tw_arena_alloc_raw(l->scratch, cage.fields[0].face_count, 1);
     if (!cage.frames) return TW_NO_MEMORY;
     memcpy(cage.frames, wish->frames, cage.fields[0].face_count);
   }
-  mark_special(wish->field_count, &cage, NULL, cage.special);
-  if (!memchr(cage.special, 1, cage.fields[0].vertex_count)) return TW_OK;
-  tw_status status = cut_strip(l, &cage, &s);
+  tw_status status = mark_special(l, &cage, NULL);
+  if (status != TW_OK || !memchr(cage.special, 1, cage.fields[0].vertex_count)) return status;
+  status = cut_strip(l, &cage, &s);
   return status == TW_OK ? list_from(l, &s) : status;
 }
 

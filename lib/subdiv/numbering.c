@@ -196,35 +196,44 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   }
 }
 
-static uint32_t greatest_fan(const tw_topology *base) {
+/* Corners at the vertices that are chosen; NULL: at all. */
+static tw_status number_corners(vertex_numberer *n, const uint8_t *chosen) {
+  const tw_topology *base = n->base;
   uint32_t greatest = 0;
   for (uint32_t v = 0; v < base->vertex_count; v++) {
     uint32_t count = base->fan_offsets[v + 1] - base->fan_offsets[v];
     if (count > greatest) greatest = count;
   }
-  return greatest;
+  n->place = tw_alloc(base->corner_count, sizeof *n->place);
+  n->sector = tw_alloc(greatest, sizeof *n->sector);
+  n->entries = tw_alloc(greatest, sizeof *n->entries);
+  bool complete = n->place && n->sector && n->entries;
+  for (uint32_t v = 0; complete && v < base->vertex_count; v++) {
+    if (chosen && !chosen[v]) continue;
+    uint32_t first = base->fan_offsets[v];
+    for (uint32_t i = first; i < base->fan_offsets[v + 1]; i++) n->place[base->fan_corners[i]] = i - first;
+    number_vertex(n, v);
+  }
+  free(n->place);
+  free(n->sector);
+  free(n->entries);
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,
                              tw_arena *arena, tw_numbering *out) {
   tw_status status = allocate(base, arena, base->corner_count, base->corner_count, out);
   if (status != TW_OK) return status;
-  uint32_t greatest = greatest_fan(base);
-  vertex_numberer n = {base, splits, visible, out, NULL, NULL, NULL};
-  n.place = tw_alloc(base->corner_count, sizeof *n.place);
-  n.sector = tw_alloc(greatest, sizeof *n.sector);
-  n.entries = tw_alloc(greatest, sizeof *n.entries);
-  if (n.place && n.sector && n.entries) {
-    for (uint32_t v = 0; v < base->vertex_count; v++)
-      for (uint32_t i = base->fan_offsets[v]; i < base->fan_offsets[v + 1]; i++)
-        n.place[base->fan_corners[i]] = i - base->fan_offsets[v];
-    for (uint32_t e = 0; e < base->edge_count; e++) number_edge(&n, e);
-    for (uint32_t v = 0; v < base->vertex_count; v++) number_vertex(&n, v);
-  } else {
-    status = TW_NO_MEMORY;
-  }
-  free(n.place);
-  free(n.sector);
-  free(n.entries);
-  return status;
+  vertex_numberer n = {.base = base, .splits = splits, .visible = visible, .out = out};
+  for (uint32_t e = 0; e < base->edge_count; e++) number_edge(&n, e);
+  return number_corners(&n, NULL);
+}
+
+tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, const uint8_t *chosen,
+                            tw_arena *arena, tw_numbering *out) {
+  *out = (tw_numbering){.corner_row = tw_arena_alloc_raw(arena, base->corner_count, sizeof(uint32_t)),
+                        .corner_base = tw_arena_alloc_raw(arena, base->corner_count, sizeof(uint32_t))};
+  if (!out->corner_row || !out->corner_base) return TW_NO_MEMORY;
+  vertex_numberer n = {.base = base, .splits = splits, .out = out};
+  return number_corners(&n, chosen);
 }

@@ -207,6 +207,10 @@ typedef struct tw_splits {
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,
                              tw_arena *arena, tw_numbering *out);
 
+/* Corners alone, those at some vertices; chosen: [vertices]. What is not of them means nothing. */
+tw_status tw_number_corners(const tw_topology *base, const tw_splits *splits, const uint8_t *chosen,
+                            tw_arena *arena, tw_numbering *out);
+
 /* The connectivity of a UV set of a cage, sharpened by the interpolation rule. cage: the points'
  * topology, sharpened.
  * *values_of: [topology vertices], index of the value of each. */
