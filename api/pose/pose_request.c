@@ -89,7 +89,10 @@ static api_outcome choose_listed(api_call *call, const tw_model *model, const ch
       length = strcspn(list, ",");
       return api_fail_with(call, 404, "no node is called \"%.*s\"", length < 60 ? (int)length : 60, list);
     }
-    chosen[node] = true;
+    const uint32_t *namesakes = NULL;
+    uint32_t count = chosen[node] ? 0 : tw_model_namesakes(model, node, &namesakes);
+    for (uint32_t i = 0; i < count; i++) chosen[namesakes[i]] = true;
+    chosen[node] = true; /* it may have no name */
     if (list[length] == '\0') return API_DONE;
     list += length + 1;
   }

@@ -120,7 +120,8 @@ static uint32_t made_up_index(const char *kind, const char *text, size_t length,
   return printed == length && memcmp(buffer, text, length) == 0 ? (uint32_t)index : TW_NO_INDEX;
 }
 
-uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length) {
+/* Among the named nodes: the first whose name is not below. */
+static uint32_t lower_bound(const tw_model *model, const char *name, size_t length) {
   uint32_t low = 0, high = model->named_node_count;
   while (low < high) {
     uint32_t middle = low + (high - low) / 2;
@@ -129,6 +130,20 @@ uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t leng
     else
       high = middle;
   }
+  return low;
+}
+
+uint32_t tw_model_namesakes(const tw_model *model, uint32_t node, const uint32_t **out) {
+  const char *name = model->nodes[node].name;
+  uint32_t first = name ? lower_bound(model, name, strlen(name)) : 0, end = first;
+  while (name && end < model->named_node_count && !strcmp(model->nodes[model->named_nodes[end]].name, name))
+    end++;
+  *out = model->named_nodes + first;
+  return end - first;
+}
+
+uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length) {
+  uint32_t low = lower_bound(model, name, length);
   uint32_t named = low < model->named_node_count ? model->named_nodes[low] : TW_NO_INDEX;
   if (named != TW_NO_INDEX && compare_text(model->nodes[named].name, name, length) != 0) named = TW_NO_INDEX;
   uint32_t nameless = made_up_index("node_", name, length, model->node_count);

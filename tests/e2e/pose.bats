@@ -136,3 +136,9 @@ agrees() { holds "$near $1"; }
   [[ $status == 4* ]]
   problem "$status" sail
 }
+
+@test "a name that several nodes bear means all of them" {
+  printf '%s' '{"asset":{"version":"2.0"},"nodes":[{"name":"wheel"},{"name":"body","children":[0,2]},{"name":"wheel","translation":[1,0,0]},{}]}' >wheels.gltf
+  post "/v1/pose.json?at=0&nodes=wheel,node_3,wheel" wheels.gltf
+  holds '.nodes == ["wheel", "wheel", "node_3"] and .poses[0].translation == [[0,0,0],[1,0,0],[0,0,0]]'
+}

@@ -158,3 +158,9 @@ obj_faces() { grep -c '^f ' "$1"; }
     problem 400 "${query%%=*}"
   done
 }
+
+@test "a texture without any member stays an object" {
+  printf '%s' '{"asset":{"version":"2.0"},"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"material":0}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA"}]}' >bare.gltf
+  post "/v1/surface.gltf?level=1" bare.gltf
+  holds '.textures | map(type) == ["object"]'
+}

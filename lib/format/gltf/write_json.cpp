@@ -274,6 +274,11 @@ void add_assets(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_model &
   const tw_gltf_assets &assets = *model.assets;
   out.materials = assets.materials;
   out.textures = assets.textures;
+  // tinygltf writes a texture without any member as null.
+  for (tinygltf::Texture &texture : out.textures)
+    if (texture.sampler < 0 && texture.source < 0 && texture.name.empty() && texture.extensions.empty() &&
+        texture.extras.Type() == tinygltf::NULL_TYPE)
+      texture.extras = tinygltf::Value(tinygltf::Value::Object());
   out.samplers = assets.samplers;
   add_images(out, plan, assets);
   for (const std::string &name : assets.extensions_used) out.extensionsUsed.push_back(name);
