@@ -222,15 +222,14 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
   return milliseconds(exchange->started_ns, now_ns) > (double)exchange->server->config->request_timeout;
 }
 
-/* Runs one call of the api. False when the exchange is not this thread's any more: its ticket will be woken.
+/* Runs one call of the api. With API_WAITS the exchange is not this thread's any more: its ticket will be
+ * woken.
  */
-static bool handle(srv_exchange *exchange, api_effort effort) {
-  switch (api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer)) {
-  case API_ANSWERED: answered(exchange); return true;
-  case API_WAITS: return false;
-  case API_AGAIN_ON_THREAD: break;
-  }
-  return true;
+static api_progress handle(srv_exchange *exchange, api_effort effort) {
+  api_progress progress =
+      api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer);
+  if (progress == API_ANSWERED) answered(exchange);
+  return progress;
 }
 
 /* On a compute thread. */
@@ -241,11 +240,29 @@ static void run(srv_job *job) {
     srv_exchange_refuse(exchange, 503, "the client is gone", 0);
   } else if (is_late(exchange, exchange->worked_ns)) {
     srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
-  } else if (!handle(exchange, API_HEAVY)) {
+  } else if (handle(exchange, API_HEAVY) == API_WAITS) {
     return;
   } else if (!exchange->answered) {
     srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
   }
+  exchange->ready(exchange);
+}
+
+/* Hands the exchange to a compute thread. False: refused, as the queue is full. */
+static bool submit(srv_exchange *exchange) {
+  srv_server *server = exchange->server;
+  exchange->job.run = run;
+  if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) return true;
+  srv_exchange_refuse(exchange, 503, "too many requests are waiting", RETRY_S);
+  return false;
+}
+
+/* On a compute thread, for a moment: without a place in the queue, as most who look are answered at once. */
+static void look(srv_job *job) {
+  srv_exchange *exchange = (srv_exchange *)(void *)job;
+  exchange->worked_ns = srv_now_ns();
+  api_progress progress = handle(exchange, API_LOOK);
+  if (progress == API_WAITS || (progress != API_ANSWERED && submit(exchange))) return;
   exchange->ready(exchange);
 }
 
@@ -273,14 +290,16 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
   } else if (is_metrics(exchange)) {
     answer_metrics(exchange);
-  } else if (!handle(exchange, API_LIGHT)) {
-    return SRV_EXCHANGE_LATER;
-  } else if (!exchange->answered) {
-    exchange->job.run = run;
-    if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) {
+  } else {
+    switch (handle(exchange, API_LIGHT)) {
+    case API_ANSWERED: break;
+    case API_WAITS: return SRV_EXCHANGE_LATER;
+    case API_LOOK_ON_THREAD:
+      exchange->job.run = look;
+      srv_work_resume(server->work, &exchange->job);
       return SRV_EXCHANGE_LATER;
+    case API_AGAIN_ON_THREAD: return submit(exchange) ? SRV_EXCHANGE_LATER : SRV_EXCHANGE_NOW;
     }
-    srv_exchange_refuse(exchange, 503, "too many requests are waiting", RETRY_S);
   }
   return SRV_EXCHANGE_NOW;
 }

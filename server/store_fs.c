@@ -485,8 +485,10 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
   if (began_ns - facts->changed_ns < TICK_NS) return;
   pthread_mutex_lock(&store->verdicts_lock);
   verdict *v = &store->verdicts[place_of(id)];
-  *v = (verdict){.whole = whole, .facts = *facts};
+  if (strcmp(v->id, id) != 0) v->seen_ns = 0;
   memcpy(v->id, id, sizeof v->id);
+  v->whole = whole;
+  v->facts = *facts;
   pthread_mutex_unlock(&store->verdicts_lock);
 }
 

@@ -23,6 +23,7 @@ struct srv_work {
   srv_job *first, *last;
   loop *loops;
   size_t queue_max, waiting, running;
+  size_t admitted;       /* of those waiting, by srv_work_submit */
   atomic_size_t outside; /* threads of others at work; not guarded */
   bool stopping;
   size_t thread_count;
@@ -36,6 +37,7 @@ static srv_job *take(srv_work *work) {
   work->first = job->next;
   if (work->first == NULL) work->last = NULL;
   work->waiting--;
+  work->admitted -= job->is_admitted;
   return job;
 }
 
@@ -123,8 +125,11 @@ void srv_work_destroy(srv_work *work) {
 bool srv_work_submit(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   /* Jobs that an idle thread is about to take do not count as waiting. */
-  size_t idle = work->thread_count - work->running;
-  bool accepted = work->waiting < work->queue_max + idle;
+  size_t busy = work->running + work->waiting - work->admitted;
+  size_t idle = work->thread_count > busy ? work->thread_count - busy : 0;
+  bool accepted = work->admitted < work->queue_max + idle;
+  job->is_admitted = true;
+  work->admitted += accepted;
   if (accepted) put(work, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;
@@ -132,7 +137,12 @@ bool srv_work_submit(srv_work *work, srv_job *job) {
 
 void srv_work_resume(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
-  put(work, job);
+  job->is_admitted = false;
+  job->next = work->first;
+  work->first = job;
+  if (work->last == NULL) work->last = job;
+  work->waiting++;
+  pthread_cond_signal(&work->wake);
   pthread_mutex_unlock(&work->lock);
 }
 
@@ -140,6 +150,7 @@ bool srv_work_spare(srv_work *work, srv_job *job) {
   pthread_mutex_lock(&work->lock);
   size_t busy = work->running + work->waiting + atomic_load(&work->outside);
   bool accepted = !work->stopping && busy < work->thread_count;
+  job->is_admitted = false;
   if (accepted) put(work, job);
   pthread_mutex_unlock(&work->lock);
   return accepted;

@@ -10,6 +10,7 @@
 typedef struct srv_job {
   void (*run)(struct srv_job *job); /* on a compute thread; the pool does not touch the job afterwards */
   struct srv_job *next;
+  bool is_admitted; /* took a place in the queue */
 } srv_job;
 
 typedef struct srv_work srv_work;
@@ -23,7 +24,8 @@ void srv_work_destroy(srv_work *work);
 /* False at once when the queue is full. Any thread. */
 bool srv_work_submit(srv_work *work, srv_job *job);
 
-/* Goes on with a job that was begun before: takes no place in the queue. Any thread. */
+/* Goes on with a job that was begun before, or runs a short one: it takes no place in the queue, and goes
+ * before those that have one. Any thread. */
 void srv_work_resume(srv_work *work, srv_job *job);
 
 /* The same for work that only pays on a core that has nothing else to do: false when there is none. The pool

@@ -341,7 +341,7 @@ static api_entry *take_awaited(api_cache *cache, const char *key, api_ticket *ti
 /* Under the lock: a missing or promised entry becomes this ticket's to build, in a light call by a later one.
  */
 static api_entry *begin_build(api_entry *entry, api_ticket *ticket, api_effort effort, api_fault *fault) {
-  if (effort != API_LIGHT) {
+  if (effort == API_HEAVY) {
     entry->state = BUILDING;
     return entry;
   }

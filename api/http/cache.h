@@ -31,7 +31,7 @@ typedef bool (*api_build)(void *context, api_built *out, api_fault *fault);
 /* The entry when it is there and complete, else NULL. Takes a reference. */
 api_entry *api_cache_peek(api_cache *cache, const char *key);
 
-/* The entry, taking a reference. Where it is missing it is built here; in a light call (API_LIGHT) it is
+/* The entry, taking a reference. Where it is missing it is built here; in a light call (not API_HEAVY) it is
  * promised instead: the ticket's next heavy call will build it, and who else asks for it waits. NULL: the
  * fault says why: a failure, which is not remembered, or a stall: API_STALL_THREAD in a light call,
  * API_STALL_ENTRY while another request makes it, or what the build itself stalled at. */

@@ -13,6 +13,7 @@ typedef enum api_outcome {
   API_DONE,        /* the answer is filled */
   API_FAILED,      /* the fault is filled: a failure, or a stall */
   API_CONTINUE,    /* nothing is decided: go on with the next stage */
+  API_NEEDS_LOOK,  /* come back with API_LOOK */
   API_NEEDS_THREAD /* too much for a light call: come back with API_HEAVY */
 } api_outcome;
 

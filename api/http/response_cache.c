@@ -104,7 +104,7 @@ static bool was_asked_before(api_service *service, uint32_t hash) {
 api_outcome api_response_reply_repeated(api_call *call, const char *key, api_print print, void *context) {
   api_entry *entry = api_cache_peek(call->service->cache, key);
   if (entry) return send_entry(call, entry);
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   if (!was_asked_before(call->service, api_cache_hash(key))) return API_CONTINUE;
   api_outcome outcome = take(call, key, print, context, &entry);
   return outcome == API_DONE ? send_entry(call, entry) : outcome;

@@ -334,9 +334,9 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
       return API_ANSWERED;
     }
     api_outcome outcome = run_stages(&call);
-    if (outcome == API_NEEDS_THREAD) {
+    if (outcome == API_NEEDS_THREAD || outcome == API_NEEDS_LOOK) {
       abandon(&call);
-      return API_AGAIN_ON_THREAD;
+      return outcome == API_NEEDS_LOOK ? API_LOOK_ON_THREAD : API_AGAIN_ON_THREAD;
     }
     if (!is_stalled(&call, outcome)) outcome = keep_grant(&call, outcome);
     if (!is_stalled(&call, outcome)) {

@@ -206,11 +206,13 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
 
 typedef enum api_effort {
   API_LIGHT, /* may answer only from what is at hand: no parsing of models, no plan, no storage */
+  API_LOOK,  /* the same, and looks whether the model is stored, which may block a little */
   API_HEAVY
 } api_effort;
 
 typedef enum api_progress {
   API_ANSWERED,        /* *answer is filled */
+  API_LOOK_ON_THREAD,  /* nobody has looked of late whether the model is stored: call again with API_LOOK */
   API_AGAIN_ON_THREAD, /* the work is heavy: call again with API_HEAVY on a thread that may take its time */
   API_WAITS            /* the ticket will be woken; until then request and ticket are not to be touched */
 } api_progress;

@@ -68,10 +68,10 @@ static bool open_stored(api_service *service, const char *id, api_blob *out, api
 
 api_outcome api_model_look(api_call *call) {
   const api_store *store = &call->service->store;
-  switch (store->look(store->context, call->id, call->effort == API_HEAVY)) {
+  switch (store->look(store->context, call->id, call->effort != API_LIGHT)) {
   case API_STORE_OK:
   case API_STORE_UNAVAILABLE: return API_CONTINUE;
-  case API_STORE_UNKNOWN: return API_NEEDS_THREAD;
+  case API_STORE_UNKNOWN: return API_NEEDS_LOOK;
   case API_STORE_DAMAGED: fail_damaged(call->service, call->id, &call->fault); return API_FAILED;
   case API_STORE_ABSENT: break;
   }
@@ -238,7 +238,7 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
 }
 
 api_outcome api_post_model(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_upload upload = {0};
   tw_model *model = NULL;
   api_outcome outcome = read_body(call, TW_QUADS_NGON, &upload, &model);
@@ -340,7 +340,7 @@ api_outcome api_list_models(api_call *call) {
   if (limit < 1 || limit > LIST_MOST) return api_fail_with(call, 400, "limit must be 1 to %d", LIST_MOST);
   if (after && !api_is_model_id(after, strlen(after)))
     return api_fail_with(call, 400, "after must be the id of a model");
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_listed *listed = tw_arena_alloc(call->arena, (size_t)limit, sizeof *listed);
   if (!listed) return api_fail_without_memory(call);
   size_t count = 0;
@@ -377,7 +377,7 @@ api_outcome api_get_model(api_call *call) {
 }
 
 api_outcome api_delete_model(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   const api_store *store = &call->service->store;
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
@@ -431,7 +431,7 @@ static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
 }
 
 api_outcome api_get_source(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
   if (!body) return api_fail_without_memory(call);
   if (!open_stored(call->service, call->id, &body->blob, &call->fault)) return API_FAILED;

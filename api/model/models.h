@@ -20,7 +20,7 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
 
 /* Looks whether the model of the call is stored and whole, before anything of it is answered from the cache:
  * 404 and 500 where it is not. A store that cannot be reached is no reason to refuse what is cached.
- * API_NEEDS_THREAD in a light call when nobody has looked of late. */
+ * API_NEEDS_LOOK in a call with API_LIGHT when nobody has looked of late. */
 api_outcome api_model_look(api_call *call);
 
 /* The model in the request's body, parsed for this request alone. */

@@ -110,7 +110,7 @@ static bool is_long_search(const tw_model *model, const char *list) {
 static api_outcome choose_named(api_call *call, api_pose_request *request) {
   const tw_model *model = request->model;
   const char *list = request->node_list;
-  if (list && call->effort == API_LIGHT && is_long_search(model, list)) return API_NEEDS_THREAD;
+  if (list && call->effort != API_HEAVY && is_long_search(model, list)) return API_NEEDS_THREAD;
   bool *chosen = list ? tw_arena_alloc(call->arena, model->node_count, sizeof *chosen) : NULL;
   uint32_t *nodes = tw_arena_alloc_raw(call->arena, model->node_count, sizeof *nodes);
   if ((list && !chosen) || !nodes) return api_fail_without_memory(call);

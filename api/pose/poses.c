@@ -123,7 +123,7 @@ static api_outcome reply_poses(api_call *call, api_pose_request *request, const 
     api_outcome outcome = api_response_reply_repeated(call, key, print_remembered, &source);
     if (outcome != API_CONTINUE) return outcome;
   }
-  return call->effort == API_LIGHT ? API_NEEDS_THREAD : reply_streamed(call, request);
+  return call->effort != API_HEAVY ? API_NEEDS_THREAD : reply_streamed(call, request);
 }
 
 /* From parameters and a model to all that is to be told. */
@@ -190,7 +190,7 @@ static api_outcome read_times(api_call *call, api_times *out) {
 }
 
 api_outcome api_post_times(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = read_times(call, &request.times);
@@ -199,7 +199,7 @@ api_outcome api_post_times(api_call *call) {
 }
 
 api_outcome api_post_pose(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &request.model_entry);

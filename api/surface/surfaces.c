@@ -343,7 +343,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
   api_outcome outcome = scene->query.has_clip ? api_scene_take_clip(call, model, is_stored, scene) : API_DONE;
   if (outcome != API_DONE) return outcome;
-  if (call->effort == API_LIGHT && scene->query.has_clip) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY && scene->query.has_clip) return API_NEEDS_THREAD;
   outcome = api_scene_pose(call, model, scene);
   scene->content.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
@@ -363,7 +363,7 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
     outcome = API_DONE;
   }
   if (outcome != API_DONE) return outcome;
-  if (call->effort == API_LIGHT && !is_light(call, request)) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY && !is_light(call, request)) return API_NEEDS_THREAD;
   const api_plan *plan = api_entry_value(request->plan);
   request->scene.content.surfaces = (const tw_surface *const *)plan->surfaces;
   outcome = api_scene_animate(call, api_entry_value(request->model), &request->scene);
@@ -385,7 +385,7 @@ api_outcome api_get_surface(api_call *call) {
 }
 
 api_outcome api_post_surface(api_call *call) {
-  if (call->effort == API_LIGHT) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   surface_request *request = read_request(call);
   if (!request) return API_FAILED;
   api_outcome outcome = api_model_of_body(call, request->surface.quads, &request->model);

@@ -55,6 +55,29 @@ TEST_WITH(queue_takes_what_waits_and_no_more, reset, NULL) {
   assert_int_equal(atomic_load(&done), THREADS + QUEUE);
 }
 
+static srv_job *first_begun;
+
+static void note_first(srv_job *job) {
+  if (first_begun == NULL) first_begun = job;
+}
+
+TEST_WITH(who_goes_on_takes_no_place_and_goes_first, reset, NULL) {
+  srv_work *work = srv_work_create(1, 1);
+  srv_job busy = {.run = run_at_gate}, admitted = {.run = note_first}, refused = {.run = note_first};
+  srv_job resumed[3] = {{.run = note_first}, {.run = note_first}, {.run = note_first}};
+  first_begun = NULL;
+  pthread_mutex_lock(&gate);
+  assert_true(srv_work_submit(work, &busy));
+  wait_until_begun(1);
+  for (size_t i = 0; i < 2; i++) srv_work_resume(work, &resumed[i]);
+  assert_true(srv_work_submit(work, &admitted));
+  assert_false(srv_work_submit(work, &refused));
+  srv_work_resume(work, &resumed[2]);
+  pthread_mutex_unlock(&gate);
+  srv_work_destroy(work);
+  assert_ptr_equal(first_begun, &resumed[2]);
+}
+
 TEST_WITH(without_a_queue_idle_threads_still_work, reset, NULL) {
   srv_work *work = srv_work_create(1, 0);
   srv_job jobs[2] = {{.run = run_at_gate}, {.run = run_at_gate}};
