@@ -7,8 +7,8 @@
 #include <string.h>
 
 #include "cube.h"
-#include "simd.h"
 #include "scene_fixture.h"
+#include "simd.h"
 #include "test.h"
 #include "torus_cage.h"
 
