@@ -31,7 +31,7 @@ typedef struct srv_server {
   atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
 } srv_server;
 
-enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 96 };
+enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 100 };
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool hands it back */
