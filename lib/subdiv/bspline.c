@@ -1,22 +1,13 @@
 /* B-spline weight tables by repeated knot insertion, exact until they are rounded to float. */
 #include "bspline.h"
 
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "bspline_kernel.h"
 #include "simd.h"
-#include "tweend/subdiv.h"
 
 enum { ROWS = 4 + 4 + 3 };
-
-typedef struct table {
-  tw_spline view;
-  float rows[]; /* [ROWS][2^depth + TW_SPLINE_LANES] */
-} table;
-
-static _Atomic(table *) tables[TW_LEVEL_MAX + 1];
 
 /* One step on points -1 .. n + 1 of a segment (n intervals): gives -1 .. 2n + 1. */
 static void insert_knots(const double (*in)[4], uint32_t n, double (*out)[4]) {
@@ -40,51 +31,56 @@ static void weigh(const double (*points)[4], uint32_t n, uint32_t i, float out[R
   }
 }
 
-static void fill(table *t, uint32_t n, const double (*points)[4]) {
-  size_t length = (size_t)n + TW_SPLINE_LANES;
+/* Floats in a row of the table of a depth. */
+static size_t row_length(uint32_t depth) {
+  return ((size_t)1 << depth) + TW_SPLINE_LANES;
+}
+
+/* rows: [ROWS][row_length]. */
+static void fill_table(uint32_t depth, const double (*points)[4], float *rows, tw_spline *out) {
+  size_t length = row_length(depth);
+  uint32_t n = 1u << depth;
   for (uint32_t i = 0; i < length; i++) {
     float weights[ROWS];
     weigh(points, n, i < n ? i : n, weights);
-    for (uint32_t r = 0; r < ROWS; r++) t->rows[r * length + i] = weights[r];
+    for (uint32_t r = 0; r < ROWS; r++) rows[r * length + i] = weights[r];
   }
   for (uint32_t k = 0; k < 4; k++) {
-    t->view.point[k] = t->rows + k * length;
-    t->view.limit[k] = t->rows + (4 + k) * length;
-    if (k < 3) t->view.slope[k] = t->rows + (8 + k) * length;
+    out->point[k] = rows + k * length;
+    out->limit[k] = rows + (4 + k) * length;
+    if (k < 3) out->slope[k] = rows + (8 + k) * length;
   }
 }
 
-static table *make(uint32_t depth) {
-  uint32_t n = 1u << depth;
-  table *t = tw_alloc(1, sizeof *t + ((size_t)n + TW_SPLINE_LANES) * ROWS * sizeof(float));
-  double(*points)[4] = tw_alloc_zero(n + 3, sizeof *points), (*next)[4] = tw_alloc_zero(n + 3, sizeof *next);
-  if (t && points && next) {
-    for (int k = 0; k < 4; k++) points[k][k] = 1;
-    for (uint32_t level = 0; level < depth; level++) {
-      insert_knots((const double(*)[4])points, 1u << level, next);
-      double(*swap)[4] = points;
-      points = next;
-      next = swap;
-    }
-    fill(t, n, (const double(*)[4])points);
-  } else {
-    free(t);
-    t = NULL;
+size_t tw_spline_tables_size(uint32_t depth) {
+  size_t size = 0;
+  for (uint32_t d = 0; d <= depth; d++) size += sizeof(tw_spline) + ROWS * row_length(d) * sizeof(float);
+  return size;
+}
+
+tw_spline *tw_spline_tables_create(uint32_t depth) {
+  tw_spline *tables = tw_alloc(1, tw_spline_tables_size(depth));
+  size_t room = ((size_t)1 << depth) + 3;
+  double(*points)[4] = tw_alloc_zero(room, 2 * sizeof *points), (*next)[4] = points + room;
+  if (!tables || !points) {
+    free(tables);
+    free(points);
+    return NULL;
+  }
+  float *rows = (float *)(void *)(tables + depth + 1);
+  double(*at)[4] = points;
+  for (int k = 0; k < 4; k++) at[k][k] = 1;
+  for (uint32_t d = 0; d <= depth; d++) {
+    fill_table(d, (const double(*)[4])at, rows, &tables[d]);
+    rows += ROWS * row_length(d);
+    if (d == depth) break;
+    insert_knots((const double(*)[4])at, 1u << d, next);
+    double(*swap)[4] = at;
+    at = next;
+    next = swap;
   }
   free(points);
-  free(next);
-  return t;
-}
-
-const tw_spline *tw_spline_table(uint32_t depth) {
-  table *t = atomic_load(&tables[depth]);
-  if (t) return &t->view;
-  t = make(depth);
-  if (!t) return NULL;
-  table *expected = NULL;
-  if (atomic_compare_exchange_strong(&tables[depth], &expected, t)) return &t->view;
-  free(t); /* another thread was first */
-  return &expected->view;
+  return tables;
 }
 
 /* ---- rows: the kernel for every machine, and the choice of the best one ------------------------- */

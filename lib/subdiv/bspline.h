@@ -1,6 +1,7 @@
-/* Weights of the uniform cubic B-spline at the points that `depth` subdivisions put on one segment. */
-#ifndef TWEEND_SPLINE_H
-#define TWEEND_SPLINE_H
+/* Uniform cubic B-splines: their weights at the points that `depth` subdivisions put on one segment, and rows
+ * of points of regular patches. */
+#ifndef TWEEND_BSPLINE_H
+#define TWEEND_BSPLINE_H
 
 #include "tweend/base.h"
 
@@ -14,8 +15,9 @@ typedef struct tw_spline {
   const float *slope[3]; /* of their differences: the limit's derivative over the segment */
 } tw_spline;
 
-/* Tables for depths 0 to TW_LEVEL_MAX, made once, shared by all threads. NULL without memory. */
-const tw_spline *tw_spline_table(uint32_t depth);
+/* Tables for depths 0 to `depth` in one block of memory, which free() frees. NULL without memory. */
+tw_spline *tw_spline_tables_create(uint32_t depth);
+size_t tw_spline_tables_size(uint32_t depth);
 
 /* ---- rows of points ----------------------------------------------------------------------------- */
 

@@ -47,6 +47,7 @@ typedef struct smooth_class {
 typedef struct plan {
   tw_patches *patches;
   tw_patch_shapes *shapes;
+  bool linear;           /* a quad is the B-spline of its corners, reflected beyond each side */
   uint8_t *smooth_faces; /* [vertices] tw_vertex_smooth_faces */
   tw_collector *collector;
   control_list controls;
@@ -94,7 +95,12 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
   patch->first_control = p->controls.count;
   uint32_t buffer[TW_SMOOTH_POINTS_MAX], count = 16;
   const uint32_t *points = buffer;
-  if (p->patches->linear) return append_controls(&p->controls, base->corner_vertex + 4 * (size_t)quad, 4);
+  if (p->linear) {
+    static const uint8_t corners[16] = {0, 0, 0, 0, 0, 0, 1, 0, 0, 3, 2, 0, 0, 0, 0, 0};
+    for (uint32_t i = 0; i < 16; i++) buffer[i] = base->corner_vertex[4 * (size_t)quad + corners[i]];
+    patch->reflected = 15;
+    return append_controls(&p->controls, buffer, count);
+  }
   uint32_t key = smooth_key(p, quad);
   bool irregular = key ? key != 0x04040404 : false;
   if (irregular || !tw_patch_regular(base, 4 * quad, p->smooth_faces, buffer, &patch->reflected)) {
@@ -110,15 +116,16 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
 static tw_status start_plan(plan *p, const tw_rules *rules) {
   tw_patches *all = p->patches;
   const tw_topology *base = all->base;
-  for (uint32_t depth = 0; depth <= all->depth; depth++)
-    if (!tw_spline_table(depth)) return TW_NO_MEMORY;
+  p->linear = rules->linear;
+  all->splines = tw_spline_tables_create(all->depth);
   all->patches = tw_alloc_zero(base->face_count, sizeof *all->patches);
   p->collector = tw_collector_create(base, rules->chaikin);
   p->smooth_faces = tw_alloc(base->vertex_count, 1);
   uint64_t capacity = (uint64_t)base->face_count * 16 + 16;
   p->controls.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
   p->controls.points = tw_alloc(p->controls.capacity, sizeof *p->controls.points);
-  if (!all->patches || !p->collector || !p->smooth_faces || !p->controls.points) return TW_NO_MEMORY;
+  if (!all->splines || !all->patches || !p->collector || !p->smooth_faces || !p->controls.points)
+    return TW_NO_MEMORY;
   for (uint32_t v = 0; v < base->vertex_count; v++) p->smooth_faces[v] = tw_vertex_smooth_faces(base, v);
   return TW_OK;
 }
@@ -132,7 +139,8 @@ static tw_status plan_all(plan *p, const tw_rules *rules) {
   free(p->smooth_faces);
   tw_collector_destroy(p->collector);
   if (status == TW_OK)
-    all->size = all->base->face_count * sizeof *all->patches + p->controls.capacity * sizeof *all->controls;
+    all->size = all->base->face_count * sizeof *all->patches + p->controls.capacity * sizeof *all->controls +
+                tw_spline_tables_size(all->depth);
   return status;
 }
 
@@ -141,7 +149,6 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
   memset(patches, 0, sizeof *patches);
   patches->base = base;
   patches->depth = depth;
-  patches->linear = rules->linear;
   plan p = {.patches = patches, .shapes = shapes};
   tw_status status = plan_all(&p, rules);
   if (status != TW_OK) tw_patches_deinit(patches);
@@ -151,6 +158,7 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
 void tw_patches_deinit(tw_patches *patches) {
   free(patches->patches);
   free(patches->controls);
+  free(patches->splines);
   memset(patches, 0, sizeof *patches);
 }
 
@@ -158,7 +166,7 @@ void tw_patches_deinit(tw_patches *patches) {
 
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count) {
   const tw_patch *patch = &patches->patches[quad];
-  *count = patches->linear ? 4 : patch->shape ? patch->shape->point_count : 16;
+  *count = patch->shape ? patch->shape->point_count : 16;
   return patches->controls + patch->first_control;
 }
 
@@ -172,6 +180,7 @@ enum { WIDTH_MAX = 4 };
  * (i + column, j + row). */
 typedef struct target {
   const tw_patch_job *job;
+  const tw_spline *splines; /* by depth */
   tw_patch_rect whole;
   uint32_t column, row;
   const double *origin; /* what the points of an irregular patch are relative to */
@@ -193,7 +202,7 @@ static void evaluate_spline(const target *to, const float points[16][WIDTH_MAX],
   const uint32_t n = 1u << depth;
   size_t place = place_of(to, rect.i0, rect.j0);
   ptrdiff_t step = job->backwards ? -(ptrdiff_t)job->stride : (ptrdiff_t)job->stride;
-  tw_spline_job rows = {.spline = tw_spline_table(depth),
+  tw_spline_job rows = {.spline = &to->splines[depth],
                         .points = points,
                         .width = job->width,
                         .limit = job->limit,
@@ -407,29 +416,6 @@ static void evaluate_shape(target to, const tw_patch_class *shape, const double 
 
 /* ---- one patch ------------------------------------------------------------------------------ */
 
-/* Bilinear interpolation between the corners. */
-static void evaluate_linear(const target *to, const float *const quad[4], uint32_t depth,
-                            tw_patch_rect rect) {
-  float step = 1.0f / (float)(1u << depth);
-  uint32_t width = to->job->width;
-  for (uint32_t j = rect.j0; j <= rect.j1; j++)
-    for (uint32_t i = rect.i0; i <= rect.i1; i++) {
-      float u = (float)i * step, v = (float)j * step;
-      size_t place = place_of(to, i, j);
-      float tangent1[WIDTH_MAX], tangent2[WIDTH_MAX];
-      for (uint32_t c = 0; c < width; c++) {
-        float low = (1 - u) * quad[0][c] + u * quad[1][c], high = (1 - u) * quad[3][c] + u * quad[2][c];
-        if (to->job->values) to->job->values[place + c] = (1 - v) * low + v * high;
-        tangent1[c] = (1 - v) * (quad[1][c] - quad[0][c]) + v * (quad[2][c] - quad[3][c]);
-        tangent2[c] = high - low;
-      }
-      if (to->job->normals) tw_normal_from_tangents(tangent1, tangent2, quad, to->job->normals + place);
-      if (!to->job->derivatives) continue;
-      memcpy(to->job->derivatives + place, tangent1, width * sizeof *tangent1);
-      memcpy(to->job->derivatives + place + WIDTH_MAX, tangent2, width * sizeof *tangent2);
-    }
-}
-
 /* Relative to the first control point: rows of weights sum to 1 within the rounding of float alone, which far
  * from 0 would be more than what the points of a small quarter differ by. */
 static void evaluate_irregular(target to, const tw_patches *patches, const tw_patch *patch,
@@ -497,19 +483,15 @@ static void evaluate_by_stencil(const target *to, const tw_patches *patches, con
   if (sum_rows(to, patches->depth, rect, &sums)) return;
   tw_patch_job normals = *job;
   normals.values = NULL;
-  evaluate_irregular((target){.job = &normals, .whole = to->whole, .split = true}, patches, patch, rect);
+  evaluate_irregular((target){.job = &normals, .splines = to->splines, .whole = to->whole, .split = true},
+                     patches, patch, rect);
 }
 
 void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_job *job,
                        tw_patch_rect rect) {
   const tw_patch *patch = &patches->patches[quad];
-  target to = {.job = job, .whole = rect};
-  if (patches->linear) {
-    const uint32_t *controls = patches->controls + patch->first_control;
-    const float *corners[4];
-    for (int k = 0; k < 4; k++) corners[k] = job->in + (size_t)controls[k] * job->width;
-    evaluate_linear(&to, corners, patches->depth, rect);
-  } else if (patch->shape) {
+  target to = {.job = job, .splines = patches->splines, .whole = rect};
+  if (patch->shape) {
     if (patch->summed && has_stencil(&to, patch->shape->stencils[job->limit][patches->depth]))
       evaluate_by_stencil(&to, patches, patch, rect);
     else
@@ -554,11 +536,11 @@ void tw_patch_batch_begin(tw_patch_batch *batch, const tw_patches *patches, cons
   batch->job = *job;
   batch->normals = normals;
   batch->piece = piece;
-  batch->together = count >= WORTH_IT && !patches->linear;
+  batch->together = count >= WORTH_IT;
   if (!batch->together) return;
   uint32_t inside = (1u << patches->depth) - 1;
   tw_patch_rect rects[] = {{0, 0, 0, 0}, {1, inside, 0, 0}, {1, inside, 1, inside}};
-  batch->lanes = (tw_spline_batch){.spline = tw_spline_table(patches->depth),
+  batch->lanes = (tw_spline_batch){.spline = &patches->splines[patches->depth],
                                    .limit = job->limit,
                                    .normals = normals,
                                    .rect = rects[piece],

@@ -17,7 +17,7 @@
 
 typedef struct tw_patch {
   tw_patch_class *shape;  /* NULL: regular */
-  uint32_t first_control; /* 16 control points, 4 of a linear patch, or the points of the shape */
+  uint32_t first_control; /* 16 control points, or the points of the shape */
   uint8_t reflected;      /* regular: bit s set when the row beyond side s is a reflection */
   bool summed;            /* by the stencil that its class has for the depth */
 } tw_patch;
@@ -25,9 +25,9 @@ typedef struct tw_patch {
 typedef struct tw_patches {
   const tw_topology *base; /* all quads; outlives the patches */
   uint32_t depth;
-  bool linear;
   tw_patch *patches;       /* [base->face_count] */
   uint32_t *controls;      /* vertices of base */
+  tw_spline *splines;      /* [depth + 1] */
   uint32_t scratch_points; /* points of scratch an evaluation needs */
   size_t size;             /* bytes held */
 } tw_patches;

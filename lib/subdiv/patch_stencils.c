@@ -6,6 +6,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "stencil.h"
+
 enum {
   USES_MIN = 8,             /* patches of a class that make up for the time a stencil takes to make */
   BYTES_MAX = 4 << 20,      /* all stencils of one mesh together, which the processor's cache holds */
@@ -23,12 +25,19 @@ static uint32_t control_count_of(const tw_patch_class *shape) {
   return (shape->point_count + 1) & ~1u;
 }
 
+/* What stencils are made for. scratch_points and splines: of patches of the depth. */
+typedef struct stencil_wish {
+  uint32_t depth, scratch_points;
+  tw_spline *splines;
+  bool limit, normals;
+} stencil_wish;
+
 /* ---- weights -------------------------------------------------------------------------------- */
 
 /* A class as the only patch there is. */
 typedef struct basis {
   tw_patch_class *shape;
-  const tw_stencil_wish *wish;
+  const stencil_wish *wish;
   uint32_t points, control_count;
   uint32_t *controls; /* [point_count] */
   float *in;          /* [point_count][TOGETHER] */
@@ -63,7 +72,8 @@ static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
 /* The patch of the control points that are set. */
 static void evaluate(const basis *b) {
   tw_patch patch = {.shape = b->shape};
-  tw_patches patches = {.depth = b->wish->depth, .patches = &patch, .controls = b->controls};
+  tw_patches patches = {
+      .depth = b->wish->depth, .patches = &patch, .controls = b->controls, .splines = b->wish->splines};
   uint32_t n = 1u << b->wish->depth;
   tw_patch_job job = {.in = b->in,
                       .width = TOGETHER,
@@ -133,8 +143,9 @@ static void scale_tangents(const basis *b) {
       scale_tangent(b, b->tangents + block_at(b, block * TW_STENCIL_BLOCK, 0, 2) + lane);
 }
 
-tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
-                          tw_stencil *out) {
+/* Makes one that lives in the arena. TW_NO_MEMORY. */
+static tw_status make_stencil(tw_patch_class *shape, const stencil_wish *wish, tw_arena *arena,
+                              tw_stencil *out) {
   uint32_t side = (1u << wish->depth) + 1;
   basis b = {.shape = shape, .wish = wish, .points = side * side, .control_count = control_count_of(shape)};
   tw_arena *scratch = tw_arena_create();
@@ -151,18 +162,18 @@ tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw
 
 /* ---- of all patches ------------------------------------------------------------------------- */
 
-static size_t bytes_of(const tw_patch_class *shape, const tw_stencil_wish *wish) {
+static size_t bytes_of(const tw_patch_class *shape, const stencil_wish *wish) {
   size_t places = (size_t)tw_section_blocks(1u << wish->depth) * TW_STENCIL_BLOCK;
   return (wish->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * places;
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */
-static tw_status need_stencil(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena) {
+static tw_status need_stencil(tw_patch_class *shape, const stencil_wish *wish, tw_arena *arena) {
   const tw_stencil **known = &shape->stencils[wish->limit][wish->depth];
   if (*known && (!wish->normals || (*known)->tangents)) return TW_OK;
   if (tw_arena_size(arena) > ALL_BYTES_MAX) return TW_LIMIT;
   tw_stencil *stencil = tw_arena_alloc(arena, 1, sizeof *stencil);
-  tw_status status = stencil ? tw_stencil_make(shape, wish, arena, stencil) : TW_NO_MEMORY;
+  tw_status status = stencil ? make_stencil(shape, wish, arena, stencil) : TW_NO_MEMORY;
   if (status == TW_OK) *known = stencil;
   return status;
 }
@@ -171,7 +182,7 @@ static tw_status need_stencil(tw_patch_class *shape, const tw_stencil_wish *wish
  * share its classes. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
   if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
-  const tw_stencil_wish wish = {patches->depth, patches->scratch_points, limit, normals};
+  const stencil_wish wish = {patches->depth, patches->scratch_points, patches->splines, limit, normals};
   size_t bytes = 0;
   tw_patch *first = patches->patches, *end = first + patches->base->face_count;
   for (tw_patch *patch = first; patch < end; patch++)

@@ -3,17 +3,6 @@
 #define TWEEND_PATCH_STENCILS_H
 
 #include "patch.h"
-#include "stencil.h"
-
-/* What stencils are made for. scratch_points: of patches of the depth. */
-typedef struct tw_stencil_wish {
-  uint32_t depth, scratch_points;
-  bool limit, normals;
-} tw_stencil_wish;
-
-/* Makes one that lives in the arena. TW_NO_MEMORY. */
-tw_status tw_stencil_make(tw_patch_class *shape, const tw_stencil_wish *wish, tw_arena *arena,
-                          tw_stencil *out);
 
 /* Has those patches summed whose classes many of the patches share, where the depth allows.
  * shapes: those of the patches. limit: as all jobs that want values will have it. normals: these will be
