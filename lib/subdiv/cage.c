@@ -168,7 +168,8 @@ static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *fac
 /* An open mesh with a border: its first level is made, the others follow. */
 static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
                             uint64_t *refined_faces) {
-  tw_rules rules = {options->scheme == TW_BILINEAR, options->creasing == TW_CREASE_CHAIKIN, false};
+  tw_rules rules = {.linear = options->scheme == TW_BILINEAR,
+                    .chaikin = options->creasing == TW_CREASE_CHAIKIN};
   tw_topology full, first;
   uint32_t *faces, *vertices;
   bool loop = options->scheme == TW_LOOP;

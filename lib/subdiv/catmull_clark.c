@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "child.h"
-#include "loop.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
@@ -110,174 +109,7 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
   return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
-/* ---- values --------------------------------------------------------------------------------- */
-
-static inline void add_scaled(float *restrict out, const float *restrict in, float weight, uint32_t width) {
-  for (uint32_t i = 0; i < width; i++) out[i] += weight * in[i];
-}
-
-static inline void refine_faces(const tw_topology *p, uint32_t width, const float *restrict in,
-                                uint32_t begin_face, uint32_t end_face, float *restrict face_points) {
-  for (uint32_t f = begin_face; f < end_face; f++) {
-    uint32_t begin = tw_face_begin(p, f), size = tw_face_size(p, f);
-    float *point = face_points + (size_t)f * width;
-    memcpy(point, in + (size_t)p->corner_vertex[begin] * width, width * sizeof *point);
-    for (uint32_t i = 1; i < size; i++)
-      add_scaled(point, in + (size_t)p->corner_vertex[begin + i] * width, 1, width);
-    for (uint32_t i = 0; i < width; i++) point[i] /= (float)size;
-  }
-}
-
-/* OpenSubdiv's 0.47 for triangles when asked for. */
-float tw_smooth_face_weight(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
-  if (faces != 2) return 0.5f / (float)faces;
-  if (!rules->smooth_triangles || triangles == 0) return 0.25f;
-  return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
-}
-
-/* Where nothing is sharp all edges have two faces. */
-static inline void refine_smooth_edge(const tw_topology *p, uint32_t edge, uint32_t width, const float *a,
-                                      const float *b, const float *face_points, float *restrict point) {
-  uint32_t corner = p->edge_corner[edge];
-  const float *left = face_points + (size_t)tw_corner_face(p, corner) * width,
-              *right = face_points + (size_t)tw_corner_face(p, p->sibling[corner]) * width;
-  for (uint32_t i = 0; i < width; i++) point[i] = 0.25f * (a[i] + b[i]) + 0.25f * (left[i] + right[i]);
-}
-
-static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                const float *restrict in, const float *restrict face_points, uint32_t begin,
-                                uint32_t end, float *restrict out) {
-  bool smooth = p->smooth && !rules->linear && !rules->smooth_triangles;
-  for (uint32_t e = begin; e < end; e++) {
-    float *point = out + (size_t)(e - begin) * width;
-    const float *a = in + (size_t)p->edge_vertices[e][0] * width,
-                *b = in + (size_t)p->edge_vertices[e][1] * width;
-    if (smooth) {
-      refine_smooth_edge(p, e, width, a, b, face_points, point);
-      continue;
-    }
-    float crease = tw_crease_share(p, rules, e);
-    if (crease == 1) {
-      for (uint32_t i = 0; i < width; i++) point[i] = 0.5f * (a[i] + b[i]);
-      continue;
-    }
-    uint32_t faces = 0, triangles = 0, first = p->edge_corner[e], c = first;
-    memset(point, 0, width * sizeof *point);
-    do {
-      uint32_t face = tw_corner_face(p, c);
-      add_scaled(point, face_points + (size_t)face * width, 1, width);
-      triangles += tw_face_size(p, face) == 3;
-      faces++;
-      c = p->sibling[c];
-    } while (c != first);
-    float face_weight = tw_smooth_face_weight(rules, faces, triangles);
-    float end_weight = (1 - crease) * 0.5f * (1 - face_weight * (float)faces) + crease * 0.5f;
-    for (uint32_t i = 0; i < width; i++)
-      point[i] = end_weight * (a[i] + b[i]) + (1 - crease) * face_weight * point[i];
-  }
-}
-
-/* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n
- * with the edge midpoints written out. Faces and neighbours are summed up side by side, a few values at a
- * time. */
-static inline void add_smooth(const tw_topology *p, uint32_t vertex, float share, uint32_t width,
-                              const float *restrict in, const float *restrict face_points,
-                              float *restrict point) {
-  uint32_t first = p->fan_offsets[vertex], end = p->fan_offsets[vertex + 1];
-  float n = (float)(end - first), weight = share / (n * n);
-  for (uint32_t at = 0; at < width; at += 4) {
-    uint32_t part = width - at < 4 ? width - at : 4;
-    float faces[4] = {0}, edges[4] = {0};
-    for (uint32_t i = first; i < end; i++)
-      add_scaled(faces, face_points + (size_t)tw_corner_face(p, p->fan_corners[i]) * width + at, 1, part);
-    for (uint32_t i = p->ring_offsets[vertex]; i < p->ring_offsets[vertex + 1]; i++)
-      add_scaled(edges, in + (size_t)tw_far_end(p, p->ring_edges[i], vertex) * width + at, 1, part);
-    const float *own = in + (size_t)vertex * width + at;
-    for (uint32_t i = 0; i < part; i++)
-      point[at + i] += (faces[i] + edges[i]) * weight + share * (n - 2) / n * own[i];
-  }
-}
-
-static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                   const float *restrict in, const float *restrict face_points,
-                                   uint32_t begin, uint32_t end, float *restrict out) {
-  bool smooth = p->smooth && !rules->linear;
-  for (uint32_t v = begin; v < end; v++) {
-    float *point = out + (size_t)(v - begin) * width, sum[4] = {0};
-    const float *own = in + (size_t)v * width;
-    if (smooth && width <= 4) { /* summed up in registers */
-      add_smooth(p, v, 1, width, in, face_points, sum);
-      memcpy(point, sum, width * sizeof *point);
-      continue;
-    }
-    tw_vertex_blend blend = tw_blend_at(p, rules, v);
-    if (blend.corner == 1 || p->fan_offsets[v] == p->fan_offsets[v + 1]) {
-      memcpy(point, own, width * sizeof *point);
-      continue;
-    }
-    memset(point, 0, width * sizeof *point);
-    if (blend.smooth > 0) add_smooth(p, v, blend.smooth, width, in, face_points, point);
-    if (blend.crease > 0) {
-      const uint32_t *ring = p->ring_edges + p->ring_offsets[v];
-      for (int i = 0; i < 2; i++)
-        add_scaled(point, in + (size_t)tw_far_end(p, ring[blend.ends[i]], v) * width, 0.125f * blend.crease,
-                   width);
-      add_scaled(point, own, 0.75f * blend.crease, width);
-    }
-    if (blend.corner > 0) add_scaled(point, own, blend.corner, width);
-  }
-}
-
-typedef struct values_job {
-  const tw_topology *parent;
-  const tw_rules *rules;
-  uint32_t width;
-  const float *in;
-  float *out, *edge_points, *face_points;
-} values_job;
-
-static void compute_faces(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const values_job *j = context;
-  (void)part;
-  if (j->width == 3) /* points; a known width lets the compiler unroll */
-    refine_faces(j->parent, 3, j->in, begin, end, j->face_points);
-  else
-    refine_faces(j->parent, j->width, j->in, begin, end, j->face_points);
-}
-
-static void compute_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const values_job *j = context;
-  float *out = j->edge_points + (size_t)begin * j->width;
-  (void)part;
-  if (j->width == 3)
-    refine_edges(j->parent, j->rules, 3, j->in, j->face_points, begin, end, out);
-  else
-    refine_edges(j->parent, j->rules, j->width, j->in, j->face_points, begin, end, out);
-}
-
-static void compute_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const values_job *j = context;
-  float *out = j->out + (size_t)begin * j->width;
-  (void)part;
-  if (j->width == 3)
-    refine_vertices(j->parent, j->rules, 3, j->in, j->face_points, begin, end, out);
-  else
-    refine_vertices(j->parent, j->rules, j->width, j->in, j->face_points, begin, end, out);
-}
-
-void tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const float *in,
-                      const tw_parallel_for *parallel, float *out) {
-  const tw_topology *p = parent;
-  float *edge_points = out + (size_t)p->vertex_count * width;
-  values_job job = {p, rules, width, in, out, edge_points, edge_points + (size_t)p->edge_count * width};
-  tw_parallel_for_run(parallel, p->face_count, TW_PARALLEL_FOR_LEAST, compute_faces, &job);
-  tw_parallel_for_run(parallel, p->edge_count, TW_PARALLEL_FOR_LEAST, compute_edges, &job);
-  tw_parallel_for_run(parallel, p->vertex_count, TW_PARALLEL_FOR_LEAST, compute_vertices, &job);
-}
-
 /* ---- masks -------------------------------------------------------------------------------------- */
-
-/* Masks of the generic step, one vertex at a time. */
 
 static uint32_t larger(uint32_t a, uint32_t b) {
   return a > b ? a : b;
@@ -299,6 +131,14 @@ static uint32_t face_mask(const tw_topology *p, uint32_t face, tw_share *shares)
   return size;
 }
 
+/* Weight of each face point of a smooth edge with `faces` faces, `triangles` of them triangles: OpenSubdiv's
+ * 0.47 for triangles when asked for. */
+static float face_weight_of(const tw_rules *rules, uint32_t faces, uint32_t triangles) {
+  if (faces != 2) return 0.5f / (float)faces;
+  if (!rules->smooth_triangles || triangles == 0) return 0.25f;
+  return triangles == 2 ? 0.47f : 0.5f * (0.47f + 0.25f);
+}
+
 static uint32_t edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t edge, tw_share *shares) {
   float crease = tw_crease_share(p, rules, edge);
   uint32_t count = 2, triangles = 0, first = p->edge_corner[edge], c = first;
@@ -309,7 +149,7 @@ static uint32_t edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t 
     c = p->sibling[c];
   } while (c != first);
   uint32_t faces = count - 2;
-  float face_weight = tw_smooth_face_weight(rules, faces, triangles);
+  float face_weight = face_weight_of(rules, faces, triangles);
   float end_weight = (1 - crease) * 0.5f * (1 - face_weight * (float)faces) + crease * 0.5f;
   for (uint32_t i = 0; i < 2; i++) shares[i] = (tw_share){p->edge_vertices[edge][i], end_weight};
   if (crease == 1) return 2;
@@ -317,6 +157,8 @@ static uint32_t edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t 
   return count;
 }
 
+/* ((n - 2) v + mean of neighbours + mean of face points) / n, the textbook's (F + 2E + (n - 3) P) / n with
+ * the edge midpoints written out. */
 static uint32_t vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_t vertex, tw_share *shares) {
   uint32_t ring = p->ring_offsets[vertex], edges = p->ring_offsets[vertex + 1] - ring;
   uint32_t fan = p->fan_offsets[vertex], faces = p->fan_offsets[vertex + 1] - fan;
@@ -341,39 +183,4 @@ uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32
   child -= parent->vertex_count;
   if (child < parent->edge_count) return edge_mask(parent, rules, child, shares);
   return face_mask(parent, child - parent->edge_count, shares);
-}
-
-/* ---- Loop ----------------------------------------------------------------------------------- */
-
-static uint32_t loop_edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t edge, tw_share *shares) {
-  float crease = tw_crease_share(p, rules, edge), end_weight = (1 - crease) * 0.375f + crease * 0.5f;
-  uint32_t count = 2, first = p->edge_corner[edge], c = first;
-  for (uint32_t i = 0; i < 2; i++) shares[i] = (tw_share){p->edge_vertices[edge][i], end_weight};
-  if (crease == 1) return 2;
-  do {
-    shares[count++].vertex = p->corner_vertex[tw_triangle_previous(c)];
-    c = p->sibling[c];
-  } while (c != first);
-  for (uint32_t i = 2; i < count; i++) shares[i].weight = (1 - crease) * 0.25f / (float)(count - 2);
-  return count;
-}
-
-static uint32_t loop_vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_t vertex,
-                                 tw_share *shares) {
-  tw_vertex_blend blend = tw_blend_at(p, rules, vertex);
-  uint32_t ring = p->ring_offsets[vertex], valence = p->ring_offsets[vertex + 1] - ring;
-  double weight = blend.smooth > 0 ? tw_loop_weight(valence) : 0;
-  float own = blend.corner + 0.75f * blend.crease + blend.smooth * (float)(1 - valence * weight);
-  shares[0] = (tw_share){vertex, own};
-  if (blend.corner == 1) return 1;
-  for (uint32_t i = 0; i < valence; i++)
-    shares[1 + i] = (tw_share){tw_far_end(p, p->ring_edges[ring + i], vertex), blend.smooth * (float)weight};
-  if (blend.crease > 0)
-    for (int i = 0; i < 2; i++) shares[1 + blend.ends[i]].weight += 0.125f * blend.crease;
-  return 1 + valence;
-}
-
-uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares) {
-  if (child < parent->vertex_count) return loop_vertex_mask(parent, rules, child, shares);
-  return loop_edge_mask(parent, rules, child - parent->vertex_count, shares);
 }

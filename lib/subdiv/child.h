@@ -8,6 +8,13 @@
 #include "crease.h"
 #include "parallel_for.h"
 
+/* A share of one of the parent's vertices or, from vertex_count + edge_count on, of the child's vertex of
+ * that number, which is a face point. */
+typedef struct tw_share {
+  uint32_t vertex;
+  float weight;
+} tw_share;
+
 /* Fans and rings of the child follow from the parent's, so that nothing has to be sorted or walked: they
  * are written vertex by vertex, from any on whose places are known. */
 typedef struct tw_child_fans {

@@ -11,6 +11,7 @@
 typedef struct tw_rules {
   bool linear;           /* new points are plain averages: bilinear, and UVs under the rule `all` */
   bool chaikin;          /* creases decay by Chaikin's rule */
+  bool loop;             /* Loop's scheme, else Catmull and Clark's */
   bool smooth_triangles; /* OpenSubdiv's TRI_SUB_SMOOTH weights next to triangles */
 } tw_rules;
 

@@ -4,7 +4,6 @@
 #include <math.h>
 #include <string.h>
 
-#include "child.h"
 #include "loop.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
@@ -109,7 +108,7 @@ tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_
   return status == TW_OK ? tw_child_make(&step, rules, arena, parallel) : status;
 }
 
-/* ---- values --------------------------------------------------------------------------------- */
+/* ---- masks -------------------------------------------------------------------------------------- */
 
 double tw_loop_weight(uint32_t valence) {
   static const double turn = 2 * 3.14159265358979323846;
@@ -118,124 +117,34 @@ double tw_loop_weight(uint32_t valence) {
   return (0.625 - towards * towards) / valence;
 }
 
-/* Ends 3/8 each, and 1/4 for the points that face the edge: one each of two triangles, all in equal parts
- * where the mesh is not manifold. */
-static inline void blend_edge(const tw_topology *p, uint32_t edge, double crease, uint32_t width,
-                              const double *in, double *restrict out) {
-  const double *a = in + (size_t)p->edge_vertices[edge][0] * width,
-               *b = in + (size_t)p->edge_vertices[edge][1] * width;
-  double facing[TW_LOOP_WIDTH_MAX] = {0};
-  uint32_t faces = 0, first = p->edge_corner[edge], c = first;
+static uint32_t edge_mask(const tw_topology *p, const tw_rules *rules, uint32_t edge, tw_share *shares) {
+  float crease = tw_crease_share(p, rules, edge), end_weight = (1 - crease) * 0.375f + crease * 0.5f;
+  uint32_t count = 2, first = p->edge_corner[edge], c = first;
+  for (uint32_t i = 0; i < 2; i++) shares[i] = (tw_share){p->edge_vertices[edge][i], end_weight};
+  if (crease == 1) return 2;
   do {
-    tw_loop_add(facing, in + (size_t)p->corner_vertex[tw_triangle_previous(c)] * width, width);
-    faces++;
+    shares[count++].vertex = p->corner_vertex[tw_triangle_previous(c)];
     c = p->sibling[c];
   } while (c != first);
-  double end_weight = 0.375 + 0.125 * crease, facing_weight = 0.25 * (1 - crease) / faces;
-  for (uint32_t i = 0; i < width; i++) out[i] = end_weight * (a[i] + b[i]) + facing_weight * facing[i];
+  for (uint32_t i = 2; i < count; i++) shares[i].weight = (1 - crease) * 0.25f / (float)(count - 2);
+  return count;
 }
 
-static inline void refine_edges(const tw_topology *p, const tw_rules *rules, uint32_t width, const double *in,
-                                uint32_t begin, uint32_t end, double *restrict out) {
-  for (uint32_t e = begin; e < end; e++, out += width) {
-    const double *a = in + (size_t)p->edge_vertices[e][0] * width,
-                 *b = in + (size_t)p->edge_vertices[e][1] * width;
-    uint32_t corner = p->edge_corner[e], other = p->sibling[corner];
-    double crease = (double)tw_crease_share(p, rules, e);
-    if (crease == 1)
-      tw_loop_sharp_middle(a, b, width, out);
-    else if (crease == 0 && corner != other && p->sibling[other] == corner)
-      tw_loop_smooth_middle(a, b, in + (size_t)p->corner_vertex[tw_triangle_previous(corner)] * width,
-                            in + (size_t)p->corner_vertex[tw_triangle_previous(other)] * width, width, out);
-    else
-      blend_edge(p, e, crease, width, in, out);
-  }
+static uint32_t vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_t vertex, tw_share *shares) {
+  tw_vertex_blend blend = tw_blend_at(p, rules, vertex);
+  uint32_t ring = p->ring_offsets[vertex], valence = p->ring_offsets[vertex + 1] - ring;
+  double weight = blend.smooth > 0 ? tw_loop_weight(valence) : 0;
+  float own = blend.corner + 0.75f * blend.crease + blend.smooth * (float)(1 - valence * weight);
+  shares[0] = (tw_share){vertex, own};
+  if (blend.corner == 1) return 1;
+  for (uint32_t i = 0; i < valence; i++)
+    shares[1 + i] = (tw_share){tw_far_end(p, p->ring_edges[ring + i], vertex), blend.smooth * (float)weight};
+  if (blend.crease > 0)
+    for (int i = 0; i < 2; i++) shares[1 + blend.ends[i]].weight += 0.125f * blend.crease;
+  return 1 + valence;
 }
 
-static inline const double *neighbour(const tw_topology *p, uint32_t vertex, uint32_t place, uint32_t width,
-                                      const double *in) {
-  uint32_t edge = p->ring_edges[p->ring_offsets[vertex] + place];
-  return in + (size_t)tw_far_end(p, edge, vertex) * width;
-}
-
-static inline void smooth_vertex(const tw_topology *p, uint32_t vertex, uint32_t width, const double *in,
-                                 double *restrict out) {
-  uint32_t valence = p->ring_offsets[vertex + 1] - p->ring_offsets[vertex];
-  double ring[TW_LOOP_WIDTH_MAX] = {0};
-  for (uint32_t i = 0; i < valence; i++) tw_loop_add(ring, neighbour(p, vertex, i, width, in), width);
-  tw_loop_smooth(in + (size_t)vertex * width, ring, valence, tw_loop_weight(valence), width, out);
-}
-
-static inline void crease_vertex(const tw_topology *p, uint32_t vertex, const uint32_t ends[2],
-                                 uint32_t width, const double *in, double *restrict out) {
-  tw_loop_crease(in + (size_t)vertex * width, neighbour(p, vertex, ends[0], width, in),
-                 neighbour(p, vertex, ends[1], width, in), width, out);
-}
-
-static inline void blend_vertex(const tw_topology *p, uint32_t vertex, const tw_vertex_blend *blend,
-                                uint32_t width, const double *in, double *restrict out) {
-  const double *own = in + (size_t)vertex * width;
-  double smooth[TW_LOOP_WIDTH_MAX] = {0}, crease[TW_LOOP_WIDTH_MAX] = {0};
-  if (blend->smooth > 0) smooth_vertex(p, vertex, width, in, smooth);
-  if (blend->crease > 0) crease_vertex(p, vertex, blend->ends, width, in, crease);
-  for (uint32_t i = 0; i < width; i++)
-    out[i] = (double)blend->corner * own[i] + (double)blend->crease * crease[i] +
-             (double)blend->smooth * smooth[i];
-}
-
-static inline void refine_vertices(const tw_topology *p, const tw_rules *rules, uint32_t width,
-                                   const double *in, uint32_t begin, uint32_t end, double *restrict out) {
-  for (uint32_t v = begin; v < end; v++, out += width) {
-    tw_vertex_blend blend = {1, 0, 0, {0, 0}};
-    if (!p->smooth || rules->linear) blend = tw_blend_at(p, rules, v);
-    if (blend.smooth == 1)
-      smooth_vertex(p, v, width, in, out);
-    else if (blend.crease == 1)
-      crease_vertex(p, v, blend.ends, width, in, out);
-    else if (blend.corner == 1)
-      memcpy(out, in + (size_t)v * width, width * sizeof *out);
-    else
-      blend_vertex(p, v, &blend, width, in, out);
-  }
-}
-
-static inline void refine(const tw_topology *p, const tw_rules *rules, uint32_t width, const double *in,
-                          uint32_t begin, uint32_t end, double *out) {
-  uint32_t vertices = p->vertex_count, stop = end < vertices ? end : vertices;
-  if (begin < stop) {
-    refine_vertices(p, rules, width, in, begin, stop, out);
-    out += (size_t)(stop - begin) * width;
-    begin = stop;
-  }
-  if (begin < end) refine_edges(p, rules, width, in, begin - vertices, end - vertices, out);
-}
-
-void tw_loop_some_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                         uint32_t first, uint32_t count, double *out) {
-  if (width == 3) /* points; a known width lets the compiler unroll */
-    refine(parent, rules, 3, in, first, first + count, out);
-  else
-    refine(parent, rules, width, in, first, first + count, out);
-}
-
-typedef struct values_job {
-  const tw_topology *parent;
-  const tw_rules *rules;
-  uint32_t width;
-  const double *in;
-  double *out;
-} values_job;
-
-static void compute_values(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const values_job *j = context;
-  (void)part;
-  tw_loop_some_values(j->parent, j->rules, j->width, j->in, begin, end - begin,
-                      j->out + (size_t)begin * j->width);
-}
-
-void tw_loop_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
-                    const tw_parallel_for *parallel, double *out) {
-  values_job job = {parent, rules, width, in, out};
-  tw_parallel_for_run(parallel, parent->vertex_count + parent->edge_count, TW_PARALLEL_FOR_LEAST,
-                      compute_values, &job);
+uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares) {
+  if (child < parent->vertex_count) return vertex_mask(parent, rules, child, shares);
+  return edge_mask(parent, rules, child - parent->vertex_count, shares);
 }

@@ -8,6 +8,7 @@
 
 #include "loop.h"
 #include "normal.h"
+#include "refine.h"
 
 /* ---- numbers -------------------------------------------------------------------------------- */
 
@@ -48,6 +49,34 @@ tw_topology tw_loop_rows_counts(const tw_loop_rows *rows) {
   return rows->levels == 1 ? t : next_counts(&t);
 }
 
+/* ---- masks of a mesh without edges that decay ------------------------------------------------------ */
+
+static void add_point(double sum[3], const double *point) {
+  for (int c = 0; c < 3; c++) sum[c] += point[c];
+}
+
+/* The middle of a smooth edge from a to b between triangles that face it with c and d. */
+static void middle_of_smooth_edge(const double *a, const double *b, const double *c, const double *d,
+                                  double *restrict out) {
+  for (int i = 0; i < 3; i++) out[i] = 0.375 * (a[i] + b[i]) + 0.125 * (c[i] + d[i]);
+}
+
+static void middle_of_sharp_edge(const double *a, const double *b, double *restrict out) {
+  for (int i = 0; i < 3; i++) out[i] = 0.5 * (a[i] + b[i]);
+}
+
+/* A vertex of a crease, between its neighbours there. */
+static void on_crease(const double *own, const double *a, const double *b, double *restrict out) {
+  for (int i = 0; i < 3; i++) out[i] = 0.75 * own[i] + 0.125 * (a[i] + b[i]);
+}
+
+/* A smooth vertex, of whose neighbours `ring` is the sum. */
+static void on_smooth(const double *own, const double *ring, uint32_t valence, double weight,
+                      double *restrict out) {
+  double own_weight = 1 - valence * weight;
+  for (int i = 0; i < 3; i++) out[i] = own_weight * own[i] + weight * ring[i];
+}
+
 /* ---- points --------------------------------------------------------------------------------- */
 
 /* The mesh between, as numbers and points. */
@@ -75,8 +104,8 @@ static void smooth_vertex(const between *b, uint32_t vertex, double *restrict ro
   const tw_topology *t = b->t;
   uint32_t first = t->ring_offsets[vertex], valence = t->ring_offsets[vertex + 1] - first;
   double ring[3] = {0};
-  for (uint32_t i = 0; i < valence; i++) tw_loop_add(ring, middle_point(b, t->ring_edges[first + i]), 3);
-  tw_loop_smooth(vertex_point(b, vertex), ring, valence, tw_loop_weight(valence), 3, row);
+  for (uint32_t i = 0; i < valence; i++) add_point(ring, middle_point(b, t->ring_edges[first + i]));
+  on_smooth(vertex_point(b, vertex), ring, valence, tw_loop_weight(valence), row);
 }
 
 static void take_vertices(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
@@ -88,8 +117,7 @@ static void take_vertices(const between *b, uint32_t begin, uint32_t end, double
     if (rule <= TW_RULE_DART)
       smooth_vertex(b, v, out);
     else if (rule == TW_RULE_CREASE)
-      tw_loop_crease(vertex_point(b, v), middle_point(b, ring[ends[0]]), middle_point(b, ring[ends[1]]), 3,
-                     out);
+      on_crease(vertex_point(b, v), middle_point(b, ring[ends[0]]), middle_point(b, ring[ends[1]]), out);
     else
       memcpy(out, vertex_point(b, v), 3 * sizeof *out);
   }
@@ -118,15 +146,15 @@ static void take_middles(const between *b, uint32_t begin, uint32_t end, double 
     double ring[3] = {0};
     if (is_sharp(b->t, e)) {
       const uint32_t *ends = b->t->edge_vertices[e];
-      tw_loop_crease(middle_point(b, e), vertex_point(b, ends[0]), vertex_point(b, ends[1]), 3, out);
+      on_crease(middle_point(b, e), vertex_point(b, ends[0]), vertex_point(b, ends[1]), out);
     } else {
       edge_points p = points_at(b, e);
       for (int i = 0; i < 2; i++) { /* counter-clockwise */
-        tw_loop_add(ring, p.ends[1 - i], 3);
-        tw_loop_add(ring, p.ahead[i], 3);
-        tw_loop_add(ring, p.behind[i], 3);
+        add_point(ring, p.ends[1 - i]);
+        add_point(ring, p.ahead[i]);
+        add_point(ring, p.behind[i]);
       }
-      tw_loop_smooth(p.middle, ring, 6, 0.0625, 3, out);
+      on_smooth(p.middle, ring, 6, 0.0625, out);
     }
   }
 }
@@ -136,10 +164,10 @@ static void take_halves(const between *b, uint32_t begin, uint32_t end, double *
   for (uint32_t half = begin; half < end; half++, out += 3) {
     uint32_t edge = half / 2, at = half % 2;
     if (is_sharp(b->t, edge)) {
-      tw_loop_sharp_middle(vertex_point(b, b->t->edge_vertices[edge][at]), middle_point(b, edge), 3, out);
+      middle_of_sharp_edge(vertex_point(b, b->t->edge_vertices[edge][at]), middle_point(b, edge), out);
     } else {
       edge_points p = points_at(b, edge);
-      tw_loop_smooth_middle(p.ends[at], p.middle, p.behind[at], p.ahead[1 - at], 3, out);
+      middle_of_smooth_edge(p.ends[at], p.middle, p.behind[at], p.ahead[1 - at], out);
     }
   }
 }
@@ -147,8 +175,8 @@ static void take_halves(const between *b, uint32_t begin, uint32_t end, double *
 /* Edges between the middles of a face's edges. */
 static void take_across(const between *b, uint32_t begin, uint32_t end, double *restrict out) {
   for (uint32_t c = begin; c < end; c++, out += 3) {
-    tw_loop_smooth_middle(middle_at(b, c), middle_at(b, tw_triangle_previous(c)),
-                          vertex_point(b, b->t->corner_vertex[c]), middle_at(b, tw_triangle_next(c)), 3, out);
+    middle_of_smooth_edge(middle_at(b, c), middle_at(b, tw_triangle_previous(c)),
+                          vertex_point(b, b->t->corner_vertex[c]), middle_at(b, tw_triangle_next(c)), out);
   }
 }
 
@@ -176,15 +204,18 @@ static void points_two_down(const between *b, uint32_t first, uint32_t count, do
   }
 }
 
-/* Rows from the points of the level above them. */
+/* Whether all rows are kept: normals look about them, and one level down they are what the generic step
+ * makes. */
+static bool keeps_all(const tw_loop_rows *rows) {
+  return rows->normals || rows->levels == 1;
+}
+
+/* Rows two levels down from the points of the level above them. */
 static void compute(const tw_loop_rows *rows, const double *points, uint32_t first, uint32_t count,
                     double *out) {
   const tw_topology *t = &rows->above;
   between b = {t, points, points + 3 * (size_t)t->vertex_count};
-  if (rows->levels == 1)
-    tw_loop_some_values(t, &rows->rules, 3, points, first, count, out);
-  else
-    points_two_down(&b, first, count, out);
+  points_two_down(&b, first, count, out);
 }
 
 static void round_rows(const double *in, uint32_t count, float *out) {
@@ -195,7 +226,7 @@ void tw_loop_rows_points(const tw_loop_rows *rows, const double *kept, uint32_t 
                          float *out) {
   enum { BLOCK = 256 }; /* stays in cache until it is rounded */
   double block[3 * BLOCK];
-  if (rows->normals) {
+  if (keeps_all(rows)) {
     round_rows(kept + 3 * (size_t)first, count, out);
     return;
   }
@@ -210,8 +241,7 @@ void tw_loop_rows_points(const tw_loop_rows *rows, const double *kept, uint32_t 
 
 size_t tw_loop_rows_kept_count(const tw_loop_rows *rows) {
   const tw_topology *t = &rows->above;
-  if (rows->normals) return tw_loop_rows_counts(rows).vertex_count;
-  return rows->levels == 1 ? t->vertex_count : (size_t)t->vertex_count + t->edge_count;
+  return keeps_all(rows) ? tw_loop_rows_counts(rows).vertex_count : (size_t)t->vertex_count + t->edge_count;
 }
 
 typedef struct keep_job {
@@ -229,22 +259,15 @@ static void keep_rows(void *context, uint32_t part, uint32_t begin, uint32_t end
 tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_parallel_for *parallel,
                             double *kept) {
   const tw_topology *t = &rows->above;
-  size_t above = (size_t)t->vertex_count + (rows->levels == 1 ? 0 : t->edge_count);
-  double *middle = NULL;
-  const double *from = points;
-  if (rows->levels == 2) {
-    middle = rows->normals ? tw_alloc(above, 3 * sizeof *middle) : kept;
-    if (!middle) return TW_NO_MEMORY;
-    tw_loop_values(t, &rows->rules, 3, points, parallel, middle);
-    from = middle;
-  }
-  if (rows->normals)
+  bool all = rows->levels == 2 && rows->normals;
+  double *next = all ? tw_alloc((size_t)t->vertex_count + t->edge_count, 3 * sizeof *next) : kept;
+  if (!next) return TW_NO_MEMORY;
+  tw_status status = tw_refine_values(t, &rows->rules, 3, points, parallel, next);
+  if (status == TW_OK && all)
     tw_parallel_for_run(parallel, tw_loop_rows_counts(rows).vertex_count, TW_PARALLEL_FOR_LEAST, keep_rows,
-                        &(keep_job){rows, from, kept});
-  else if (rows->levels == 1)
-    memcpy(kept, points, 3 * above * sizeof *kept);
-  if (middle != kept) free(middle);
-  return TW_OK;
+                        &(keep_job){rows, next, kept});
+  if (all) free(next);
+  return status;
 }
 
 /* ---- triangles ------------------------------------------------------------------------------ */

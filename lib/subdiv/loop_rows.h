@@ -24,15 +24,14 @@ bool tw_loop_rows_fit_normals(const tw_topology *cage, const tw_rules *rules, ui
 /* Counts of the level, without arrays. Those of the answer must be within 32 bits. */
 tw_topology tw_loop_rows_counts(const tw_loop_rows *rows);
 
-/* Points that are kept: all of the level above the rows; with normals, which look about them, all rows. */
+/* Points that are kept: all of the level above the rows; with normals, or one level down, all rows. */
 size_t tw_loop_rows_kept_count(const tw_loop_rows *rows);
 
 /* Computes them. points: [vertices above][3]; kept: [tw_loop_rows_kept_count][3]. TW_NO_MEMORY. */
 tw_status tw_loop_rows_keep(const tw_loop_rows *rows, const double *points, const tw_parallel_for *parallel,
                             double *kept);
 
-/* Points [first, first + count) of the level, in the order of loop.h: those of tw_loop_values to the last
- * bit, then rounded. */
+/* Points [first, first + count) of the level, in the order of loop.h. */
 void tw_loop_rows_points(const tw_loop_rows *rows, const double *kept, uint32_t first, uint32_t count,
                          float *out);
 

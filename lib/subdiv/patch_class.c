@@ -90,7 +90,8 @@ typedef struct step {
   tw_arena *arena;
   tw_topology parent, child;
   tw_collector *collector; /* of the child */
-  float *matrix;           /* [child vertices][parent points] */
+  tw_share *shares;        /* room for a mask */
+  float *row;              /* [parent points] */
   uint32_t *new_index;     /* [child vertices], 1 + row in the class, 0 when unused */
   uint32_t *rows;          /* [child vertices], used ones in the order of their rows */
   uint32_t row_count;
@@ -101,15 +102,13 @@ static tw_status start_step(const tw_neighbourhood *local, step *s) {
   tw_status status = to_topology(local, s->arena, &s->parent);
   if (status == TW_OK) status = tw_refine_topology(&s->parent, &rules, s->arena, NULL, &s->child);
   if (status != TW_OK) return status;
-  uint32_t width = local->point_count, children = s->child.vertex_count;
-  float *identity = tw_arena_alloc(s->arena, (size_t)width * width, sizeof *identity);
-  s->matrix = tw_arena_alloc(s->arena, (size_t)children * width, sizeof *s->matrix);
+  uint32_t children = s->child.vertex_count;
+  s->shares = tw_arena_alloc(s->arena, tw_refine_mask_capacity(&s->parent), sizeof *s->shares);
+  s->row = tw_arena_alloc(s->arena, local->point_count, sizeof *s->row);
   s->new_index = tw_arena_alloc(s->arena, children, sizeof *s->new_index);
   s->rows = tw_arena_alloc(s->arena, children, sizeof *s->rows);
   s->collector = tw_collector_create(&s->child, local->chaikin);
-  if (!identity || !s->matrix || !s->new_index || !s->rows || !s->collector) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < width; i++) identity[(size_t)i * width + i] = 1;
-  tw_refine_values(&s->parent, &rules, width, identity, NULL, s->matrix);
+  if (!s->shares || !s->row || !s->new_index || !s->rows || !s->collector) return TW_NO_MEMORY;
   return TW_OK;
 }
 
@@ -143,22 +142,39 @@ static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_
   return part->points ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Sparse rows from the dense matrix. */
+/* Shares that a child takes of each point, those of face points given on to the faces' corners. */
+static void weigh_row(const step *s, uint32_t child, bool chaikin) {
+  const tw_rules rules = {.chaikin = chaikin};
+  const tw_topology *t = &s->parent;
+  uint32_t first_face = t->vertex_count + t->edge_count;
+  uint32_t count = tw_refine_mask(t, &rules, child, s->shares);
+  memset(s->row, 0, t->vertex_count * sizeof *s->row);
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t vertex = s->shares[i].vertex;
+    float weight = s->shares[i].weight;
+    if (vertex < first_face) s->row[vertex] += weight;
+    for (uint32_t k = 0; vertex >= first_face && k < 4; k++)
+      s->row[t->corner_vertex[4 * (vertex - first_face) + k]] += weight / 4;
+  }
+}
+
 static tw_status store_rows(tw_patch_shapes *shapes, const step *s, tw_patch_class *shape) {
-  uint32_t width = shape->point_count, entries = 0;
-  for (uint32_t r = 0; r < s->row_count; r++)
-    for (uint32_t i = 0; i < width; i++) entries += s->matrix[(size_t)s->rows[r] * width + i] != 0;
+  uint32_t width = shape->point_count, entries = 0, place = 0;
+  bool chaikin = shape->local.chaikin;
+  for (uint32_t r = 0; r < s->row_count; r++) {
+    weigh_row(s, s->rows[r], chaikin);
+    for (uint32_t i = 0; i < width; i++) entries += s->row[i] != 0;
+  }
   uint32_t *offsets = tw_arena_alloc(shapes->arena, s->row_count + 1, sizeof *offsets);
   uint32_t *columns = tw_arena_alloc(shapes->arena, entries, sizeof *columns);
   float *weights = tw_arena_alloc(shapes->arena, entries, sizeof *weights);
   if (!offsets || !columns || !weights) return TW_NO_MEMORY;
-  uint32_t place = 0;
   for (uint32_t r = 0; r < s->row_count; r++) {
-    const float *row = s->matrix + (size_t)s->rows[r] * width;
+    weigh_row(s, s->rows[r], chaikin);
     for (uint32_t i = 0; i < width; i++) {
-      if (row[i] == 0) continue;
+      if (s->row[i] == 0) continue;
       columns[place] = i;
-      weights[place++] = row[i];
+      weights[place++] = s->row[i];
     }
     offsets[r + 1] = place;
   }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "catmull_clark.h"
+#include "loop.h"
 
 /* Beside a sum of 1 float cannot tell less. */
 static const float negligible = 1e-7f;

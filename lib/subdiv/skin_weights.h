@@ -4,9 +4,9 @@
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
+#include "catmull_clark.h"
 #include "irregular_levels.h"
 #include "patch.h"
-#include "catmull_clark.h"
 
 /* Joints kept a vertex, the heaviest ones. Regular meshes have at most 36 a refined vertex; this bounds what
  * great polygons can ask for. */

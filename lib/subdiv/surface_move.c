@@ -4,8 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "catmull_clark.h"
-#include "loop.h"
+#include "refine.h"
 #include "surface.h"
 
 static uint32_t cage_vertices(const tw_surface *s) {
@@ -79,30 +78,18 @@ static uint32_t refined_count(const tw_surface *s, const tw_surface_step *step) 
   return p->vertex_count + p->edge_count + (s->options.scheme == TW_LOOP ? 0 : p->face_count);
 }
 
-/* The base from the cage by at least one step; NULL without memory. */
-static float *refine_floats(const tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
-  float *at = NULL;
-  for (uint32_t i = 0; i < s->step_count; i++) {
-    const tw_surface_step *step = &s->steps[i];
-    float *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next) tw_refine_values(&step->parent, &s->rules, 3, at ? at : cage, parallel, next);
-    if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
-    free(at);
-    if (!next) return NULL;
-    at = next;
-  }
-  return at;
-}
-
-/* The same in double. */
-static double *refine_doubles(const tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
+/* The base from the cage, by the plan's steps; NULL without memory. */
+static double *refine_cage(const tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
   size_t count = 3 * (size_t)cage_vertices(s);
   double *at = tw_alloc(count, sizeof *at);
   for (size_t i = 0; at && i < count; i++) at[i] = (double)cage[i];
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next) tw_loop_values(&step->parent, &s->rules, 3, at, parallel, next);
+    if (next && tw_refine_values(&step->parent, &s->rules, 3, at, parallel, next) != TW_OK) {
+      free(next);
+      next = NULL;
+    }
     if (next && step->kept) tw_gather_rows(next, step->kept, step->vertex_count, 3 * sizeof *next, next);
     free(at);
     at = next;
@@ -110,13 +97,13 @@ static double *refine_doubles(const tw_surface *s, const float *cage, const tw_p
   return at;
 }
 
-static tw_status move_exactly(tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
-  double *exact = refine_doubles(s, cage, parallel);
+static tw_status move_base(tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
+  double *exact = refine_cage(s, cage, parallel);
   size_t count = 3 * (size_t)s->fields[0].base.vertex_count;
   float *base = exact ? tw_alloc(count, sizeof *base) : NULL;
   for (size_t i = 0; base && i < count; i++) base[i] = (float)exact[i];
   s->positions.base = base;
-  if (base && s->options.normals)
+  if (base && s->options.normals && s->depth == 0)
     s->positions.exact = exact;
   else
     free(exact);
@@ -124,7 +111,7 @@ static tw_status move_exactly(tw_surface *s, const float *cage, const tw_paralle
 }
 
 static tw_status move_loop(tw_surface *s, const float *cage, const tw_parallel_for *parallel) {
-  double *points = refine_doubles(s, cage, parallel);
+  double *points = refine_cage(s, cage, parallel);
   double *kept = points ? tw_alloc(base_size(s), sizeof *kept) : NULL;
   tw_status status = kept ? tw_loop_rows_keep(&s->loop, points, parallel, kept) : TW_NO_MEMORY;
   free(points);
@@ -146,11 +133,7 @@ static tw_status move_points(tw_surface *s, const float *positions, const tw_par
     s->positions.cage = s->positions.base = cage;
     return TW_OK;
   }
-  tw_status status = TW_OK;
-  if (s->options.scheme == TW_LOOP)
-    status = move_exactly(s, cage, parallel);
-  else if (!(s->positions.base = refine_floats(s, cage, parallel)))
-    status = TW_NO_MEMORY;
+  tw_status status = move_base(s, cage, parallel);
   if (s->options.level == 0)
     s->positions.cage = cage;
   else

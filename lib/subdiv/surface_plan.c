@@ -10,6 +10,7 @@
 #include "loop.h"
 #include "open_border.h"
 #include "patch_stencils.h"
+#include "refine.h"
 #include "tangent_space.h"
 
 /* What only the next level needs lives in `arena`. */
@@ -243,37 +244,26 @@ static tw_status change_values(build *b, value_change *change, const void *conte
   return status;
 }
 
-/* As refine_set, by Loop's scheme, in double. The last level's own are kept for normals alone, which live on
- * differences, and for the rows of Loop's scheme. */
-static tw_status refine_exact(build *b, const tw_topology *parents, tw_arena *arena, tw_values *values) {
-  const tw_topology *parent = &parents[values->field];
+/* context: the topologies of the level above. The last level's own doubles are kept for the normals of masks
+ * alone, which live on differences, and for the rows of Loop's scheme. */
+static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
+  const tw_topology *parent = (const tw_topology *)context + values->field;
+  const tw_surface *s = b->surface;
   size_t before = (size_t)parent->vertex_count * values->width,
          after = (size_t)b->topologies[values->field].vertex_count * values->width;
-  bool last = arena == b->surface->arena, rows = b->surface->loop.levels > 0,
-       kept = values == &b->surface->positions && b->surface->options.normals;
+  bool last = arena == s->arena, rows = s->loop.levels > 0,
+       kept = values == &s->positions && s->options.normals && s->depth == 0;
   double *in = values->exact ? values->exact : tw_arena_alloc(b->arena, before, sizeof *in);
   double *out = tw_arena_alloc(last && kept ? arena : b->arena, after, sizeof *out);
   float *rounded = rows ? NULL : tw_arena_alloc(arena, after, sizeof *rounded);
   if (!in || !out || (!rows && !rounded)) return TW_NO_MEMORY;
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = rules_of(b, values->field);
-  tw_loop_values(parent, &rules, values->width, in, b->parallel, out);
+  tw_status status = tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
   for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
   values->exact = last && !kept && !rows ? NULL : out;
-  return TW_OK;
-}
-
-/* context: the topologies of the level above. */
-static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_values *values) {
-  const tw_topology *parents = context, *child = &b->topologies[values->field];
-  if (is_loop(b)) return refine_exact(b, parents, arena, values);
-  float *out = tw_arena_alloc(arena, child->vertex_count, values->width * sizeof(float));
-  if (!out) return TW_NO_MEMORY;
-  tw_rules rules = rules_of(b, values->field);
-  tw_refine_values(&parents[values->field], &rules, values->width, values->base, b->parallel, out);
-  values->base = out;
-  return TW_OK;
+  return status;
 }
 
 static bool is_last(const build *b, const tw_arena *arena) {
@@ -688,6 +678,7 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
              .points_arena = tw_arena_create()};
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
                        .chaikin = options->creasing == TW_CREASE_CHAIKIN,
+                       .loop = options->scheme == TW_LOOP,
                        .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
   bool ready = s->arena && b.arena && b.points_arena;
   tw_status status = ready ? build_surface(&b, generic, error) : TW_NO_MEMORY;
