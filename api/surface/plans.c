@@ -184,21 +184,24 @@ static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
   return plan;
 }
 
-/* What levels 1 to 3 hold of all points of the level besides positions: 16 bytes for each set of values, 40
- * for joints and weights. Patches make what would be more than the library keeps. */
-static uint64_t attributes_cost(const tw_mesh *mesh, uint32_t level) {
-  enum { MOST = 128 << 20 };
-  if (level == 0 || level > 3) return 0;
-  uint64_t points = (uint64_t)mesh->corner_count << 2 * (level - 1),
-           sets = (uint64_t)mesh->uv_set_count + (mesh->colors ? 1 : 0) + mesh->morph_count,
-           cost = points * (16 * sets + (mesh->skin.joints ? 40 : 0));
-  return cost < MOST ? cost : MOST;
+/* What attributes add to the cost of making a plan: UV sets have a connectivity of their own, and levels 1 to
+ * 3 hold 16 bytes of all points for each set of values, 48 for joints and weights, and the limits beside.
+ * Patches make what would be more than the library keeps. */
+static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *query) {
+  enum { MOST = 192 << 20 };
+  uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
+  if (query->level == 0 || query->level > 3) return connectivity;
+  uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
+           values = (uint64_t)mesh->uv_set_count + (mesh->colors ? 1 : 0) + mesh->morph_count,
+           skin = mesh->skin.joints ? 1 : 0,
+           sets = values + 3 * skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
+  return connectivity + (cost < MOST ? cost : MOST);
 }
 
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
  * the cage, of which the deeper levels keep a part of their points. */
 static uint64_t building_cost(const plan_source *source) {
-  static const uint64_t per_corner[] = {64, 112, 320, 448};
+  static const uint64_t per_corner[] = {64, 112, 320, 464};
   uint32_t level = source->query->level < 3 ? source->query->level : 3;
   const api_plan_meshes *all = source->meshes;
   uint64_t cost = 0;
@@ -206,7 +209,7 @@ static uint64_t building_cost(const plan_source *source) {
     const tw_mesh *mesh = &all->meshes[i];
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * (24 + 24 * (uint64_t)mesh->morph_count);
-    cost += attributes_cost(mesh, source->query->level);
+    cost += attributes_cost(mesh, source->query);
   }
   return cost;
 }
