@@ -472,9 +472,17 @@ static tw_status choose_channels(channels *c) {
 typedef struct channel_job {
   const channels *channels;
   const tw_point *points;
-  uint32_t first; /* channel */
+  uint32_t first;              /* channel */
+  uint64_t members[WORDS_MAX]; /* joints of the four */
   tw_skin_row *rows;
 } channel_job;
+
+static void choose_members(channel_job *job) {
+  const channels *c = job->channels;
+  memset(job->members, 0, sizeof job->members);
+  for (uint32_t joint = 0; joint < c->joint_count; joint++)
+    if (c->of[joint] - job->first < LANES) job->members[joint / WORD] |= UINT64_C(1) << joint % WORD;
+}
 
 static void insert_channels(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   enum { AT_ONCE = 256 };
@@ -487,9 +495,9 @@ static void insert_channels(void *context, uint32_t part, uint32_t begin, uint32
     if (place == 0) tw_levels_cage_faces(c->levels, i, end - i < AT_ONCE ? end - i : AT_ONCE, faces);
     const uint64_t *near = c->near + (size_t)c->words * faces[place];
     for (uint32_t w = 0; w < c->words; w++)
-      for (uint64_t left = near[w]; left != 0; left &= left - 1) {
-        uint32_t joint = lowest_joint(w, left), lane = c->of[joint] - job->first;
-        if (lane < LANES) insert(&job->rows[i], (uint16_t)joint, job->points[i][lane]);
+      for (uint64_t left = near[w] & job->members[w]; left != 0; left &= left - 1) {
+        uint32_t joint = lowest_joint(w, left);
+        insert(&job->rows[i], (uint16_t)joint, job->points[i][c->of[joint] - job->first]);
       }
   }
 }
@@ -516,12 +524,13 @@ static tw_status refine_channels(const channels *c, const tw_influences *cage, b
   tw_point *in = tw_alloc(cage->vertex_count, sizeof *in), *points = tw_alloc(count, sizeof *points),
            *limits = limit ? tw_alloc(count, sizeof *limits) : points;
   tw_status status = in && points && limits ? TW_OK : TW_NO_MEMORY;
-  channel_job job = {c, limits, 0, rows};
+  channel_job job = {.channels = c, .points = limits, .rows = rows};
   for (; status == TW_OK && job.first < c->count; job.first += LANES) {
     load_channels(c, cage, job.first, in);
     status = tw_levels_refine(c->levels, in, parallel, points);
     if (status != TW_OK) break;
     if (limit) tw_levels_limit(c->levels, points, parallel, limits);
+    choose_members(&job);
     tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, insert_channels, &job);
   }
   if (status == TW_OK) tw_parallel_for_run(parallel, count, TW_PARALLEL_FOR_LEAST, finish_rows, &job);
