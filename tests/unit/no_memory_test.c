@@ -1,6 +1,6 @@
-/* Every allocation of the readers, of compiling a clip and of making a surface fails once: each time the answer
- * is TW_NO_MEMORY or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks). What C++
- * allocates inside its library is not reached. */
+/* Every allocation of the readers, of compiling a clip and of making a surface fails once: each time the
+ * answer is TW_NO_MEMORY or, where a part may be lost, a whole model; nothing leaks (the sanitizer looks).
+ * What C++ allocates inside its library is not reached. */
 #include "cube.h"
 #include "glb.h"
 #include "surface_rows.h"

@@ -3,8 +3,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "test.h"
 #include "quad_pairing.h"
+#include "test.h"
 #include "weld.h"
 
 enum { MOST = 64 };

@@ -82,8 +82,8 @@ size_t tw_model_size(const tw_model *model);
 uint32_t tw_model_find_node(const tw_model *model, const char *name, size_t length);
 uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t length);
 
-/* The nodes that bear the same name as `node`, which is one of them: *out [count], ascending. 0 for a nameless
- * one. O(log n + count). */
+/* The nodes that bear the same name as `node`, which is one of them: *out [count], ascending. 0 for a
+ * nameless one. O(log n + count). */
 uint32_t tw_model_namesakes(const tw_model *model, uint32_t node, const uint32_t **out);
 
 /* The name clients see. buffer: room for a made-up one. */
