@@ -451,6 +451,19 @@ template <auto Member> void reserve(tinygltf::Model &model, size_t count) {
   (model.*Member).reserve(count);
 }
 
+// From 2.9 on tinygltf begins with an empty model: what was reserved is gone, and arrays double as they grow.
+bool parser_keeps_room() {
+  static const bool keeps = [] {
+    static const char document[] = "{\"asset\":{\"version\":\"2.0\"}}";
+    tinygltf::Model model;
+    std::string error, warning;
+    model.nodes.reserve(8);
+    tinygltf::TinyGLTF().LoadASCIIFromString(&model, &error, &warning, document, sizeof document - 1, "");
+    return model.nodes.capacity() >= 8;
+  }();
+  return keeps;
+}
+
 const RootArray root_arrays[] = {
     {"nodes", sizeof(tinygltf::Node), reserve<&tinygltf::Model::nodes>,
      Schema{"name children mesh skin camera matrix translation rotation scale weights", true, {}}},
@@ -582,6 +595,14 @@ private:
     count_value(value, cost);
   }
 
+  // Later versions of tinygltf refuse these without the member.
+  static const char *extension_content(std::string_view name) {
+    if (name == "KHR_lights_punctual") return "{\"light\":0}";
+    if (name == "KHR_audio") return "{\"emitter\":0}";
+    if (name == "MSFT_lod") return "{\"ids\":[]}";
+    return "{}";
+  }
+
   void extension_names(const char *value) {
     if (*value != '{') return copy(value, plain_cost);
     tree_ += tree_object;
@@ -589,9 +610,9 @@ private:
     for (Items i(value); i.more(); i.next()) {
       put_key(i.key());
       bool is_object = *i.value() == '{';
-      put(is_object ? "{}" : "0"); // tinygltf leaves out what is no object
-      tree_ += tree_object;
-      model_ += kept_cost.member;
+      put(is_object ? extension_content(i.key()) : "0"); // tinygltf leaves out what is no object
+      tree_ += tree_object + tree_member + tree_array;   // of the longest content
+      model_ += kept_cost.object + 2 * kept_cost.member;
     }
     put("}");
   }
@@ -668,8 +689,13 @@ private:
       model_ += part.size;
       check(part.key, index++);
     });
+    if (parser_keeps_room()) {
+      part.reserve(parsed_, static_cast<size_t>(count));
+    } else {
+      model_ += (capacity_of(count) - count) * part.size;
+      growth_ = std::max(growth_, capacity_of(count) / 2 * part.size);
+    }
     check(part.key, count);
-    part.reserve(parsed_, static_cast<size_t>(count));
   }
 
   void root_member(const Items &member) {
