@@ -22,15 +22,6 @@ static uint32_t sharp_edges(const tw_topology *t, uint32_t vertex) {
   return count;
 }
 
-uint8_t tw_vertex_smooth_faces(const tw_topology *topology, uint32_t vertex) {
-  const tw_topology *t = topology;
-  uint32_t faces = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
-  if (faces < 3 || faces > TW_SMOOTH_FACES_MAX) return 0;
-  bool smooth = t->smooth || (t->vertex_flags[vertex] == 0 && !(t->vertex_sharpness[vertex] > 0) &&
-                              sharp_edges(t, vertex) == 0);
-  return smooth ? (uint8_t)faces : 0;
-}
-
 static bool corner_is_regular(const tw_topology *t, uint32_t corner) {
   uint32_t vertex = t->corner_vertex[corner], before = tw_quad_previous(corner);
   bool leading = side_is_sharp(t, corner), trailing = side_is_sharp(t, before);
@@ -57,26 +48,22 @@ static uint32_t turned(uint32_t turn, int x, int y) {
   return (uint32_t)((y + 1) * 4 + x + 1);
 }
 
-/* Which sides are sharp; false when a corner is not regular. smooth_faces: as for tw_patch_regular. */
-static bool find_sharp_sides(const tw_topology *t, const uint32_t corners[4], const uint8_t *smooth_faces,
-                             uint8_t *sharp) {
+/* Which sides are sharp; false when a corner is not regular. */
+static bool find_sharp_sides(const tw_topology *t, const uint32_t corners[4], uint8_t *sharp) {
   *sharp = 0;
   for (uint32_t s = 0; s < 4; s++) {
-    /* Nor is an edge at such a corner sharp. */
-    if (smooth_faces && smooth_faces[t->corner_vertex[corners[s]]] == 4) continue;
     if (!corner_is_regular(t, corners[s])) return false;
     if (side_is_sharp(t, corners[s])) *sharp |= (uint8_t)(1u << s);
   }
   return true;
 }
 
-bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                      uint32_t points[16], uint8_t *reflected) {
+bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t points[16], uint8_t *reflected) {
   const tw_topology *t = topology;
   uint32_t corners[4] = {corner, tw_quad_next(corner), tw_quad_next(tw_quad_next(corner)),
                          tw_quad_previous(corner)};
   uint8_t sharp;
-  if (!find_sharp_sides(t, corners, smooth_faces, &sharp)) return false;
+  if (!find_sharp_sides(t, corners, &sharp)) return false;
   for (int i = 0; sharp && i < 16; i++) points[i] = t->corner_vertex[corner];
   for (uint32_t s = 0; s < 4; s++) {
     points[turned(s, 0, 0)] = t->corner_vertex[corners[s]];
@@ -92,45 +79,6 @@ bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_
   }
   *reflected = sharp;
   return true;
-}
-
-/* ---- smooth quads --------------------------------------------------------------------------- */
-
-/* The corner at the same vertex in the next face of its fan. */
-static uint32_t next_in_fan(const tw_topology *t, uint32_t corner) {
-  return t->sibling[tw_quad_previous(corner)];
-}
-
-/* Adds what `count` further faces of a corner's fan bring: each the point across, and all but the last the
- * far end of the edge to the next face. */
-static uint32_t *add_fan(const tw_topology *t, uint32_t corner, uint32_t count, uint32_t *out) {
-  for (uint32_t i = 0; i < count; i++) {
-    uint32_t previous = tw_quad_previous(corner);
-    *out++ = t->corner_vertex[tw_quad_previous(previous)];
-    if (i + 1 < count) *out++ = t->corner_vertex[previous];
-    corner = t->sibling[previous];
-  }
-  return out;
-}
-
-uint32_t tw_patch_smooth_points(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                                uint32_t *points) {
-  const tw_topology *t = topology;
-  uint32_t corners[4] = {corner, tw_quad_next(corner), tw_quad_next(tw_quad_next(corner)),
-                         tw_quad_previous(corner)};
-  uint32_t faces[4], *end = points + 4;
-  for (uint32_t k = 0; k < 4; k++) {
-    points[k] = t->corner_vertex[corners[k]];
-    faces[k] = smooth_faces[points[k]];
-  }
-  end = add_fan(t, next_in_fan(t, corners[0]), faces[0] - 1, end);
-  /* The faces across the sides of the quad have been added with the corner before, or with corner 0. */
-  end = add_fan(t, next_in_fan(t, next_in_fan(t, corners[1])), faces[1] - 2, end);
-  end = add_fan(t, next_in_fan(t, next_in_fan(t, corners[2])), faces[2] - 2, end);
-  if (faces[3] == 3)
-    return (uint32_t)(end - points) - 1; /* those across its two sides have a point in common */
-  end = add_fan(t, next_in_fan(t, next_in_fan(t, corners[3])), faces[3] - 3, end);
-  return (uint32_t)(end - points);
 }
 
 /* ---- collecting a neighbourhood ------------------------------------------------------------- */

@@ -22,24 +22,9 @@ typedef struct tw_neighbourhood {
 /* Lays the arrays of a neighbourhood out over `key`, which has as many bytes as its key_size says. */
 tw_neighbourhood tw_neighbourhood_lay_out(void *key, uint32_t points, uint32_t faces, bool chaikin);
 
-enum {
-  TW_SMOOTH_FACES_MAX = 32,
-  TW_SMOOTH_POINTS_MAX = 8 * TW_SMOOTH_FACES_MAX /* of a quad whose corners have so many faces */
-};
-
-/* Number of faces of an inner vertex with nothing sharp at it, 3 to TW_SMOOTH_FACES_MAX; else 0. */
-uint8_t tw_vertex_smooth_faces(const tw_topology *topology, uint32_t vertex);
-
 /* The 16 control points round the quad that begins at `corner`, rows of four from (-1, -1); places
- * beyond reflected sides repeat the quad's first corner. False when the quad is not regular.
- * smooth_faces: [vertex_count] tw_vertex_smooth_faces of all, or NULL. */
-bool tw_patch_regular(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                      uint32_t points[16], uint8_t *reflected);
-
-/* The points of the class of a quad whose corners all have smooth_faces, in the order of
- * tw_collector_find, as if no point came up twice; returns their number. points: [TW_SMOOTH_POINTS_MAX]. */
-uint32_t tw_patch_smooth_points(const tw_topology *topology, uint32_t corner, const uint8_t *smooth_faces,
-                                uint32_t *points);
+ * beyond reflected sides repeat the quad's first corner. False when the quad is not regular. */
+bool tw_patch_regular(const tw_topology *topology, uint32_t corner, uint32_t points[16], uint8_t *reflected);
 
 /* What the neighbourhoods of one topology are collected with. */
 typedef struct tw_collector tw_collector;

@@ -1,4 +1,5 @@
-/* Plans the patches of a mesh of quads. */
+/* Plans the patches of a mesh of quads, and evaluates them: regular ones as splines, several at once where
+ * there are many, irregular ones by stencils or by splitting them. */
 #include "patch.h"
 
 #include <stdlib.h>
@@ -35,36 +36,14 @@ static tw_status append_controls(control_list *list, const uint32_t *points, uin
   return TW_OK;
 }
 
-/* Classes of quads whose corners are all smooth, by the faces at these. */
-enum { SMOOTH_CLASSES = 1024 };
-
-typedef struct smooth_class {
-  uint32_t faces; /* at the four corners, a byte each; 0: none */
-  tw_patch_class *shape;
-} smooth_class;
-
 /* Patches on their way. */
 typedef struct plan {
   tw_patches *patches;
   tw_patch_shapes *shapes;
-  bool linear;           /* a quad is the B-spline of its corners, reflected beyond each side */
-  uint8_t *smooth_faces; /* [vertices] tw_vertex_smooth_faces */
+  bool linear; /* a quad is the B-spline of its corners, reflected beyond each side */
   tw_collector *collector;
   control_list controls;
-  smooth_class smooth[SMOOTH_CLASSES];
 } plan;
-
-/* Faces at the corners of a quad, a byte each; 0 where one is not smooth. */
-static uint32_t smooth_key(const plan *p, uint32_t quad) {
-  const uint32_t *corners = p->patches->base->corner_vertex + 4 * (size_t)quad;
-  uint32_t key = 0;
-  for (int k = 0; k < 4; k++) {
-    uint8_t faces = p->smooth_faces[corners[k]];
-    if (!faces) return 0;
-    key = key << 8 | faces;
-  }
-  return key;
-}
 
 static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const uint32_t **points) {
   tw_patches *all = p->patches;
@@ -73,27 +52,11 @@ static tw_status classify(plan *p, uint32_t quad, tw_patch_class **shape, const 
   return status;
 }
 
-/* Where no point comes up twice, the faces at the corners tell the class; where one does, what is known of
- * such a quad serves just as well. */
-static tw_status plan_smooth(plan *p, uint32_t quad, uint32_t key, tw_patch_class **shape,
-                             const uint32_t **points, uint32_t buffer[TW_SMOOTH_POINTS_MAX]) {
-  uint32_t count = tw_patch_smooth_points(p->patches->base, 4 * quad, p->smooth_faces, buffer);
-  smooth_class *known = &p->smooth[(key ^ key >> 7 ^ key >> 14 ^ key >> 21) % SMOOTH_CLASSES];
-  if (known->faces == key) {
-    *shape = known->shape;
-    *points = buffer;
-    return TW_OK;
-  }
-  tw_status status = classify(p, quad, shape, points);
-  if (status == TW_OK && (*shape)->point_count == count) *known = (smooth_class){key, *shape};
-  return status;
-}
-
 static tw_status plan_patch(plan *p, uint32_t quad) {
   const tw_topology *base = p->patches->base;
   tw_patch *patch = &p->patches->patches[quad];
   patch->first_control = p->controls.count;
-  uint32_t buffer[TW_SMOOTH_POINTS_MAX], count = 16;
+  uint32_t buffer[16], count = 16;
   const uint32_t *points = buffer;
   if (p->linear) {
     static const uint8_t corners[16] = {0, 0, 0, 0, 0, 0, 1, 0, 0, 3, 2, 0, 0, 0, 0, 0};
@@ -101,11 +64,8 @@ static tw_status plan_patch(plan *p, uint32_t quad) {
     patch->reflected = 15;
     return append_controls(&p->controls, buffer, count);
   }
-  uint32_t key = smooth_key(p, quad);
-  bool irregular = key ? key != 0x04040404 : false;
-  if (irregular || !tw_patch_regular(base, 4 * quad, p->smooth_faces, buffer, &patch->reflected)) {
-    tw_status status = irregular ? plan_smooth(p, quad, key, &patch->shape, &points, buffer)
-                                 : classify(p, quad, &patch->shape, &points);
+  if (!tw_patch_regular(base, 4 * quad, buffer, &patch->reflected)) {
+    tw_status status = classify(p, quad, &patch->shape, &points);
     if (status != TW_OK) return status;
     count = patch->shape->point_count;
   }
@@ -120,13 +80,10 @@ static tw_status start_plan(plan *p, const tw_rules *rules) {
   all->splines = tw_spline_tables_create(all->depth);
   all->patches = tw_alloc_zero(base->face_count, sizeof *all->patches);
   p->collector = tw_collector_create(base, rules->chaikin);
-  p->smooth_faces = tw_alloc(base->vertex_count, 1);
   uint64_t capacity = (uint64_t)base->face_count * 16 + 16;
   p->controls.capacity = capacity > UINT32_MAX ? UINT32_MAX : (uint32_t)capacity;
   p->controls.points = tw_alloc(p->controls.capacity, sizeof *p->controls.points);
-  if (!all->splines || !all->patches || !p->collector || !p->smooth_faces || !p->controls.points)
-    return TW_NO_MEMORY;
-  for (uint32_t v = 0; v < base->vertex_count; v++) p->smooth_faces[v] = tw_vertex_smooth_faces(base, v);
+  if (!all->splines || !all->patches || !p->collector || !p->controls.points) return TW_NO_MEMORY;
   return TW_OK;
 }
 
@@ -136,7 +93,6 @@ static tw_status plan_all(plan *p, const tw_rules *rules) {
   for (uint32_t quad = 0; status == TW_OK && quad < all->base->face_count; quad++)
     status = plan_patch(p, quad);
   all->controls = p->controls.points;
-  free(p->smooth_faces);
   tw_collector_destroy(p->collector);
   if (status == TW_OK)
     all->size = all->base->face_count * sizeof *all->patches + p->controls.capacity * sizeof *all->controls +
@@ -171,8 +127,6 @@ const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint
 }
 
 /* ---- evaluation --------------------------------------------------------------------------------- */
-
-/* Evaluates patches: regular ones as splines, irregular ones by stencils or by splitting them. */
 
 enum { WIDTH_MAX = 4 };
 
@@ -442,8 +396,9 @@ static inline void load(float out[WIDTH_MAX], const float *in, uint32_t width) {
   for (uint32_t c = 0; c < WIDTH_MAX; c++) out[c] = c < width ? in[c] : 0;
 }
 
-void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
-                             float points[16][4]) {
+/* The control points of a regular patch, in rows of four along i. in, width: as for a job. */
+static void regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
+                           float points[16][4]) {
   const tw_patch *patch = &patches->patches[quad];
   const uint32_t *controls = patches->controls + patch->first_control;
   for (int i = 0; i < 16; i++) load(points[i], in + (size_t)controls[i] * width, width);
@@ -452,7 +407,7 @@ void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const flo
 
 static void evaluate_regular(const target *to, const tw_patches *patches, uint32_t quad, tw_patch_rect rect) {
   float points[16][WIDTH_MAX];
-  tw_patch_regular_points(patches, quad, to->job->in, to->job->width, points);
+  regular_points(patches, quad, to->job->in, to->job->width, points);
   static const float origin[WIDTH_MAX];
   evaluate_spline(to, (const float(*)[WIDTH_MAX])points, origin, patches->depth, rect);
 }
@@ -517,8 +472,6 @@ tw_patch_rect tw_patch_side(uint32_t side, uint32_t k, bool *backwards) {
 
 /* ---- batches ------------------------------------------------------------------------------------ */
 
-/* Puts pieces of regular patches next to each other, turned so that their rows are computed alike. */
-
 enum { WORTH_IT = 5 }; /* patches; a batch, however full, costs about as much as so many one by one */
 
 /* Which control point comes to place `at`, so that the piece at corner k lies as that at corner 0. A corner
@@ -569,7 +522,7 @@ static void put_points(tw_patch_batch *batch, uint32_t corner, uint32_t lane) {
   const uint32_t *controls = tw_patch_controls(patches, corner / 4, &count);
   float reflected[16][4];
   bool direct = patches->patches[corner / 4].reflected == 0;
-  if (!direct) tw_patch_regular_points(patches, corner / 4, in, 3, reflected);
+  if (!direct) regular_points(patches, corner / 4, in, 3, reflected);
   for (uint32_t i = 0; i < batch->points; i++) {
     const float *point = direct ? in + 3 * (size_t)controls[from[i]] : reflected[from[i]];
     for (uint32_t c = 0; c < 3; c++) batch->lanes.points[i][c][lane] = point[c];

@@ -67,16 +67,10 @@ void tw_patch_evaluate(const tw_patches *patches, uint32_t quad, const tw_patch_
 tw_patch_rect tw_patch_corner(uint32_t side, uint32_t k);
 tw_patch_rect tw_patch_side(uint32_t side, uint32_t k, bool *backwards);
 
-/* The control points of a regular patch, in rows of four along i. in, width: as for a job. */
-void tw_patch_regular_points(const tw_patches *patches, uint32_t quad, const float *in, uint32_t width,
-                             float points[16][4]);
-
 /* The vertices of the base that shape a patch: all that an evaluation reads. */
 const uint32_t *tw_patch_controls(const tw_patches *patches, uint32_t quad, uint32_t *count);
 
 /* ---- the same piece of many patches ------------------------------------------------------------- */
-
-/* The same piece of many patches: those that are regular are computed several at once. */
 
 /* A corner, the inside of the side that begins there, or the inside of the whole patch. */
 typedef enum tw_patch_piece { TW_PATCH_CORNER, TW_PATCH_SIDE, TW_PATCH_INSIDE } tw_patch_piece;

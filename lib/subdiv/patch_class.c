@@ -133,7 +133,7 @@ static tw_status make_part(tw_patch_shapes *shapes, step *s, uint32_t k, uint32_
   uint32_t regular[16];
   const uint32_t *vertices = regular;
   uint32_t count = 16;
-  if (!tw_patch_regular(&s->child, corner, NULL, regular, &part->reflected)) {
+  if (!tw_patch_regular(&s->child, corner, regular, &part->reflected)) {
     tw_status status = tw_patch_classify(shapes, s->collector, corner, depth, &part->shape, &vertices);
     if (status != TW_OK) return status;
     count = part->shape->point_count;
