@@ -9,20 +9,20 @@ enum { LISTED_MAX = 64 };
 
 /* ---- pieces ----------------------------------------------------------------------------------- */
 
-static uint32_t *plant(uint32_t count) {
-  uint32_t *forest = tw_alloc(count, sizeof *forest);
-  if (forest) tw_union_find_init(forest, count);
-  return forest;
+static uint32_t *new_sets(uint32_t count) {
+  uint32_t *sets = tw_alloc(count, sizeof *sets);
+  if (sets) tw_union_find_init(sets, count);
+  return sets;
 }
 
 static tw_status count_components(const tw_topology *t, uint32_t *out) {
-  uint32_t *forest = plant(t->vertex_count);
-  if (!forest) return TW_NO_MEMORY;
+  uint32_t *sets = new_sets(t->vertex_count);
+  if (!sets) return TW_NO_MEMORY;
   for (uint32_t e = 0; e < t->edge_count; e++)
-    tw_union_find_join(forest, t->edge_vertices[e][0], t->edge_vertices[e][1]);
+    tw_union_find_join(sets, t->edge_vertices[e][0], t->edge_vertices[e][1]);
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && forest[v] == v;
-  free(forest);
+    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && sets[v] == v;
+  free(sets);
   return TW_OK;
 }
 
@@ -32,38 +32,38 @@ static uint32_t corner_at(const tw_topology *t, uint32_t corner, uint32_t vertex
 }
 
 /* Joins the corners at each end of an edge: their faces hang together there. */
-static void join_across(const tw_topology *t, uint32_t *forest, uint32_t edge) {
+static void join_across(const tw_topology *t, uint32_t *sets, uint32_t edge) {
   uint32_t first = t->edge_corner[edge];
   for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other])
     for (int end = 0; end < 2; end++) {
       uint32_t vertex = t->edge_vertices[edge][end];
-      tw_union_find_join(forest, corner_at(t, first, vertex), corner_at(t, other, vertex));
+      tw_union_find_join(sets, corner_at(t, first, vertex), corner_at(t, other, vertex));
     }
 }
 
 /* Walks round the border turn at a point with the faces that hang together: two loops that meet in a mere
  * point are two. */
 static tw_status count_loops(const tw_topology *t, uint32_t *out) {
-  uint32_t *forest = plant(t->corner_count);
-  if (!forest) return TW_NO_MEMORY;
-  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, forest, e);
+  uint32_t *sets = new_sets(t->corner_count);
+  if (!sets) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, sets, e);
   uint32_t sectors = 0, joined = 0;
   uint8_t *met = tw_alloc_zero(t->corner_count, 1);
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
     uint32_t ends[2] = {t->edge_corner[e], tw_corner_next(t, t->edge_corner[e])};
     for (int i = 0; i < 2; i++) {
-      uint32_t sector = tw_union_find_root(forest, ends[i]);
+      uint32_t sector = tw_union_find_root(sets, ends[i]);
       sectors += !met[sector];
       met[sector] = 1;
     }
   }
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
-    joined += tw_union_find_join(forest, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
+    joined += tw_union_find_join(sets, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
   }
   *out = sectors - joined;
-  free(forest);
+  free(sets);
   free(met);
   return met ? TW_OK : TW_NO_MEMORY;
 }

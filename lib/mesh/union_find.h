@@ -7,27 +7,27 @@
 #include <stdint.h>
 
 /* Every item a set of its own. */
-static inline void tw_union_find_init(uint32_t *forest, uint32_t count) {
-  for (uint32_t i = 0; i < count; i++) forest[i] = i;
+static inline void tw_union_find_init(uint32_t *sets, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++) sets[i] = i;
 }
 
 /* The least item of the set; the path to it is halved on the way. */
-static inline uint32_t tw_union_find_root(uint32_t *forest, uint32_t item) {
-  while (forest[item] != item) {
-    forest[item] = forest[forest[item]];
-    item = forest[item];
+static inline uint32_t tw_union_find_root(uint32_t *sets, uint32_t item) {
+  while (sets[item] != item) {
+    sets[item] = sets[sets[item]];
+    item = sets[item];
   }
   return item;
 }
 
 /* False when they are of one set already. */
-static inline bool tw_union_find_join(uint32_t *forest, uint32_t a, uint32_t b) {
-  a = tw_union_find_root(forest, a);
-  b = tw_union_find_root(forest, b);
+static inline bool tw_union_find_join(uint32_t *sets, uint32_t a, uint32_t b) {
+  a = tw_union_find_root(sets, a);
+  b = tw_union_find_root(sets, b);
   if (a < b)
-    forest[b] = a;
+    sets[b] = a;
   else
-    forest[a] = b;
+    sets[a] = b;
   return a != b;
 }
 

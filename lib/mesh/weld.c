@@ -219,7 +219,7 @@ static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const fl
 }
 
 /* place: the first vertex at each vertex's place. joined: [vertex_count], every vertex its own root;
- * receives the forest. */
+ * receives the sets that are joined. */
 static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
                                      uint32_t *joined, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
@@ -235,17 +235,17 @@ static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place,
 }
 
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
-  /* Places and forest; then the order and the buckets of vertices, or sides, their order and buckets. */
+  /* Places and sets; then the order and the buckets of vertices, or sides, their order and buckets. */
   size_t vertices = vertex_count, corners = corner_count;
   size_t finding = 12 * vertices, joining = 5 * vertices + 12 * corners;
   return 8 * vertices + (finding > joining ? finding : joining) + 256;
 }
 
-/* Numbers the roots, each set's first vertex, in their order. forest: [count]. */
-static uint32_t number_roots(uint32_t *forest, uint32_t count, uint32_t *number) {
+/* Numbers the roots, each set's first vertex, in their order. sets: [count]. */
+static uint32_t number_roots(uint32_t *sets, uint32_t count, uint32_t *number) {
   uint32_t numbers = 0;
   for (uint32_t v = 0; v < count; v++) {
-    uint32_t root = tw_union_find_root(forest, v);
+    uint32_t root = tw_union_find_root(sets, v);
     number[v] = root == v ? numbers++ : number[root];
   }
   return numbers;

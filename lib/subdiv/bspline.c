@@ -1,4 +1,5 @@
-/* B-spline weight tables by repeated knot insertion, exact until they are rounded to float. */
+/* B-splines: weight tables by repeated knot insertion, exact until they are rounded to float, and the kernels
+ * of rows for every machine with the choice of the best one. */
 #include "bspline.h"
 
 #include <stdlib.h>
@@ -84,8 +85,6 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
 }
 
 /* ---- rows: the kernel for every machine, and the choice of the best one ------------------------- */
-
-/* Lines of regular patches: the kernel for every machine, and the choice of the best one. */
 
 /* At place i, by the arithmetic of the kernel. */
 static float weighted_three(const float (*slopes)[TW_WIDTH_MAX], size_t c, const float *const table[3],

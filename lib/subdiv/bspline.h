@@ -21,8 +21,6 @@ size_t tw_spline_tables_size(uint32_t depth);
 
 /* ---- rows of points ----------------------------------------------------------------------------- */
 
-/* Rows of points of regular patches: lines of bicubic B-splines, a few points at a time. */
-
 /* A rectangle of a patch's grid, bounds included. */
 typedef struct tw_patch_rect {
   uint32_t i0, i1, j0, j1;
@@ -60,10 +58,8 @@ void tw_spline_look_closer(const tw_spline_job *job, size_t first, size_t count,
 
 /* ---- several patches at once -------------------------------------------------------------------- */
 
-/* The same rectangle of several regular patches at once, a patch a lane: where lines are shorter than
- * vectors. */
-
-/* Points of width 3, and their normals next to them where these are wanted. */
+/* The same rectangle of several patches, a patch a lane: for lines that are shorter than vectors. Points of
+ * width 3, and their normals next to them where these are wanted. */
 typedef struct tw_spline_batch {
   const tw_spline *spline;
   bool limit, normals;

@@ -388,8 +388,8 @@ static inline void fill_job(const tw_spline_job *job, bool transposed) {
 
 /* ---- several patches at once -------------------------------------------------------------------- */
 
-/* Rectangles of several regular patches, as many at a time as a vector has lanes, by the arithmetic of
- * spline_kernel.h in the same order, so that a patch has the same bytes alone and among others. */
+/* Rectangles of several regular patches, as many at a time as a vector has lanes, by the arithmetic of one
+ * patch in the same order, so that a patch has the same bytes alone and among others. */
 
 /* Differences of neighbouring control points, as slopes has them of one patch. */
 typedef struct lane_slopes {

@@ -1,9 +1,7 @@
-/* The generic subdivision step. */
+/* Catmull and Clark's subdivision step: the connectivity of the child, and masks. */
 #include "catmull_clark.h"
 
 #include <string.h>
-
-#include "child.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
 

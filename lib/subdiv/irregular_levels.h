@@ -1,5 +1,6 @@
 /* Levels 1 to 3 of cages of any faces, refined whole: the points of the level asked for are kept, and rows
- * and faces follow from them and from the cage's connectivity by the arithmetic that refine.h tells of.
+ * and faces follow from them and from the cage's connectivity by the arithmetic that catmull_clark.h tells
+ * of.
  *
  * Each point of a level is the child of a face, of an edge or of a vertex, and each class has one loop. The
  * loops run over all, as if everything were smooth and inside of a manifold. What is not (borders, creases,
@@ -26,7 +27,7 @@ typedef struct tw_level {
   const uint32_t (*edge_corners)[2]; /* [edge_count] one that runs along it, one against it */
 } tw_level;
 
-/* Vertices of a child by the generic masks. Shares are those of refine_mask.h. */
+/* Vertices of a child by the generic masks. Shares are those of child.h. */
 typedef struct tw_level_masks {
   uint32_t count;
   uint32_t *vertices, *first; /* [count], [count + 1] */

@@ -4,7 +4,7 @@
 #include <assert.h>
 #include <math.h>
 
-#include "catmull_clark.h"
+#include "crease.h"
 #include "loop.h"
 
 static const double pi = 3.14159265358979323846;

@@ -1,10 +1,8 @@
-/* Loop's subdivision step. */
+/* Loop's subdivision step: the connectivity of the child, and masks. */
 #include "loop.h"
 
 #include <math.h>
 #include <string.h>
-
-#include "loop.h"
 
 /* ---- topology ------------------------------------------------------------------------------- */
 

@@ -69,7 +69,7 @@ typedef struct vertex_numberer {
   const uint8_t *visible;
   tw_numbering *out;
   uint32_t *place;           /* [base corners] place of each corner in the fan of its vertex */
-  uint32_t *sector;          /* [greatest fan] forest of the places of one fan */
+  uint32_t *sector;          /* [greatest fan] the places of one fan as sets */
   struct fan_entry *entries; /* [greatest fan] */
 } vertex_numberer;
 
