@@ -64,12 +64,13 @@ struct srv_store_fs {
   char temporary[PATH_MAX];
   dev_t device; /* of the root */
   pthread_mutex_t verdicts_lock;
-  verdict *verdicts; /* [VERDICTS], each at the place that its id tells */
-  pthread_t prober;
+  verdict *verdicts;          /* [VERDICTS], each at the place that its id tells */
+  pthread_t prober;           /* with is_probed */
   pthread_mutex_t probe_lock; /* guards what follows */
   pthread_cond_t probe_wake;
   uint64_t asked_ns, trying_ns; /* when somebody asked last; when the try that is under way began, else 0 */
   bool is_usable;               /* as the last try found */
+  bool is_probed;               /* somebody has asked */
   bool is_closing;
 };
 
@@ -221,7 +222,7 @@ static void *run_probes(void *context) {
   return NULL;
 }
 
-static bool start_probes(srv_store_fs *store) {
+static void init_probes(srv_store_fs *store) {
   pthread_condattr_t monotonic;
   pthread_condattr_init(&monotonic);
   pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
@@ -229,7 +230,6 @@ static bool start_probes(srv_store_fs *store) {
   pthread_cond_init(&store->probe_wake, &monotonic);
   pthread_condattr_destroy(&monotonic);
   store->is_usable = true;
-  return pthread_create(&store->prober, NULL, run_probes, store) == 0;
 }
 
 /* False where a try hangs: then the thread stays. */
@@ -241,7 +241,7 @@ static bool stop_probes(srv_store_fs *store) {
   store->is_closing = true;
   pthread_cond_signal(&store->probe_wake);
   pthread_mutex_unlock(&store->probe_lock);
-  if (pthread_timedjoin_np(store->prober, NULL, &end) != 0) return false;
+  if (store->is_probed && pthread_timedjoin_np(store->prober, NULL, &end) != 0) return false;
   pthread_mutex_destroy(&store->probe_lock);
   pthread_cond_destroy(&store->probe_wake);
   return true;
@@ -254,8 +254,9 @@ static api_store_status probe(void *context) {
   bool rested = now_ns - store->asked_ns > QUIET_NS;
   if (rested) pthread_cond_signal(&store->probe_wake);
   store->asked_ns = now_ns;
+  if (!store->is_probed) store->is_probed = pthread_create(&store->prober, NULL, run_probes, store) == 0;
   bool hangs = store->trying_ns != 0 && now_ns - store->trying_ns > HANG_NS;
-  bool is_usable = store->is_usable && !hangs;
+  bool is_usable = store->is_probed && store->is_usable && !hangs;
   pthread_mutex_unlock(&store->probe_lock);
   return is_usable ? API_STORE_OK : API_STORE_UNAVAILABLE;
 }
@@ -322,10 +323,8 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
     return NULL;
   }
   remove_leftovers(store, now);
-  if (start_probes(store)) return store;
-  snprintf(error, error_size, "--data: no thread can be started");
-  destroy(store);
-  return NULL;
+  init_probes(store);
+  return store;
 }
 
 void srv_store_fs_close(srv_store_fs *store) {
