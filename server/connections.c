@@ -55,8 +55,8 @@ static void cut(srv_connection *c) {
   shutdown(c->fd, SHUT_RDWR); /* the library finds it closed */
 }
 
-/* Whether there is room for a connection over the limit: those in the reserve that have not asked for
- * anything make way, so that however many of them there are, a health check finds a place. */
+/* Whether there is room for a connection over the limit. A full reserve cuts its oldest connection without a
+ * request, so that idle ones cannot keep a health check out. */
 static bool has_reserve(srv_loop *l) {
   if (l->reserve < SRV_RESERVE_MAX) return true;
   srv_connection *oldest = NULL;
@@ -96,9 +96,8 @@ void srv_connections_accept(srv_loop *l) {
 
 /* ---- lingering ------------------------------------------------------------------------------- */
 
-/* Two reasons: a socket that is closed with bytes unread resets the connection, under an answer that the
- * client has not read yet; and when the process has ended, and its network with it, nobody sends what is
- * unsent. */
+/* A socket outlives its connection for two reasons: closing it with unread bytes resets the connection
+ * before the answer is read; and once the process and its network are gone, nobody sends what is unsent. */
 struct srv_lingering {
   srv_lingering *next;
   int fd;

@@ -36,8 +36,8 @@ static void judge_fields(const srv_connection *c, srv_framing *framing) {
   srv_framing_end(framing, head_size(c));
 }
 
-/* The connection whose head the library looks at: it goes from one head to the next at once, so that no other
- * is complete and not opened. NULL: it is at something else. */
+/* The connection whose head the library is judging: it opens each complete head at once, so at most one is
+ * complete and not opened. NULL: none. */
 static srv_connection *find_judged(const srv_loop *l) {
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     bool is_begun = c->exchange.target != NULL && !c->exchange.opened && c->watch.phase == SRV_PHASE_HEAD;
@@ -46,8 +46,8 @@ static srv_connection *find_judged(const srv_loop *l) {
   return NULL;
 }
 
-/* A Content-Length that is no number, and cookies without end, the library refuses itself, before 1.0 with
- * two heads where one should be. It logs before it sends them, and finds the socket shut then. */
+/* The library itself refuses a malformed Content-Length and endless cookies, before 1.0 with two heads in one
+ * answer. It logs first: answering here shuts the socket before that. */
 void srv_intake_complaint(srv_loop *l) {
   srv_connection *c = find_judged(l);
   if (c == NULL) return;

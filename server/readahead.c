@@ -1,5 +1,5 @@
-/* A ring of blocks between the thread that reads and the one that goes ahead. Whoever holds `going`, or finds
- * it false under the lock, owns the body. */
+/* A ring of blocks between the reader and a compute thread. The compute thread owns the body while `going`
+ * is true, the reader otherwise. */
 #include "readahead.h"
 
 #include "machine.h"
@@ -22,8 +22,8 @@ struct srv_readahead {
 
   pthread_mutex_t lock;
   bool going;      /* a compute thread goes ahead, or is about to */
-  bool waits;      /* the reader does, for `ready` */
-  bool left;       /* the reader has */
+  bool waits;      /* the reader, for `ready` */
+  bool left;       /* by the reader */
   bool ended;      /* the body said `last` */
   int64_t last;    /* 0 or -1 */
   unsigned first;  /* block of the ring */
@@ -91,7 +91,7 @@ static void go(srv_job *job) {
   if (left) destroy(ahead);
 }
 
-/* Under the lock, when nobody goes ahead: sends someone, or gives back what nobody fills. */
+/* Under the lock, with `going` false: starts a compute thread, or frees an unused ring. */
 static void consider(srv_readahead *ahead, bool quick) {
   if (quick && !ahead->ended && ahead->filled <= SRV_READAHEAD_BLOCKS / 2) {
     if (ahead->ring == NULL) take_ring(ahead);

@@ -180,7 +180,7 @@ static bool try_folder(const srv_store_fs *store, time_t *now) {
   return written;
 }
 
-/* ENOENT is there: the model is absent if the folder of models is not. */
+/* After ENOENT: absent if objects/ exists, else unavailable. */
 static api_store_status not_found(const srv_store_fs *store) {
   path objects = folder_path(store, "objects/.");
   return access(objects.text, F_OK) == 0 ? API_STORE_ABSENT : unavailable("cannot find the folder of models");
@@ -348,7 +348,7 @@ static placed rename_new(const char *temporary, const char *name) {
   return unable && rename(temporary, name) == 0 ? PLACED : PLACE_FAILED;
 }
 
-/* Makes the name hold these bytes, durably but for the folder's own sync. errno says why not. */
+/* Writes the bytes under `name`; durable once the folder is synced too. Failure sets errno. */
 static placed place(const srv_store_fs *store, const char *name, api_bytes bytes, bool replaces) {
   char temporary[PATH_MAX];
   int fd = srv_create_temporary(store->temporary, temporary);
@@ -457,7 +457,7 @@ static bool read_facts(int fd, file_facts *out) {
   return true;
 }
 
-/* Whether the content may have changed, as far as the facts tell. */
+/* Whether size and modification time are the same. */
 static bool same_content(const file_facts *a, const file_facts *b) {
   return a->size == b->size && a->modified_ns == b->modified_ns;
 }
@@ -527,7 +527,7 @@ typedef struct object {
   file_facts facts;
 } object;
 
-/* Never through a mapping: a file that is cut would end the process by a signal. */
+/* Not by mmap: a file that is truncated would raise SIGBUS and end the process. */
 static bool read_object(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
   const object *o = blob->owner;
   file_facts facts;

@@ -96,7 +96,7 @@ static bool relieve(api_budget *budget, uint64_t bytes) {
   return freed > 0;
 }
 
-/* Raises the grant where that fits; who waits goes first, but for small grants. */
+/* Raises the grant if it fits; a new one over SMALL yields to waiting tickets. */
 static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   uint64_t more = bytes - ticket->granted, missing;
   if (budget->first && more > SMALL && ticket->granted == 0) return false;
@@ -109,8 +109,8 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
 
 /* ---- waiting ------------------------------------------------------------------------------------ */
 
-/* Wakes those at the head of the queue that fit. One thread at a time: freeing entries leads here again, and
- * whoever is turned away here has changed `used` before, which the thread inside sees. */
+/* Wakes those at the head of the queue that fit. One thread at a time: freeing entries calls this again. A
+ * thread that returns early has already changed `used`, which the serving thread sees. */
 static void serve_waiting(api_budget *budget) {
   bool may_relieve = true;
   pthread_mutex_lock(&budget->lock);
@@ -176,7 +176,7 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
   if (ticket->granted > 0)
-    set_grant(budget, ticket, 0); /* two that hold and wait could wait for each other */
+    set_grant(budget, ticket, 0); /* two that hold grants and wait could deadlock */
   api_wait result = API_WAIT_BEGUN;
   if (raise_grant(budget, ticket, bytes))
     result = API_WAIT_OVER;

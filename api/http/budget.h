@@ -43,7 +43,7 @@ typedef enum api_wait {
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 /* True when the ticket waited here: it will not be woken. */
 bool api_budget_cancel(api_budget *budget, api_ticket *ticket);
-/* Something idle can be freed that could not be before: it may make room for who waits. */
+/* Call when more memory is idle: waiting requests may fit now. */
 void api_budget_poke(api_budget *budget);
 
 #endif

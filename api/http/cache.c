@@ -128,8 +128,8 @@ static void touch(api_cache *cache, api_entry *entry) {
   link_first(cache, entry);
 }
 
-/* A reference less. What becomes idle is kept under the budget; what is larger than all of it goes at once,
- * rather than push out everything else. */
+/* Drops a reference. An idle entry is kept within idle_max; one larger than idle_max is unlisted at once,
+ * rather than evict all others. */
 static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
   entry->references--;
   if (!entry->is_listed && entry->references == 0) {
@@ -142,8 +142,8 @@ static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
   }
 }
 
-/* Takes out of a full chain the idle entry that was used least recently: keys that are chosen to have one
- * hash drive out each other, instead of making every look-up a long walk. */
+/* Evicts the least recently used idle entry of a full bucket: keys that are chosen to collide evict each
+ * other instead of making every look-up slow. */
 static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
   uint32_t length = 0;
   api_entry *last = NULL;
@@ -231,7 +231,7 @@ static bool take_promise_back(api_entry *entry, api_ticket *ticket) {
   return true;
 }
 
-/* Breaks the ticket's promises: who waits for them tries for himself. */
+/* Breaks the ticket's promises: waiting tickets are woken and retry. */
 static void break_promises(api_cache *cache, api_ticket *ticket) {
   while (ticket->promised) {
     api_entry *entry = ticket->promised, *chain = NULL;

@@ -17,9 +17,9 @@ typedef bool (*api_print)(void *context, api_text *out, api_fault *fault);
 api_outcome api_response_reply(api_call *call, const char *key, const char *representation,
                                const char *canonical, api_print print, void *context);
 
-/* The same of answers of which there are endlessly many, after api_validate. One that is missing is printed
- * and remembered only when it was asked for before, so that what is asked for once pushes nothing out of the
- * cache. API_NEEDS_THREAD in a light call when it is not at hand; API_CONTINUE: answer without the cache. */
+/* The same for unbounded sets of answers, after api_validate. A missing answer is printed and cached only
+ * when asked for a second time, so that one-off requests evict nothing. API_NEEDS_THREAD in a light call when
+ * it is not cached; API_CONTINUE: answer without the cache. */
 api_outcome api_response_reply_repeated(api_call *call, const char *key, api_print print, void *context);
 
 #endif

@@ -1,4 +1,4 @@
-/* The check keeps nothing but the way to where it is; the walk keeps nothing at all. */
+/* The check keeps only the stack of open containers, the walk nothing. */
 #include "tweend/json_text.h"
 
 #include "number.h"
@@ -285,7 +285,7 @@ tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rule
 
 /* ---- walking --------------------------------------------------------------------------------- */
 
-/* A document that was checked ends every value that it begins: nothing here can run past its end. */
+/* A checked document closes each string, array and object: inside them nothing runs past its end. */
 
 static const char *past_blanks(const char *at) {
   while (is_blank(*at)) at++;

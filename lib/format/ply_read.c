@@ -209,7 +209,7 @@ static tw_status read_header(ply_file *file) {
   return status;
 }
 
-/* Faces without corners are none. */
+/* Skips faces without corners. */
 static void drop_cornerless(ply_file *file) {
   for (uint32_t i = 0; i < file->element_count; i++)
     if (file->elements[i].kind == PLY_FACES && !file->elements[i].uses[PLY_CORNERS])
@@ -350,7 +350,7 @@ static tw_status read_face(ply_file *file, const ply_element *element, tw_polygo
   return status;
 }
 
-/* Rows that no byte stands for are none to read. */
+/* Refuses more rows than the bytes can hold. */
 static tw_status check_rows(const ply_file *file, const ply_element *element) {
   uint64_t size = least_size(file, element), left = (uint64_t)(file->end - file->at) + 1;
   if (size == 0 || element->count <= left / size) return TW_OK;

@@ -17,8 +17,8 @@ uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t
          tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
 
-/* What is read for a vertex, as it is for the point or value that the vertex becomes: the first one counts.
- * number: [vertex_count], ascending with the first vertex of each. */
+/* Values of the welded points: each takes the value of its first vertex.
+ * number: [vertex_count] point of each vertex, numbered by first vertex. */
 static float *gather(tw_arena *arena, const float *values, size_t width, const uint32_t *number,
                      uint32_t vertex_count, uint32_t count) {
   float *out = tw_arena_alloc_raw(arena, count, width * sizeof *out);

@@ -1,5 +1,5 @@
-/* Loops over the children of faces, edges and vertices. A vertex that a step finds there already keeps its
- * number: its edges and faces at any later level are those of the level at which it came up, shifted.
+/* Loops over the children of faces, edges and vertices. A step keeps the numbers of existing vertices:
+ * their edges and faces at a later level are those of their first level, shifted.
  *
  * The last step has no tables of its own level, and reads those of the level above. */
 #include "irregular_levels.h"
@@ -40,7 +40,7 @@ INLINE uint32_t corner_previous(const tw_level *l, uint32_t size, uint32_t c) {
   return c == l->face_offsets[face] ? l->face_offsets[face + 1] - 1 : c - 1;
 }
 
-/* The part of a half of an edge that is at its vertex after `steps` further steps. */
+/* The part of an edge at the vertex of one of its halves, `steps` levels down. */
 INLINE uint32_t edge_after(uint32_t half, uint32_t steps) {
   return ((half >> 1) << steps) + (((1u << steps) - 1) & (0 - (half & 1)));
 }
@@ -51,8 +51,8 @@ INLINE uint32_t face_after(uint32_t corner, uint32_t steps) {
 
 /* ---- a pass over vertices ------------------------------------------------------------------- */
 
-/* What is computed of a vertex and the ring of points round it: that of the step at hand, of its own level
- * for limits and normals. */
+/* What is computed from a vertex and its ring: the ring in the next level for POINT, in its own for LIMIT
+ * and NORMAL. */
 typedef enum operation { POINT, LIMIT, NORMAL } operation;
 
 typedef struct pass {
@@ -182,7 +182,7 @@ INLINE void end_ring(const pass *p, operation op, uint32_t v, ring *r) {
 
 /* ---- vertices that the step finds there ------------------------------------------------------ */
 
-/* Vertices [begin, end) of a class; born: the level at which the class came up. */
+/* Vertices [begin, end) of a class; born: the class's first level. */
 typedef void class_loop(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
                         uint32_t end);
 
@@ -193,7 +193,7 @@ static const tw_point *face_points(const pass *p) {
   return edge_points(p) + p->levels->at[p->step].edge_count;
 }
 
-enum { AHEAD = 12 }; /* vertices: what lies about in memory is asked for so long before it is read */
+enum { AHEAD = 12 }; /* vertices: how far ahead scattered data is prefetched */
 
 INLINE void cage_vertices(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
                           uint32_t end) {
@@ -435,8 +435,8 @@ INLINE void by_size(class_loop *loop, const pass *p, uint32_t table, uint32_t bo
     by_operation(loop, p, 0, born, begin, end);
 }
 
-/* Classes of vertices follow one another in a level: the cage's, then the middles of edges and of faces of
- * each level. Of the last level the first step's or, of a later one, halves, spokes and quads. */
+/* Vertices of a level, in order: the cage's, then edge and face points of each step. Those of the last step
+ * are NEW_EDGES and NEW_FACES at level 1, else HALVES, SPOKES and QUADS. */
 typedef enum vertex_class {
   CAGE,
   MIDDLES,
@@ -461,7 +461,7 @@ static void run_class(const pass *p, vertex_class class, uint32_t born, uint32_t
   }
 }
 
-/* A class with the vertices that are left of [*first, *end). */
+/* Runs a class for its vertices in [first, end). */
 static void run_part(const pass *p, vertex_class class, uint32_t born, uint32_t count, uint32_t *base,
                      uint32_t first, uint32_t end) {
   uint32_t begin = first > *base ? first - *base : 0, stop = end > *base ? end - *base : 0;
@@ -521,7 +521,7 @@ INLINE void make_edges(const pass *p, const tw_level *l, uint32_t size, uint32_t
   }
 }
 
-/* The last step, from the level above: the quads of its corners, */
+/* Face points of the last step: one a corner of the level above. */
 INLINE void make_quads(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
   const tw_point *P = p->above, *M = P + l->vertex_count;
   tw_point *F = p->points + p->levels->at[p->step].vertex_count + p->levels->at[p->step].edge_count;
@@ -535,7 +535,7 @@ INLINE void make_quads(const pass *p, const tw_level *l, uint32_t size, uint32_t
   }
 }
 
-/* the halves of its edges, */
+/* Edge points of halves. */
 INLINE void make_halves(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
   const tw_point *P = p->above, *M = P + l->vertex_count;
   tw_point *E = p->points + p->levels->at[p->step].vertex_count;
@@ -557,7 +557,7 @@ INLINE void make_halves(const pass *p, const tw_level *l, uint32_t size, uint32_
   }
 }
 
-/* and the spokes of its corners. */
+/* Edge points of spokes. */
 INLINE void make_spokes(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
   const tw_point *M = p->above + l->vertex_count;
   tw_point *E = p->points + p->levels->at[p->step].vertex_count, *I = E + 2 * (size_t)l->edge_count;
@@ -730,7 +730,7 @@ void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point 
   careful_normal(tangents[0], tangents[1], quad, normal);
 }
 
-/* The edge of a UV set that an edge of the points is at `level`; those within faces follow the cage's. */
+/* The UV set's edge at the points' `edge` of `level`. Edges inside faces follow those on cage edges. */
 static uint32_t uv_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
   uint32_t outer = points->at[0].edge_count << level;
   if (edge >= outer) return edge - outer + (set->at[0].edge_count << level);
@@ -759,7 +759,7 @@ static uint32_t corner_cage_face(const tw_levels *levels, uint32_t level, uint32
   return corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
 }
 
-/* One of those that an edge is of. */
+/* A cage face that has the edge. */
 static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t edge) {
   for (; level > 0; level--, edge /= 2) {
     uint32_t outer = 2 * levels->at[level - 1].edge_count;
@@ -990,8 +990,8 @@ static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_aren
   return status;
 }
 
-/* Nothing at a quarter turn, where rounding leaves something that points in the same place could not cancel:
- * it would pass for a tangent. */
+/* Exactly 0 at a quarter turn: cos() leaves a residue there, which coincident points would not cancel and
+ * which would pass for a tangent. */
 static void fill_weights(uint32_t n, float *out) {
   double step = 2 * pi / n, cosine = cos(step);
   double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16, face = 1 / (4 * lambda - 1);

@@ -3,9 +3,9 @@
  * of.
  *
  * Each point of a level is the child of a face, of an edge or of a vertex, and each class has one loop. The
- * loops run over all, as if everything were smooth and inside of a manifold. What is not (borders, creases,
- * corners, vertices of two faces, places that are not manifold, UV seams) is listed vertex by vertex when the
- * plan is made, with the shares that the generic masks give it, and computed anew from the list. */
+ * loops treat every vertex as smooth and interior to a manifold. Exceptions (borders, creases, corners,
+ * vertices of two faces, non-manifold places, UV seams) are listed with their generic masks when the plan is
+ * made, and recomputed from the list. */
 #ifndef TWEEND_IRREGULAR_LEVELS_H
 #define TWEEND_IRREGULAR_LEVELS_H
 
@@ -15,7 +15,7 @@
 
 enum { TW_LEVELS_MAX = 3 };
 
-/* One level of one field. Arrays are there down to the last level but one, and of the cage. */
+/* One level of one field. Only the cage and levels up to level - 2 have arrays. */
 typedef struct tw_level {
   uint32_t vertex_count, edge_count, face_count, corner_count;
   uint32_t face_size;            /* 3 or 4; 0 where faces differ */
@@ -58,16 +58,16 @@ typedef struct tw_levels {
   const uint32_t *vertex_of, *edge_of;
 } tw_levels;
 
-/* Rows of a GPU that loops over points do not get right, ascending. The first rows are those of the points;
- * those of points that are split follow. */
+/* Vertex-buffer rows that the loops get wrong, ascending. Row i below the point count is that of point i;
+ * further rows of split points follow. */
 typedef struct tw_level_rows {
   uint32_t row_count; /* all */
   uint32_t count;
   uint32_t *rows, *points;                       /* [count] */
   uint32_t *uvs[TW_UV_SETS_MAX];                 /* [count] vertex of each UV set */
   uint32_t *first_entry, *end_entry, (*quad)[4]; /* [count] tangents, and a face of the point; with normals */
-  /* Where tangents are asked for: the frame, and entries from [0] to [1] of the slopes of the points, from
-   * there to [2] of those of the frame's UV set. */
+  /* Where tangents are asked for: the frame, and derivative masks: entries slopes[0] to [1] of points, to
+   * [2] of the frame's UV set. */
   uint8_t *frames;       /* [count] */
   uint32_t (*slopes)[3]; /* [count] */
   tw_limit_entry *entries;
@@ -86,7 +86,7 @@ typedef struct tw_levels_wish {
   const tw_parallel_for *parallel;
 } tw_levels_wish;
 
-/* Whether a cage has no vertex or face of so many sides that tables by valence do not pay. */
+/* Whether all valences and face sizes are low enough for tables by valence: 4,096 at most. */
 bool tw_levels_fit(const tw_topology *cage);
 
 /* out: [field_count]; lives in `arena`. TW_NO_MEMORY. */
@@ -120,12 +120,12 @@ typedef struct tw_level_points {
 void tw_levels_normals(const tw_levels *levels, const tw_level_points *points, uint32_t first, uint32_t count,
                        uint32_t stride, float *out);
 
-/* Derivatives at vertices [first, first + count) along two directions that all fields have in common, to a
- * scale that they have too. points: of the field. Those of `tw_level_rows` mean nothing. out: [count][2]. */
+/* Derivatives at vertices [first, first + count), along two directions and at a scale that all fields share.
+ * points: of the field. Values at points of `tw_level_rows` are invalid. out: [count][2]. */
 void tw_levels_slopes(const tw_levels *levels, const tw_point *points, uint32_t first, uint32_t count,
                       tw_point *out);
 
-/* Those of the nth of the rows: of the points, and of the UV set that the frame says. */
+/* Derivatives at the nth listed row: of the points and of its frame's UV set. */
 void tw_levels_row_slopes(const tw_level_rows *rows, uint32_t n, const tw_point *points, const tw_point *uvs,
                           tw_point points_out[2], tw_point uvs_out[2]);
 
@@ -136,7 +136,7 @@ void tw_levels_row_normal(const tw_level_rows *rows, uint32_t n, const tw_point 
 void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
                            uint32_t *out);
 
-/* A face of the cage that each of vertices [first, first + count) of the last level is of. */
+/* For each of vertices [first, first + count) of the last level, a cage face that has it. */
 void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out);
 
 /* Corners of faces [first, first + count). out: [count][4]. */

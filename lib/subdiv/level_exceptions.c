@@ -162,7 +162,7 @@ static tw_status rename_vertices(const tw_topology *full, const cut *c, tw_arena
   return TW_OK;
 }
 
-/* known_edges: of faces of one size, below the cage, where edges may have the same ends. */
+/* Without offsets edges are those of `full`: below the cage, two may have the same ends. */
 static tw_status build_cut(const tw_topology *full, const cut *c, tw_arena *arena, uint32_t vertex_count,
                            const uint32_t *corners, tw_topology *out) {
   if (c->offsets)
@@ -332,7 +332,7 @@ static tw_status refine_field(const listing *l, const strip *s, uint32_t field, 
   return TW_OK;
 }
 
-/* A vertex that was special, or the middle of an edge with an end that was, has all its faces there. */
+/* Only children of special vertices and their edges can be special: the strip has all their faces. */
 static tw_status refine_special(const listing *l, const strip *s, strip *out) {
   const tw_topology *p = &s->fields[0], *t = &out->fields[0];
   uint8_t *candidates = tw_arena_alloc(l->scratch, t->vertex_count, 1);
@@ -375,7 +375,7 @@ static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   return tw_alloc(capacity, sizeof(tw_limit_entry));
 }
 
-/* Adds those of the mask at a corner that weigh something. */
+/* Adds the nonzero entries of a corner's limit mask. */
 static void push_entries(const strip *s, uint32_t field, uint32_t corner, bool tangents, tw_limit_entry *room,
                          growing *out) {
   uint32_t count = tw_limit_mask(&s->fields[field], false, corner, room);

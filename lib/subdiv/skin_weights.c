@@ -9,7 +9,7 @@
 #include "catmull_clark.h"
 #include "loop.h"
 
-/* Beside a sum of 1 float cannot tell less. */
+/* About the precision of float at 1. */
 static const float negligible = 1e-7f;
 
 /* ---- sums ----------------------------------------------------------------------------------- */
@@ -255,7 +255,7 @@ static bool append_all(tw_influences *out, const tw_influences *from) {
   return true;
 }
 
-/* Gives back the room that nothing came to. */
+/* Frees unused capacity. */
 static void trim(tw_influences *out) {
   size_t count = out->offsets[out->vertex_count];
   if (count == 0) return;
@@ -392,8 +392,8 @@ void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mas
 
 enum { WORD = 64, WORDS_MAX = TW_SKIN_LEVEL_JOINTS_MAX / WORD, LANES = 4 };
 
-/* Joints in channels: those that have no face near both of them share one, and their weights are refined as
- * one function. Few channels serve many joints: a joint is near few others. */
+/* Graph colouring: joints that are near no common face may share a channel, to be refined as one function.
+ * Few channels serve many joints: a joint is near few others. */
 typedef struct channels {
   const tw_levels *levels;
   uint32_t joint_count, words, count;
@@ -411,7 +411,7 @@ static void unite(uint64_t *set, const uint64_t *other, uint32_t words) {
   for (uint32_t w = 0; w < words; w++) set[w] |= other[w];
 }
 
-/* Sets of faces from those of their vertices, or the other way. */
+/* Unites the sets of vertices into their faces, or back. */
 static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t *vertices, uint64_t *faces) {
   for (uint32_t f = 0; f < cage->face_count; f++) {
     uint32_t size = cage->face_size, begin = size ? size * f : cage->face_offsets[f],
@@ -423,7 +423,7 @@ static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t
   }
 }
 
-/* Of what is left of a set in one of its words. */
+/* The lowest joint in `left`, of one word. */
 static uint32_t lowest_joint(uint32_t word, uint64_t left) {
   return WORD * word + (uint32_t)__builtin_ctzll(left);
 }

@@ -1,6 +1,6 @@
 /* Which joints move each vertex, and how much. The weights of one joint over all vertices are a function that
- * subdivides as positions do. So a vertex of a refined mesh may hang on more joints than the four that
- * an answer shows; all are kept until a row is written. */
+ * subdivides as positions do. So a vertex of a refined mesh may have more joints than the four that
+ * a row holds; up to TW_INFLUENCES_MAX are kept. */
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
@@ -92,7 +92,7 @@ void tw_skin_mask_row(const tw_influences *influences, const tw_limit_entry *mas
 
 enum { TW_SKIN_LEVEL_JOINTS_MAX = 512 };
 
-/* Whether tw_skin_refine_levels is for the joints of a checked mesh. */
+/* Whether tw_skin_refine_levels can take a checked mesh's joints. */
 bool tw_skin_fits_levels(const tw_mesh *mesh);
 
 /* Rows of all points of the last level, or of their limits. out: [tw_levels_points], to be freed.

@@ -47,7 +47,7 @@ static bool has_tangents(const build *b) {
 /* ---- sharing out the levels: what can be done
  * ----------------------------------------------------------------------- */
 
-/* Where the border eats into the mesh, only one group is sure to stay in place. */
+/* An open border removes faces: only a single group is sure to keep its order. */
 static bool is_whole(const build *b) {
   if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
   uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
@@ -62,7 +62,7 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
   return false;
 }
 
-/* Nothing but points that stay where they are refined to. */
+/* Whether rows hold refined points, at most with normals. */
 static bool is_bare(const build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface_options *options = &b->surface->options;

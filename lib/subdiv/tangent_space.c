@@ -109,8 +109,8 @@ void tw_tangent_from_derivatives(const float normal[3], const float points[TW_DE
   double ub = (double)uvs[TW_DERIVATIVE_SECOND], vb = (double)uvs[TW_DERIVATIVE_SECOND + 1];
   double sign = mirrored ? -1 : 1;
   out[3] = (float)sign;
-  /* Along this v stands still, and u grows by the UVs' area: the sign is that of the whole face, so that
-   * tangents do not turn back where the map folds over within it. */
+  /* Along this v is constant, and u grows by the UVs' area: the sign is that of the whole face, so that
+   * tangents do not flip where the UV map folds within it. */
   bool v_grows = va * va + vb * vb > negligible * (ua * ua + ub * ub);
   if (v_grows && combine(a, sign * vb, b, -sign * va, along) && flatten(n, along, out)) return;
   if (combine(a, ua, b, ub, along) && flatten(n, along, out)) return;

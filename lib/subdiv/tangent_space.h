@@ -24,9 +24,9 @@ typedef struct tw_slope_source {
 void tw_patch_slopes(const tw_slope_source *source, uint32_t quad, tw_patch_rect rect, double *scratch,
                      float *out);
 
-/* Derivatives at a corner along its two sides, which all fields have in common, as masks of tangents: those
- * of the mask say the first in tangent1, the second in tangent2. mask: room for tw_limit_capacity entries.
- * Returns their number; weights of the vertex itself mean nothing. */
+/* Derivatives at a corner along its two sides, which all fields share, as a mask: tangent1 towards the next
+ * corner, tangent2 towards the previous one. mask: room for tw_limit_capacity entries. Returns their number;
+ * weights of the vertex itself mean nothing. */
 uint32_t tw_slope_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *mask);
 
 /* The same evaluated. out: [TW_DERIVATIVE_WIDTH]. */

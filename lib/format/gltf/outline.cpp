@@ -300,7 +300,7 @@ private:
     if (image.view != no_view || data_head(image.uri) > 0) out_.images.push_back(image);
   }
 
-  // First of all, so that a file is refused for the extension and not for what it does to the rest.
+  // check_outline reports it first: it may be the cause of the other faults.
   void required_extension(uint64_t index, const char *value) {
     if (*value != '"')
       refuse(TW_INVALID, text("/extensionsRequired/", index), "an extension is named by a string");
@@ -524,7 +524,7 @@ private:
   tinygltf::Model &parsed_;
   uint64_t tree_ = 0, model_ = 0;
   uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
-  uint64_t longest_ = 0; // text; the parser has it in its hands several times
+  uint64_t longest_ = 0; // text; the parser holds several copies of it
   size_t next_image_ = 0;
 
   void put(std::string_view text) { out_.json.insert(out_.json.end(), text.begin(), text.end()); }
@@ -617,7 +617,7 @@ private:
     put("}");
   }
 
-  // A key with an escape may be any: the parser will see.
+  // An escaped key may be any member: kept for tinygltf.
   void object(const char *value, const Schema &schema) {
     if (*value != '{') return copy(value, plain_cost);
     tree_ += tree_object;
