@@ -175,8 +175,7 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
 
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
-  if (ticket->granted > 0)
-    set_grant(budget, ticket, 0); /* two that hold grants and wait could deadlock */
+  if (ticket->granted > 0) set_grant(budget, ticket, 0); /* two that hold grants and wait could deadlock */
   api_wait result = API_WAIT_BEGUN;
   if (raise_grant(budget, ticket, bytes))
     result = API_WAIT_OVER;
