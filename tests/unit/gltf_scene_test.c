@@ -141,11 +141,11 @@ TEST(meshes_outside_the_shown_scene_are_left_out) {
 }
 
 TEST(what_is_left_out_is_said) {
-  tw_model *model =
-      read_good("\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":1}}],"
-                "\"extensionsUsed\":[\"KHR_lights_punctual\"],\"extensions\":{\"KHR_lights_punctual\":{\"lights\":"
-                "[{\"type\":\"point\"}]}},\"nodes\":[{\"camera\":0},"
-                "{\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}},{\"weights\":[1]}]");
+  tw_model *model = read_good(
+      "\"cameras\":[{\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":1}}],"
+      "\"extensionsUsed\":[\"KHR_lights_punctual\"],\"extensions\":{\"KHR_lights_punctual\":{\"lights\":"
+      "[{\"type\":\"point\"}]}},\"nodes\":[{\"camera\":0},"
+      "{\"extensions\":{\"KHR_lights_punctual\":{\"light\":0}}},{\"weights\":[1]}]");
   assert_int_equal(model->warning_count, 3);
   tw_model_destroy(model);
 }
