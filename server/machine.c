@@ -86,6 +86,12 @@ uint64_t srv_machine_memory_limit(const char *root) {
   return least;
 }
 
+void srv_machine_share_arena(void) {
+#ifdef __GLIBC__
+  mallopt(M_ARENA_MAX, 1);
+#endif
+}
+
 void srv_machine_trim(void) {
 #ifdef __GLIBC__
   malloc_trim(0);

@@ -13,8 +13,12 @@ uint64_t srv_now_ms(void);
  * without one. root: of the file system, "" but for tests. */
 uint64_t srv_machine_memory_limit(const char *root);
 
-/* Gives pages that the allocator keeps free back to the system: glibc keeps what lies below a block in use,
- * in every thread's arena, for ever. Takes milliseconds where much is free. */
+/* Before the first thread: all threads share one arena of glibc's. It trims the free memory at the end of
+ * that one alone, and of the others keeps up to 64 MiB each. */
+void srv_machine_share_arena(void);
+
+/* Gives pages that the allocator keeps free back to the system: glibc keeps what lies below a block in use
+ * for ever. Takes milliseconds where much is free. */
 void srv_machine_trim(void);
 
 #endif

@@ -214,6 +214,7 @@ static int run(process *p) {
   char error[ERROR_SIZE];
   sigset_t taken;
   srv_log_level level = SRV_LOG_INFO;
+  srv_machine_share_arena();
   block_signals(&taken);
   bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
