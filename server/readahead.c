@@ -37,7 +37,7 @@ struct srv_readahead {
 
 static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZE;
 
-/* Leaves it NULL where there is no room for it. */
+/* Allocates the ring; it stays NULL where the budget or the memory has no room. */
 static void take_ring(srv_readahead *ahead) {
   if (!api_service_try_hold(ahead->service, RING_SIZE)) return;
   ahead->ring = malloc(RING_SIZE);

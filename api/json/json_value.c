@@ -172,7 +172,7 @@ tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count)
   return TW_OK;
 }
 
-/* The first element of an array, as the place of all in turn. */
+/* The place of an array's first element; the caller moves it from element to element. */
 static api_value first_of(const api_value *array) {
   return (api_value){array->json, NULL, {&array->at, NULL, 0}};
 }

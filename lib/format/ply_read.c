@@ -268,7 +268,7 @@ static tw_status read_list_length(ply_file *file, const ply_property *property, 
   return TW_OK;
 }
 
-/* Bytes that a row of an element takes at least. A value of text takes a digit and a blank, but the last. */
+/* The fewest bytes that a row of an element can have. A number of text has a digit and a blank behind it. */
 static uint64_t least_size(const ply_file *file, const ply_element *element) {
   uint64_t size = 0;
   for (uint32_t i = 0; i < element->property_count; i++) {
@@ -294,7 +294,7 @@ static tw_status skip_row(ply_file *file, const ply_element *element, uint64_t *
   return status;
 }
 
-/* Colours of whole numbers are of 255, or of 65,535 where they have 16 bits. */
+/* The value of full intensity: 1 for floats, 65,535 for 16-bit integers, else 255. */
 static double color_scale(ply_type type) {
   if (type >= PLY_F32) return 1;
   return type == PLY_U16 || type == PLY_I16 ? 65535 : 255;

@@ -86,7 +86,7 @@ tw_spline *tw_spline_tables_create(uint32_t depth) {
 
 /* ---- rows: the kernel for every machine, and the choice of the best one ------------------------- */
 
-/* At place i, by the arithmetic of the kernel. */
+/* The sum of three slopes weighted by entry i of their tables, added in the kernel's order. */
 static float weighted_three(const float (*slopes)[TW_WIDTH_MAX], size_t c, const float *const table[3],
                             size_t i) {
   return (table[0][i] * slopes[0][c] + table[2][i] * slopes[2][c]) + table[1][i] * slopes[1][c];

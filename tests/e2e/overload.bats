@@ -100,7 +100,10 @@ health_median() {
   done
   ((served >= 1))
   # The load is over when the daemon has noticed that all have left.
-  until curl --silent "$url/metrics" | grep -qx 'tweend_http_requests_in_flight 1'; do sleep 0.1; done
+  for ((tries = 0; tries < 600; tries++)); do
+    ! curl --silent "$url/metrics" | grep -qx 'tweend_http_requests_in_flight 1' || break
+    sleep 0.1
+  done
   for ((tries = 0; tries < 100; tries++)); do
     (($(resident NOW) >= 16 + 64)) || break
     sleep 0.1
