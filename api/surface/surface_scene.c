@@ -243,7 +243,8 @@ api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface
   if (outcome != API_DONE) return outcome;
   const api_clip *clip = api_entry_value(scene->clip);
   scene->animation.name = clip->name;
-  scene->content.clip = &scene->animation;
+  scene->content.clips = &scene->animation;
+  scene->content.clip_count = 1;
   return API_DONE;
 }
 

@@ -30,7 +30,7 @@ typedef struct api_surface_scene {
   api_clip_choice choice;
   bool is_stored;
   api_entry *clip, *reduced; /* NULL without; let go by api_scene_release */
-  tw_scene content;          /* model, pose, posed_by, clip; the rest is the caller's */
+  tw_scene content;          /* model, pose, posed_by, clips; the rest is the caller's */
   api_plan_meshes meshes;
   api_plan_moves moves;
   tw_clip_keys animation;
@@ -49,7 +49,7 @@ void api_scene_print(const api_surface_scene *scene, api_text *text);
  * a clip. */
 api_outcome api_scene_pose(api_call *call, const tw_model *model, api_surface_scene *scene);
 
-/* Fills content.clip where the clip is kept or baked to keys, and tells the error that is left. */
+/* Fills content.clips where the clip is kept or baked to keys, and tells the error that is left. */
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene);
 
 void api_scene_release(api_surface_scene *scene);

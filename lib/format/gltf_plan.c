@@ -8,7 +8,7 @@
 
 enum {
   ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),
-  ADDED_KEYS_MAX = 1 << 20 /* of all tracks of a clip that cannot keep their keys: two may say many turns */
+  ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
 };
 
 /* tinygltf takes kilobytes of memory for each view, accessor, node and material. */
@@ -303,17 +303,17 @@ static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {
                                   : add_floats(plan, keys->values, count, (int)keys->width);
 }
 
-static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
-  uint32_t added_keys_left = ADDED_KEYS_MAX;
+static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const tw_clip_keys *clip,
+                              uint32_t *added_keys_left, tw_error *error) {
   const float *shared_times = NULL; /* tracks of one node often share their times */
   uint32_t shared_count = 0, input = 0;
-  for (uint32_t i = 0; scene->clip && i < scene->clip->track_count; i++) {
-    const tw_track_keys *track = &scene->clip->tracks[i];
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track_keys *track = &clip->tracks[i];
     if (!fits_node(scene, track)) continue;
     tw_track_keys keys;
-    tw_status status = tw_gltf_keys_of(track, added_keys_left, plan->arena, &keys, error);
+    tw_status status = tw_gltf_keys_of(track, *added_keys_left, plan->arena, &keys, error);
     if (status != TW_OK) return status;
-    if (keys.times != track->times) added_keys_left -= keys.key_count;
+    if (keys.times != track->times) *added_keys_left -= keys.key_count;
     if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
     shared_times = keys.times;
     shared_count = keys.key_count;
@@ -322,6 +322,18 @@ static tw_status add_animation(tw_gltf_plan *plan, const tw_scene *scene, tw_err
                                                               .interpolation = keys.interpolation,
                                                               .input = input,
                                                               .output = add_values(plan, &keys)};
+  }
+  return TW_OK;
+}
+
+static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  uint32_t added_keys_left = ADDED_KEYS_MAX;
+  for (uint32_t i = 0; i < scene->clip_count; i++) {
+    uint32_t first = plan->channel_count;
+    tw_status status = add_channels(plan, scene, &scene->clips[i], &added_keys_left, error);
+    if (status != TW_OK) return status;
+    uint32_t count = plan->channel_count - first;
+    if (count > 0) plan->animations[plan->animation_count++] = (tw_gltf_animation){i, first, count};
   }
   return TW_OK;
 }
@@ -359,10 +371,16 @@ static uint32_t count_materials(const tw_surface *surface) {
   return count;
 }
 
+static uint64_t count_tracks(const tw_scene *scene) {
+  uint64_t count = 0;
+  for (uint32_t i = 0; i < scene->clip_count; i++) count += scene->clips[i].track_count;
+  return count;
+}
+
 /* Upper bounds of views and accessors. */
 static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
   const tw_model *model = scene->model;
-  uint64_t tracks = scene->clip ? scene->clip->track_count : 0;
+  uint64_t tracks = count_tracks(scene);
   *views = tw_gltf_image_count(model->assets) + model->skin_count + 2 * tracks;
   *accessors = model->skin_count + 2 * tracks;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
@@ -389,14 +407,14 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
   plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
-  plan->channels =
-      tw_arena_alloc(plan->arena, scene->clip ? scene->clip->track_count : 0, sizeof *plan->channels);
+  plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
+  plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
   plan->image_views = tw_arena_alloc(plan->arena, plan->image_count, sizeof *plan->image_views);
   plan->mesh_numbers = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->mesh_numbers);
   plan->skin_numbers = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_numbers);
   plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
-  bool all = plan->views && plan->accessors && plan->meshes && plan->channels && plan->image_views &&
-             plan->mesh_numbers && plan->skin_numbers && plan->skin_matrices;
+  bool all = plan->views && plan->accessors && plan->meshes && plan->animations && plan->channels &&
+             plan->image_views && plan->mesh_numbers && plan->skin_numbers && plan->skin_matrices;
   return all ? TW_OK : no_memory(error);
 }
 
@@ -408,7 +426,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
     add_images(plan, scene->model);
     add_meshes(plan, scene);
     add_skins(plan, scene);
-    status = add_animation(plan, scene, error);
+    status = add_animations(plan, scene, error);
   }
   if (status != TW_OK) tw_gltf_plan_deinit(plan);
   return status;

@@ -173,7 +173,7 @@ static void print_sampled_nodes(FILE *file, const tw_clip_keys *clip) {
 static void print_poses(FILE *file, const tw_scene *scene) {
   tw_clip *clip = NULL;
   tw_error error;
-  if (tw_clip_create(scene->clip, scene->model->node_count, -1, &clip, &error) != TW_OK) abort();
+  if (tw_clip_create(scene->clips, scene->model->node_count, -1, &clip, &error) != TW_OK) abort();
   fprintf(file, ",\n\"poses\":[");
   for (int i = 0; i <= 40; i++) {
     float time = tw_clip_duration(clip) * (float)i / 40;
@@ -192,8 +192,8 @@ static void write_facts(const tw_scene *scene, const char *name) {
   fprintf(file, "\"nodes\":%u,", scene->model->node_count);
   print_matrices(file, scene, NULL, 0);
   if (scene->pose && scene->model->skin_count > 0) print_skinned(file, scene);
-  if (scene->clip) {
-    print_sampled_nodes(file, scene->clip);
+  if (scene->clip_count > 0) {
+    print_sampled_nodes(file, scene->clips);
     print_poses(file, scene);
   }
   fprintf(file, "}\n");
@@ -334,7 +334,8 @@ static void write_hierarchy(void) {
   fixture_init(&f, cube_text);
   fixture_add_clip(&f);
   fixture_refine(&f, 1, true);
-  f.scene.clip = &f.model->clips[0];
+  f.scene.clips = f.model->clips;
+  f.scene.clip_count = 1;
   write_sample(&f, "animated");
 
   fixture_init(&f, cube_text);

@@ -94,7 +94,8 @@ TEST(animated_node_gives_up_its_matrix) {
     f.model->nodes[i].has_matrix = true;
     for (int j = 0; j < 4; j++) f.model->nodes[i].matrix[5 * j] = 1;
   }
-  f.scene.clip = &f.model->clips[0];
+  f.scene.clips = f.model->clips;
+  f.scene.clip_count = 1;
   glb file = write_glb(&f.scene);
   assert_true(cJSON_HasObjectItem(at(&file, "nodes", 0), "matrix"));
   assert_false(cJSON_HasObjectItem(at(&file, "nodes", 1), "matrix"));
@@ -138,7 +139,7 @@ TEST(clip_becomes_an_animation) {
   glb file = write_glb(&f.scene);
   const cJSON *animation = at(&file, "animations", 0);
   assert_string_equal(cJSON_GetObjectItem(animation, "name")->valuestring, "aim");
-  const tw_clip_keys *clip = f.scene.clip;
+  const tw_clip_keys *clip = f.scene.clips;
   for (int i = 0; i < (int)clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
     const cJSON *channel = cJSON_GetArrayItem(cJSON_GetObjectItem(animation, "channels"), i);
@@ -160,6 +161,44 @@ TEST(clip_becomes_an_animation) {
   fixture_deinit(&f);
 }
 
+/* The one in between moves weights that the mesh does not have. */
+TEST(clips_become_animations_in_order) {
+  static const float times[2] = {0, 1}, moves[2][3] = {{0, 0, 0}, {1, 2, 3}};
+  tw_track_keys nudge = {.path = TW_TRANSLATION,
+                         .interpolation = TW_LINEAR,
+                         .width = 3,
+                         .key_count = 2,
+                         .times = times,
+                         .values = moves[0]};
+  tw_track_keys smile = nudge;
+  smile.path = TW_WEIGHTS;
+  fixture f;
+  fixture_init(&f, cube_text);
+  fixture_add_clip(&f);
+  fixture_refine(&f, 1, true);
+  f.model->nodes[0].has_matrix = true;
+  for (int j = 0; j < 4; j++) f.model->nodes[0].matrix[5 * j] = 1;
+  const tw_clip_keys clips[] = {f.model->clips[0], {"smile", 1, &smile}, {NULL, 1, &nudge}};
+  f.scene.clips = clips;
+  f.scene.clip_count = 3;
+  glb file = write_glb(&f.scene);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(file.json, "animations")), 2);
+  assert_string_equal(cJSON_GetObjectItem(at(&file, "animations", 0), "name")->valuestring, "aim");
+  const cJSON *last = at(&file, "animations", 1);
+  assert_false(cJSON_HasObjectItem(last, "name"));
+  const cJSON *channels = cJSON_GetObjectItem(last, "channels"),
+              *samplers = cJSON_GetObjectItem(last, "samplers");
+  assert_int_equal(cJSON_GetArraySize(channels), 1);
+  assert_int_equal(cJSON_GetArraySize(samplers), 1);
+  assert_int_equal(number(cJSON_GetArrayItem(channels, 0), "sampler", 99), 0);
+  float reached[3];
+  read_floats(&file, (int)number(cJSON_GetArrayItem(samplers, 0), "output", UINT32_MAX), 1, 3, reached);
+  assert_memory_equal(reached, moves[1], sizeof reached);
+  assert_false(cJSON_HasObjectItem(at(&file, "nodes", 0), "matrix"));
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
 TEST(weights_go_only_to_meshes_with_as_many_targets) {
   static const float times[2] = {0, 1}, values[2][3] = {{0, 0.5f, 1}, {1, 0.5f, 0}};
   tw_track_keys track = {.node = 0,
@@ -175,7 +214,8 @@ TEST(weights_go_only_to_meshes_with_as_many_targets) {
     fixture_init(&f, cube_text);
     fixture_add_morphs(&f, targets);
     fixture_refine(&f, 1, true);
-    f.scene.clip = &clip;
+    f.scene.clips = &clip;
+    f.scene.clip_count = 1;
     glb file = write_glb(&f.scene);
     assert_int_equal(cJSON_HasObjectItem(file.json, "animations"), targets == 3);
     if (targets == 3) {

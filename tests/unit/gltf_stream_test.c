@@ -33,7 +33,8 @@ TEST(views_are_aligned_and_do_not_overlap) {
   fixture_init(&f, patchwork_text);
   fixture_add_clip(&f);
   fixture_refine(&f, 1, true);
-  f.scene.clip = &f.model->clips[0];
+  f.scene.clips = f.model->clips;
+  f.scene.clip_count = 1;
   glb file = write_glb(&f.scene);
   uint64_t end = 0;
   const cJSON *view;

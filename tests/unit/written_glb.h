@@ -28,7 +28,8 @@ static inline void everything(fixture *f, uint32_t level) {
   fixture_add_morphs(f, 3);
   fixture_add_clip(f);
   fixture_refine(f, level, true);
-  f->scene.clip = &f->model->clips[0];
+  f->scene.clips = f->model->clips;
+  f->scene.clip_count = 1;
 }
 
 static inline tw_gltf_stream *open_stream(const tw_scene *scene, tw_format container) {

@@ -72,14 +72,20 @@ typedef struct tw_gltf_channel {
   tw_interpolation interpolation; /* STEP, LINEAR, CUBICSPLINE */
 } tw_gltf_channel;
 
+typedef struct tw_gltf_animation {
+  uint32_t clip; /* of the scene */
+  uint32_t first_channel, channel_count;
+} tw_gltf_animation;
+
 typedef struct tw_gltf_plan {
   tw_arena *arena;
   uint64_t data_size; /* of the BIN chunk, a multiple of 4 */
-  uint32_t view_count, accessor_count, mesh_count, channel_count, image_count;
+  uint32_t view_count, accessor_count, mesh_count, animation_count, channel_count, image_count;
   tw_gltf_view *views;
   tw_gltf_accessor *accessors;
   tw_gltf_mesh *meshes;
-  tw_gltf_channel *channels;
+  tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
+  tw_gltf_channel *channels;     /* of all animations, one animation after the other */
   uint32_t *image_views;   /* [image_count]: TW_NO_INDEX for an image outside the file */
   uint32_t *mesh_numbers;  /* [model's meshes]: in `meshes`, or TW_NO_INDEX when it has no faces */
   uint32_t *skin_numbers;  /* [model's skins]: in the answer, or TW_NO_INDEX when no node uses it */

@@ -160,8 +160,8 @@ void add_meshes(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &
 // An animated node must not have a matrix.
 std::vector<bool> animated_nodes(const tw_scene &scene) {
   std::vector<bool> animated(scene.model->node_count, false);
-  for (uint32_t i = 0; scene.clip && i < scene.clip->track_count; i++)
-    animated[scene.clip->tracks[i].node] = true;
+  for (uint32_t i = 0; i < scene.clip_count; i++)
+    for (uint32_t j = 0; j < scene.clips[i].track_count; j++) animated[scene.clips[i].tracks[j].node] = true;
   return animated;
 }
 
@@ -227,26 +227,30 @@ void add_skins(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &s
   }
 }
 
-void add_animation(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &scene) {
-  if (plan.channel_count == 0) return;
-  tinygltf::Animation animation;
-  animation.name = text_or_empty(scene.clip->name);
-  for (uint32_t i = 0; i < plan.channel_count; i++) {
-    const tw_gltf_channel &channel = plan.channels[i];
-    static const char *const paths[] = {"translation", "rotation", "scale", "weights"};
-    static const char *const interpolations[] = {"STEP", "LINEAR", "CUBICSPLINE"};
-    tinygltf::AnimationSampler sampler;
-    sampler.input = static_cast<int>(channel.input);
-    sampler.output = static_cast<int>(channel.output);
-    sampler.interpolation = interpolations[channel.interpolation];
-    tinygltf::AnimationChannel written;
-    written.sampler = static_cast<int>(i);
-    written.target_node = static_cast<int>(channel.node);
-    written.target_path = paths[channel.path];
-    animation.samplers.push_back(std::move(sampler));
-    animation.channels.push_back(std::move(written));
+void add_channel(tinygltf::Animation &out, const tw_gltf_channel &channel) {
+  static const char *const paths[] = {"translation", "rotation", "scale", "weights"};
+  static const char *const interpolations[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+  tinygltf::AnimationSampler sampler;
+  sampler.input = static_cast<int>(channel.input);
+  sampler.output = static_cast<int>(channel.output);
+  sampler.interpolation = interpolations[channel.interpolation];
+  tinygltf::AnimationChannel written;
+  written.sampler = static_cast<int>(out.samplers.size());
+  written.target_node = static_cast<int>(channel.node);
+  written.target_path = paths[channel.path];
+  out.samplers.push_back(std::move(sampler));
+  out.channels.push_back(std::move(written));
+}
+
+void add_animations(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_scene &scene) {
+  for (uint32_t i = 0; i < plan.animation_count; i++) {
+    const tw_gltf_animation &planned = plan.animations[i];
+    tinygltf::Animation animation;
+    animation.name = text_or_empty(scene.clips[planned.clip].name);
+    for (uint32_t j = 0; j < planned.channel_count; j++)
+      add_channel(animation, plan.channels[planned.first_channel + j]);
+    out.animations.push_back(std::move(animation));
   }
-  out.animations.push_back(std::move(animation));
 }
 
 void add_images(tinygltf::Model &out, const tw_gltf_plan &plan, const tw_gltf_assets &assets) {
@@ -294,7 +298,7 @@ std::string write(const tw_gltf_plan &plan, const tw_scene &scene) {
   add_meshes(out, plan, scene);
   add_nodes(out, plan, scene);
   add_skins(out, plan, scene);
-  add_animation(out, plan, scene);
+  add_animations(out, plan, scene);
   add_assets(out, plan, *scene.model);
   tinygltf::TinyGLTF writer;
   writer.SetImageWriter(nullptr, nullptr); // the default one encodes pixels, and there are none

@@ -67,9 +67,11 @@ typedef struct tw_scene {
   /* [node_count] morph weights of the pose, as many as the node's mesh has targets; NULL, for a node or for
    * all: the mesh's own. */
   const float *const *weights;
-  /* Kept as glTF animation, or NULL; outlives the stream. Has passed tw_clip_create. What glTF does
-   * not know (nlerp, squad, Euler and axis-angle keys) becomes LINEAR keys, as dense as they need. */
-  const tw_clip_keys *clip;
+  /* [clip_count] kept as glTF animations in this order, but for one that moves nothing that is shown; outlive
+   * the stream. Each has passed tw_clip_create. What glTF does not know (nlerp, squad, Euler and axis-angle
+   * keys) becomes LINEAR keys, as dense as they need. */
+  const tw_clip_keys *clips;
+  uint32_t clip_count;
   tw_polygons polygons;
 } tw_scene;
 
@@ -98,7 +100,7 @@ tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uin
 
 /* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the
  * world space of the scene's pose (OBJ has no hierarchy). Size unknown until the end. The scene's
- * clip and polygons play no part: faces stay as they are. */
+ * clips and polygons play no part: faces stay as they are. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
