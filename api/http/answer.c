@@ -37,9 +37,9 @@ void api_answer_headerf(api_answer *answer, const char *name, const char *format
   if (copy) api_answer_header(answer, name, copy);
 }
 
-void api_answer_text(api_answer *answer, int status, const char *type, api_text *text) {
+void api_answer_text(api_answer *answer, int status, const char *type, tw_text *text) {
   if (text->failed) {
-    api_text_deinit(text);
+    tw_text_deinit(text);
     answer->status = 503;
     answer->header_count = 0; /* those of the answer that did not come about would let it be cached */
     api_answer_header(answer, "Retry-After", "1");
@@ -48,5 +48,5 @@ void api_answer_text(api_answer *answer, int status, const char *type, api_text 
   answer->status = status;
   api_answer_header(answer, "Content-Type", type);
   answer->bytes = (api_bytes){(const uint8_t *)text->data, text->size};
-  *text = (api_text){0};
+  *text = (tw_text){0};
 }

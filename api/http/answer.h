@@ -3,8 +3,8 @@
 #define API_ANSWER_H
 
 #include "api.h"
-#include "json_out.h"
 #include "tweend/base.h"
+#include "tweend/json_print.h"
 
 /* Adds a header; the value must live as long as the answer. */
 void api_answer_header(api_answer *answer, const char *name, const char *value);
@@ -14,6 +14,6 @@ const char *api_answer_find(const api_answer *answer, const char *name);
 void api_answer_headerf(api_answer *answer, const char *name, const char *format, ...) TW_PRINTF(3, 4);
 
 /* Status, type and a text that the answer takes over (an incomplete one becomes an empty 503). */
-void api_answer_text(api_answer *answer, int status, const char *type, api_text *text);
+void api_answer_text(api_answer *answer, int status, const char *type, tw_text *text);
 
 #endif

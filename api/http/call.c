@@ -59,7 +59,7 @@ const char *api_call_header(const api_call *call, const char *name) {
   return call->request->header(call->request->context, name);
 }
 
-api_outcome api_reply(api_call *call, api_text *text) {
+api_outcome api_reply(api_call *call, tw_text *text) {
   api_answer_text(&call->answer, 200, call->offer->type, text);
   return API_DONE;
 }

@@ -53,7 +53,7 @@ bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fau
 const char *api_call_header(const api_call *call, const char *name);
 
 /* Answers 200 with a printed text of the offer's type. */
-api_outcome api_reply(api_call *call, api_text *text);
+api_outcome api_reply(api_call *call, tw_text *text);
 
 /* ---- answers about immutable models ---- */
 

@@ -2,14 +2,14 @@
 #include "handlers.h"
 #include "service.h"
 
-static api_outcome reply_uncached(api_call *call, api_text *text) {
+static api_outcome reply_uncached(api_call *call, tw_text *text) {
   api_answer_header(&call->answer, "Cache-Control", "no-store");
   return api_reply(call, text);
 }
 
 api_outcome api_get_health(api_call *call) {
-  api_text text = {0};
-  api_text_add(&text, "{\"status\":\"ok\"}\n");
+  tw_text text = {0};
+  tw_text_add(&text, "{\"status\":\"ok\"}\n");
   return reply_uncached(call, &text);
 }
 
@@ -23,22 +23,22 @@ api_outcome api_get_ready(api_call *call) {
     call->fault.retry_after_s = 1;
     return api_fail_with(call, 503, "the store cannot be reached");
   }
-  api_text text = {0};
-  api_text_add(&text, "{\"status\":\"ready\"}\n");
+  tw_text text = {0};
+  tw_text_add(&text, "{\"status\":\"ready\"}\n");
   return reply_uncached(call, &text);
 }
 
 api_outcome api_get_version(api_call *call) {
-  api_text text = {0};
-  api_text_add(&text, "{\"name\":\"tweend\",\"version\":");
-  api_text_string(&text, tw_version());
-  api_text_add(&text, ",\"api\":\"v1\"}\n");
+  tw_text text = {0};
+  tw_text_add(&text, "{\"name\":\"tweend\",\"version\":");
+  tw_text_string(&text, tw_version());
+  tw_text_add(&text, ",\"api\":\"v1\"}\n");
   return reply_uncached(call, &text);
 }
 
 api_outcome api_get_openapi(api_call *call) {
-  api_text text = {0};
-  api_text_bytes(&text, (const char *)api_openapi, api_openapi_size);
+  tw_text text = {0};
+  tw_text_bytes(&text, (const char *)api_openapi, api_openapi_size);
   api_answer_header(&call->answer, "Cache-Control", "no-cache");
   return api_reply(call, &text);
 }

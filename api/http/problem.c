@@ -2,7 +2,7 @@
 #include "problem.h"
 
 #include "answer.h"
-#include "json_out.h"
+#include "tweend/json_print.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -75,71 +75,71 @@ static const problem_kind *kind_of(int status) {
 }
 
 /* "a, b" as ["a","b"]. */
-static void print_list(api_text *text, const char *list) {
-  api_text_add(text, "[");
+static void print_list(tw_text *text, const char *list) {
+  tw_text_add(text, "[");
   while (*list) {
     size_t length = strcspn(list, ", ");
     if (length > 0) {
-      api_text_element(text);
-      api_text_add(text, "\"");
-      api_text_bytes(text, list, length);
-      api_text_add(text, "\"");
+      tw_text_element(text);
+      tw_text_add(text, "\"");
+      tw_text_bytes(text, list, length);
+      tw_text_add(text, "\"");
     }
     list += length;
     list += strspn(list, ", ");
   }
-  api_text_add(text, "]");
+  tw_text_add(text, "]");
 }
 
-static void print_predicted(api_text *text, const api_fault *fault) {
-  api_member_open(text, "predicted", "{");
-  api_member_count(text, "vertices", fault->predicted.vertices);
-  api_member_count(text, "edges", fault->predicted.edges);
-  api_member_count(text, "faces", fault->predicted.faces);
-  if (fault->predicted_bytes) api_member_count(text, "bytes", fault->predicted_bytes);
-  api_text_add(text, "}");
+static void print_predicted(tw_text *text, const api_fault *fault) {
+  tw_member_open(text, "predicted", "{");
+  tw_member_count(text, "vertices", fault->predicted.vertices);
+  tw_member_count(text, "edges", fault->predicted.edges);
+  tw_member_count(text, "faces", fault->predicted.faces);
+  if (fault->predicted_bytes) tw_member_count(text, "bytes", fault->predicted_bytes);
+  tw_text_add(text, "}");
 }
 
-static void print_place(api_text *text, const api_fault *fault) {
-  if (fault->error.line) api_member_count(text, "line", fault->error.line);
+static void print_place(tw_text *text, const api_fault *fault) {
+  if (fault->error.line) tw_member_count(text, "line", fault->error.line);
   if (!fault->in_document) return;
-  api_member_open(text, "errors", "[{");
-  api_member_string(text, "pointer", fault->error.pointer);
-  api_member_string(text, "detail", fault->error.detail);
-  api_text_add(text, "}]");
+  tw_member_open(text, "errors", "[{");
+  tw_member_string(text, "pointer", fault->error.pointer);
+  tw_member_string(text, "detail", fault->error.detail);
+  tw_text_add(text, "}]");
 }
 
 /* The sentence, with its place in front: not every reader looks at `errors`. */
-static void print_detail(api_text *text, const api_fault *fault) {
+static void print_detail(tw_text *text, const api_fault *fault) {
   char detail[sizeof fault->error.pointer + sizeof fault->error.detail + 2];
   bool has_place = fault->in_document && fault->error.pointer[0];
   snprintf(detail, sizeof detail, "%s%s%s", has_place ? fault->error.pointer : "", has_place ? ": " : "",
            fault->error.detail);
-  api_member_string(text, "detail", detail);
+  tw_member_string(text, "detail", detail);
 }
 
-static void print_problem(api_text *text, const api_fault *fault, const char *request_id) {
+static void print_problem(tw_text *text, const api_fault *fault, const char *request_id) {
   const problem_kind *kind = kind_of(fault->status);
-  api_text_add(text, "{");
-  api_text_member(text, "type");
-  api_text_add(text, "\"urn:tweend:problem:");
-  api_text_add(text, kind->name);
-  api_text_add(text, "\"");
-  api_member_string(text, "title", kind->title);
-  api_member_count(text, "status", (uint64_t)fault->status);
+  tw_text_add(text, "{");
+  tw_text_member(text, "type");
+  tw_text_add(text, "\"urn:tweend:problem:");
+  tw_text_add(text, kind->name);
+  tw_text_add(text, "\"");
+  tw_member_string(text, "title", kind->title);
+  tw_member_count(text, "status", (uint64_t)fault->status);
   print_detail(text, fault);
-  api_member_string(text, "instance", request_id);
+  tw_member_string(text, "instance", request_id);
   print_place(text, fault);
   if (fault->is_predicted) print_predicted(text, fault);
   if (fault->supported) {
-    api_text_member(text, "supported");
+    tw_text_member(text, "supported");
     print_list(text, fault->supported);
   }
-  api_text_add(text, "}\n");
+  tw_text_add(text, "}\n");
 }
 
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer) {
-  api_text text = {0};
+  tw_text text = {0};
   print_problem(&text, fault, request_id);
   api_answer_text(answer, fault->status, "application/problem+json", &text);
   api_answer_header(answer, "Cache-Control", "no-store");

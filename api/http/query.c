@@ -1,7 +1,7 @@
 /* Query strings: percent-decoding and typed values, every fault named. */
 #include "query.h"
 
-#include "json_out.h"
+#include "tweend/json_print.h"
 
 #include <math.h>
 #include <string.h>
@@ -40,7 +40,7 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
 
 static tw_status fail_unknown(const char *name, const char *const *known, tw_error *error) {
   char list[220];
-  api_names_join(known, list, sizeof list);
+  tw_names_join(known, list, sizeof list);
   if (!list[0]) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
   return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\"; known: %s", name, list);
 }
@@ -140,6 +140,6 @@ tw_status api_query_choice(const api_query *query, const char *name, const char 
     return TW_OK;
   }
   char list[200];
-  api_names_join(choices, list, sizeof list);
+  tw_names_join(choices, list, sizeof list);
   return tw_fail(error, TW_SYNTAX, "%s=%.60s: expected one of %s", name, text, list);
 }

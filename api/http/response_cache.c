@@ -14,20 +14,20 @@ typedef struct response_source {
 } response_source;
 
 static void destroy_text(void *value) {
-  api_text_deinit(value);
+  tw_text_deinit(value);
   free(value);
 }
 
 static bool build_text(void *context, api_built *out, api_fault *fault) {
   const response_source *source = context;
-  api_text *text = tw_alloc_zero(1, sizeof *text);
+  tw_text *text = tw_alloc_zero(1, sizeof *text);
   if (!text) {
     api_fault_without_memory(fault);
     return false;
   }
   bool is_printed = source->print(source->context, text, fault);
   if (is_printed && !text->failed) {
-    api_text_fit(text);
+    tw_text_fit(text);
     *out = (api_built){text, sizeof *text + text->capacity, destroy_text};
     return true;
   }
@@ -53,7 +53,7 @@ typedef struct response_body {
 
 static int64_t read_response(void *context, uint8_t *out, size_t capacity) {
   response_body *body = context;
-  const api_text *text = api_entry_value(body->entry);
+  const tw_text *text = api_entry_value(body->entry);
   size_t left = text->size - body->sent, count = left < capacity ? left : capacity;
   memcpy(out, text->data + body->sent, count);
   body->sent += count;
@@ -72,7 +72,7 @@ static api_outcome send_entry(api_call *call, api_entry *entry) {
     return api_fail_without_memory(call);
   }
   body->entry = entry;
-  const api_text *text = api_entry_value(entry);
+  const tw_text *text = api_entry_value(entry);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   call->answer.body = (api_body){text->size, body, read_response, destroy_response};

@@ -10,7 +10,7 @@
 enum { API_RESPONSE_MAX = 4 << 20 };
 
 /* Prints the text of an answer; on failure fills the fault, and the text is freed by the caller. */
-typedef bool (*api_print)(void *context, api_text *out, api_fault *fault);
+typedef bool (*api_print)(void *context, tw_text *out, api_fault *fault);
 
 /* Answers with the text under the key, printed where it is missing; validators as in api_validate.
  * API_NEEDS_THREAD in a light call when it is not at hand. */

@@ -1,7 +1,7 @@
 /* Typed values out of JSON. */
 #include "json_value.h"
 
-#include "json_out.h"
+#include "tweend/json_print.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -142,7 +142,7 @@ void api_json_close(api_value *value) {
 
 static tw_status fail_unknown(const api_value *object, const char *name, const char *const *names) {
   char list[200];
-  api_names_join(names, list, sizeof list);
+  tw_names_join(names, list, sizeof list);
   return api_json_fail(object, TW_SYNTAX, "unknown member \"%.60s\"; known: %s", name, list);
 }
 
@@ -214,7 +214,7 @@ tw_status api_json_choice(const api_value *value, const char *const *choices, in
     return TW_OK;
   }
   char list[200];
-  api_names_join(choices, list, sizeof list);
+  tw_names_join(choices, list, sizeof list);
   return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
 }
 

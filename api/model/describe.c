@@ -5,159 +5,159 @@
 #include <string.h>
 
 /* {"3":2,"4":6}: how many there are of each size. */
-static void member_histogram(api_text *out, const char *name, uint32_t count, const uint32_t *sizes,
+static void member_histogram(tw_text *out, const char *name, uint32_t count, const uint32_t *sizes,
                              const uint32_t *numbers) {
-  api_member_open(out, name, "{");
+  tw_member_open(out, name, "{");
   for (uint32_t i = 0; i < count; i++) {
     char size[16];
     snprintf(size, sizeof size, "%u", sizes[i]);
-    api_member_count(out, size, numbers[i]);
+    tw_member_count(out, size, numbers[i]);
   }
-  api_text_add(out, "}");
+  tw_text_add(out, "}");
 }
 
 /* Where the mesh is not a surface, by the first places. */
-static void member_nonmanifold(api_text *out, const tw_mesh_stats *facts) {
-  api_text_member(out, "nonmanifold");
-  api_text_add(out, "{\"edges\":[");
+static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
+  tw_text_member(out, "nonmanifold");
+  tw_text_add(out, "{\"edges\":[");
   for (uint32_t i = 0; i < facts->listed_nonmanifold_edges; i++) {
-    api_text_element(out);
-    api_text_add(out, "[");
+    tw_text_element(out);
+    tw_text_add(out, "[");
     for (int end = 0; end < 2; end++) {
-      api_text_element(out);
-      api_text_count(out, facts->nonmanifold_edge_points[i][end]);
+      tw_text_element(out);
+      tw_text_count(out, facts->nonmanifold_edge_points[i][end]);
     }
-    api_text_add(out, "]");
+    tw_text_add(out, "]");
   }
-  api_text_add(out, "]");
-  api_member_open(out, "vertices", "[");
+  tw_text_add(out, "]");
+  tw_member_open(out, "vertices", "[");
   for (uint32_t i = 0; i < facts->listed_nonmanifold_vertices; i++) {
-    api_text_element(out);
-    api_text_count(out, facts->nonmanifold_vertex_points[i]);
+    tw_text_element(out);
+    tw_text_count(out, facts->nonmanifold_vertex_points[i]);
   }
-  api_text_add(out, "]}");
+  tw_text_add(out, "]}");
 }
 
-static void print_facts(api_text *out, const tw_mesh_stats *facts) {
-  api_member_count(out, "vertices", facts->vertices);
-  api_member_count(out, "edges", facts->edges);
-  api_member_count(out, "faces", facts->faces);
+static void print_facts(tw_text *out, const tw_mesh_stats *facts) {
+  tw_member_count(out, "vertices", facts->vertices);
+  tw_member_count(out, "edges", facts->edges);
+  tw_member_count(out, "faces", facts->faces);
   member_histogram(out, "face_sizes", facts->face_size_count, facts->face_sizes, facts->face_size_faces);
-  api_member_count(out, "boundary_edges", facts->boundary_edges);
-  api_member_count(out, "boundary_loops", facts->boundary_loops);
-  api_member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
-  api_member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
+  tw_member_count(out, "boundary_edges", facts->boundary_edges);
+  tw_member_count(out, "boundary_loops", facts->boundary_loops);
+  tw_member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
+  tw_member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
   if (facts->nonmanifold_edges + facts->nonmanifold_vertices > 0) member_nonmanifold(out, facts);
-  api_member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
+  tw_member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
   member_histogram(out, "extraordinary_valences", facts->valence_count, facts->valences,
                    facts->valence_vertices);
-  api_member_count(out, "components", facts->components);
-  api_text_member(out, "euler_characteristic");
-  api_text_integer(out, facts->euler_characteristic);
-  api_member_open(out, "bounds", "{");
-  api_member_floats(out, "min", facts->min, 3);
-  api_member_floats(out, "max", facts->max, 3);
-  api_text_add(out, "}");
-  api_member_count(out, "unused_points", facts->unused_points);
-  api_member_count(out, "creases", facts->creases);
-  api_member_count(out, "corners", facts->sharp_points);
-  api_member_count(out, "holes", facts->holes);
+  tw_member_count(out, "components", facts->components);
+  tw_text_member(out, "euler_characteristic");
+  tw_text_integer(out, facts->euler_characteristic);
+  tw_member_open(out, "bounds", "{");
+  tw_member_floats(out, "min", facts->min, 3);
+  tw_member_floats(out, "max", facts->max, 3);
+  tw_text_add(out, "}");
+  tw_member_count(out, "unused_points", facts->unused_points);
+  tw_member_count(out, "creases", facts->creases);
+  tw_member_count(out, "corners", facts->sharp_points);
+  tw_member_count(out, "holes", facts->holes);
 }
 
 /* Of names with a blank between two. */
-static void print_words(api_text *out, const char *names) {
-  api_text_add(out, "[");
+static void print_words(tw_text *out, const char *names) {
+  tw_text_add(out, "[");
   while (*names) {
     size_t length = strcspn(names, " ");
     if (length > 0) {
-      api_text_element(out);
-      api_text_quoted(out, names, length);
+      tw_text_element(out);
+      tw_text_quoted(out, names, length);
     }
     names += length + (names[length] == ' ');
   }
-  api_text_add(out, "]");
+  tw_text_add(out, "]");
 }
 
-static void member_groups(api_text *out, const tw_model *model, const tw_mesh_stats *facts) {
+static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_stats *facts) {
   enum { LISTED_MAX = 64 };
-  api_member_count(out, "group_count", facts->group_count);
-  api_member_open(out, "groups", "[");
+  tw_member_count(out, "group_count", facts->group_count);
+  tw_member_open(out, "groups", "[");
   for (uint32_t i = 0; i < facts->group_count && i < LISTED_MAX; i++) {
-    api_text_element(out);
-    api_text_add(out, "{");
-    api_text_member(out, "names");
+    tw_text_element(out);
+    tw_text_add(out, "{");
+    tw_text_member(out, "names");
     print_words(out, model->group_names[facts->groups[i]]);
-    api_member_count(out, "faces", facts->group_faces[i]);
-    api_text_add(out, "}");
+    tw_member_count(out, "faces", facts->group_faces[i]);
+    tw_text_add(out, "}");
   }
-  api_text_add(out, "]");
+  tw_text_add(out, "]");
 }
 
-static tw_status print_mesh(api_text *out, const tw_model *model, uint32_t index, tw_error *error) {
+static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_stats facts = {0};
   tw_status status = tw_mesh_describe(mesh, &facts, error);
   if (status != TW_OK) return status;
-  api_text_element(out);
-  api_text_add(out, "{");
-  api_member_string(out, "name", mesh->name);
+  tw_text_element(out);
+  tw_text_add(out, "{");
+  tw_member_string(out, "name", mesh->name);
   print_facts(out, &facts);
   member_groups(out, model, &facts);
-  api_member_count(out, "uv_sets", mesh->uv_set_count);
-  api_member_count(out, "morph_targets", mesh->morph_count);
-  api_text_member(out, "skinned");
-  api_text_flag(out, mesh->skin.joints != NULL);
-  api_text_add(out, "}");
+  tw_member_count(out, "uv_sets", mesh->uv_set_count);
+  tw_member_count(out, "morph_targets", mesh->morph_count);
+  tw_text_member(out, "skinned");
+  tw_text_flag(out, mesh->skin.joints != NULL);
+  tw_text_add(out, "}");
   tw_mesh_stats_deinit(&facts);
   return TW_OK;
 }
 
-static void member_node_name(api_text *out, const char *name, const tw_model *model, uint32_t node) {
+static void member_node_name(tw_text *out, const char *name, const tw_model *model, uint32_t node) {
   char buffer[24];
-  api_member_string(out, name, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
+  tw_member_string(out, name, node == TW_NO_INDEX ? NULL : tw_model_node_name(model, node, buffer));
 }
 
 /* An index, or null. */
-static void member_index(api_text *out, const char *name, uint32_t index) {
-  api_text_member(out, name);
+static void member_index(tw_text *out, const char *name, uint32_t index) {
+  tw_text_member(out, name);
   if (index == TW_NO_INDEX)
-    api_text_add(out, "null");
+    tw_text_add(out, "null");
   else
-    api_text_count(out, index);
+    tw_text_count(out, index);
 }
 
-static void print_node(api_text *out, const tw_model *model, uint32_t index) {
+static void print_node(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_node *node = &model->nodes[index];
-  api_text_element(out);
-  api_text_add(out, "{");
+  tw_text_element(out);
+  tw_text_add(out, "{");
   member_node_name(out, "name", model, index);
   member_node_name(out, "parent", model, node->parent);
   member_index(out, "mesh", node->mesh);
   member_index(out, "skin", node->skin);
-  api_member_open(out, "rest", "{");
-  api_member_floats(out, "translation", node->rest.translation, 3);
-  api_member_floats(out, "rotation", node->rest.rotation, 4);
-  api_member_floats(out, "scale", node->rest.scale, 3);
-  if (node->has_matrix) api_member_floats(out, "matrix", node->matrix, 16);
-  api_text_add(out, "}}");
+  tw_member_open(out, "rest", "{");
+  tw_member_floats(out, "translation", node->rest.translation, 3);
+  tw_member_floats(out, "rotation", node->rest.rotation, 4);
+  tw_member_floats(out, "scale", node->rest.scale, 3);
+  if (node->has_matrix) tw_member_floats(out, "matrix", node->matrix, 16);
+  tw_text_add(out, "}}");
 }
 
-static void print_skin(api_text *out, const tw_model *model, uint32_t index) {
+static void print_skin(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_skin *skin = &model->skins[index];
   char buffer[24];
-  api_text_element(out);
-  api_text_add(out, "{");
-  api_member_string(out, "name", skin->name);
+  tw_text_element(out);
+  tw_text_add(out, "{");
+  tw_member_string(out, "name", skin->name);
   member_node_name(out, "skeleton", model, skin->skeleton);
-  api_member_open(out, "joints", "[");
+  tw_member_open(out, "joints", "[");
   for (uint32_t i = 0; i < skin->joint_count; i++) {
-    api_text_element(out);
-    api_text_string(out, tw_model_node_name(model, skin->joints[i], buffer));
+    tw_text_element(out);
+    tw_text_string(out, tw_model_node_name(model, skin->joints[i], buffer));
   }
-  api_text_add(out, "]}");
+  tw_text_add(out, "]}");
 }
 
-static void print_clip(api_text *out, const tw_model *model, uint32_t index) {
+static void print_clip(tw_text *out, const tw_model *model, uint32_t index) {
   const tw_clip_keys *clip = &model->clips[index];
   char buffer[24];
   float duration = 0;
@@ -168,41 +168,41 @@ static void print_clip(api_text *out, const tw_model *model, uint32_t index) {
     float last = track->key_count ? track->times[track->key_count - 1] : 0;
     if (last > duration) duration = last;
   }
-  api_text_element(out);
-  api_text_add(out, "{");
-  api_member_string(out, "name", tw_model_clip_name(model, index, buffer));
-  api_member_float(out, "duration", duration);
-  api_member_count(out, "tracks", clip->track_count);
-  api_member_count(out, "keys", keys);
-  api_text_add(out, "}");
+  tw_text_element(out);
+  tw_text_add(out, "{");
+  tw_member_string(out, "name", tw_model_clip_name(model, index, buffer));
+  tw_member_float(out, "duration", duration);
+  tw_member_count(out, "tracks", clip->track_count);
+  tw_member_count(out, "keys", keys);
+  tw_text_add(out, "}");
 }
 
-bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault) {
-  api_text_add(out, "{");
-  api_member_string(out, "id", id);
-  api_member_string(out, "name", api_model_name(model));
-  api_member_string(out, "format", tw_format_names[model->format]);
-  api_member_count(out, "bytes", size);
-  api_member_open(out, "meshes", "[");
+bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault) {
+  tw_text_add(out, "{");
+  tw_member_string(out, "id", id);
+  tw_member_string(out, "name", api_model_name(model));
+  tw_member_string(out, "format", tw_format_names[model->format]);
+  tw_member_count(out, "bytes", size);
+  tw_member_open(out, "meshes", "[");
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
     status = print_mesh(out, model, i, &fault->error);
-  api_text_add(out, "]");
-  api_member_open(out, "nodes", "[");
+  tw_text_add(out, "]");
+  tw_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
-  api_text_add(out, "]");
-  api_member_open(out, "skins", "[");
+  tw_text_add(out, "]");
+  tw_member_open(out, "skins", "[");
   for (uint32_t i = 0; i < model->skin_count; i++) print_skin(out, model, i);
-  api_text_add(out, "]");
-  api_member_open(out, "clips", "[");
+  tw_text_add(out, "]");
+  tw_member_open(out, "clips", "[");
   for (uint32_t i = 0; i < model->clip_count; i++) print_clip(out, model, i);
-  api_text_add(out, "]");
-  api_member_open(out, "warnings", "[");
+  tw_text_add(out, "]");
+  tw_member_open(out, "warnings", "[");
   for (uint32_t i = 0; i < model->warning_count; i++) {
-    api_text_element(out);
-    api_text_string(out, model->warnings[i]);
+    tw_text_element(out);
+    tw_text_string(out, model->warnings[i]);
   }
-  api_text_add(out, "]}\n");
+  tw_text_add(out, "]}\n");
   if (status != TW_OK) api_fault_complete(fault);
   return status == TW_OK;
 }

@@ -171,17 +171,17 @@ const char *api_model_name(const tw_model *model) {
 /* ---- storing ------------------------------------------------------------------------------------ */
 
 /* What a list shows of a model. */
-static void print_name_and_format(const tw_model *model, api_text *out) {
-  api_member_string(out, "name", api_model_name(model));
-  api_member_string(out, "format", tw_format_names[model->format]);
+static void print_name_and_format(const tw_model *model, tw_text *out) {
+  tw_member_string(out, "name", api_model_name(model));
+  tw_member_string(out, "format", tw_format_names[model->format]);
 }
 
 /* The same as a document, to be listed without reading the model. */
-static void print_summary(const tw_model *model, api_text *out) {
-  api_text_add(out, "{");
+static void print_summary(const tw_model *model, tw_text *out) {
+  tw_text_add(out, "{");
   print_name_and_format(model, out);
-  api_text_add(out, "}");
-  api_text_bytes(out, "", 1); /* the terminator */
+  tw_text_add(out, "}");
+  tw_text_bytes(out, "", 1); /* the terminator */
 }
 
 /* Keeps a model that has just been stored: its first reader will not parse it again. */
@@ -195,7 +195,7 @@ static void remember(api_service *service, const char *id, tw_model *model) {
 /* Stores the bytes of a model. */
 static bool store_model(api_service *service, api_bytes bytes, const char *id, const tw_model *model,
                         bool *existed, api_fault *fault) {
-  api_text summary = {0};
+  tw_text summary = {0};
   print_summary(model, &summary);
   bool is_stored = false;
   if (summary.failed)
@@ -204,7 +204,7 @@ static bool store_model(api_service *service, api_bytes bytes, const char *id, c
     fail_unavailable(fault);
   else
     is_stored = true;
-  api_text_deinit(&summary);
+  tw_text_deinit(&summary);
   return is_stored;
 }
 
@@ -213,7 +213,7 @@ static const char description[] = "description.json";
 /* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails. */
 static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_model *model) {
   char id[API_ID_TEXT];
-  api_text text = {0};
+  tw_text text = {0};
   bool existed = false;
   api_model_id(bytes, id);
   const char *etag = api_etag(call, id, description, "");
@@ -227,7 +227,7 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
     is_ready = false;
   }
   if (!is_ready || !store_model(call->service, bytes, id, model, &existed, &call->fault)) {
-    api_text_deinit(&text);
+    tw_text_deinit(&text);
     return API_FAILED;
   }
   api_answer_text(&call->answer, existed ? 200 : 201, call->offer->type, &text);
@@ -270,21 +270,21 @@ int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
 enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* Prints name and format from a summary; false when it does not hold them. */
-static bool print_from_summary(const char *summary, api_text *text) {
+static bool print_from_summary(const char *summary, tw_text *text) {
   cJSON *tree = summary ? cJSON_Parse(summary) : NULL;
   const cJSON *name = cJSON_GetObjectItemCaseSensitive(tree, "name");
   const cJSON *format = cJSON_GetObjectItemCaseSensitive(tree, "format");
   bool is_whole = cJSON_IsString(format) && (cJSON_IsString(name) || cJSON_IsNull(name));
   if (is_whole) {
-    api_member_string(text, "name", cJSON_GetStringValue(name));
-    api_member_string(text, "format", cJSON_GetStringValue(format));
+    tw_member_string(text, "name", cJSON_GetStringValue(name));
+    tw_member_string(text, "format", cJSON_GetStringValue(format));
   }
   cJSON_Delete(tree);
   return is_whole;
 }
 
 /* Name and format of a model whose summary is lost, from the model itself. */
-static bool print_from_model(api_call *call, const char *id, api_text *text) {
+static bool print_from_model(api_call *call, const char *id, tw_text *text) {
   api_entry *entry;
   if (api_model_take(call, id, TW_QUADS_NGON, &entry) != API_DONE) return false;
   print_name_and_format(api_entry_value(entry), text);
@@ -294,40 +294,40 @@ static bool print_from_model(api_call *call, const char *id, api_text *text) {
 
 /* One listed model. One that is gone meanwhile, or that cannot be read, is left out; false when it is the
  * store or memory that fails. */
-static bool print_listed(api_call *call, const api_listed *listed, api_text *text) {
-  api_text item = {0};
-  api_text_add(&item, "{");
-  api_member_string(&item, "id", listed->id);
+static bool print_listed(api_call *call, const api_listed *listed, tw_text *text) {
+  tw_text item = {0};
+  tw_text_add(&item, "{");
+  tw_member_string(&item, "id", listed->id);
   bool is_printed = print_from_summary(listed->summary, &item) || print_from_model(call, listed->id, &item);
-  api_member_count(&item, "bytes", listed->size);
-  api_text_add(&item, "}");
+  tw_member_count(&item, "bytes", listed->size);
+  tw_text_add(&item, "}");
   if (is_printed) {
-    api_text_element(text);
-    api_text_bytes(text, item.data, item.size);
+    tw_text_element(text);
+    tw_text_bytes(text, item.data, item.size);
   }
   text->failed |= item.failed;
-  api_text_deinit(&item);
+  tw_text_deinit(&item);
   bool is_stalled = call->fault.stall != API_STALL_NONE;
   return is_printed || (call->fault.status != 503 && !is_stalled);
 }
 
 static api_outcome reply_list(api_call *call, const api_listed *listed, size_t count, bool more,
                               uint64_t limit) {
-  api_text text = {0};
-  api_text_add(&text, "{\"models\":[");
+  tw_text text = {0};
+  tw_text_add(&text, "{\"models\":[");
   for (size_t i = 0; i < count; i++) {
     if (print_listed(call, &listed[i], &text)) continue;
-    api_text_deinit(&text);
+    tw_text_deinit(&text);
     return API_FAILED;
   }
-  api_text_add(&text, "]");
-  api_text_member(&text, "next");
+  tw_text_add(&text, "]");
+  tw_text_member(&text, "next");
   char next[96];
   snprintf(next, sizeof next, "/v1/models?limit=%llu&after=%s", (unsigned long long)limit,
            count ? listed[count - 1].id : "");
   bool has_next = more && count > 0;
-  api_text_string(&text, has_next ? next : NULL);
-  api_text_add(&text, "}\n");
+  tw_text_string(&text, has_next ? next : NULL);
+  tw_text_add(&text, "}\n");
   api_answer_header(&call->answer, "Cache-Control", "no-cache");
   if (has_next) api_answer_headerf(&call->answer, "Link", "<%s>; rel=\"next\"", next);
   return api_reply(call, &text);
@@ -357,7 +357,7 @@ api_outcome api_list_models(api_call *call) {
 
 /* ---- one model ---------------------------------------------------------------------------------- */
 
-static bool print_description(void *context, api_text *out, api_fault *fault) {
+static bool print_description(void *context, tw_text *out, api_fault *fault) {
   api_call *call = context;
   api_blob blob;
   if (!open_stored(call->service, call->id, &blob, fault)) return false;

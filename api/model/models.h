@@ -27,7 +27,7 @@ api_outcome api_model_look(api_call *call);
 api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);
 
 /* Prints the description of a model. False: the fault says why. */
-bool api_describe(const tw_model *model, const char *id, uint64_t size, api_text *out, api_fault *fault);
+bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);
 
 /* What a person would call the model: its own name or the first that it holds; NULL without any. */
 const char *api_model_name(const tw_model *model);

@@ -132,22 +132,22 @@ typedef struct clip_source {
   const api_clip_choice *choice;
 } clip_source;
 
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, api_text *text) {
+void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text) {
   char buffer[24];
-  api_text_add(text, "[");
+  tw_text_add(text, "[");
   for (uint32_t i = 0; i < count; i++) {
-    api_text_element(text);
-    api_text_string(text, tw_model_node_name(model, nodes ? nodes[i] : i, buffer));
+    tw_text_element(text);
+    tw_text_string(text, tw_model_node_name(model, nodes ? nodes[i] : i, buffer));
   }
-  api_text_add(text, "]");
+  tw_text_add(text, "]");
 }
 
 /* Most answers bear all names: they are printed once. NULL without memory. */
 static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
-  api_text text = {0};
+  tw_text text = {0};
   api_node_names_print(model, NULL, model->node_count, &text);
   const char *kept = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
-  api_text_deinit(&text);
+  tw_text_deinit(&text);
   return kept;
 }
 

@@ -36,7 +36,7 @@ api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
                           const api_clip_choice *choice, api_entry **out);
 
 /* The names of nodes as an array of JSON. nodes: [count]; NULL for the first `count`. */
-void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, api_text *text);
+void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text);
 
 /* The keys of a taken clip: those it carried over, or the model's own. */
 const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, const api_clip_choice *choice);

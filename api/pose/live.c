@@ -98,14 +98,14 @@ static uint64_t last_frame(const live_poses *live) {
 static bool print_frame(void *context, uint64_t index, api_bytes *out) {
   live_poses *live = context;
   double time = fold(live, live->from + (double)index * live->speed / live->fps);
-  api_text text = {0};
-  api_text_add(&text, "id: ");
-  api_text_count(&text, index);
-  api_text_add(&text, "\ndata: ");
+  tw_text text = {0};
+  tw_text_add(&text, "id: ");
+  tw_text_count(&text, index);
+  tw_text_add(&text, "\ndata: ");
   api_pose_body_print_at(live->body, (float)time, &text);
-  api_text_add(&text, "\n");
+  tw_text_add(&text, "\n");
   if (text.failed) {
-    api_text_deinit(&text);
+    tw_text_deinit(&text);
     return false;
   }
   *out = (api_bytes){(const uint8_t *)text.data, text.size};
@@ -122,16 +122,16 @@ static void destroy_live(void *context) {
 
 /* All that makes out the frames, as text; NULL without memory. */
 static const char *make_key(api_call *call, const live_request *request) {
-  api_text text = {0};
-  api_text_add(&text, call->id);
+  tw_text text = {0};
+  tw_text_add(&text, call->id);
   api_pose_request_print(&request->pose, &text);
   const double numbers[] = {request->speed, request->fps, request->from};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
-    api_text_add(&text, "&");
-    api_text_double(&text, numbers[i]);
+    tw_text_add(&text, "&");
+    tw_text_double(&text, numbers[i]);
   }
   const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  api_text_deinit(&text);
+  tw_text_deinit(&text);
   return key;
 }
 

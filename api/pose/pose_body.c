@@ -22,7 +22,7 @@ struct api_pose_body {
   api_pose_request request; /* holds the entries */
   pose_phase phase;
   uint64_t next;    /* time or pose */
-  api_text text;    /* printed and not yet read */
+  tw_text text;     /* printed and not yet read */
   size_t read;      /* of text */
   uint64_t size;    /* of the whole answer */
   uint32_t padding; /* spaces behind a binary answer's header */
@@ -174,59 +174,59 @@ static void evaluate(api_pose_body *body, float time, float *row) {
 
 /* ---- what the answer is ------------------------------------------------------------------------ */
 
-static void print_node_names(const api_pose_request *request, api_text *text) {
-  api_text_member(text, "nodes");
+static void print_node_names(const api_pose_request *request, tw_text *text) {
+  tw_text_member(text, "nodes");
   if (request->clip && api_pose_has_all_nodes(request))
-    api_text_add(text, request->clip->node_names);
+    tw_text_add(text, request->clip->node_names);
   else
     api_node_names_print(request->model, request->nodes, request->node_count, text);
 }
 
 /* Which of the joints are whose. */
-static void print_skins(const tw_model *model, api_text *text) {
+static void print_skins(const tw_model *model, tw_text *text) {
   uint64_t first = 0;
-  api_member_open(text, "skins", "[");
+  tw_member_open(text, "skins", "[");
   for (uint32_t i = 0; i < model->skin_count; i++) {
     const tw_skin *skin = &model->skins[i];
-    api_text_element(text);
-    api_text_add(text, "{");
-    api_member_string(text, "name", skin->name);
-    api_member_count(text, "first", first);
-    api_member_count(text, "count", skin->joint_count);
-    api_text_add(text, "}");
+    tw_text_element(text);
+    tw_text_add(text, "{");
+    tw_member_string(text, "name", skin->name);
+    tw_member_count(text, "first", first);
+    tw_member_count(text, "count", skin->joint_count);
+    tw_text_add(text, "}");
     first += skin->joint_count;
   }
-  api_text_add(text, "]");
+  tw_text_add(text, "]");
 }
 
 /* What a borrowed clip moves and the model does not have. */
-static void print_warnings(const api_clip *clip, api_text *text) {
-  api_member_open(text, "warnings", "[");
+static void print_warnings(const api_clip *clip, tw_text *text) {
+  tw_member_open(text, "warnings", "[");
   for (uint32_t i = 0; i < clip->missing_count; i++) {
-    api_text sentence = {0};
-    api_text_add(&sentence, "the clip moves a node that the model does not have: ");
-    api_text_add(&sentence, clip->missing[i]);
-    api_text_element(text);
-    if (!sentence.failed) api_text_quoted(text, sentence.data, sentence.size);
+    tw_text sentence = {0};
+    tw_text_add(&sentence, "the clip moves a node that the model does not have: ");
+    tw_text_add(&sentence, clip->missing[i]);
+    tw_text_element(text);
+    if (!sentence.failed) tw_text_quoted(text, sentence.data, sentence.size);
     text->failed |= sentence.failed;
-    api_text_deinit(&sentence);
+    tw_text_deinit(&sentence);
   }
-  api_text_add(text, "]");
+  tw_text_add(text, "]");
 }
 
 /* The members that say what the answer is; leaves the object open. */
-static void print_heading(const api_pose_request *request, api_text *text) {
+static void print_heading(const api_pose_request *request, tw_text *text) {
   const api_clip *clip = request->clip;
-  api_text_add(text, "{");
-  api_member_string(text, "clip", clip ? clip->name : NULL);
-  api_member_float(text, "duration", clip ? tw_clip_duration(clip->compiled) : 0);
-  api_member_string(text, "space", request->is_world ? "world" : "local");
-  api_member_string(text, "as", layouts[request->as].name);
+  tw_text_add(text, "{");
+  tw_member_string(text, "clip", clip ? clip->name : NULL);
+  tw_member_float(text, "duration", clip ? tw_clip_duration(clip->compiled) : 0);
+  tw_member_string(text, "space", request->is_world ? "world" : "local");
+  tw_member_string(text, "as", layouts[request->as].name);
   if (request->as == API_AS_EULER) {
-    api_member_string(text, "order", tw_euler_order_names[request->order]);
+    tw_member_string(text, "order", tw_euler_order_names[request->order]);
   }
   if (request->as == API_AS_EULER || request->as == API_AS_AXIS_ANGLE) {
-    api_member_string(text, "unit", request->in_degrees ? "degrees" : "radians");
+    tw_member_string(text, "unit", request->in_degrees ? "degrees" : "radians");
   }
   if (clip && clip->missing_count > 0) print_warnings(clip, text);
   print_node_names(request, text);
@@ -234,75 +234,75 @@ static void print_heading(const api_pose_request *request, api_text *text) {
 }
 
 /* Where a node's numbers stand in a row of the binary form. */
-static void print_layout(const api_pose_request *request, api_text *text) {
+static void print_layout(const api_pose_request *request, tw_text *text) {
   size_t width = api_pose_width(request->as);
-  api_member_count(text, "poses", request->times.count);
-  api_member_count(text, "stride", width * request->node_count);
-  api_member_count(text, "node_stride", width);
-  api_member_open(text, "layout", "[");
-  api_text_add(text, layouts[request->as].members);
-  api_text_add(text, "]");
+  tw_member_count(text, "poses", request->times.count);
+  tw_member_count(text, "stride", width * request->node_count);
+  tw_member_count(text, "node_stride", width);
+  tw_member_open(text, "layout", "[");
+  tw_text_add(text, layouts[request->as].members);
+  tw_text_add(text, "]");
 }
 
 /* ---- poses ------------------------------------------------------------------------------------- */
 
-static void print_json_pose(const api_pose_request *request, float time, const float *row, api_text *text) {
+static void print_json_pose(const api_pose_request *request, float time, const float *row, tw_text *text) {
   size_t width = api_pose_width(request->as);
-  api_text_add(text, "{\"t\":");
-  api_text_float(text, time);
+  tw_text_add(text, "{\"t\":");
+  tw_text_float(text, time);
   for (const pose_part *part = layouts[request->as].parts; part->name; part++) {
-    api_member_open(text, part->name, "[");
-    api_text_vectors(text, row + part->offset, width, part->width, request->node_count);
-    api_text_add(text, "]");
+    tw_member_open(text, part->name, "[");
+    tw_text_vectors(text, row + part->offset, width, part->width, request->node_count);
+    tw_text_add(text, "]");
   }
-  api_text_add(text, "}");
+  tw_text_add(text, "}");
 }
 
 /* A CSV field, quoted where RFC 4180 asks for it. */
-static void print_csv_text(api_text *text, const char *value) {
+static void print_csv_text(tw_text *text, const char *value) {
   if (!value[strcspn(value, ",\"\r\n")]) {
-    api_text_add(text, value);
+    tw_text_add(text, value);
     return;
   }
-  api_text_add(text, "\"");
+  tw_text_add(text, "\"");
   for (; *value; value++) {
-    if (*value == '"') api_text_add(text, "\"");
-    api_text_bytes(text, value, 1);
+    if (*value == '"') tw_text_add(text, "\"");
+    tw_text_bytes(text, value, 1);
   }
-  api_text_add(text, "\"");
+  tw_text_add(text, "\"");
 }
 
-static void print_csv_pose(const api_pose_request *request, float time, const float *row, api_text *text) {
+static void print_csv_pose(const api_pose_request *request, float time, const float *row, tw_text *text) {
   char number[TW_NUMBER_TEXT], buffer[24];
   size_t width = api_pose_width(request->as), digits = tw_print_float(number, time);
   for (uint32_t i = 0; i < request->node_count; i++) {
-    api_text_bytes(text, number, digits);
-    api_text_add(text, ",");
+    tw_text_bytes(text, number, digits);
+    tw_text_add(text, ",");
     print_csv_text(text, tw_model_node_name(request->model, request->nodes[i], buffer));
     size_t bracket = text->size; /* JSON's brackets become CSV's comma and end of line */
-    api_text_vectors(text, row + i * width, width, width, 1);
+    tw_text_vectors(text, row + i * width, width, width, 1);
     if (text->failed) return;
     text->data[bracket] = ',';
     text->data[text->size - 1] = '\r';
-    api_text_add(text, "\n");
+    tw_text_add(text, "\n");
   }
 }
 
-void api_pose_body_print_at(api_pose_body *body, float time, api_text *text) {
+void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t count = api_pose_width(request->as) * request->node_count;
   bool is_binary = request->form == API_POSE_BIN;
-  float *row = is_binary ? api_text_room(text, count) : body->row;
+  float *row = is_binary ? tw_text_room(text, count) : body->row;
   if (!row) return;
   evaluate(body, time, row);
   switch (request->form) {
   case API_POSE_JSON:
-    api_text_element(text);
+    tw_text_element(text);
     print_json_pose(request, time, row, text);
     break;
   case API_POSE_NDJSON:
     print_json_pose(request, time, row, text);
-    api_text_add(text, "\n");
+    tw_text_add(text, "\n");
     break;
   case API_POSE_BIN: api_text_room_filled(row, count); break;
   case API_POSE_CSV: print_csv_pose(request, time, row, text); break;
@@ -316,24 +316,24 @@ static void put_u32(uint32_t value, char out[4]) {
   for (int i = 0; i < 4; i++) out[i] = (char)(value >> 8 * i & 0xFF);
 }
 
-static void print_head(api_pose_body *body, api_text *text) {
+static void print_head(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
   switch (request->form) {
   case API_POSE_NDJSON: body->phase = PHASE_POSES; return;
   case API_POSE_CSV:
-    api_text_add(text, "t,node,");
-    api_text_add(text, layouts[request->as].columns);
-    api_text_add(text, "\r\n");
+    tw_text_add(text, "t,node,");
+    tw_text_add(text, layouts[request->as].columns);
+    tw_text_add(text, "\r\n");
     body->phase = PHASE_POSES;
     return;
   case API_POSE_BIN:
-    api_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* the length: see print_bin_head */
+    tw_text_bytes(text, "TWPB\1\0\0\0\0\0\0\0", BIN_PREFIX); /* the length: see print_bin_head */
     print_heading(request, text);
     print_layout(request, text);
     break;
   case API_POSE_JSON: print_heading(request, text); break;
   }
-  api_member_open(text, "times", "[");
+  tw_member_open(text, "times", "[");
   body->phase = PHASE_TIMES;
 }
 
@@ -349,7 +349,7 @@ static uint64_t measure_times(const api_times *times) {
  * when there is no memory or the header is too long. */
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_request *request = &body->request;
-  api_text *text = &body->text;
+  tw_text *text = &body->text;
   print_head(body, text);
   uint64_t header = text->size - BIN_PREFIX + measure_times(&request->times) + strlen("]}");
   if (text->failed || header > UINT32_MAX - 4) return false;
@@ -361,32 +361,32 @@ static bool print_bin_head(api_pose_body *body) {
   return true;
 }
 
-static void close_times(api_pose_body *body, api_text *text) {
+static void close_times(api_pose_body *body, tw_text *text) {
   if (body->request.form == API_POSE_JSON) {
-    api_text_add(text, "],\"poses\":[");
+    tw_text_add(text, "],\"poses\":[");
   } else {
-    api_text_add(text, "]}");
-    for (uint32_t i = 0; i < body->padding; i++) api_text_add(text, " ");
+    tw_text_add(text, "]}");
+    for (uint32_t i = 0; i < body->padding; i++) tw_text_add(text, " ");
   }
   body->next = 0;
   body->phase = PHASE_POSES;
 }
 
-static void close_poses(api_pose_body *body, api_text *text) {
-  if (body->request.form == API_POSE_JSON) api_text_add(text, "]}\n");
+static void close_poses(api_pose_body *body, tw_text *text) {
+  if (body->request.form == API_POSE_JSON) tw_text_add(text, "]}\n");
   body->phase = PHASE_END;
 }
 
 /* Goes on by a piece, unless the phase ends before. */
-static void print_piece(api_pose_body *body, api_text *text) {
+static void print_piece(api_pose_body *body, tw_text *text) {
   const api_times *times = &body->request.times;
   size_t end = text->size + PIECE;
   switch (body->phase) {
   case PHASE_HEAD: print_head(body, text); break;
   case PHASE_TIMES:
     for (; body->next < times->count && text->size < end && !text->failed; body->next++) {
-      api_text_element(text);
-      api_text_float(text, api_times_get(times, body->next));
+      tw_text_element(text);
+      tw_text_float(text, api_times_get(times, body->next));
     }
     if (body->next == times->count) close_times(body, text);
     break;
@@ -402,7 +402,7 @@ static void print_piece(api_pose_body *body, api_text *text) {
 int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
   api_pose_body *body = context;
   while (body->read == body->text.size && body->phase != PHASE_END) {
-    api_text_clear(&body->text);
+    tw_text_clear(&body->text);
     body->read = 0;
     print_piece(body, &body->text);
     if (body->text.failed) return -1;
@@ -413,13 +413,13 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
   return (int64_t)count;
 }
 
-void api_pose_body_print_all(api_pose_body *body, api_text *text) {
+void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t numbers = (size_t)request->times.count * request->node_count * api_pose_width(request->as);
   size_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
   *text = body->text; /* the head of the binary form */
-  body->text = (api_text){0};
-  api_text_reserve(text, HEAD_BYTES + numbers * each);
+  body->text = (tw_text){0};
+  tw_text_reserve(text, HEAD_BYTES + numbers * each);
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
 }
 
@@ -455,14 +455,14 @@ api_pose_body *api_pose_body_create(api_pose_request *request, tw_arena *arena) 
     request->model_entry = request->clip_entry = NULL;
     return body;
   }
-  api_text_deinit(&body->text);
+  tw_text_deinit(&body->text);
   return NULL;
 }
 
 void api_pose_body_destroy(void *context) {
   api_pose_body *body = context;
   if (!body) return;
-  api_text_deinit(&body->text);
+  tw_text_deinit(&body->text);
   api_pose_request_deinit(&body->request);
 }
 

@@ -25,10 +25,10 @@ uint64_t api_pose_body_size(const api_pose_body *body);
 int64_t api_pose_body_read(void *body, uint8_t *out, size_t capacity);
 
 /* Prints the whole answer into an empty text, in place of reading it. */
-void api_pose_body_print_all(api_pose_body *body, api_text *text);
+void api_pose_body_print_all(api_pose_body *body, tw_text *text);
 
 /* Prints the pose at one time in the request's form, which has rows of text; the request's times do not
  * matter. Euler angles go on from the pose printed before. */
-void api_pose_body_print_at(api_pose_body *body, float time, api_text *text);
+void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text);
 
 #endif

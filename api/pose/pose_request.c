@@ -172,23 +172,23 @@ void api_pose_request_deinit(api_pose_request *request) {
 
 /* ---- the canonical text --------------------------------------------------------------------------- */
 
-void api_pose_request_print(const api_pose_request *request, api_text *text) {
+void api_pose_request_print(const api_pose_request *request, tw_text *text) {
   const uint32_t values[] = {request->choice.index, (uint32_t)(request->choice.force + 1),
                              request->as,           request->is_world,
                              request->order,        request->in_degrees,
                              request->loop,         request->is_skinning};
-  api_text_add(text, request->choice.lender);
+  tw_text_add(text, request->choice.lender);
   for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
-    api_text_add(text, "&");
-    api_text_count(text, values[i]);
+    tw_text_add(text, "&");
+    tw_text_count(text, values[i]);
   }
-  api_text_add(text, "&nodes=");
+  tw_text_add(text, "&nodes=");
   if (api_pose_has_all_nodes(request)) {
-    api_text_add(text, "*");
+    tw_text_add(text, "*");
     return;
   }
   for (uint32_t i = 0; i < request->node_count; i++) {
-    api_text_count(text, request->nodes[i]);
-    api_text_add(text, ",");
+    tw_text_count(text, request->nodes[i]);
+    tw_text_add(text, ",");
   }
 }

@@ -47,6 +47,6 @@ void api_pose_request_deinit(api_pose_request *request);
 bool api_pose_has_all_nodes(const api_pose_request *request);
 
 /* Prints all parameters but form and times with their defaults, once resolved. */
-void api_pose_request_print(const api_pose_request *request, api_text *text);
+void api_pose_request_print(const api_pose_request *request, tw_text *text);
 
 #endif

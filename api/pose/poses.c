@@ -53,12 +53,12 @@ static bool is_light(const api_pose_request *request) {
 
 /* All parameters with their defaults, and the times, as text; NULL without memory. */
 static const char *print_canonical(api_call *call, const api_pose_request *request) {
-  api_text text = {0};
+  tw_text text = {0};
   api_pose_request_print(request, &text);
-  api_text_add(&text, "&at=");
+  tw_text_add(&text, "&at=");
   api_times_print(&request->times, &text);
   const char *canonical = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  api_text_deinit(&text);
+  tw_text_deinit(&text);
   return canonical;
 }
 
@@ -73,7 +73,7 @@ static const char *make_key(api_call *call, const char *representation, const ch
 /* ---- the answer ---------------------------------------------------------------------------------- */
 
 /* Prints all poses at once: their length is then known, and nothing is held. */
-static bool print_poses(api_call *call, api_pose_request *request, api_text *out, api_fault *fault) {
+static bool print_poses(api_call *call, api_pose_request *request, tw_text *out, api_fault *fault) {
   api_pose_body *body = api_pose_body_create(request, call->arena);
   if (!body) {
     api_fault_without_memory(fault);
@@ -89,7 +89,7 @@ typedef struct pose_source {
   api_pose_request *request;
 } pose_source;
 
-static bool print_remembered(void *context, api_text *out, api_fault *fault) {
+static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
   const pose_source *source = context;
   api_call *call = source->call;
   uint64_t cost = bound_bytes(source->request);
@@ -115,7 +115,7 @@ static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
 static api_outcome reply_poses(api_call *call, api_pose_request *request, const char *key) {
   if (request->clip && request->clip->missing_count > 0) api_clip_warning(call, request->clip);
   if (is_light(request)) {
-    api_text text = {0};
+    tw_text text = {0};
     return print_poses(call, request, &text, &call->fault) ? api_reply(call, &text) : API_FAILED;
   }
   if (key && bound_bytes(request) <= API_RESPONSE_MAX) {

@@ -110,17 +110,17 @@ float api_times_get(const api_times *times, uint64_t index) {
   return times->list ? times->list[index] : (float)(times->from + (double)index / times->fps);
 }
 
-void api_times_print(const api_times *times, api_text *text) {
+void api_times_print(const api_times *times, tw_text *text) {
   if (!times->list) {
-    api_text_double(text, times->from);
-    api_text_add(text, "/");
-    api_text_double(text, times->fps);
-    api_text_add(text, "*");
-    api_text_count(text, times->count);
+    tw_text_double(text, times->from);
+    tw_text_add(text, "/");
+    tw_text_double(text, times->fps);
+    tw_text_add(text, "*");
+    tw_text_count(text, times->count);
     return;
   }
   for (uint64_t i = 0; i < times->count; i++) {
-    api_text_float(text, times->list[i]);
-    api_text_add(text, ",");
+    tw_text_float(text, times->list[i]);
+    tw_text_add(text, ",");
   }
 }

@@ -2,8 +2,8 @@
 #ifndef API_TIMES_H
 #define API_TIMES_H
 
-#include "json_out.h"
 #include "query.h"
+#include "tweend/json_print.h"
 
 /* A view into the arena it was read with. */
 typedef struct api_times {
@@ -28,6 +28,6 @@ tw_status api_times_complete(api_times *times, float duration, uint64_t max_time
 float api_times_get(const api_times *times, uint64_t index);
 
 /* Prints the times for keys and entity tags: equal texts mean equal times. */
-void api_times_print(const api_times *times, api_text *text);
+void api_times_print(const api_times *times, tw_text *text);
 
 #endif

@@ -19,66 +19,66 @@ static const char *const axis_names[] = {"x", "y", "z"};
 
 /* In single precision, as far as every processor's libm agrees. What is finite stays a number: the speed
  * between keys at times 0 and 1e-40 fits none. */
-static void member_number(api_text *text, const char *name, double value) {
-  api_member_float(text, name, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
+static void member_number(tw_text *text, const char *name, double value) {
+  tw_member_float(text, name, isfinite(value) ? (float)fmin(value, (double)FLT_MAX) : (float)value);
 }
 
 /* How near the path comes to lock, in the track's own order and in each of the others. */
-static void print_gimbal(api_text *text, const tw_track_report *report) {
+static void print_gimbal(tw_text *text, const tw_track_report *report) {
   const tw_gimbal *own = &report->gimbals[report->order];
-  api_member_open(text, "gimbal", "{");
-  api_member_string(text, "order", tw_euler_order_names[report->order]);
+  tw_member_open(text, "gimbal", "{");
+  tw_member_string(text, "order", tw_euler_order_names[report->order]);
   member_number(text, "time", own->time);
   member_number(text, "cos_middle", own->cos_middle);
   member_number(text, "amplification", own->amplification);
-  api_member_string(text, "lost_axis", axis_names[report->lost_axis]);
-  api_text_add(text, "}");
-  api_member_open(text, "orders", "{");
+  tw_member_string(text, "lost_axis", axis_names[report->lost_axis]);
+  tw_text_add(text, "}");
+  tw_member_open(text, "orders", "{");
   for (int order = 0; order < TW_EULER_ORDERS; order++)
     member_number(text, tw_euler_order_names[order], report->gimbals[order].cos_middle);
-  api_text_add(text, "}");
-  api_member_string(text, "best_order", tw_euler_order_names[report->best_order]);
+  tw_text_add(text, "}");
+  tw_member_string(text, "best_order", tw_euler_order_names[report->best_order]);
 }
 
-static void print_motion(api_text *text, const tw_track_report *report) {
+static void print_motion(tw_text *text, const tw_track_report *report) {
   member_number(text, "start", report->start);
   member_number(text, "duration", report->duration);
   member_number(text, "total_degrees", report->total_angle * DEGREES);
   member_number(text, "largest_step_degrees", report->largest_step * DEGREES);
-  api_member_count(text, "largest_step_key", report->largest_key);
+  tw_member_count(text, "largest_step_key", report->largest_key);
   member_number(text, "peak_degrees_per_second", report->peak_velocity * DEGREES);
   member_number(text, "peak_time", report->peak_time);
-  api_member_count(text, "sign_flips", report->sign_flips);
-  api_member_count(text, "non_unit_keys", report->non_unit_keys);
-  api_member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
-  api_member_count(text, "half_turns", report->half_turns);
-  api_member_count(text, "steps_over_180", report->long_steps);
-  api_member_count(text, "euler_wraps", report->euler_wraps);
+  tw_member_count(text, "sign_flips", report->sign_flips);
+  tw_member_count(text, "non_unit_keys", report->non_unit_keys);
+  tw_member_count(text, "duplicate_times", 0); /* a file with any is refused with their place */
+  tw_member_count(text, "half_turns", report->half_turns);
+  tw_member_count(text, "steps_over_180", report->long_steps);
+  tw_member_count(text, "euler_wraps", report->euler_wraps);
   if (!report->has_stray) return;
-  api_member_open(text, "slerp_stray", "{");
+  tw_member_open(text, "slerp_stray", "{");
   member_number(text, "degrees", report->stray_angle * DEGREES);
   member_number(text, "time", report->stray_time);
-  api_text_add(text, "}");
+  tw_text_add(text, "}");
 }
 
-static void print_track(api_text *text, const tw_model *model, const tw_track_keys *keys,
+static void print_track(tw_text *text, const tw_model *model, const tw_track_keys *keys,
                         const tw_track_report *report) {
   char buffer[24];
-  api_text_element(text);
-  api_text_add(text, "{");
-  api_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
-  api_member_string(text, "path", "rotation");
-  api_member_string(text, "kind", kind_names[keys->form]);
-  api_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
-  api_member_count(text, "keys", report->key_count);
+  tw_text_element(text);
+  tw_text_add(text, "{");
+  tw_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
+  tw_member_string(text, "path", "rotation");
+  tw_member_string(text, "kind", kind_names[keys->form]);
+  tw_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
+  tw_member_count(text, "keys", report->key_count);
   print_motion(text, report);
   print_gimbal(text, report);
-  api_member_open(text, "warnings", "[");
+  tw_member_open(text, "warnings", "[");
   for (uint32_t i = 0; i < report->warning_count; i++) {
-    api_text_element(text);
-    api_text_string(text, report->warnings[i]);
+    tw_text_element(text);
+    tw_text_string(text, report->warnings[i]);
   }
-  api_text_add(text, "]}");
+  tw_text_add(text, "]}");
 }
 
 /* How finely the tracks of a clip can be followed in about a second, however many keys there are. */
@@ -91,13 +91,13 @@ static uint32_t steps_most(const tw_clip_keys *clip) {
   return steps < STEPS_LEAST ? STEPS_LEAST : steps > TW_TRACK_STEPS ? TW_TRACK_STEPS : (uint32_t)steps;
 }
 
-static tw_status print_clip(api_text *text, const tw_model *model, uint32_t index, tw_error *error) {
+static tw_status print_clip(tw_text *text, const tw_model *model, uint32_t index, tw_error *error) {
   const tw_clip_keys *clip = &model->clips[index];
   char buffer[24];
   uint32_t steps = steps_most(clip);
-  api_text_add(text, "{");
-  api_member_string(text, "clip", tw_model_clip_name(model, index, buffer));
-  api_member_open(text, "tracks", "[");
+  tw_text_add(text, "{");
+  tw_member_string(text, "clip", tw_model_clip_name(model, index, buffer));
+  tw_member_open(text, "tracks", "[");
   for (uint32_t i = 0; i < clip->track_count; i++) {
     if (clip->tracks[i].path != TW_ROTATION) continue;
     tw_track_report report;
@@ -105,7 +105,7 @@ static tw_status print_clip(api_text *text, const tw_model *model, uint32_t inde
     if (status != TW_OK) return status;
     print_track(text, model, &clip->tracks[i], &report);
   }
-  api_text_add(text, "]}\n");
+  tw_text_add(text, "]}\n");
   return TW_OK;
 }
 
@@ -116,7 +116,7 @@ typedef struct tracks_source {
   uint32_t clip;
 } tracks_source;
 
-static bool print_report(void *context, api_text *out, api_fault *fault) {
+static bool print_report(void *context, tw_text *out, api_fault *fault) {
   const tracks_source *source = context;
   if (print_clip(out, source->model, source->clip, &fault->error) == TW_OK) return true;
   api_fault_complete(fault);

@@ -23,7 +23,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
   };
 }
 
-void api_surface_query_print(const api_surface_query *query, api_text *text) {
+void api_surface_query_print(const api_surface_query *query, tw_text *text) {
   const struct {
     const char *name;
     int64_t value;
@@ -34,10 +34,10 @@ void api_surface_query_print(const api_surface_query *query, api_text *text) {
       {"quads", query->quads},       {"limit", query->limit},
       {"normals", query->normals}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
-    api_text_add(text, i ? "&" : "");
-    api_text_add(text, parts[i].name);
-    api_text_add(text, "=");
-    api_text_integer(text, parts[i].value);
+    tw_text_add(text, i ? "&" : "");
+    tw_text_add(text, parts[i].name);
+    tw_text_add(text, "=");
+    tw_text_integer(text, parts[i].value);
   }
 }
 
@@ -228,17 +228,17 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
   plan_source source = {call->service, call->request->ticket, meshes, query};
-  api_text key = {0};
-  api_text_add(&key, call->id);
-  api_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");
+  tw_text key = {0};
+  tw_text_add(&key, call->id);
+  tw_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");
   api_surface_query_print(query, &key);
-  api_text_bytes(&key, "", 1);
+  tw_text_bytes(&key, "", 1);
   if (key.failed) {
-    api_text_deinit(&key);
+    tw_text_deinit(&key);
     return api_fail_without_memory(call);
   }
   api_outcome outcome = api_call_take(call, is_stored ? key.data : NULL, build_plan, &source, out);
-  api_text_deinit(&key);
+  tw_text_deinit(&key);
   return outcome;
 }
 

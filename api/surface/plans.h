@@ -58,6 +58,6 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
 tw_status api_plan_warm(api_plan *plan, const tw_parallel_for *parallel, tw_error *error);
 
 /* Prints the query with all its values, for keys and entity tags. */
-void api_surface_query_print(const api_surface_query *query, api_text *text);
+void api_surface_query_print(const api_surface_query *query, tw_text *text);
 
 #endif

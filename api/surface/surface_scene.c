@@ -60,20 +60,20 @@ api_outcome api_scene_read(api_call *call, api_scene_query *out) {
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
-void api_scene_print(const api_surface_scene *scene, api_text *text) {
+void api_scene_print(const api_surface_scene *scene, tw_text *text) {
   const api_scene_query *query = &scene->query;
-  api_text_add(text, query->is_bare ? "&meshes=none" : "&meshes=all");
-  api_text_add(text, query->is_baked ? "&skin=bake" : "&skin=keep");
+  tw_text_add(text, query->is_bare ? "&meshes=none" : "&meshes=all");
+  tw_text_add(text, query->is_baked ? "&skin=bake" : "&skin=keep");
   if (!query->has_clip) return;
   char clip[80];
   snprintf(clip, sizeof clip, "&clip=%s/%u&times=", scene->choice.lender, scene->choice.index);
-  api_text_add(text, clip);
+  tw_text_add(text, clip);
   api_times_print(&query->times, text);
   if (!query->reduction.is_wide) return;
-  api_text_add(text, "&tolerance=");
-  api_text_double(text, query->reduction.tolerance.angle);
-  api_text_add(text, "/");
-  api_text_double(text, query->reduction.tolerance.distance);
+  tw_text_add(text, "&tolerance=");
+  tw_text_double(text, query->reduction.tolerance.angle);
+  tw_text_add(text, "/");
+  tw_text_double(text, query->reduction.tolerance.distance);
 }
 
 /* ---- the clip ------------------------------------------------------------------------------------ */

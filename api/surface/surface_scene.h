@@ -43,7 +43,7 @@ api_outcome api_scene_take_clip(api_call *call, const tw_model *model, bool is_s
                                 api_surface_scene *scene);
 
 /* Prints the parameters with their defaults, once the clip is taken. */
-void api_scene_print(const api_surface_scene *scene, api_text *text);
+void api_scene_print(const api_surface_scene *scene, tw_text *text);
 
 /* Fills content.model, pose and posed_by, meshes and moves, once the clip is taken. Not for a light call with
  * a clip. */

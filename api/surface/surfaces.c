@@ -100,23 +100,23 @@ static surface_request *read_request(api_call *call) {
 
 /* All parameters with their defaults, as text; NULL without memory. */
 static const char *canonical(api_call *call, const surface_request *request) {
-  api_text text = {0};
+  tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
-  api_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
+  tw_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
   api_scene_print(&request->scene, &text);
   const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  api_text_deinit(&text);
+  tw_text_deinit(&text);
   return copy;
 }
 
 /* ---- counts -------------------------------------------------------------------------------------- */
 
-static void print_counts(api_text *text, uint32_t level, const tw_surface_counts *counts, uint64_t bytes) {
-  api_member_count(text, "level", level);
-  api_member_count(text, "vertices", counts->vertices);
-  api_member_count(text, "edges", counts->edges);
-  api_member_count(text, "faces", counts->faces);
-  api_member_count(text, "bytes", bytes);
+static void print_counts(tw_text *text, uint32_t level, const tw_surface_counts *counts, uint64_t bytes) {
+  tw_member_count(text, "level", level);
+  tw_member_count(text, "vertices", counts->vertices);
+  tw_member_count(text, "edges", counts->edges);
+  tw_member_count(text, "faces", counts->faces);
+  tw_member_count(text, "bytes", bytes);
 }
 
 /* The size of a GLB that holds one mesh of the scene alone, without materials. */
@@ -139,23 +139,23 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
 
 static api_outcome reply_counts(api_call *call, const surface_request *request, uint64_t bytes) {
   const api_plan *plan = api_entry_value(request->plan);
-  api_text text = {0};
-  api_text_add(&text, "{");
+  tw_text text = {0};
+  tw_text_add(&text, "{");
   print_counts(&text, request->surface.level, &plan->total, bytes);
-  api_member_open(&text, "meshes", "[");
+  tw_member_open(&text, "meshes", "[");
   for (uint32_t i = 0; i < plan->count; i++) {
     uint64_t size;
     if (predict_mesh(request, i, &size, &call->fault.error) != TW_OK) {
-      api_text_deinit(&text);
+      tw_text_deinit(&text);
       return api_fail(call);
     }
-    api_text_element(&text);
-    api_text_add(&text, "{");
-    api_member_string(&text, "name", request->scene.content.model->meshes[i].name);
+    tw_text_element(&text);
+    tw_text_add(&text, "{");
+    tw_member_string(&text, "name", request->scene.content.model->meshes[i].name);
     print_counts(&text, request->surface.level, tw_surface_get_counts(plan->surfaces[i]), size);
-    api_text_add(&text, "}");
+    tw_text_add(&text, "}");
   }
-  api_text_add(&text, "]}\n");
+  tw_text_add(&text, "]}\n");
   return api_reply(call, &text);
 }
 

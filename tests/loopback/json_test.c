@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "json_in.h"
-#include "json_out.h"
+#include "tweend/json_print.h"
 #include "tweend/json_text.h"
 
 /* A document that is refused. */
@@ -319,15 +319,15 @@ TEST(vectors_are_the_same_whatever_room_there_is) {
   enum { COUNT = 40, WIDTH = 3, EACH = WIDTH * TW_FLOAT_TEXT + 3 };
   float values[COUNT * WIDTH];
   for (int i = 0; i < COUNT * WIDTH; i++) values[i] = 1.0f / (float)(i + 1);
-  api_text whole = {0};
-  api_text_reserve(&whole, COUNT * EACH + 1);
-  api_text_vectors(&whole, values, WIDTH, WIDTH, COUNT);
+  tw_text whole = {0};
+  tw_text_reserve(&whole, COUNT * EACH + 1);
+  tw_text_vectors(&whole, values, WIDTH, WIDTH, COUNT);
   for (size_t capacity = 0; capacity <= COUNT * EACH + 1; capacity += capacity % EACH < 2 ? 1 : EACH - 2) {
-    api_text text = {.data = malloc(capacity ? capacity : 1), .capacity = capacity};
-    api_text_vectors(&text, values, WIDTH, WIDTH, COUNT);
+    tw_text text = {.data = malloc(capacity ? capacity : 1), .capacity = capacity};
+    tw_text_vectors(&text, values, WIDTH, WIDTH, COUNT);
     assert_int_equal(text.size, whole.size);
     assert_memory_equal(text.data, whole.data, whole.size);
-    api_text_deinit(&text);
+    tw_text_deinit(&text);
   }
-  api_text_deinit(&whole);
+  tw_text_deinit(&whole);
 }

@@ -1,5 +1,5 @@
 /* Printing: a buffer that grows, and JSON's words. Numbers are the shortest that read back. */
-#include "json_out.h"
+#include "tweend/json_print.h"
 
 #include <assert.h>
 #include <inttypes.h>
@@ -9,17 +9,17 @@
 
 #include "tweend/base.h"
 
-void api_text_deinit(api_text *text) {
+void tw_text_deinit(tw_text *text) {
   free(text->data);
-  *text = (api_text){0};
+  *text = (tw_text){0};
 }
 
-void api_text_clear(api_text *text) {
+void tw_text_clear(tw_text *text) {
   text->size = 0;
 }
 
 /* Room for `more` bytes behind the end; NULL without memory. */
-static char *reserve(api_text *text, size_t more) {
+static char *reserve(tw_text *text, size_t more) {
   if (text->failed) return NULL;
   if (text->capacity - text->size >= more) return text->data + text->size;
   if (more > SIZE_MAX / 2 - text->size) {
@@ -39,18 +39,18 @@ static char *reserve(api_text *text, size_t more) {
   return data + text->size;
 }
 
-void api_text_reserve(api_text *text, size_t more) {
+void tw_text_reserve(tw_text *text, size_t more) {
   reserve(text, more);
 }
 
-void api_text_fit(api_text *text) {
+void tw_text_fit(tw_text *text) {
   char *data = text->size > 0 ? realloc(text->data, text->size) : NULL;
   if (!data) return; /* it stays as it is */
   text->data = data;
   text->capacity = text->size;
 }
 
-void api_text_bytes(api_text *text, const char *bytes, size_t size) {
+void tw_text_bytes(tw_text *text, const char *bytes, size_t size) {
   char *end = size ? reserve(text, size) : NULL;
   if (!end) return;
   memcpy(end, bytes, size);
@@ -58,17 +58,17 @@ void api_text_bytes(api_text *text, const char *bytes, size_t size) {
   text->last = bytes[size - 1];
 }
 
-void api_text_add(api_text *text, const char *terminated) {
-  api_text_bytes(text, terminated, strlen(terminated));
+void tw_text_add(tw_text *text, const char *terminated) {
+  tw_text_bytes(text, terminated, strlen(terminated));
 }
 
-void api_text_element(api_text *text) {
-  if (text->last != '[' && text->last != '{') api_text_bytes(text, ",", 1);
+void tw_text_element(tw_text *text) {
+  if (text->last != '[' && text->last != '{') tw_text_bytes(text, ",", 1);
 }
 
-void api_text_member(api_text *text, const char *name) {
+void tw_text_member(tw_text *text, const char *name) {
   size_t length = strlen(name);
-  api_text_element(text);
+  tw_text_element(text);
   char *end = reserve(text, length + 3);
   if (!end) return;
   *end++ = '"';
@@ -79,41 +79,41 @@ void api_text_member(api_text *text, const char *name) {
 }
 
 /* The escape of a byte that a JSON string may not hold as it is. */
-static void escape(api_text *text, unsigned char byte) {
+static void escape(tw_text *text, unsigned char byte) {
   char code[8];
   switch (byte) {
-  case '"': api_text_bytes(text, "\\\"", 2); return;
-  case '\\': api_text_bytes(text, "\\\\", 2); return;
-  case '\n': api_text_bytes(text, "\\n", 2); return;
-  case '\t': api_text_bytes(text, "\\t", 2); return;
-  default: api_text_bytes(text, code, (size_t)snprintf(code, sizeof code, "\\u%04x", byte)); return;
+  case '"': tw_text_bytes(text, "\\\"", 2); return;
+  case '\\': tw_text_bytes(text, "\\\\", 2); return;
+  case '\n': tw_text_bytes(text, "\\n", 2); return;
+  case '\t': tw_text_bytes(text, "\\t", 2); return;
+  default: tw_text_bytes(text, code, (size_t)snprintf(code, sizeof code, "\\u%04x", byte)); return;
   }
 }
 
-void api_text_quoted(api_text *text, const char *value, size_t length) {
-  api_text_bytes(text, "\"", 1);
+void tw_text_quoted(tw_text *text, const char *value, size_t length) {
+  tw_text_bytes(text, "\"", 1);
   size_t plain = 0; /* start of the run that goes out as it is */
   for (size_t i = 0; i < length;) {
     unsigned char byte = (unsigned char)value[i];
     size_t width = byte < 0x80 ? 1 : tw_utf8_length(value + i, length - i);
     bool as_it_is = byte >= 0x80 ? width > 0 : byte >= 0x20 && byte != '"' && byte != '\\' && byte != 0x7F;
     if (!as_it_is) {
-      api_text_bytes(text, value + plain, i - plain);
+      tw_text_bytes(text, value + plain, i - plain);
       if (byte < 0x80) {
         escape(text, byte);
       } else {
-        api_text_bytes(text, "\xEF\xBF\xBD", 3);
+        tw_text_bytes(text, "\xEF\xBF\xBD", 3);
         width = 1;
       }
       plain = i + width;
     }
     i += width;
   }
-  api_text_bytes(text, value + plain, length - plain);
-  api_text_bytes(text, "\"", 1);
+  tw_text_bytes(text, value + plain, length - plain);
+  tw_text_bytes(text, "\"", 1);
 }
 
-void api_names_join(const char *const *names, char *out, size_t capacity) {
+void tw_names_join(const char *const *names, char *out, size_t capacity) {
   size_t length = 0;
   *out = '\0';
   for (size_t i = 0; names[i] && length < capacity; i++) {
@@ -122,49 +122,49 @@ void api_names_join(const char *const *names, char *out, size_t capacity) {
   }
 }
 
-void api_text_string(api_text *text, const char *value) {
+void tw_text_string(tw_text *text, const char *value) {
   if (value)
-    api_text_quoted(text, value, strlen(value));
+    tw_text_quoted(text, value, strlen(value));
   else
-    api_text_bytes(text, "null", 4);
+    tw_text_bytes(text, "null", 4);
 }
 
-void api_text_count(api_text *text, uint64_t value) {
+void tw_text_count(tw_text *text, uint64_t value) {
   char digits[20];
   size_t start = sizeof digits;
   do {
     digits[--start] = (char)('0' + value % 10);
     value /= 10;
   } while (value > 0);
-  api_text_bytes(text, digits + start, sizeof digits - start);
+  tw_text_bytes(text, digits + start, sizeof digits - start);
 }
 
-void api_text_integer(api_text *text, int64_t value) {
+void tw_text_integer(tw_text *text, int64_t value) {
   char digits[24];
-  api_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRId64, value));
+  tw_text_bytes(text, digits, (size_t)snprintf(digits, sizeof digits, "%" PRId64, value));
 }
 
 /* Takes `length` bytes that were printed behind the end. */
-static void advance(api_text *text, size_t length) {
+static void advance(tw_text *text, size_t length) {
   text->size += length;
   text->last = text->data[text->size - 1];
 }
 
-void api_text_float(api_text *text, float value) {
+void tw_text_float(tw_text *text, float value) {
   char *end = reserve(text, TW_NUMBER_TEXT);
   if (end) advance(text, tw_print_float(end, value));
 }
 
-void api_text_double(api_text *text, double value) {
+void tw_text_double(tw_text *text, double value) {
   char *end = reserve(text, TW_NUMBER_TEXT);
   if (end) advance(text, tw_print_double(end, value));
 }
 
-void api_text_flag(api_text *text, bool value) {
-  api_text_add(text, value ? "true" : "false");
+void tw_text_flag(tw_text *text, bool value) {
+  tw_text_add(text, value ? "true" : "false");
 }
 
-void api_text_vectors(api_text *text, const float *values, size_t stride, size_t width, size_t count) {
+void tw_text_vectors(tw_text *text, const float *values, size_t stride, size_t width, size_t count) {
   /* As many at once as surely fit; more room is asked for by pieces: most numbers are shorter than they might
    * be. */
   enum { PIECE = 64, BRACKETS = 3 };
@@ -181,7 +181,7 @@ void api_text_vectors(api_text *text, const float *values, size_t stride, size_t
   }
 }
 
-float *api_text_room(api_text *text, size_t count) {
+float *tw_text_room(tw_text *text, size_t count) {
   if (count > SIZE_MAX / sizeof(float)) text->failed = true;
   char *end = reserve(text, text->failed ? 0 : count * sizeof(float));
   if (!end) return NULL;
@@ -200,27 +200,27 @@ void api_text_room_filled(float *values, size_t count) {
   }
 }
 
-void api_member_string(api_text *text, const char *name, const char *value) {
-  api_text_member(text, name);
-  api_text_string(text, value);
+void tw_member_string(tw_text *text, const char *name, const char *value) {
+  tw_text_member(text, name);
+  tw_text_string(text, value);
 }
 
-void api_member_count(api_text *text, const char *name, uint64_t value) {
-  api_text_member(text, name);
-  api_text_count(text, value);
+void tw_member_count(tw_text *text, const char *name, uint64_t value) {
+  tw_text_member(text, name);
+  tw_text_count(text, value);
 }
 
-void api_member_float(api_text *text, const char *name, float value) {
-  api_text_member(text, name);
-  api_text_float(text, value);
+void tw_member_float(tw_text *text, const char *name, float value) {
+  tw_text_member(text, name);
+  tw_text_float(text, value);
 }
 
-void api_member_floats(api_text *text, const char *name, const float *values, size_t count) {
-  api_text_member(text, name);
-  api_text_vectors(text, values, count, count, 1);
+void tw_member_floats(tw_text *text, const char *name, const float *values, size_t count) {
+  tw_text_member(text, name);
+  tw_text_vectors(text, values, count, count, 1);
 }
 
-void api_member_open(api_text *text, const char *name, const char *bracket) {
-  api_text_member(text, name);
-  api_text_add(text, bracket);
+void tw_member_open(tw_text *text, const char *name, const char *bracket) {
+  tw_text_member(text, name);
+  tw_text_add(text, bracket);
 }
