@@ -255,7 +255,7 @@ static void names_deinit(obj_names *table) {
 /* Above this the file stays one mesh: a mesh costs much more memory than a line of text. */
 enum { OBJECTS_MAX = TW_MESHES_MAX, GROUPS_MAX = 262144 };
 
-#define OBJ_NO_UV UINT32_MAX
+#define OBJ_NO_VALUE UINT32_MAX /* of a corner without vt or vn */
 
 /* How many there are; of the values of tags, how many there are at most. */
 typedef struct obj_counts {
@@ -275,10 +275,13 @@ typedef struct obj_reader {
   obj_counts read; /* so far */
 
   /* In the arena, [all.X] of the rows that `read` counts; NULL where there are none. */
-  float *positions, *colors;      /* [3], [4] linear; colors NULL until a point has one */
-  uint32_t *corners, *corner_uvs; /* corner_uvs NULL until a corner has one; OBJ_NO_UV without vt */
-  uint32_t *face_offsets;         /* with room for one more, and one more an object */
-  uint32_t *materials, *groups;   /* of each face; NULL until a face has one; OBJ_NO_NAME */
+  float *positions, *colors; /* [3], [4] linear; colors NULL until a point has one */
+  float *normals;            /* [3], with room for one more */
+  uint32_t *corners;
+  uint32_t *corner_uvs, *corner_normals; /* NULL until a corner has one; OBJ_NO_VALUE without */
+  uint32_t *face_offsets;                /* with room for one more, and one more an object */
+  uint32_t *materials, *groups;          /* of each face; NULL until a face has one; OBJ_NO_NAME */
+  uint32_t *smoothing;                   /* of each face; NULL until a face has a group */
   uint32_t *crease_points, *sharp_points, *holes;
   float *crease_sharpness, *point_sharpness;
 
@@ -291,11 +294,12 @@ typedef struct obj_reader {
   obj_word first_group; /* names of the first `g` */
   obj_word group_words; /* of the faces to come, numbered when one comes; length 0: none */
   uint32_t material, group;
+  uint32_t smoothing_group; /* OBJ_NO_VALUE until an `s` */
   obj_names material_names, group_names;
 
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
   uint64_t ignored_elements; /* lines, points, free-form */
-  uint64_t ignored_tags, missing_uvs, long_groups, late_groups;
+  uint64_t ignored_tags, missing_uvs, long_groups, late_groups, bad_normals;
 } obj_reader;
 
 static void reader_deinit(obj_reader *reader) {
@@ -367,6 +371,20 @@ static tw_status read_uv(obj_reader *reader, obj_text *text) {
   return TW_OK;
 }
 
+/* vn x y z. Normals do not shape the surface: one that is malformed or not finite is none. */
+static void read_normal(obj_reader *reader, obj_text *text) {
+  float *out = reader->normals + 3 * reader->read.normals++;
+  for (int i = 0; i < 3; i++) {
+    double value;
+    bool is_read = read_number(text, &value);
+    out[i] = is_read ? (float)value : NAN;
+    if (isfinite(out[i])) continue;
+    memset(out, 0, 3 * sizeof *out);
+    reader->bad_normals++;
+    return;
+  }
+}
+
 /* ---- f -------------------------------------------------------------------------------------------- */
 
 /* Reads an OBJ index, from 1 or counted back from the newest element, as one from 0. `so_far` and `all`:
@@ -398,18 +416,21 @@ static bool ends_corner(const obj_text *text) {
   return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '#' || c == '\\';
 }
 
+typedef struct obj_corner {
+  uint32_t point, uv, normal;
+} obj_corner;
+
 /* p, p/t, p//n or p/t/n. */
-static tw_status read_corner(const obj_reader *reader, obj_text *text, uint32_t *point, uint32_t *uv) {
+static tw_status read_corner(const obj_reader *reader, obj_text *text, obj_corner *out) {
   const obj_counts *read = &reader->read, *all = &reader->all;
   tw_error *error = reader->error;
-  *uv = OBJ_NO_UV;
-  tw_status status = read_index(text, read->points, all->points, "points", point, error);
+  out->uv = out->normal = OBJ_NO_VALUE;
+  tw_status status = read_index(text, read->points, all->points, "points", &out->point, error);
   if (status == TW_OK && take_slash(text)) {
     if (text->at < text->end && *text->at != '/' && !ends_corner(text))
-      status = read_index(text, read->uvs, all->uvs, "texture coordinates", uv, error);
-    uint32_t normal;
+      status = read_index(text, read->uvs, all->uvs, "texture coordinates", &out->uv, error);
     if (status == TW_OK && take_slash(text) && !ends_corner(text)) /* some write p// and p/t/ */
-      status = read_index(text, read->normals, all->normals, "normals", &normal, error);
+      status = read_index(text, read->normals, all->normals, "normals", &out->normal, error);
   }
   if (status != TW_OK || ends_corner(text)) return status;
   return tw_fail_line(error, TW_SYNTAX, text->line, "a corner is malformed");
@@ -422,16 +443,21 @@ static uint32_t *allocate_none(const obj_reader *reader, uint64_t count) {
   return out;
 }
 
-static tw_status add_corner(obj_reader *reader, uint32_t point, uint32_t uv) {
-  uint64_t corner = reader->read.corners++;
-  reader->corners[corner] = point;
-  reader->missing_uvs += uv == OBJ_NO_UV;
-  if (!reader->corner_uvs && uv != OBJ_NO_UV) {
-    reader->corner_uvs = allocate_none(reader, reader->all.corners);
-    if (!reader->corner_uvs) return no_memory(reader);
-  }
-  if (reader->corner_uvs) reader->corner_uvs[corner] = uv;
+/* Notes the value of the newest corner. Nothing is stored before the first corner that has one. */
+static tw_status set_value(const obj_reader *reader, uint32_t **values, uint64_t corner, uint32_t value) {
+  if (!*values && value == OBJ_NO_VALUE) return TW_OK;
+  if (!*values) *values = allocate_none(reader, reader->all.corners);
+  if (!*values) return no_memory(reader);
+  (*values)[corner] = value;
   return TW_OK;
+}
+
+static tw_status add_corner(obj_reader *reader, const obj_corner *added) {
+  uint64_t corner = reader->read.corners++;
+  reader->corners[corner] = added->point;
+  reader->missing_uvs += added->uv == OBJ_NO_VALUE;
+  tw_status status = set_value(reader, &reader->corner_uvs, corner, added->uv);
+  return status == TW_OK ? set_value(reader, &reader->corner_normals, corner, added->normal) : status;
 }
 
 /* Whether a face names a point twice. */
@@ -451,8 +477,8 @@ static tw_status find_repeat(obj_reader *reader, const uint32_t *corners, uint64
   return TW_OK;
 }
 
-/* Labels the newest face with its material or groups. Nothing is stored before the first face that has some.
- */
+/* Labels the newest face with its material, groups or smoothing group. Nothing is stored before the first
+ * face that has some. */
 static tw_status label_face(const obj_reader *reader, uint32_t **labels, uint32_t label) {
   if (!*labels && label == OBJ_NO_NAME) return TW_OK;
   if (!*labels) *labels = allocate_none(reader, reader->all.faces);
@@ -473,11 +499,13 @@ static tw_status number_groups(obj_reader *reader) {
 
 /* Leaves out the corners at the point of the one before them. Returns how many stay. */
 static uint64_t drop_doubled_corners(obj_reader *reader, uint64_t first) {
-  uint32_t *corners = reader->corners, *uvs = reader->corner_uvs, before = corners[reader->read.corners - 1];
+  uint32_t *corners = reader->corners, *uvs = reader->corner_uvs, *normals = reader->corner_normals;
+  uint32_t before = corners[reader->read.corners - 1];
   uint64_t kept = first;
   for (uint64_t c = first; c < reader->read.corners; c++) {
     uint32_t point = corners[c];
     if (point != before && uvs) uvs[kept] = uvs[c];
+    if (point != before && normals) normals[kept] = normals[c];
     if (point != before) corners[kept++] = point;
     before = point;
   }
@@ -530,9 +558,9 @@ static tw_status read_face(obj_reader *reader, obj_text *text) {
   uint64_t first = reader->read.corners, line = text->line;
   tw_status status = TW_OK;
   while (status == TW_OK && !statement_ends(text)) {
-    uint32_t point, uv;
-    status = read_corner(reader, text, &point, &uv);
-    if (status == TW_OK) status = add_corner(reader, point, uv);
+    obj_corner corner;
+    status = read_corner(reader, text, &corner);
+    if (status == TW_OK) status = add_corner(reader, &corner);
   }
   if (status != TW_OK) return status;
   uint64_t count = reader->read.corners - first;
@@ -546,6 +574,7 @@ static tw_status read_face(obj_reader *reader, obj_text *text) {
   if (status == TW_OK) status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
   if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
+  if (status == TW_OK) status = label_face(reader, &reader->smoothing, reader->smoothing_group);
   reader->face_offsets[reader->read.faces++] = (uint32_t)first;
   return status;
 }
@@ -584,6 +613,17 @@ static tw_status use_material(obj_reader *reader, obj_text *text) {
   if (status != TW_OK || reader->material != OBJ_NO_NAME) return status;
   return tw_fail_line(reader->error, TW_LIMIT, text->line, "there are more than %d materials",
                       TW_MATERIALS_MAX);
+}
+
+/* s NUMBER, or s off, which is 0. What is neither is as good as none. */
+static void begin_smoothing(obj_reader *reader, obj_text *text) {
+  int64_t group;
+  obj_text rest = *text;
+  reader->smoothing_group = 0;
+  if (word_is(read_word(text), "off")) return;
+  skip_blanks(&rest);
+  bool is_group = read_integer(&rest, &group) && group >= 0 && group < UINT32_MAX;
+  reader->smoothing_group = is_group ? (uint32_t)group : OBJ_NO_VALUE;
 }
 
 /* Statements of this kind that tweend has no use for, by their whole word. */
@@ -847,13 +887,15 @@ static tw_status read_statement(obj_reader *reader, obj_word word, obj_text *tex
     case 't': return read_tag(reader, text);
     case 'o': begin_object(reader, text); return TW_OK;
     case 'g': begin_groups(reader, text); return TW_OK;
+    case 's': begin_smoothing(reader, text); return TW_OK;
     default: break;
     }
   }
   if (word_is(word, "vt")) return read_uv(reader, text);
   if (word_is(word, "usemtl")) return use_material(reader, text);
-  reader->read.normals += word_is(word, "vn"); /* normals come from the surface: theirs are only counted */
-  return read_other(reader, text, word);
+  if (!word_is(word, "vn")) return read_other(reader, text, word);
+  read_normal(reader, text);
+  return TW_OK;
 }
 
 /* NULL for none, and without memory, which *status tells apart. */
@@ -873,6 +915,7 @@ static tw_status make_all_room(obj_reader *reader) {
   uint64_t objects = all->objects < OBJECTS_MAX + 1 ? all->objects : OBJECTS_MAX + 1;
   tw_status status = TW_OK;
   reader->positions = make_room(reader, all->points, 3 * sizeof(float), &status);
+  reader->normals = make_room(reader, all->normals > 0 ? all->normals + 1 : 0, 3 * sizeof(float), &status);
   reader->corners = make_room(reader, all->corners, sizeof(uint32_t), &status);
   reader->face_offsets = make_room(reader, all->faces + objects + 1, sizeof(uint32_t), &status);
   reader->crease_points = make_room(reader, all->crease_points, sizeof(uint32_t), &status);
@@ -1080,6 +1123,7 @@ static void add_faces(const obj_part *part, tw_mesh *mesh) {
   mesh->face_offsets = to + part->first_face;
   if (reader->materials) mesh->face_materials = (const int32_t *)reader->materials + part->first_face;
   if (reader->groups) mesh->face_groups = reader->groups + part->first_face;
+  if (reader->smoothing) mesh->face_smoothing = reader->smoothing + part->first_face;
 }
 
 /* Numbers the UVs that the part's corners use, in the order of their first use. Returns how many they are. */
@@ -1087,7 +1131,7 @@ static uint32_t count_uvs(const obj_part *part) {
   const uint32_t mark = 2 * part->index + 1, *corners = part->reader->corner_uvs;
   uint32_t count = 0;
   for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
-    if (corners[c] == OBJ_NO_UV || part->uv_marks[corners[c]] == mark) continue;
+    if (corners[c] == OBJ_NO_VALUE || part->uv_marks[corners[c]] == mark) continue;
     part->uv_marks[corners[c]] = mark;
     part->uv_numbers[corners[c]] = count++;
   }
@@ -1101,7 +1145,7 @@ static void deal_uvs(const obj_part *part, uint32_t count, float *values) {
   if (part->count == 1) memcpy(values, reader->uvs, 2 * (size_t)count * sizeof *values);
   for (uint32_t c = part->first_corner; c < part->corner_stop; c++) {
     uint32_t *corner = &reader->corner_uvs[c];
-    if (*corner == OBJ_NO_UV) {
+    if (*corner == OBJ_NO_VALUE) {
       *corner = count;
       values[2 * (size_t)count] = values[2 * (size_t)count + 1] = 0;
     } else if (part->count > 1) {
@@ -1117,7 +1161,7 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   if (!reader->corner_uvs) return TW_OK;
   const uint32_t *corners = reader->corner_uvs + part->first_corner;
   uint32_t missing = 0, count = part->count == 1 ? (uint32_t)reader->all.uvs : count_uvs(part);
-  for (uint32_t c = 0; c < mesh->corner_count; c++) missing += corners[c] == OBJ_NO_UV;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) missing += corners[c] == OBJ_NO_VALUE;
   if (missing == mesh->corner_count) return TW_OK; /* this object has none at all */
   float *values = tw_arena_alloc_raw(reader->arena, (size_t)count + (missing > 0), 2 * sizeof *values);
   if (!values) return no_memory(reader);
@@ -1125,6 +1169,22 @@ static tw_status add_uvs(const obj_part *part, tw_mesh *mesh) {
   mesh->uv_set_count = 1;
   mesh->uv_sets[0] = (tw_uv_set){count + (missing > 0), values, corners};
   return TW_OK;
+}
+
+/* All parts share the values: corners without one name the last, which is 0 0 0. */
+static void add_normals(const obj_part *part, tw_mesh *mesh) {
+  const obj_reader *reader = part->reader;
+  if (!reader->corner_normals) return;
+  uint32_t *corners = reader->corner_normals + part->first_corner, none = (uint32_t)reader->all.normals;
+  bool has_some = false;
+  for (uint32_t c = 0; c < mesh->corner_count; c++) {
+    has_some |= corners[c] != OBJ_NO_VALUE;
+    if (corners[c] == OBJ_NO_VALUE) corners[c] = none;
+  }
+  memset(reader->normals + 3 * (size_t)none, 0, 3 * sizeof *reader->normals);
+  if (has_some)
+    mesh->normals =
+        (tw_corner_normals){.value_count = none + 1, .values = reader->normals, .corners = corners};
 }
 
 static void add_tags(const obj_reader *reader, tw_mesh *mesh) {
@@ -1151,6 +1211,7 @@ static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   if (status != TW_OK) return status;
   add_points(part, mesh);
   add_faces(part, mesh);
+  add_normals(part, mesh);
   add_tags(reader, mesh);
   return add_uvs(part, mesh);
 }
@@ -1190,6 +1251,9 @@ static void warn(const obj_reader *reader, tw_model *model) {
   if (reader->missing_uvs > 0 && reader->corner_uvs)
     tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
                   (unsigned long long)reader->missing_uvs);
+  if (reader->bad_normals > 0)
+    tw_model_warn(model, "%llu normals are left out: they are not three finite numbers",
+                  (unsigned long long)reader->bad_normals);
   if (reader->long_groups > 0)
     tw_model_warn(model, "%llu sets of groups are left out: their names have over 1024 bytes",
                   (unsigned long long)reader->long_groups);
@@ -1218,6 +1282,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
                        .error = error,
                        .material = OBJ_NO_NAME,
                        .group = OBJ_NO_NAME,
+                       .smoothing_group = OBJ_NO_VALUE,
                        .tag_boundary = TW_TAG_UNSET,
                        .tag_uv = TW_TAG_UNSET,
                        .tag_creasing = TW_TAG_UNSET,

@@ -1,6 +1,6 @@
-/* PLY: vertices and faces of polygons, as text or in either byte order. Read are positions, colours, texture
- * coordinates and faces; other elements and properties are read over. Source: Greg Turk, The PLY Polygon File
- * Format, 1994. */
+/* PLY: vertices and faces of polygons, as text or in either byte order. Read are positions, normals, colours,
+ * texture coordinates and faces; other elements and properties are read over. Source: Greg Turk, The PLY
+ * Polygon File Format, 1994. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +54,9 @@ typedef enum ply_use {
   PLY_BLUE,
   PLY_U,
   PLY_V,
+  PLY_NX,
+  PLY_NY,
+  PLY_NZ,
   PLY_CORNERS,
   PLY_USES,
   PLY_UNUSED = PLY_USES
@@ -131,6 +134,9 @@ static ply_use find_use(const ply_element *element, bool is_list, ply_word name)
                {"t", PLY_V},
                {"v", PLY_V},
                {"texture_v", PLY_V},
+               {"nx", PLY_NX},
+               {"ny", PLY_NY},
+               {"nz", PLY_NZ},
                {"vertex_indices", PLY_CORNERS},
                {"vertex_index", PLY_CORNERS}};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
@@ -312,17 +318,22 @@ static tw_status read_vertex(ply_file *file, const ply_element *element, uint32_
     if (status != TW_OK) return status;
     if (property->use == PLY_UNUSED) continue;
     float single = (float)value;
-    if (!isfinite(single))
+    if (!isfinite(single) && property->use < PLY_NX)
       return tw_fail(file->error, TW_INVALID, "vertex %u: a number is not finite", vertex);
     if (property->use <= PLY_Z)
       out->positions[3 * (size_t)vertex + property->use] = single;
     else if (property->use <= PLY_BLUE && out->colors)
       out->colors[4 * (size_t)vertex + property->use - PLY_RED] =
           tw_linear_from_srgb((float)(value / color_scale(property->type)));
-    else if (property->use >= PLY_U && out->uvs)
+    else if (property->use >= PLY_U && property->use <= PLY_V && out->uvs)
       out->uvs[2 * (size_t)vertex + property->use - PLY_U] = single;
+    else if (property->use >= PLY_NX && out->normals)
+      out->normals[3 * (size_t)vertex + property->use - PLY_NX] = single;
   }
   if (out->colors) out->colors[4 * (size_t)vertex + 3] = 1;
+  float *normal = out->normals ? out->normals + 3 * (size_t)vertex : NULL;
+  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])))
+    normal[0] = normal[1] = normal[2] = 0; /* none */
   return TW_OK;
 }
 
@@ -391,12 +402,14 @@ static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_p
   out->vertex_count = (uint32_t)vertices->count;
   out->positions = tw_alloc(count, 3 * sizeof(float));
   bool has_colors = uses[PLY_RED] && uses[PLY_GREEN] && uses[PLY_BLUE], has_uvs = uses[PLY_U] && uses[PLY_V];
+  bool has_normals = uses[PLY_NX] && uses[PLY_NY] && uses[PLY_NZ];
   if (has_colors) out->colors = tw_alloc(count, 4 * sizeof(float));
   if (has_uvs) out->uvs = tw_alloc(count, 2 * sizeof(float));
+  if (has_normals) out->normals = tw_alloc(count, 3 * sizeof(float));
   out->face_offsets = tw_arena_alloc_raw(arena, (size_t)face_count + 1, sizeof(uint32_t));
   out->corners = tw_arena_alloc_raw(arena, (size_t)corner_count, sizeof(uint32_t));
   bool is_made = out->positions && out->face_offsets && out->corners && (out->colors || !has_colors) &&
-                 (out->uvs || !has_uvs);
+                 (out->uvs || !has_uvs) && (out->normals || !has_normals);
   if (!is_made) return tw_fail(file.error, TW_NO_MEMORY, "out of memory");
   out->face_offsets[0] = 0;
   return TW_OK;
@@ -431,6 +444,7 @@ static tw_status read_file(ply_file *file, uint64_t budget, tw_model *model) {
   free(read.positions);
   free(read.colors);
   free(read.uvs);
+  free(read.normals);
   return status;
 }
 

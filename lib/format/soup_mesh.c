@@ -12,8 +12,8 @@ float tw_linear_from_srgb(float value) {
 }
 
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count) {
-  uint64_t vertex = 2 * (3 + 4 + 2) * sizeof(float) + 2 * sizeof(uint32_t);
-  return vertex * vertex_count + 2 * sizeof(uint32_t) * corner_count + sizeof(uint32_t) * face_count +
+  uint64_t vertex = 2 * (3 + 4 + 2 + 3) * sizeof(float) + 2 * sizeof(uint32_t);
+  return vertex * vertex_count + 3 * sizeof(uint32_t) * corner_count + sizeof(uint32_t) * face_count +
          tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
 
@@ -82,6 +82,18 @@ static tw_status weld_uvs(const tw_soup *soup, const tw_polygons_read *read, con
   return status;
 }
 
+/* Normals stay those of the vertices. */
+static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_corner_normals *out,
+                              tw_error *error) {
+  float *values = tw_arena_alloc_raw(arena, read->vertex_count, 3 * sizeof *values);
+  uint32_t *corners = tw_arena_alloc_raw(arena, read->corner_count, sizeof *corners);
+  if (!values || !corners) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  memcpy(values, read->normals, read->vertex_count * 3 * sizeof *values);
+  memcpy(corners, read->corners, read->corner_count * sizeof *corners);
+  *out = (tw_corner_normals){.value_count = read->vertex_count, .values = values, .corners = corners};
+  return TW_OK;
+}
+
 /* points: [vertex_count] of the soup, `count` different ones. */
 static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, const uint32_t *points,
                            uint32_t count, tw_model *model, tw_error *error) {
@@ -95,6 +107,10 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
     tw_status status = weld_uvs(soup, read, points, model->arena, &mesh->uv_sets[0], error);
     if (status != TW_OK) return status;
     mesh->uv_set_count = 1;
+  }
+  if (read->normals && read->corner_count > 0) {
+    tw_status status = keep_normals(read, model->arena, &mesh->normals, error);
+    if (status != TW_OK) return status;
   }
   for (uint32_t c = 0; c < read->corner_count; c++) read->corners[c] = points[read->corners[c]];
   mesh->face_count = read->face_count;

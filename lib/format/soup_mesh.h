@@ -11,6 +11,7 @@ typedef struct tw_polygons_read {
   float *positions; /* [vertex_count][3], finite */
   float *colors;    /* [vertex_count][4] linear, or NULL */
   float *uvs;       /* [vertex_count][2], v up, or NULL */
+  float *normals;   /* [vertex_count][3], finite, 0 0 0 for none; or NULL */
   uint32_t face_count, corner_count;
   uint32_t *face_offsets; /* [face_count + 1] */
   uint32_t *corners;      /* [corner_count] vertices, in range */

@@ -92,6 +92,19 @@ static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_f
   return TW_OK;
 }
 
+static tw_status check_normals(const tw_mesh *mesh, tw_error *error) {
+  const tw_corner_normals *normals = &mesh->normals;
+  for (uint32_t c = 0; normals->corners && c < mesh->corner_count; c++) {
+    tw_status status = check_index(normals->corners[c], normals->value_count, "normals", error);
+    if (status != TW_OK) return tw_error_at(error, "/face_normals/%u", c);
+    const float *value = normals->values + 3 * (size_t)normals->corners[c];
+    if (isfinite(value[0]) && isfinite(value[1]) && isfinite(value[2])) continue;
+    tw_fail(error, TW_INVALID, "a normal is not finite");
+    return tw_error_at(error, "/normals/%u", normals->corners[c]);
+  }
+  return TW_OK;
+}
+
 static tw_status check_tangent_uvs(const tw_mesh *mesh, tw_error *error) {
   for (uint32_t f = 0; mesh->tangent_uvs && f < mesh->face_count; f++) {
     tw_status status = check_index(mesh->tangent_uvs[f], mesh->uv_set_count, "sets of UVs", error);
@@ -146,6 +159,7 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face) {
   tw_status status = check_point_data(mesh, error);
   if (status == TW_OK) status = check_faces(mesh, error, face);
   if (status == TW_OK) status = check_uvs(mesh, error, face);
+  if (status == TW_OK) status = check_normals(mesh, error);
   if (status == TW_OK) status = check_tangent_uvs(mesh, error);
   if (status == TW_OK) status = check_tags(mesh, error);
   return status;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hard_edges.h"
 #include "topology.h"
 #include "union_find.h"
 
@@ -202,6 +203,7 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *f
   if (status == TW_OK) status = describe_faces(mesh, facts);
   if (status == TW_OK) status = describe_groups(mesh, facts);
   if (status == TW_OK) status = describe_tags(mesh, &topology, arena, facts);
+  if (status == TW_OK) status = tw_hard_edges_count(mesh, &topology, &facts->hard_edges);
   if (status == TW_OK) status = count_components(&topology, &facts->components);
   if (status == TW_OK) status = count_loops(&topology, &facts->boundary_loops);
   facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;

@@ -114,13 +114,14 @@ static void choose_pairs(const tw_mesh *mesh, double *best, bool *pairs) {
 /* The faces after joining, written over new arrays of at most the old sizes. */
 typedef struct joined_faces {
   uint32_t face_count, corner_count;
-  uint32_t *offsets, *corners, *uvs[TW_UV_SETS_MAX];
+  uint32_t *offsets, *corners, *normals, *uvs[TW_UV_SETS_MAX];
   int32_t *materials;
 } joined_faces;
 
 static void add_corner(const tw_mesh *mesh, joined_faces *out, uint32_t corner) {
   for (uint32_t set = 0; set < mesh->uv_set_count; set++)
     out->uvs[set][out->corner_count] = mesh->uv_sets[set].corners[corner];
+  if (mesh->normals.corners) out->normals[out->corner_count] = mesh->normals.corners[corner];
   out->corners[out->corner_count++] = mesh->corners[corner];
 }
 
@@ -149,8 +150,9 @@ static tw_status reserve_faces(const tw_mesh *mesh, tw_arena *arena, uint32_t pa
     out->uvs[set] = tw_arena_alloc(arena, corners, sizeof *out->uvs[set]);
     enough &= out->uvs[set] != NULL;
   }
+  out->normals = tw_arena_alloc(arena, mesh->normals.corners ? corners : 0, sizeof *out->normals);
   out->materials = tw_arena_alloc(arena, mesh->face_materials ? faces : 0, sizeof *out->materials);
-  enough &= out->offsets && out->corners && out->materials;
+  enough &= out->offsets && out->corners && out->normals && out->materials;
   return enough ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
@@ -168,6 +170,7 @@ static tw_status pair(tw_mesh *mesh, tw_arena *arena, double *best, bool *pairs,
   mesh->face_offsets = out.offsets;
   mesh->corners = out.corners;
   for (uint32_t set = 0; set < mesh->uv_set_count; set++) mesh->uv_sets[set].corners = out.uvs[set];
+  if (mesh->normals.corners) mesh->normals.corners = out.normals;
   if (mesh->face_materials) mesh->face_materials = out.materials;
   return TW_OK;
 }
@@ -185,5 +188,5 @@ tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error) {
 size_t tw_pair_size(const tw_mesh *mesh) {
   size_t faces = mesh->face_count, corners = mesh->corner_count;
   return faces * (sizeof(double) + sizeof(bool) + 2 * sizeof(uint32_t)) +
-         corners * (1 + mesh->uv_set_count) * sizeof(uint32_t) + 256;
+         corners * (2 + mesh->uv_set_count) * sizeof(uint32_t) + 256;
 }

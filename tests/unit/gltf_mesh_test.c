@@ -635,3 +635,32 @@ TEST(triangles_that_the_encoding_keeps_apart_stay_apart) {
   assert_int_equal(model->meshes[0].face_count, 2);
   tw_model_destroy(model);
 }
+
+/* Six vertices of the same square bent along its diagonal. */
+TEST(normals_and_tangents_stay_those_of_the_vertices) {
+  struct {
+    float positions[6][3], normals[6][3], tangents[6][4];
+  } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 1}, {0, 0, 0}, {1, 1, 1}, {0, 1, 0}},
+           {{0, 0, 2}, {0, 0, 1}, {0, 0, 1}, {0, 1, 0}, {0, 1, 0}, {0, NAN, 0}},
+           {{1, 0, 0, 1}, {1, 0, 0, 1}, {1, 0, 0, 1}, {1, 0, 0, -1}, {1, 0, 0, -1}, {NAN, 0, 0, 1}}};
+  tw_model *model = glb_read(
+      "{" ASSET ",\"buffers\":[{\"byteLength\":240}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":240}],"
+      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},"
+      "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":6,\"type\":\"VEC3\"},"
+      "{\"bufferView\":0,\"byteOffset\":144,\"componentType\":5126,\"count\":6,\"type\":\"VEC4\"}],"
+      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1,\"TANGENT\":2}}]}]}",
+      &bin, sizeof bin);
+  const tw_mesh *mesh = model->meshes;
+  assert_int_equal(mesh->point_count, 4);
+  assert_int_equal(mesh->normals.value_count, 6);
+  memset(bin.normals[5], 0, sizeof bin.normals[5]); /* what is not finite is none */
+  memset(bin.tangents[5], 0, sizeof bin.tangents[5]);
+  assert_memory_equal(mesh->normals.values, bin.normals, sizeof bin.normals);
+  assert_memory_equal(mesh->normals.tangents, bin.tangents, sizeof bin.tangents);
+  for (uint32_t c = 0; c < 6; c++) assert_int_equal(mesh->normals.corners[c], c);
+  tw_mesh_stats stats;
+  assert_int_equal(tw_mesh_describe(mesh, &stats, NULL), TW_OK);
+  assert_int_equal(stats.hard_edges.by_normals, 1);
+  tw_mesh_stats_deinit(&stats);
+  tw_model_destroy(model);
+}

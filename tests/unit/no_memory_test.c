@@ -35,12 +35,27 @@ static void fail_each(read_fn *read, const uint8_t *bytes, size_t size) {
 }
 
 TEST(obj_reading_survives_every_failure) {
-  static const char text[] = "o a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nusemtl red\n"
-                             "f 1/1 2/1 3/1 4/1\nl 1 2\no b\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n";
+  static const char text[] =
+      "o a\nv 0 0 0 1 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nusemtl red\n"
+      "vn 0 0 1\ns 1\nf 1/1/1 2/1 3/1 4/1\nl 1 2\no b\nv 5 0 0\nv 6 0 0\nv 5 1 0\nf 5 6 7\n";
   static const char tagged[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nt crease 2/1/0 0 1 2\n"
                                "t corner 1/1/0 0 1\nt hole 1/0/0 0\n";
   fail_each(tw_obj_read, (const uint8_t *)text, sizeof text - 1);
   fail_each(tw_obj_read, (const uint8_t *)tagged, sizeof tagged - 1);
+}
+
+TEST(finding_hard_edges_survives_every_failure) {
+  tw_mesh mesh = cube(), out = {0};
+  tw_status status = TW_NO_MEMORY;
+  for (size_t failures = 0; status != TW_OK; failures++) {
+    tw_arena *arena = tw_arena_create();
+    test_memory.left = failures;
+    status = tw_mesh_with_creases(&mesh, TW_CREASES_AUTO, 0, 1, arena, &out, NULL);
+    test_memory.left = SIZE_MAX;
+    assert_true(status == TW_NO_MEMORY ? out.point_count == 0 : out.crease_count == 12);
+    assert_true(status == TW_OK ? failures > 3 : status == TW_NO_MEMORY);
+    tw_arena_destroy(arena);
+  }
 }
 
 TEST(gltf_reading_survives_every_failure) {
@@ -57,9 +72,11 @@ TEST(gltf_reading_survives_every_failure) {
       "\"VEC3\"},"
       "{\"bufferView\":0,\"byteOffset\":72,\"componentType\":5126,\"count\":6,\"type\":\"VEC2\"},"
       "{\"bufferView\":0,\"byteOffset\":120,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"},"
-      "{\"bufferView\":0,\"byteOffset\":128,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"}],"
+      "{\"bufferView\":0,\"byteOffset\":128,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"},"
+      "{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC4\"}],"
       "\"materials\":[{}],\"meshes\":[{\"name\":\"m\",\"primitives\":[{\"attributes\":{\"POSITION\":0,"
-      "\"TEXCOORD_0\":1},\"material\":0}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}],\"skins\":[{\"joints\":["
+      "\"TEXCOORD_0\":1,\"NORMAL\":0,\"TANGENT\":4},\"material\":0}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}"
+      "],\"skins\":[{\"joints\":["
       "0]}],"
       "\"animations\":[{\"samplers\":[{\"input\":2,\"output\":3}],\"channels\":[{\"sampler\":0,\"target\":"
       "{\"node\":0,\"path\":\"rotation\"}}]}]}",

@@ -98,21 +98,26 @@ const uint8_t *Elements::find(uint32_t i) const {
 }
 
 void Elements::read(uint32_t i, float *out) const {
+  if (!read_finite(i, out))
+    refuse(TW_INVALID, text("/accessors/", accessor_), "element ", i, " has a value that is not finite");
+}
+
+bool Elements::read_finite(uint32_t i, float *out) const {
   const uint8_t *at = sparse_count_ ? find(i) : data_ ? data_ + size_t{i} * stride_ : nullptr;
   if (!at) {
     std::fill(out, out + width_, 0.0f);
-    return;
+    return true;
   }
   if (component_type_ != TINYGLTF_COMPONENT_TYPE_FLOAT) {
     size_t size = component_size(component_type_);
     for (uint32_t c = 0; c < width_; c++)
       out[c] = component_value(at + c * size, component_type_, normalized_);
-    return;
+    return true;
   }
   std::memcpy(out, at, width_ * sizeof(float));
-  for (uint32_t c = 0; c < width_; c++)
-    if (!std::isfinite(out[c]))
-      refuse(TW_INVALID, text("/accessors/", accessor_), "element ", i, " has a value that is not finite");
+  bool finite = std::all_of(out, out + width_, [](float value) { return std::isfinite(value); });
+  if (!finite) std::fill(out, out + width_, 0.0f);
+  return finite;
 }
 
 uint32_t Elements::read_index(uint32_t i) const {

@@ -174,6 +174,8 @@ public:
 
   // Element i as floats: out[width]. Throws Refusal on a value that is not finite.
   void read(uint32_t i, float *out) const;
+  // The same; false in place of the refusal, out then holds all 0.
+  bool read_finite(uint32_t i, float *out) const;
 
   // Element i of unsigned integers as they are; 0 for other types.
   uint32_t read_index(uint32_t i) const;

@@ -28,9 +28,8 @@ void check_status(tw_status status) {
 struct VertexSource {
   const Elements *position = nullptr;
   std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
-  const Elements *color = nullptr;
+  const Elements *color = nullptr, *normal = nullptr, *tangent = nullptr;
   std::array<const Elements *, 2> joints = {}, weights = {};
-  bool has_tangents = false;
   std::vector<const Elements *> morphs; // an entry is nullptr for a target that moves no point
   uint32_t first_vertex = 0;            // vertices are numbered source by source
 };
@@ -82,6 +81,7 @@ public:
       drop_pinched_faces();
       write_points();
       write_uvs();
+      write_normals();
       write_morph_weights();
     }
     write_faces();
@@ -191,7 +191,8 @@ private:
           vector_attribute(attributes, text("WEIGHTS_", set), 4, 4, pointer, source.position);
       check_joints(attributes, source, set, pointer);
     }
-    source.has_tangents = attributes.count("TANGENT") > 0;
+    source.normal = vector_attribute(attributes, "NORMAL", 3, 3, pointer, source.position);
+    source.tangent = vector_attribute(attributes, "TANGENT", 4, 4, pointer, source.position);
     for (size_t target = 0; target < primitive.targets.size(); target++)
       source.morphs.push_back(vector_attribute(primitive.targets[target], "POSITION", 3, 3,
                                                text(primitive_pointer, "/targets/", target),
@@ -438,7 +439,7 @@ private:
     for (const VertexSource &source : sources_) {
       colors |= source.color != nullptr;
       skin |= source.joints[0] != nullptr;
-      mesh_.has_tangents |= source.has_tangents;
+      mesh_.has_tangents |= source.tangent != nullptr;
     }
     for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
     if (colors) write_colors();
@@ -616,6 +617,27 @@ private:
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
     for (size_t c = 0; c < corner_count_; c++) corners[c] = value[corners_[c]];
     mesh_.uv_sets[mesh_.uv_set_count++] = {count, values, corners};
+  }
+
+  // Normals stay those of the vertices; one that is not finite is none.
+  void write_normals() {
+    bool normals = false, tangents = false;
+    for (const VertexSource &source : sources_) {
+      normals |= source.normal != nullptr;
+      tangents |= source.normal && source.tangent;
+    }
+    if (!normals || corner_count_ == 0) return;
+    size_t count = elements_.size();
+    float *values = allocate_zero<float>(document_, 3 * count);
+    float *rows = tangents ? allocate_zero<float>(document_, 4 * count) : nullptr;
+    for (uint32_t v = 0; v < count; v++) {
+      const VertexSource &source = source_of(v);
+      if (source.normal) source.normal->read_finite(elements_[v], values + 3 * size_t{v});
+      if (source.normal && source.tangent) source.tangent->read_finite(elements_[v], rows + 4 * size_t{v});
+    }
+    uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
+    std::copy(corners_, corners_ + corner_count_, corners);
+    mesh_.normals = {static_cast<uint32_t>(count), values, rows, corners};
   }
 
   void pair_triangles() {

@@ -26,6 +26,15 @@ typedef struct tw_uv_set {
   const uint32_t *corners; /* [corner_count] of the mesh: the value at each face corner */
 } tw_uv_set;
 
+/* The normals, and tangents, that a file gives at face corners. They say how the file looks without
+ * subdivision, and by where they differ which edges are hard. */
+typedef struct tw_corner_normals {
+  uint32_t value_count;
+  const float *values;     /* [value_count][3], finite, of any length; 0 0 0: none */
+  const float *tangents;   /* [value_count][4] as glTF has them, or NULL */
+  const uint32_t *corners; /* [corner_count] of the mesh: the value at each face corner; NULL: no normals */
+} tw_corner_normals;
+
 /* Per-point skinning: up to four joints. */
 typedef struct tw_skin_weights {
   const uint16_t *joints; /* [point_count][4] indices into the skin's joints */
@@ -45,6 +54,10 @@ typedef struct tw_mesh {
 
   uint32_t uv_set_count;
   tw_uv_set uv_sets[TW_UV_SETS_MAX];
+  tw_corner_normals normals;
+  /* OBJ's smoothing groups: faces of one group have one normal where they meet, those of group 0 none in
+   * common with any. UINT32_MAX: the file does not say. NULL: of no face. */
+  const uint32_t *face_smoothing; /* [face_count] */
 
   uint32_t crease_count;
   const uint32_t *crease_edges;  /* [crease_count][2] points */
@@ -96,6 +109,34 @@ tw_status tw_mesh_check(const tw_mesh *mesh, tw_error *error, uint32_t *face);
 tw_status tw_mesh_deform(const tw_mesh *mesh, const float *morph_weights, const float *joint_matrices,
                          uint32_t joint_count, float *out, tw_error *error);
 
+/* Which edges of a mesh are creases, and its points corners. */
+typedef enum tw_creases {
+  TW_CREASES_TAGS,    /* those that the file tags */
+  TW_CREASES_NORMALS, /* and those where normals part */
+  TW_CREASES_ANGLE,   /* and those that are bent */
+  TW_CREASES_AUTO, /* and where normals part in pieces that have smooth edges too; in others what is bent */
+  TW_CREASES_NONE  /* none, and no corners */
+} tw_creases;
+
+/* Bent by how much an edge is hard by TW_CREASES_AUTO where normals do not tell. */
+#define TW_HARD_DEGREES 50.0
+
+/* A view of the mesh with the creases that are asked for.
+ * Normals part at an edge of two faces where those of its two sides differ at an end by over half a degree;
+ * where a side has none, smoothing groups part them. A piece is what hangs together by points; it has smooth
+ * edges when a face of it has different normals at its corners, or is in a smoothing group.
+ * degrees: of TW_CREASES_ANGLE, 0 to 180; an edge is hard when its faces turn by more.
+ * sharpness: 0 to 10, of the edges found; an edge that the file tags keeps its own.
+ * The mesh is checked and outlives *out; arrays of new creases live in the arena. O(corners). TW_NO_MEMORY.
+ */
+tw_status tw_mesh_with_creases(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
+                               tw_arena *arena, tw_mesh *out, tw_error *error);
+
+/* How many edges each of these finds beside the file's tags. */
+typedef struct tw_hard_edge_counts {
+  uint32_t by_normals, by_30_degrees, by_auto;
+} tw_hard_edge_counts;
+
 /* What a mesh is, for a person who looks at it. */
 typedef struct tw_mesh_stats {
   uint32_t vertices; /* points that a face uses */
@@ -109,7 +150,8 @@ typedef struct tw_mesh_stats {
   uint32_t components;             /* without a point in common */
   int64_t euler_characteristic;    /* vertices - edges + faces */
   uint32_t creases, sharp_points, holes; /* edges, points and faces that bear a tag above 0 */
-  float min[3], max[3];                  /* of the used points; all 0 when there are none */
+  tw_hard_edge_counts hard_edges;
+  float min[3], max[3]; /* of the used points; all 0 when there are none */
   /* Allocated by the call, freed by tw_mesh_stats_deinit. */
   uint32_t valence_count;
   uint32_t *valences, *valence_vertices; /* [valence_count]: extraordinary valence, how many */

@@ -1,0 +1,257 @@
+/* Which edges are hard. Only edges between two faces that run against each other count: borders and edges of
+ * more faces are sharp by the rules of subdivision already. */
+#include "hard_edges.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "union_find.h"
+
+/* Normals that were rounded to 8 bits, or to four digits of text, differ by less where they are one. */
+#define SAME_DEGREES 0.5
+
+typedef struct turn {
+  double cosine, sine;
+} turn;
+
+static turn turn_of(double degrees) {
+  double radians = degrees * (3.14159265358979323846 / 180);
+  return (turn){cos(radians), sin(radians)};
+}
+
+typedef struct finder {
+  const tw_mesh *mesh;
+  const tw_topology *t;
+  turn same;                 /* normals within it are one */
+  double (*face_normals)[3]; /* [face_count], of any length; 0 0 0 of a face without area */
+  uint32_t *pieces;          /* [vertex_count] sets of the points that faces join */
+  uint8_t *is_told;          /* [vertex_count] of the root of a piece: its normals tell what is hard */
+} finder;
+
+static void finder_deinit(finder *f) {
+  free(f->face_normals);
+  free(f->pieces);
+  free(f->is_told);
+}
+
+/* ---- angles --------------------------------------------------------------------------------- */
+
+static void cross(const double *a, const double *b, double *out) {
+  for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+static double dot(const double *a, const double *b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Whether the angle between two vectors is over that of `most`: the sine of the difference is above 0. False
+ * where one of them is 0. */
+static bool turns_by_more(const double *a, const double *b, turn most) {
+  double across[3];
+  cross(a, b, across);
+  return sqrt(dot(across, across)) * most.cosine - dot(a, b) * most.sine > 0;
+}
+
+/* The sum of the triangles round the first corner: Newell's normal, without large numbers that cancel. */
+static void find_face_normal(const tw_mesh *mesh, uint32_t face, double out[3]) {
+  uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
+  const float *first = mesh->positions + 3 * (size_t)mesh->corners[begin];
+  double before[3] = {0}, side[3], part[3];
+  memset(out, 0, 3 * sizeof *out);
+  for (uint32_t c = begin + 1; c < end; c++) {
+    const float *p = mesh->positions + 3 * (size_t)mesh->corners[c];
+    for (int i = 0; i < 3; i++) side[i] = (double)p[i] - (double)first[i];
+    cross(before, side, part);
+    for (int i = 0; i < 3; i++) out[i] += part[i];
+    memcpy(before, side, sizeof before);
+  }
+}
+
+static tw_status find_face_normals(finder *f) {
+  f->face_normals = tw_alloc(f->mesh->face_count, sizeof *f->face_normals);
+  if (!f->face_normals) return TW_NO_MEMORY;
+  for (uint32_t face = 0; face < f->mesh->face_count; face++)
+    find_face_normal(f->mesh, face, f->face_normals[face]);
+  return TW_OK;
+}
+
+/* ---- normals of the file -------------------------------------------------------------------- */
+
+/* False where the file gives none. */
+static bool find_corner_normal(const tw_mesh *mesh, uint32_t corner, double out[3]) {
+  if (!mesh->normals.corners) return false;
+  const float *value = mesh->normals.values + 3 * (size_t)mesh->normals.corners[corner];
+  for (int i = 0; i < 3; i++) out[i] = (double)value[i];
+  return out[0] != 0 || out[1] != 0 || out[2] != 0;
+}
+
+/* What the file says of two sides of an edge. */
+typedef enum verdict { SAYS_NOTHING, SAYS_SMOOTH, SAYS_HARD } verdict;
+
+static verdict compare_corners(const finder *f, uint32_t a, uint32_t b) {
+  double p[3], q[3];
+  if (!find_corner_normal(f->mesh, a, p) || !find_corner_normal(f->mesh, b, q)) return SAYS_NOTHING;
+  return turns_by_more(p, q, f->same) ? SAYS_HARD : SAYS_SMOOTH;
+}
+
+static bool groups_part(const tw_mesh *mesh, uint32_t face, uint32_t other) {
+  const uint32_t *groups = mesh->face_smoothing;
+  return groups && (groups[face] != groups[other] || groups[face] == 0);
+}
+
+static bool normals_part(const finder *f, uint32_t edge) {
+  const tw_topology *t = f->t;
+  uint32_t corner = t->edge_corner[edge], twin = t->sibling[corner];
+  verdict begin = compare_corners(f, corner, tw_corner_next(t, twin)),
+          end = compare_corners(f, tw_corner_next(t, corner), twin);
+  /* A crease may run out in the middle of a smooth face: one end is enough. */
+  if (begin == SAYS_HARD || end == SAYS_HARD) return true;
+  if (begin == SAYS_SMOOTH || end == SAYS_SMOOTH) return false;
+  return groups_part(f->mesh, tw_corner_face(t, corner), tw_corner_face(t, twin));
+}
+
+/* Whether a face is shaded as a part of something round. */
+static bool is_shaded_smooth(const finder *f, uint32_t face) {
+  const tw_mesh *mesh = f->mesh;
+  uint32_t begin = mesh->face_offsets[face];
+  verdict all = SAYS_NOTHING;
+  for (uint32_t c = begin + 1; c < mesh->face_offsets[face + 1]; c++) {
+    verdict one = compare_corners(f, begin, c);
+    if (one == SAYS_HARD) return true;
+    if (one == SAYS_SMOOTH) all = one;
+  }
+  const uint32_t *groups = mesh->face_smoothing;
+  return all == SAYS_NOTHING && groups && groups[face] != 0 && groups[face] != UINT32_MAX;
+}
+
+/* Where all faces are flat-shaded every edge is split, or none is told of: that says nothing of the shape. */
+static tw_status find_pieces(finder *f) {
+  const tw_mesh *mesh = f->mesh;
+  f->pieces = tw_alloc(mesh->point_count, sizeof *f->pieces);
+  f->is_told = tw_alloc_zero(mesh->point_count, 1);
+  if (!f->pieces || !f->is_told) return TW_NO_MEMORY;
+  tw_union_find_init(f->pieces, mesh->point_count);
+  for (uint32_t face = 0; face < mesh->face_count; face++)
+    for (uint32_t c = mesh->face_offsets[face] + 1; c < mesh->face_offsets[face + 1]; c++)
+      tw_union_find_join(f->pieces, mesh->corners[c - 1], mesh->corners[c]);
+  for (uint32_t face = 0; face < mesh->face_count; face++) {
+    uint32_t root = tw_union_find_root(f->pieces, mesh->corners[mesh->face_offsets[face]]);
+    if (!f->is_told[root]) f->is_told[root] = is_shaded_smooth(f, face);
+  }
+  return TW_OK;
+}
+
+/* ---- edges ---------------------------------------------------------------------------------- */
+
+/* Fills what is asked of edges by these creases. */
+static tw_status prepare(finder *f, tw_creases creases) {
+  tw_status status = TW_OK;
+  if (creases != TW_CREASES_NORMALS) status = find_face_normals(f);
+  if (creases == TW_CREASES_AUTO && status == TW_OK) status = find_pieces(f);
+  return status;
+}
+
+static bool is_bent(const finder *f, uint32_t edge, turn most) {
+  uint32_t corner = f->t->edge_corner[edge], twin = f->t->sibling[corner];
+  return turns_by_more(f->face_normals[tw_corner_face(f->t, corner)],
+                       f->face_normals[tw_corner_face(f->t, twin)], most);
+}
+
+static bool is_hard(const finder *f, uint32_t edge, tw_creases creases, turn most) {
+  if (f->t->edge_flags[edge] != 0) return false;
+  if (creases == TW_CREASES_AUTO) {
+    uint32_t root = tw_union_find_root(f->pieces, f->t->edge_vertices[edge][0]);
+    creases = f->is_told[root] ? TW_CREASES_NORMALS : TW_CREASES_ANGLE;
+  }
+  return creases == TW_CREASES_NORMALS ? normals_part(f, edge) : is_bent(f, edge, most);
+}
+
+tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out) {
+  finder f = {.mesh = mesh, .t = topology, .same = turn_of(SAME_DEGREES)};
+  const turn thirty = turn_of(30), most = turn_of(TW_HARD_DEGREES);
+  tw_status status = prepare(&f, TW_CREASES_AUTO);
+  *out = (tw_hard_edge_counts){0};
+  for (uint32_t edge = 0; edge < topology->edge_count && status == TW_OK; edge++) {
+    out->by_normals += is_hard(&f, edge, TW_CREASES_NORMALS, most);
+    out->by_30_degrees += is_hard(&f, edge, TW_CREASES_ANGLE, thirty);
+    out->by_auto += is_hard(&f, edge, TW_CREASES_AUTO, most);
+  }
+  finder_deinit(&f);
+  return status;
+}
+
+/* ---- a mesh with other creases -------------------------------------------------------------- */
+
+/* is_found: [edge_count]. Returns how many are. */
+static uint32_t mark_hard(const finder *f, tw_creases creases, double degrees, uint8_t *is_found) {
+  const tw_mesh *mesh = f->mesh;
+  turn most = turn_of(creases == TW_CREASES_ANGLE ? degrees : TW_HARD_DEGREES);
+  uint32_t count = 0;
+  for (uint32_t edge = 0; edge < f->t->edge_count; edge++) is_found[edge] = is_hard(f, edge, creases, most);
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
+    uint32_t edge = tw_topology_find_edge(f->t, ends[0], ends[1]);
+    if (edge != UINT32_MAX) is_found[edge] = 0;
+  }
+  for (uint32_t edge = 0; edge < f->t->edge_count; edge++) count += is_found[edge];
+  return count;
+}
+
+/* The file's creases, and those found behind them. */
+static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t count, float sharpness,
+                             tw_arena *arena, tw_mesh *out) {
+  const tw_mesh *mesh = f->mesh;
+  size_t all = (size_t)mesh->crease_count + count;
+  if (all > UINT32_MAX) return TW_NO_MEMORY;
+  uint32_t *edges = tw_arena_alloc_raw(arena, all, 2 * sizeof *edges);
+  float *sharp = tw_arena_alloc_raw(arena, all, sizeof *sharp);
+  if (!edges || !sharp) return TW_NO_MEMORY;
+  if (mesh->crease_count > 0) {
+    memcpy(edges, mesh->crease_edges, mesh->crease_count * 2 * sizeof *edges);
+    memcpy(sharp, mesh->crease_sharpness, mesh->crease_count * sizeof *sharp);
+  }
+  size_t next = mesh->crease_count;
+  for (uint32_t edge = 0; edge < f->t->edge_count; edge++) {
+    if (!is_found[edge]) continue;
+    memcpy(edges + 2 * next, f->t->edge_vertices[edge], 2 * sizeof *edges);
+    sharp[next++] = sharpness;
+  }
+  out->crease_count = (uint32_t)all;
+  out->crease_edges = edges;
+  out->crease_sharpness = sharp;
+  return TW_OK;
+}
+
+static tw_status find_and_add(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
+                              tw_arena *scratch, tw_arena *arena, tw_mesh *out) {
+  tw_topology topology;
+  tw_status status = tw_topology_build(&topology, scratch, mesh->point_count, mesh->face_count,
+                                       mesh->face_offsets, mesh->corner_count, mesh->corners);
+  if (status != TW_OK) return status;
+  finder f = {.mesh = mesh, .t = &topology, .same = turn_of(SAME_DEGREES)};
+  uint8_t *is_found = tw_arena_alloc(scratch, topology.edge_count, 1);
+  status = is_found ? prepare(&f, creases) : TW_NO_MEMORY;
+  if (status == TW_OK) {
+    uint32_t count = mark_hard(&f, creases, degrees, is_found);
+    status = count > 0 ? add_creases(&f, is_found, count, sharpness, arena, out) : TW_OK;
+  }
+  finder_deinit(&f);
+  return status;
+}
+
+tw_status tw_mesh_with_creases(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
+                               tw_arena *arena, tw_mesh *out, tw_error *error) {
+  tw_mesh view = *mesh;
+  tw_status status = TW_OK;
+  if (creases == TW_CREASES_NONE) {
+    view.crease_count = view.sharp_point_count = 0;
+  } else if (creases != TW_CREASES_TAGS) {
+    tw_arena *scratch = tw_arena_create();
+    status = scratch ? find_and_add(mesh, creases, degrees, sharpness, scratch, arena, &view) : TW_NO_MEMORY;
+    tw_arena_destroy(scratch);
+  }
+  if (status != TW_OK) return tw_fail(error, status, "out of memory");
+  *out = view;
+  return TW_OK;
+}

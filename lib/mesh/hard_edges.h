@@ -1,0 +1,10 @@
+/* Edges that a file means to be hard, by its normals, its smoothing groups, or how they are bent. */
+#ifndef TWEEND_HARD_EDGES_H
+#define TWEEND_HARD_EDGES_H
+
+#include "topology.h"
+
+/* topology: of the mesh's own points and corners, with a crease's sharpness or not. TW_NO_MEMORY. */
+tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out);
+
+#endif
