@@ -62,6 +62,12 @@ static void print_facts(tw_text *out, const tw_mesh_stats *facts) {
   tw_member_count(out, "creases", facts->creases);
   tw_member_count(out, "corners", facts->sharp_points);
   tw_member_count(out, "holes", facts->holes);
+  tw_member_open(out, "hard_edges", "{");
+  tw_member_count(out, "tags", facts->creases);
+  tw_member_count(out, "normals", facts->hard_edges.by_normals);
+  tw_member_count(out, "angle_30", facts->hard_edges.by_30_degrees);
+  tw_member_count(out, "auto", facts->hard_edges.by_auto);
+  tw_text_add(out, "}");
 }
 
 /* Of names with a blank between two. */

@@ -39,6 +39,12 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
     tw_text_add(text, "=");
     tw_text_integer(text, parts[i].value);
   }
+  tw_text_add(text, "&creases=");
+  tw_text_integer(text, query->creases);
+  tw_text_add(text, "/");
+  tw_text_double(text, query->crease_degrees);
+  tw_text_add(text, "/");
+  tw_text_double(text, (double)query->crease_sharpness);
 }
 
 /* ---- limits ------------------------------------------------------------------------------------ */
@@ -138,21 +144,33 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
+static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
+                                tw_error *error) {
+  const api_surface_query *query = source->query;
+  tw_mesh mesh;
+  tw_status status =
+      tw_mesh_with_creases(&source->meshes->meshes[plan->count], query->creases, query->crease_degrees,
+                           query->crease_sharpness, scratch, &mesh, error);
+  if (status != TW_OK) return status;
+  tw_surface_options options = api_surface_options(query, &mesh);
+  options.movable = plan->count >= source->meshes->still_count;
+  options.shapes = plan->shapes;
+  return tw_surface_create_by(&mesh, &options, source->service->parallel, &plan->surfaces[plan->count],
+                              error);
+}
+
 static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
   const api_plan_meshes *all = source->meshes;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  for (; plan->count < all->count; plan->count++) {
-    const tw_mesh *mesh = &all->meshes[plan->count];
-    tw_surface_options options = api_surface_options(source->query, mesh);
-    options.movable = plan->count >= all->still_count;
-    options.shapes = plan->shapes;
-    tw_status status =
-        tw_surface_create_by(mesh, &options, source->service->parallel, &plan->surfaces[plan->count], error);
-    if (status != TW_OK) return status;
-  }
-  return TW_OK;
+  tw_arena *scratch = tw_arena_create(); /* of the creases, until their surface is made */
+  if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = TW_OK;
+  for (; plan->count < all->count && status == TW_OK; plan->count += status == TW_OK)
+    status = create_surface(source, plan, scratch, error);
+  tw_arena_destroy(scratch);
+  return status;
 }
 
 /* NULL: the error says why. */
@@ -210,6 +228,7 @@ static uint64_t building_cost(const plan_source *source) {
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * (24 + 24 * (uint64_t)mesh->morph_count);
     cost += attributes_cost(mesh, source->query);
+    if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
   }
   return cost;
 }

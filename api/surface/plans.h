@@ -14,6 +14,9 @@ typedef struct api_surface_query {
   int scheme, boundary, uv, creasing, triangles;
   tw_quads quads;
   bool limit, normals;
+  tw_creases creases;
+  double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
+  float crease_sharpness; /* of the edges that creases adds, else 0 */
 } api_surface_query;
 
 /* The meshes that a plan is of. */

@@ -41,6 +41,42 @@ static tw_status read_level(const api_query *query, uint32_t *out, tw_error *err
   return status;
 }
 
+/* A word, or angle:DEGREES. */
+static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
+  static const char *const words[] = {"tags", "normals", "angle", "auto", "none", NULL};
+  static const char angle[] = "angle:";
+  const char *text = api_query_get(query, "creases");
+  int creases = TW_CREASES_TAGS;
+  if (text && strncmp(text, angle, strlen(angle)) == 0) {
+    const char *degrees = text + strlen(angle);
+    bool is_read = api_number_read(degrees, strlen(degrees), &out->crease_degrees);
+    if (!is_read || out->crease_degrees < 0 || out->crease_degrees > 180)
+      return tw_fail(error, TW_SYNTAX, "creases=%.60s: angle:DEGREES has a number from 0 to 180", text);
+    creases = TW_CREASES_ANGLE;
+  } else if (text && strcmp(text, "angle") == 0) {
+    return tw_fail(error, TW_SYNTAX, "creases=angle needs degrees, as in creases=angle:30");
+  } else {
+    tw_status status = api_query_choice(query, "creases", words, &creases, error);
+    if (status != TW_OK) return status;
+  }
+  out->creases = (tw_creases)creases;
+  return TW_OK;
+}
+
+/* A number, or the word. */
+static tw_status read_crease_sharpness(const api_query *query, api_surface_query *out, tw_error *error) {
+  const char *text = api_query_get(query, "crease_sharpness");
+  double sharpness = (double)TW_SHARPNESS_INFINITE;
+  bool is_number = text && strcmp(text, "infinite") != 0;
+  tw_status status = is_number ? api_query_number(query, "crease_sharpness", &sharpness, error) : TW_OK;
+  if (status != TW_OK) return status;
+  if (sharpness < 0 || sharpness > (double)TW_SHARPNESS_INFINITE)
+    return tw_fail(error, TW_SYNTAX, "crease_sharpness must be from 0 to 10, or infinite, which is 10");
+  bool is_used = out->creases != TW_CREASES_TAGS && out->creases != TW_CREASES_NONE;
+  out->crease_sharpness = is_used ? (float)sharpness : 0;
+  return TW_OK;
+}
+
 static tw_status read_surface(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
   static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
@@ -61,6 +97,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   if (status == TW_OK) status = api_query_choice(query, "quads", quads, &pairing, error);
   if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
   if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
+  if (status == TW_OK) status = read_creases(query, out, error);
+  if (status == TW_OK) status = read_crease_sharpness(query, out, error);
   out->quads = (tw_quads)pairing;
   out->normals = normal == 0;
   return status;

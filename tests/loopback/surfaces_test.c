@@ -74,12 +74,40 @@ static cJSON *glb_json(const reply *r) {
 
 TEST_WITH(bad_parameters_are_400, setup, teardown) {
   fixture *f = *state;
-  const char *const bad[] = {
-      "level=x",     "level=-1",         "level=1.5", "level=",          "level=1&level=1",
-      "level=%31%",  "scheme=doo-sabin", "boundary=", "uv=smooth",       "creasing=x",
-      "triangles=x", "quads=yes",        "limit=1",   "normals=flat",    "skin=no",
-      "encoding=x",  "polygons=quads",   "levl=1",    "at=x&clip=drive", "from=0",
-      "at=1&fps=2",  "fps=0&clip=drive", "level=1e1", "level=+1",        "limit=TRUE"};
+  const char *const bad[] = {"level=x",
+                             "level=-1",
+                             "level=1.5",
+                             "level=",
+                             "level=1&level=1",
+                             "level=%31%",
+                             "scheme=doo-sabin",
+                             "boundary=",
+                             "uv=smooth",
+                             "creasing=x",
+                             "triangles=x",
+                             "quads=yes",
+                             "limit=1",
+                             "normals=flat",
+                             "skin=no",
+                             "encoding=x",
+                             "polygons=quads",
+                             "levl=1",
+                             "at=x&clip=drive",
+                             "from=0",
+                             "at=1&fps=2",
+                             "fps=0&clip=drive",
+                             "level=1e1",
+                             "level=+1",
+                             "limit=TRUE",
+                             "creases=x",
+                             "creases=angle",
+                             "creases=angle:",
+                             "creases=angle:x",
+                             "creases=angle:-1",
+                             "creases=angle:181",
+                             "crease_sharpness=x",
+                             "crease_sharpness=-1",
+                             "crease_sharpness=10.5"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
     char rest[128];
     snprintf(rest, sizeof rest, "surface.glb?%s", bad[i]);
@@ -196,6 +224,33 @@ TEST_WITH(obj_keeps_quads, setup, teardown) {
   reply_free(&r);
 }
 
+/* The greatest coordinate of an answer's points. */
+static double reach(const fixture *f, const char *rest) {
+  reply r = ask_ok(f, f->cube, rest);
+  double greatest = 0;
+  for (const char *line = r.body; line; line = strchr(line, '\n')) {
+    double p[3];
+    if (*line == '\n') line++;
+    if (sscanf(line, "v %lf %lf %lf", &p[0], &p[1], &p[2]) != 3) continue;
+    for (int i = 0; i < 3; i++) greatest = fmax(greatest, fabs(p[i]));
+  }
+  reply_free(&r);
+  return greatest;
+}
+
+TEST_WITH(creases_hold_the_corners_of_a_cube, setup, teardown) {
+  fixture *f = *state;
+  double smooth = reach(f, "surface.obj?level=3");
+  assert_true(smooth < 0.85);
+  assert_true(reach(f, "surface.obj?level=3&creases=none") == smooth);
+  assert_true(reach(f, "surface.obj?level=3&creases=normals") == smooth); /* the file has none */
+  assert_true(reach(f, "surface.obj?level=3&creases=auto") == 1);
+  assert_true(reach(f, "surface.obj?level=3&creases=angle:89") == 1);
+  assert_true(reach(f, "surface.obj?level=3&creases=angle:91") == smooth);
+  double soft = reach(f, "surface.obj?level=3&creases=angle:30&crease_sharpness=0.5");
+  assert_true(soft > smooth && soft < 1);
+}
+
 TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   fixture *f = *state;
   reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
@@ -249,6 +304,13 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
       {"surface", "surface?clip=drive", false},
       {"surface?clip=drive", "surface?clip=aim", false},
       {"surface?clip=drive&at=1", "surface?clip=drive&at=2", false},
+      {"surface", "surface?creases=tags&crease_sharpness=2", true},
+      {"surface?creases=auto", "surface?crease_sharpness=infinite&creases=auto", true},
+      {"surface?creases=auto&crease_sharpness=10", "surface?creases=auto", true},
+      {"surface", "surface?creases=none", false},
+      {"surface?creases=auto", "surface?creases=normals", false},
+      {"surface?creases=angle:30", "surface?creases=angle:31", false},
+      {"surface?creases=auto", "surface?creases=auto&crease_sharpness=2", false},
       {"surface", "surface?normals=none", false}};
   for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
     reply a = ask_ok(f, f->tank, pairs[i].one), b = ask_ok(f, f->tank, pairs[i].other);

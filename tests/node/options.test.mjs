@@ -93,6 +93,7 @@ const models = [
       'level=3&limit=true&boundary=open',
       'level=2&normals=none',
       ...[0, 1, 2].map((level) => `level=${level}&polygons=ngon`),
+      ...['none', 'normals', 'angle:20', 'auto', 'auto&crease_sharpness=1.5'].map((creases) => `level=2&creases=${creases}`),
     ],
   },
   {
