@@ -20,6 +20,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
       .triangles = (tw_triangles)choose(query->triangles, mesh->tag_triangles, TW_TRIANGLES_CATMULL_CLARK),
       .limit = query->limit,
       .normals = query->normals,
+      .own_normals = query->own_normals,
   };
 }
 
@@ -32,7 +33,7 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
       {"boundary", query->boundary}, {"uv", query->uv},
       {"creasing", query->creasing}, {"triangles", query->triangles},
       {"quads", query->quads},       {"limit", query->limit},
-      {"normals", query->normals}};
+      {"normals", query->normals},   {"own", query->own_normals}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);

@@ -14,6 +14,7 @@ typedef struct api_surface_query {
   int scheme, boundary, uv, creasing, triangles;
   tw_quads quads;
   bool limit, normals;
+  bool own_normals; /* those of the file, at level 0 */
   tw_creases creases;
   double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
   float crease_sharpness; /* of the edges that creases adds, else 0 */

@@ -85,7 +85,7 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   static const char *const creasings[] = {"uniform", "chaikin", NULL};
   static const char *const triangles[] = {"catmull-clark", "smooth", NULL};
   static const char *const quads[] = {"ngon", "auto", "off", NULL};
-  static const char *const normals[] = {"limit", "none", NULL};
+  static const char *const normals[] = {"auto", "limit", "none", NULL};
   int pairing = TW_QUADS_NGON, normal = 0;
   *out = (api_surface_query){.scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1};
   tw_status status = read_level(query, &out->level, error);
@@ -100,7 +100,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   if (status == TW_OK) status = read_creases(query, out, error);
   if (status == TW_OK) status = read_crease_sharpness(query, out, error);
   out->quads = (tw_quads)pairing;
-  out->normals = normal == 0;
+  out->normals = normal != 2;
+  out->own_normals = normal == 0 && out->level == 0 && !out->limit;
   return status;
 }
 

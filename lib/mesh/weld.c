@@ -68,12 +68,13 @@ static tw_status sort_in_buckets(bucket_fn *bucket_of, uint32_t count, uint32_t 
 
 /* ---- equal positions ------------------------------------------------------------------------- */
 
-/* Positions to compare. A coordinate below `tiny` counts as 0: generators close their shapes at an angle
+/* Rows of numbers to compare. A number below `tiny` counts as 0: generators close their shapes at an angle
  * of 2 pi, whose sine is 0 only nearly. Everywhere else equal means equal. */
 typedef struct places {
-  const float *positions;
+  const float *rows; /* [][width] */
+  uint32_t width;
   float tiny;
-  const uint32_t *buckets; /* of each vertex, while they are sorted */
+  const uint32_t *buckets; /* of each row, while they are sorted */
 } places;
 
 /* The sine of 2 pi in 32 bits is off by 1.7e-7 of the radius. */
@@ -84,29 +85,29 @@ static float tiny_coordinate(const tw_soup *soup) {
   return greatest * 0x1p-20f;
 }
 
-static float coordinate(const places *at, uint32_t vertex, size_t axis) {
-  float value = at->positions[3 * (size_t)vertex + axis];
+static float coordinate(const places *at, uint32_t row, size_t axis) {
+  float value = at->rows[at->width * (size_t)row + axis];
   return fabsf(value) < at->tiny ? 0 : value;
 }
 
-static bool position_less(const void *context, uint32_t a, uint32_t b) {
-  for (size_t axis = 0; axis < 3; axis++) {
+static bool row_less(const void *context, uint32_t a, uint32_t b) {
+  for (size_t axis = 0; axis < ((const places *)context)->width; axis++) {
     float p = coordinate(context, a, axis), q = coordinate(context, b, axis);
     if (p != q) return p < q;
   }
   return a < b;
 }
 
-static bool same_position(const places *at, uint32_t a, uint32_t b) {
-  for (size_t axis = 0; axis < 3; axis++)
+static bool same_row(const places *at, uint32_t a, uint32_t b) {
+  for (size_t axis = 0; axis < at->width; axis++)
     if (coordinate(at, a, axis) != coordinate(at, b, axis)) return false;
   return true;
 }
 
-static uint32_t hash_position(const places *at, uint32_t vertex) {
+static uint32_t hash_row(const places *at, uint32_t row) {
   uint64_t hash = 0;
-  for (size_t axis = 0; axis < 3; axis++) {
-    float value = coordinate(at, vertex, axis) + 0.0f; /* -0 is equal to 0, and -0 + 0 is 0 */
+  for (size_t axis = 0; axis < at->width; axis++) {
+    float value = coordinate(at, row, axis) + 0.0f; /* -0 is equal to 0, and -0 + 0 is 0 */
     uint32_t bits;
     memcpy(&bits, &value, sizeof bits);
     hash = (hash ^ bits) * 0x9E3779B97F4A7C15u;
@@ -115,28 +116,33 @@ static uint32_t hash_position(const places *at, uint32_t vertex) {
   return (uint32_t)hash;
 }
 
-static uint32_t place_bucket(const void *context, uint32_t vertex) {
-  return ((const places *)context)->buckets[vertex];
+static uint32_t place_bucket(const void *context, uint32_t row) {
+  return ((const places *)context)->buckets[row];
 }
 
-/* place: [vertex_count] receives for each vertex the first one at the same position. *split: whether
- * any position has two vertices. */
-static tw_status find_places(const tw_soup *soup, uint32_t *place, bool *split, tw_error *error) {
-  uint32_t count = soup->vertex_count, buckets = 1;
+/* first: [count] receives for each row the first one that is the same. *split: whether any is not its own. */
+static tw_status find_places(places at, uint32_t count, uint32_t *first, bool *split, tw_error *error) {
+  uint32_t buckets = 1;
   while (buckets < count && buckets < 1u << 31) buckets *= 2;
   uint32_t *order = tw_alloc(count, sizeof *order);
   if (!order) return no_memory(error);
-  places at = {soup->positions, tiny_coordinate(soup), place};
-  for (uint32_t i = 0; i < count; i++) place[i] = hash_position(&at, i) & (buckets - 1);
-  tw_status status = sort_in_buckets(place_bucket, count, buckets, position_less, &at, order, error);
+  at.buckets = first;
+  for (uint32_t i = 0; i < count; i++) first[i] = hash_row(&at, i) & (buckets - 1);
+  tw_status status = sort_in_buckets(place_bucket, count, buckets, row_less, &at, order, error);
   *split = false;
   for (uint32_t i = 0; i < count && status == TW_OK; i++) {
-    bool again = i > 0 && same_position(&at, order[i], order[i - 1]);
-    place[order[i]] = again ? place[order[i - 1]] : order[i];
+    bool again = i > 0 && same_row(&at, order[i], order[i - 1]);
+    first[order[i]] = again ? first[order[i - 1]] : order[i];
     *split |= again;
   }
   free(order);
   return status;
+}
+
+tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, uint32_t *first,
+                             tw_error *error) {
+  bool split;
+  return find_places((places){.rows = rows, .width = width}, count, first, &split, error);
 }
 
 /* ---- edges along the same positions ---------------------------------------------------------- */
@@ -258,7 +264,8 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
   uint32_t *joined = place + soup->vertex_count;
   tw_union_find_init(joined, soup->vertex_count);
   bool split = false;
-  tw_status status = find_places(soup, place, &split, error);
+  const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup)};
+  tw_status status = find_places(at, soup->vertex_count, place, &split, error);
   if (status == TW_OK && split) status = join_split_vertices(soup, place, NULL, joined, error);
   if (status == TW_OK) *point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
   free(place);

@@ -33,6 +33,11 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
 tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
                       uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error);
 
+/* Which rows of floats are equal, 0 and -0 being one. rows: [count][width]; first: [count] receives for each
+ * the first row that equals it. O(n log n) at worst. TW_NO_MEMORY. */
+tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, uint32_t *first,
+                             tw_error *error);
+
 /* The most bytes that either of them takes while it runs. */
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count);
 

@@ -74,7 +74,7 @@ typedef struct vertex_numberer {
 } vertex_numberer;
 
 typedef struct fan_entry {
-  uint32_t uvs[TW_UV_SETS_MAX], frame, sector, corner;
+  uint32_t uvs[TW_UV_SETS_MAX], frame, normal, sector, corner;
 } fan_entry;
 
 static bool edge_splits(const vertex_numberer *n, uint32_t edge) {
@@ -157,6 +157,7 @@ static int compare_keys(const fan_entry *a, const fan_entry *b) {
   int uvs = memcmp(a->uvs, b->uvs, sizeof a->uvs);
   if (uvs != 0) return uvs;
   if (a->frame != b->frame) return a->frame < b->frame ? -1 : 1;
+  if (a->normal != b->normal) return a->normal < b->normal ? -1 : 1;
   return a->sector < b->sector ? -1 : a->sector > b->sector;
 }
 
@@ -173,7 +174,8 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
   const uint32_t *fan = base->fan_corners + base->fan_offsets[vertex];
   uint32_t count = base->fan_offsets[vertex + 1] - base->fan_offsets[vertex], used = 0;
   bool one_sector = is_one_sector(n, vertex);
-  if (one_sector && n->splits->uv_count == 0 && !n->splits->tangent_frames) {
+  const uint32_t *normals = n->splits->own_normals;
+  if (one_sector && n->splits->uv_count == 0 && !n->splits->tangent_frames && !normals) {
     number_whole(n, vertex);
     return;
   }
@@ -184,10 +186,11 @@ static void number_vertex(vertex_numberer *n, uint32_t vertex) {
     entry->corner = fan[i];
     if (!one_sector) entry->sector = tw_union_find_root(n->sector, i);
     entry->frame = tangent_frame(n, fan[i]);
+    entry->normal = normals ? normals[fan[i]] : 0;
     for (uint32_t s = 0; s < n->splits->uv_count; s++)
       entry->uvs[s] = n->splits->uv_bases[s]->corner_vertex[fan[i]];
   }
-  if (!one_sector || n->splits->uv_count > 0)
+  if (!one_sector || n->splits->uv_count > 0 || normals)
     tw_small_sort(n->entries, used, sizeof *n->entries, compare_entries);
   for (uint32_t i = 0; i < used; i++) {
     if (i == 0 || compare_keys(&n->entries[i], &n->entries[i - 1]) != 0)

@@ -121,6 +121,10 @@ struct tw_surface {
    * where its map is mirrored. */
   uint8_t *tangent_frames;
 
+  /* Of a level 0 with normals of its own, else NULL; 0 0 0 for none. */
+  float *own_normals;  /* [cage_vertices][3], unit */
+  float *own_tangents; /* [cage_vertices][4], unit, w 1 or -1; NULL also where the mesh has none */
+
   uint32_t quad_count; /* visible ones */
   uint32_t *quads;     /* [quad_count] base quads, groups together */
   uint32_t group_count;
@@ -201,7 +205,16 @@ typedef struct tw_splits {
   uint32_t sharp_below;          /* edges of the base with a lower index are sharp whatever their sharpness
                                     (bilinear surfaces) */
   const uint8_t *tangent_frames; /* [faces] of the base, or NULL: other tangents */
+  const uint32_t *own_normals;   /* [corners] of the base, or NULL: other values */
 } tw_splits;
+
+/* The normals that the mesh itself has at the corners of a level 0. */
+bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options);
+/* Rows of [mesh corners][*width], unit: 3 numbers of the normal, then 4 of the tangent where `tangents` and
+ * the mesh has them. equal: [mesh corners] receives the first corner with the same row. NULL without memory.
+ */
+float *tw_own_normals_read(const tw_mesh *mesh, bool tangents, tw_arena *arena, uint32_t *width,
+                           uint32_t *equal);
 
 /* Numbers what a GPU has to tell apart. */
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,

@@ -352,7 +352,7 @@ static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uin
 }
 
 static bool needs_splits(const build *b, bool split_normals) {
-  if (b->mesh->uv_set_count > 0) return true;
+  if (b->mesh->uv_set_count > 0 || tw_has_own_normals(b->mesh, &b->surface->options)) return true;
   return split_normals && (b->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
 }
 
@@ -370,8 +370,48 @@ static tw_status find_frames(build *b, const float *const uvs[]) {
   return TW_OK;
 }
 
-static tw_status split_vertices(build *b, const uint8_t *visible) {
+/* What splits the vertices of a level 0 by the file's own normals, and those normals. */
+typedef struct own_values {
+  uint32_t width, *splits; /* splits: [base corners] */
+  const float *rows;       /* [mesh corners][width] */
+  bool is_whole;           /* every corner has a normal */
+} own_values;
+
+static tw_status read_own(build *b, own_values *own) {
+  const tw_surface *s = b->surface;
+  uint32_t count = b->mesh->corner_count;
+  uint32_t *equal = tw_arena_alloc_raw(b->arena, count, sizeof *equal);
+  own->splits = tw_arena_alloc(b->arena, s->fields[0].base.corner_count, sizeof *own->splits);
+  if (!equal || !own->splits) return TW_NO_MEMORY;
+  own->rows = tw_own_normals_read(b->mesh, has_tangents(b), b->arena, &own->width, equal);
+  if (!own->rows) return TW_NO_MEMORY;
+  own->is_whole = true;
+  for (uint32_t c = 0; c < count; c++) {
+    const float *row = own->rows + (size_t)own->width * c;
+    own->is_whole &= row[0] != 0 || row[1] != 0 || row[2] != 0;
+    own->splits[(size_t)s->cage_step * c] = equal[c];
+  }
+  return TW_OK;
+}
+
+/* Once vertices are numbered. */
+static tw_status keep_own(build *b, const own_values *own, uint32_t rows) {
   tw_surface *s = b->surface;
+  s->own_normals = tw_arena_alloc_raw(s->arena, rows, 3 * sizeof *s->own_normals);
+  if (own->width > 3) s->own_tangents = tw_arena_alloc_raw(s->arena, rows, 4 * sizeof *s->own_tangents);
+  if (!s->own_normals || (own->width > 3 && !s->own_tangents)) return TW_NO_MEMORY;
+  for (uint32_t row = 0; row < rows; row++) {
+    const float *from = own->rows + (size_t)own->width * (s->vertices.corner_base[row] / s->cage_step);
+    memcpy(s->own_normals + 3 * (size_t)row, from, 3 * sizeof *from);
+    if (s->own_tangents) memcpy(s->own_tangents + 4 * (size_t)row, from + 3, 4 * sizeof *from);
+  }
+  return TW_OK;
+}
+
+static tw_status split_vertices(build *b, const uint8_t *visible, uint32_t cage_vertices) {
+  tw_surface *s = b->surface;
+  const tw_topology *base = &s->fields[0].base;
+  own_values own = {0};
   tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
   const float *uvs[TW_UV_SETS_MAX];
   for (uint32_t i = 0; i < splits.uv_count; i++) {
@@ -382,8 +422,15 @@ static tw_status split_vertices(build *b, const uint8_t *visible) {
   splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
   tw_status status = has_tangents(b) ? find_frames(b, uvs) : TW_OK;
   splits.tangent_frames = s->tangent_frames;
-  return status == TW_OK ? tw_number_vertices(&s->fields[0].base, &splits, visible, s->arena, &s->vertices)
-                         : status;
+  if (status == TW_OK && tw_has_own_normals(b->mesh, &s->options)) {
+    status = read_own(b, &own);
+    splits.own_normals = own.splits;
+    splits.normals &= !own.is_whole; /* they alone say what parts */
+  }
+  if (status == TW_OK) status = tw_number_vertices(base, &splits, visible, s->arena, &s->vertices);
+  if (status == TW_OK && own.rows)
+    status = keep_own(b, &own, rows_of_cage(&s->vertices, base, cage_vertices));
+  return status;
 }
 
 static tw_status number_base(build *b, const uint32_t *cage_vertices) {
@@ -403,7 +450,7 @@ static tw_status number_base(build *b, const uint32_t *cage_vertices) {
   }
   s->vertices = s->points;
   if (status == TW_OK && s->way != TW_WAY_LOOP && needs_splits(b, s->options.normals))
-    status = split_vertices(b, visible);
+    status = split_vertices(b, visible, cage_vertices[0]);
   s->cage_vertices = rows_of_cage(&s->vertices, base, cage_vertices[0]);
   free(visible);
   return status;

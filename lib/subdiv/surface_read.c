@@ -321,6 +321,21 @@ static void level_rows(const tw_surface *s, tw_domain domain, uint32_t first, ui
   listed_rows(s, first, count, out);
 }
 
+/* Of rows of level 0 whose mesh has its own. */
+static void own_normals(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
+    const float *own = s->own_normals + 3 * (size_t)(first + i);
+    if (own[0] != 0 || own[1] != 0 || own[2] != 0) memcpy(out + s->layout.normal, own, 3 * sizeof *own);
+  }
+}
+
+static void own_tangents(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
+    const float *own = s->own_tangents + 4 * (size_t)(first + i);
+    if (own[0] != 0 || own[1] != 0 || own[2] != 0) memcpy(out + s->layout.tangent, own, 4 * sizeof *own);
+  }
+}
+
 static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
   uint32_t width = tw_row_width(s, domain);
@@ -343,9 +358,11 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
       corner_point(r, domain, tw_corner_of_row(tw_numbering_of(s, domain), first + i),
                    out + (size_t)i * width);
   }
-  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += width) {
-    corner_attributes(r, first + i, out);
-  }
+  bool is_own = s->own_normals && domain == TW_DOMAIN_VERTICES;
+  if (is_own) own_normals(s, first, count, out); /* tangents are orthogonal to them */
+  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++)
+    corner_attributes(r, first + i, out + (size_t)i * width);
+  if (is_own && s->own_tangents) own_tangents(s, first, count, out);
 }
 
 /* ---- insides of edges ----------------------------------------------------------------------- */

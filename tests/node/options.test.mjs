@@ -76,6 +76,15 @@ v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nf -1 -2 -3
 
 const sampleOf = Object.fromEntries(writeSamples().map((sample) => [sample.name, sample.glb]));
 
+/** A box whose sides are shaded flat, with lengths of normals that exporters write, and one side without any. */
+const shaded = `o box
+v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1
+vn 0 0 -2\nvn 0 0 0.9999\nvn 0 -0.001 0\nvn 1 0 0\nvn 0 0 0
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+f 1/1/1 4/2/1 3/3/1 2/4/1\nf 5/1/2 6/2/2 7/3/2 8/4/2\nf 1/1/3 2/2/3 6/3/3 5/4/3\nf 2/1/4 3/2/4 7/3/4 6/4/4
+f 3/1/5 4/2/5 8/3/5 7/4/5\nf 4/1 1/2 5/3\nf 5/3 8/4 4/1
+`;
+
 /** [{name, bytes, options: queries}] */
 const models = [
   {
@@ -134,6 +143,12 @@ const models = [
       'level=1&boundary=open',
       'level=2&polygons=ngon',
     ],
+  },
+  {
+    name: 'shaded',
+    bytes: shaded,
+    options: ['', '&normals=limit', '&normals=none', '&polygons=ngon', '&limit=true'].flatMap((rest) =>
+      [`level=0${rest}`, `level=0&creases=auto${rest}`]),
   },
   { name: 'forty_morphs', bytes: sampleOf.forty_morphs, options: ['level=1', 'level=1&limit=true&normals=none'] },
   { name: 'two_maps', bytes: sampleOf.two_maps, options: ['level=0', 'level=1', 'level=2&uv=all', 'level=1&limit=true'] },

@@ -50,6 +50,9 @@ typedef struct tw_surface_options {
   tw_triangles triangles;
   bool limit;   /* points on the limit surface */
   bool normals; /* from exact limit tangents; false: none */
+  /* At level 0 the normals, and tangents, that the mesh has at its corners, made unit, in place of those;
+   * they split rows as seams do. Where a corner has none, those of the limit. Not with limit or movable. */
+  bool own_normals;
   bool movable; /* keeps what tw_surface_with_positions needs */
   /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
    * is made with it nothing else uses it or them. */
