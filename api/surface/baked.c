@@ -140,7 +140,7 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
     tw_skin_matrices(&model->skins[node->skin], d->matrices, d->joints);
     joint_count = model->skins[node->skin].joint_count;
   }
-  return tw_mesh_deform(mesh, has_weights ? d->weights : NULL, joint_count ? d->joints : NULL, joint_count,
+  return tw_mesh_deform(mesh, has_weights ? d->weights : node->weights, joint_count ? d->joints : NULL, joint_count,
                         *out, error);
 }
 
@@ -182,8 +182,12 @@ static void hang_mesh(tw_model *baked, uint32_t index, uint32_t mesh, bool is_wo
   node->mesh = is_world ? TW_NO_INDEX : mesh;
   if (!is_world) return;
   uint32_t added = baked->node_count++;
-  baked->nodes[added] = (tw_node){
-      .name = node->name, .parent = TW_NO_INDEX, .mesh = mesh, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
+  baked->nodes[added] = (tw_node){.name = node->name,
+                                  .parent = TW_NO_INDEX,
+                                  .mesh = mesh,
+                                  .skin = TW_NO_INDEX,
+                                  .rest = TW_TRS_IDENTITY,
+                                  .is_hidden = node->is_hidden};
   baked->node_order[added] = added;
   locals[added] = TW_TRS_IDENTITY;
 }

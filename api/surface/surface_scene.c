@@ -256,7 +256,12 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surfa
   if (!bare) return api_fail_without_memory(call);
   bare->mesh_count = bare->skin_count = bare->material_count = 0;
   bare->assets = NULL;
-  for (uint32_t i = 0; i < bare->node_count; i++) bare->nodes[i].mesh = bare->nodes[i].skin = TW_NO_INDEX;
+  for (uint32_t i = 0; i < bare->node_count; i++) {
+    tw_node *node = &bare->nodes[i];
+    node->mesh = node->skin = TW_NO_INDEX;
+    node->weights = NULL;
+    node->kept = NULL; /* it may name cameras, lights and the like */
+  }
   scene->content.model = bare;
   scene->meshes = api_plan_all(bare);
   return API_DONE;

@@ -233,7 +233,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
   *size = 0;
   for (uint32_t n = 0; n < model->node_count && *size <= limit; n++) {
     const tw_node *node = &model->nodes[n];
-    if (node->mesh == TW_NO_INDEX) continue;
+    if (node->mesh == TW_NO_INDEX || node->is_hidden) continue;
     const char *name = model->meshes[node->mesh].name;
     *size += line_size(name ? name : node->name) + of_mesh[node->mesh];
   }

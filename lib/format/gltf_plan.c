@@ -11,7 +11,7 @@ enum {
   ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
 };
 
-/* tinygltf takes kilobytes of memory for each view, accessor, node and material. */
+/* Views, accessors, nodes and materials are told in the JSON, which is held in memory. */
 static const uint64_t PARTS_MAX = 1 << 18;
 
 static const tw_tolerance TOLERANCE = {.angle = 0.0017453292519943296, .distance = 1}; /* 0.1 degrees */
@@ -81,7 +81,7 @@ static void add_attribute(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surfa
                                .width = width,
                                .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
                                .bounds = positions ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED,
-                               .mesh = mesh->source,
+                               .mesh = (uint32_t)(mesh - plan->meshes),
                                .morph = -1};
   mesh->attributes[mesh->attribute_count++] =
       (tw_gltf_attribute){.semantic = semantic, .accessor = add_accessor(plan, accessor)};
@@ -116,23 +116,24 @@ static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *sur
 
 /* One view while glTF's largest stride allows it; else the displacements at the end of the row go to views
  * of their own. */
-static void add_vertices(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
+static void add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface) {
+  tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
   bool together = bytes_of_columns(layout, 0, layout->stride) <= TW_GLTF_STRIDE_MAX;
   uint32_t base = layout->stride - 3 * layout->morph_count;
-  uint32_t view = add_rows(plan, mesh->source, surface, 0, together ? layout->stride : base);
+  uint32_t view = add_rows(plan, index, surface, 0, together ? layout->stride : base);
   add_attributes(plan, mesh, surface, view);
   mesh->target_count = layout->morph_count;
   mesh->first_target = plan->accessor_count;
   if (together) {
-    add_targets(plan, mesh->source, surface, view, bytes_of_columns(layout, 0, base), 0, layout->morph_count);
+    add_targets(plan, index, surface, view, bytes_of_columns(layout, 0, base), 0, layout->morph_count);
     return;
   }
   for (uint32_t target = 0; target < layout->morph_count; target += ROW_COLUMNS_MAX / 3) {
     uint32_t rest = layout->morph_count - target;
     uint32_t count = rest < ROW_COLUMNS_MAX / 3 ? rest : ROW_COLUMNS_MAX / 3;
-    view = add_rows(plan, mesh->source, surface, base + 3 * target, 3 * count);
-    add_targets(plan, mesh->source, surface, view, 0, target, count);
+    view = add_rows(plan, index, surface, base + 3 * target, 3 * count);
+    add_targets(plan, index, surface, view, 0, target, count);
   }
 }
 
@@ -148,7 +149,8 @@ static tw_surface_group take_material(const tw_surface *surface, uint32_t *i) {
   return faces;
 }
 
-static void add_triangles(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface) {
+static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface) {
+  tw_gltf_mesh *mesh = &plan->meshes[index];
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
   mesh->first_indices = plan->accessor_count;
@@ -159,7 +161,7 @@ static void add_triangles(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surfa
                                                   .element_size = 3 * index_size,
                                                   .target = TW_GLTF_INDICES,
                                                   .source = TW_GLTF_TRIANGLES,
-                                                  .mesh = mesh->source,
+                                                  .mesh = index,
                                                   .faces = faces});
     add_accessor(plan, (tw_gltf_accessor){.view = view,
                                           .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
@@ -168,16 +170,27 @@ static void add_triangles(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surfa
   }
 }
 
+/* glTF has no mesh without a primitive, and no primitive without points: one triangle of no size. */
+static void add_nothing(tw_gltf_plan *plan) {
+  if (plan->nothing != TW_NO_INDEX) return;
+  plan->nothing = add_accessor(plan, (tw_gltf_accessor){.view = TW_NO_INDEX,
+                                                        .component = TW_GLTF_FLOAT,
+                                                        .width = 3,
+                                                        .count = 3,
+                                                        .bounds = TW_GLTF_BOUNDED});
+}
+
 static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
+  plan->nothing = TW_NO_INDEX;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_surface *surface = scene->surfaces[i];
-    plan->mesh_numbers[i] = TW_NO_INDEX;
-    if (tw_surface_get_counts(surface)->faces == 0) continue;
-    plan->mesh_numbers[i] = plan->mesh_count;
-    tw_gltf_mesh *mesh = &plan->meshes[plan->mesh_count++];
-    mesh->source = i;
-    add_vertices(plan, mesh, surface);
-    add_triangles(plan, mesh, surface);
+    if (tw_surface_get_counts(surface)->faces > 0) {
+      add_vertices(plan, i, surface);
+      add_triangles(plan, i, surface);
+    } else {
+      plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
+      add_nothing(plan);
+    }
   }
 }
 
@@ -254,10 +267,10 @@ tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_aren
 /* ---- images, skins, animation -------------------------------------------------------------------------- */
 
 static void add_images(tw_gltf_plan *plan, const tw_model *model) {
-  for (uint32_t i = 0; i < plan->image_count; i++) {
-    size_t size;
-    const uint8_t *bytes = tw_gltf_image_bytes(model->assets, i, &size);
-    plan->image_views[i] = size ? add_memory(plan, bytes, size) : TW_NO_INDEX;
+  const tw_gltf_assets *assets = tw_gltf_assets_of(model);
+  for (uint32_t i = 0; i < assets->image_count; i++) {
+    const tw_gltf_image *image = &assets->images[i];
+    plan->image_views[i] = image->bytes ? add_memory(plan, image->bytes, image->size) : TW_NO_INDEX;
   }
 }
 
@@ -267,26 +280,17 @@ bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
   return tw_surface_get_counts(surface)->faces && tw_surface_get_layout(surface)->joints != UINT32_MAX;
 }
 
-static void add_skins(tw_gltf_plan *plan, const tw_scene *scene) {
-  const tw_model *model = scene->model;
-  for (uint32_t i = 0; i < model->skin_count; i++) plan->skin_numbers[i] = TW_NO_INDEX;
-  for (uint32_t i = 0; i < model->node_count; i++)
-    if (tw_gltf_node_is_skinned(scene, &model->nodes[i])) plan->skin_numbers[model->nodes[i].skin] = 0;
-  uint32_t used = 0;
-  for (uint32_t i = 0; i < model->skin_count; i++) {
-    if (plan->skin_numbers[i] == TW_NO_INDEX) continue;
-    plan->skin_numbers[i] = used++;
+static void add_skins(tw_gltf_plan *plan, const tw_model *model) {
+  for (uint32_t i = 0; i < model->skin_count; i++)
     plan->skin_matrices[i] = add_floats(plan, model->skins[i].inverse_bind, model->skins[i].joint_count, 16);
-  }
 }
 
 /* glTF has weights only where a mesh with as many targets is shown. */
-static bool fits_node(const tw_scene *scene, const tw_track_keys *track) {
+static bool fits_node(const tw_gltf_plan *plan, const tw_scene *scene, const tw_track_keys *track) {
   if (track->key_count == 0) return false;
   if (track->path != TW_WEIGHTS) return true;
   uint32_t mesh = scene->model->nodes[track->node].mesh;
-  return mesh != TW_NO_INDEX && tw_surface_get_counts(scene->surfaces[mesh])->faces &&
-         tw_surface_get_layout(scene->surfaces[mesh])->morph_count == track->width;
+  return mesh != TW_NO_INDEX && plan->meshes[mesh].target_count == track->width;
 }
 
 static uint32_t add_times(tw_gltf_plan *plan, const tw_track_keys *keys) {
@@ -309,7 +313,7 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
   uint32_t shared_count = 0, input = 0;
   for (uint32_t i = 0; i < clip->track_count; i++) {
     const tw_track_keys *track = &clip->tracks[i];
-    if (!fits_node(scene, track)) continue;
+    if (!fits_node(plan, scene, track)) continue;
     tw_track_keys keys;
     tw_status status = tw_gltf_keys_of(track, *added_keys_left, plan->arena, &keys, error);
     if (status != TW_OK) return status;
@@ -321,7 +325,8 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
                                                               .path = track->path,
                                                               .interpolation = keys.interpolation,
                                                               .input = input,
-                                                              .output = add_values(plan, &keys)};
+                                                              .output = add_values(plan, &keys),
+                                                              .kept = track->kept};
   }
   return TW_OK;
 }
@@ -381,7 +386,7 @@ static uint64_t count_tracks(const tw_scene *scene) {
 static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
   const tw_model *model = scene->model;
   uint64_t tracks = count_tracks(scene);
-  *views = tw_gltf_image_count(model->assets) + model->skin_count + 2 * tracks;
+  *views = tw_gltf_assets_of(model)->image_count + model->skin_count + 2 * tracks;
   *accessors = model->skin_count + 2 * tracks;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
@@ -403,18 +408,16 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
                    (unsigned long long)parts, (unsigned long long)PARTS_MAX);
   plan->arena = tw_arena_create();
   if (!plan->arena) return no_memory(error);
-  plan->image_count = tw_gltf_image_count(model->assets);
   plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
   plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
   plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
   plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
-  plan->image_views = tw_arena_alloc(plan->arena, plan->image_count, sizeof *plan->image_views);
-  plan->mesh_numbers = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->mesh_numbers);
-  plan->skin_numbers = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_numbers);
+  plan->image_views =
+      tw_arena_alloc(plan->arena, tw_gltf_assets_of(model)->image_count, sizeof *plan->image_views);
   plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
   bool all = plan->views && plan->accessors && plan->meshes && plan->animations && plan->channels &&
-             plan->image_views && plan->mesh_numbers && plan->skin_numbers && plan->skin_matrices;
+             plan->image_views && plan->skin_matrices;
   return all ? TW_OK : no_memory(error);
 }
 
@@ -425,7 +428,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
     plan->names_groups = names_groups(scene);
     add_images(plan, scene->model);
     add_meshes(plan, scene);
-    add_skins(plan, scene);
+    add_skins(plan, scene->model);
     status = add_animations(plan, scene, error);
   }
   if (status != TW_OK) tw_gltf_plan_deinit(plan);

@@ -227,12 +227,11 @@ static void fill(filler *filler, const tw_gltf_view *view, uint64_t first, size_
   }
 }
 
-static bool filler_allocate(filler *filler, const tw_gltf_plan *plan) {
+static bool filler_allocate(filler *filler) {
   const tw_scene *scene = filler->scene;
   filler->corner_capacity = (size_t)4 * FACES_SCRATCH;
-  for (uint32_t i = 0; i < plan->mesh_count; i++) {
-    uint32_t mesh = plan->meshes[i].source;
-    size_t three = 3 * tw_surface_largest_face(scene->surfaces[mesh]);
+  for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
+    size_t three = 3 * tw_surface_largest_face(scene->surfaces[i]);
     if (three > filler->corner_capacity) filler->corner_capacity = three;
   }
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
@@ -251,12 +250,12 @@ static void filler_destroy(filler *filler) {
   free(filler);
 }
 
-/* Plan and scene outlive it. NULL without memory. */
-static filler *filler_create(const tw_gltf_plan *plan, const tw_scene *scene) {
+/* The scene outlives it. NULL without memory. */
+static filler *filler_create(const tw_scene *scene) {
   filler *filler = tw_alloc_zero(1, sizeof *filler);
   if (!filler) return NULL;
   filler->scene = scene;
-  if (filler_allocate(filler, plan)) return filler;
+  if (filler_allocate(filler)) return filler;
   filler_destroy(filler);
   return NULL;
 }
@@ -306,7 +305,7 @@ static bool allocate_text(text *text, size_t size) {
 /* Header, JSON chunk, header of the BIN chunk. The JSON goes on after its brace with the buffer. */
 static bool build_glb(tw_gltf_stream *stream) {
   static const char opening[] = "{\"buffers\":[{\"byteLength\":%" PRIu64 "}],";
-  const tw_gltf_json *json = &stream->json;
+  const tw_text *json = &stream->json.text;
   uint64_t data_size = stream->plan.data_size;
   char buffers[sizeof opening + 20] = "{";
   if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
@@ -321,7 +320,7 @@ static bool build_glb(tw_gltf_stream *stream) {
   out = append(out, "JSON", 4);
   out = append(out, buffers, buffers_size);
   stream->rest = out;
-  out = append(out, json->text + 1, rest_size);
+  out = append(out, json->data + 1, rest_size);
   for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
   if (data_size) {
     out = append_u32(out, data_size);
@@ -334,7 +333,7 @@ static bool build_glb(tw_gltf_stream *stream) {
 static bool build_gltf(tw_gltf_stream *stream) {
   static const char opening[] =
       "{\"buffers\":[{\"byteLength\":%" PRIu64 ",\"uri\":\"data:application/octet-stream;base64,";
-  const tw_gltf_json *json = &stream->json;
+  const tw_text *json = &stream->json.text;
   uint64_t data_size = stream->plan.data_size;
   char buffers[sizeof opening + 20] = "{";
   if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
@@ -347,7 +346,7 @@ static bool build_gltf(tw_gltf_stream *stream) {
   append(stream->head.bytes, buffers, stream->head.size);
   char *out = append(stream->tail.bytes, closing, strlen(closing));
   stream->rest = out;
-  append(out, json->text + 1, json->size - 1);
+  append(out, json->data + 1, json->size - 1);
   return true;
 }
 
@@ -476,8 +475,7 @@ static tw_status prepare(tw_gltf_stream *stream, const tw_scene *scene, tw_forma
   if (status != TW_OK) return status;
   bool glb = container == TW_FORMAT_GLB;
   if (!(glb ? build_glb(stream) : build_gltf(stream))) return no_memory(error);
-  free(stream->json.text); /* copied into head or tail */
-  stream->json.text = NULL;
+  tw_text_deinit(&stream->json.text); /* copied into head or tail */
   stream->size = stream->head.size + stream->data_text_size + stream->tail.size;
   if (glb && stream->size > UINT32_MAX)
     return tw_fail(error, TW_LIMIT, "a GLB holds at most 4294967295 bytes, the answer has %" PRIu64,
@@ -491,7 +489,7 @@ tw_status tw_gltf_stream_create(const tw_scene *scene, tw_format container, tw_g
   if (!stream) return no_memory(error);
   tw_status status = prepare(stream, scene, container, error);
   if (status == TW_OK) {
-    stream->filler = filler_create(&stream->plan, &stream->scene);
+    stream->filler = filler_create(&stream->scene);
     if (!stream->filler) status = no_memory(error);
   }
   if (status == TW_OK)

@@ -30,12 +30,11 @@ tw_model *tw_model_create(void) {
 
 void tw_model_destroy(tw_model *model) {
   if (!model) return;
-  tw_gltf_assets_destroy(model->assets);
   tw_arena_destroy(model->arena); /* holds the model itself */
 }
 
 size_t tw_model_size(const tw_model *model) {
-  return tw_arena_size(model->arena) + tw_gltf_assets_size(model->assets);
+  return tw_arena_size(model->arena);
 }
 
 void tw_model_warn(tw_model *model, const char *format, ...) {

@@ -298,7 +298,7 @@ static void leave_node(tw_obj_stream *stream) {
 static bool put_piece(tw_obj_stream *stream) {
   stream->text_size = stream->text_taken = 0;
   if (stream->node == stream->scene.model->node_count) return false;
-  uint32_t mesh = shown_node(stream)->mesh;
+  uint32_t mesh = shown_node(stream)->is_hidden ? TW_NO_INDEX : shown_node(stream)->mesh;
   if (mesh == TW_NO_INDEX || tw_surface_get_counts(stream->scene.surfaces[mesh])->faces == 0) {
     stream->node++;
     return true;

@@ -755,7 +755,7 @@ static const document gltf_documents[] = {
      0},
     {"numbers of a material",
      API_TYPE_GLTF,
-     REFUSED,
+     READ,
      6,
      {{"{" ASSET ",\"materials\":[{\"a\":[", 0}, {"0,", 0.15}, {"0]}]}", 0}},
      NULL,

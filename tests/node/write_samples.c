@@ -268,8 +268,6 @@ static void write_mapped(uint32_t level) {
                    &error) != TW_OK)
     abort();
   f.model->assets = materials->assets;
-  materials->assets = NULL;
-  tw_model_destroy(materials);
   fixture_add_colors(&f);
   fixture_add_morphs(&f, 3);
   fixture_add_skin(&f);
@@ -281,6 +279,7 @@ static void write_mapped(uint32_t level) {
   tw_quat_from_axis_angle((const double[3]){1, 2, 3}, 0.9, pose[f.model->skins[0].joints[1]].rotation);
   f.scene.pose = pose;
   write_sample(&f, name);
+  tw_model_destroy(materials);
 }
 
 /* The second UV set is the first one turned; normal maps of half the faces lie on it. */

@@ -173,9 +173,7 @@ TEST(json_that_is_dear_to_parse_is_refused_at_its_place) {
   } cases[] = {
       {"\"materials\":[", "{},", "{}]", "/materials", 300000},
       {"\"nodes\":[", "{},", "{}]", "/nodes", 300000},
-      {"\"materials\":[", "{},", "{}]", NULL, 60000},
       {"\"nodes\":[", "{},", "{}]", NULL, 200000},
-      {"\"materials\":[{\"extras\":[", "0,", "0]}]", "/materials/0", 500000},
       {"\"meshes\":[{\"primitives\":[", "{\"attributes\":{}},", "{}]}]", "/meshes/0", 200000},
       {"\"animations\":[{\"samplers\":[],\"channels\":[", "{},", "{}]}]", "/animations/0/channels", 300000},
   };
@@ -198,6 +196,7 @@ TEST(what_is_not_read_costs_nothing) {
   char *numbers = repeat("[", "1,", 400000, "1]"), *text = malloc(strlen(numbers) + 200);
   assert_non_null(text);
   static const char *const places[] = {"\"extras\":%s", "\"nodes\":[{\"extras\":%s}]",
+                                       "\"materials\":[{\"extras\":%s}]",
                                        ("\"animations\":[{\"extensions\":{\"a\":{\"b\":%s}},"
                                         "\"channels\":[],\"samplers\":[]}]")};
   for (size_t i = 0; i < sizeof places / sizeof *places; i++) {

@@ -365,7 +365,7 @@ TEST(indices_are_short_up_to_65535_vertices) {
   }
 }
 
-TEST(mesh_without_faces_is_left_out) {
+TEST(mesh_without_faces_keeps_its_number_and_draws_nothing) {
   fixture f;
   fixture_init(&f, cube_text);
   tw_mesh *meshes = fixture_alloc(&f, 2, sizeof *meshes);
@@ -377,9 +377,13 @@ TEST(mesh_without_faces_is_left_out) {
   fixture_node(&f, "full", TW_NO_INDEX, 1);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);
-  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(file.json, "meshes")), 1);
-  assert_false(cJSON_HasObjectItem(at(&file, "nodes", 0), "mesh"));
-  assert_int_equal(number(at(&file, "nodes", 1), "mesh", 9), 0);
+  assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(file.json, "meshes")), 2);
+  assert_int_equal(number(at(&file, "nodes", 0), "mesh", 9), 0);
+  assert_int_equal(number(at(&file, "nodes", 1), "mesh", 9), 1);
+  const cJSON *points = at(&file, "accessors", attribute(&file, 0, "POSITION"));
+  assert_int_equal(number(points, "count", 0), 3);
+  assert_false(cJSON_HasObjectItem(points, "bufferView"));
+  assert_false(cJSON_HasObjectItem(primitive(&file, 0, 0), "indices"));
   free_glb(&file);
   fixture_deinit(&f);
 }

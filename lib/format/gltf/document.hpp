@@ -13,28 +13,9 @@
 
 #include <tiny_gltf.h>
 
+#include "gltf/gltf.h"
 #include "tweend/format.h"
-
-// ---- assets --------------------------------------------------------------------------------------
-
-// What a glTF file holds besides geometry, hierarchy and clips, kept so that an answer can bear it too:
-// materials with their extensions, textures, samplers, images.
-//
-// Indices between the four vectors are checked: texture -> sampler and source, and the core texture
-// references of the materials, are in range or -1.
-struct tw_gltf_assets {
-  std::vector<tinygltf::Material> materials;
-  std::vector<tinygltf::Texture> textures;
-  std::vector<tinygltf::Sampler> samplers;
-  // Either `image` holds the encoded file (PNG, JPEG, KTX2, ...) as it came, `mimeType` is set and
-  // `uri` empty; or `uri` is a reference to something outside, as it came, and `image` is empty.
-  // `bufferView` is always -1.
-  std::vector<tinygltf::Image> images;
-  // Extensions that occur in the above, to be declared by an answer that uses them.
-  std::vector<std::string> extensions_used, extensions_required;
-  std::string copyright; // of the source, "" when it has none
-  size_t size = 0;       // bytes that all of it holds
-};
+#include "tweend/json_text.h"
 
 namespace gltf {
 
@@ -116,6 +97,50 @@ template <typename T> struct Counted {
 
 template <typename T> using Vector = std::vector<T, Counted<T>>;
 
+// ---- the JSON text -------------------------------------------------------------------------------
+// Checked by tw_json_check before any of this sees it.
+
+// An object or array of the text, item by item; `value` moves along.
+class Items {
+public:
+  explicit Items(const char *container) { more_ = tw_json_first(container, &item_); }
+  bool more() const { return more_; }
+  void next() { more_ = tw_json_next(tw_json_skip(item_.value), &item_); }
+  std::string_view key() const { return {item_.key, item_.key_size}; }
+  const char *value() const { return item_.value; }
+
+private:
+  tw_json_item item_;
+  bool more_;
+};
+
+inline std::string_view value_text(const char *value) {
+  return {value, static_cast<size_t>(tw_json_skip(value) - value)};
+}
+
+// What stands between the quotes of a string.
+inline std::string_view string_of(const char *value) {
+  std::string_view quoted = value_text(value);
+  return quoted.substr(1, quoted.size() - 2);
+}
+
+inline bool is_escaped(std::string_view key) {
+  return key.find('\\') != std::string_view::npos;
+}
+
+// The member of an object that is called so, nullptr without one, and for what is no object.
+const char *find_member(const char *object, std::string_view name);
+
+// Whether the words of a list, a blank between two, have this one.
+bool has_word(std::string_view list, std::string_view word);
+
+// A JSON string as it is meant; `written`: what stands between the quotes.
+std::string unescape(std::string_view written);
+
+// The bytes of base64 text as far as it goes, "\/" being a slash as JSON may write it. rest: what stands
+// behind it.
+Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);
+
 // ---- before tinygltf -----------------------------------------------------------------------------
 
 struct Bytes {
@@ -123,7 +148,7 @@ struct Bytes {
   size_t size;
 };
 
-// Where the bytes of an image are. Its uri is empty in the document that tinygltf sees.
+// Where the bytes of an image are.
 struct ImageOutline {
   uint64_t index;                  // in the document
   uint64_t view;                   // no_view: in the uri
@@ -138,6 +163,7 @@ struct Outline {
         decoded(Counted<Vector<uint8_t>>(budget)), images(Counted<ImageOutline>(budget)) {}
 
   bool binary = false;   // a GLB
+  const char *root;      // the JSON object
   Vector<char> json;     // the document without buffers and all else that is not read
   Vector<Bytes> buffers; // BIN chunk and decoded data URIs
   Vector<Vector<uint8_t>> decoded;
@@ -153,13 +179,6 @@ struct Document;
 // opens files that a uri names, copies buffers, recurses without bound, and spends kilobytes on an empty
 // object. Fills the outline, and gives the document's arrays the room that they need.
 void make_outline(const Bytes &file, const tw_read_limits &limits, Document &document);
-
-// The bytes of base64 text as far as it goes, "\/" being a slash as JSON may write it. rest: what stands
-// behind it.
-Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);
-
-// A JSON string as it is meant; `written`: what stands between the quotes.
-std::string unescape(std::string_view written);
 
 // ---- accessors -----------------------------------------------------------------------------------
 
@@ -222,14 +241,34 @@ private:
 
 // ---- reading -------------------------------------------------------------------------------------
 
+// What the parts of the document say beyond what is read of them, as text: see gltf.h. An entry is nullptr
+// where that is nothing.
+struct Kept {
+  explicit Kept(Budget &budget)
+      : nodes(Counted<const char *>(budget)), meshes(Counted<const char *>(budget)),
+        skins(Counted<const char *>(budget)), animations(Counted<const char *>(budget)),
+        channels(Counted<const char *>(budget)), first_channel(Counted<size_t>(budget)),
+        marked(Counted<uint8_t>(budget)), first_primitive(Counted<size_t>(budget)),
+        normal_maps(Counted<int>(budget)) {}
+
+  Vector<const char *> nodes, meshes, skins, animations;
+  Vector<const char *> channels;  // of all animations, one animation after the other
+  Vector<size_t> first_channel;   // [animations]
+  Vector<uint8_t> marked;         // of all primitives, one mesh after the other: bears FB_ngon_encoding
+  Vector<size_t> first_primitive; // [meshes]
+  Vector<int> normal_maps;        // of each material: the UV set of its normal map, -1 without one
+};
+
 struct Document {
   Document(tw_model *target, tw_quads how, uint64_t memory)
-      : budget(memory), outline(budget), model(target), quads(how) {}
+      : budget(memory), outline(budget), kept(budget), model(target), quads(how) {}
 
   Budget budget;
   Outline outline;
+  Kept kept;
   tinygltf::Model source;
   tw_model *model;
+  tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;
   // Elements of a file may be named by many others; these keep a small file from taking long to read.
   uint64_t corners_left = 0, values_left = 0;
@@ -257,15 +296,12 @@ template <typename Element> Element *allocate_zero(Document &document, size_t co
 const char *copy_name(Document &document, const std::string &name);
 
 // What the model holds comes from the document's parts, each step on its own; all throw Refusal.
-void read_assets(Document &document);                       // materials, textures, samplers, images
+void keep_parts(Document &document);                        // what they bear beyond what is read
+void read_assets(Document &document);                       // after keep_parts: bytes of images, references
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
-void read_nodes(Document &document);                        // and the scene
+void read_nodes(Document &document);                        // after read_meshes; and the scenes
 void read_skins(Document &document, Accessors &accessors);  // after read_nodes
 void read_clips(Document &document, Accessors &accessors);  // after read_meshes and read_nodes
-
-// The set of texture coordinates that a material's normal map lies on, else that of its clear coat; -1
-// without either.
-int normal_map_uvs(const tinygltf::Material &material);
 
 } // namespace gltf
 

@@ -1,13 +1,54 @@
-/* A glTF answer before its bytes: what lies where in the BIN chunk, and the JSON that says so.
- * The plan is made in C (gltf_plan.c), its JSON by tinygltf (gltf/json.cpp). */
+/* What the parts that read and write glTF share: what a file holds that an answer bears again, and a glTF
+ * answer before its bytes: what lies where in the BIN chunk (gltf_plan.c), and the JSON that says so
+ * (gltf_json.c). */
 #ifndef TWEEND_GLTF_H
 #define TWEEND_GLTF_H
 
 #include "tweend/format.h"
+#include "tweend/json_print.h"
 
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+/* ---- what a file holds that an answer bears again -------------------------------------------------------
+ * Objects are JSON text without blanks, checked by tw_json_check, whole or without the members that an answer
+ * writes itself. All of it lives in the model's arena. */
+
+typedef struct tw_gltf_objects {
+  uint32_t count;
+  const char **items; /* [count] */
+} tw_gltf_objects;
+
+typedef struct tw_gltf_image {
+  const char *kept;      /* whole, or where there are bytes without bufferView, uri, mimeType */
+  const char *mime_type; /* of the bytes, as a quoted JSON string; NULL where unknown */
+  const uint8_t *bytes;  /* [size] the encoded file (PNG, JPEG, KTX2, ...), NULL: outside the file */
+  size_t size;
+} tw_gltf_image;
+
+typedef struct tw_gltf_scene {
+  const char *kept; /* without nodes; NULL: nothing */
+  uint32_t node_count;
+  const uint32_t *nodes; /* [node_count] */
+} tw_gltf_scene;
+
+/* Texture references of materials, samplers and images of textures are in range. */
+struct tw_gltf_assets {
+  const char *root, *asset; /* what these say beyond what an answer writes; NULL: nothing */
+  tw_gltf_objects materials, textures, samplers, cameras;
+  uint32_t image_count;
+  tw_gltf_image *images; /* [image_count] */
+  uint32_t scene_count;
+  tw_gltf_scene *scenes; /* [scene_count] */
+  uint32_t scene;        /* the default one, TW_NO_INDEX: not said */
+  uint32_t node_count;   /* of the file: an answer may have more */
+  /* As the file lists them: what stands between the quotes. */
+  tw_gltf_objects extensions_used, extensions_required;
+};
+
+/* ---- an answer -------------------------------------------------------------------------------------------
+ */
 
 enum {
   TW_GLTF_UNSIGNED_SHORT = 5123,
@@ -43,12 +84,13 @@ typedef struct tw_gltf_view {
 typedef enum tw_gltf_bounds { TW_GLTF_UNBOUNDED, TW_GLTF_BOUNDED, TW_GLTF_BOUNDED_LATER } tw_gltf_bounds;
 
 typedef struct tw_gltf_accessor {
-  uint32_t view, offset;
+  uint32_t view; /* TW_NO_INDEX: all zero */
+  uint32_t offset;
   int component; /* TW_GLTF_UNSIGNED_SHORT, ... */
   int width;     /* 1 to 4, 16 */
   uint64_t count;
   tw_gltf_bounds bounds;
-  float min, max; /* BOUNDED, of width 1 */
+  float min, max; /* BOUNDED: of every component */
   uint32_t mesh;  /* BOUNDED_LATER, of width 3: these of tw_surface_bounds */
   int morph;
 } tw_gltf_accessor;
@@ -59,17 +101,19 @@ typedef struct tw_gltf_attribute {
 } tw_gltf_attribute;
 
 typedef struct tw_gltf_mesh {
-  uint32_t source; /* mesh of the model */
   uint32_t attribute_count;
   tw_gltf_attribute attributes[TW_GLTF_ATTRIBUTES_MAX];
-  uint32_t target_count, first_target;     /* accessors of displacements, one after the other */
-  uint32_t primitive_count, first_indices; /* accessors, one a material that faces have */
+  uint32_t target_count, first_target; /* accessors of displacements, one after the other */
+  /* Accessors, one a material that faces have. A mesh without faces has one primitive, which draws nothing.
+   */
+  uint32_t primitive_count, first_indices;
 } tw_gltf_mesh;
 
 typedef struct tw_gltf_channel {
   uint32_t node, input, output;
   tw_path path;
   tw_interpolation interpolation; /* STEP, LINEAR, CUBICSPLINE */
+  const char *kept;               /* the track's */
 } tw_gltf_channel;
 
 typedef struct tw_gltf_animation {
@@ -80,17 +124,16 @@ typedef struct tw_gltf_animation {
 typedef struct tw_gltf_plan {
   tw_arena *arena;
   uint64_t data_size; /* of the BIN chunk, a multiple of 4 */
-  uint32_t view_count, accessor_count, mesh_count, animation_count, channel_count, image_count;
+  uint32_t view_count, accessor_count, animation_count, channel_count;
   tw_gltf_view *views;
   tw_gltf_accessor *accessors;
-  tw_gltf_mesh *meshes;
+  tw_gltf_mesh *meshes;          /* [the model's meshes] */
   tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */
-  uint32_t *image_views;   /* [image_count]: TW_NO_INDEX for an image outside the file */
-  uint32_t *mesh_numbers;  /* [model's meshes]: in `meshes`, or TW_NO_INDEX when it has no faces */
-  uint32_t *skin_numbers;  /* [model's skins]: in the answer, or TW_NO_INDEX when no node uses it */
-  uint32_t *skin_matrices; /* [model's skins]: accessors */
-  bool names_groups;       /* primitives tell which of their faces are in which groups */
+  uint32_t *image_views;         /* [the assets' images]: TW_NO_INDEX for an image outside the file */
+  uint32_t *skin_matrices;       /* [the model's skins]: accessors */
+  uint32_t nothing;  /* accessor of three points at the origin, for meshes without faces; or TW_NO_INDEX */
+  bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
 
 /* Lays out everything that the scene holds. TW_LIMIT: more parts than are written. */
@@ -107,24 +150,22 @@ tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_aren
 /* Whether the surface's rows bear joints and this node has a skin for them. */
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node);
 
+/* The model's assets; those without anything where it has none. */
+const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model);
+
 /* The JSON of a plan, without its buffer: text that begins "{" and goes on with a member.
  * Bounds that come later are fields of TW_GLTF_BOUND_TEXT spaces. */
 typedef struct tw_gltf_json {
-  char *text; /* [size], from malloc */
-  size_t size;
+  tw_text text;
   /* [the plan's accessors that are BOUNDED_LATER][6]: offsets of the fields in text: maximum x y z,
    * minimum x y z; from malloc */
   size_t (*bounds)[6];
 } tw_gltf_json;
 
-/* TW_INVALID when text of the model is not UTF-8. */
+/* Errors: TW_NO_MEMORY. */
 tw_status tw_gltf_json_init(tw_gltf_json *json, const tw_gltf_plan *plan, const tw_scene *scene,
                             tw_error *error);
 void tw_gltf_json_deinit(tw_gltf_json *json); /* a zeroed one is fine */
-
-/* Images of a model's assets; assets may be NULL. size 0: outside the file. */
-uint32_t tw_gltf_image_count(const tw_gltf_assets *assets);
-const uint8_t *tw_gltf_image_bytes(const tw_gltf_assets *assets, uint32_t image, size_t *size);
 
 #ifdef __cplusplus
 }

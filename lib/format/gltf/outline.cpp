@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cstring>
 
-#include "tweend/json_text.h"
-
 namespace gltf {
 
 namespace {
@@ -74,30 +72,6 @@ Container open_container(const Bytes &file) {
   if (file.size > size_max) refuse(TW_LIMIT, "", "glTF files over 2 GiB are not read");
   if (file.size >= 4 && std::memcmp(file.data, "glTF", 4) == 0) return open_binary(file);
   return {false, {reinterpret_cast<const char *>(file.data), file.size}, {nullptr, 0}};
-}
-
-// ---- walking through the JSON text -------------------------------------------------------------------
-
-// An object or array of the text, item by item; `value` moves along.
-class Items {
-public:
-  explicit Items(const char *container) { more_ = tw_json_first(container, &item_); }
-  bool more() const { return more_; }
-  void next() { more_ = tw_json_next(tw_json_skip(item_.value), &item_); }
-  std::string_view key() const { return {item_.key, item_.key_size}; }
-  const char *value() const { return item_.value; }
-
-private:
-  tw_json_item item_;
-  bool more_;
-};
-
-std::string_view string_of(const char *value) {
-  return {value + 1, static_cast<size_t>(tw_json_skip(value) - value) - 2};
-}
-
-bool is_escaped(std::string_view key) {
-  return key.find('\\') != std::string_view::npos;
 }
 
 // Where an object stands: an element of one of the root's arrays, or the root itself. Text is made of
@@ -203,7 +177,7 @@ private:
     uint64_t most; // 0: any number
     void (Checker::*element)(uint64_t index, const char *value);
   };
-  static const Part parts[10];
+  static const Part parts[14];
 
   const Container &container_;
   Budget &budget_;
@@ -391,7 +365,7 @@ private:
   }
 };
 
-const Checker::Part Checker::parts[10] = {
+const Checker::Part Checker::parts[14] = {
     {"extensionsRequired", 0, &Checker::required_extension},
     {"buffers", 0, &Checker::buffer},
     {"bufferViews", 0, &Checker::view},
@@ -402,6 +376,10 @@ const Checker::Part Checker::parts[10] = {
     {"materials", TW_MATERIALS_MAX, nullptr},
     {"nodes", TW_NODES_MAX, nullptr},
     {"skins", TW_NODES_MAX, nullptr},
+    {"textures", 0, nullptr},
+    {"samplers", 0, nullptr},
+    {"cameras", 0, nullptr},
+    {"scenes", 0, nullptr},
 };
 
 // ---- the copy, and what it costs ---------------------------------------------------------------------
@@ -415,17 +393,13 @@ constexpr uint64_t chunk(uint64_t size) {
 constexpr uint64_t tree_slot = 16, tree_member = chunk(80), tree_object = chunk(48), tree_array = chunk(24),
                    tree_string = chunk(32);
 
-// What becomes of its values in tinygltf's structs, at most.
-struct Cost {
-  uint64_t member, element, object;
-};
-constexpr Cost plain_cost = {80, 16, 96}; // attributes of a map, numbers of an array, maps of an array
-constexpr Cost kept_cost = {304, 184, 0}; // a Value of extensions, or a Parameter beside a number
+// What becomes of its values in tinygltf's structs, at most: attributes of a map, numbers of an array, maps
+// of an array.
+constexpr uint64_t member_cost = 80, element_cost = 16, object_cost = 96;
 
 // What is read of an object; all else is left out.
 struct Schema {
   std::string_view members; // that are copied as they are, a blank between two
-  bool extension_names;     // the names of its extensions are copied, not what is in them
   struct Part {
     std::string_view key; // "" for none
     const Schema *schema;
@@ -433,18 +407,18 @@ struct Schema {
   } parts[2];
 };
 
-const Schema primitive_schema = {"attributes indices material mode targets", true, {}};
-const Schema target_schema = {"node path", false, {}};
-const Schema channel_schema = {"sampler", false, {{"target", &target_schema, 0}, {}}};
-const Schema keys_schema = {"input output interpolation", false, {}};
-const Schema asset_schema = {"version minVersion copyright", false, {}};
+const Schema primitive_schema = {"attributes indices material mode targets", {}};
+const Schema target_schema = {"node path", {}};
+const Schema channel_schema = {"sampler", {{"target", &target_schema, 0}, {}}};
+const Schema keys_schema = {"input output interpolation", {}};
+const Schema asset_schema = {"version minVersion", {}};
 
-// The root's arrays. Without a schema their elements are kept whole, with all that extends them.
+// The root's arrays that are read.
 struct RootArray {
   std::string_view key;
   uint64_t size;
   void (*reserve)(tinygltf::Model &model, size_t count); // tinygltf would double them as they grow
-  std::optional<Schema> schema;
+  Schema schema;
 };
 
 template <auto Member> void reserve(tinygltf::Model &model, size_t count) {
@@ -465,42 +439,39 @@ bool parser_keeps_room() {
 }
 
 const RootArray root_arrays[] = {
-    {"nodes", sizeof(tinygltf::Node), reserve<&tinygltf::Model::nodes>,
-     Schema{"name children mesh skin camera matrix translation rotation scale weights", true, {}}},
-    {"meshes", sizeof(tinygltf::Mesh), reserve<&tinygltf::Model::meshes>,
-     Schema{"name weights", false, {{"primitives", &primitive_schema, 2 * sizeof(tinygltf::Primitive)}, {}}}},
-    {"accessors", sizeof(tinygltf::Accessor), reserve<&tinygltf::Model::accessors>,
-     Schema{"bufferView byteOffset normalized componentType count type sparse", false, {}}},
-    {"bufferViews", sizeof(tinygltf::BufferView), reserve<&tinygltf::Model::bufferViews>,
-     Schema{"buffer byteOffset byteLength byteStride", false, {}}},
-    {"skins", sizeof(tinygltf::Skin), reserve<&tinygltf::Model::skins>,
-     Schema{"name joints skeleton inverseBindMatrices", false, {}}},
-    {"animations", sizeof(tinygltf::Animation), reserve<&tinygltf::Model::animations>,
-     Schema{"name",
-            false,
-            {{"channels", &channel_schema, sizeof(tinygltf::AnimationChannel)},
-             {"samplers", &keys_schema, sizeof(tinygltf::AnimationSampler)}}}},
-    {"scenes", sizeof(tinygltf::Scene), reserve<&tinygltf::Model::scenes>, Schema{"name nodes", false, {}}},
-    {"materials",
-     sizeof(tinygltf::Material) + 96, // with the default colours
-     reserve<&tinygltf::Model::materials>,
-     {}},
-    {"textures", sizeof(tinygltf::Texture), reserve<&tinygltf::Model::textures>, {}},
-    {"samplers", sizeof(tinygltf::Sampler), reserve<&tinygltf::Model::samplers>, {}},
-    {"images",
-     sizeof(tinygltf::Image) + 256, // with a warning that it was not loaded
-     reserve<&tinygltf::Model::images>,
-     {}},
-    {"extensionsUsed", sizeof(std::string), reserve<&tinygltf::Model::extensionsUsed>, {}},
-    {"extensionsRequired", sizeof(std::string), reserve<&tinygltf::Model::extensionsRequired>, {}},
+    {"nodes",
+     sizeof(tinygltf::Node),
+     reserve<&tinygltf::Model::nodes>,
+     {"name children mesh skin matrix translation rotation scale weights", {}}},
+    {"meshes",
+     sizeof(tinygltf::Mesh),
+     reserve<&tinygltf::Model::meshes>,
+     {"name weights", {{"primitives", &primitive_schema, 2 * sizeof(tinygltf::Primitive)}, {}}}},
+    {"accessors",
+     sizeof(tinygltf::Accessor),
+     reserve<&tinygltf::Model::accessors>,
+     {"bufferView byteOffset normalized componentType count type sparse", {}}},
+    {"bufferViews",
+     sizeof(tinygltf::BufferView),
+     reserve<&tinygltf::Model::bufferViews>,
+     {"buffer byteOffset byteLength byteStride", {}}},
+    {"skins",
+     sizeof(tinygltf::Skin),
+     reserve<&tinygltf::Model::skins>,
+     {"name joints skeleton inverseBindMatrices", {}}},
+    {"animations",
+     sizeof(tinygltf::Animation),
+     reserve<&tinygltf::Model::animations>,
+     {"name",
+      {{"channels", &channel_schema, sizeof(tinygltf::AnimationChannel)},
+       {"samplers", &keys_schema, sizeof(tinygltf::AnimationSampler)}}}},
+    {"scenes", sizeof(tinygltf::Scene), reserve<&tinygltf::Model::scenes>, {"nodes", {}}},
 };
 
-bool has_word(std::string_view list, std::string_view word) {
-  for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
-    size_t end = at + word.size();
-    if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
-  }
-  return false;
+bool is_read(std::string_view member) {
+  return member == "asset" || member == "scene" ||
+         std::any_of(std::begin(root_arrays), std::end(root_arrays),
+                     [&](const RootArray &part) { return part.key == member; });
 }
 
 // Copies what is read, and adds up what parsing the copy will take.
@@ -525,7 +496,6 @@ private:
   uint64_t tree_ = 0, model_ = 0;
   uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
   uint64_t longest_ = 0; // text; the parser holds several copies of it
-  size_t next_image_ = 0;
 
   void put(std::string_view text) { out_.json.insert(out_.json.end(), text.begin(), text.end()); }
 
@@ -566,69 +536,44 @@ private:
     longest_ = std::max(longest_, size);
   }
 
-  void count_value(const char *value, const Cost &cost) {
+  void count_value(const char *value) {
     if (*value == '"') {
       tree_ += tree_string;
       count_text(string_of(value).size(), 2);
     } else if (*value == '{') {
       tree_ += tree_object;
-      model_ += cost.object;
+      model_ += object_cost;
       for (Items i(value); i.more(); i.next()) {
         tree_ += tree_member;
-        model_ += cost.member;
+        model_ += member_cost;
         count_text(i.key().size(), 1);
-        count_value(i.value(), cost);
+        count_value(i.value());
       }
     } else if (*value == '[') {
       uint64_t count = 0;
-      for (Items i(value); i.more(); i.next(), count++) count_value(i.value(), cost);
+      for (Items i(value); i.more(); i.next(), count++) count_value(i.value());
       tree_ += tree_array;
       count_array(tree_, count, tree_slot);
-      count_array(model_, count, cost.element);
+      count_array(model_, count, element_cost);
     }
   }
 
   // ---- copying
 
-  void copy(const char *value, const Cost &cost) {
-    put({value, static_cast<size_t>(tw_json_skip(value) - value)});
-    count_value(value, cost);
-  }
-
-  // Later versions of tinygltf refuse these without the member.
-  static const char *extension_content(std::string_view name) {
-    if (name == "KHR_lights_punctual") return "{\"light\":0}";
-    if (name == "KHR_audio") return "{\"emitter\":0}";
-    if (name == "MSFT_lod") return "{\"ids\":[]}";
-    return "{}";
-  }
-
-  void extension_names(const char *value) {
-    if (*value != '{') return copy(value, plain_cost);
-    tree_ += tree_object;
-    put("{");
-    for (Items i(value); i.more(); i.next()) {
-      put_key(i.key());
-      bool is_object = *i.value() == '{';
-      put(is_object ? extension_content(i.key()) : "0"); // tinygltf leaves out what is no object
-      tree_ += tree_object + tree_member + tree_array;   // of the longest content
-      model_ += kept_cost.object + 2 * kept_cost.member;
-    }
-    put("}");
+  void copy(const char *value) {
+    put(value_text(value));
+    count_value(value);
   }
 
   // An escaped key may be any member: kept for tinygltf.
   void object(const char *value, const Schema &schema) {
-    if (*value != '{') return copy(value, plain_cost);
+    if (*value != '{') return copy(value);
     tree_ += tree_object;
     put("{");
     for (Items i(value); i.more(); i.next()) {
       if (is_escaped(i.key()) || has_word(schema.members, i.key())) {
         put_key(i.key());
-        copy(i.value(), plain_cost);
-      } else if (schema.extension_names && i.key() == "extensions") {
-        put_key(i.key());
-        extension_names(i.value());
+        copy(i.value());
       }
       for (const Schema::Part &part : schema.parts)
         if (!part.key.empty() && part.key == i.key()) {
@@ -641,7 +586,7 @@ private:
 
   void struct_member(const char *value, const Schema::Part &part) {
     if (part.size == 0) return object(value, *part.schema);
-    if (*value != '[') return copy(value, plain_cost);
+    if (*value != '[') return copy(value);
     uint64_t count = array(value, [&](const char *element) { object(element, *part.schema); });
     count_array(model_, count, part.size);
   }
@@ -660,32 +605,11 @@ private:
     return count;
   }
 
-  // An image whose bytes are taken from where they stand becomes one outside the file.
-  void image(uint64_t index, const char *value) {
-    bool is_taken = next_image_ < out_.images.size() && out_.images[next_image_].index == index;
-    if (!is_taken) return copy(value, kept_cost);
-    next_image_++;
-    tree_ += tree_object;
-    put("{");
-    for (Items i(value); i.more(); i.next()) {
-      if (i.key() == "bufferView" || i.key() == "uri") continue;
-      put_key(i.key());
-      copy(i.value(), kept_cost);
-    }
-    put_key("uri");
-    put("\"\"}");
-  }
-
   void root_array(const RootArray &part, const char *value) {
-    if (*value != '[') return copy(value, plain_cost);
+    if (*value != '[') return copy(value);
     uint64_t index = 0;
     uint64_t count = array(value, [&](const char *element) {
-      if (part.schema)
-        object(element, *part.schema);
-      else if (part.key == "images")
-        image(index, element);
-      else
-        copy(element, kept_cost);
+      object(element, part.schema);
       model_ += part.size;
       check(part.key, index++);
     });
@@ -711,12 +635,11 @@ private:
   }
 };
 
-// What the document may be copied to: not its buffers, which are most of a file of one piece.
+// What the document may be copied to.
 size_t size_of_copy(const char *root) {
   size_t size = 2;
   for (Items i(root); i.more(); i.next())
-    if (i.key() != "buffers")
-      size += i.key().size() + 4 + static_cast<size_t>(tw_json_skip(i.value()) - i.value());
+    if (is_read(i.key())) size += i.key().size() + 4 + value_text(i.value()).size();
   return size;
 }
 
@@ -791,6 +714,21 @@ std::string unescape(std::string_view written) {
   return out;
 }
 
+const char *find_member(const char *object, std::string_view name) {
+  if (*object != '{') return nullptr;
+  for (Items i(object); i.more(); i.next())
+    if (i.key() == name) return i.value();
+  return nullptr;
+}
+
+bool has_word(std::string_view list, std::string_view word) {
+  for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+    size_t end = at + word.size();
+    if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
+  }
+  return false;
+}
+
 std::string pointer_part(const std::string &name) {
   std::string part;
   for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
@@ -804,6 +742,7 @@ void make_outline(const Bytes &file, const tw_read_limits &limits, Document &doc
   tw_status status = tw_json_check(container.json.data(), container.json.size(), &rules, &error);
   if (status != TW_OK) refuse(status, error.pointer, error.detail);
   const char *root = tw_json_root(container.json.data(), container.json.size());
+  document.outline.root = root;
   document.outline.binary = container.binary;
   Checker(container, document.budget, document.outline).run(root);
   Copier(document).run(root, size_of_copy(root));

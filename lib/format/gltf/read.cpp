@@ -23,12 +23,6 @@ void check_version(const tinygltf::Asset &asset) {
     refuse(TW_UNSUPPORTED, "/asset/minVersion", "the document needs glTF ", asset.minVersion);
 }
 
-// tinygltf sees no image that it could load; this keeps it from trying.
-bool load_nothing(tinygltf::Image *, const int, std::string *, std::string *, int, int, const unsigned char *,
-                  int, void *) {
-  return true;
-}
-
 // The first line of what the parser said, where it is fit to be shown.
 std::string parser_message(const std::string &message) {
   std::string line = message.substr(0, std::min<size_t>(message.find('\n'), 200));
@@ -40,7 +34,6 @@ void parse(Document &document) {
   Outline &outline = document.outline;
   tinygltf::TinyGLTF parser;
   parser.SetFsCallbacks(tinygltf::FsCallbacks{}); // no file system
-  parser.SetImageLoader(load_nothing, nullptr);   // no decoder
   std::string errors, warnings;
   document.budget.take(outline.model_size);
   Hold tree(document.budget, outline.tree_size);
@@ -59,6 +52,7 @@ void read(const Bytes &file, const tw_read_limits &limits, Document &document) {
   document.values_left = values_free + values_per_byte * file.size;
   document.model->format = document.outline.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
   Accessors accessors(document.source, document.outline.buffers, document.budget);
+  keep_parts(document);
   read_assets(document);
   read_meshes(document, accessors);
   read_nodes(document);

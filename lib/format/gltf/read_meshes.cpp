@@ -18,8 +18,6 @@ namespace {
 using Attributes = std::map<std::string, int>;
 using SourceKey = std::pair<Attributes, std::vector<Attributes>>;
 
-const char ngon_extension[] = "FB_ngon_encoding";
-
 void check_status(tw_status status) {
   if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
 }
@@ -72,6 +70,7 @@ public:
     document_.budget.place = text("/meshes/", index_);
     tw_mesh_init(&mesh_);
     mesh_.name = copy_name(document_, source_.name);
+    mesh_.kept = document_.kept.meshes[index_];
     open_primitives();
     read_triangles();
     number_vertices();
@@ -124,7 +123,7 @@ private:
         document_.skipped_primitives++;
         continue;
       }
-      bool marked = primitive.extensions.count(ngon_extension) > 0 && document_.quads != TW_QUADS_OFF;
+      bool marked = marks()[i] && document_.quads != TW_QUADS_OFF;
       lists_.push_back({find_source(i), material(primitive.material, i), polygons || marked, 0, 0, 0});
       primitives_.push_back(i);
     }
@@ -132,12 +131,16 @@ private:
 
   // Some exporters only declare the extension, others mark their primitives too.
   bool bear_polygons() const {
-    const std::vector<std::string> &used = document_.source.extensionsUsed;
-    if (document_.quads == TW_QUADS_OFF || std::find(used.begin(), used.end(), ngon_extension) == used.end())
-      return false;
-    return std::none_of(
-        source_.primitives.begin(), source_.primitives.end(),
-        [](const tinygltf::Primitive &other) { return other.extensions.count(ngon_extension) > 0; });
+    const tw_gltf_objects &used = document_.assets->extensions_used;
+    bool declared = std::any_of(used.items, used.items + used.count,
+                                [](const char *name) { return std::strcmp(name, "FB_ngon_encoding") == 0; });
+    return document_.quads != TW_QUADS_OFF && declared &&
+           std::none_of(marks(), marks() + source_.primitives.size(), [](uint8_t marked) { return marked; });
+  }
+
+  // Of each primitive: whether it bears FB_ngon_encoding.
+  const uint8_t *marks() const {
+    return document_.kept.marked.data() + document_.kept.first_primitive[index_];
   }
 
   int32_t material(int index, size_t i) const {
@@ -451,8 +454,7 @@ private:
   bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
 
   int normal_map_of(int32_t material) const {
-    if (material < 0) return -1;
-    return normal_map_uvs(document_.model->assets->materials[static_cast<size_t>(material)]);
+    return material < 0 ? -1 : document_.kept.normal_maps[static_cast<size_t>(material)];
   }
 
   // Each face's tangents follow the UVs of its material's normal map, where the mesh has them.

@@ -1,6 +1,7 @@
 // The node hierarchy, the shown scene, skins, and animations.
 #include "gltf/document.hpp"
 
+#include <cmath>
 #include <map>
 
 namespace gltf {
@@ -27,6 +28,7 @@ void read_node(Document &document, size_t index) {
   tw_node &node = document.model->nodes[index];
   std::string pointer = text("/nodes/", index);
   node.name = copy_name(document, source.name);
+  node.kept = document.kept.nodes[index];
   node.parent = TW_NO_INDEX;
   node.mesh = optional_index(source.mesh, document.source.meshes.size(), pointer + "/mesh");
   node.skin = optional_index(source.skin, document.source.skins.size(), pointer + "/skin");
@@ -74,47 +76,65 @@ void check_cycles(const Document &document) {
       refuse(TW_INVALID, text("/nodes/", i, "/children"), "node ", i, " is in a cycle of nodes");
 }
 
-// Nodes outside the scene that is shown keep their place in the hierarchy, and lose their mesh.
-void apply_scene(Document &document) {
+const uint32_t *read_roots(Document &document, size_t index) {
+  const std::vector<int> &nodes = document.source.scenes[index].nodes;
+  uint32_t *roots = allocate<uint32_t>(document, nodes.size());
+  for (size_t i = 0; i < nodes.size(); i++) {
+    std::string pointer = text("/scenes/", index, "/nodes/", i);
+    roots[i] = optional_index(nodes[i], document.model->node_count, pointer);
+    if (roots[i] == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
+  }
+  return roots;
+}
+
+const char *scene_name(Document &document, const tw_gltf_scene &scene) {
+  const char *name = scene.kept ? find_member(scene.kept, "name") : nullptr;
+  return name && *name == '"' ? copy_name(document, unescape(string_of(name))) : nullptr;
+}
+
+void read_scenes(Document &document) {
   const tinygltf::Model &source = document.source;
   tw_model &model = *document.model;
+  tw_gltf_assets &assets = *document.assets;
+  assets.node_count = model.node_count;
+  assets.scene = source.defaultScene < 0 ? TW_NO_INDEX : static_cast<uint32_t>(source.defaultScene);
   if (source.scenes.empty()) return;
   if (source.defaultScene < -1 ||
       (source.defaultScene >= 0 && static_cast<size_t>(source.defaultScene) >= source.scenes.size()))
     refuse(TW_INVALID, "/scene", "there is no scene ", source.defaultScene);
   size_t shown = source.defaultScene < 0 ? 0 : static_cast<size_t>(source.defaultScene);
-  const tinygltf::Scene &scene = source.scenes[shown];
+  for (size_t i = 0; i < source.scenes.size(); i++) {
+    assets.scenes[i].nodes = read_roots(document, i);
+    assets.scenes[i].node_count = static_cast<uint32_t>(source.scenes[i].nodes.size());
+  }
+  const tw_gltf_scene &scene = assets.scenes[shown];
   std::vector<bool> inside(model.node_count);
-  for (size_t i = 0; i < scene.nodes.size(); i++) {
-    std::string pointer = text("/scenes/", shown, "/nodes/", i);
-    uint32_t node = optional_index(scene.nodes[i], model.node_count, pointer);
-    if (node == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
-    mark_below(source, node, inside);
-  }
-  model.name = copy_name(document, scene.name);
-  uint32_t outside = 0;
-  for (uint32_t i = 0; i < model.node_count; i++) {
-    if (inside[i] || model.nodes[i].mesh == TW_NO_INDEX) continue;
-    model.nodes[i].mesh = model.nodes[i].skin = TW_NO_INDEX;
-    outside++;
-  }
-  if (outside > 0) tw_model_warn(&model, "%u meshes outside the shown scene are left out", outside);
+  for (uint32_t i = 0; i < scene.node_count; i++) mark_below(source, scene.nodes[i], inside);
+  for (uint32_t i = 0; i < model.node_count; i++) model.nodes[i].is_hidden = !inside[i];
+  model.name = scene_name(document, scene);
 }
 
-void warn_of_losses(const Document &document) {
-  size_t cameras = 0, lights = 0, weights = 0, instances = 0;
-  for (const tinygltf::Node &node : document.source.nodes) {
-    cameras += node.camera >= 0;
-    lights += node.extensions.count("KHR_lights_punctual");
-    instances += node.extensions.count("EXT_mesh_gpu_instancing");
-    weights += !node.weights.empty();
+// Weights that a node has in place of its mesh's.
+void read_weights(Document &document) {
+  size_t unfit = 0;
+  for (uint32_t i = 0; i < document.model->node_count; i++) {
+    const std::vector<double> &weights = document.source.nodes[i].weights;
+    tw_node &node = document.model->nodes[i];
+    if (weights.empty()) continue;
+    if (node.mesh == TW_NO_INDEX || document.model->meshes[node.mesh].morph_count != weights.size()) {
+      unfit++;
+      continue;
+    }
+    float *out = allocate<float>(document, weights.size());
+    copy_numbers(weights, weights.size(), out, text("/nodes/", i, "/weights"));
+    for (size_t k = 0; k < weights.size(); k++)
+      if (!std::isfinite(out[k]))
+        refuse(TW_INVALID, text("/nodes/", i, "/weights"), "a weight is not finite");
+    node.weights = out;
   }
-  if (cameras > 0) tw_model_warn(document.model, "%zu cameras are left out", cameras);
-  if (lights > 0) tw_model_warn(document.model, "%zu lights are left out", lights);
-  if (instances > 0) tw_model_warn(document.model, "%zu nodes with instances show one of them", instances);
-  if (weights > 0)
-    tw_model_warn(document.model, "morph weights of %zu nodes are left out: those of the mesh count",
-                  weights);
+  if (unfit > 0)
+    tw_model_warn(document.model, "morph weights of %zu nodes are left out: their meshes have other targets",
+                  unfit);
 }
 
 const float *identity_matrices(Document &document, size_t count) {
@@ -155,7 +175,9 @@ public:
     document_.budget.place = text("/animations/", index);
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, source.channels.size());
     uint32_t count = 0, skipped = 0;
+    const char *const *kept = document_.kept.channels.data() + document_.kept.first_channel[index];
     for (size_t i = 0; i < source.channels.size(); i++) {
+      tracks[count].kept = kept[i];
       if (read_channel(source, text("/animations/", index), i, tracks[count]))
         count++;
       else
@@ -166,6 +188,7 @@ public:
                     index);
     tw_clip_keys &clip = document_.model->clips[index];
     clip.name = copy_name(document_, source.name);
+    clip.kept = document_.kept.animations[index];
     clip.track_count = count;
     clip.tracks = tracks;
   }
@@ -290,8 +313,8 @@ void read_nodes(Document &document) {
   for (size_t i = 0; i < count; i++) read_node(document, i);
   for (size_t i = 0; i < count; i++) read_children(document, i);
   check_cycles(document);
-  apply_scene(document);
-  warn_of_losses(document);
+  read_scenes(document);
+  read_weights(document);
 }
 
 void read_skins(Document &document, Accessors &accessors) {
@@ -314,6 +337,7 @@ void read_skins(Document &document, Accessors &accessors) {
         refuse(TW_INVALID, text(pointer, "/joints/", j), "index -1 is out of range");
     }
     skin.name = copy_name(document, source.name);
+    skin.kept = document.kept.skins[i];
     skin.joint_count = static_cast<uint32_t>(count);
     skin.joints = joints;
     skin.inverse_bind = read_inverse_binds(document, accessors, source.inverseBindMatrices, count,

@@ -74,6 +74,9 @@ typedef struct tw_node {
   tw_trs rest;
   bool has_matrix; /* the local transform is `matrix` (it may shear); rest is the nearest TRS */
   float matrix[16];
+  const float *weights; /* of the mesh's morph targets; NULL: the mesh's own */
+  bool is_hidden;       /* outside the scene that is shown: has a place in the hierarchy, and is not drawn */
+  const char *kept;     /* as of a mesh */
 } tw_node;
 
 typedef struct tw_skin {
@@ -82,6 +85,7 @@ typedef struct tw_skin {
   const uint32_t *joints;    /* [joint_count] nodes */
   const float *inverse_bind; /* [joint_count][16] */
   uint32_t skeleton;         /* node or TW_NO_INDEX */
+  const char *kept;          /* as of a mesh */
 } tw_skin;
 
 /* Fills order[node_count] with the nodes, parents first. TW_INVALID with pointer
@@ -104,12 +108,15 @@ typedef struct tw_track_keys {
   const float *values;  /* [key_count][width]; cubicspline: [key_count][3][width] in-tangent, value,
                            out-tangent.  NULL for TW_KEY_EULER and TW_KEY_AXIS_ANGLE */
   const double *angles; /* TW_KEY_EULER [key_count][3], TW_KEY_AXIS_ANGLE [key_count][4]; else NULL */
+  /* {"channel": {}, "target": {}, "sampler": {}}, some or all of them: as of a mesh; or NULL */
+  const char *kept;
 } tw_track_keys;
 
 typedef struct tw_clip_keys {
   const char *name; /* UTF-8, or NULL */
   uint32_t track_count;
   const tw_track_keys *tracks;
+  const char *kept; /* as of a mesh */
 } tw_clip_keys;
 
 /* A clip made ready for sampling: immutable, any number of threads may share it. */

@@ -82,6 +82,10 @@ typedef struct tw_mesh {
   bool has_tangents;          /* the source bore tangents or a normal map: the answer needs them */
   const uint8_t *tangent_uvs; /* [face_count] UV set that tangents follow, NULL: the first */
 
+  /* A JSON object without blanks: what a glTF file said of the mesh beyond all this (extras, extensions,
+   * members that nobody here knows), for answers to bear again. NULL: nothing. */
+  const char *kept;
+
   /* The file's own subdivision tags, TW_TAG_UNSET or a value of the enums in subdiv.h. */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
 } tw_mesh;

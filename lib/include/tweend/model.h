@@ -31,10 +31,9 @@ enum {
   TW_TRACKS_MAX = 262144 /* of all clips */
 };
 
-/* Materials, textures, samplers and images of a glTF file, kept as they came; see gltf.h. */
+/* What a glTF file holds besides geometry, hierarchy and clips: materials, images, cameras, ...; see gltf.h.
+ */
 typedef struct tw_gltf_assets tw_gltf_assets;
-void tw_gltf_assets_destroy(tw_gltf_assets *assets);      /* NULL accepted */
-size_t tw_gltf_assets_size(const tw_gltf_assets *assets); /* bytes held; 0 for NULL */
 
 /* Built once by a reader, then immutable and shared. All arrays live in `arena`. */
 typedef struct tw_model {
@@ -52,17 +51,17 @@ typedef struct tw_model {
   tw_skin *skins;
   uint32_t clip_count;
   tw_clip_keys *clips;
-  uint32_t material_count;     /* of assets, or of names an OBJ uses */
-  uint32_t group_count;        /* sets of groups that faces are in */
-  const char **material_names; /* [material_count], entries may be NULL */
-  const char **group_names;    /* [group_count] the names of a set, a blank between two */
-  tw_gltf_assets *assets;      /* or NULL */
+  uint32_t material_count;      /* of assets, or of names an OBJ uses */
+  uint32_t group_count;         /* sets of groups that faces are in */
+  const char **material_names;  /* [material_count], entries may be NULL */
+  const char **group_names;     /* [group_count] the names of a set, a blank between two */
+  const tw_gltf_assets *assets; /* or NULL */
   uint32_t warning_count;
   const char **warnings; /* [warning_count] sentences */
 } tw_model;
 
 tw_model *tw_model_create(void);        /* an empty one with its arena; NULL without memory */
-void tw_model_destroy(tw_model *model); /* NULL accepted; frees assets too */
+void tw_model_destroy(tw_model *model); /* NULL accepted */
 
 /* Adds a sentence to the warnings. At most 64 are kept; the last then says that there are more.
  * Lost without memory. */

@@ -1,0 +1,669 @@
+/* The JSON of a glTF answer: what the plan says, and behind it in every object what the file said beyond
+ * that. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "gltf/gltf.h"
+#include "tweend/json_text.h"
+
+static const char NGON[] = "FB_ngon_encoding";
+
+/* What stands between the quotes of a JSON string. */
+typedef struct json_name {
+  const char *text;
+  size_t size;
+} json_name;
+
+typedef struct json_writer {
+  const tw_gltf_plan *plan;
+  const tw_scene *scene;
+  const tw_gltf_assets *assets;
+  tw_text *text;
+  size_t (*bounds)[6]; /* of the next accessor that is BOUNDED_LATER */
+  /* Extensions that occur in what is written, each at least once. */
+  json_name *used;
+  size_t used_count, used_capacity;
+} json_writer;
+
+/* ---- extensions ---------------------------------------------------------------------------------------- */
+
+static int compare_names(const void *left, const void *right) {
+  const json_name *a = left, *b = right;
+  int order = memcmp(a->text, b->text, a->size < b->size ? a->size : b->size);
+  return order != 0 ? order : (a->size > b->size) - (a->size < b->size);
+}
+
+static void note_name(json_writer *writer, const char *text, size_t size) {
+  const json_name name = {text, size};
+  if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &name) == 0) return;
+  if (writer->used_count == writer->used_capacity) {
+    size_t capacity = 2 * writer->used_capacity + 16;
+    json_name *used = realloc(writer->used, capacity * sizeof *used);
+    if (!used) {
+      writer->text->failed = true;
+      return;
+    }
+    writer->used = used;
+    writer->used_capacity = capacity;
+  }
+  writer->used[writer->used_count++] = name;
+}
+
+/* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
+static void note_extensions(json_writer *writer, const char *container) {
+  tw_json_item item;
+  for (bool more = tw_json_first(container, &item); more;
+       more = tw_json_next(tw_json_skip(item.value), &item)) {
+    bool is_object = *item.value == '{';
+    if (!is_object && *item.value != '[') continue;
+    if (item.key_size == 6 && memcmp(item.key, "extras", 6) == 0) continue;
+    if (is_object && item.key_size == 10 && memcmp(item.key, "extensions", 10) == 0) {
+      tw_json_item extension;
+      for (bool next = tw_json_first(item.value, &extension); next;
+           next = tw_json_next(tw_json_skip(extension.value), &extension))
+        note_name(writer, extension.key, extension.key_size);
+    }
+    note_extensions(writer, item.value);
+  }
+}
+
+/* Sorts the names, each once. */
+static void sort_used(json_writer *writer) {
+  size_t count = 0;
+  if (writer->used_count > 0) qsort(writer->used, writer->used_count, sizeof *writer->used, compare_names);
+  for (size_t i = 0; i < writer->used_count; i++)
+    if (count == 0 || compare_names(&writer->used[count - 1], &writer->used[i]) != 0)
+      writer->used[count++] = writer->used[i];
+  writer->used_count = count;
+}
+
+/* The listed extensions that are used, each once, in the list's order; then the other ones unless there are
+ * none to add (`others`). */
+static void put_extension_names(json_writer *writer, const char *member, const tw_gltf_objects *listed,
+                                bool others) {
+  bool *done = tw_alloc_zero(writer->used_count, sizeof *done);
+  bool opened = false;
+  if (!done) writer->text->failed = true;
+  uint32_t count = listed->count;
+  for (uint64_t i = 0; done && i < count + (others ? writer->used_count : 0); i++) {
+    const json_name *found = &writer->used[i < count ? 0 : i - count];
+    if (i < count) {
+      const json_name name = {listed->items[i], strlen(listed->items[i])};
+      found = writer->used_count
+                  ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
+                  : NULL;
+    }
+    if (!found || done[found - writer->used]) continue;
+    done[found - writer->used] = true;
+    if (!opened) tw_member_open(writer->text, member, "[");
+    opened = true;
+    tw_text_element(writer->text);
+    tw_text_add(writer->text, "\"");
+    tw_text_bytes(writer->text, found->text, found->size);
+    tw_text_add(writer->text, "\"");
+  }
+  if (opened) tw_text_add(writer->text, "]");
+  free(done);
+}
+
+static void put_extensions(json_writer *writer) {
+  sort_used(writer);
+  put_extension_names(writer, "extensionsUsed", &writer->assets->extensions_used, true);
+  put_extension_names(writer, "extensionsRequired", &writer->assets->extensions_required, false);
+}
+
+/* ---- parts of objects ---------------------------------------------------------------------------------- */
+
+/* The members of a kept object, behind those that are already there. */
+static void put_kept(json_writer *writer, const char *kept) {
+  size_t size = kept ? strlen(kept) : 0;
+  if (size <= 2) return;
+  tw_text_element(writer->text);
+  tw_text_bytes(writer->text, kept + 1, size - 2);
+  if (strstr(kept, "\"extensions\"")) note_extensions(writer, kept);
+}
+
+static void put_name(json_writer *writer, const char *name) {
+  if (name) tw_member_string(writer->text, "name", name);
+}
+
+static void put_indices(json_writer *writer, const char *member, const uint32_t *indices, size_t count) {
+  tw_member_open(writer->text, member, "[");
+  for (size_t i = 0; i < count; i++) {
+    tw_text_element(writer->text);
+    tw_text_count(writer->text, indices[i]);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void open_object(json_writer *writer) {
+  tw_text_element(writer->text);
+  tw_text_add(writer->text, "{");
+}
+
+static void close_object(json_writer *writer) {
+  tw_text_add(writer->text, "}");
+}
+
+/* Kept objects as they are. */
+static void put_objects(json_writer *writer, const char *member, const tw_gltf_objects *objects) {
+  if (objects->count == 0) return;
+  tw_member_open(writer->text, member, "[");
+  for (uint32_t i = 0; i < objects->count; i++) {
+    open_object(writer);
+    put_kept(writer, objects->items[i]);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* ---- views and accessors ------------------------------------------------------------------------------- */
+
+static void put_views(json_writer *writer) {
+  if (writer->plan->view_count == 0) return;
+  tw_member_open(writer->text, "bufferViews", "[");
+  for (uint32_t i = 0; i < writer->plan->view_count; i++) {
+    const tw_gltf_view *view = &writer->plan->views[i];
+    open_object(writer);
+    tw_member_count(writer->text, "buffer", 0);
+    if (view->offset) tw_member_count(writer->text, "byteOffset", view->offset);
+    tw_member_count(writer->text, "byteLength", view->size);
+    if (view->target == TW_GLTF_VERTICES) tw_member_count(writer->text, "byteStride", view->element_size);
+    if (view->target) tw_member_count(writer->text, "target", (uint64_t)view->target);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* Doubles, as readers compare them with the data. */
+static void put_bound(json_writer *writer, const char *member, float bound, int width) {
+  tw_member_open(writer->text, member, "[");
+  for (int i = 0; i < width; i++) {
+    tw_text_element(writer->text);
+    tw_text_double(writer->text, (double)bound);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* Three fields of spaces; their places go to fields. */
+static void put_later(json_writer *writer, const char *member, size_t fields[3]) {
+  char blanks[TW_GLTF_BOUND_TEXT];
+  memset(blanks, ' ', sizeof blanks);
+  tw_member_open(writer->text, member, "[");
+  for (int i = 0; i < 3; i++) {
+    tw_text_element(writer->text);
+    fields[i] = writer->text->size;
+    tw_text_bytes(writer->text, blanks, sizeof blanks);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static const char *type_name(int width) {
+  static const char *const names[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
+  return width == 16 ? "MAT4" : names[width - 1];
+}
+
+static void put_accessor(json_writer *writer, const tw_gltf_accessor *accessor) {
+  if (accessor->view != TW_NO_INDEX) tw_member_count(writer->text, "bufferView", accessor->view);
+  if (accessor->offset) tw_member_count(writer->text, "byteOffset", accessor->offset);
+  tw_member_count(writer->text, "componentType", (uint64_t)accessor->component);
+  tw_member_count(writer->text, "count", accessor->count);
+  tw_member_string(writer->text, "type", type_name(accessor->width));
+  if (accessor->bounds == TW_GLTF_BOUNDED) {
+    put_bound(writer, "max", accessor->max, accessor->width);
+    put_bound(writer, "min", accessor->min, accessor->width);
+  } else if (accessor->bounds == TW_GLTF_BOUNDED_LATER) {
+    put_later(writer, "max", *writer->bounds);
+    put_later(writer, "min", *writer->bounds + 3);
+    writer->bounds++;
+  }
+}
+
+static void put_accessors(json_writer *writer) {
+  if (writer->plan->accessor_count == 0) return;
+  tw_member_open(writer->text, "accessors", "[");
+  for (uint32_t i = 0; i < writer->plan->accessor_count; i++) {
+    open_object(writer);
+    put_accessor(writer, &writer->plan->accessors[i]);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* ---- groups of faces: glTF has none. Cutting primitives at them would cost a draw call each, so they are
+ * told as ranges of indices, the form in which three.js has them (BufferGeometry.addGroup). */
+
+static void put_words(json_writer *writer, const char *names) {
+  tw_member_open(writer->text, "names", "[");
+  for (const char *word = names; *word;) {
+    size_t length = strcspn(word, " ");
+    if (length > 0) {
+      tw_text_element(writer->text);
+      tw_text_quoted(writer->text, word, length);
+    }
+    word += length + (word[length] == ' ');
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static uint64_t indices_of(uint64_t corners, uint64_t faces) {
+  return 3 * (corners - 2 * faces);
+}
+
+/* The extras of a primitive that draws `faces`: {"groups": [{"names": [...], "start": n, "count": n}, ...]},
+ * ranges of its indices, in order. Faces in no group are in no range; without any range there are no extras.
+ * next_group: the first of the surface's groups among the faces; is moved past them. */
+static void put_group_ranges(json_writer *writer, const tw_surface *surface, const tw_surface_group *faces,
+                             uint32_t *next_group) {
+  bool any = false;
+  for (; *next_group < tw_surface_group_count(surface); ++*next_group) {
+    const tw_surface_group *group = tw_surface_get_group(surface, *next_group);
+    if (group->first_face >= faces->first_face + faces->face_count) break;
+    if (group->names == TW_NO_INDEX) continue;
+    if (!any) {
+      tw_member_open(writer->text, "extras", "{");
+      tw_member_open(writer->text, "groups", "[");
+    }
+    any = true;
+    open_object(writer);
+    put_words(writer, writer->scene->model->group_names[group->names]);
+    tw_member_count(
+        writer->text, "start",
+        indices_of(group->first_corner - faces->first_corner, group->first_face - faces->first_face));
+    tw_member_count(writer->text, "count", indices_of(group->corner_count, group->face_count));
+    close_object(writer);
+  }
+  if (any) tw_text_add(writer->text, "]}");
+}
+
+/* ---- meshes -------------------------------------------------------------------------------------------- */
+
+static void put_targets(json_writer *writer, uint32_t count, uint32_t first, uint32_t step) {
+  if (count == 0) return;
+  tw_member_open(writer->text, "targets", "[");
+  for (uint32_t i = 0; i < count; i++) {
+    open_object(writer);
+    tw_member_count(writer->text, "POSITION", first + (uint64_t)step * i);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void put_ngon(json_writer *writer) {
+  tw_member_open(writer->text, "extensions", "{");
+  tw_member_open(writer->text, NGON, "{}}");
+  note_name(writer, NGON, sizeof NGON - 1);
+}
+
+static void put_triangles(json_writer *writer, uint32_t index) {
+  const tw_gltf_mesh *mesh = &writer->plan->meshes[index];
+  uint32_t group = 0;
+  for (uint32_t i = 0; i < mesh->primitive_count; i++) {
+    const uint32_t indices = mesh->first_indices + i;
+    const tw_surface_group *faces = &writer->plan->views[writer->plan->accessors[indices].view].faces;
+    open_object(writer);
+    tw_member_open(writer->text, "attributes", "{");
+    for (uint32_t a = 0; a < mesh->attribute_count; a++)
+      tw_member_count(writer->text, mesh->attributes[a].semantic, mesh->attributes[a].accessor);
+    close_object(writer);
+    tw_member_count(writer->text, "indices", indices);
+    if (faces->material >= 0) tw_member_count(writer->text, "material", (uint64_t)faces->material);
+    put_targets(writer, mesh->target_count, mesh->first_target, 1);
+    if (writer->scene->polygons == TW_POLYGONS_NGON) put_ngon(writer);
+    if (writer->plan->names_groups) put_group_ranges(writer, writer->scene->surfaces[index], faces, &group);
+    close_object(writer);
+  }
+}
+
+/* What stands for faces where there are none: a mesh keeps its place among the meshes. */
+static void put_nothing(json_writer *writer, const tw_gltf_mesh *mesh) {
+  open_object(writer);
+  tw_member_open(writer->text, "attributes", "{");
+  tw_member_count(writer->text, "POSITION", writer->plan->nothing);
+  close_object(writer);
+  put_targets(writer, mesh->target_count, writer->plan->nothing, 0);
+  close_object(writer);
+}
+
+static void put_meshes(json_writer *writer) {
+  const tw_model *model = writer->scene->model;
+  if (model->mesh_count == 0) return;
+  tw_member_open(writer->text, "meshes", "[");
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_gltf_mesh *mesh = &writer->plan->meshes[i];
+    const tw_mesh *source = &model->meshes[i];
+    open_object(writer);
+    put_name(writer, source->name);
+    tw_member_open(writer->text, "primitives", "[");
+    put_triangles(writer, i);
+    if (mesh->primitive_count == 0) put_nothing(writer, mesh);
+    tw_text_add(writer->text, "]");
+    if (mesh->target_count && source->morph_weights)
+      tw_member_floats(writer->text, "weights", source->morph_weights, mesh->target_count);
+    put_kept(writer, source->kept);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* ---- nodes --------------------------------------------------------------------------------------------- */
+
+/* What the JSON needs to know of each node beside the node itself. */
+typedef struct node_links {
+  uint32_t *first_child, *next_sibling; /* [node_count], TW_NO_INDEX at the end */
+  bool *animated;                       /* [node_count]: must not have a matrix */
+} node_links;
+
+static bool find_links(json_writer *writer, node_links *links) {
+  const tw_scene *scene = writer->scene;
+  uint32_t count = scene->model->node_count;
+  *links = (node_links){tw_alloc(count, sizeof(uint32_t)), tw_alloc(count, sizeof(uint32_t)),
+                        tw_alloc_zero(count, sizeof(bool))};
+  if (!links->first_child || !links->next_sibling || !links->animated) return false;
+  memset(links->first_child, 0xFF, count * sizeof(uint32_t));
+  for (uint32_t i = count; i-- > 0;) {
+    uint32_t parent = scene->model->nodes[i].parent;
+    if (parent == TW_NO_INDEX) continue;
+    links->next_sibling[i] = links->first_child[parent];
+    links->first_child[parent] = i;
+  }
+  for (uint32_t i = 0; i < scene->clip_count; i++)
+    for (uint32_t j = 0; j < scene->clips[i].track_count; j++)
+      links->animated[scene->clips[i].tracks[j].node] = true;
+  return true;
+}
+
+static void free_links(node_links *links) {
+  free(links->first_child);
+  free(links->next_sibling);
+  free(links->animated);
+}
+
+static void put_floats_unless(json_writer *writer, const char *member, const float *values, size_t count,
+                              const float *usual) {
+  for (size_t i = 0; i < count; i++) {
+    if (values[i] == usual[i]) continue;
+    tw_member_floats(writer->text, member, values, count);
+    return;
+  }
+}
+
+static void put_transform(json_writer *writer, uint32_t index, bool animated) {
+  const tw_scene *scene = writer->scene;
+  const tw_node *node = &scene->model->nodes[index];
+  bool moved = animated || (scene->posed_by && tw_clip_moves(scene->posed_by, index));
+  if (node->has_matrix && !moved) {
+    tw_member_floats(writer->text, "matrix", node->matrix, 16);
+    return;
+  }
+  const tw_trs *local = scene->pose ? &scene->pose[index] : &node->rest, usual = TW_TRS_IDENTITY;
+  put_floats_unless(writer, "translation", local->translation, 3, usual.translation);
+  put_floats_unless(writer, "rotation", local->rotation, 4, usual.rotation);
+  put_floats_unless(writer, "scale", local->scale, 3, usual.scale);
+}
+
+static void put_mesh_of(json_writer *writer, uint32_t index) {
+  const tw_scene *scene = writer->scene;
+  const tw_node *node = &scene->model->nodes[index];
+  if (node->mesh == TW_NO_INDEX) return;
+  tw_member_count(writer->text, "mesh", node->mesh);
+  if (tw_gltf_node_is_skinned(scene, node)) tw_member_count(writer->text, "skin", node->skin);
+  const float *weights = scene->weights ? scene->weights[index] : NULL;
+  if (!weights) weights = node->weights;
+  uint32_t count = writer->plan->meshes[node->mesh].target_count;
+  if (weights && count > 0) tw_member_floats(writer->text, "weights", weights, count);
+}
+
+static void put_children(json_writer *writer, const node_links *links, uint32_t index) {
+  uint32_t child = links->first_child[index];
+  if (child == TW_NO_INDEX) return;
+  tw_member_open(writer->text, "children", "[");
+  for (; child != TW_NO_INDEX; child = links->next_sibling[child]) {
+    tw_text_element(writer->text);
+    tw_text_count(writer->text, child);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void put_nodes(json_writer *writer) {
+  const tw_model *model = writer->scene->model;
+  if (model->node_count == 0) return;
+  node_links links;
+  bool found = find_links(writer, &links);
+  if (!found) writer->text->failed = true;
+  tw_member_open(writer->text, "nodes", "[");
+  for (uint32_t i = 0; found && i < model->node_count; i++) {
+    open_object(writer);
+    put_name(writer, model->nodes[i].name);
+    put_mesh_of(writer, i);
+    put_transform(writer, i, links.animated[i]);
+    put_children(writer, &links, i);
+    put_kept(writer, model->nodes[i].kept);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+  free_links(&links);
+}
+
+/* ---- scenes -------------------------------------------------------------------------------------------- */
+
+/* Roots from node `first` on that are shown. */
+static void put_roots(json_writer *writer, uint32_t first) {
+  const tw_model *model = writer->scene->model;
+  for (uint32_t i = first; i < model->node_count; i++) {
+    if (model->nodes[i].parent != TW_NO_INDEX || model->nodes[i].is_hidden) continue;
+    tw_text_element(writer->text);
+    tw_text_count(writer->text, i);
+  }
+}
+
+/* The file's scenes. Nodes that an answer has beside the file's are in the one that is shown. */
+static void put_scene(json_writer *writer, uint32_t index) {
+  const tw_gltf_scene *scene = &writer->assets->scenes[index];
+  uint32_t file_nodes = writer->assets->node_count;
+  bool is_shown = index == (writer->assets->scene == TW_NO_INDEX ? 0 : writer->assets->scene);
+  bool has_more = is_shown && writer->scene->model->node_count > file_nodes;
+  open_object(writer);
+  if (scene->node_count > 0 || has_more) {
+    tw_member_open(writer->text, "nodes", "[");
+    for (uint32_t i = 0; i < scene->node_count; i++) {
+      tw_text_element(writer->text);
+      tw_text_count(writer->text, scene->nodes[i]);
+    }
+    if (has_more) put_roots(writer, file_nodes);
+    tw_text_add(writer->text, "]");
+  }
+  put_kept(writer, scene->kept);
+  close_object(writer);
+}
+
+static void put_scenes(json_writer *writer) {
+  const tw_gltf_assets *assets = writer->assets;
+  if (assets->scene_count == 0) {
+    if (writer->scene->model->node_count == 0) return;
+    tw_member_count(writer->text, "scene", 0);
+    tw_text_add(writer->text, ",\"scenes\":[{\"nodes\":[");
+    put_roots(writer, 0);
+    tw_text_add(writer->text, "]}]");
+    return;
+  }
+  if (assets->scene != TW_NO_INDEX) tw_member_count(writer->text, "scene", assets->scene);
+  tw_member_open(writer->text, "scenes", "[");
+  for (uint32_t i = 0; i < assets->scene_count; i++) put_scene(writer, i);
+  tw_text_add(writer->text, "]");
+}
+
+/* ---- skins and animations ------------------------------------------------------------------------------ */
+
+static void put_skins(json_writer *writer) {
+  const tw_model *model = writer->scene->model;
+  if (model->skin_count == 0) return;
+  tw_member_open(writer->text, "skins", "[");
+  for (uint32_t i = 0; i < model->skin_count; i++) {
+    const tw_skin *skin = &model->skins[i];
+    open_object(writer);
+    put_name(writer, skin->name);
+    put_indices(writer, "joints", skin->joints, skin->joint_count);
+    tw_member_count(writer->text, "inverseBindMatrices", writer->plan->skin_matrices[i]);
+    if (skin->skeleton != TW_NO_INDEX) tw_member_count(writer->text, "skeleton", skin->skeleton);
+    put_kept(writer, skin->kept);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* The part of a track's kept object that is called so. */
+static void put_part(json_writer *writer, const char *kept, const char *name) {
+  tw_json_item item;
+  if (!kept) return;
+  for (bool more = tw_json_first(kept, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
+    if (item.key_size != strlen(name) || memcmp(item.key, name, item.key_size) != 0) continue;
+    tw_text_element(writer->text);
+    tw_text_bytes(writer->text, item.value + 1, (size_t)(tw_json_skip(item.value) - item.value) - 2);
+    note_extensions(writer, item.value);
+  }
+}
+
+static void put_channel(json_writer *writer, const tw_gltf_channel *channel, uint32_t sampler) {
+  static const char *const paths[] = {"translation", "rotation", "scale", "weights"};
+  open_object(writer);
+  tw_member_count(writer->text, "sampler", sampler);
+  tw_member_open(writer->text, "target", "{");
+  tw_member_count(writer->text, "node", channel->node);
+  tw_member_string(writer->text, "path", paths[channel->path]);
+  put_part(writer, channel->kept, "target");
+  close_object(writer);
+  put_part(writer, channel->kept, "channel");
+  close_object(writer);
+}
+
+static void put_sampler(json_writer *writer, const tw_gltf_channel *channel) {
+  static const char *const interpolations[] = {"STEP", "LINEAR", "CUBICSPLINE"};
+  open_object(writer);
+  tw_member_count(writer->text, "input", channel->input);
+  tw_member_string(writer->text, "interpolation", interpolations[channel->interpolation]);
+  tw_member_count(writer->text, "output", channel->output);
+  put_part(writer, channel->kept, "sampler");
+  close_object(writer);
+}
+
+static void put_animation(json_writer *writer, const tw_gltf_animation *animation) {
+  const tw_clip_keys *clip = &writer->scene->clips[animation->clip];
+  const tw_gltf_channel *channels = writer->plan->channels + animation->first_channel;
+  open_object(writer);
+  put_name(writer, clip->name);
+  tw_member_open(writer->text, "channels", "[");
+  for (uint32_t i = 0; i < animation->channel_count; i++) put_channel(writer, &channels[i], i);
+  tw_text_add(writer->text, "]");
+  tw_member_open(writer->text, "samplers", "[");
+  for (uint32_t i = 0; i < animation->channel_count; i++) put_sampler(writer, &channels[i]);
+  tw_text_add(writer->text, "]");
+  put_kept(writer, clip->kept);
+  close_object(writer);
+}
+
+static void put_animations(json_writer *writer) {
+  if (writer->plan->animation_count == 0) return;
+  tw_member_open(writer->text, "animations", "[");
+  for (uint32_t i = 0; i < writer->plan->animation_count; i++)
+    put_animation(writer, &writer->plan->animations[i]);
+  tw_text_add(writer->text, "]");
+}
+
+/* ---- assets -------------------------------------------------------------------------------------------- */
+
+static void put_images(json_writer *writer) {
+  if (writer->assets->image_count == 0) return;
+  tw_member_open(writer->text, "images", "[");
+  for (uint32_t i = 0; i < writer->assets->image_count; i++) {
+    const tw_gltf_image *image = &writer->assets->images[i];
+    open_object(writer);
+    if (image->bytes) {
+      tw_member_count(writer->text, "bufferView", writer->plan->image_views[i]);
+      if (image->mime_type) tw_member_open(writer->text, "mimeType", image->mime_type);
+    }
+    put_kept(writer, image->kept);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* Without assets: the names that an OBJ gives. */
+static void put_materials(json_writer *writer) {
+  const tw_model *model = writer->scene->model;
+  if (model->assets) {
+    put_objects(writer, "materials", &writer->assets->materials);
+    return;
+  }
+  if (model->material_count == 0) return;
+  tw_member_open(writer->text, "materials", "[");
+  for (uint32_t i = 0; i < model->material_count; i++) {
+    open_object(writer);
+    put_name(writer, model->material_names[i]);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void put_asset(json_writer *writer) {
+  tw_member_open(writer->text, "asset", "{");
+  tw_member_string(writer->text, "version", "2.0");
+  tw_text_add(writer->text, ",\"generator\":\"tweend ");
+  tw_text_add(writer->text, tw_version());
+  tw_text_add(writer->text, "\"");
+  put_kept(writer, writer->assets->asset);
+  close_object(writer);
+}
+
+/* ---- the whole ----------------------------------------------------------------------------------------- */
+
+static void put_document(json_writer *writer) {
+  const tw_gltf_assets *assets = writer->assets;
+  tw_text_add(writer->text, "{");
+  put_asset(writer);
+  put_scenes(writer);
+  put_nodes(writer);
+  put_meshes(writer);
+  put_skins(writer);
+  put_animations(writer);
+  put_materials(writer);
+  put_objects(writer, "textures", &assets->textures);
+  put_images(writer);
+  put_objects(writer, "samplers", &assets->samplers);
+  put_objects(writer, "cameras", &assets->cameras);
+  put_accessors(writer);
+  put_views(writer);
+  put_kept(writer, assets->root);
+  put_extensions(writer);
+  tw_text_add(writer->text, "}");
+}
+
+const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
+  static const tw_gltf_assets none = {.scene = TW_NO_INDEX};
+  return model->assets ? model->assets : &none;
+}
+
+tw_status tw_gltf_json_init(tw_gltf_json *json, const tw_gltf_plan *plan, const tw_scene *scene,
+                            tw_error *error) {
+  *json = (tw_gltf_json){0};
+  size_t later = 0;
+  for (uint32_t i = 0; i < plan->accessor_count; i++)
+    later += plan->accessors[i].bounds == TW_GLTF_BOUNDED_LATER;
+  json->bounds = tw_alloc(later, sizeof *json->bounds);
+  json_writer writer = {.plan = plan,
+                        .scene = scene,
+                        .assets = tw_gltf_assets_of(scene->model),
+                        .text = &json->text,
+                        .bounds = json->bounds};
+  if (json->bounds) put_document(&writer);
+  free(writer.used);
+  if (json->bounds && !json->text.failed) return TW_OK;
+  tw_gltf_json_deinit(json);
+  return tw_fail(error, TW_NO_MEMORY, "no memory for the JSON of a glTF answer");
+}
+
+void tw_gltf_json_deinit(tw_gltf_json *json) {
+  tw_text_deinit(&json->text);
+  free(json->bounds);
+  *json = (tw_gltf_json){0};
+}
