@@ -59,6 +59,43 @@ const char *api_call_header(const api_call *call, const char *name) {
   return call->request->header(call->request->context, name);
 }
 
+/* ---- warnings ---------------------------------------------------------------------------------- */
+
+enum { WARNING_SIZE = 388 }; /* 400 with the count before it */
+
+/* Percent-encoded (RFC 3986) as far as there is room for whole characters; what is cut ends in U+2026.
+ * text: UTF-8. NULL without memory. */
+static const char *encode_warning(tw_arena *arena, const char *text) {
+  static const char ellipsis[] = "%E2%80%A6";
+  static const char plain[] = "-._~";
+  char out[WARNING_SIZE];
+  size_t size = 0, left = strlen(text), length;
+  for (; (length = tw_utf8_length(text, left)) > 0; text += length, left -= length) {
+    char c = *text;
+    bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+                    (length == 1 && strchr(plain, c));
+    size_t more = is_plain ? 1 : 3 * length;
+    if (size + more + sizeof ellipsis > sizeof out) {
+      memcpy(out + size, ellipsis, sizeof ellipsis - 1);
+      size += sizeof ellipsis - 1;
+      break;
+    }
+    if (is_plain)
+      out[size++] = c;
+    else
+      for (size_t i = 0; i < length; i++)
+        size += (size_t)snprintf(out + size, 4, "%%%02X", (unsigned)(unsigned char)text[i]);
+  }
+  return tw_arena_text(arena, out, size);
+}
+
+void api_call_warn(api_call *call, const char *const *sentences, uint32_t count) {
+  if (call->warning_count == 0 && count > 0) call->first_warning = encode_warning(call->arena, sentences[0]);
+  call->warning_count += count;
+}
+
+/* ---- plain replies ----------------------------------------------------------------------------- */
+
 api_outcome api_reply(api_call *call, tw_text *text) {
   api_answer_text(&call->answer, 200, call->offer->type, text);
   return API_DONE;

@@ -28,9 +28,11 @@ typedef struct api_call {
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
   api_query query;
-  uint64_t held;     /* bytes that the answer's body holds while it is read, beside entries */
-  tw_arena *arena;   /* the answer's: lives as long as it does */
-  api_answer answer; /* being filled */
+  uint32_t warning_count;
+  const char *first_warning; /* percent-encoded */
+  uint64_t held;             /* bytes that the answer's body holds while it is read, beside entries */
+  tw_arena *arena;           /* the answer's: lives as long as it does */
+  api_answer answer;         /* being filled */
   api_fault fault;
 } api_call;
 
@@ -54,6 +56,9 @@ const char *api_call_header(const api_call *call, const char *name);
 
 /* Answers 200 with a printed text of the offer's type. */
 api_outcome api_reply(api_call *call, tw_text *text);
+
+/* Adds [count] sentences to what X-Tweend-Warning of the answer tells: how many there are, and the first. */
+void api_call_warn(api_call *call, const char *const *sentences, uint32_t count);
 
 /* ---- answers about immutable models ---- */
 

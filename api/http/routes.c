@@ -251,6 +251,8 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
     call->answer.header_count = 0; /* they belong to the answer that did not come about */
     api_problem_fill(&call->fault, call->request->id, &call->answer);
   }
+  if (outcome != API_FAILED && call->first_warning)
+    api_answer_headerf(&call->answer, "X-Tweend-Warning", "%u; %s", call->warning_count, call->first_warning);
   bool by_origin = strcmp(call->service->cors_origins, "*") != 0;
   api_answer_header(&call->answer, "Vary", by_origin ? "Accept, Origin" : "Accept");
   api_answer_header(&call->answer, "X-Content-Type-Options", "nosniff");

@@ -1,4 +1,4 @@
-/* Clips: the model's own by name, or another model's, carried over by the names of nodes. */
+/* Clips: the model's own by name, or another model's, carried over by the names of nodes; several as one. */
 #include "clips.h"
 
 #include "models.h"
@@ -8,49 +8,154 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- finding ----------------------------------------------------------------------------------- */
+/* ---- choosing ---------------------------------------------------------------------------------- */
 
-static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name) {
+enum {
+  COMMAS_IN_A_NAME = 8,
+  CLIPS_IN_A_LIST = 256,
+  COMPARISONS_MOST = 1 << 18 /* of names, in a light call */
+};
+
+static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
   char list[160] = "";
-  size_t length = 0;
+  size_t used = 0;
   for (uint32_t i = 0; i < model->clip_count; i++) {
     char buffer[24];
-    int more = snprintf(list + length, sizeof list - length, "%s%s", i ? ", " : "",
+    int more = snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
                         tw_model_clip_name(model, i, buffer));
-    if (more < 0 || (size_t)more >= sizeof list - length) break;
-    length += (size_t)more;
+    if (more < 0 || (size_t)more >= sizeof list - used) break;
+    used += (size_t)more;
   }
-  list[length] = '\0';
-  return api_fail_with(call, 404, "no clip is called \"%.60s\"; %s%s", name,
+  list[used] = '\0';
+  return api_fail_with(call, 404, "no clip is called \"%.*s\"; %s%s", length < 60 ? (int)length : 60, name,
                        model->clip_count ? "there are: " : "the model has no clips", list);
 }
 
+static bool is_borrowed(const char *name, size_t length) {
+  return length > API_ID_TEXT && name[API_ID_TEXT - 1] == '/' && api_is_model_id(name, API_ID_TEXT - 1);
+}
+
 /* A clip of another stored model, called "{model id}/{name}". */
-static api_outcome find_borrowed(api_call *call, const char *name, api_clip_choice *out) {
+static api_outcome find_borrowed(api_call *call, const char *name, size_t length, api_clip_choice *out) {
   memcpy(out->lender, name, API_ID_TEXT - 1);
   name += API_ID_TEXT;
+  length -= API_ID_TEXT;
   api_entry *entry;
   api_outcome outcome = api_model_take(call, out->lender, TW_QUADS_NGON, &entry);
   if (outcome != API_DONE) return outcome;
   const tw_model *lender = api_entry_value(entry);
-  out->index = tw_model_find_clip(lender, name, strlen(name));
-  if (out->index == TW_NO_INDEX) outcome = fail_absent(call, lender, name);
+  out->index = tw_model_find_clip(lender, name, length);
+  if (out->index == TW_NO_INDEX) {
+    fail_absent(call, lender, name, length);
+    outcome = API_CONTINUE;
+  }
   api_entry_release(entry);
   return outcome;
 }
 
-api_outcome api_clip_find(api_call *call, const tw_model *model, const char *name, int force,
-                          api_clip_choice *out) {
-  *out = (api_clip_choice){.index = TW_NO_INDEX, .force = force};
-  if (!name) {
-    if (model->clip_count > 0) out->index = 0;
+/* The clip of this name, own or borrowed. API_CONTINUE: there is none, as the fault says. */
+static api_outcome find_named(api_call *call, const tw_model *model, const char *name, size_t length,
+                              api_clip_choice *out) {
+  *out = (api_clip_choice){.index = tw_model_find_clip(model, name, length)};
+  if (out->index != TW_NO_INDEX) return API_DONE;
+  if (is_borrowed(name, length)) return find_borrowed(call, name, length, out);
+  fail_absent(call, model, name, length);
+  return API_CONTINUE;
+}
+
+/* The clip that the list begins with, and the length of its name. A name may itself hold commas: the
+ * shortest one that exists counts. */
+static api_outcome find_first(api_call *call, const tw_model *model, const char *list, size_t *length,
+                              api_clip_choice *out) {
+  size_t end = strcspn(list, ",");
+  for (int commas = 0;; commas++) {
+    *length = end;
+    api_outcome outcome = find_named(call, model, list, end, out);
+    if (outcome != API_CONTINUE) return outcome;
+    if (list[end] == '\0' || commas == COMMAS_IN_A_NAME) break;
+    end += 1 + strcspn(list + end + 1, ",");
+  }
+  find_named(call, model, list, strcspn(list, ","), out); /* for a fault that names the first name alone */
+  return API_FAILED;
+}
+
+static bool is_among(const api_clip_choice *choice, const api_clip_choice *list, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++)
+    if (list[i].index == choice->index && strcmp(list[i].lender, choice->lender) == 0) return true;
+  return false;
+}
+
+static api_outcome find_listed(api_call *call, const tw_model *model, const char *text,
+                               api_clip_choices *out) {
+  uint64_t names = 1;
+  for (const char *c = text; *c; c++) names += *c == ',';
+  if (call->effort != API_HEAVY && names * model->clip_count > COMPARISONS_MOST) return API_NEEDS_THREAD;
+  if (names > CLIPS_IN_A_LIST)
+    return api_fail_with(call, 400, "clip: more than %d names are in the list", CLIPS_IN_A_LIST);
+  api_clip_choice *list = tw_arena_alloc(call->arena, (size_t)names, sizeof *list);
+  if (!list) return api_fail_without_memory(call);
+  *out = (api_clip_choices){.list = list};
+  for (;;) {
+    size_t length;
+    api_outcome outcome = find_first(call, model, text, &length, &list[out->count]);
+    if (outcome != API_DONE) return outcome;
+    if (is_among(&list[out->count], list, out->count))
+      return api_fail_with(call, 400, "clip: \"%.*s\" is in the list twice", length < 60 ? (int)length : 60,
+                           text);
+    out->count++;
+    if (text[length] == '\0') return API_DONE;
+    text += length + 1;
+  }
+}
+
+/* The one clip that the whole text names, none, or several. */
+static api_outcome find_chosen(api_call *call, const tw_model *model, const char *text,
+                               api_clip_choices *out) {
+  api_clip_choice *whole = tw_arena_alloc(call->arena, 1, sizeof *whole);
+  if (!whole) return api_fail_without_memory(call);
+  api_outcome outcome = find_named(call, model, text, strlen(text), whole);
+  *out = (api_clip_choices){1, whole};
+  if (outcome != API_CONTINUE) return outcome;
+  if (strcmp(text, "none") != 0) return find_listed(call, model, text, out);
+  *out = (api_clip_choices){0};
+  return API_DONE;
+}
+
+/* Tells the model's own first clips, by whatever names they were chosen, in one form. */
+static void simplify(api_clip_choices *choices) {
+  uint32_t i = 0;
+  while (i < choices->count && choices->list[i].index == i && !choices->list[i].lender[0]) i++;
+  if (i == choices->count) choices->list = NULL;
+}
+
+api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
+                             api_clip_choices *out) {
+  if (!text) {
+    *out = (api_clip_choices){.count = otherwise < model->clip_count ? otherwise : model->clip_count};
     return API_DONE;
   }
-  out->index = tw_model_find_clip(model, name, strlen(name));
-  if (out->index != TW_NO_INDEX) return API_DONE;
-  bool is_borrowed =
-      strlen(name) > API_ID_TEXT && name[API_ID_TEXT - 1] == '/' && api_is_model_id(name, API_ID_TEXT - 1);
-  return is_borrowed ? find_borrowed(call, name, out) : fail_absent(call, model, name);
+  api_outcome outcome = find_chosen(call, model, text, out);
+  if (outcome != API_DONE) return outcome;
+  call->fault = (api_fault){0}; /* names that were tried */
+  if (out->list) simplify(out);
+  return API_DONE;
+}
+
+api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i) {
+  return choices->list ? choices->list[i] : (api_clip_choice){.index = i};
+}
+
+void api_clips_print(const api_clip_choices *choices, tw_text *text) {
+  if (!choices->list) {
+    tw_text_count(text, choices->count);
+    return;
+  }
+  for (uint32_t i = 0; i < choices->count; i++) {
+    tw_text_add(text, choices->list[i].lender);
+    tw_text_add(text, "/");
+    tw_text_count(text, choices->list[i].index);
+    tw_text_add(text, ",");
+  }
 }
 
 /* ---- compiling --------------------------------------------------------------------------------- */
@@ -71,14 +176,27 @@ static api_clip *create_clip(void) {
   return clip;
 }
 
-/* Notes the name of a node that the model does not have, once. */
+/* Warns of a node that the model does not have, once. */
 static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, bool *noted) {
   if (noted[node]) return true;
   noted[node] = true;
   char buffer[24];
-  const char *name = tw_model_node_name(lender, node, buffer);
-  clip->missing[clip->missing_count] = tw_arena_text(clip->arena, name, strlen(name));
-  return clip->missing[clip->missing_count++] != NULL;
+  tw_text text = {0};
+  tw_text_add(&text, "the clip moves a node that the model does not have: ");
+  tw_text_add(&text, tw_model_node_name(lender, node, buffer));
+  const char *kept = text.failed ? NULL : tw_arena_text(clip->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  clip->warnings[clip->warning_count] = kept;
+  return clip->warnings[clip->warning_count++] != NULL;
+}
+
+/* Room to warn of all nodes of one more lender. */
+static bool grow_warnings(api_clip *clip, const tw_model *lender) {
+  const char **grown =
+      tw_arena_alloc(clip->arena, (size_t)clip->warning_count + lender->node_count, sizeof *grown);
+  if (grown && clip->warning_count) memcpy(grown, clip->warnings, clip->warning_count * sizeof *grown);
+  clip->warnings = grown;
+  return grown != NULL;
 }
 
 /* The keys of a borrowed clip are copied, so that the lender may go. NULL stays NULL. */
@@ -88,26 +206,24 @@ static const void *copy_array(tw_arena *arena, const void *array, size_t count, 
   return copy;
 }
 
-static bool copy_track(api_clip *clip, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
+static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
   *to = *from;
   to->node = node;
   size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
-  to->times = copy_array(clip->arena, from->times, from->key_count, sizeof *from->times);
-  to->values =
-      copy_array(clip->arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
-  to->angles = copy_array(clip->arena, from->angles, from->key_count, from->width * sizeof *from->angles);
+  to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
+  to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
+  to->angles = copy_array(arena, from->angles, from->key_count, from->width * sizeof *from->angles);
   return (!from->times || to->times) && (!from->values || to->values) && (!from->angles || to->angles);
 }
 
 /* Carries a clip of `lender` over to `model`, node by name; tracks of nodes that are not there, and
  * weights that do not fit, are left out. */
-static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *lender,
-                       const tw_clip_keys *source) {
-  tw_clip_keys *keys = tw_arena_alloc(clip->arena, 1, sizeof *keys);
+static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *lender, uint32_t index,
+                       tw_clip_keys *out) {
+  const tw_clip_keys *source = &lender->clips[index];
   tw_track_keys *tracks = tw_arena_alloc(clip->arena, source->track_count, sizeof *tracks);
   bool *noted = tw_arena_alloc(clip->arena, lender->node_count, sizeof *noted);
-  clip->missing = tw_arena_alloc(clip->arena, lender->node_count, sizeof *clip->missing);
-  if (!keys || !tracks || !noted || !clip->missing) return false;
+  if (!tracks || !noted || !grow_warnings(clip, lender)) return false;
   uint32_t count = 0;
   for (uint32_t i = 0; i < source->track_count; i++) {
     const tw_track_keys *track = &source->tracks[i];
@@ -119,18 +235,23 @@ static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *le
         track->path != TW_WEIGHTS || (mesh != TW_NO_INDEX && model->meshes[mesh].morph_count == track->width);
     if (node == TW_NO_INDEX && !note_missing(clip, lender, track->node, noted)) return false;
     if (node == TW_NO_INDEX || !fits) continue;
-    if (!copy_track(clip, track, node, &tracks[count++])) return false;
+    if (!copy_track(clip->arena, track, node, &tracks[count++])) return false;
   }
-  *keys = (tw_clip_keys){.name = clip->name, .track_count = count, .tracks = tracks};
-  clip->keys = keys;
-  return true;
+  const char *name = source->name ? tw_arena_text(clip->arena, source->name, strlen(source->name)) : NULL;
+  *out = (tw_clip_keys){name, count, tracks};
+  return name || !source->name;
 }
 
 typedef struct clip_source {
   const tw_model *model;
-  const tw_model *lender; /* the model itself when nothing is borrowed */
-  const api_clip_choice *choice;
+  const api_clip_choices *choices;
+  api_entry *const *lenders; /* [choices->count] of models; NULL: the model's own clip */
+  int force;
 } clip_source;
+
+static const tw_model *lender_of(const clip_source *source, uint32_t i) {
+  return source->lenders[i] ? api_entry_value(source->lenders[i]) : source->model;
+}
 
 void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text) {
   char buffer[24];
@@ -158,23 +279,58 @@ static const tw_trs *keep_rest(const tw_model *model, tw_arena *arena) {
   return rest;
 }
 
+/* The names of all clips, commas between them. NULL without memory. */
+static const char *join_names(const clip_source *source, tw_arena *arena) {
+  tw_text text = {0};
+  for (uint32_t i = 0; i < source->choices->count; i++) {
+    char buffer[24];
+    if (i > 0) tw_text_add(&text, ",");
+    tw_text_add(&text,
+                tw_model_clip_name(lender_of(source, i), api_clips_get(source->choices, i).index, buffer));
+  }
+  const char *kept = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
+  tw_text_deinit(&text);
+  return kept;
+}
+
+/* The keys of each chosen clip, as the model can play it. NULL without memory. */
+static tw_clip_keys *gather_keys(const clip_source *source, api_clip *clip) {
+  tw_clip_keys *keys = tw_arena_alloc(clip->arena, source->choices->count, sizeof *keys);
+  for (uint32_t i = 0; keys && i < source->choices->count; i++) {
+    uint32_t index = api_clips_get(source->choices, i).index;
+    if (!source->lenders[i])
+      keys[i] = source->model->clips[index];
+    else if (!carry_over(clip, source->model, lender_of(source, i), index, &keys[i]))
+      return NULL;
+  }
+  return keys;
+}
+
+static tw_status compile(const clip_source *source, const tw_clip_keys *keys, tw_clip **out,
+                         tw_error *error) {
+  uint32_t node_count = source->model->node_count;
+  if (source->choices->count == 1) return tw_clip_create(keys, node_count, source->force, out, error);
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys merged;
+  tw_status status = arena ? tw_clip_merge(keys, source->choices->count, node_count, arena, &merged, error)
+                           : tw_fail(error, TW_NO_MEMORY, "out of memory");
+  if (status == TW_OK) status = tw_clip_create(&merged, node_count, source->force, out, error);
+  tw_arena_destroy(arena);
+  return status;
+}
+
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
-  const tw_clip_keys *keys = &source->lender->clips[source->choice->index];
-  char buffer[24];
-  const char *name = tw_model_clip_name(source->lender, source->choice->index, buffer);
-  clip->name = tw_arena_text(clip->arena, name, strlen(name));
+  clip->name = join_names(source, clip->arena);
   clip->node_names = keep_node_names(source->model, clip->arena);
   clip->rest = keep_rest(source->model, clip->arena);
-  /* A model's own keys are not kept: the cache may drop the model before the clip. */
-  bool is_carried = source->lender == source->model || carry_over(clip, source->model, source->lender, keys);
-  if (clip->keys) keys = clip->keys;
-  if (!clip->name || !clip->node_names || !clip->rest || !is_carried) {
+  const tw_clip_keys *keys = gather_keys(source, clip);
+  if (!clip->name || !clip->node_names || !clip->rest || !keys) {
     api_fault_without_memory(fault);
     return false;
   }
-  if (tw_clip_create(keys, source->model->node_count, source->choice->force, &clip->compiled,
-                     &fault->error) == TW_OK)
-    return true;
+  /* A model's own keys are not kept: the cache may drop the model before the clip. */
+  if (source->choices->count == 1 && source->lenders[0]) clip->carried = keys;
+  if (compile(source, keys, &clip->compiled, &fault->error) == TW_OK) return true;
   /* The pointer is into a stored document, which is not what was sent now. */
   api_fault_complete(fault);
   return false;
@@ -194,40 +350,36 @@ static bool build_clip(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model,
-                                  const api_clip_choice *choice) {
-  return clip->keys ? clip->keys : &model->clips[choice->index];
+/* What the clip is cached under; NULL without memory. */
+static const char *make_key(api_call *call, const api_clip_choices *choices, int force) {
+  tw_text text = {0};
+  tw_text_add(&text, call->id);
+  tw_text_add(&text, "/clip?force=");
+  tw_text_count(&text, (uint64_t)(force + 1));
+  tw_text_add(&text, "&clips=");
+  api_clips_print(choices, &text);
+  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  return key;
 }
 
-api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
-                          const api_clip_choice *choice, api_entry **out) {
-  clip_source source = {model, model, choice};
-  api_entry *lender = NULL;
-  if (choice->lender[0]) {
-    api_outcome outcome = api_model_take(call, choice->lender, TW_QUADS_NGON, &lender);
-    if (outcome != API_DONE) return outcome;
-    source.lender = api_entry_value(lender);
-    /* Deleted and stored again between two looks, a model is the same bytes: the index still holds. */
-  }
-  char key[128];
-  snprintf(key, sizeof key, "%s/clip?from=%s&index=%u&force=%d", call->id, choice->lender, choice->index,
-           choice->force);
-  api_outcome outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
-  api_entry_release(lender);
+/* Deleted and stored again between two looks, a lender is the same bytes: the index still holds. */
+static api_outcome take_lenders(api_call *call, const api_clip_choices *choices, api_entry **lenders) {
+  api_outcome outcome = API_DONE;
+  for (uint32_t i = 0; outcome == API_DONE && choices->list && i < choices->count; i++)
+    if (choices->list[i].lender[0])
+      outcome = api_model_take(call, choices->list[i].lender, TW_QUADS_NGON, &lenders[i]);
   return outcome;
 }
 
-void api_clip_warning(api_call *call, const api_clip *clip) {
-  char value[400];
-  size_t length = (size_t)snprintf(value, sizeof value,
-                                   "%u nodes of the clip are not in the model:", clip->missing_count);
-  for (uint32_t i = 0; i < clip->missing_count && length + 16 < sizeof value; i++) {
-    value[length++] = i ? ',' : ' ';
-    for (const char *c = clip->missing[i]; *c && length + 8 < sizeof value; c++) {
-      bool is_plain = *c > ' ' && *c < 0x7F && *c != '%' && *c != ',';
-      length += (size_t)snprintf(value + length, 4, is_plain ? "%c" : "%%%02X", (unsigned char)*c);
-    }
-  }
-  value[length] = '\0';
-  api_answer_headerf(&call->answer, "X-Tweend-Warning", "%s", value);
+api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
+                          const api_clip_choices *choices, int force, api_entry **out) {
+  const char *key = make_key(call, choices, force);
+  api_entry **lenders = tw_arena_alloc(call->arena, choices->count, sizeof *lenders);
+  if (!key || !lenders) return api_fail_without_memory(call);
+  clip_source source = {model, choices, lenders, force};
+  api_outcome outcome = take_lenders(call, choices, lenders);
+  if (outcome == API_DONE) outcome = api_call_take(call, is_stored ? key : NULL, build_clip, &source, out);
+  for (uint32_t i = 0; i < choices->count; i++) api_entry_release(lenders[i]);
+  return outcome;
 }

@@ -1,4 +1,4 @@
-/* Clips that a request names: found, borrowed from another model, compiled, cached. */
+/* Clips that a request names: found, borrowed from another model, merged, compiled, cached. */
 #ifndef API_CLIPS_H
 #define API_CLIPS_H
 
@@ -6,42 +6,49 @@
 #include "call.h"
 #include "tweend/model.h"
 
-/* A clip ready for use on one model; immutable. */
-typedef struct api_clip {
-  tw_arena *arena; /* of what follows */
-  const char *name;
-  const char *node_names;   /* of all of the model's nodes, as api_node_names_print prints them */
-  const tw_trs *rest;       /* [nodes of the model] where the clip does not move them */
-  const tw_clip_keys *keys; /* of a borrowed clip, carried over to the model; NULL for the model's own */
-  tw_clip *compiled;
-  uint32_t missing_count; /* nodes of a borrowed clip that the model does not have */
-  const char **missing;   /* [missing_count], their names */
-} api_clip;
-
-/* Which clip a request means, found before anything is compiled. */
+/* One clip of a request, found before anything is compiled. */
 typedef struct api_clip_choice {
   char lender[API_ID_TEXT]; /* the model it is borrowed from; "" for the model's own */
-  uint32_t index;           /* TW_NO_INDEX: the model has no clip, and none was asked for */
-  int force;                /* a tw_interpolation, or -1 */
+  uint32_t index;
 } api_clip_choice;
 
-/* Finds the clip that `name` means ("{model id}/{name}" borrows one); NULL: the model's first.
- * 404 when there is none of that name. */
-api_outcome api_clip_find(api_call *call, const tw_model *model, const char *name, int force,
-                          api_clip_choice *out);
+/* A view into the call's arena. */
+typedef struct api_clip_choices {
+  uint32_t count;
+  const api_clip_choice *list; /* [count], none of them twice; NULL: the model's own first `count` clips */
+} api_clip_choices;
 
-/* The clip, compiled: *out holds an api_clip. is_stored: the model is call->id of the store, so the
- * clip may be cached; a model out of the body is not. */
+/* Finds the clips that `text` means: one by its name ("{model id}/{name}" borrows it), several with commas
+ * between their names, "none"; a name that exists goes before the other meanings. NULL: the model's own first
+ * clips, `otherwise` of them or all that there are. 404 for a name that is none, 400 for a name given twice
+ * or more than 256; API_NEEDS_THREAD where the search is long, or a lender is not at hand. */
+api_outcome api_clips_choose(api_call *call, const tw_model *model, const char *text, uint32_t otherwise,
+                             api_clip_choices *out);
+
+api_clip_choice api_clips_get(const api_clip_choices *choices, uint32_t i);
+
+/* Prints the choices for keys and entity tags: equal texts of one model mean equal clips. */
+void api_clips_print(const api_clip_choices *choices, tw_text *text);
+
+/* Clips as one, ready for use on one model; immutable. */
+typedef struct api_clip {
+  tw_arena *arena;             /* of what follows */
+  const char *name;            /* those of all clips, commas between them */
+  const char *node_names;      /* of all of the model's nodes, as api_node_names_print prints them */
+  const tw_trs *rest;          /* [nodes of the model] where the clip does not move them */
+  const tw_clip_keys *carried; /* of a single borrowed clip, carried over to the model; else NULL */
+  tw_clip *compiled;
+  uint32_t warning_count; /* one for each node of a borrowed clip that the model does not have */
+  const char **warnings;  /* [warning_count] sentences */
+} api_clip;
+
+/* The clips, at least one, merged by tw_clip_merge and compiled: *out holds an api_clip. force: a
+ * tw_interpolation, or -1. is_stored: the model is call->id of the store, so the clip may be cached; a model
+ * out of the body is not. */
 api_outcome api_clip_take(api_call *call, const tw_model *model, bool is_stored,
-                          const api_clip_choice *choice, api_entry **out);
+                          const api_clip_choices *choices, int force, api_entry **out);
 
 /* The names of nodes as an array of JSON. nodes: [count]; NULL for the first `count`. */
 void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t count, tw_text *text);
-
-/* The keys of a taken clip: those it carried over, or the model's own. */
-const tw_clip_keys *api_clip_keys(const api_clip *clip, const tw_model *model, const api_clip_choice *choice);
-
-/* Adds X-Tweend-Warning with the names of missing nodes, percent-encoded where they are not plain ASCII. */
-void api_clip_warning(api_call *call, const api_clip *clip);
 
 #endif

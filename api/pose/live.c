@@ -187,7 +187,7 @@ static api_outcome reply_live(api_call *call, live_request *request) {
     return API_DONE;
   }
   const api_clip *played = request->pose.clip;
-  if (played && played->missing_count > 0) api_clip_warning(call, played);
+  if (played) api_call_warn(call, played->warnings, played->warning_count);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);
   api_answer_header(&call->answer, "X-Accel-Buffering", "no"); /* for proxies that would wait for more */

@@ -199,17 +199,11 @@ static void print_skins(const tw_model *model, tw_text *text) {
   tw_text_add(text, "]");
 }
 
-/* What a borrowed clip moves and the model does not have. */
 static void print_warnings(const api_clip *clip, tw_text *text) {
   tw_member_open(text, "warnings", "[");
-  for (uint32_t i = 0; i < clip->missing_count; i++) {
-    tw_text sentence = {0};
-    tw_text_add(&sentence, "the clip moves a node that the model does not have: ");
-    tw_text_add(&sentence, clip->missing[i]);
+  for (uint32_t i = 0; i < clip->warning_count; i++) {
     tw_text_element(text);
-    if (!sentence.failed) tw_text_quoted(text, sentence.data, sentence.size);
-    text->failed |= sentence.failed;
-    tw_text_deinit(&sentence);
+    tw_text_string(text, clip->warnings[i]);
   }
   tw_text_add(text, "]");
 }
@@ -228,7 +222,7 @@ static void print_heading(const api_pose_request *request, tw_text *text) {
   if (request->as == API_AS_EULER || request->as == API_AS_AXIS_ANGLE) {
     tw_member_string(text, "unit", request->in_degrees ? "degrees" : "radians");
   }
-  if (clip && clip->missing_count > 0) print_warnings(clip, text);
+  if (clip && clip->warning_count > 0) print_warnings(clip, text);
   print_node_names(request, text);
   if (request->is_skinning) print_skins(request->model, text);
 }

@@ -42,8 +42,8 @@ api_outcome api_pose_request_read(api_call *call, api_pose_request *out) {
   tw_error *error = &call->fault.error;
   int space = 0, as = 0, order = 0, unit = 0, loop = 0, interpolation = -1;
   bool is_skinning = false;
-  *out = (api_pose_request){.clip_name = api_query_get(query, "clip"),
-                            .node_list = api_query_get(query, "nodes")};
+  *out =
+      (api_pose_request){.clips = api_query_get(query, "clip"), .node_list = api_query_get(query, "nodes")};
   tw_status status = api_query_choice(query, "space", spaces, &space, error);
   if (status == TW_OK) status = api_query_choice(query, "as", forms, &as, error);
   if (status == TW_OK) status = api_query_choice(query, "order", orders, &order, error);
@@ -154,9 +154,9 @@ static api_outcome complete_times(api_call *call, api_pose_request *request) {
 
 api_outcome api_pose_request_resolve(api_call *call, bool is_stored, api_pose_request *request) {
   const tw_model *model = request->model = api_entry_value(request->model_entry);
-  api_outcome outcome = api_clip_find(call, model, request->clip_name, request->force, &request->choice);
-  if (outcome == API_DONE && request->choice.index != TW_NO_INDEX)
-    outcome = api_clip_take(call, model, is_stored, &request->choice, &request->clip_entry);
+  api_outcome outcome = api_clips_choose(call, model, request->clips, 1, &request->choices);
+  if (outcome == API_DONE && request->choices.count > 0)
+    outcome = api_clip_take(call, model, is_stored, &request->choices, request->force, &request->clip_entry);
   if (outcome != API_DONE) return outcome;
   if (request->clip_entry) request->clip = api_entry_value(request->clip_entry);
   outcome = complete_times(call, request);
@@ -173,11 +173,14 @@ void api_pose_request_deinit(api_pose_request *request) {
 /* ---- the canonical text --------------------------------------------------------------------------- */
 
 void api_pose_request_print(const api_pose_request *request, tw_text *text) {
-  const uint32_t values[] = {request->choice.index, (uint32_t)(request->choice.force + 1),
-                             request->as,           request->is_world,
-                             request->order,        request->in_degrees,
-                             request->loop,         request->is_skinning};
-  tw_text_add(text, request->choice.lender);
+  const uint32_t values[] = {(uint32_t)(request->force + 1),
+                             request->as,
+                             request->is_world,
+                             request->order,
+                             request->in_degrees,
+                             request->loop,
+                             request->is_skinning};
+  api_clips_print(&request->choices, text);
   for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
     tw_text_add(text, "&");
     tw_text_count(text, values[i]);

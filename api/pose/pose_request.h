@@ -12,9 +12,9 @@ typedef enum api_pose_form { API_POSE_JSON, API_POSE_NDJSON, API_POSE_BIN, API_P
 
 typedef struct api_pose_request {
   /* as read */
-  const char *clip_name; /* NULL: the first */
+  const char *clips;     /* as in api_clips_choose; NULL: the first */
   const char *node_list; /* names; NULL: all */
-  int force;             /* interpolation, as in api_clip_choice */
+  int force;             /* interpolation, as in api_clip_take */
   api_times times;
   api_pose_form form;
   api_pose_as as;
@@ -24,7 +24,7 @@ typedef struct api_pose_request {
   tw_loop loop;
   bool is_skinning; /* joint matrices of all skins, skin by skin, in place of nodes */
   /* as resolved */
-  api_clip_choice choice;
+  api_clip_choices choices;
   api_entry *model_entry, *clip_entry; /* held; NULL: none */
   const tw_model *model;
   const api_clip *clip; /* NULL: the rest pose */

@@ -113,7 +113,7 @@ static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
 /* Light answers are printed at once, which takes about as long as finding them in the cache would. Others are
  * remembered, where they have a key and are small enough, or streamed. */
 static api_outcome reply_poses(api_call *call, api_pose_request *request, const char *key) {
-  if (request->clip && request->clip->missing_count > 0) api_clip_warning(call, request->clip);
+  if (request->clip) api_call_warn(call, request->clip->warnings, request->clip->warning_count);
   if (is_light(request)) {
     tw_text text = {0};
     return print_poses(call, request, &text, &call->fault) ? api_reply(call, &text) : API_FAILED;

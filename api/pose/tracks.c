@@ -124,16 +124,18 @@ static bool print_report(void *context, tw_text *out, api_fault *fault) {
 }
 
 static api_outcome answer_tracks(api_call *call, const tw_model *model) {
-  api_clip_choice choice;
-  const char *name = api_query_get(&call->query, "clip");
-  api_outcome outcome = api_clip_find(call, model, name, -1, &choice);
+  api_clip_choices choices;
+  const char *text = api_query_get(&call->query, "clip");
+  api_outcome outcome = api_clips_choose(call, model, text, 1, &choices);
   if (outcome != API_DONE) return outcome;
-  if (choice.lender[0]) return api_fail_with(call, 400, "the tracks of a model's own clips are inspected");
-  if (choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
+  if (model->clip_count == 0) return api_fail_with(call, 404, "the model has no clips");
+  if (choices.count != 1 || api_clips_get(&choices, 0).lender[0])
+    return api_fail_with(call, 400, "the tracks of one of the model's own clips are inspected");
+  uint32_t index = api_clips_get(&choices, 0).index;
   char canonical[32], key[API_ID_TEXT + 48];
-  snprintf(canonical, sizeof canonical, "clip=%u", choice.index);
+  snprintf(canonical, sizeof canonical, "clip=%u", index);
   snprintf(key, sizeof key, "%s/tracks?%s", call->id, canonical);
-  tracks_source source = {model, choice.index};
+  tracks_source source = {model, index};
   return api_response_reply(call, key, "tracks.json", canonical, print_report, &source);
 }
 

@@ -4,7 +4,7 @@
 #include "baked.h"
 #include "service.h"
 
-#include <stdio.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,8 +36,8 @@ static tw_status check_together(const api_scene_query *query, tw_error *error) {
     return tw_fail(error, TW_SYNTAX, "skin=bake goes with one time: at=T");
   if (query->is_baked && query->is_bare)
     return tw_fail(error, TW_SYNTAX, "meshes=none leaves skin=bake nothing to move");
-  if (query->reduction.is_wide && (!query->clip_name || query->times.is_given))
-    return tw_fail(error, TW_SYNTAX, "tolerance goes with clip, without times");
+  if (query->reduction.is_wide && query->times.is_given)
+    return tw_fail(error, TW_SYNTAX, "tolerance has no place with times, which say where the keys are");
   return TW_OK;
 }
 
@@ -47,7 +47,7 @@ api_outcome api_scene_read(api_call *call, api_scene_query *out) {
   const api_query *query = &call->query;
   tw_error *error = &call->fault.error;
   int skin = 0, mesh = 0;
-  *out = (api_scene_query){.clip_name = api_query_get(query, "clip")};
+  *out = (api_scene_query){.clips = api_query_get(query, "clip")};
   tw_status status = api_query_choice(query, "skin", skins, &skin, error);
   if (status == TW_OK) status = api_query_choice(query, "meshes", meshes, &mesh, error);
   if (status == TW_OK)
@@ -55,7 +55,6 @@ api_outcome api_scene_read(api_call *call, api_scene_query *out) {
   if (status == TW_OK) status = read_tolerance(query, out, error);
   out->is_baked = skin == 1;
   out->is_bare = mesh == 1;
-  out->has_clip = out->clip_name || out->times.is_given;
   if (status == TW_OK) status = check_together(out, error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
@@ -64,11 +63,10 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text) {
   const api_scene_query *query = &scene->query;
   tw_text_add(text, query->is_bare ? "&meshes=none" : "&meshes=all");
   tw_text_add(text, query->is_baked ? "&skin=bake" : "&skin=keep");
-  if (!query->has_clip) return;
-  char clip[80];
-  snprintf(clip, sizeof clip, "&clip=%s/%u&times=", scene->choice.lender, scene->choice.index);
-  tw_text_add(text, clip);
-  api_times_print(&query->times, text);
+  tw_text_add(text, "&clips=");
+  api_clips_print(&scene->choices, text);
+  tw_text_add(text, "&times=");
+  if (query->times.is_given) api_times_print(&query->times, text);
   if (!query->reduction.is_wide) return;
   tw_text_add(text, "&tolerance=");
   tw_text_double(text, query->reduction.tolerance.angle);
@@ -76,38 +74,83 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text) {
   tw_text_double(text, query->reduction.tolerance.distance);
 }
 
-/* ---- the clip ------------------------------------------------------------------------------------ */
+/* ---- the clips ----------------------------------------------------------------------------------- */
 
-api_outcome api_scene_take_clip(api_call *call, const tw_model *model, bool is_stored,
-                                api_surface_scene *scene) {
-  api_outcome outcome = api_clip_find(call, model, scene->query.clip_name, -1, &scene->choice);
+/* The clips as one, which is posed or baked. */
+static api_outcome take_moving(api_call *call, const tw_model *model, api_surface_scene *scene) {
+  if (model->clip_count == 0 && scene->choices.count == 0)
+    return api_fail_with(call, 404, "the model has no clips");
+  if (scene->choices.count == 0) return api_fail_with(call, 400, "clip=none leaves no clip to take times of");
+  api_outcome outcome = api_clip_take(call, model, scene->is_stored, &scene->choices, -1, &scene->moving);
   if (outcome != API_DONE) return outcome;
-  if (scene->choice.index == TW_NO_INDEX) return api_fail_with(call, 404, "the model has no clips");
-  scene->is_stored = is_stored;
-  outcome = api_clip_take(call, model, is_stored, &scene->choice, &scene->clip);
-  if (outcome != API_DONE) return outcome;
-  const api_clip *clip = api_entry_value(scene->clip);
-  if (clip->missing_count > 0) api_clip_warning(call, clip);
+  const api_clip *clip = api_entry_value(scene->moving);
   return api_times_complete(&scene->query.times, tw_clip_duration(clip->compiled),
                             call->service->limits.max_times, &call->fault.error) == TW_OK
              ? API_DONE
              : api_fail(call);
 }
 
+/* The model's own clips are kept as they are; borrowed ones are carried over. */
+static api_outcome take_lent(api_call *call, const tw_model *model, api_surface_scene *scene) {
+  const api_clip_choices *choices = &scene->choices;
+  if (!choices->list) return API_DONE;
+  scene->lent = tw_arena_alloc(call->arena, choices->count, sizeof *scene->lent);
+  if (!scene->lent) return api_fail_without_memory(call);
+  for (uint32_t i = 0; i < choices->count; i++) {
+    if (!choices->list[i].lender[0]) continue;
+    const api_clip_choices alone = {1, &choices->list[i]};
+    api_outcome outcome = api_clip_take(call, model, scene->is_stored, &alone, -1, &scene->lent[i]);
+    if (outcome != API_DONE) return outcome;
+  }
+  return API_DONE;
+}
+
+api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_stored,
+                                 api_surface_scene *scene) {
+  bool has_times = scene->query.times.is_given;
+  api_outcome outcome =
+      api_clips_choose(call, model, scene->query.clips, has_times ? 1 : UINT32_MAX, &scene->choices);
+  if (outcome != API_DONE) return outcome;
+  scene->is_stored = is_stored;
+  return has_times ? take_moving(call, model, scene) : take_lent(call, model, scene);
+}
+
+static void warn_of(api_call *call, api_entry *entry) {
+  if (!entry) return;
+  const api_clip *clip = api_entry_value(entry);
+  api_call_warn(call, clip->warnings, clip->warning_count);
+}
+
+void api_scene_warn(api_call *call, const api_surface_scene *scene) {
+  warn_of(call, scene->moving);
+  for (uint32_t i = 0; scene->lent && i < scene->choices.count; i++) warn_of(call, scene->lent[i]);
+}
+
+void api_scene_release(api_surface_scene *scene) {
+  for (uint32_t i = 0; scene->lent && i < scene->choices.count; i++) api_entry_release(scene->lent[i]);
+  api_entry_release(scene->reduced);
+  api_entry_release(scene->moving);
+}
+
 /* ---- fewer keys ---------------------------------------------------------------------------------- */
 
-/* The tracks of a clip that a reduction changes; immutable. */
+/* The tracks of a clip that a reduction changes. */
 typedef struct reduced_clip {
-  tw_arena *arena; /* of what follows */
   uint32_t track_count;
   const uint32_t *places; /* [track_count] in the clip, ascending */
   const tw_track_keys *tracks;
-  tw_tolerance reached; /* the largest error that is left */
 } reduced_clip;
 
+/* Immutable. */
+typedef struct reduced_clips {
+  tw_arena *arena;      /* of all that follows */
+  reduced_clip *clips;  /* [clips of the source] */
+  tw_tolerance reached; /* the largest error that is left */
+} reduced_clips;
+
 typedef struct reduced_source {
-  const tw_model *model;
-  const tw_clip_keys *keys;
+  const tw_clip_keys *clips; /* [clip_count] */
+  uint32_t clip_count, node_count;
   const api_reduction *reduction;
   uint32_t max_keys; /* of a track */
 } reduced_source;
@@ -122,51 +165,81 @@ static bool is_reduced(const tw_track_keys *track, const api_reduction *reductio
   return !is_native(track) || (reduction->is_wide && track->interpolation == TW_LINEAR);
 }
 
+static uint32_t count_reduced(const tw_clip_keys *clip, const api_reduction *reduction) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < clip->track_count; i++) count += is_reduced(&clip->tracks[i], reduction);
+  return count;
+}
+
 static void destroy_reduced(void *value) {
-  tw_arena_destroy(((reduced_clip *)value)->arena); /* holds the struct itself */
+  tw_arena_destroy(((reduced_clips *)value)->arena); /* holds the struct itself */
 }
 
 /* The tracks to reduce as a clip of their own. */
-static bool choose_tracks(const reduced_source *source, reduced_clip *reduced, tw_track_keys *chosen) {
-  uint32_t *places = tw_arena_alloc(reduced->arena, source->keys->track_count, sizeof *places);
-  if (!places) return false;
-  for (uint32_t i = 0; i < source->keys->track_count; i++) {
-    if (!is_reduced(&source->keys->tracks[i], source->reduction)) continue;
-    chosen[reduced->track_count] = source->keys->tracks[i];
-    places[reduced->track_count++] = i;
+static void choose_tracks(const tw_clip_keys *clip, const api_reduction *reduction, uint32_t *places,
+                          tw_track_keys *chosen) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    if (!is_reduced(&clip->tracks[i], reduction)) continue;
+    chosen[count] = clip->tracks[i];
+    places[count++] = i;
   }
-  reduced->places = places;
-  return true;
 }
 
-static tw_status reduce_tracks(const reduced_source *source, reduced_clip *reduced, tw_error *error) {
-  tw_track_keys *chosen = tw_alloc(source->keys->track_count, sizeof *chosen);
-  if (!chosen || !choose_tracks(source, reduced, chosen)) {
-    free(chosen);
-    return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  }
-  tw_clip_keys keys = {.track_count = reduced->track_count, .tracks = chosen}, out = {0};
+static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, tw_arena *arena,
+                               tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   tw_clip *clip = NULL;
-  tw_status status = tw_clip_create(&keys, source->model->node_count, -1, &clip, error);
+  tw_status status = tw_clip_create(chosen, source->node_count, -1, &clip, error);
   if (status == TW_OK) /* none of the tracks is a spline, which would stay where it is */
-    status = tw_clip_reduce(clip, &keys, source->reduction->tolerance, source->max_keys, reduced->arena, &out,
-                            &reduced->reached, error);
-  reduced->tracks = out.tracks;
+    status = tw_clip_reduce(clip, chosen, source->reduction->tolerance, source->max_keys, arena, out, reached,
+                            error);
   tw_clip_destroy(clip);
+  return status;
+}
+
+static tw_status reduce_clip(const reduced_source *source, uint32_t index, reduced_clips *reduced,
+                             tw_error *error) {
+  const tw_clip_keys *clip = &source->clips[index];
+  uint32_t count = count_reduced(clip, source->reduction);
+  if (count == 0) return TW_OK;
+  uint32_t *places = tw_arena_alloc(reduced->arena, count, sizeof *places);
+  tw_track_keys *chosen = tw_alloc(count, sizeof *chosen);
+  tw_clip_keys keys = {.track_count = count, .tracks = chosen}, out = {0};
+  tw_tolerance reached;
+  tw_status status = TW_NO_MEMORY;
+  if (places && chosen) {
+    choose_tracks(clip, source->reduction, places, chosen);
+    status = reduce_tracks(source, &keys, reduced->arena, &out, &reached, error);
+  } else {
+    tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
   free(chosen);
+  if (status != TW_OK) return status;
+  reduced->clips[index] = (reduced_clip){count, places, out.tracks};
+  reduced->reached.angle = fmax(reduced->reached.angle, reached.angle);
+  reduced->reached.distance = fmax(reduced->reached.distance, reached.distance);
+  return TW_OK;
+}
+
+static tw_status reduce_clips(const reduced_source *source, reduced_clips *reduced, tw_error *error) {
+  reduced->clips = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->clips);
+  if (!reduced->clips) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < source->clip_count && status == TW_OK; i++)
+    status = reduce_clip(source, i, reduced, error);
   return status;
 }
 
 static bool build_reduced(void *context, api_built *out, api_fault *fault) {
   tw_arena *arena = tw_arena_create();
-  reduced_clip *reduced = arena ? tw_arena_alloc(arena, 1, sizeof *reduced) : NULL;
+  reduced_clips *reduced = arena ? tw_arena_alloc(arena, 1, sizeof *reduced) : NULL;
   if (!reduced) {
     tw_arena_destroy(arena);
     api_fault_without_memory(fault);
     return false;
   }
   reduced->arena = arena;
-  if (reduce_tracks(context, reduced, &fault->error) != TW_OK) {
+  if (reduce_clips(context, reduced, &fault->error) != TW_OK) {
     destroy_reduced(reduced);
     api_fault_complete(fault);
     return false;
@@ -175,23 +248,39 @@ static bool build_reduced(void *context, api_built *out, api_fault *fault) {
   return true;
 }
 
-/* The reduced tracks of a taken clip, whose keys are given: *out holds a reduced_clip. Reducing takes far
- * longer than sending, so what comes of it is worth a place in the cache. */
-static api_outcome take_reduced(api_call *call, const tw_model *model, bool is_stored,
-                                const api_clip_choice *choice, const tw_clip_keys *keys,
-                                const api_reduction *reduction, api_entry **out) {
+/* What the reduced tracks are cached under; NULL without memory. */
+static const char *make_reduced_key(api_call *call, const api_surface_scene *scene) {
+  const api_reduction *reduction = &scene->query.reduction;
+  tw_text text = {0};
+  tw_text_add(&text, call->id);
+  tw_text_add(&text, reduction->is_wide ? "/reduced?wide=1&clips=" : "/reduced?wide=0&clips=");
+  api_clips_print(&scene->choices, &text);
+  tw_text_add(&text, "&tolerance=");
+  tw_text_double(&text, reduction->tolerance.angle);
+  tw_text_add(&text, "/");
+  tw_text_double(&text, reduction->tolerance.distance);
+  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  return key;
+}
+
+/* The reduced tracks of the clips: scene->reduced holds them. Reducing takes far longer than sending, so what
+ * comes of it is worth a place in the cache. */
+static api_outcome take_reduced(api_call *call, const tw_model *model, const tw_clip_keys *clips,
+                                api_surface_scene *scene) {
   uint64_t limit = call->service->limits.max_times;
-  reduced_source source = {model, keys, reduction, limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
-  char key[192];
-  snprintf(key, sizeof key, "%s/reduced?from=%s&index=%u&wide=%d&tolerance=%a/%a", call->id, choice->lender,
-           choice->index, reduction->is_wide, reduction->tolerance.angle, reduction->tolerance.distance);
-  return api_call_take(call, is_stored ? key : NULL, build_reduced, &source, out);
+  reduced_source source = {clips, scene->choices.count, model->node_count, &scene->query.reduction,
+                           limit < UINT32_MAX ? (uint32_t)limit : UINT32_MAX};
+  const char *key = make_reduced_key(call, scene);
+  if (!key) return api_fail_without_memory(call);
+  return api_call_take(call, scene->is_stored ? key : NULL, build_reduced, &source, &scene->reduced);
 }
 
 /* ---- keys of the answer -------------------------------------------------------------------------- */
 
 /* Baked keys are held in memory: no more of them than of an upload. */
-static api_outcome check_baked(api_call *call, const api_clip *clip, uint32_t track_count, uint64_t times) {
+static api_outcome check_baked(api_call *call, const api_clip *clip, uint64_t times) {
+  uint32_t track_count = tw_clip_track_count(clip->compiled);
   uint64_t numbers = 0, limit = call->service->limits.max_upload / sizeof(float);
   for (uint32_t i = 0; i < track_count; i++) numbers += tw_clip_width(clip->compiled, i);
   if (times < UINT32_MAX && (numbers == 0 || times <= limit / numbers)) return API_DONE;
@@ -199,53 +288,76 @@ static api_outcome check_baked(api_call *call, const api_clip *clip, uint32_t tr
                        (unsigned long long)times, (unsigned long long)numbers, (unsigned long long)limit);
 }
 
-/* The clip as keys at exactly the times asked for. */
-static api_outcome bake_clip(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const api_clip *clip = api_entry_value(scene->clip);
+/* The clips as one, with keys at exactly the times asked for. */
+static api_outcome bake_clips(api_call *call, api_surface_scene *scene) {
+  const api_clip *clip = api_entry_value(scene->moving);
   const api_times *asked = &scene->query.times;
-  uint32_t track_count = api_clip_keys(clip, model, &scene->choice)->track_count;
-  if (check_baked(call, clip, track_count, asked->count) != API_DONE) return API_FAILED;
+  if (check_baked(call, clip, asked->count) != API_DONE) return API_FAILED;
   uint32_t count = (uint32_t)asked->count;
   float *times = tw_arena_alloc(call->arena, count, sizeof *times);
   if (!times) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < count; i++) times[i] = api_times_get(asked, i);
   tw_status status =
-      tw_clip_bake(clip->compiled, times, count, call->arena, &scene->animation, &call->fault.error);
-  return status == TW_OK ? API_DONE : api_fail(call);
-}
-
-/* The clip as it is, but for tracks that glTF does not have or that are to have fewer keys. */
-static api_outcome keep_clip(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const tw_clip_keys *keys = api_clip_keys(api_entry_value(scene->clip), model, &scene->choice);
-  tw_track_keys *tracks = tw_arena_alloc(call->arena, keys->track_count, sizeof *tracks);
-  if (!tracks) return api_fail_without_memory(call);
-  api_outcome outcome = take_reduced(call, model, scene->is_stored, &scene->choice, keys,
-                                     &scene->query.reduction, &scene->reduced);
-  if (outcome != API_DONE) return outcome;
-  const reduced_clip *reduced = api_entry_value(scene->reduced);
-  if (keys->track_count) memcpy(tracks, keys->tracks, keys->track_count * sizeof *tracks);
-  for (uint32_t i = 0; i < reduced->track_count; i++) tracks[reduced->places[i]] = reduced->tracks[i];
-  scene->animation = (tw_clip_keys){.track_count = keys->track_count, .tracks = tracks};
-  api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
-                     reduced->reached.angle * DEGREES, reduced->reached.distance);
+      tw_clip_bake(clip->compiled, times, count, call->arena, &scene->baked, &call->fault.error);
+  if (status != TW_OK) return api_fail(call);
+  scene->baked.name = clip->name;
+  scene->content.clips = &scene->baked;
+  scene->content.clip_count = 1;
   return API_DONE;
 }
 
-void api_scene_release(api_surface_scene *scene) {
-  api_entry_release(scene->reduced);
-  api_entry_release(scene->clip);
+/* The keys of the clips as they are. NULL without memory. */
+static const tw_clip_keys *gather_clips(api_call *call, const tw_model *model,
+                                        const api_surface_scene *scene) {
+  if (!scene->choices.list) return model->clips;
+  tw_clip_keys *clips = tw_arena_alloc(call->arena, scene->choices.count, sizeof *clips);
+  for (uint32_t i = 0; clips && i < scene->choices.count; i++) {
+    const api_clip *lent = scene->lent[i] ? api_entry_value(scene->lent[i]) : NULL;
+    clips[i] = lent ? *lent->carried : model->clips[scene->choices.list[i].index];
+  }
+  return clips;
+}
+
+/* A copy of the clips with some of their tracks replaced. NULL without memory. */
+static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips, uint32_t count,
+                                          const reduced_clips *reduced) {
+  tw_clip_keys *out = tw_arena_alloc(arena, count, sizeof *out);
+  for (uint32_t i = 0; out && i < count; i++) {
+    const reduced_clip *fewer = &reduced->clips[i];
+    out[i] = clips[i];
+    if (fewer->track_count == 0) continue;
+    tw_track_keys *tracks = tw_arena_alloc(arena, clips[i].track_count, sizeof *tracks);
+    if (!tracks) return NULL;
+    memcpy(tracks, clips[i].tracks, clips[i].track_count * sizeof *tracks);
+    for (uint32_t j = 0; j < fewer->track_count; j++) tracks[fewer->places[j]] = fewer->tracks[j];
+    out[i].tracks = tracks;
+  }
+  return out;
+}
+
+/* The clips as they are, but for tracks that glTF does not have or that are to have fewer keys. */
+static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface_scene *scene) {
+  uint32_t count = scene->choices.count, first = 0;
+  const tw_clip_keys *clips = gather_clips(call, model, scene);
+  if (!clips) return api_fail_without_memory(call);
+  while (first < count && count_reduced(&clips[first], &scene->query.reduction) == 0) first++;
+  if (first < count) {
+    api_outcome outcome = take_reduced(call, model, clips, scene);
+    if (outcome != API_DONE) return outcome;
+    const reduced_clips *reduced = api_entry_value(scene->reduced);
+    clips = replace_tracks(call->arena, clips, count, reduced);
+    if (!clips) return api_fail_without_memory(call);
+    api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
+                       reduced->reached.angle * DEGREES, reduced->reached.distance);
+  }
+  scene->content.clips = clips;
+  scene->content.clip_count = count;
+  return API_DONE;
 }
 
 api_outcome api_scene_animate(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  if (!scene->query.has_clip || is_moment(&scene->query)) return API_DONE;
-  api_outcome outcome =
-      scene->query.times.is_given ? bake_clip(call, model, scene) : keep_clip(call, model, scene);
-  if (outcome != API_DONE) return outcome;
-  const api_clip *clip = api_entry_value(scene->clip);
-  scene->animation.name = clip->name;
-  scene->content.clips = &scene->animation;
-  scene->content.clip_count = 1;
-  return API_DONE;
+  if (scene->choices.count == 0 || is_moment(&scene->query)) return API_DONE;
+  return scene->query.times.is_given ? bake_clips(call, scene) : keep_clips(call, model, scene);
 }
 
 /* ---- the model ----------------------------------------------------------------------------------- */
@@ -269,18 +381,17 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surfa
 
 /* Morph weights of the nodes that the clip has such tracks of. */
 static api_outcome pose_weights(api_call *call, const tw_model *model, float time, api_surface_scene *scene) {
-  const api_clip *clip = api_entry_value(scene->clip);
-  const tw_clip_keys *keys = api_clip_keys(clip, model, &scene->choice);
+  const tw_clip *clip = ((const api_clip *)api_entry_value(scene->moving))->compiled;
   const float **weights = NULL;
-  for (uint32_t i = 0; i < keys->track_count; i++) {
-    const tw_track_keys *track = &keys->tracks[i];
-    uint32_t mesh = model->nodes[track->node].mesh;
-    if (track->path != TW_WEIGHTS || mesh == TW_NO_INDEX) continue;
+  for (uint32_t i = 0; i < tw_clip_track_count(clip); i++) {
+    tw_path path;
+    uint32_t node = tw_clip_target(clip, i, &path);
+    if (path != TW_WEIGHTS || model->nodes[node].mesh == TW_NO_INDEX) continue;
     if (!weights) weights = tw_arena_alloc(call->arena, model->node_count, sizeof *weights);
-    float *sample = tw_arena_alloc(call->arena, track->width, sizeof *sample);
+    float *sample = tw_arena_alloc(call->arena, tw_clip_width(clip, i), sizeof *sample);
     if (!weights || !sample) return api_fail_without_memory(call);
-    tw_clip_sample(clip->compiled, i, &time, 1, sample);
-    weights[track->node] = sample;
+    tw_clip_sample(clip, i, &time, 1, sample);
+    weights[node] = sample;
   }
   scene->content.weights = weights;
   return API_DONE;
@@ -288,7 +399,7 @@ static api_outcome pose_weights(api_call *call, const tw_model *model, float tim
 
 /* The nodes at one time. */
 static api_outcome pose_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const api_clip *clip = api_entry_value(scene->clip);
+  const api_clip *clip = api_entry_value(scene->moving);
   tw_trs *locals = tw_arena_alloc(call->arena, model->node_count, sizeof *locals);
   if (!locals) return api_fail_without_memory(call);
   float time = api_times_get(&scene->query.times, 0);
@@ -299,7 +410,7 @@ static api_outcome pose_model(api_call *call, const tw_model *model, api_surface
 }
 
 static api_outcome bake_model(api_call *call, const tw_model *model, api_surface_scene *scene) {
-  const api_clip *clip = api_entry_value(scene->clip);
+  const api_clip *clip = api_entry_value(scene->moving);
   api_baked baked;
   api_outcome outcome = api_bake(call, model, clip->compiled, api_times_get(&scene->query.times, 0), &baked);
   if (outcome != API_DONE) return outcome;

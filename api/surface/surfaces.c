@@ -359,13 +359,14 @@ static api_outcome reply_surface(api_call *call, surface_request *request) {
 
 /* ---- stages -------------------------------------------------------------------------------------- */
 
-/* Whether a light call may answer: no pass over all points, little JSON to write. Clips never come here. */
+/* Whether a light call may answer: no pass over all points or keys, little JSON to write. */
 static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
   bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
-  return needs_no_pass && model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
+  return needs_no_pass && request->scene.choices.count == 0 &&
+         model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
 /* A model of points alone, as scanners make. */
@@ -380,9 +381,9 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   const tw_model *model = api_entry_value(request->model);
   api_surface_scene *scene = &request->scene;
   if (lacks_faces(model)) return api_fail_with(call, 422, "the model has no faces: it has no surface");
-  api_outcome outcome = scene->query.has_clip ? api_scene_take_clip(call, model, is_stored, scene) : API_DONE;
+  api_outcome outcome = api_scene_take_clips(call, model, is_stored, scene);
   if (outcome != API_DONE) return outcome;
-  if (call->effort != API_HEAVY && scene->query.has_clip) return API_NEEDS_THREAD;
+  if (call->effort != API_HEAVY && scene->query.times.is_given) return API_NEEDS_THREAD;
   outcome = api_scene_pose(call, model, scene);
   scene->content.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
@@ -405,7 +406,10 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (call->effort != API_HEAVY && !is_light(call, request)) return API_NEEDS_THREAD;
   const api_plan *plan = api_entry_value(request->plan);
   request->scene.content.surfaces = (const tw_surface *const *)plan->surfaces;
-  outcome = api_scene_animate(call, api_entry_value(request->model), &request->scene);
+  const tw_model *model = api_entry_value(request->model);
+  if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
+  api_call_warn(call, model->warnings, model->warning_count);
+  api_scene_warn(call, &request->scene);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
 }
 

@@ -179,6 +179,45 @@ tw_status tw_clip_check(const tw_clip_keys *keys, uint32_t node_count, int force
   return status;
 }
 
+/* ---- merging ------------------------------------------------------------------------------------------- */
+
+enum { PATHS = TW_WEIGHTS + 1 };
+
+static size_t place_moved(const tw_track_keys *track) {
+  return (size_t)track->node * PATHS + (size_t)track->path;
+}
+
+/* Walks the clips from the last to the first: the first track found for a path of a node stays. The result
+ * fills `tracks` from its end on. Returns the count. */
+static uint32_t keep_last(const tw_clip_keys *clips, uint32_t clip_count, uint32_t track_count,
+                          bool *is_moved, tw_track_keys *tracks) {
+  uint32_t first = track_count;
+  for (uint32_t clip = clip_count; clip-- > 0;)
+    for (uint32_t i = clips[clip].track_count; i-- > 0;) {
+      const tw_track_keys *track = &clips[clip].tracks[i];
+      bool *moved = &is_moved[place_moved(track)];
+      if (!*moved) tracks[--first] = *track;
+      *moved = true;
+    }
+  return track_count - first;
+}
+
+tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t node_count, tw_arena *arena,
+                        tw_clip_keys *out, tw_error *error) {
+  uint64_t all = 0;
+  for (uint32_t i = 0; i < clip_count; i++) all += clips[i].track_count;
+  tw_track_keys *tracks = all < UINT32_MAX ? tw_arena_alloc_raw(arena, (size_t)all, sizeof *tracks) : NULL;
+  bool *is_moved = tw_alloc_zero(node_count, PATHS * sizeof *is_moved);
+  if (!tracks || !is_moved) {
+    free(is_moved);
+    return tw_fail(error, TW_NO_MEMORY, "no memory to merge clips");
+  }
+  uint32_t count = keep_last(clips, clip_count, (uint32_t)all, is_moved, tracks);
+  free(is_moved);
+  *out = (tw_clip_keys){.track_count = count, .tracks = tracks + (all - count)};
+  return TW_OK;
+}
+
 /* ---- compiling ----------------------------------------------------------------------------------------- */
 
 /* Exporters give the joints of a skeleton the same key times; one search then serves them all. A small table
@@ -329,6 +368,15 @@ uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path) {
 
 uint32_t tw_clip_width(const tw_clip *clip, uint32_t track) {
   return clip->tracks[track].width;
+}
+
+uint32_t tw_clip_track_count(const tw_clip *clip) {
+  return clip->track_count;
+}
+
+uint32_t tw_clip_target(const tw_clip *clip, uint32_t track, tw_path *path) {
+  *path = clip->tracks[track].path;
+  return clip->tracks[track].node;
 }
 
 /* ---- evaluating ---------------------------------------------------------------------------------------- */

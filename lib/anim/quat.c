@@ -18,6 +18,12 @@ double tw_normalize(double *vector, int n) {
   return length;
 }
 
+double tw_quat_key_scale(const double key[4], const double *previous) {
+  static const double tolerance = 1e-6;
+  double length = tw_length(key, 4), sign = previous && quat_dot(key, previous) < 0 ? -1 : 1;
+  return fabs(length - 1) <= tolerance ? sign : sign / length;
+}
+
 tw_arc tw_arc_between(const double a[4], const double b[4]) {
   tw_arc arc;
   double cosine = quat_dot(a, b);

@@ -41,6 +41,10 @@ double tw_length(const double *vector, int n);
 /* Scales to unit length and returns the length that it had; a zero vector stays and gives 0. */
 double tw_normalize(double *vector, int n);
 
+/* What a rotation key is multiplied by, to have unit length on the side of the key before it (NULL: none). A
+ * key within 1e-6 of unit length, as printing with seven digits leaves it, keeps its length: 1 or -1. */
+double tw_quat_key_scale(const double key[4], const double *previous);
+
 /* Both unit. Does not change signs: from a to -a the arc goes half way round in some direction. */
 tw_arc tw_arc_between(const double a[4], const double b[4]);
 void tw_arc_at(const tw_arc *arc, double u, double out[4]);

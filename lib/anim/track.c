@@ -104,18 +104,15 @@ static tw_status read_rotation(const tw_track_keys *keys, uint32_t key, double o
   return TW_OK;
 }
 
-/* A key within this of unit length is kept bit for bit: printing with seven digits leaves as much. */
-static const double UNIT_TOLERANCE = 1e-6;
-
 static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out, tw_error *error) {
   for (uint32_t i = 0; i < keys->key_count; i++) {
     double source[4] = {0, 0, 0, 0}, *unit = out->unit[i];
     tw_status status = read_rotation(keys, i, source, error);
     if (status != TW_OK) return status;
     memcpy(unit, source, sizeof source);
-    double length = tw_normalize(unit, 4);
-    double sign = i > 0 && quat_dot(unit, out->unit[i - 1]) < 0 ? -1 : 1;
-    out->scale[i] = fabs(length - 1) <= UNIT_TOLERANCE ? sign : sign / length;
+    tw_normalize(unit, 4);
+    out->scale[i] = tw_quat_key_scale(source, i > 0 ? out->unit[i - 1] : NULL);
+    double sign = out->scale[i] < 0 ? -1 : 1;
     for (int j = 0; j < 4; j++) {
       unit[j] *= sign;
       out->stored[i][j] = (float)(source[j] * out->scale[i]);

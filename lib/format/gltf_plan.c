@@ -1,10 +1,10 @@
 /* The layout of a glTF answer: images, then for each mesh its vertices and its triangles by material, then
  * bind matrices, then animation. Sizes come from counts alone; no point is computed. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "gltf/gltf.h"
+#include "quat.h"
 
 enum {
   ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),
@@ -196,38 +196,42 @@ static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
 
 /* ---- tracks as glTF can hold them ---------------------------------------------------------------------- */
 
-/* Scales each value and its tangents so that the value has unit length and is on the side of the one
- * before it, as tw_clip does. */
-static void straighten_spline(float *keys, uint32_t key_count) {
-  const float *previous = NULL;
-  for (uint32_t key = 0; key < key_count; key++) {
-    float *triple = keys + (size_t)key * 12, *value = triple + 4;
-    double square = 0, dot = 0;
-    for (int i = 0; i < 4; i++) {
-      square += (double)value[i] * (double)value[i];
-      if (previous) dot += (double)previous[i] * (double)value[i];
+/* Scales quaternions, of a spline with their tangents, to unit length and to the side of the one before, as
+ * tw_clip does. Keys that are so already stay the track's own. */
+static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
+                            tw_error *error) {
+  bool is_spline = track->interpolation == TW_CUBICSPLINE;
+  size_t width = is_spline ? 12 : 4, value = is_spline ? 4 : 0;
+  float *scaled = NULL;
+  double previous[4];
+  for (size_t key = 0; key < track->key_count; key++) {
+    double rotation[4];
+    quat_widen(track->values + key * width + value, rotation);
+    double scale = tw_quat_key_scale(rotation, key > 0 ? previous : NULL);
+    for (int i = 0; i < 4; i++) previous[i] = rotation[i] * scale;
+    if (scale == 1) continue;
+    if (!scaled) {
+      scaled = tw_arena_alloc_raw(arena, track->key_count, width * sizeof *scaled);
+      if (!scaled) return no_memory(error);
+      memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
     }
-    double scale = (dot < 0 ? -1 : 1) / sqrt(square);
-    for (int i = 0; i < 12; i++) triple[i] = (float)((double)triple[i] * scale);
-    previous = value;
+    for (size_t i = 0; i < width; i++)
+      scaled[key * width + i] = (float)((double)track->values[key * width + i] * scale);
   }
+  *out = *track;
+  if (scaled) out->values = scaled;
+  return TW_OK;
 }
 
 static tw_status take_spline(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
                              tw_error *error) {
   *out = *track;
-  if (track->path == TW_ROTATION) {
-    float *values = tw_arena_alloc(arena, track->key_count, 12 * sizeof *values);
-    if (!values) return no_memory(error);
-    memcpy(values, track->values, (size_t)track->key_count * 12 * sizeof *values);
-    straighten_spline(values, track->key_count);
-    out->values = values;
-  }
-  if (track->key_count == 1) {
+  tw_status status = track->path == TW_ROTATION ? straighten(track, arena, out, error) : TW_OK;
+  if (status == TW_OK && track->key_count == 1) {
     out->interpolation = TW_STEP;
     out->values += out->width; /* between its tangents */
   }
-  return TW_OK;
+  return status;
 }
 
 /* glTF interpolates between the keys as the track does. */
@@ -238,6 +242,7 @@ static bool is_native(const tw_track_keys *track) {
 
 static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
                                tw_track_keys *out, tw_error *error) {
+  if (is_native(track) && track->form == TW_KEY_QUATERNION) return straighten(track, arena, out, error);
   tw_track_keys alone = *track;
   alone.node = 0;
   const tw_clip_keys keys = {.track_count = 1, .tracks = &alone};

@@ -114,6 +114,36 @@ obj_faces() { grep -c '^f ' "$1"; }
     length == 3 and all(. as $node | [.rotation, $pose[0][$node.name]] | transpose | all((.[0] - .[1]) | fabs < 1e-6))' posed.json
 }
 
+@test "without clip all clips are kept, clip=none leaves them out, names with commas choose" {
+  upload "$samples/tank.json"
+  tank=/v1/models/$id
+  jq -c '[.clips[].name]' answer >clips
+  jq -e 'length >= 2' clips
+  get "$tank/surface.glb?level=1"
+  expect 200
+  [ "$(glb_json answer | jq -c '[.animations[].name]')" = "$(cat clips)" ]
+  all=$(header etag)
+  get "$tank/surface.glb?level=1&clip=$(jq -r 'join(",")' clips)"
+  [ "$(header etag)" = "$all" ]
+  get "$tank/surface.glb?level=1&clip=none"
+  glb_json answer | jq -e 'has("animations") == false'
+  get "$tank/surface.glb?level=1&clip=aim,drive"
+  [ "$(glb_json answer | jq -c '[.animations[].name]')" = '["aim","drive"]' ]
+  get "$tank/pose.json?clip=aim,drive&at=1"
+  holds '.clip == "aim,drive"'
+  get "$tank/surface.glb?clip=aim,dance"
+  problem 404 dance
+}
+
+@test "X-Tweend-Warning tells what a model's warnings say first" {
+  printf 'v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 1 2\n' >narrow.obj
+  upload narrow.obj
+  jq -r '.warnings[0] | @uri' answer >first
+  get "/v1/models/$id/surface.glb"
+  expect 200
+  [ "$(header x-tweend-warning)" = "1; $(cat first)" ]
+}
+
 @test "clip alone keeps the clip as an animation" {
   upload "$samples/tank.json"
   get "/v1/models/$id/surface.glb?level=1&clip=aim"

@@ -236,7 +236,8 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   assert_int_equal(r.status, 200);
   assert_non_null(
       strstr(r.body, "\"warnings\":[\"the clip moves a node that the model does not have: base\"]"));
-  assert_non_null(strstr(reply_header(&r, "X-Tweend-Warning"), "base"));
+  assert_string_equal(reply_header(&r, "X-Tweend-Warning"),
+                      "1; the%20clip%20moves%20a%20node%20that%20the%20model%20does%20not%20have%3A%20base");
   reply_free(&r);
   /* When the lender is deleted, its clips are gone with it. */
   char path[64];
@@ -244,6 +245,28 @@ TEST_WITH(a_clip_is_borrowed_by_the_names_of_nodes, setup, one_model_stop) {
   r = loopback_ask(f->loop, "DELETE", path, NULL, NULL, 0);
   reply_free(&r);
   assert_problem(loopback_get(f->loop, target), 404, NULL, f->id);
+}
+
+/* A name of 100 characters, six bytes each when encoded. */
+TEST_WITH(a_long_warning_is_cut_between_characters, setup, one_model_stop) {
+  one_model *f = *state;
+  char name[201] = "", text[1200], lender[API_ID_TEXT], target[128];
+  for (int i = 0; i < 200; i += 2) memcpy(name + i, "\xC3\xA4", 3);
+  snprintf(text, sizeof text,
+           "{\"nodes\":[{\"name\":\"%s\"},{\"name\":\"%s2\"}],\"clips\":[{\"name\":\"c\",\"tracks\":["
+           "{\"node\":\"%s\",\"path\":\"scale\",\"times\":[0],\"values\":[[1,1,1]]},"
+           "{\"node\":\"%s2\",\"path\":\"scale\",\"times\":[0],\"values\":[[1,1,1]]}]}]}",
+           name, name, name, name);
+  loopback_upload(f->loop, "application/json", text, lender);
+  snprintf(target, sizeof target, "/v1/models/%s/pose?at=1&clip=%s/c", f->id, lender);
+  reply r = loopback_get(f->loop, target);
+  const char *warning = reply_header(&r, "X-Tweend-Warning"), *end = strstr(warning, "%E2%80%A6");
+  assert_memory_equal(warning, "2; the%20clip", 13);
+  assert_non_null(end);
+  assert_memory_equal(end - 6, "%C3%A4", 6);
+  assert_int_equal(end[9], '\0');
+  assert_in_range(strlen(warning), 380, 400);
+  reply_free(&r);
 }
 
 TEST(own_clips_survive_their_model_in_the_cache) {

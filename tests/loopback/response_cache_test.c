@@ -96,7 +96,7 @@ TEST_WITH(one_request_in_other_words_is_the_same, setup, one_model_stop) {
 
 TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
   one_model *f = *state;
-  ask_times(f, "surface.json", 1);
+  ask_times(f, "surface.json?clip=none", 1);
   ask_times(f, "pose.json?at=1", 1); /* the clip */
   uint64_t before = cached(f);
   size_t opens = loopback_store_opens(f->loop);
@@ -106,7 +106,7 @@ TEST_WITH(what_is_asked_for_once_pushes_nothing_out, setup, one_model_stop) {
     ask_times(f, rest, 1);
   }
   assert_int_equal(cached(f), before);
-  assert_true(is_known(f, "surface.json"));
+  assert_true(is_known(f, "surface.json?clip=none"));
   assert_true(is_known(f, "pose.json?at=1"));
   assert_int_equal(loopback_store_opens(f->loop), opens);
 }

@@ -25,7 +25,34 @@ static const char keyed[] =
     "\"quaternions\":[[0,0,0,1],[0,0,1,0],[0,1,0,0]]},"
     "{\"node\":\"d\",\"path\":\"translation\",\"times\":[0,0.5,1],\"values\":[[0,0,0],[1,0,0],[2,0,0]]}]}]}";
 
+#define MOVE(node, time, value)                                                                              \
+  "{\"node\":\"" node "\",\"path\":\"translation\",\"times\":[0," time "],\"values\":[[0,0,0]," value "]}"
+
+/* "walk" and the nameless clip move the same node. */
+static const char several[] =
+    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"clips\":["
+    "{\"name\":\"walk\",\"tracks\":[" MOVE(
+        "a", "2", "[2,0,0]") "]},"
+                             "{\"name\":\"wave\",\"tracks\":[" MOVE(
+                                 "b", "1", "[0,1,0]") "]},"
+                                                      "{\"tracks\":[" MOVE("a", "1", "[0,0,4]") "]}]}";
+
+/* Names that look like lists. */
+static const char odd[] =
+    "{\"nodes\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"clips\":["
+    "{\"name\":\"walk\",\"tracks\":[" MOVE(
+        "a", "1", "[1,0,0]") "]},"
+                             "{\"name\":\"none\",\"tracks\":[" MOVE(
+                                 "a", "1",
+                                 "[2,0,0]") "]},"
+                                            "{\"name\":\"walk,none\",\"tracks\":[" MOVE(
+                                                "a", "1",
+                                                "[3,0,0]") "]},"
+                                                           "{\"name\":\"hop,skip\",\"tracks\":[" MOVE(
+                                                               "b", "1", "[4,0,0]") "]}]}";
+
 static int reductions;
+static int compiled;    /* clips */
 static int meshes_read; /* to count or to make a surface: both build a topology */
 
 /* Linked with --wrap, which gives these names.
@@ -44,6 +71,16 @@ tw_status __real_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, t
 tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                                 uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
                                 tw_error *error);
+tw_status __real_tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
+                                tw_error *error);
+tw_status __wrap_tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
+                                tw_error *error);
+
+tw_status __wrap_tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int force, tw_clip **out,
+                                tw_error *error) {
+  compiled++;
+  return __real_tw_clip_create(keys, node_count, force, out, error);
+}
 
 tw_status __wrap_tw_clip_reduce(const tw_clip *clip, const tw_clip_keys *keys, tw_tolerance tolerance,
                                 uint32_t max_keys, tw_arena *arena, tw_clip_keys *out, tw_tolerance *reached,
@@ -67,7 +104,7 @@ tw_status __wrap_tw_surface_count(const tw_mesh *mesh, const tw_surface_options 
 
 typedef struct fixture {
   loopback *loop;
-  char flag[API_ID_TEXT], keyed[API_ID_TEXT];
+  char flag[API_ID_TEXT], keyed[API_ID_TEXT], several[API_ID_TEXT], odd[API_ID_TEXT];
 } fixture;
 
 static int setup(void **state) {
@@ -76,6 +113,8 @@ static int setup(void **state) {
   f->loop = loopback_start(&settings);
   loopback_upload(f->loop, "model/gltf+json", flag, f->flag);
   loopback_upload(f->loop, "application/json", keyed, f->keyed);
+  loopback_upload(f->loop, "application/json", several, f->several);
+  loopback_upload(f->loop, "application/json", odd, f->odd);
   *state = f;
   return 0;
 }
@@ -148,7 +187,10 @@ TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
                              "skin=bake&at=0,1",
                              "skin=bake&at=1&meshes=none",
                              "meshes=some",
-                             "tolerance=1",
+                             "clip=none&at=1",
+                             "clip=none&fps=2",
+                             "clip=wave,wave",
+                             "at=1&tolerance=1",
                              "clip=wave&tolerance=0",
                              "clip=wave&tolerance=181",
                              "clip=wave&tolerance_m=0",
@@ -161,6 +203,195 @@ TEST_WITH(parameters_that_do_not_fit_are_400, setup, teardown) {
     if (r.status != 400) fail_msg("%s: %d %s", bad[i], r.status, r.body);
     assert_problem(r, 400, NULL, NULL);
   }
+}
+
+/* ---- which clips ------------------------------------------------------------------------------------ */
+
+/* The names of the answer's animations, each with a bar behind it. */
+static void assert_animations(const fixture *f, const char *id, const char *rest, const char *wanted) {
+  char names[128] = "";
+  cJSON *document = ask_gltf(f, id, rest);
+  const cJSON *animation;
+  cJSON_ArrayForEach(animation, cJSON_GetObjectItem(document, "animations")) {
+    const cJSON *name = cJSON_GetObjectItem(animation, "name");
+    size_t length = strlen(names);
+    snprintf(names + length, sizeof names - length, "%s|", name ? name->valuestring : "");
+  }
+  assert_string_equal(names, wanted);
+  cJSON_Delete(document);
+}
+
+TEST_WITH(clips_are_kept_as_the_parameter_says, setup, teardown) {
+  const fixture *f = *state;
+  static const struct {
+    bool is_odd;
+    const char *rest, *names;
+  } cases[] = {
+      {false, "surface.gltf", "walk|wave||"},
+      {false, "surface.gltf?clip=none", ""},
+      {false, "surface.gltf?clip=wave", "wave|"},
+      {false, "surface.gltf?clip=wave,walk", "wave|walk|"},
+      {false, "surface.gltf?clip=clip_2,wave", "|wave|"},
+      {false, "surface.gltf?clip=walk,wave&fps=2", "walk,wave|"},
+      {false, "surface.gltf?fps=2", "walk|"},
+      {false, "surface.gltf?at=0,1", "walk|"},
+      {false, "surface.gltf?at=1", ""},
+      {false, "surface.gltf?clip=walk,wave&at=1", ""},
+      {false, "surface.gltf?meshes=none", "walk|wave||"},
+      {true, "surface.gltf", "walk|none|walk,none|hop,skip|"},
+      {true, "surface.gltf?clip=none", "none|"},
+      {true, "surface.gltf?clip=walk,none", "walk,none|"},
+      {true, "surface.gltf?clip=none,walk", "none|walk|"},
+      {true, "surface.gltf?clip=hop,skip", "hop,skip|"},
+      {true, "surface.gltf?clip=hop,skip,none", "hop,skip|none|"},
+      {true, "surface.gltf?clip=walk,hop,skip", "walk|hop,skip|"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    assert_animations(f, cases[i].is_odd ? f->odd : f->several, cases[i].rest, cases[i].names);
+  char rest[128];
+  snprintf(rest, sizeof rest, "surface.gltf?clip=none,%s/wave,walk", f->several);
+  assert_animations(f, f->odd, rest, "none|wave|walk|");
+}
+
+TEST_WITH(a_model_without_clips_keeps_none, setup, teardown) {
+  const fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"bone\"}]}", id);
+  assert_animations(f, id, "surface.gltf", "");
+  assert_animations(f, id, "surface.gltf?clip=none&tolerance=1", "");
+  assert_problem(ask(f, id, "surface.gltf?clip=walk"), 404, NULL, "the model has no clips");
+  assert_problem(ask(f, id, "surface.gltf?at=1"), 404, NULL, "the model has no clips");
+}
+
+TEST_WITH(a_name_of_a_list_that_is_none_is_told, setup, teardown) {
+  const fixture *f = *state;
+  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,run,wave"), 404, NULL,
+                 "no clip is called \"run\"; there are: walk, wave");
+  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,"), 404, NULL, "no clip is called \"\"");
+  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,none"), 404, NULL, "\"none\"");
+  assert_problem(ask(f, f->several, "surface.gltf?clip=walk,wave,walk"), 400, NULL,
+                 "\"walk\" is in the list");
+  char rest[2048] = "surface.gltf?clip=";
+  for (size_t length = strlen(rest); length < sizeof rest - 2; length += 2) memcpy(rest + length, "x,", 3);
+  char target[2200];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", f->several, rest);
+  assert_problem(loopback_get(f->loop, target), 400, NULL, "more than 256");
+}
+
+TEST_WITH(equal_choices_of_clips_have_one_tag, setup, teardown) {
+  const fixture *f = *state;
+  static const struct {
+    const char *a, *b;
+    bool is_same;
+  } pairs[] = {{"surface.glb", "surface.glb?clip=walk,wave,clip_2", true},
+               {"surface.glb?at=1", "surface.glb?at=1.0&clip=walk", true},
+               {"surface.glb", "surface.glb?clip=none", false},
+               {"surface.glb", "surface.glb?clip=walk,wave", false},
+               {"surface.glb?clip=walk,wave", "surface.glb?clip=wave,walk", false},
+               {"surface.glb?clip=walk", "surface.glb?at=1", false},
+               {"pose?at=1", "pose?clip=walk&at=1", true},
+               {"pose?clip=walk,wave&at=1", "pose?clip=wave,walk&at=1", false},
+               {"pose?clip=none&at=1", "pose?at=1", false}};
+  for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+    reply a = ask(f, f->several, pairs[i].a), b = ask(f, f->several, pairs[i].b);
+    assert_int_equal(a.status, 200);
+    assert_int_equal(b.status, 200);
+    bool is_same = strcmp(reply_header(&a, "ETag"), reply_header(&b, "ETag")) == 0;
+    if (is_same != pairs[i].is_same) fail_msg("%s and %s", pairs[i].a, pairs[i].b);
+    if (is_same) {
+      assert_int_equal(a.size, b.size);
+      assert_memory_equal(a.body, b.body, a.size);
+    }
+    reply_free(&a);
+    reply_free(&b);
+  }
+}
+
+static double number_at(const cJSON *array, int index) {
+  return cJSON_GetArrayItem(array, index)->valuedouble;
+}
+
+TEST_WITH(clips_move_together_and_later_ones_win, setup, teardown) {
+  const fixture *f = *state;
+  static const struct {
+    const char *clips;
+    double a[3], b, duration;
+  } cases[] = {{"walk,wave", {1, 0, 0}, 1, 2},
+               {"wave,walk", {1, 0, 0}, 1, 2},
+               {"walk,clip_2", {0, 0, 4}, 0, 1},
+               {"clip_2,wave,walk", {1, 0, 0}, 1, 2}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char rest[64];
+    snprintf(rest, sizeof rest, "surface.gltf?clip=%s&at=1", cases[i].clips);
+    cJSON *document = ask_gltf(f, f->several, rest);
+    const cJSON *nodes = json_member(document, "nodes");
+    const cJSON *moved = json_member(cJSON_GetArrayItem(nodes, 0), "translation");
+    for (int j = 0; j < 3; j++) assert_true(number_at(moved, j) == cases[i].a[j]);
+    const cJSON *other = cJSON_GetObjectItem(cJSON_GetArrayItem(nodes, 1), "translation");
+    assert_true(cases[i].b == (cases[i].b > 0 ? number_at(other, 1) : 0));
+    cJSON_Delete(document);
+    snprintf(rest, sizeof rest, "pose.json?clip=%s&at=1", cases[i].clips);
+    document = ask_gltf(f, f->several, rest);
+    assert_string_equal(json_member(document, "clip")->valuestring, cases[i].clips);
+    assert_true(json_member(document, "duration")->valuedouble == cases[i].duration);
+    const cJSON *pose = cJSON_GetArrayItem(json_member(document, "poses"), 0);
+    moved = json_member(pose, "translation");
+    for (int j = 0; j < 3; j++) assert_true(number_at(cJSON_GetArrayItem(moved, 0), j) == cases[i].a[j]);
+    assert_true(number_at(cJSON_GetArrayItem(moved, 1), 1) == cases[i].b);
+    cJSON_Delete(document);
+  }
+}
+
+TEST_WITH(clips_are_baked_into_one, setup, teardown) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->several, "surface.gltf?clip=walk,wave&fps=4");
+  assert_int_equal(key_count(document, 0), 9); /* up to the end of the longest */
+  assert_int_equal(key_count(document, 1), 9);
+  cJSON_Delete(document);
+}
+
+TEST_WITH(every_kept_clip_is_reduced, setup, teardown) {
+  const fixture *f = *state;
+  char rest[128];
+  snprintf(rest, sizeof rest, "surface.gltf?clip=%s/all,walk&tolerance=0.05&tolerance_m=0.01", f->keyed);
+  cJSON *document = ask_gltf(f, f->several, rest);
+  assert_int_equal(key_count(document, 0), 2); /* eleven before */
+  cJSON_Delete(document);
+  assert_int_equal(
+      key_count(document = ask_gltf(f, f->keyed, "surface.gltf?tolerance=0.05&tolerance_m=1"), 3), 2);
+  cJSON_Delete(document);
+  reply r = ask(f, f->several, "surface.gltf");
+  assert_null(reply_header(&r, "X-Tweend-Error")); /* all keys are as they were */
+  reply_free(&r);
+}
+
+TEST_WITH(none_is_the_rest_pose, setup, teardown) {
+  const fixture *f = *state;
+  cJSON *document = ask_gltf(f, f->several, "pose.json?clip=none&at=1");
+  assert_true(cJSON_IsNull(json_member(document, "clip")));
+  const cJSON *pose = cJSON_GetArrayItem(json_member(document, "poses"), 0);
+  assert_true(number_at(cJSON_GetArrayItem(json_member(pose, "translation"), 0), 0) == 0);
+  cJSON_Delete(document);
+}
+
+/* Keys that glTF has as they are go from the file to the answer. */
+TEST_WITH(a_thousand_clips_are_kept_without_compiling_any, setup, teardown) {
+  const fixture *f = *state;
+  enum { CLIPS = 1000 };
+  static const char clip[] =
+      "{\"name\":\"c%d\",\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,1],"
+      "\"quaternions\":[[0,0,0,1],[0,0.6,0,0.8]]}," MOVE("a", "1", "[1,0,0]") "]}%s";
+  char *text = malloc((sizeof clip + 16) * CLIPS);
+  size_t size = (size_t)sprintf(text, "{\"nodes\":[{\"name\":\"a\"}],\"clips\":[");
+  for (int i = 0; i < CLIPS; i++) size += (size_t)sprintf(text + size, clip, i, i + 1 < CLIPS ? "," : "]}");
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "application/json", text, id);
+  free(text);
+  compiled = 0;
+  cJSON *document = ask_gltf(f, id, "surface.gltf");
+  assert_int_equal(cJSON_GetArraySize(json_member(document, "animations")), CLIPS);
+  assert_int_equal(compiled, 0);
+  cJSON_Delete(document);
 }
 
 TEST_WITH(times_that_fall_or_are_negative_cannot_be_baked, setup, teardown) {

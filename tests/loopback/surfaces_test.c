@@ -417,6 +417,32 @@ TEST_WITH(a_borrowed_clip_animates_what_it_can, setup, teardown) {
   reply_free(&r);
 }
 
+/* The file has one, and the borrowed clip moves two nodes that are not there. */
+TEST_WITH(a_surface_tells_the_warnings_of_its_model, setup, teardown) {
+  fixture *f = *state;
+  static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 1 2\n";
+  char id[API_ID_TEXT], rest[128];
+  loopback_upload(f->loop, "model/obj", text, id);
+  static const char *const forms[] = {"surface.glb", "surface.gltf", "surface.obj", "surface.json"};
+  char first[400];
+  for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+    reply r = ask_ok(f, id, forms[i]);
+    const char *warning = reply_header(&r, "X-Tweend-Warning");
+    assert_memory_equal(warning, "1; ", 3);
+    snprintf(first, sizeof first, "%s", warning + 3);
+    reply_free(&r);
+  }
+  reply given = loopback_post(f->loop, "/v1/surface.glb", "model/obj", text);
+  assert_string_equal(reply_header(&given, "X-Tweend-Warning") + 3, first);
+  reply_free(&given);
+  snprintf(rest, sizeof rest, "surface.glb?clip=%s/aim&level=0", f->tank);
+  reply r = ask_ok(f, id, rest);
+  int count = atoi(reply_header(&r, "X-Tweend-Warning"));
+  assert_true(count > 1);
+  assert_string_equal(strchr(reply_header(&r, "X-Tweend-Warning"), ' ') + 1, first);
+  reply_free(&r);
+}
+
 /* ---- bodies, tags, limits --------------------------------------------------------------------------- */
 
 TEST_WITH(a_body_is_answered_as_a_stored_model_and_not_kept, setup, teardown) {

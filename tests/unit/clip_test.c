@@ -259,3 +259,45 @@ TEST(loops_fold_time_into_the_clip) {
   assert_true(tw_loop_time(-0.5f, 2, TW_PINGPONG) == 0.5f);
   assert_true(tw_loop_time(3, 0, TW_REPEAT) == 0);
 }
+
+TEST(merged_clips_have_the_tracks_of_all) {
+  const float moves[] = {0, 0, 0, 1, 0, 0}, others[] = {0, 0, 0, 0, 5, 0};
+  tw_track_keys turn = quaternion_track(two_times, identity_pair, 2);
+  tw_track_keys move = value_track(TW_TRANSLATION, two_times, moves, 2), other = move, far = move;
+  other.values = others;
+  far.node = 1;
+  const tw_track_keys walk[] = {turn, move}, wave[] = {far}, fall[] = {other};
+  const tw_clip_keys clips[] = {{"walk", 2, walk}, {"wave", 1, wave}, {"still", 0, NULL}, {"fall", 1, fall}};
+  tw_arena *arena = tw_arena_create();
+  tw_clip_keys merged = {.name = "unchanged"};
+  assert_int_equal(tw_clip_merge(clips, 3, 2, arena, &merged, NULL), TW_OK);
+  assert_null(merged.name);
+  assert_int_equal(merged.track_count, 3);
+  assert_int_equal(merged.tracks[0].path, TW_ROTATION);
+  assert_ptr_equal(merged.tracks[1].values, moves);
+  assert_int_equal(merged.tracks[2].node, 1);
+  /* Both move node 0: the later one stays, at its place. */
+  assert_int_equal(tw_clip_merge(clips, 4, 2, arena, &merged, NULL), TW_OK);
+  assert_int_equal(merged.track_count, 3);
+  assert_int_equal(merged.tracks[0].path, TW_ROTATION);
+  assert_int_equal(merged.tracks[1].node, 1);
+  assert_ptr_equal(merged.tracks[2].values, others);
+  assert_int_equal(tw_clip_merge(clips, 0, 2, arena, &merged, NULL), TW_OK);
+  assert_int_equal(merged.track_count, 0);
+  tw_arena_destroy(arena);
+}
+
+TEST(clip_tells_what_its_tracks_move) {
+  const float moves[] = {0, 0, 0, 1, 0, 0};
+  tw_track_keys tracks[] = {value_track(TW_SCALE, two_times, moves, 2),
+                            value_track(TW_TRANSLATION, two_times, moves, 2)};
+  tracks[1].node = 1;
+  tw_clip *clip = compile(tracks, 2, -1);
+  tw_path path;
+  assert_int_equal(tw_clip_track_count(clip), 2);
+  assert_int_equal(tw_clip_target(clip, 0, &path), 0);
+  assert_int_equal(path, TW_SCALE);
+  assert_int_equal(tw_clip_target(clip, 1, &path), 1);
+  assert_int_equal(path, TW_TRANSLATION);
+  tw_clip_destroy(clip);
+}

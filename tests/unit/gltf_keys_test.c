@@ -220,6 +220,18 @@ TEST_WITH(single_key_is_a_key, set_up, tear_down) {
   }
 }
 
+TEST_WITH(straight_keys_are_the_tracks_own, set_up, tear_down) {
+  tw_arena *arena = *state;
+  static const float straight[2][4] = {{0, 0, 0, 1}, {0, 0.6f, 0, 0.8f}};
+  static const tw_interpolation kinds[] = {TW_STEP, TW_LINEAR};
+  for (int k = 0; k < 2; k++) {
+    tw_track_keys track = rotation(kinds[k]);
+    track.key_count = 2;
+    track.values = straight[0];
+    assert_ptr_equal(convert(arena, &track).values, straight);
+  }
+}
+
 TEST_WITH(spline_tangents_follow_their_value, set_up, tear_down) {
   tw_arena *arena = *state;
   const float keyed[2][3][4] = {{{0, 0, 0, 0}, {0, 0, 0, 2}, {4, 0, 0, 0}},

@@ -119,6 +119,13 @@ typedef struct tw_clip_keys {
   const char *kept; /* as of a mesh */
 } tw_clip_keys;
 
+/* Several clips as one: the tracks of all, one clip after the other. Of two that move the same path of one
+ * node, the later clip's stays. out: its name is NULL, for the caller to set; its tracks are an array of the
+ * arena, their keys the clips' own. node_count: above the nodes of all tracks. TW_NO_MEMORY.
+ * O(tracks + nodes). */
+tw_status tw_clip_merge(const tw_clip_keys *clips, uint32_t clip_count, uint32_t node_count, tw_arena *arena,
+                        tw_clip_keys *out, tw_error *error);
+
 /* A clip made ready for sampling: immutable, any number of threads may share it. */
 typedef struct tw_clip tw_clip;
 
@@ -170,6 +177,9 @@ void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count,
  * weights. Any thread, allocates nothing. */
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out);
 uint32_t tw_clip_width(const tw_clip *clip, uint32_t track); /* numbers in a sample; 4 for rotations */
+uint32_t tw_clip_track_count(const tw_clip *clip);
+/* What a track moves: its node, and in *path which part of that. */
+uint32_t tw_clip_target(const tw_clip *clip, uint32_t track, tw_path *path);
 /* The track of a node's path; TW_NO_INDEX where there is none. O(tracks). */
 uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path);
 
