@@ -1116,7 +1116,7 @@ static void add_faces(const obj_part *part, tw_mesh *mesh) {
   uint32_t *to = reader->face_offsets + part->index;
   mesh->face_count = (uint32_t)(part->face_stop - part->first_face);
   mesh->corner_count = part->corner_stop - part->first_corner;
-  mesh->corners = reader->corners + part->first_corner;
+  if (reader->corners) mesh->corners = reader->corners + part->first_corner;
   to[part->face_stop] = mesh->corner_count;
   for (uint64_t face = part->face_stop; face-- > part->first_face;)
     to[face] = reader->face_offsets[face] - part->first_corner;

@@ -62,14 +62,14 @@ size_t tw_spline_tables_size(uint32_t depth) {
 tw_spline *tw_spline_tables_create(uint32_t depth) {
   tw_spline *tables = tw_alloc(1, tw_spline_tables_size(depth));
   size_t room = ((size_t)1 << depth) + 3;
-  double(*points)[4] = tw_alloc_zero(room, 2 * sizeof *points), (*next)[4] = points + room;
+  double(*points)[4] = tw_alloc_zero(room, 2 * sizeof *points);
   if (!tables || !points) {
     free(tables);
     free(points);
     return NULL;
   }
   float *rows = (float *)(void *)(tables + depth + 1);
-  double(*at)[4] = points;
+  double(*at)[4] = points, (*next)[4] = points + room;
   for (int k = 0; k < 4; k++) at[k][k] = 1;
   for (uint32_t d = 0; d <= depth; d++) {
     fill_table(d, (const double(*)[4])at, rows, &tables[d]);
