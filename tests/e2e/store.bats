@@ -166,6 +166,7 @@ damaged() {
       done
     ) 3>&- &
     client=$!
+    for ((i = 0; i < 600 && $(wc -l <acknowledged) < round; i++)); do sleep 0.05; done
     sleep "0.$((RANDOM % 200 + 100))"
     kill -KILL "$daemon"
     wait "$daemon" || true
