@@ -267,7 +267,10 @@ TEST(merged_clips_have_the_tracks_of_all) {
   other.values = others;
   far.node = 1;
   const tw_track_keys walk[] = {turn, move}, wave[] = {far}, fall[] = {other};
-  const tw_clip_keys clips[] = {{"walk", 2, walk}, {"wave", 1, wave}, {"still", 0, NULL}, {"fall", 1, fall}};
+  const tw_clip_keys clips[] = {{.name = "walk", .track_count = 2, .tracks = walk},
+                                {.name = "wave", .track_count = 1, .tracks = wave},
+                                {.name = "still"},
+                                {.name = "fall", .track_count = 1, .tracks = fall}};
   tw_arena *arena = tw_arena_create();
   tw_clip_keys merged = {.name = "unchanged"};
   assert_int_equal(tw_clip_merge(clips, 3, 2, arena, &merged, NULL), TW_OK);
