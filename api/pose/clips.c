@@ -209,6 +209,7 @@ static const void *copy_array(tw_arena *arena, const void *array, size_t count, 
 static bool copy_track(tw_arena *arena, const tw_track_keys *from, uint32_t node, tw_track_keys *to) {
   *to = *from;
   to->node = node;
+  to->kept = NULL; /* it may point to other parts of the lender's file */
   size_t parts = from->interpolation == TW_CUBICSPLINE ? 3 : 1;
   to->times = copy_array(arena, from->times, from->key_count, sizeof *from->times);
   to->values = copy_array(arena, from->values, from->key_count, parts * from->width * sizeof *from->values);
@@ -238,7 +239,7 @@ static bool carry_over(api_clip *clip, const tw_model *model, const tw_model *le
     if (!copy_track(clip->arena, track, node, &tracks[count++])) return false;
   }
   const char *name = source->name ? tw_arena_text(clip->arena, source->name, strlen(source->name)) : NULL;
-  *out = (tw_clip_keys){name, count, tracks};
+  *out = (tw_clip_keys){.name = name, .track_count = count, .tracks = tracks};
   return name || !source->name;
 }
 

@@ -329,7 +329,12 @@ static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *c
     tw_track_keys *tracks = tw_arena_alloc(arena, clips[i].track_count, sizeof *tracks);
     if (!tracks) return NULL;
     memcpy(tracks, clips[i].tracks, clips[i].track_count * sizeof *tracks);
-    for (uint32_t j = 0; j < fewer->track_count; j++) tracks[fewer->places[j]] = fewer->tracks[j];
+    for (uint32_t j = 0; j < fewer->track_count; j++) {
+      tw_track_keys *track = &tracks[fewer->places[j]];
+      const char *kept = track->kept;
+      *track = fewer->tracks[j];
+      track->kept = kept;
+    }
     out[i].tracks = tracks;
   }
   return out;
