@@ -210,7 +210,8 @@ static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface
   uint64_t size = 0;
   for (uint32_t g = 0; g < tw_surface_group_count(surface) && size <= limit; g++) {
     const tw_surface_group *group = tw_surface_get_group(surface, g);
-    size += line_size(group->material < 0 ? NULL : model->material_names[group->material]);
+    int32_t material = tw_model_material(model, group->material);
+    size += line_size(material < 0 ? NULL : model->material_names[material]);
     size += line_size(group->names == TW_NO_INDEX ? NULL : model->group_names[group->names]);
   }
   return size;

@@ -123,6 +123,26 @@ static void put_kept(json_writer *writer, const char *kept) {
   if (strstr(kept, "\"extensions\"")) note_extensions(writer, kept);
 }
 
+/* The member of a kept object that is called so, or NULL. object may be NULL. */
+static const char *find_member(const char *object, const char *name) {
+  tw_json_item item;
+  if (!object) return NULL;
+  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+    if (item.key_size == strlen(name) && memcmp(item.key, name, item.key_size) == 0) return item.value;
+  return NULL;
+}
+
+/* The members of a kept object but for one. object may be NULL. */
+static void put_others(json_writer *writer, const char *object, const char *except) {
+  tw_json_item item;
+  if (!object) return;
+  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
+    if (item.key_size == strlen(except) && memcmp(item.key, except, item.key_size) == 0) continue;
+    tw_text_element(writer->text);
+    tw_text_bytes(writer->text, item.key - 1, (size_t)(tw_json_skip(item.value) - item.key) + 1);
+  }
+}
+
 static void put_name(json_writer *writer, const char *name) {
   if (name) tw_member_string(writer->text, "name", name);
 }
@@ -168,7 +188,7 @@ static void put_views(json_writer *writer) {
     tw_member_count(writer->text, "buffer", 0);
     if (view->offset) tw_member_count(writer->text, "byteOffset", view->offset);
     tw_member_count(writer->text, "byteLength", view->size);
-    if (view->target == TW_GLTF_VERTICES) tw_member_count(writer->text, "byteStride", view->element_size);
+    if (view->stride) tw_member_count(writer->text, "byteStride", view->stride);
     if (view->target) tw_member_count(writer->text, "target", (uint64_t)view->target);
     close_object(writer);
   }
@@ -176,11 +196,11 @@ static void put_views(json_writer *writer) {
 }
 
 /* Doubles, as readers compare them with the data. */
-static void put_bound(json_writer *writer, const char *member, float bound, int width) {
+static void put_bounds(json_writer *writer, const char *member, const float *bounds, uint32_t count) {
   tw_member_open(writer->text, member, "[");
-  for (int i = 0; i < width; i++) {
+  for (uint32_t i = 0; i < count; i++) {
     tw_text_element(writer->text);
-    tw_text_double(writer->text, (double)bound);
+    tw_text_double(writer->text, (double)bounds[i]);
   }
   tw_text_add(writer->text, "]");
 }
@@ -203,15 +223,29 @@ static const char *type_name(int width) {
   return width == 16 ? "MAT4" : names[width - 1];
 }
 
+static void put_elements(json_writer *writer, const tw_gltf_elements *elements) {
+  tw_member_string(writer->text, "type", elements->type);
+  if (elements->normalized) tw_member_open(writer->text, "normalized", "true");
+  if (elements->bound_count == 0) return;
+  put_bounds(writer, "max", elements->max, elements->bound_count);
+  put_bounds(writer, "min", elements->min, elements->bound_count);
+}
+
 static void put_accessor(json_writer *writer, const tw_gltf_accessor *accessor) {
   if (accessor->view != TW_NO_INDEX) tw_member_count(writer->text, "bufferView", accessor->view);
   if (accessor->offset) tw_member_count(writer->text, "byteOffset", accessor->offset);
   tw_member_count(writer->text, "componentType", (uint64_t)accessor->component);
   tw_member_count(writer->text, "count", accessor->count);
+  if (accessor->elements) {
+    put_elements(writer, accessor->elements);
+    return;
+  }
   tw_member_string(writer->text, "type", type_name(accessor->width));
   if (accessor->bounds == TW_GLTF_BOUNDED) {
-    put_bound(writer, "max", accessor->max, accessor->width);
-    put_bound(writer, "min", accessor->min, accessor->width);
+    const float max[3] = {accessor->max, accessor->max, accessor->max},
+                min[3] = {accessor->min, accessor->min, accessor->min};
+    put_bounds(writer, "max", max, (uint32_t)accessor->width);
+    put_bounds(writer, "min", min, (uint32_t)accessor->width);
   } else if (accessor->bounds == TW_GLTF_BOUNDED_LATER) {
     put_later(writer, "max", *writer->bounds);
     put_later(writer, "min", *writer->bounds + 3);
@@ -289,10 +323,22 @@ static void put_targets(json_writer *writer, uint32_t count, uint32_t first, uin
   tw_text_add(writer->text, "]");
 }
 
-static void put_ngon(json_writer *writer) {
+/* The members of a kept object, FB_ngon_encoding among its extensions. */
+static void put_kept_and_ngon(json_writer *writer, const char *kept) {
+  const char *extensions = find_member(kept, "extensions");
   tw_member_open(writer->text, "extensions", "{");
-  tw_member_open(writer->text, NGON, "{}}");
+  tw_member_open(writer->text, NGON, "{}");
   note_name(writer, NGON, sizeof NGON - 1);
+  put_others(writer, extensions, "");
+  tw_text_add(writer->text, "}");
+  put_others(writer, kept, "extensions");
+  if (kept) note_extensions(writer, kept);
+}
+
+/* What primitives of these faces say. */
+static const char *kept_of(const tw_model *model, int32_t face_material) {
+  uint32_t slot = (uint32_t)face_material - model->material_count;
+  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
 }
 
 static void put_triangles(json_writer *writer, uint32_t index) {
@@ -307,11 +353,28 @@ static void put_triangles(json_writer *writer, uint32_t index) {
       tw_member_count(writer->text, mesh->attributes[a].semantic, mesh->attributes[a].accessor);
     close_object(writer);
     tw_member_count(writer->text, "indices", indices);
-    if (faces->material >= 0) tw_member_count(writer->text, "material", (uint64_t)faces->material);
+    const int32_t material = tw_model_material(writer->scene->model, faces->material);
+    if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
     put_targets(writer, mesh->target_count, mesh->first_target, 1);
-    if (writer->scene->polygons == TW_POLYGONS_NGON) put_ngon(writer);
+    const char *kept = kept_of(writer->scene->model, faces->material);
+    if (writer->scene->polygons == TW_POLYGONS_NGON)
+      put_kept_and_ngon(writer, kept);
+    else
+      put_kept(writer, kept);
     if (writer->plan->names_groups) put_group_ranges(writer, writer->scene->surfaces[index], faces, &group);
     close_object(writer);
+  }
+}
+
+/* Points and lines as they came; at rest where the mesh was baked. */
+static void put_loose(json_writer *writer, const tw_mesh *mesh) {
+  tw_json_item item;
+  for (bool more = tw_json_first(mesh->loose, &item); more;
+       more = tw_json_next(tw_json_skip(item.value), &item)) {
+    open_object(writer);
+    put_others(writer, item.value, mesh->morph_count > 0 ? "" : "targets");
+    close_object(writer);
+    note_extensions(writer, item.value);
   }
 }
 
@@ -336,7 +399,10 @@ static void put_meshes(json_writer *writer) {
     put_name(writer, source->name);
     tw_member_open(writer->text, "primitives", "[");
     put_triangles(writer, i);
-    if (mesh->primitive_count == 0) put_nothing(writer, mesh);
+    if (source->loose && model->assets)
+      put_loose(writer, source);
+    else if (mesh->primitive_count == 0)
+      put_nothing(writer, mesh);
     tw_text_add(writer->text, "]");
     if (mesh->target_count && source->morph_weights)
       tw_member_floats(writer->text, "weights", source->morph_weights, mesh->target_count);
@@ -514,13 +580,19 @@ static void put_skins(json_writer *writer) {
 
 /* The part of a track's kept object that is called so. */
 static void put_part(json_writer *writer, const char *kept, const char *name) {
+  const char *part = find_member(kept, name);
+  put_others(writer, part, "");
+  if (part) note_extensions(writer, part);
+}
+
+/* Channels of something else than nodes, or their samplers (`name`), behind those of nodes. */
+static void put_loose_channels(json_writer *writer, const char *loose, const char *name, uint32_t sampler) {
   tw_json_item item;
-  if (!kept) return;
-  for (bool more = tw_json_first(kept, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (item.key_size != strlen(name) || memcmp(item.key, name, item.key_size) != 0) continue;
-    tw_text_element(writer->text);
-    tw_text_bytes(writer->text, item.value + 1, (size_t)(tw_json_skip(item.value) - item.value) - 2);
-    note_extensions(writer, item.value);
+  for (bool more = tw_json_first(loose, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
+    open_object(writer);
+    if (strcmp(name, "channel") == 0) tw_member_count(writer->text, "sampler", sampler++);
+    put_part(writer, item.value, name);
+    close_object(writer);
   }
 }
 
@@ -553,10 +625,13 @@ static void put_animation(json_writer *writer, const tw_gltf_animation *animatio
   open_object(writer);
   put_name(writer, clip->name);
   tw_member_open(writer->text, "channels", "[");
+  const char *loose = writer->scene->model->assets ? clip->loose : NULL;
   for (uint32_t i = 0; i < animation->channel_count; i++) put_channel(writer, &channels[i], i);
+  if (loose) put_loose_channels(writer, loose, "channel", animation->channel_count);
   tw_text_add(writer->text, "]");
   tw_member_open(writer->text, "samplers", "[");
   for (uint32_t i = 0; i < animation->channel_count; i++) put_sampler(writer, &channels[i]);
+  if (loose) put_loose_channels(writer, loose, "sampler", 0);
   tw_text_add(writer->text, "]");
   put_kept(writer, clip->kept);
   close_object(writer);

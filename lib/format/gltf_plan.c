@@ -46,6 +46,20 @@ static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t cou
       plan, (tw_gltf_accessor){.view = view, .component = TW_GLTF_FLOAT, .width = width, .count = count});
 }
 
+/* What is handed on, first of all. */
+static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
+  for (uint32_t i = 0; i < assets->element_count; i++) {
+    const tw_gltf_elements *elements = &assets->elements[i];
+    uint32_t view = add_memory(plan, elements->bytes, (uint64_t)elements->count * elements->stride);
+    plan->views[view].target = elements->target;
+    plan->views[view].stride = elements->target == TW_GLTF_VERTICES ? elements->stride : 0;
+    add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                          .component = elements->component,
+                                          .count = elements->count,
+                                          .elements = elements});
+  }
+}
+
 /* ---- vertices ------------------------------------------------------------------------------------------ */
 
 static bool holds_joints(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
@@ -62,6 +76,7 @@ static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *su
   uint32_t stride = bytes_of_columns(tw_surface_get_layout(surface), first, count);
   return add_view(plan, (tw_gltf_view){.size = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) * stride,
                                        .element_size = stride,
+                                       .stride = stride,
                                        .target = TW_GLTF_VERTICES,
                                        .source = TW_GLTF_ROWS,
                                        .mesh = mesh,
@@ -189,7 +204,7 @@ static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
       add_triangles(plan, i, surface);
     } else {
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
-      add_nothing(plan);
+      if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
     }
   }
 }
@@ -343,7 +358,9 @@ static tw_status add_animations(tw_gltf_plan *plan, const tw_scene *scene, tw_er
     tw_status status = add_channels(plan, scene, &scene->clips[i], &added_keys_left, error);
     if (status != TW_OK) return status;
     uint32_t count = plan->channel_count - first;
-    if (count > 0) plan->animations[plan->animation_count++] = (tw_gltf_animation){i, first, count};
+    bool has_loose = scene->model->assets && scene->clips[i].loose;
+    if (count > 0 || has_loose)
+      plan->animations[plan->animation_count++] = (tw_gltf_animation){i, first, count};
   }
   return TW_OK;
 }
@@ -391,8 +408,9 @@ static uint64_t count_tracks(const tw_scene *scene) {
 static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
   const tw_model *model = scene->model;
   uint64_t tracks = count_tracks(scene);
-  *views = tw_gltf_assets_of(model)->image_count + model->skin_count + 2 * tracks;
-  *accessors = model->skin_count + 2 * tracks;
+  const tw_gltf_assets *assets = tw_gltf_assets_of(model);
+  *views = assets->element_count + assets->image_count + model->skin_count + 2 * tracks;
+  *accessors = assets->element_count + model->skin_count + 2 * tracks;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
     uint64_t materials = count_materials(scene->surfaces[i]);
@@ -431,6 +449,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   tw_status status = allocate(plan, scene, error);
   if (status == TW_OK) {
     plan->names_groups = names_groups(scene);
+    add_elements(plan, tw_gltf_assets_of(scene->model));
     add_images(plan, scene->model);
     add_meshes(plan, scene);
     add_skins(plan, scene->model);

@@ -69,6 +69,11 @@ const char *tw_model_clip_name(const tw_model *model, uint32_t clip, char buffer
   return buffer;
 }
 
+int32_t tw_model_material(const tw_model *model, int32_t face_material) {
+  uint32_t slot = (uint32_t)face_material - model->material_count;
+  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].material : face_material;
+}
+
 typedef struct named_node {
   const char *name;
   uint32_t index;
@@ -203,7 +208,8 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
     }
     for (uint32_t face = 0; mesh->face_materials && face < mesh->face_count; face++) {
       int32_t material = mesh->face_materials[face];
-      if (material >= -1 && (material < 0 || (uint32_t)material < model->material_count)) continue;
+      if (material >= -1 && (material < 0 || (uint32_t)material < model->material_count + model->slot_count))
+        continue;
       return fail_at(error, "meshes", i, "/materials", "a face names a material that does not exist");
     }
     for (uint32_t face = 0; mesh->face_groups && face < mesh->face_count; face++) {

@@ -196,7 +196,8 @@ static void put_normals(tw_obj_stream *stream) {
   put_rows(stream, "vn", stream->floats, 3, count);
 }
 
-static void put_material(tw_obj_stream *stream, int32_t material) {
+static void put_material(tw_obj_stream *stream, int32_t face_material) {
+  int32_t material = tw_model_material(stream->scene.model, face_material);
   if (material == stream->material) return;
   stream->material = material;
   const char *name = material < 0 ? "none" : stream->scene.model->material_names[material];

@@ -187,6 +187,30 @@ static void put_array(random_document *d, const char *name, const char *const *o
   put(d, "]");
 }
 
+static void put_meshes(random_document *d) {
+  static const char *const primitives[2][2] = {
+      {"\"attributes\":{\"POSITION\":0},\"indices\":1", "\"attributes\":{\"POSITION\":0},\"mode\":0"},
+      {"\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1",
+       "\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":3,\"material\":2"}};
+  put(d, ",\"meshes\":[");
+  for (uint32_t mesh = 0; mesh < 2; mesh++) {
+    char path[64];
+    put(d, mesh ? ",{\"primitives\":[" : "{\"name\":\"unused\",\"primitives\":[");
+    for (uint32_t i = 0; i < 2; i++) {
+      snprintf(path, sizeof path, "meshes/%u/primitives/%u", mesh, i);
+      put(d, i ? ",{" : "{");
+      put(d, primitives[mesh][i]);
+      say_more(d, path);
+      put(d, "}");
+    }
+    put(d, "]");
+    *strchr(path + 7, '/') = '\0';
+    say_more(d, path);
+    put(d, "}");
+  }
+  put(d, "]");
+}
+
 static void put_animation(random_document *d) {
   put(d, ",\"animations\":[{\"name\":\"walk\",\"channels\":[");
   for (uint32_t i = 0; i < 2; i++) {
@@ -228,9 +252,6 @@ static void put_document(random_document *d) {
   static const char *const nodes[] = {
       "\"name\":\"root\",\"children\":[1,2,3]", "\"mesh\":0", "\"mesh\":1", "",
       "\"name\":\"elsewhere\",\"camera\":0",    NULL};
-  static const char *const meshes[] = {
-      "\"name\":\"unused\",\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]",
-      "\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1}]", NULL};
   static const char *const materials[] = {
       "\"name\":\"red\"", "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}", "", NULL};
   static const char *const textures[] = {"\"source\":1,\"sampler\":0", "", NULL};
@@ -243,7 +264,7 @@ static void put_document(random_document *d) {
   static const char *const scenes[] = {"\"name\":\"first\",\"nodes\":[4]", "\"nodes\":[0]", NULL};
   put_asset(d);
   put_array(d, "nodes", nodes);
-  put_array(d, "meshes", meshes);
+  put_meshes(d);
   put_array(d, "materials", materials);
   put_array(d, "textures", textures);
   put_array(d, "images", images);
@@ -366,4 +387,124 @@ TEST(elements_that_are_no_objects_are_refused) {
         TW_INVALID);
     assert_string_equal(error.pointer, pointer);
   }
+}
+
+TEST(primitives_that_say_more_than_their_material_stay_apart) {
+  answer a = answer_with(
+      "",
+      ",\"materials\":[{},{}],\"meshes\":[{\"primitives\":["
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1,\"extras\":1},"
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1},"
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0,\"extras\":1},"
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":1,\"extras\":1},"
+      "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"extensions\":{\"X\":{},\"FB_ngon_encoding\":{}}}]}]");
+  assert_int_equal(a.f.model->material_count, 2);
+  assert_int_equal(a.f.model->slot_count, 3);
+  assert_int_equal(cJSON_GetArraySize(find(a.file.json, "meshes/0/primitives")), 4);
+  assert_says(&a, "meshes/0/primitives/0/material", "1");
+  assert_null(find(a.file.json, "meshes/0/primitives/0/extras"));
+  assert_says(&a, "meshes/0/primitives/1/material", "1");
+  assert_says(&a, "meshes/0/primitives/1/extras", "1");
+  assert_says(&a, "meshes/0/primitives/2/material", "0");
+  assert_says(&a, "meshes/0/primitives/2/extras", "1");
+  assert_null(find(a.file.json, "meshes/0/primitives/3/material"));
+  assert_says(&a, "meshes/0/primitives/3/extensions", "{\"X\":{}}");
+  assert_says(&a, "extensionsUsed", "[\"X\"]");
+  free_glb(&a.file);
+  a.f.scene.polygons = TW_POLYGONS_NGON;
+  a.file = write_glb(&a.f.scene);
+  assert_says(&a, "meshes/0/primitives/3/extensions", "{\"FB_ngon_encoding\":{},\"X\":{}}");
+  assert_says(&a, "meshes/0/primitives/1/extensions", "{\"FB_ngon_encoding\":{}}");
+  assert_says(&a, "extensionsUsed", "[\"FB_ngon_encoding\",\"X\"]");
+  answer_deinit(&a);
+}
+
+/* The bytes of an accessor of the answer. */
+static const uint8_t *bytes_of(const answer *a, const char *path, uint32_t size) {
+  const cJSON *found = find(a->file.json, path);
+  assert_non_null(found);
+  return element(&a->file, (int)found->valuedouble, 0, size);
+}
+
+TEST(points_and_lines_pass_through) {
+  answer a = answer_with(
+      "", ",\"materials\":[{}],\"meshes\":[{\"primitives\":["
+          "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":1,\"material\":0,\"extras\":{\"a\":1},"
+          "\"targets\":[{\"POSITION\":0}]},"
+          "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"POSITION\":0}]}]},"
+          "{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"mode\":0}]}]");
+  assert_int_equal(a.f.model->warning_count, 0);
+  assert_says(&a, "meshes/0/primitives/1",
+              "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"material\":0,\"mode\":1,\"targets\":[{"
+              "\"POSITION\":0}],\"extras\":{\"a\":1}}");
+  assert_says(&a, "meshes/1/primitives", "[{\"attributes\":{\"POSITION\":0},\"mode\":0}]");
+  static const float positions[12] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
+  assert_memory_equal(bytes_of(&a, "meshes/1/primitives/0/attributes/POSITION", sizeof positions), positions,
+                      sizeof positions);
+  assert_says(&a, "accessors/0/max", "[1,1,1]");
+  assert_says(&a, "bufferViews/0/byteStride", "12");
+  assert_says(&a, "bufferViews/1/byteLength", "24");
+  answer_deinit(&a);
+}
+
+TEST(bad_points_and_lines_are_refused) {
+  static const struct {
+    const char *primitive, *pointer;
+  } cases[] = {
+      {"{\"attributes\":{},\"mode\":0}", "/meshes/0/primitives/0/attributes"},
+      {"{\"attributes\":{\"POSITION\":9},\"mode\":0}", "/meshes/0/primitives/0/attributes/POSITION"},
+      {"{\"attributes\":{\"POSITION\":1},\"mode\":0}", "/accessors/1/type"},
+      {"{\"attributes\":{\"POSITION\":0,\"COLOR_0\":3},\"mode\":0}",
+       "/meshes/0/primitives/0/attributes/COLOR_0"},
+      {"{\"attributes\":{\"POSITION\":3},\"indices\":1,\"mode\":1}", "/accessors/1"},
+      {"{\"attributes\":{\"POSITION\":0},\"material\":0,\"mode\":1}", "/meshes/0/primitives/0/material"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char document[2048];
+    int size = snprintf(document, sizeof document, "{" DATA ",\"meshes\":[{\"primitives\":[%s]}]}", "",
+                        cases[i].primitive);
+    tw_model *model = NULL;
+    tw_error error = {0};
+    tw_status status =
+        tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, NULL, &model, &error);
+    assert_int_equal(status, TW_INVALID);
+    assert_string_equal(error.pointer, cases[i].pointer);
+  }
+}
+
+TEST(instances_keep_their_attributes) {
+  answer a = answer_with(
+      "",
+      ",\"extensionsUsed\":[\"EXT_mesh_gpu_instancing\"],\"extensionsRequired\":[\"EXT_mesh_gpu_instancing\"]"
+      ","
+      "\"nodes\":[{\"mesh\":0,\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{\"TRANSLATION\":3,"
+      "\"_ID\":2},\"extras\":7}}}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},"
+      "\"indices\":1}]}]");
+  static const float moves[6] = {0, 0, 0, 1, 2, 3};
+  static const char path[] = "nodes/0/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION";
+  assert_memory_equal(bytes_of(&a, path, sizeof moves), moves, sizeof moves);
+  assert_says(&a, "nodes/0/extensions/EXT_mesh_gpu_instancing/extras", "7");
+  assert_says(&a, "extensionsRequired", "[\"EXT_mesh_gpu_instancing\"]");
+  answer_deinit(&a);
+}
+
+TEST(channels_of_something_else_than_nodes_stay_with_their_keys) {
+  answer a = answer_with(
+      "", ",\"extensionsUsed\":[\"KHR_animation_pointer\"],\"nodes\":[{}],\"animations\":[{\"channels\":["
+          "{\"sampler\":0,\"target\":{\"path\":\"pointer\",\"extensions\":{\"KHR_animation_pointer\":"
+          "{\"pointer\":\"/materials/0/emissiveFactor\"}}},\"extras\":5},"
+          "{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}}],"
+          "\"samplers\":[{\"input\":2,\"output\":3,\"interpolation\":\"STEP\",\"extras\":6}]}]");
+  assert_int_equal(a.f.model->warning_count, 0);
+  assert_says(&a, "animations/0/channels",
+              "[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"translation\"}},{\"sampler\":1,\"target\":{"
+              "\"path\":\"pointer\",\"extensions\":{\"KHR_animation_pointer\":{\"pointer\":\"/materials/0/"
+              "emissiveFactor\"}}},\"extras\":5}]");
+  assert_says(&a, "animations/0/samplers/1",
+              "{\"input\":0,\"interpolation\":\"STEP\",\"output\":1,\"extras\":6}");
+  assert_says(
+      &a, "accessors/0",
+      "{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"max\":[1],\"min\":[0]}");
+  assert_says(&a, "extensionsUsed", "[\"KHR_animation_pointer\"]");
+  answer_deinit(&a);
 }

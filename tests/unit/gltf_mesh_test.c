@@ -333,14 +333,15 @@ TEST(strips_and_fans_become_triangles) {
   tw_model_destroy(model);
 }
 
-TEST(points_and_lines_are_left_out_with_a_warning) {
+TEST(points_and_lines_are_no_faces) {
   tw_model *model =
       glb_read(square_json(POSITIONS "," INDICES, "{\"attributes\":{\"POSITION\":0},\"mode\":0},"
                                                   "{\"attributes\":{\"POSITION\":0},\"mode\":3}"),
                &square, sizeof square);
   assert_int_equal(model->mesh_count, 1);
   assert_int_equal(model->meshes[0].face_count, 0);
-  assert_int_equal(model->warning_count, 1);
+  assert_non_null(model->meshes[0].loose);
+  assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
 }
 

@@ -178,7 +178,9 @@ TEST(clips_become_animations_in_order) {
   fixture_refine(&f, 1, true);
   f.model->nodes[0].has_matrix = true;
   for (int j = 0; j < 4; j++) f.model->nodes[0].matrix[5 * j] = 1;
-  const tw_clip_keys clips[] = {f.model->clips[0], {"smile", 1, &smile, NULL}, {NULL, 1, &nudge, NULL}};
+  const tw_clip_keys clips[] = {f.model->clips[0],
+                                {.name = "smile", .track_count = 1, .tracks = &smile},
+                                {.track_count = 1, .tracks = &nudge}};
   f.scene.clips = clips;
   f.scene.clip_count = 3;
   glb file = write_glb(&f.scene);

@@ -48,7 +48,7 @@ static void fill(fixture *f) {
                              .key_count = 2,
                              .times = times,
                              .values = translations};
-  f->clip = (tw_clip_keys){"move", 1, &f->track, NULL};
+  f->clip = (tw_clip_keys){.name = "move", .track_count = 1, .tracks = &f->track};
   tw_model *model = f->model;
   model->mesh_count = 1;
   model->meshes = &f->mesh;

@@ -66,12 +66,14 @@ uint32_t index_value(const uint8_t *at, int component_type) {
   }
 }
 
-const char *type_name(int type) {
+const char *name_of(int type) {
   switch (type) {
   case TINYGLTF_TYPE_SCALAR: return "SCALAR";
   case TINYGLTF_TYPE_VEC2: return "VEC2";
   case TINYGLTF_TYPE_VEC3: return "VEC3";
   case TINYGLTF_TYPE_VEC4: return "VEC4";
+  case TINYGLTF_TYPE_MAT2: return "MAT2";
+  case TINYGLTF_TYPE_MAT3: return "MAT3";
   default: return "MAT4";
   }
 }
@@ -118,6 +120,15 @@ bool Elements::read_finite(uint32_t i, float *out) const {
   bool finite = std::all_of(out, out + width_, [](float value) { return std::isfinite(value); });
   if (!finite) std::fill(out, out + width_, 0.0f);
   return finite;
+}
+
+void Elements::copy(uint32_t i, uint8_t *out) const {
+  const uint8_t *at = sparse_count_ ? find(i) : data_ ? data_ + size_t{i} * stride_ : nullptr;
+  size_t size = size_t{width_} * component_size(component_type_);
+  if (at)
+    std::memcpy(out, at, size);
+  else
+    std::memset(out, 0, size);
 }
 
 uint32_t Elements::read_index(uint32_t i) const {
@@ -231,8 +242,12 @@ const Elements &Accessors::open(int index, int type, const std::string &pointer)
   const Elements &elements = open_any(index, pointer);
   if (model_.accessors[static_cast<size_t>(index)].type != type)
     refuse(TW_INVALID, text("/accessors/", index, "/type"), "the accessor that ", pointer, " names must be ",
-           type_name(type));
+           name_of(type));
   return elements;
+}
+
+const char *Accessors::type_name(int index) const {
+  return name_of(model_.accessors[static_cast<size_t>(index)].type);
 }
 
 } // namespace gltf

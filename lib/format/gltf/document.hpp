@@ -4,6 +4,7 @@
 #define TWEEND_GLTF_DOCUMENT_HPP
 
 #include <cstdint>
+#include <map>
 #include <new>
 #include <optional>
 #include <sstream>
@@ -196,6 +197,9 @@ public:
   // The same; false in place of the refusal, out then holds all 0.
   bool read_finite(uint32_t i, float *out) const;
 
+  // The bytes of element i as they stand: out[width * size of a component].
+  void copy(uint32_t i, uint8_t *out) const;
+
   // Element i of unsigned integers as they are; 0 for other types.
   uint32_t read_index(uint32_t i) const;
 
@@ -227,6 +231,9 @@ public:
   // As open, for any type.
   const Elements &open_any(int index, const std::string &pointer);
 
+  // "SCALAR", ... of an accessor that was opened.
+  const char *type_name(int index) const;
+
 private:
   const tinygltf::Model &model_;
   const Vector<Bytes> &buffers_;
@@ -248,15 +255,22 @@ struct Kept {
       : nodes(Counted<const char *>(budget)), meshes(Counted<const char *>(budget)),
         skins(Counted<const char *>(budget)), animations(Counted<const char *>(budget)),
         channels(Counted<const char *>(budget)), first_channel(Counted<size_t>(budget)),
-        marked(Counted<uint8_t>(budget)), first_primitive(Counted<size_t>(budget)),
+        loose_channels(Counted<const char *>(budget)), marked(Counted<uint8_t>(budget)),
+        primitives(Counted<const char *>(budget)), loose(Counted<const char *>(budget)),
+        first_primitive(Counted<size_t>(budget)), slots(Counted<tw_material_slot>(budget)),
         normal_maps(Counted<int>(budget)) {}
 
   Vector<const char *> nodes, meshes, skins, animations;
-  Vector<const char *> channels;  // of all animations, one animation after the other
-  Vector<size_t> first_channel;   // [animations]
-  Vector<uint8_t> marked;         // of all primitives, one mesh after the other: bears FB_ngon_encoding
-  Vector<size_t> first_primitive; // [meshes]
-  Vector<int> normal_maps;        // of each material: the UV set of its normal map, -1 without one
+  Vector<const char *> channels;       // of all animations, one animation after the other
+  Vector<size_t> first_channel;        // [animations]
+  Vector<const char *> loose_channels; // of each animation: see tw_clip_keys
+  Vector<uint8_t> marked;              // of all primitives, one mesh after the other: bears FB_ngon_encoding
+  Vector<const char *> primitives;     // likewise: what they say
+  Vector<const char *> loose;          // of each mesh: see tw_mesh
+  Vector<size_t> first_primitive;      // [meshes]
+  Vector<tw_material_slot> slots;      // see tw_model
+  std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
+  Vector<int> normal_maps; // of each material: the UV set of its normal map, -1 without one
 };
 
 struct Document {
@@ -273,7 +287,7 @@ struct Document {
   // Elements of a file may be named by many others; these keep a small file from taking long to read.
   uint64_t corners_left = 0, values_left = 0;
   // For the warnings.
-  size_t skipped_primitives = 0, degenerate_faces = 0, partly_textured = 0;
+  size_t degenerate_faces = 0, partly_textured = 0;
 };
 
 // [count] elements in the model's arena, with anything in them. Throws bad_alloc.
@@ -292,11 +306,14 @@ template <typename Element> Element *allocate_zero(Document &document, size_t co
   return static_cast<Element *>(memory);
 }
 
+// Whether a channel animates a node in a way that tracks have. tinygltf sees no other channels.
+bool is_track(const char *channel);
+
 // A name as clients can use it, nullptr for an empty one. Control characters become blanks.
 const char *copy_name(Document &document, const std::string &name);
 
 // What the model holds comes from the document's parts, each step on its own; all throw Refusal.
-void keep_parts(Document &document);                        // what they bear beyond what is read
+void keep_parts(Document &document, Accessors &accessors);  // what they bear beyond what is read
 void read_assets(Document &document);                       // after keep_parts: bytes of images, references
 void read_meshes(Document &document, Accessors &accessors); // after read_assets
 void read_nodes(Document &document);                        // after read_meshes; and the scenes

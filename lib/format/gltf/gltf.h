@@ -20,6 +20,18 @@ typedef struct tw_gltf_objects {
   const char **items; /* [count] */
 } tw_gltf_objects;
 
+/* An accessor's elements as the file has them, sparse ones applied, for what is only handed on. */
+typedef struct tw_gltf_elements {
+  const uint8_t *bytes; /* [count][stride] */
+  uint32_t count, stride;
+  int component;    /* 5120 to 5126 */
+  const char *type; /* "SCALAR", ... */
+  bool normalized;
+  int target;           /* of the buffer view: TW_GLTF_VERTICES, TW_GLTF_INDICES or 0 */
+  uint32_t bound_count; /* 0: without bounds */
+  float min[4], max[4]; /* [bound_count] */
+} tw_gltf_elements;
+
 typedef struct tw_gltf_image {
   const char *kept;      /* whole, or where there are bytes without bufferView, uri, mimeType */
   const char *mime_type; /* of the bytes, as a quoted JSON string; NULL where unknown */
@@ -43,6 +55,9 @@ struct tw_gltf_assets {
   tw_gltf_scene *scenes; /* [scene_count] */
   uint32_t scene;        /* the default one, TW_NO_INDEX: not said */
   uint32_t node_count;   /* of the file: an answer may have more */
+  /* The first accessors of an answer, in this order: kept text names them by these numbers. */
+  uint32_t element_count;
+  const tw_gltf_elements *elements; /* [element_count] */
   /* As the file lists them: what stands between the quotes. */
   tw_gltf_objects extensions_used, extensions_required;
 };
@@ -73,7 +88,8 @@ typedef enum tw_gltf_source {
 typedef struct tw_gltf_view {
   uint64_t offset, size;
   uint32_t element_size; /* bytes of a row or triangle; 1 of memory */
-  int target;            /* TW_GLTF_VERTICES (element_size is the stride), TW_GLTF_INDICES or 0 */
+  uint32_t stride;       /* of vertices; else 0 */
+  int target;            /* TW_GLTF_VERTICES, TW_GLTF_INDICES or 0 */
   tw_gltf_source source;
   const void *memory;
   uint32_t mesh;                       /* ROWS, TRIANGLES: of the model */
@@ -93,6 +109,7 @@ typedef struct tw_gltf_accessor {
   float min, max; /* BOUNDED: of every component */
   uint32_t mesh;  /* BOUNDED_LATER, of width 3: these of tw_surface_bounds */
   int morph;
+  const tw_gltf_elements *elements; /* handed on: type, normalization and bounds are these; or NULL */
 } tw_gltf_accessor;
 
 typedef struct tw_gltf_attribute {
@@ -104,7 +121,8 @@ typedef struct tw_gltf_mesh {
   uint32_t attribute_count;
   tw_gltf_attribute attributes[TW_GLTF_ATTRIBUTES_MAX];
   uint32_t target_count, first_target; /* accessors of displacements, one after the other */
-  /* Accessors, one a material that faces have. A mesh without faces has one primitive, which draws nothing.
+  /* Accessors, one a slot of a material that faces have. A mesh without faces has one primitive, which draws
+   * nothing.
    */
   uint32_t primitive_count, first_indices;
 } tw_gltf_mesh;

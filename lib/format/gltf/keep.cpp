@@ -4,6 +4,8 @@
 #include "gltf/document.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
 
 namespace gltf {
 
@@ -42,10 +44,95 @@ template <typename Element> void each(const char *array, Element element) {
     for (Items i(array); i.more(); i.next()) element(index++, i.value());
 }
 
+// What the elements of an accessor that is handed on are.
+enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
+
+// Copies accessors for answers, each once for each use.
+class ElementKeeper {
+public:
+  ElementKeeper(Document &document, Accessors &accessors)
+      : document_(document), accessors_(accessors), kept_(Counted<tw_gltf_elements>(document.budget)) {}
+
+  // The number of the accessor in an answer.
+  uint32_t keep(int accessor, Use use, const std::string &pointer) {
+    auto [found, fresh] = numbers_.try_emplace({accessor, use}, static_cast<uint32_t>(kept_.size()));
+    if (!fresh) return found->second;
+    document_.budget.take(entry_size);
+    const Elements &elements = accessors_.open_any(accessor, pointer);
+    kept_.push_back(copy(accessor, elements, use));
+    return found->second;
+  }
+
+  const Elements &open(int accessor, const std::string &pointer) const {
+    return accessors_.open_any(accessor, pointer);
+  }
+
+  void finish(tw_gltf_assets &assets) {
+    tw_gltf_elements *copies = allocate<tw_gltf_elements>(document_, kept_.size());
+    std::copy(kept_.begin(), kept_.end(), copies);
+    assets.elements = copies;
+    assets.element_count = static_cast<uint32_t>(kept_.size());
+  }
+
+private:
+  static constexpr uint64_t entry_size = 96; // in the map
+
+  Document &document_;
+  Accessors &accessors_;
+  Vector<tw_gltf_elements> kept_;
+  std::map<std::pair<int, Use>, uint32_t> numbers_;
+
+  static uint32_t size_of(int component) {
+    if (component == TW_GLTF_UNSIGNED_INT || component == TW_GLTF_FLOAT) return 4;
+    return component >= 5122 ? 2 : 1;
+  }
+
+  tw_gltf_elements copy(int accessor, const Elements &elements, Use use) {
+    bool is_vertex = use == VERTICES || use == VERTICES_AS_FLOATS;
+    tw_gltf_elements out = {};
+    out.count = elements.count();
+    out.type = accessors_.type_name(accessor);
+    out.component = use == VERTICES_AS_FLOATS ? TW_GLTF_FLOAT : elements.component_type();
+    out.normalized = elements.normalized() && out.component != TW_GLTF_FLOAT;
+    out.target = is_vertex ? TW_GLTF_VERTICES : use == INDICES ? TW_GLTF_INDICES : 0;
+    out.stride = elements.width() * size_of(out.component);
+    if (out.type[0] == 'M' && size_of(out.component) < 4)
+      refuse(TW_UNSUPPORTED, text("/accessors/", accessor), "matrices of small integers are not read");
+    if (is_vertex) out.stride = (out.stride + 3) / 4 * 4;
+    uint8_t *bytes = allocate_zero<uint8_t>(document_, size_t{out.count} * out.stride);
+    for (uint32_t i = 0; i < out.count; i++) copy_element(elements, i, out, bytes + size_t{i} * out.stride);
+    out.bytes = bytes;
+    bool is_bounded = (use == VERTICES_AS_FLOATS || use == TIMES) && elements.width() <= 4;
+    if (is_bounded && out.component == TW_GLTF_FLOAT) find_bounds(out, elements.width());
+    return out;
+  }
+
+  static void copy_element(const Elements &elements, uint32_t i, const tw_gltf_elements &out, uint8_t *to) {
+    float values[16];
+    if (out.component != TW_GLTF_FLOAT) return elements.copy(i, to);
+    elements.read(i, values); // refuses what is not finite
+    std::memcpy(to, values, elements.width() * sizeof *values);
+  }
+
+  static void find_bounds(tw_gltf_elements &out, uint32_t width) {
+    out.bound_count = width;
+    std::fill(out.min, out.min + 4, INFINITY);
+    std::fill(out.max, out.max + 4, -INFINITY);
+    for (uint32_t i = 0; i < out.count; i++)
+      for (uint32_t k = 0; k < width; k++) {
+        float value;
+        std::memcpy(&value, out.bytes + size_t{i} * out.stride + k * sizeof value, sizeof value);
+        out.min[k] = std::min(out.min[k], value);
+        out.max[k] = std::max(out.max[k], value);
+      }
+  }
+};
+
 class Keeper {
 public:
-  explicit Keeper(Document &document)
-      : document_(document), kept_(document.kept), text_(Counted<char>(document.budget)) {}
+  Keeper(Document &document, Accessors &accessors)
+      : document_(document), kept_(document.kept), elements_(document, accessors),
+        text_(Counted<char>(document.budget)) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -57,6 +144,7 @@ public:
     if (const char *asset = find_member(root, "asset"))
       assets.asset = object(asset, "version minVersion generator");
     assets.materials = objects("materials");
+    materials_ = assets.materials.count;
     assets.textures = objects("textures");
     assets.samplers = objects("samplers");
     assets.cameras = objects("cameras");
@@ -68,8 +156,9 @@ public:
     parts("skins", kept_.skins, "name joints skeleton inverseBindMatrices");
     parts("meshes", kept_.meshes, "name primitives weights");
     parts("animations", kept_.animations, "name channels samplers");
-    primitives();
-    tracks();
+    meshes();
+    animations();
+    elements_.finish(assets);
     warn();
   }
 
@@ -82,9 +171,11 @@ private:
 
   Document &document_;
   Kept &kept_;
+  ElementKeeper elements_;
   Vector<char> text_; // of the object under way
   std::string place_; // of it
   std::vector<Dropped> dropped_;
+  uint32_t materials_ = 0;
   size_t unplaced_ = 0; // accessors, buffer views and buffers that say more than is read
 
   // ---- text
@@ -145,9 +236,40 @@ private:
       }
       any = true;
       put_key(i.key());
-      put_value(i.value());
+      if (i.key() == "EXT_mesh_gpu_instancing")
+        put_instances(i.value());
+      else
+        put_value(i.value());
     }
     if (any) put("}");
+  }
+
+  // Its attributes are accessors.
+  void put_instances(const char *instances) {
+    if (*instances != '{') return put_plain(instances);
+    put("{");
+    for (Items i(instances); i.more(); i.next()) {
+      if (i.key() != "attributes" || *i.value() != '{') {
+        put_member(i);
+        continue;
+      }
+      put_key(i.key());
+      put("{");
+      for (Items attribute(i.value()); attribute.more(); attribute.next()) {
+        put_key(attribute.key());
+        put(text(elements_.keep(index_of(attribute.value()), PLAIN,
+                                place_ + "/extensions/EXT_mesh_gpu_instancing")));
+      }
+      put("}");
+    }
+    put("}");
+  }
+
+  // Of an accessor; -1 for what is no index.
+  static int index_of(const char *value) {
+    double number = -1;
+    if (tw_json_is_number(value)) tw_json_number(value, &number);
+    return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
   }
 
   bool is_left_out(const Items &extension) {
@@ -264,22 +386,111 @@ private:
     });
   }
 
-  // ---- parts of parts
+  // ---- primitives
 
-  void primitives() {
-    each(find_member(document_.outline.root, "meshes"), [&](size_t, const char *mesh) {
+  void meshes() {
+    each(find_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
+      Vector<char> loose{Counted<char>(document_.budget)};
       kept_.first_primitive.push_back(kept_.marked.size());
-      each(find_member(mesh, "primitives"), [&](size_t, const char *primitive) {
+      each(find_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         const char *extensions = find_member(primitive, "extensions");
         kept_.marked.push_back(extensions && find_member(extensions, "FB_ngon_encoding"));
+        place_ = text("/meshes/", index, "/primitives/", i);
+        kept_.primitives.push_back(object(primitive, "attributes indices material mode targets"));
+        const tinygltf::Primitive &parsed = document_.source.meshes[index].primitives[i];
+        if (parsed.mode >= TINYGLTF_MODE_POINTS && parsed.mode < TINYGLTF_MODE_TRIANGLES)
+          append(loose, loose_primitive(parsed, kept_.primitives.back()));
       });
+      kept_.loose.push_back(close(loose));
     });
   }
 
-  void tracks() {
+  // Appends text_ to the text of an array that is begun.
+  void append(Vector<char> &array, const Vector<char> &element) {
+    array.push_back(array.empty() ? '[' : ',');
+    array.insert(array.end(), element.begin(), element.end());
+  }
+
+  // The array's text, nullptr for one that was never begun.
+  const char *close(const Vector<char> &array) {
+    if (array.empty()) return nullptr;
+    text_ = array;
+    put("]");
+    return copy();
+  }
+
+  // A primitive of points or lines, in text_.
+  const Vector<char> &loose_primitive(const tinygltf::Primitive &primitive, const char *kept) {
+    check_loose(primitive);
+    text_.clear();
+    put("{\"attributes\":");
+    put_attributes(primitive.attributes, "/attributes");
+    if (primitive.indices != -1)
+      put(text(",\"indices\":", elements_.keep(primitive.indices, INDICES, place_ + "/indices")));
+    if (primitive.material != -1) put(text(",\"material\":", primitive.material));
+    put(text(",\"mode\":", primitive.mode));
+    for (size_t i = 0; i < primitive.targets.size(); i++) {
+      put(i ? "," : ",\"targets\":[");
+      put_attributes(primitive.targets[i], text("/targets/", i));
+    }
+    if (!primitive.targets.empty()) put("]");
+    if (kept) {
+      put(",");
+      put(kept + 1);
+    } else {
+      put("}");
+    }
+    return text_;
+  }
+
+  void put_attributes(const std::map<std::string, int> &attributes, const std::string &where) {
+    bool any = false;
+    put("{");
+    for (const auto &[name, accessor] : attributes) {
+      bool is_plain = std::all_of(name.begin(), name.end(),
+                                  [](char c) { return c > ' ' && c < 0x7F && c != '"' && c != '\\'; });
+      if (!is_plain) continue;
+      bool as_it_is = has_word("COLOR JOINTS WEIGHTS", name.substr(0, name.find('_'))) || name[0] == '_';
+      put(text(
+          any ? "," : "", "\"", name, "\":",
+          elements_.keep(accessor, as_it_is ? VERTICES : VERTICES_AS_FLOATS, place_ + where + "/" + name)));
+      any = true;
+    }
+    put("}");
+  }
+
+  void check_loose(const tinygltf::Primitive &primitive) {
+    auto found = primitive.attributes.find("POSITION");
+    if (found == primitive.attributes.end())
+      refuse(TW_INVALID, place_ + "/attributes", "a primitive needs the attribute POSITION");
+    if (primitive.material < -1 || primitive.material >= static_cast<int64_t>(materials_))
+      refuse(TW_INVALID, place_ + "/material", "there is no material ", primitive.material);
+    const Elements &position = elements_.open(found->second, place_ + "/attributes/POSITION");
+    if (position.width() != 3)
+      refuse(TW_INVALID, text("/accessors/", found->second, "/type"), "POSITION must have 3 components");
+    check_counts(primitive.attributes, position.count(), "/attributes/");
+    for (const auto &target : primitive.targets) check_counts(target, position.count(), "/targets/");
+    if (primitive.indices == -1) return;
+    const Elements &indices = elements_.open(primitive.indices, place_ + "/indices");
+    for (uint32_t i = 0; i < indices.count(); i++)
+      if (indices.width() != 1 || indices.read_index(i) >= position.count())
+        refuse(TW_INVALID, text("/accessors/", primitive.indices), "index ", i, " is out of range");
+  }
+
+  void check_counts(const std::map<std::string, int> &attributes, uint32_t count, const char *where) {
+    for (const auto &[name, accessor] : attributes)
+      if (elements_.open(accessor, place_ + where + name).count() != count)
+        refuse(TW_INVALID, place_ + where + name, "the attribute does not have as many elements as POSITION");
+  }
+
+  // ---- channels
+
+  void animations() {
     each(find_member(document_.outline.root, "animations"), [&](size_t index, const char *animation) {
       const char *samplers = find_member(animation, "samplers");
+
       Vector<const char *> sampler_texts{Counted<const char *>(document_.budget)};
+      Vector<char> loose{Counted<char>(document_.budget)};
       each(samplers, [&](size_t i, const char *sampler) {
         place_ = text("/animations/", index, "/samplers/", i);
         sampler_texts.push_back(object(sampler, "input output interpolation"));
@@ -287,9 +498,47 @@ private:
       kept_.first_channel.push_back(kept_.channels.size());
       each(find_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
-        kept_.channels.push_back(track(channel, sampler_texts));
+        const char *own = track(channel, sampler_texts);
+        if (is_track(channel))
+          kept_.channels.push_back(own);
+        else
+          append(loose, loose_channel(document_.source.animations[index], channel, own));
       });
+      kept_.loose_channels.push_back(close(loose));
     });
+  }
+
+  // A channel of something else than a node, with its sampler: in text_. own: what both say.
+  const Vector<char> &loose_channel(const tinygltf::Animation &parsed, const char *channel, const char *own) {
+    const char *number = find_member(channel, "sampler"), *target = find_member(channel, "target");
+    int sampler = number ? index_of(number) : -1;
+    if (sampler < 0 || static_cast<size_t>(sampler) >= parsed.samplers.size())
+      refuse(TW_INVALID, place_ + "/sampler", "there is no such sampler");
+    if (!target) refuse(TW_INVALID, place_, "a channel needs a target");
+    const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(sampler)];
+    if (!has_word("LINEAR STEP CUBICSPLINE", keys.interpolation))
+      refuse(TW_INVALID, place_, "an interpolation is LINEAR, STEP or CUBICSPLINE");
+    const char *more = own ? find_member(own, "channel") : nullptr;
+    const char *sampler_more = own ? find_member(own, "sampler") : nullptr;
+    uint32_t input = elements_.keep(keys.input, TIMES, place_),
+             output = elements_.keep(keys.output, PLAIN, place_);
+    collect(target, "");
+    static constexpr char opening[] = "{\"channel\":{\"target\":";
+    text_.insert(text_.begin(), opening, opening + sizeof opening - 1);
+    put_inside(more);
+    put(text("},\"sampler\":{\"input\":", input, ",\"interpolation\":\"", keys.interpolation,
+             "\",\"output\":", output));
+    put_inside(sampler_more);
+    put("}}");
+    return text_;
+  }
+
+  // The members of a kept object behind others.
+  void put_inside(const char *object) {
+    if (!object) return;
+    std::string_view whole = value_text(object);
+    put(",");
+    put(whole.substr(1, whole.size() - 2));
   }
 
   // What channel, target and sampler say as one object; a sampler that several channels name is with each.
@@ -297,9 +546,8 @@ private:
     const char *own = object(channel, "sampler target"), *target = find_member(channel, "target");
     const char *of_target = target ? object(target, "node path") : nullptr;
     const char *number = find_member(channel, "sampler");
-    double sampler = -1;
-    if (number && tw_json_is_number(number)) tw_json_number(number, &sampler);
-    bool has_sampler = sampler >= 0 && sampler < static_cast<double>(samplers.size());
+    int sampler = number ? index_of(number) : -1;
+    bool has_sampler = sampler >= 0 && static_cast<size_t>(sampler) < samplers.size();
     const char *of_sampler = has_sampler ? samplers[static_cast<size_t>(sampler)] : nullptr;
     text_.clear();
     put("{");
@@ -344,9 +592,9 @@ private:
 
 } // namespace
 
-void keep_parts(Document &document) {
+void keep_parts(Document &document, Accessors &accessors) {
   tw_gltf_assets *assets = allocate_zero<tw_gltf_assets>(document, 1);
-  Keeper(document).run(*assets);
+  Keeper(document, accessors).run(*assets);
   document.assets = assets;
   document.model->assets = assets;
 }

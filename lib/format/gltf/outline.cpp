@@ -124,9 +124,10 @@ uint64_t integer(const char *value, Place place, const char *member) {
 // Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
 bool is_supported(std::string_view extension) {
   static constexpr std::string_view names[] = {
-      "KHR_mesh_quantization", "FB_ngon_encoding", "KHR_texture_transform", "KHR_texture_basisu",
-      "EXT_texture_webp",      "EXT_texture_avif", "MSFT_texture_dds",      "KHR_lights_punctual"};
-  if (extension.substr(0, 14) == "KHR_materials_") return extension != "KHR_materials_variants";
+      "KHR_mesh_quantization",   "FB_ngon_encoding",     "KHR_texture_transform", "KHR_texture_basisu",
+      "EXT_texture_webp",        "EXT_texture_avif",     "MSFT_texture_dds",      "KHR_lights_punctual",
+      "EXT_mesh_gpu_instancing", "KHR_animation_pointer"};
+  if (extension.substr(0, 14) == "KHR_materials_") return true;
   return std::find(std::begin(names), std::end(names), extension) != std::end(names);
 }
 
@@ -299,7 +300,10 @@ private:
   void check_outline() {
     if (!unsupported_.empty())
       refuse(TW_UNSUPPORTED, text("/extensionsRequired/", unsupported_index_),
-             "the document requires the extension ", unsupported_, ", which is not supported");
+             "the document requires the extension ", unsupported_, ", which is not supported",
+             unsupported_ == "KHR_draco_mesh_compression"
+                 ? ": `gltf-transform copy IN OUT` writes the file without it"
+                 : "");
     for (size_t i = 0; i < buffers_.size(); i++) open_buffer(i);
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
     for (size_t i = 0; i < accessor_views_.size(); i++)
@@ -404,12 +408,13 @@ struct Schema {
     std::string_view key; // "" for none
     const Schema *schema;
     uint64_t size; // bytes of the struct that an element of the array becomes; 0: it is an object, no array
+    bool (*is_read)(const char *element); // nullptr: all elements are
   } parts[2];
 };
 
 const Schema primitive_schema = {"attributes indices material mode targets", {}};
 const Schema target_schema = {"node path", {}};
-const Schema channel_schema = {"sampler", {{"target", &target_schema, 0}, {}}};
+const Schema channel_schema = {"sampler", {{"target", &target_schema, 0, nullptr}, {}}};
 const Schema keys_schema = {"input output interpolation", {}};
 const Schema asset_schema = {"version minVersion", {}};
 
@@ -446,7 +451,7 @@ const RootArray root_arrays[] = {
     {"meshes",
      sizeof(tinygltf::Mesh),
      reserve<&tinygltf::Model::meshes>,
-     {"name weights", {{"primitives", &primitive_schema, 2 * sizeof(tinygltf::Primitive)}, {}}}},
+     {"name weights", {{"primitives", &primitive_schema, 2 * sizeof(tinygltf::Primitive), nullptr}, {}}}},
     {"accessors",
      sizeof(tinygltf::Accessor),
      reserve<&tinygltf::Model::accessors>,
@@ -463,8 +468,8 @@ const RootArray root_arrays[] = {
      sizeof(tinygltf::Animation),
      reserve<&tinygltf::Model::animations>,
      {"name",
-      {{"channels", &channel_schema, sizeof(tinygltf::AnimationChannel)},
-       {"samplers", &keys_schema, sizeof(tinygltf::AnimationSampler)}}}},
+      {{"channels", &channel_schema, sizeof(tinygltf::AnimationChannel), is_track},
+       {"samplers", &keys_schema, sizeof(tinygltf::AnimationSampler), nullptr}}}},
     {"scenes", sizeof(tinygltf::Scene), reserve<&tinygltf::Model::scenes>, {"nodes", {}}},
 };
 
@@ -587,16 +592,18 @@ private:
   void struct_member(const char *value, const Schema::Part &part) {
     if (part.size == 0) return object(value, *part.schema);
     if (*value != '[') return copy(value);
-    uint64_t count = array(value, [&](const char *element) { object(element, *part.schema); });
+    uint64_t count = array(value, part.is_read, [&](const char *element) { object(element, *part.schema); });
     count_array(model_, count, part.size);
   }
 
   // Returns the number of elements.
-  template <typename Element> uint64_t array(const char *value, Element element) {
+  template <typename Element>
+  uint64_t array(const char *value, bool (*is_read)(const char *), Element element) {
     uint64_t count = 0;
     put("[");
-    for (Items i(value); i.more(); i.next(), count++) {
-      if (count > 0) put(",");
+    for (Items i(value); i.more(); i.next()) {
+      if (is_read && !is_read(i.value())) continue;
+      if (count++ > 0) put(",");
       element(i.value());
     }
     put("]");
@@ -608,7 +615,7 @@ private:
   void root_array(const RootArray &part, const char *value) {
     if (*value != '[') return copy(value);
     uint64_t index = 0;
-    uint64_t count = array(value, [&](const char *element) {
+    uint64_t count = array(value, nullptr, [&](const char *element) {
       object(element, part.schema);
       model_ += part.size;
       check(part.key, index++);
@@ -727,6 +734,13 @@ bool has_word(std::string_view list, std::string_view word) {
     if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
   }
   return false;
+}
+
+bool is_track(const char *channel) {
+  const char *target = find_member(channel, "target");
+  const char *node = target ? find_member(target, "node") : nullptr;
+  const char *path = target ? find_member(target, "path") : nullptr;
+  return node && path && *path == '"' && has_word("translation rotation scale weights", string_of(path));
 }
 
 std::string pointer_part(const std::string &name) {

@@ -51,8 +51,9 @@ void read(const Bytes &file, const tw_read_limits &limits, Document &document) {
   document.corners_left = std::min(corners_free + corners_per_byte * file.size, corners_max);
   document.values_left = values_free + values_per_byte * file.size;
   document.model->format = document.outline.binary ? TW_FORMAT_GLB : TW_FORMAT_GLTF;
+
   Accessors accessors(document.source, document.outline.buffers, document.budget);
-  keep_parts(document);
+  keep_parts(document, accessors);
   read_assets(document);
   read_meshes(document, accessors);
   read_nodes(document);

@@ -18,6 +18,8 @@ namespace {
 using Attributes = std::map<std::string, int>;
 using SourceKey = std::pair<Attributes, std::vector<Attributes>>;
 
+constexpr uint64_t SLOT_SIZE = 96; // of an entry in the map of slots
+
 void check_status(tw_status status) {
   if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
 }
@@ -71,8 +73,10 @@ public:
     tw_mesh_init(&mesh_);
     mesh_.name = copy_name(document_, source_.name);
     mesh_.kept = document_.kept.meshes[index_];
+    mesh_.loose = document_.kept.loose[index_];
     open_primitives();
     read_triangles();
+    check_targets();
     number_vertices();
     build_faces();
     if (!elements_.empty()) {
@@ -119,14 +123,19 @@ private:
       const tinygltf::Primitive &primitive = source_.primitives[i];
       if (primitive.mode < TINYGLTF_MODE_POINTS || primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN)
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
-      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
-        document_.skipped_primitives++;
-        continue;
-      }
+      if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
       bool marked = marks()[i] && document_.quads != TW_QUADS_OFF;
-      lists_.push_back({find_source(i), material(primitive.material, i), polygons || marked, 0, 0, 0});
+      lists_.push_back(
+          {find_source(i), slot(material(primitive.material, i), i), polygons || marked, 0, 0, 0});
       primitives_.push_back(i);
     }
+  }
+
+  void check_targets() const {
+    for (const tinygltf::Primitive &primitive : source_.primitives)
+      if (primitive.targets.size() != source_.primitives[0].targets.size())
+        refuse(TW_INVALID, text("/meshes/", index_, "/primitives"),
+               "all primitives need the same morph targets");
   }
 
   // Some exporters only declare the extension, others mark their primitives too.
@@ -147,6 +156,19 @@ private:
     if (index >= -1 && (index < 0 || static_cast<uint32_t>(index) < document_.model->material_count))
       return index;
     refuse(TW_INVALID, text(pointer_, i, "/material"), "there is no material ", index);
+  }
+
+  // Of a primitive that says more than its material: the two together, as a value of face_materials.
+  int32_t slot(int32_t material, size_t i) {
+    const char *kept = document_.kept.primitives[document_.kept.first_primitive[index_] + i];
+    if (!kept) return material;
+    Vector<tw_material_slot> &slots = document_.kept.slots;
+    auto [found, fresh] = document_.kept.slot_numbers.try_emplace({material, kept}, slots.size());
+    if (fresh) {
+      document_.budget.take(SLOT_SIZE);
+      slots.push_back({material, kept});
+    }
+    return static_cast<int32_t>(document_.model->material_count + found->second);
   }
 
   uint32_t find_source(size_t i) {
@@ -454,6 +476,9 @@ private:
   bool bears_normal_map(int32_t material) const { return normal_map_of(material) >= 0; }
 
   int normal_map_of(int32_t material) const {
+    uint32_t count = document_.model->material_count;
+    if (material >= 0 && static_cast<uint32_t>(material) >= count)
+      material = document_.kept.slots[static_cast<uint32_t>(material) - count].material;
     return material < 0 ? -1 : document_.kept.normal_maps[static_cast<size_t>(material)];
   }
 
@@ -527,10 +552,7 @@ private:
 
   void write_morphs() {
     size_t count = sources_[0].morphs.size();
-    for (const VertexSource &source : sources_)
-      if (source.morphs.size() != count)
-        refuse(TW_INVALID, text("/meshes/", index_, "/primitives"),
-               "all primitives need the same morph targets");
+
     if (count > TW_MORPH_TARGETS_MAX)
       refuse(TW_LIMIT, text("/meshes/", index_), "a mesh has at most ", int{TW_MORPH_TARGETS_MAX},
              " morph targets");
@@ -656,9 +678,11 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->mesh_count = static_cast<uint32_t>(count);
   Vector<uint32_t> scratch(Counted<uint32_t>(document.budget));
   for (size_t i = 0; i < count; i++) MeshReader(document, accessors, i, scratch).read();
-  if (document.skipped_primitives > 0)
-    tw_model_warn(document.model, "%zu primitives of points or lines are left out",
-                  document.skipped_primitives);
+  const Vector<tw_material_slot> &slots = document.kept.slots;
+  tw_material_slot *kept = allocate<tw_material_slot>(document, slots.size());
+  std::copy(slots.begin(), slots.end(), kept);
+  document.model->slots = kept;
+  document.model->slot_count = static_cast<uint32_t>(slots.size());
   if (document.degenerate_faces > 0)
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
   if (document.partly_textured > 0)

@@ -174,22 +174,15 @@ public:
     const tinygltf::Animation &source = document_.source.animations[index];
     document_.budget.place = text("/animations/", index);
     tw_track_keys *tracks = allocate_zero<tw_track_keys>(document_, source.channels.size());
-    uint32_t count = 0, skipped = 0;
-    const char *const *kept = document_.kept.channels.data() + document_.kept.first_channel[index];
     for (size_t i = 0; i < source.channels.size(); i++) {
-      tracks[count].kept = kept[i];
-      if (read_channel(source, text("/animations/", index), i, tracks[count]))
-        count++;
-      else
-        skipped++;
+      read_channel(source, text("/animations/", index), i, tracks[i]);
+      tracks[i].kept = document_.kept.channels[document_.kept.first_channel[index] + i];
     }
-    if (skipped > 0)
-      tw_model_warn(document_.model, "%u channels of clip %zu animate something else than nodes", skipped,
-                    index);
     tw_clip_keys &clip = document_.model->clips[index];
     clip.name = copy_name(document_, source.name);
     clip.kept = document_.kept.animations[index];
-    clip.track_count = count;
+    clip.loose = document_.kept.loose_channels[index];
+    clip.track_count = static_cast<uint32_t>(source.channels.size());
     clip.tracks = tracks;
   }
 
@@ -199,17 +192,6 @@ private:
   std::map<int, Keys> times_;           // by accessor
   std::map<int, const float *> values_; // by accessor
 
-  static bool find_path(const std::string &name, tw_path &path) {
-    static const std::map<std::string, tw_path> paths = {{"translation", TW_TRANSLATION},
-                                                         {"rotation", TW_ROTATION},
-                                                         {"scale", TW_SCALE},
-                                                         {"weights", TW_WEIGHTS}};
-    auto found = paths.find(name);
-    if (found == paths.end()) return false;
-    path = found->second;
-    return true;
-  }
-
   static tw_interpolation find_interpolation(const std::string &name, const std::string &pointer) {
     if (name == "LINEAR") return TW_LINEAR;
     if (name == "STEP") return TW_STEP;
@@ -217,13 +199,19 @@ private:
     refuse(TW_INVALID, pointer + "/interpolation", "an interpolation is LINEAR, STEP or CUBICSPLINE");
   }
 
-  // False for a channel without a node or of an unknown path.
-  bool read_channel(const tinygltf::Animation &source, const std::string &animation, size_t index,
+  static tw_path find_path(const std::string &name, const std::string &pointer) {
+    if (name == "translation") return TW_TRANSLATION;
+    if (name == "rotation") return TW_ROTATION;
+    if (name == "scale") return TW_SCALE;
+    if (name == "weights") return TW_WEIGHTS;
+    refuse(TW_INVALID, pointer + "/target/path", "a path is translation, rotation, scale or weights");
+  }
+
+  void read_channel(const tinygltf::Animation &source, const std::string &animation, size_t index,
                     tw_track_keys &track) {
     const tinygltf::AnimationChannel &channel = source.channels[index];
     std::string pointer = text(animation, "/channels/", index);
-    tw_path path;
-    if (channel.target_node == -1 || !find_path(channel.target_path, path)) return false;
+    tw_path path = find_path(channel.target_path, pointer);
     if (channel.target_node < 0 || static_cast<uint32_t>(channel.target_node) >= document_.model->node_count)
       refuse(TW_INVALID, pointer + "/target/node", "there is no node ", channel.target_node);
     if (channel.sampler < 0 || static_cast<size_t>(channel.sampler) >= source.samplers.size())
@@ -233,7 +221,6 @@ private:
     track.form = path == TW_ROTATION ? TW_KEY_QUATERNION : TW_KEY_VALUES;
     read_sampler(source.samplers[static_cast<size_t>(channel.sampler)],
                  text(animation, "/samplers/", channel.sampler), track);
-    return true;
   }
 
   void read_sampler(const tinygltf::AnimationSampler &sampler, const std::string &pointer,

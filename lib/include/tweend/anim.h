@@ -117,6 +117,9 @@ typedef struct tw_clip_keys {
   uint32_t track_count;
   const tw_track_keys *tracks;
   const char *kept; /* as of a mesh */
+  /* A JSON array of {"channel": {}, "sampler": {}} that animate something else than nodes, or NULL. Their
+   * accessors are elements of the model's assets. */
+  const char *loose;
 } tw_clip_keys;
 
 /* Several clips as one: the tracks of all, one clip after the other. Of two that move the same path of one

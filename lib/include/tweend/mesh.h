@@ -69,7 +69,7 @@ typedef struct tw_mesh {
   const uint32_t *holes; /* [hole_count] faces */
 
   /* Materials: groups of faces. NULL: all faces have material -1 (none). */
-  const int32_t *face_materials; /* [face_count] index into the model's materials, or -1 */
+  const int32_t *face_materials; /* [face_count] index into the model's materials, then its slots; or -1 */
   /* Groups that the modeller named. A face may be in several: it has a set of them. NULL: no face is in
    * any. */
   const uint32_t *face_groups; /* [face_count] index into the model's sets of groups, or UINT32_MAX */
@@ -85,6 +85,9 @@ typedef struct tw_mesh {
   /* A JSON object without blanks: what a glTF file said of the mesh beyond all this (extras, extensions,
    * members that nobody here knows), for answers to bear again. NULL: nothing. */
   const char *kept;
+  /* A JSON array of a glTF file's primitives of points and lines, which pass through as they are; or NULL.
+   * Their accessors are elements of the model's assets. */
+  const char *loose;
 
   /* The file's own subdivision tags, TW_TAG_UNSET or a value of the enums in subdiv.h. */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;

@@ -35,6 +35,12 @@ enum {
  */
 typedef struct tw_gltf_assets tw_gltf_assets;
 
+/* Faces of one material whose primitives in a glTF file said the same beyond that. */
+typedef struct tw_material_slot {
+  int32_t material; /* or -1 */
+  const char *kept; /* as of a mesh */
+} tw_material_slot;
+
 /* Built once by a reader, then immutable and shared. All arrays live in `arena`. */
 typedef struct tw_model {
   tw_arena *arena;
@@ -51,11 +57,13 @@ typedef struct tw_model {
   tw_skin *skins;
   uint32_t clip_count;
   tw_clip_keys *clips;
-  uint32_t material_count;      /* of assets, or of names an OBJ uses */
-  uint32_t group_count;         /* sets of groups that faces are in */
-  const char **material_names;  /* [material_count], entries may be NULL */
-  const char **group_names;     /* [group_count] the names of a set, a blank between two */
-  const tw_gltf_assets *assets; /* or NULL */
+  uint32_t material_count;     /* of assets, or of names an OBJ uses */
+  uint32_t group_count;        /* sets of groups that faces are in */
+  const char **material_names; /* [material_count], entries may be NULL */
+  uint32_t slot_count;
+  const tw_material_slot *slots; /* [slot_count]: face_materials from material_count on */
+  const char **group_names;      /* [group_count] the names of a set, a blank between two */
+  const tw_gltf_assets *assets;  /* or NULL */
   uint32_t warning_count;
   const char **warnings; /* [warning_count] sentences */
 } tw_model;
@@ -84,6 +92,9 @@ uint32_t tw_model_find_clip(const tw_model *model, const char *name, size_t leng
 /* The nodes that bear the same name as `node`, which is one of them: *out [count], ascending. 0 for a
  * nameless one. O(log n + count). */
 uint32_t tw_model_namesakes(const tw_model *model, uint32_t node, const uint32_t **out);
+
+/* The material of a value of face_materials, -1 without one. */
+int32_t tw_model_material(const tw_model *model, int32_t face_material);
 
 /* The name clients see. buffer: room for a made-up one. */
 const char *tw_model_node_name(const tw_model *model, uint32_t node, char buffer[24]);
