@@ -73,7 +73,7 @@ TEST_WITH(stop_ends_streams_between_two_frames, set_up, tear_down) {
   fixture *f = *state;
   int fd = connect_client(f);
   say(fd, "GET /live?1000000 HTTP/1.1\r\nHost: x\r\n\r\n");
-  read_until(f, fd, "frame 3\n");
+  read_until(f, fd, "frame 0\n"); /* a busy machine may skip any later one */
   assert_true(stop(f));
   assert_true(read_all(f, fd));
   assert_false(has(f, "closing"));
