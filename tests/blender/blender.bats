@@ -1,0 +1,83 @@
+# What Blender exports comes back into Blender, and surfaces are those of its own modifier.
+
+# shellcheck disable=SC2154 # the helper sets them
+load ../e2e/helper
+
+setup_file() {
+  export made=$BATS_FILE_TMPDIR/made
+  mkdir -p "$made"
+  in_blender scene.py "$made"
+  start_daemon
+  cd "$made" || return
+  upload figure.glb
+  export model=/v1/models/$id
+}
+teardown_file() { stop_daemon; }
+setup() { cd "$BATS_TEST_TMPDIR" || return; }
+
+# in_blender SCRIPT ARGUMENT...
+in_blender() {
+  blender --background --factory-startup --python-exit-code 1 --python "$root/tests/blender/$1" -- "${@:2}" >"$BATS_FILE_TMPDIR/blender.log" 2>&1 ||
+    { tail -n 30 "$BATS_FILE_TMPDIR/blender.log"; return 1; }
+}
+
+# expected JQ-EXPRESSION: of what Blender said when the figure was made.
+expected() { jq --raw-output "$1" "$made/expected.json"; }
+
+# look FILE: what Blender says of it, in the file answer.
+look() {
+  in_blender look.py "$(realpath "$1")" "$made/expected.json"
+  grep '^{' "$BATS_FILE_TMPDIR/blender.log" >answer
+}
+
+@test "the description counts quads, hard edges and clips as Blender does" {
+  get "$model"
+  expect 200
+  holds "[.clips[].name] == $(expected '.clips | tojson')"
+  holds ".meshes[0].hard_edges.normals == $(expected .hard_edges)"
+  get "$model/surface.json?level=0&quads=auto"
+  holds ".faces == $(expected .faces) and .vertices == $(expected .vertices)"
+}
+
+@test "surfaces have the points of Blender's own modifier" {
+  for level in 1 2 3; do
+    get "$model/surface.obj?level=$level&quads=auto&creases=normals"
+    expect 200
+    [[ $(grep -c '^f ' answer) == $(expected ".surfaces[\"$level\"].faces") ]]
+    node "$root/tests/blender/nearest.mjs" answer "$made/expected.json" "surfaces.$level.points"
+  done
+}
+
+@test "bones and shape keys together move the points as Blender moves them" {
+  for key in 0 1 2; do
+    get "$model/surface.obj?level=0&quads=auto&clip=bend,grow&skin=bake&at=$(expected ".moved[$key].time")"
+    expect 200
+    node "$root/tests/blender/nearest.mjs" answer "$made/expected.json" "moved.$key.points"
+  done
+}
+
+@test "Blender sees in the cage what it sees in its own export" {
+  look "$made/figure.glb"
+  mv answer before
+  get "$model/surface.glb?level=0"
+  mv answer cage.glb
+  look cage.glb
+  for what in objects bones shape_keys actions materials uv_maps triangles; do
+    holds ".$what == $(jq -c ".$what" before)"
+  done
+  holds ".bones == $(expected '.bones | tojson') and .shape_keys == $(expected '.shape_keys | tojson')"
+  holds "[.bounds, $(jq -c .bounds before)] | [.[] | flatten] | transpose | all((.[0] - .[1] | fabs) < 1e-5)"
+  holds '.off < 1e-5'
+}
+
+@test "Blender opens the surface, skinned, with shape keys and both clips" {
+  look "$made/figure.glb"
+  mv answer before
+  get "$model/surface.glb?level=2&quads=auto&creases=normals"
+  mv answer surface.glb
+  look surface.glb
+  for what in objects bones shape_keys actions materials uv_maps; do
+    holds ".$what == $(jq -c ".$what" before)"
+  done
+  holds ".triangles == 2 * $(expected '.surfaces["2"].faces')"
+}
