@@ -13,10 +13,10 @@ static const char *const no_parameters[] = {NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
 static const char *const surface_parameters[] = {
-    "level",     "scheme", "boundary",  "uv",          "creasing", "creases", "crease_sharpness",
-    "triangles", "quads",  "limit",     "normals",     "clip",     "at",      "from",
-    "to",        "fps",    "tolerance", "tolerance_m", "skin",     "meshes",  "encoding",
-    "polygons",  NULL};
+    "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
+    "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
+    "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",    "meshes",
+    "encoding",  "polygons", NULL};
 static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",

@@ -306,19 +306,26 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   return API_DONE;
 }
 
-bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault) {
+bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, tw_model **out,
+                    api_fault *fault) {
   tw_status status = TW_OK;
   switch (format) {
-  case TW_FORMAT_OBJ: status = tw_obj_read(bytes.data, bytes.size, out, &fault->error); break;
-  case TW_FORMAT_STL: status = tw_stl_read(bytes.data, bytes.size, out, &fault->error); break;
-  case TW_FORMAT_PLY: status = tw_ply_read(bytes.data, bytes.size, out, &fault->error); break;
+  case TW_FORMAT_OBJ: status = tw_obj_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
+  case TW_FORMAT_STL: status = tw_stl_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
+  case TW_FORMAT_PLY: status = tw_ply_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
   case TW_FORMAT_JSON:
     status = api_model_from_json((const char *)bytes.data, bytes.size, out, &fault->error);
     break;
   case TW_FORMAT_GLTF:
   case TW_FORMAT_GLB:
-    status = tw_gltf_read(bytes.data, bytes.size, quads, &read_limits, out, &fault->error);
+    status =
+        tw_gltf_read(bytes.data, bytes.size, reading.quads, reading.weld, &read_limits, out, &fault->error);
     break;
+  }
+  bool is_merged = reading.weld == TW_WELD_EXACT || reading.weld == TW_WELD_DISTANCE;
+  if (status == TW_OK && is_merged) {
+    status = tw_model_weld(*out, reading.distance, &fault->error);
+    if (status != TW_OK) tw_model_destroy(*out);
   }
   if (status == TW_OK) return true;
   api_fault_complete(fault);

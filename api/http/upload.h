@@ -18,9 +18,16 @@ void api_upload_deinit(api_upload *upload);
 /* What the bytes are, against what the Content-Type declares. 400 where the two disagree. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);
 
+/* How a model is read from its bytes. Zeroed: by the defaults. */
+typedef struct api_reading {
+  tw_quads quads;
+  tw_weld weld;
+  double distance; /* of TW_WELD_DISTANCE, else 0 */
+} api_reading;
+
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
  * False: the fault says why. */
-bool api_model_read(api_bytes bytes, tw_format format, tw_quads quads, tw_model **out, api_fault *fault);
+bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, tw_model **out, api_fault *fault);
 
 /* The largest window that a zstd body may ask for is 8 MiB, which RFC 9659 sets for content codings. */
 enum { API_ZSTD_WINDOW_LOG = 23 };

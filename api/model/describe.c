@@ -16,20 +16,26 @@ static void member_histogram(tw_text *out, const char *name, uint32_t count, con
   tw_text_add(out, "}");
 }
 
-/* Where the mesh is not a surface, by the first places. */
-static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
-  tw_text_member(out, "nonmanifold");
-  tw_text_add(out, "{\"edges\":[");
-  for (uint32_t i = 0; i < facts->listed_nonmanifold_edges; i++) {
+/* The first edges of a kind, each as two points. */
+static void member_edges(tw_text *out, const char *name, uint32_t count, const uint32_t (*edges)[2]) {
+  tw_member_open(out, name, "[");
+  for (uint32_t i = 0; i < count; i++) {
     tw_text_element(out);
     tw_text_add(out, "[");
     for (int end = 0; end < 2; end++) {
       tw_text_element(out);
-      tw_text_count(out, facts->nonmanifold_edge_points[i][end]);
+      tw_text_count(out, edges[i][end]);
     }
     tw_text_add(out, "]");
   }
   tw_text_add(out, "]");
+}
+
+/* Where the mesh is not a surface, by the first places. */
+static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
+  tw_member_open(out, "nonmanifold", "{");
+  member_edges(out, "edges", facts->listed_nonmanifold_edges,
+               (const uint32_t(*)[2])facts->nonmanifold_edge_points);
   tw_member_open(out, "vertices", "[");
   for (uint32_t i = 0; i < facts->listed_nonmanifold_vertices; i++) {
     tw_text_element(out);
@@ -38,7 +44,18 @@ static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
   tw_text_add(out, "]}");
 }
 
-static void print_facts(tw_text *out, const tw_mesh_stats *facts) {
+/* Where borders lie on each other, and neighbours are wound against each other. */
+static void member_seams(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *facts) {
+  uint32_t reversed = facts->reversed_borders + facts->reversed_edges;
+  tw_member_count(out, "welded_points", mesh->welded_points);
+  tw_member_count(out, "seam_edges", facts->seam_edges);
+  tw_member_count(out, "reversed_edges", reversed);
+  if (reversed > 0)
+    member_edges(out, "reversed", facts->listed_reversed_edges,
+                 (const uint32_t(*)[2])facts->reversed_edge_points);
+}
+
+static void print_facts(tw_text *out, const tw_mesh *mesh, const tw_mesh_stats *facts) {
   tw_member_count(out, "vertices", facts->vertices);
   tw_member_count(out, "edges", facts->edges);
   tw_member_count(out, "faces", facts->faces);
@@ -48,6 +65,7 @@ static void print_facts(tw_text *out, const tw_mesh_stats *facts) {
   tw_member_count(out, "nonmanifold_edges", facts->nonmanifold_edges);
   tw_member_count(out, "nonmanifold_vertices", facts->nonmanifold_vertices);
   if (facts->nonmanifold_edges + facts->nonmanifold_vertices > 0) member_nonmanifold(out, facts);
+  member_seams(out, mesh, facts);
   tw_member_count(out, "extraordinary_vertices", facts->extraordinary_vertices);
   member_histogram(out, "extraordinary_valences", facts->valence_count, facts->valences,
                    facts->valence_vertices);
@@ -99,7 +117,9 @@ static void member_groups(tw_text *out, const tw_model *model, const tw_mesh_sta
   tw_text_add(out, "]");
 }
 
-static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, tw_error *error) {
+/* *reversed: grows by the edges at which two faces are wound against each other. */
+static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index, uint64_t *reversed,
+                            tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_stats facts = {0};
   tw_status status = tw_mesh_describe(mesh, &facts, error);
@@ -107,13 +127,14 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
   tw_text_element(out);
   tw_text_add(out, "{");
   tw_member_string(out, "name", mesh->name);
-  print_facts(out, &facts);
+  print_facts(out, mesh, &facts);
   member_groups(out, model, &facts);
   tw_member_count(out, "uv_sets", mesh->uv_set_count);
   tw_member_count(out, "morph_targets", mesh->morph_count);
   tw_text_member(out, "skinned");
   tw_text_flag(out, mesh->skin.joints != NULL);
   tw_text_add(out, "}");
+  *reversed += facts.reversed_edges;
   tw_mesh_stats_deinit(&facts);
   return TW_OK;
 }
@@ -191,8 +212,9 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   tw_member_count(out, "bytes", size);
   tw_member_open(out, "meshes", "[");
   tw_status status = TW_OK;
+  uint64_t reversed = 0;
   for (uint32_t i = 0; i < model->mesh_count && status == TW_OK; i++)
-    status = print_mesh(out, model, i, &fault->error);
+    status = print_mesh(out, model, i, &reversed, &fault->error);
   tw_text_add(out, "]");
   tw_member_open(out, "nodes", "[");
   for (uint32_t i = 0; i < model->node_count; i++) print_node(out, model, i);
@@ -207,6 +229,13 @@ bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text 
   for (uint32_t i = 0; i < model->warning_count; i++) {
     tw_text_element(out);
     tw_text_string(out, model->warnings[i]);
+  }
+  if (reversed > 0) {
+    char warning[96];
+    snprintf(warning, sizeof warning, "%llu edges are creases: their two faces are wound against each other",
+             (unsigned long long)reversed);
+    tw_text_element(out);
+    tw_text_string(out, warning);
   }
   tw_text_add(out, "]}\n");
   if (status != TW_OK) api_fault_complete(fault);

@@ -95,7 +95,7 @@ static uint8_t *read_whole(api_service *service, const char *id, const api_blob 
 typedef struct model_source {
   api_call *call;
   const char *id;
-  tw_quads quads;
+  api_reading reading;
 } model_source;
 
 static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
@@ -113,43 +113,43 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   blob.close(&blob);
   tw_model *model = NULL;
   bool is_read =
-      data && api_model_read(bytes, tw_format_sniff(data, bytes.size), source->quads, &model, fault);
+      data && api_model_read(bytes, tw_format_sniff(data, bytes.size), source->reading, &model, fault);
   free(data);
   if (is_read) *out = built_model(model);
   return is_read;
 }
 
-void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]) {
-  static const char *const names[] = {"/model?quads=ngon", "/model?quads=auto", "/model?quads=off"};
-  size_t length = strlen(id);
-  memcpy(out, id, length);
-  memcpy(out + length, names[quads], strlen(names[quads]) + 1);
+void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]) {
+  const api_reading usual = {0}, *how = reading ? reading : &usual;
+  snprintf(out, API_MODEL_KEY, "%s/model?quads=%d&weld=%d/%.17g", id, (int)how->quads, (int)how->weld,
+           how->distance);
 }
 
-api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out) {
+api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out) {
   char key[API_MODEL_KEY];
-  api_model_key(id, quads, key);
-  model_source source = {call, id, quads};
+  api_model_key(id, reading, key);
+  model_source source = {call, id, reading ? *reading : (api_reading){0}};
   return api_call_take(call, key, build_model, &source, out);
 }
 
 /* The model in the body, and the bytes that it is made of; both are the caller's when it is API_DONE. */
-static api_outcome read_body(api_call *call, tw_quads quads, api_upload *upload, tw_model **out) {
+static api_outcome read_body(api_call *call, const api_reading *reading, api_upload *upload, tw_model **out) {
   tw_format format;
   api_outcome outcome = api_upload_read(call, upload);
   if (outcome != API_DONE) return outcome;
-  bool is_read = api_upload_format(call, upload->bytes, &format) == API_DONE &&
-                 grant_reading(call, format, upload->bytes.size, &call->fault) &&
-                 api_model_read(upload->bytes, format, quads, out, &call->fault);
+  bool is_read =
+      api_upload_format(call, upload->bytes, &format) == API_DONE &&
+      grant_reading(call, format, upload->bytes.size, &call->fault) &&
+      api_model_read(upload->bytes, format, reading ? *reading : (api_reading){0}, out, &call->fault);
   if (is_read) return API_DONE;
   api_upload_deinit(upload);
   return API_FAILED;
 }
 
-api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out) {
+api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out) {
   api_upload upload = {0};
   tw_model *model = NULL;
-  api_outcome outcome = read_body(call, quads, &upload, &model);
+  api_outcome outcome = read_body(call, reading, &upload, &model);
   if (outcome != API_DONE) return outcome;
   api_upload_deinit(&upload);
   api_built built = built_model(model);
@@ -187,7 +187,7 @@ static void print_summary(const tw_model *model, tw_text *out) {
 /* Keeps a model that has just been stored: its first reader will not parse it again. */
 static void remember(api_service *service, const char *id, tw_model *model) {
   char key[API_MODEL_KEY];
-  api_model_key(id, TW_QUADS_NGON, key);
+  api_model_key(id, NULL, key);
   const api_built built = built_model(model);
   api_cache_put(service->cache, key, &built);
 }
@@ -241,7 +241,7 @@ api_outcome api_post_model(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_upload upload = {0};
   tw_model *model = NULL;
-  api_outcome outcome = read_body(call, TW_QUADS_NGON, &upload, &model);
+  api_outcome outcome = read_body(call, NULL, &upload, &model);
   if (outcome != API_DONE) return outcome;
   outcome = store_and_answer(call, upload.bytes, model);
   if (outcome == API_DONE)
@@ -259,7 +259,7 @@ int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
   tw_model *model = NULL;
   bool existed = false;
   api_fault fault = {0};
-  bool is_stored = api_model_read(given, tw_format_sniff(bytes, size), TW_QUADS_NGON, &model, &fault) &&
+  bool is_stored = api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &model, &fault) &&
                    store_model(service, given, id, model, &existed, &fault);
   tw_model_destroy(model);
   return !is_stored ? fault.status : existed ? 200 : 201;
@@ -286,7 +286,7 @@ static bool print_from_summary(const char *summary, tw_text *text) {
 /* Name and format of a model whose summary is lost, from the model itself. */
 static bool print_from_model(api_call *call, const char *id, tw_text *text) {
   api_entry *entry;
-  if (api_model_take(call, id, TW_QUADS_NGON, &entry) != API_DONE) return false;
+  if (api_model_take(call, id, NULL, &entry) != API_DONE) return false;
   print_name_and_format(api_entry_value(entry), text);
   api_entry_release(entry);
   return true;
@@ -364,7 +364,7 @@ static bool print_description(void *context, tw_text *out, api_fault *fault) {
   uint64_t size = blob.size;
   blob.close(&blob);
   api_entry *entry;
-  if (api_model_take(call, call->id, TW_QUADS_NGON, &entry) != API_DONE) return false; /* the call's fault */
+  if (api_model_take(call, call->id, NULL, &entry) != API_DONE) return false; /* the call's fault */
   bool is_printed = api_describe(api_entry_value(entry), call->id, size, out, fault);
   api_entry_release(entry);
   return is_printed;

@@ -5,18 +5,19 @@
 #include "cache.h"
 #include "call.h"
 #include "tweend/format.h"
+#include "upload.h"
 
 /* Lower-case hex, as ids are. */
 void api_model_id(api_bytes bytes, char out[API_ID_TEXT]);
 bool api_is_model_id(const char *text, size_t length);
 
-/* The key that a stored model has in the cache. */
-enum { API_MODEL_KEY = API_ID_TEXT + 20 };
-void api_model_key(const char *id, tw_quads quads, char out[API_MODEL_KEY]);
+/* The key that a stored model has in the cache. reading: NULL for the defaults, here and below. */
+enum { API_MODEL_KEY = API_ID_TEXT + 64 };
+void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]);
 
 /* The stored model, parsed, from the cache or the store: *out holds a tw_model, released with
  * api_entry_release. 404, 503; API_NEEDS_THREAD in a light call when it is not at hand. */
-api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_entry **out);
+api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
 /* Looks whether the model of the call is stored and whole, before anything of it is answered from the cache:
  * 404 and 500 where it is not. A store that cannot be reached is no reason to refuse what is cached.
@@ -24,7 +25,7 @@ api_outcome api_model_take(api_call *call, const char *id, tw_quads quads, api_e
 api_outcome api_model_look(api_call *call);
 
 /* The model in the request's body, parsed for this request alone. */
-api_outcome api_model_of_body(api_call *call, tw_quads quads, api_entry **out);
+api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out);
 
 /* Prints the description of a model. False: the fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);

@@ -41,7 +41,7 @@ static api_outcome find_borrowed(api_call *call, const char *name, size_t length
   name += API_ID_TEXT;
   length -= API_ID_TEXT;
   api_entry *entry;
-  api_outcome outcome = api_model_take(call, out->lender, TW_QUADS_NGON, &entry);
+  api_outcome outcome = api_model_take(call, out->lender, NULL, &entry);
   if (outcome != API_DONE) return outcome;
   const tw_model *lender = api_entry_value(entry);
   out->index = tw_model_find_clip(lender, name, length);
@@ -369,7 +369,7 @@ static api_outcome take_lenders(api_call *call, const api_clip_choices *choices,
   api_outcome outcome = API_DONE;
   for (uint32_t i = 0; outcome == API_DONE && choices->list && i < choices->count; i++)
     if (choices->list[i].lender[0])
-      outcome = api_model_take(call, choices->list[i].lender, TW_QUADS_NGON, &lenders[i]);
+      outcome = api_model_take(call, choices->list[i].lender, NULL, &lenders[i]);
   return outcome;
 }
 

@@ -218,7 +218,7 @@ static api_outcome answer_live(api_call *call, live_request *request) {
 api_outcome api_get_live(api_call *call) {
   live_request request;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.pose.model_entry);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, NULL, &request.pose.model_entry);
   if (outcome == API_DONE) outcome = answer_live(call, &request);
   api_pose_request_deinit(&request.pose);
   return outcome;

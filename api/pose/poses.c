@@ -160,7 +160,7 @@ static api_outcome answer_get(api_call *call, api_pose_request *request) {
 api_outcome api_get_pose(api_call *call) {
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, NULL, &request.model_entry);
   if (outcome == API_DONE) outcome = answer_get(call, &request);
   api_pose_request_deinit(&request);
   return outcome;
@@ -194,7 +194,7 @@ api_outcome api_post_times(api_call *call) {
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
   if (outcome == API_DONE) outcome = read_times(call, &request.times);
-  if (outcome == API_DONE) outcome = api_model_take(call, call->id, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = api_model_take(call, call->id, NULL, &request.model_entry);
   return answer_post(call, outcome, true, &request);
 }
 
@@ -202,6 +202,6 @@ api_outcome api_post_pose(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_pose_request request;
   api_outcome outcome = read_request(call, &request);
-  if (outcome == API_DONE) outcome = api_model_of_body(call, TW_QUADS_NGON, &request.model_entry);
+  if (outcome == API_DONE) outcome = api_model_of_body(call, NULL, &request.model_entry);
   return answer_post(call, outcome, false, &request);
 }

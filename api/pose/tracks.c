@@ -141,7 +141,7 @@ static api_outcome answer_tracks(api_call *call, const tw_model *model) {
 
 api_outcome api_get_tracks(api_call *call) {
   api_entry *entry;
-  api_outcome outcome = api_model_take(call, call->id, TW_QUADS_NGON, &entry);
+  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
   if (outcome != API_DONE) return outcome;
   outcome = answer_tracks(call, api_entry_value(entry));
   api_entry_release(entry);

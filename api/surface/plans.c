@@ -29,17 +29,21 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
     const char *name;
     int64_t value;
   } parts[] = {
-      {"level", query->level},       {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
-      {"boundary", query->boundary}, {"uv", query->uv},
-      {"creasing", query->creasing}, {"triangles", query->triangles},
-      {"quads", query->quads},       {"limit", query->limit},
-      {"normals", query->normals},   {"own", query->own_normals}};
+      {"level", query->level},         {"scheme", query->scheme < 0 ? TW_CATMULL_CLARK : query->scheme},
+      {"boundary", query->boundary},   {"uv", query->uv},
+      {"creasing", query->creasing},   {"triangles", query->triangles},
+      {"quads", query->reading.quads}, {"limit", query->limit},
+      {"normals", query->normals},     {"own", query->own_normals}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);
     tw_text_add(text, "=");
     tw_text_integer(text, parts[i].value);
   }
+  tw_text_add(text, "&weld=");
+  tw_text_integer(text, query->reading.weld);
+  tw_text_add(text, "/");
+  tw_text_double(text, query->reading.distance);
   tw_text_add(text, "&creases=");
   tw_text_integer(text, query->creases);
   tw_text_add(text, "/");

@@ -7,12 +7,13 @@
 #include "cache.h"
 #include "call.h"
 #include "tweend/format.h"
+#include "upload.h"
 
 /* What a request asks of the surface itself. -1: not said, so the file's own tags count. */
 typedef struct api_surface_query {
   uint32_t level;
   int scheme, boundary, uv, creasing, triangles;
-  tw_quads quads;
+  api_reading reading; /* of the model */
   bool limit, normals;
   bool own_normals; /* those of the file, at level 0 */
   tw_creases creases;

@@ -41,6 +41,24 @@ static tw_status read_level(const api_query *query, uint32_t *out, tw_error *err
   return status;
 }
 
+/* A word, or a distance. */
+static tw_status read_weld(const api_query *query, api_reading *out, tw_error *error) {
+  const char *text = api_query_get(query, "weld");
+  double distance;
+  if (!text || strcmp(text, "auto") == 0) return TW_OK;
+  if (strcmp(text, "none") == 0 || strcmp(text, "exact") == 0) {
+    out->weld = *text == 'n' ? TW_WELD_NONE : TW_WELD_EXACT;
+    return TW_OK;
+  }
+  if (!api_number_read(text, strlen(text), &distance) || distance < 1e-9 ||
+      distance > (double)TW_COORDINATE_MAX)
+    return tw_fail(error, TW_SYNTAX, "weld=%.60s: expected auto, exact, none or a distance from 1e-9 to 1e18",
+                   text);
+  out->weld = TW_WELD_DISTANCE;
+  out->distance = distance;
+  return TW_OK;
+}
+
 /* A word, or angle:DEGREES. */
 static tw_status read_creases(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const words[] = {"tags", "normals", "angle", "auto", "none", NULL};
@@ -97,9 +115,10 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   if (status == TW_OK) status = api_query_choice(query, "quads", quads, &pairing, error);
   if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
   if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
+  if (status == TW_OK) status = read_weld(query, &out->reading, error);
   if (status == TW_OK) status = read_creases(query, out, error);
   if (status == TW_OK) status = read_crease_sharpness(query, out, error);
-  out->quads = (tw_quads)pairing;
+  out->reading.quads = (tw_quads)pairing;
   out->normals = normal != 2;
   out->own_normals = normal == 0 && out->level == 0 && !out->limit;
   return status;
@@ -424,7 +443,7 @@ static api_outcome answer_and_release(api_call *call, surface_request *request, 
 api_outcome api_get_surface(api_call *call) {
   surface_request *request = read_request(call);
   if (!request) return API_FAILED;
-  api_outcome outcome = api_model_take(call, call->id, request->surface.quads, &request->model);
+  api_outcome outcome = api_model_take(call, call->id, &request->surface.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, true) : outcome;
 }
 
@@ -432,6 +451,6 @@ api_outcome api_post_surface(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   surface_request *request = read_request(call);
   if (!request) return API_FAILED;
-  api_outcome outcome = api_model_of_body(call, request->surface.quads, &request->model);
+  api_outcome outcome = api_model_of_body(call, &request->surface.reading, &request->model);
   return outcome == API_DONE ? answer_and_release(call, request, false) : outcome;
 }

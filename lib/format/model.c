@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "clip.h"
+#include "merge_points.h"
 #include "tweend/base.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
@@ -405,4 +406,16 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   if (status == TW_OK) status = check_skinned_nodes(model, error);
   if (status == TW_OK) status = check_clips(model, error);
   return status;
+}
+
+tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
+  uint64_t dropped = 0;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    tw_merged merged;
+    tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, &merged, error);
+    if (status != TW_OK) return status;
+    dropped += merged.faces;
+  }
+  if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
+  return TW_OK;
 }

@@ -7,10 +7,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "merge_points.h"
 #include "number.h"
 #include "soup_mesh.h"
 #include "tweend/base.h"
 #include "tweend/format.h"
+#include "weld.h"
 
 /* ---- walking through the text ----------------------------------------------------------------- */
 
@@ -297,6 +299,7 @@ typedef struct obj_reader {
   uint32_t smoothing_group; /* OBJ_NO_VALUE until an `s` */
   obj_names material_names, group_names;
 
+  bool is_tagged; /* has a `t` */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
   uint64_t ignored_elements; /* lines, points, free-form */
   uint64_t ignored_tags, missing_uvs, long_groups, late_groups, bad_normals;
@@ -836,6 +839,7 @@ static tw_status read_tag(obj_reader *reader, obj_text *text) {
                {"creasemethod", read_creasing_tag},
                {"smoothtriangles", read_triangles_tag}};
   obj_tag tag = {.line = text->line, .name = read_word(text)};
+  reader->is_tagged = true;
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
     if (!word_is(tag.name, kinds[i].name)) continue;
     if (!read_counts(text, &tag))
@@ -1262,6 +1266,24 @@ static void warn(const obj_reader *reader, tw_model *model) {
                   (unsigned long long)reader->late_groups, GROUPS_MAX);
 }
 
+/* Points that were written twice along seams become one. A file with tags is a control mesh, whose points are
+ * as they are meant. */
+static tw_status close_seams(const obj_reader *reader, tw_model *model) {
+  uint32_t dropped = 0, reversed = 0;
+  if (reader->is_tagged) return TW_OK;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    tw_merged merged;
+    uint32_t more;
+    tw_status status = tw_mesh_close_seams(&model->meshes[i], &merged, &more, reader->error);
+    if (status != TW_OK) return status;
+    dropped += merged.faces;
+    reversed += more;
+  }
+  if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
+  if (reversed > 0) tw_model_warn(model, TW_REVERSED_WARNING, reversed);
+  return TW_OK;
+}
+
 static tw_status build_model(obj_reader *reader, tw_model *model) {
   uint32_t mesh_count, *ends = NULL;
   tw_status status =
@@ -1274,7 +1296,7 @@ static tw_status build_model(obj_reader *reader, tw_model *model) {
   return status;
 }
 
-tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
+tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_OBJ;
@@ -1292,6 +1314,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
   tw_status status = read_statements(&reader, (obj_text){bytes + (has_mark ? 3 : 0), bytes + size, 1});
   if (status == TW_OK) status = build_model(&reader, model);
   if (status == TW_OK) warn(&reader, model);
+  if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);
   reader_deinit(&reader);
   if (status == TW_OK) status = tw_model_finish(model, error);
   if (status != TW_OK) {

@@ -434,13 +434,13 @@ bool tw_is_ply(const uint8_t *bytes, size_t size) {
   return size >= 4 && memcmp(bytes, "ply", 3) == 0 && (bytes[3] == '\n' || bytes[3] == '\r');
 }
 
-static tw_status read_file(ply_file *file, uint64_t budget, tw_model *model) {
+static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_model *model) {
   tw_polygons_read read = {0};
   tw_status status = read_header(file);
   if (status == TW_OK) drop_cornerless(file);
   if (status == TW_OK) status = make_room(*file, budget, model->arena, &read);
   if (status == TW_OK) status = read_elements(file, &read);
-  if (status == TW_OK) status = tw_model_of_polygons(&read, model, file->error);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, file->error);
   free(read.positions);
   free(read.colors);
   free(read.uvs);
@@ -448,7 +448,7 @@ static tw_status read_file(ply_file *file, uint64_t budget, tw_model *model) {
   return status;
 }
 
-tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
+tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   ply_file *file = tw_alloc_zero(1, sizeof *file);
   tw_status status = model && file ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
@@ -457,7 +457,7 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
     file->at = bytes;
     file->end = bytes + size;
     file->error = error;
-    status = read_file(file, tw_reading_size(TW_FORMAT_PLY, size) - size, model);
+    status = read_file(file, weld, tw_reading_size(TW_FORMAT_PLY, size) - size, model);
   }
   free(file);
   if (status == TW_OK) status = tw_model_finish(model, error);

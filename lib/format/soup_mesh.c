@@ -120,7 +120,16 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
   return TW_OK;
 }
 
-tw_status tw_model_of_polygons(tw_polygons_read *read, tw_model *model, tw_error *error) {
+/* As tw_weld_points. */
+static tw_status number_points(const tw_soup *soup, tw_weld weld, uint32_t *points, tw_welded *out,
+                               tw_error *error) {
+  if (weld != TW_WELD_NONE) return tw_weld_points(soup, points, out, error);
+  *out = (tw_welded){.point_count = soup->vertex_count};
+  for (uint32_t v = 0; v < soup->vertex_count; v++) points[v] = v;
+  return TW_OK;
+}
+
+tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error) {
   uint32_t dropped = drop_degenerate(read);
   if (dropped > 0)
     tw_model_warn(model, "%u faces with fewer than three different points are left out", dropped);
@@ -130,14 +139,17 @@ tw_status tw_model_of_polygons(tw_polygons_read *read, tw_model *model, tw_error
                         .corner_count = read->corner_count,
                         .face_offsets = read->face_offsets,
                         .corners = read->corners};
-  uint32_t *points = tw_alloc(read->vertex_count, sizeof *points), count = 0;
+  uint32_t *points = tw_alloc(read->vertex_count, sizeof *points);
+  tw_welded welded = {0};
   model->meshes = tw_arena_alloc(model->arena, 1, sizeof *model->meshes);
-  tw_status status = points && model->meshes ? tw_weld_points(&soup, points, &count, error)
+  tw_status status = points && model->meshes ? number_points(&soup, weld, points, &welded, error)
                                              : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK) {
     model->mesh_count = 1;
     tw_mesh_init(model->meshes);
-    status = fill_mesh(read, &soup, points, count, model, error);
+    model->meshes->welded_points = read->vertex_count - welded.point_count;
+    status = fill_mesh(read, &soup, points, welded.point_count, model, error);
+    if (welded.reversed_edges > 0) tw_model_warn(model, TW_REVERSED_WARNING, welded.reversed_edges);
   }
   free(points);
   return status;

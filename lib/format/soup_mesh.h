@@ -19,8 +19,8 @@ typedef struct tw_polygons_read {
 
 /* Makes the only mesh of the model. A corner at the place of the one before it goes; a face that is left with
  * fewer than three different places goes too, with a warning; then vertices are welded as tw_weld_points
- * does. The colour of a point is that of its first vertex. TW_NO_MEMORY. */
-tw_status tw_model_of_polygons(tw_polygons_read *read, tw_model *model, tw_error *error);
+ * does, unless `weld` is TW_WELD_NONE. The colour of a point is that of its first vertex. TW_NO_MEMORY. */
+tw_status tw_model_of_polygons(tw_polygons_read *read, tw_weld weld, tw_model *model, tw_error *error);
 
 /* Bytes that reading so many vertices and corners holds at most, the model included. */
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count);

@@ -160,7 +160,7 @@ static tw_status number_corners(tw_polygons_read *read, tw_arena *arena, tw_erro
   return TW_OK;
 }
 
-tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error) {
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_STL;
@@ -175,7 +175,7 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
                     : read_text((stl_text){(const char *)bytes, (const char *)bytes + size, 1}, &read, &name,
                                 error);
   if (status == TW_OK) status = number_corners(&read, model->arena, error);
-  if (status == TW_OK) status = tw_model_of_polygons(&read, model, error);
+  if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, error);
   if (status == TW_OK && name.length > 0 && tw_utf8_is_name(name.text, name.length))
     model->meshes[0].name = tw_arena_text(model->arena, name.text, name.length);
   free(read.positions);

@@ -5,6 +5,7 @@
 #include "hard_edges.h"
 #include "topology.h"
 #include "union_find.h"
+#include "weld.h"
 
 enum { LISTED_MAX = 64 };
 
@@ -67,6 +68,73 @@ static tw_status count_loops(const tw_topology *t, uint32_t *out) {
   free(sets);
   free(met);
   return met ? TW_OK : TW_NO_MEMORY;
+}
+
+/* ---- seams ------------------------------------------------------------------------------------ */
+
+static void list_reversed(const tw_topology *t, uint32_t edge, tw_mesh_stats *facts) {
+  if (facts->listed_reversed_edges < LISTED_MAX)
+    memcpy(facts->reversed_edge_points[facts->listed_reversed_edges++], t->edge_vertices[edge],
+           sizeof *t->edge_vertices);
+}
+
+static void count_reversed(const tw_topology *t, tw_mesh_stats *facts) {
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t first = t->edge_corner[e], other = t->sibling[first];
+    bool is_pair = (t->edge_flags[e] & TW_EDGE_NONMANIFOLD) && t->sibling[other] == first;
+    if (!is_pair) continue;
+    facts->reversed_edges++;
+    list_reversed(t, e, facts);
+  }
+}
+
+/* A border by the places of its ends. */
+typedef struct border {
+  uint32_t low, high, edge;
+  bool is_downward; /* from high to low */
+} border;
+
+static int compare_borders(const void *left, const void *right) {
+  const border *a = left, *b = right;
+  if (a->low != b->low) return a->low < b->low ? -1 : 1;
+  if (a->high != b->high) return a->high < b->high ? -1 : 1;
+  return a->edge < b->edge ? -1 : a->edge > b->edge;
+}
+
+/* places: [points] the first point at the place of each. borders: [facts->boundary_edges] scratch. */
+static void match_borders(const tw_topology *t, const uint32_t *places, border *borders,
+                          tw_mesh_stats *facts) {
+  uint32_t count = 0;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t from = places[t->edge_vertices[e][0]], to = places[t->edge_vertices[e][1]];
+    if ((t->edge_flags[e] & TW_EDGE_BORDER) && from != to)
+      borders[count++] = from < to ? (border){from, to, e, false} : (border){to, from, e, true};
+  }
+  qsort(borders, count, sizeof *borders, compare_borders);
+  for (uint32_t i = 0, end; i < count; i = end) {
+    end = i + 1;
+    while (end < count && borders[end].low == borders[i].low && borders[end].high == borders[i].high) end++;
+    if (end - i > 1) facts->seam_edges += end - i;
+    if (end - i != 2 || borders[i].is_downward != borders[i + 1].is_downward) continue;
+    facts->reversed_borders++;
+    list_reversed(t, borders[i].edge, facts);
+  }
+}
+
+static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_mesh_stats *facts) {
+  facts->reversed_edge_points = tw_alloc(LISTED_MAX, sizeof *facts->reversed_edge_points);
+  if (!facts->reversed_edge_points) return TW_NO_MEMORY;
+  if (facts->nonmanifold_edges > 0) count_reversed(t, facts);
+  if (facts->boundary_edges < 2) return TW_OK;
+  uint32_t *places = tw_alloc(mesh->point_count, sizeof *places);
+  border *borders = tw_alloc(facts->boundary_edges, sizeof *borders);
+  tw_status status = places && borders
+                         ? tw_find_equal_rows(mesh->positions, 3, mesh->point_count, places, NULL)
+                         : TW_NO_MEMORY;
+  if (status == TW_OK) match_borders(t, places, borders, facts);
+  free(places);
+  free(borders);
+  return status;
 }
 
 /* ---- numbers ---------------------------------------------------------------------------------- */
@@ -199,7 +267,8 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *f
   if (!facts->nonmanifold_edge_points || !facts->nonmanifold_vertex_points) return TW_NO_MEMORY;
   describe_points(mesh, &topology, facts);
   describe_edges(&topology, facts);
-  status = describe_valences(&topology, facts);
+  status = describe_seams(mesh, &topology, facts);
+  if (status == TW_OK) status = describe_valences(&topology, facts);
   if (status == TW_OK) status = describe_faces(mesh, facts);
   if (status == TW_OK) status = describe_groups(mesh, facts);
   if (status == TW_OK) status = describe_tags(mesh, &topology, arena, facts);
@@ -229,5 +298,6 @@ void tw_mesh_stats_deinit(tw_mesh_stats *facts) {
   free(facts->group_faces);
   free(facts->nonmanifold_edge_points);
   free(facts->nonmanifold_vertex_points);
+  free(facts->reversed_edge_points);
   memset(facts, 0, sizeof *facts);
 }

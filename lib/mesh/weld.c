@@ -149,7 +149,7 @@ tw_status tw_find_equal_rows(const float *rows, uint32_t width, uint32_t count, 
 
 /* One side of a face: from vertex `from` to vertex `to`. */
 typedef struct side {
-  uint32_t from, to;
+  uint32_t from, to, face;
 } side;
 
 typedef struct side_list {
@@ -186,7 +186,7 @@ static uint32_t collect_sides(const tw_soup *soup, const uint32_t *place, const 
       uint32_t from = soup->corners[c], to = soup->corners[next_corner(soup, face, c)];
       uint32_t p = place[from], q = place[to];
       if (p == q || (!several[p] && !several[q])) continue;
-      sides[count++] = (side){from, to};
+      sides[count++] = (side){from, to, face};
     }
   return count;
 }
@@ -196,43 +196,51 @@ static bool same_uv(const float *uvs, uint32_t a, uint32_t b) {
 }
 
 /* Sides in the order of (low end, high end): joins the ends of each pair that is alone on its edge;
- * where uvs are given, only when they are the same at both ends. */
-static void join_pairs(const side_list *list, const uint32_t *order, uint32_t count, const float *uvs,
-                       uint32_t *joined) {
+ * where uvs are given, only when they are the same at both ends. Returns how many pairs of different vertices
+ * run the same way. */
+static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_t count, const float *uvs,
+                           uint32_t *joined) {
   const uint32_t *place = list->place;
+  uint32_t reversed = 0;
   for (uint32_t i = 0, end; i < count; i = end) {
     uint32_t low = low_end(list, order[i]), high = high_end(list, order[i]);
     for (end = i + 1; end < count; end++)
       if (low_end(list, order[end]) != low || high_end(list, order[end]) != high) break;
     if (end - i != 2) continue;
     const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
-    if (place[a->from] != place[b->to]) continue; /* they run the same way */
+    if (a->face == b->face) continue; /* of a face as thin as a line */
+    if (place[a->from] != place[b->to]) { /* they run the same way */
+      reversed += a->from != b->from || a->to != b->to;
+      continue;
+    }
     if (uvs && (!same_uv(uvs, a->from, b->to) || !same_uv(uvs, a->to, b->from))) continue;
     tw_union_find_join(joined, a->from, b->to);
     tw_union_find_join(joined, a->to, b->from);
   }
+  return reversed;
 }
 
 static tw_status join_sides(const tw_soup *soup, const uint32_t *place, const float *uvs, side *sides,
-                            uint32_t *order, bool *several, uint32_t *joined, tw_error *error) {
+                            uint32_t *order, bool *several, uint32_t *joined, uint32_t *reversed,
+                            tw_error *error) {
   for (uint32_t v = 0; v < soup->vertex_count; v++)
     if (place[v] != v) several[place[v]] = true;
   uint32_t count = collect_sides(soup, place, several, sides);
   const side_list list = {sides, place};
   tw_status status = sort_in_buckets(low_end, count, soup->vertex_count, side_less, &list, order, error);
-  if (status == TW_OK) join_pairs(&list, order, count, uvs, joined);
+  if (status == TW_OK) *reversed = join_pairs(&list, order, count, uvs, joined);
   return status;
 }
 
 /* place: the first vertex at each vertex's place. joined: [vertex_count], every vertex its own root;
- * receives the sets that are joined. */
+ * receives the sets that are joined. *reversed: as join_pairs returns it. */
 static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place, const float *uvs,
-                                     uint32_t *joined, tw_error *error) {
+                                     uint32_t *joined, uint32_t *reversed, tw_error *error) {
   side *sides = tw_alloc(soup->corner_count, sizeof *sides);
   uint32_t *order = tw_alloc(soup->corner_count, sizeof *order);
   bool *several = tw_alloc_zero(soup->vertex_count, sizeof *several);
   tw_status status = sides && order && several
-                         ? join_sides(soup, place, uvs, sides, order, several, joined, error)
+                         ? join_sides(soup, place, uvs, sides, order, several, joined, reversed, error)
                          : no_memory(error);
   free(sides);
   free(order);
@@ -243,7 +251,7 @@ static tw_status join_split_vertices(const tw_soup *soup, const uint32_t *place,
 size_t tw_weld_size(uint32_t vertex_count, uint32_t corner_count) {
   /* Places and sets; then the order and the buckets of vertices, or sides, their order and buckets. */
   size_t vertices = vertex_count, corners = corner_count;
-  size_t finding = 12 * vertices, joining = 5 * vertices + 12 * corners;
+  size_t finding = 12 * vertices, joining = 5 * vertices + 16 * corners;
   return 8 * vertices + (finding > joining ? finding : joining) + 256;
 }
 
@@ -257,8 +265,8 @@ static uint32_t number_roots(uint32_t *sets, uint32_t count, uint32_t *number) {
   return numbers;
 }
 
-tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,
-                         tw_error *error) {
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error) {
+  *out = (tw_welded){0};
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
   uint32_t *joined = place + soup->vertex_count;
@@ -266,8 +274,9 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
   bool split = false;
   const places at = {.rows = soup->positions, .width = 3, .tiny = tiny_coordinate(soup)};
   tw_status status = find_places(at, soup->vertex_count, place, &split, error);
-  if (status == TW_OK && split) status = join_split_vertices(soup, place, NULL, joined, error);
-  if (status == TW_OK) *point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
+  if (status == TW_OK && split)
+    status = join_split_vertices(soup, place, NULL, joined, &out->reversed_edges, error);
+  if (status == TW_OK) out->point_count = number_roots(joined, soup->vertex_count, point_of_vertex);
   free(place);
   return status;
 }
@@ -289,11 +298,105 @@ tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, cons
                       uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error) {
   uint32_t *place = tw_alloc(soup->vertex_count, 2 * sizeof *place);
   if (!place) return no_memory(error);
-  uint32_t *joined = place + soup->vertex_count;
+  uint32_t *joined = place + soup->vertex_count, reversed;
   tw_union_find_init(joined, soup->vertex_count);
   tw_status status = find_first_vertices(point_of_vertex, soup->vertex_count, place, error);
-  if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, error);
+  if (status == TW_OK) status = join_split_vertices(soup, place, uvs, joined, &reversed, error);
   if (status == TW_OK) *value_count = number_roots(joined, soup->vertex_count, value_of_vertex);
   free(place);
+  return status;
+}
+
+/* ---- points near each other -------------------------------------------------------------------- */
+
+/* Points by the cell of a grid that they are in; cells are as wide as the distance. */
+typedef struct near_grid {
+  const float *positions;
+  double distance;
+  const uint32_t *order; /* points by x, y, z of their cells */
+  uint32_t count;
+} near_grid;
+
+static double cell_of(const near_grid *grid, uint32_t point, size_t axis) {
+  return floor((double)grid->positions[3 * (size_t)point + axis] / grid->distance);
+}
+
+static bool cell_less(const void *context, uint32_t a, uint32_t b) {
+  for (size_t axis = 0; axis < 3; axis++) {
+    double p = cell_of(context, a, axis), q = cell_of(context, b, axis);
+    if (p != q) return p < q;
+  }
+  return a < b;
+}
+
+/* The first place in the order that is not in a cell before this one. */
+static uint32_t first_in_cell(const near_grid *grid, const double cell[3]) {
+  uint32_t begin = 0, end = grid->count;
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    double order = 0;
+    for (size_t axis = 0; axis < 3 && order == 0; axis++)
+      order = cell_of(grid, grid->order[middle], axis) - cell[axis];
+    if (order < 0)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  return begin;
+}
+
+static bool is_near(const near_grid *grid, uint32_t a, uint32_t b) {
+  double square = 0;
+  for (size_t axis = 0; axis < 3; axis++) {
+    double side =
+        (double)grid->positions[3 * (size_t)a + axis] - (double)grid->positions[3 * (size_t)b + axis];
+    square += side * side;
+  }
+  return square <= grid->distance * grid->distance;
+}
+
+/* Gives all later points near `point` that are still their own to it. */
+static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
+  double cell[3], row[3], x = cell_of(grid, point, 0), y = cell_of(grid, point, 1),
+                          z = cell_of(grid, point, 2);
+  for (int n = 0; n < 9; n++) {
+    row[0] = cell[0] = x + n / 3 - 1;
+    row[1] = cell[1] = y + n % 3 - 1;
+    row[2] = z - 1;
+    for (uint32_t i = first_in_cell(grid, row); i < grid->count; i++) {
+      uint32_t other = grid->order[i];
+      cell[2] = cell_of(grid, other, 2);
+      if (cell_of(grid, other, 0) != cell[0] || cell_of(grid, other, 1) != cell[1] || cell[2] > z + 1) break;
+      if (other > point && first[other] == other && is_near(grid, point, other)) first[other] = point;
+    }
+  }
+}
+
+/* Each point that is its own takes those near it, in their order. A point that another took takes none, so
+ * that a chain of near points does not become one; a cell holds few that took, and so none is looked at
+ * often. */
+static tw_status find_near(const float *positions, uint32_t count, double distance, uint32_t *first,
+                           tw_error *error) {
+  uint32_t *order = tw_alloc(count, sizeof *order);
+  if (!order) return no_memory(error);
+  const near_grid grid = {positions, distance, order, count};
+  for (uint32_t i = 0; i < count; i++) order[i] = first[i] = i;
+  sort_items(order, count, cell_less, &grid);
+  for (uint32_t i = 0; i < count; i++)
+    if (first[i] == i) take_near(&grid, i, first);
+  free(order);
+  return TW_OK;
+}
+
+tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,
+                         uint32_t *point_count, tw_error *error) {
+  uint32_t *first = tw_alloc(count, sizeof *first);
+  if (!first) return no_memory(error);
+  tw_status status = distance > 0 ? find_near(positions, count, distance, first, error)
+                                  : tw_find_equal_rows(positions, 3, count, first, error);
+  *point_count = 0;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++)
+    point_of[i] = first[i] == i ? (*point_count)++ : point_of[first[i]];
+  free(first);
   return status;
 }

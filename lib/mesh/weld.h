@@ -18,13 +18,23 @@ typedef struct tw_soup {
   const uint32_t *corners;      /* [corner_count] vertices, in range */
 } tw_soup;
 
+/* The warning of tw_welded.reversed_edges. */
+#define TW_REVERSED_WARNING                                                                                  \
+  "%u edges are between faces that are wound the other way round: the surface is open there"
+
+/* What welding found. */
+typedef struct tw_welded {
+  uint32_t point_count;
+  uint32_t reversed_edges; /* pairs of edges along the same positions that run the same way: their faces are
+                              wound against each other, and stay apart */
+} tw_welded;
+
 /* Which vertices are one point. Two edges that run along the same two positions in opposite
  * directions are one edge, and their ends one point each, when no third edge runs there: so seams
  * close, and surfaces that only touch stay apart. Coordinates below a millionth of the largest are 0.
  * point_of_vertex: [vertex_count]; points are numbered in the order of their first vertex.
  * O(n log n) at worst. Errors: TW_NO_MEMORY. */
-tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_t *point_count,
-                         tw_error *error);
+tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, tw_welded *out, tw_error *error);
 
 /* Which vertices have one texture coordinate: those of one point that an edge with the same
  * coordinates on both of its sides joins. Parts of a texture that only touch stay apart.
@@ -32,6 +42,12 @@ tw_status tw_weld_points(const tw_soup *soup, uint32_t *point_of_vertex, uint32_
  * numbered as points are. */
 tw_status tw_weld_uvs(const tw_soup *soup, const uint32_t *point_of_vertex, const float *uvs,
                       uint32_t *value_of_vertex, uint32_t *value_count, tw_error *error);
+
+/* Which points are one: those within a distance of the first of them, 0: those at the same place. A distance
+ * is 1e-12 or more. positions: [count][3]; point_of: [count], numbered by first points. O(n log n).
+ * TW_NO_MEMORY. */
+tw_status tw_weld_within(const float *positions, uint32_t count, double distance, uint32_t *point_of,
+                         uint32_t *point_count, tw_error *error);
 
 /* Which rows of floats are equal, 0 and -0 being one. rows: [count][width]; first: [count] receives for each
  * the first row that equals it. O(n log n) at worst. TW_NO_MEMORY. */

@@ -256,7 +256,8 @@ Soup read_obj(const std::string &file) {
   std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
   tw_model *model = nullptr;
   tw_error error{};
-  if (tw_obj_read(reinterpret_cast<const uint8_t *>(text.data()), text.size(), &model, &error) != TW_OK) {
+  if (tw_obj_read(reinterpret_cast<const uint8_t *>(text.data()), text.size(), TW_WELD_AUTO, &model,
+                  &error) != TW_OK) {
     std::fprintf(stderr, "%s: line %llu: %s\n", file.c_str(), static_cast<unsigned long long>(error.line),
                  error.detail);
     std::exit(1);

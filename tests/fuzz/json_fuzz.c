@@ -7,7 +7,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
   tw_model *model = NULL;
   api_fault fault;
-  if (api_model_read((api_bytes){bytes, size}, TW_FORMAT_JSON, TW_QUADS_AUTO, &model, &fault))
+  if (api_model_read((api_bytes){bytes, size}, TW_FORMAT_JSON, (api_reading){.weld = TW_WELD_EXACT}, &model,
+                     &fault))
     use_model(model);
   return 0;
 }

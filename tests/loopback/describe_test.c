@@ -56,6 +56,7 @@ TEST_WITH(a_cube_is_the_same_in_every_format, loopback_setup, loopback_teardown)
   static const char expected[] =
       "{\"name\":\"cube\",\"vertices\":8,\"edges\":12,\"faces\":6,\"face_sizes\":{\"4\":6},"
       "\"boundary_edges\":0,\"boundary_loops\":0,\"nonmanifold_edges\":0,\"nonmanifold_vertices\":0,"
+      "\"welded_points\":0,\"seam_edges\":0,\"reversed_edges\":0,"
       "\"extraordinary_vertices\":8,\"extraordinary_valences\":{\"3\":8},\"components\":1,"
       "\"euler_characteristic\":2,\"bounds\":{\"min\":[-1,-1,-1],\"max\":[1,1,1]},\"unused_points\":0,"
       "\"creases\":0,\"corners\":0,\"holes\":0,"
@@ -93,6 +94,19 @@ TEST_WITH(places_that_are_not_manifold_are_named, loopback_setup, loopback_teard
                                 "\"nonmanifold\":{\"edges\":[[0,1]],\"vertices\":[0,1]}"));
   assert_non_null(strstr(facts, "\"creases\":1,\"corners\":1,\"holes\":1,"));
   free(facts);
+}
+
+TEST_WITH(neighbours_wound_against_each_other_are_named, loopback_setup, loopback_teardown) {
+  static const char shared[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n",
+                    apart[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 4 5 6\n";
+  reply r = loopback_post(*state, "/v1/models", "model/obj", shared);
+  assert_non_null(strstr(r.body, "\"seam_edges\":0,\"reversed_edges\":1,\"reversed\":[[1,2]],"));
+  assert_non_null(strstr(r.body, "\"warnings\":[\"1 edges are creases: their two faces"));
+  reply_free(&r);
+  r = loopback_post(*state, "/v1/models", "model/obj", apart);
+  assert_non_null(strstr(r.body, "\"seam_edges\":2,\"reversed_edges\":1,\"reversed\":[[1,2]],"));
+  assert_non_null(strstr(r.body, "\"warnings\":[\"1 edges are between faces"));
+  reply_free(&r);
 }
 
 TEST_WITH(groups_are_listed_with_their_faces, loopback_setup, loopback_teardown) {

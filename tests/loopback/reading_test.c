@@ -212,7 +212,7 @@ static outcome read_document(api_bytes bytes, api_upload_type type) {
   peak = held;
   double start = seconds();
   tw_format format = type == API_TYPE_OBJ ? TW_FORMAT_OBJ : tw_format_sniff(bytes.data, bytes.size);
-  bool is_read = api_model_read(bytes, format, TW_QUADS_AUTO, &model, &fault);
+  bool is_read = api_model_read(bytes, format, (api_reading){.quads = TW_QUADS_AUTO}, &model, &fault);
   outcome out = {.status = is_read ? 200 : fault.status,
                  .format = format,
                  .peak = peak - before + bytes.size,
@@ -1035,7 +1035,7 @@ TEST(all_nodes_are_found_by_their_names_in_little_time) {
   add(&t, "]}", 2);
   tw_model *model = NULL;
   api_fault fault;
-  assert_true(api_model_read((api_bytes){(const uint8_t *)t.bytes, t.size}, TW_FORMAT_JSON, TW_QUADS_NGON,
+  assert_true(api_model_read((api_bytes){(const uint8_t *)t.bytes, t.size}, TW_FORMAT_JSON, (api_reading){0},
                              &model, &fault));
   double start = seconds();
   for (uint32_t i = 0; i < NODES; i++) {

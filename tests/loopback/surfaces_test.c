@@ -105,6 +105,11 @@ TEST_WITH(bad_parameters_are_400, setup, teardown) {
                              "creases=angle:x",
                              "creases=angle:-1",
                              "creases=angle:181",
+                             "weld=x",
+                             "weld=0",
+                             "weld=-1",
+                             "weld=1e19",
+                             "weld=",
                              "crease_sharpness=x",
                              "crease_sharpness=-1",
                              "crease_sharpness=10.5"};
@@ -251,6 +256,28 @@ TEST_WITH(creases_hold_the_corners_of_a_cube, setup, teardown) {
   assert_true(soft > smooth && soft < 1);
 }
 
+/* Two squares that are cut apart, and a third one a hand's breadth away. */
+TEST_WITH(welding_joins_what_it_is_told_to, setup, teardown) {
+  static const char obj[] =
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\nv 2.1 0 0\n"
+      "v 3 0 0\nv 3 1 0\nv 2.1 1 0\nv 0 0 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3 4\nf 5 6 7 8\n"
+      "f 9 10 11 12\nf 13 14 15\n"; /* the triangle touches in a point */
+  static const struct {
+    const char *weld;
+    int vertices;
+  } cases[] = {{"", 13}, {"&weld=auto", 13}, {"&weld=exact", 12}, {"&weld=0.2", 10}, {"&weld=none", 15}};
+  fixture *f = *state;
+  char id[API_ID_TEXT];
+  loopback_upload(f->loop, "model/obj", obj, id);
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char rest[64];
+    snprintf(rest, sizeof rest, "surface.json?level=0%s", cases[i].weld);
+    cJSON *counts = ask_json(f, id, rest);
+    assert_int_equal(json_member(counts, "vertices")->valueint, cases[i].vertices);
+    cJSON_Delete(counts);
+  }
+}
+
 TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   fixture *f = *state;
   reply whole = ask_ok(f, f->tank, "surface.glb?level=2");
@@ -311,6 +338,10 @@ TEST_WITH(equal_questions_have_one_tag_and_one_answer, setup, teardown) {
       {"surface", "surface?creases=tags&crease_sharpness=2", true},
       {"surface?creases=auto", "surface?crease_sharpness=infinite&creases=auto", true},
       {"surface?creases=auto&crease_sharpness=10", "surface?creases=auto", true},
+      {"surface", "surface?weld=auto", true},
+      {"surface?weld=0.5", "surface?weld=0.50", true},
+      {"surface?weld=exact", "surface?weld=none", false},
+      {"surface?weld=0.5", "surface?weld=0.25", false},
       {"surface", "surface?creases=none", false},
       {"surface?creases=auto", "surface?creases=normals", false},
       {"surface?creases=angle:30", "surface?creases=angle:31", false},

@@ -44,7 +44,7 @@ static inline tw_model *glb_read_with(const char *json, const void *bin, size_t 
   glb file = glb_build(json, bin, bin_size);
   tw_model *model = NULL;
   tw_error error = {0};
-  tw_status status = tw_gltf_read(file.bytes, file.size, quads, NULL, &model, &error);
+  tw_status status = tw_gltf_read(file.bytes, file.size, quads, TW_WELD_AUTO, NULL, &model, &error);
   free(file.bytes);
   if (status != TW_OK) print_error("%s: %s\n", error.pointer, error.detail);
   assert_int_equal(status, TW_OK);
@@ -61,7 +61,8 @@ static inline void glb_refused(const char *json, const void *bin, size_t bin_siz
   glb file = glb_build(json, bin, bin_size);
   tw_model *untouched = NULL;
   tw_error error = {0};
-  tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, NULL, &untouched, &error);
+  tw_status status =
+      tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &untouched, &error);
   free(file.bytes);
   if (status != expected || strcmp(error.pointer, pointer) != 0)
     print_error("%s\n-> status %d, %s: %s\n", json, (int)status, error.pointer, error.detail);

@@ -8,7 +8,7 @@ static tw_status read_bytes(const void *bytes, size_t size, tw_error *error) {
   assert_non_null(copy);
   memcpy(copy, bytes, size);
   tw_model *model = NULL;
-  tw_status status = tw_gltf_read(copy, size, TW_QUADS_NGON, NULL, &model, error);
+  tw_status status = tw_gltf_read(copy, size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, error);
   free(copy);
   if (status == TW_OK) tw_model_destroy(model);
   return status;
@@ -148,12 +148,14 @@ TEST(the_number_of_values_is_limited_where_asked) {
   tw_read_limits limits = {.json_values = 7};
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, &limits, &model, &error),
-                   TW_OK);
+  assert_int_equal(
+      tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, TW_WELD_AUTO, &limits, &model, &error),
+      TW_OK);
   tw_model_destroy(model);
   limits.json_values = 6;
-  assert_int_equal(tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, &limits, &model, &error),
-                   TW_LIMIT);
+  assert_int_equal(
+      tw_gltf_read((const uint8_t *)text, strlen(text), TW_QUADS_NGON, TW_WELD_AUTO, &limits, &model, &error),
+      TW_LIMIT);
 }
 
 static char *repeat(const char *head, const char *part, size_t count, const char *tail) {

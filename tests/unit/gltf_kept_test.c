@@ -30,7 +30,8 @@ typedef struct answer {
 static answer answer_of(const char *document, size_t size, uint32_t level) {
   answer out = {0};
   tw_error error = {0};
-  if (tw_gltf_read((const uint8_t *)document, size, TW_QUADS_NGON, NULL, &out.f.model, &error) != TW_OK)
+  if (tw_gltf_read((const uint8_t *)document, size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &out.f.model,
+                   &error) != TW_OK)
     fail_msg("%s %s\n%.*s", error.pointer, error.detail, (int)size, document);
   fixture_refine(&out.f, level, true);
   out.f.scene.clips = out.f.model->clips;
@@ -382,9 +383,9 @@ TEST(elements_that_are_no_objects_are_refused) {
     snprintf(pointer, sizeof pointer, "/%s/1", parts[i]);
     tw_model *model = NULL;
     tw_error error = {0};
-    assert_int_equal(
-        tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, NULL, &model, &error),
-        TW_INVALID);
+    assert_int_equal(tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, TW_WELD_AUTO, NULL,
+                                  &model, &error),
+                     TW_INVALID);
     assert_string_equal(error.pointer, pointer);
   }
 }
@@ -465,8 +466,8 @@ TEST(bad_points_and_lines_are_refused) {
                         cases[i].primitive);
     tw_model *model = NULL;
     tw_error error = {0};
-    tw_status status =
-        tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, NULL, &model, &error);
+    tw_status status = tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, TW_WELD_AUTO,
+                                    NULL, &model, &error);
     assert_int_equal(status, TW_INVALID);
     assert_string_equal(error.pointer, cases[i].pointer);
   }

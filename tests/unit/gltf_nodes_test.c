@@ -18,8 +18,8 @@ TEST(materials_and_images_go_through) {
   fixture f = {0};
   tw_error error;
   const tw_read_limits limits = {0};
-  if (tw_gltf_read((const uint8_t *)materials_text, sizeof materials_text - 1, TW_QUADS_NGON, &limits,
-                   &f.model, &error) != TW_OK)
+  if (tw_gltf_read((const uint8_t *)materials_text, sizeof materials_text - 1, TW_QUADS_NGON, TW_WELD_AUTO,
+                   &limits, &f.model, &error) != TW_OK)
     fail_msg("%s %s", error.pointer, error.detail);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);

@@ -245,7 +245,7 @@ TEST(bad_animations_are_refused) {
     glb file = glb_build(with_data(json), &bin, sizeof bin);
     tw_model *model = NULL;
     tw_error error = {0};
-    tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, NULL, &model, &error);
+    tw_status status = tw_gltf_read(file.bytes, file.size, TW_QUADS_NGON, TW_WELD_AUTO, NULL, &model, &error);
     free(file.bytes);
     assert_int_equal(status, TW_INVALID);
     if (strncmp(error.pointer, cases[i].pointer, strlen(cases[i].pointer)) != 0)

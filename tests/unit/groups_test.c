@@ -29,7 +29,7 @@ static const char triangles_text[] = "o plate\n" GRID "g arm\nf 1 2 7\nf 1 7 6\n
 static tw_model *read_obj(const char *text) {
   tw_model *model = NULL;
   tw_error error;
-  if (tw_obj_read((const uint8_t *)text, strlen(text), &model, &error) != TW_OK)
+  if (tw_obj_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error) != TW_OK)
     fail_msg("line %u: %s", (unsigned)error.line, error.detail);
   return model;
 }

@@ -29,7 +29,7 @@ static TW_PRINTF(2, 3) void put(text *t, const char *format, ...) {
 static tw_model *read_obj(const char *obj) {
   tw_model *model = NULL;
   tw_error error = {0};
-  tw_status status = tw_obj_read((const uint8_t *)obj, strlen(obj), &model, &error);
+  tw_status status = tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &model, &error);
   assert_string_equal(status == TW_OK ? "" : error.detail, "");
   return model;
 }
@@ -232,7 +232,7 @@ TEST(normals_of_ply_are_those_of_its_vertices) {
                             "4 0 1 2 3\n4 5 4 7 6\n";
   tw_model *model = NULL;
   tw_error error = {0};
-  assert_int_equal(tw_ply_read((const uint8_t *)ply, strlen(ply), &model, &error), TW_OK);
+  assert_int_equal(tw_ply_read((const uint8_t *)ply, strlen(ply), TW_WELD_AUTO, &model, &error), TW_OK);
   const tw_mesh *mesh = model->meshes;
   assert_int_equal(mesh->point_count, 6); /* the seam is closed */
   assert_int_equal(mesh->normals.value_count, 8);

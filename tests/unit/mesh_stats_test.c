@@ -13,7 +13,7 @@ typedef struct described {
 static described describe(const char *obj) {
   described d = {0};
   tw_error error;
-  if (tw_obj_read((const uint8_t *)obj, strlen(obj), &d.model, &error) != TW_OK)
+  if (tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &d.model, &error) != TW_OK)
     fail_msg("line %u: %s", (unsigned)error.line, error.detail);
   assert_int_equal(d.model->mesh_count, 1);
   assert_int_equal(tw_mesh_describe(&d.model->meshes[0], &d.facts, &error), TW_OK);

@@ -13,7 +13,7 @@ static tw_status read_bytes(const char *text, size_t size, tw_model **model, tw_
   uint8_t *bytes = malloc(size ? size : 1);
   assert_non_null(bytes);
   memcpy(bytes, text, size);
-  tw_status status = tw_obj_read(bytes, size, model, error);
+  tw_status status = tw_obj_read(bytes, size, TW_WELD_AUTO, model, error);
   free(bytes);
   return status;
 }
@@ -458,7 +458,7 @@ TEST(points_without_faces_and_zero_bytes_at_the_end_are_read) {
   static const char text[] = "v 0 0 0\nv 1 0 0\nl 1 2\n\0\0\0";
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(tw_obj_read((const uint8_t *)text, sizeof text, &model, &error), TW_OK);
+  assert_int_equal(tw_obj_read((const uint8_t *)text, sizeof text, TW_WELD_AUTO, &model, &error), TW_OK);
   assert_int_equal(model->meshes[0].point_count, 2);
   assert_int_equal(model->meshes[0].face_count, 0);
   tw_model_destroy(model);

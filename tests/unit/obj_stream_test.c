@@ -39,7 +39,7 @@ static const char *body(const char *text) {
 static tw_model *read_back(const char *text) {
   tw_model *model = NULL;
   tw_error error;
-  if (tw_obj_read((const uint8_t *)text, strlen(text), &model, &error) != TW_OK)
+  if (tw_obj_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error) != TW_OK)
     fail_msg("line %u: %s", (unsigned)error.line, error.detail);
   return model;
 }

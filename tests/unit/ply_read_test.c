@@ -15,7 +15,7 @@ static tw_status read_bytes(const void *bytes, size_t size, tw_model **out, tw_e
   *out = NULL;
   memset(error, 0, sizeof *error);
   assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_PLY);
-  return tw_ply_read(bytes, size, out, error);
+  return tw_ply_read(bytes, size, TW_WELD_AUTO, out, error);
 }
 
 static tw_model *read_text(const char *text) {

@@ -41,7 +41,7 @@ static inline void *fixture_alloc(fixture *f, size_t count, size_t size) {
 static inline void fixture_init(fixture *f, const char *obj) {
   *f = (fixture){0};
   tw_error error;
-  if (tw_obj_read((const uint8_t *)obj, strlen(obj), &f->model, &error) != TW_OK) abort();
+  if (tw_obj_read((const uint8_t *)obj, strlen(obj), TW_WELD_AUTO, &f->model, &error) != TW_OK) abort();
 }
 
 /* Subdivides all meshes; after it the scene stands. */

@@ -11,7 +11,7 @@ static tw_model *read_text(const char *text) {
   tw_model *model = NULL;
   tw_error error = {0};
   assert_int_equal(tw_format_sniff((const uint8_t *)text, strlen(text)), TW_FORMAT_STL);
-  tw_status status = tw_stl_read((const uint8_t *)text, strlen(text), &model, &error);
+  tw_status status = tw_stl_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error);
   assert_string_equal(status == TW_OK ? "" : error.detail, "");
   return model;
 }
@@ -19,7 +19,7 @@ static tw_model *read_text(const char *text) {
 static void assert_refused(const char *text, tw_status status, uint64_t line) {
   tw_model *model = NULL;
   tw_error error = {0};
-  assert_int_equal(tw_stl_read((const uint8_t *)text, strlen(text), &model, &error), status);
+  assert_int_equal(tw_stl_read((const uint8_t *)text, strlen(text), TW_WELD_AUTO, &model, &error), status);
   assert_int_equal(error.line, line);
   assert_null(model);
 }
@@ -57,7 +57,7 @@ TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
   memcpy(bytes + 84 + 3 * 50 + 12, &bad, sizeof bad);
   tw_model *model = NULL;
   tw_error error;
-  assert_int_equal(tw_stl_read(bytes, size, &model, &error), TW_INVALID);
+  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_AUTO, &model, &error), TW_INVALID);
   assert_non_null(strstr(error.detail, "facet 3"));
   free(bytes);
 }
@@ -68,7 +68,7 @@ TEST(a_binary_cube_has_8_points_and_no_border) {
   tw_model *model = NULL;
   tw_error error;
   assert_int_equal(tw_format_sniff(bytes, size), TW_FORMAT_STL);
-  assert_int_equal(tw_stl_read(bytes, size, &model, &error), TW_OK);
+  assert_int_equal(tw_stl_read(bytes, size, TW_WELD_AUTO, &model, &error), TW_OK);
   tw_mesh_stats facts;
   assert_int_equal(tw_mesh_describe(&model->meshes[0], &facts, &error), TW_OK);
   assert_int_equal(facts.vertices, 8);

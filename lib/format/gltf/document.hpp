@@ -274,8 +274,8 @@ struct Kept {
 };
 
 struct Document {
-  Document(tw_model *target, tw_quads how, uint64_t memory)
-      : budget(memory), outline(budget), kept(budget), model(target), quads(how) {}
+  Document(tw_model *target, tw_quads how, tw_weld joining, uint64_t memory)
+      : budget(memory), outline(budget), kept(budget), model(target), quads(how), weld(joining) {}
 
   Budget budget;
   Outline outline;
@@ -284,10 +284,12 @@ struct Document {
   tw_model *model;
   tw_gltf_assets *assets = nullptr; // the model's
   tw_quads quads;
+  tw_weld weld;
   // Elements of a file may be named by many others; these keep a small file from taking long to read.
   uint64_t corners_left = 0, values_left = 0;
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
+  uint32_t reversed_edges = 0;
 };
 
 // [count] elements in the model's arena, with anything in them. Throws bad_alloc.

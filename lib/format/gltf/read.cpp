@@ -77,9 +77,10 @@ tw_status report(const Refusal &refusal, tw_error *error) {
 
 // The one place where exceptions end.
 tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &limits, tw_quads quads,
-                     tw_model *model, tw_error *error) {
+                     tw_weld weld, tw_model *model, tw_error *error) {
   try {
-    auto document = std::make_unique<Document>(model, quads, tw_reading_size(TW_FORMAT_GLB, size) - size);
+    auto document =
+        std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, size) - size);
     read({bytes, size}, limits, *document);
   } catch (const Refusal &refusal) {
     return report(refusal, error);
@@ -107,12 +108,12 @@ const char *copy_name(Document &document, const std::string &name) {
 
 } // namespace gltf
 
-tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
-                       tw_model **out, tw_error *error) {
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld,
+                       const tw_read_limits *limits, tw_model **out, tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_read_limits none = {};
-  tw_status status = gltf::read_model(bytes, size, limits ? *limits : none, quads, model, error);
+  tw_status status = gltf::read_model(bytes, size, limits ? *limits : none, quads, weld, model, error);
   if (status != TW_OK) {
     tw_model_destroy(model);
     return status;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <map>
+#include <numeric>
 
 #include "quad_pairing.h"
 #include "weld.h"
@@ -415,18 +416,23 @@ private:
   }
 
   void weld() {
-    uint32_t count = static_cast<uint32_t>(elements_.size()), points = 0;
+    uint32_t count = static_cast<uint32_t>(elements_.size());
     positions_.resize(3 * size_t{count});
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
-    tw_soup soup = view_soup();
-    {
+    tw_welded welded = {count, 0};
+    if (document_.weld == TW_WELD_NONE) {
+      std::iota(point_.begin(), point_.end(), 0u);
+    } else {
+      tw_soup soup = view_soup();
       Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
-      check_status(tw_weld_points(&soup, point_.data(), &points, nullptr));
+      check_status(tw_weld_points(&soup, point_.data(), &welded, nullptr));
     }
-    first_vertex_.resize(points);
+    document_.reversed_edges += welded.reversed_edges;
+    first_vertex_.resize(welded.point_count);
     for (uint32_t v = count; v-- > 0;) first_vertex_[point_[v]] = v;
-    mesh_.point_count = points;
+    mesh_.point_count = welded.point_count;
+    mesh_.welded_points = count - welded.point_count;
   }
 
   // Welding may bring two corners of a face together; such a face has no place in a surface.
@@ -685,6 +691,8 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->slot_count = static_cast<uint32_t>(slots.size());
   if (document.degenerate_faces > 0)
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
+  if (document.reversed_edges > 0)
+    tw_model_warn(document.model, TW_REVERSED_WARNING, document.reversed_edges);
   if (document.partly_textured > 0)
     tw_model_warn(document.model, "%zu sets of texture coordinates are 0 0 where a primitive lacks them",
                   document.partly_textured);

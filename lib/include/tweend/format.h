@@ -31,20 +31,22 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * follow (none for `default`, for more than 1024 bytes of them, and for new sets beyond 262,144). Elements
  * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
  * behind points are sRGB and become linear. Lines, points, free-form geometry and MTL files are read over.
- * Normals and smoothing groups are kept. A corner at the point of the one before it goes; a face that is left
- * with fewer than three different points goes too, with a warning. A file of points alone is a mesh without
- * faces. *out: a finished model (tw_model_finish has run). O(size). */
-tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
+ * Normals and smoothing groups are kept. Unless `weld` is TW_WELD_NONE or the file has tags of edges, points
+ * or faces, points that were written twice along seams become one, with a warning where faces go by it. A
+ * corner at the point of the one before it goes; a face that is left with fewer than three different points
+ * goes too, with a warning. A file of points alone is a mesh without faces. *out: a finished model
+ * (tw_model_finish has run). O(size). */
+tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
  * position share its points (lib/mesh/weld.h). Errors bear a line, or name the facet.
  * *out: a finished model. O(n log n). */
-tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
+tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* PLY, text or binary in either byte order: positions, normals, faces, colours (sRGB, they become linear),
  * texture coordinates of vertices. Vertices that were split along seams become one point again. Errors bear a
  * line of text, or name the vertex or face. *out: a finished model. O(n log n). */
-tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_error *error);
+tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
  * run before tinygltf sees a byte. Errors bear a pointer into the glTF document.
@@ -52,8 +54,8 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_model **out, tw_erro
  * the renderer become one point again (lib/weld.h), texture coordinates face-varying with v up. Elements
  * that are named over and over may not make a small file a large model (TW_LIMIT). limits may be NULL.
  * *out: a finished model. */
-tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, const tw_read_limits *limits,
-                       tw_model **out, tw_error *error);
+tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld,
+                       const tw_read_limits *limits, tw_model **out, tw_error *error);
 
 /* ---- answers, pulled ---------------------------------------------------------------------- */
 

@@ -46,6 +46,7 @@ typedef struct tw_mesh {
   const char *name; /* UTF-8, or NULL */
 
   uint32_t point_count;
+  uint32_t welded_points; /* of the source, that are one with another point here */
   const float *positions; /* [point_count][3], metres */
 
   uint32_t face_count, corner_count;
@@ -158,6 +159,11 @@ typedef struct tw_mesh_stats {
   int64_t euler_characteristic;    /* vertices - edges + faces */
   uint32_t creases, sharp_points, holes; /* edges, points and faces that bear a tag above 0 */
   tw_hard_edge_counts hard_edges;
+  /* Borders that lie on each other, by position: seams that are open. */
+  uint32_t seam_edges;
+  /* Two faces that run along an edge in the same direction, so that one of them is wound the other way round;
+   * over two borders it is open, over one edge of both a crease. */
+  uint32_t reversed_borders, reversed_edges;
   float min[3], max[3]; /* of the used points; all 0 when there are none */
   /* Allocated by the call, freed by tw_mesh_stats_deinit. */
   uint32_t valence_count;
@@ -170,6 +176,8 @@ typedef struct tw_mesh_stats {
   uint32_t (*nonmanifold_edge_points)[2];
   uint32_t listed_nonmanifold_vertices; /* at most 64 */
   uint32_t *nonmanifold_vertex_points;
+  uint32_t listed_reversed_edges; /* at most 64, of both kinds */
+  uint32_t (*reversed_edge_points)[2];
 } tw_mesh_stats;
 
 /* Describes a checked mesh. O(n log n). Errors: TW_NO_MEMORY. */

@@ -21,6 +21,14 @@ enum { TW_FORMATS = 6 };
 extern const char *const tw_format_names[TW_FORMATS];       /* "obj", "tweend", "gltf", "glb", "stl", "ply" */
 extern const char *const tw_format_media_types[TW_FORMATS]; /* as in the Content-Type of the source */
 
+/* Which vertices of a file are one point. Each of the first three joins what the one before it joins. */
+typedef enum tw_weld {
+  TW_WELD_AUTO,     /* the ends of border edges that run along each other (lib/mesh/weld.h) */
+  TW_WELD_EXACT,    /* and points at the same place: tw_model_weld */
+  TW_WELD_DISTANCE, /* and points within a distance */
+  TW_WELD_NONE      /* vertices are points as the file has them */
+} tw_weld;
+
 /* Parts that a document may have, more than any exporter writes: without data a part costs a few bytes of
  * text, and hundreds in memory. Readers refuse more (TW_LIMIT). */
 enum {
@@ -80,6 +88,11 @@ void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
  * A model with meshes and no node at all gets one node a mesh.
  * Errors bear a pointer in tweend JSON's words ("/meshes/0/faces/3/1"). */
 tw_status tw_model_finish(tw_model *model, tw_error *error);
+
+/* Makes one of the points of each mesh within a distance of a first one, 0: at the same place; faces that
+ * this leaves with fewer than three points go, with a warning. Of a model that nobody else sees yet. The
+ * distance is 1e-12 or more, or 0. TW_NO_MEMORY: some meshes may be welded. O(n log n). */
+tw_status tw_model_weld(tw_model *model, double distance, tw_error *error);
 
 /* Bytes the model holds in memory. */
 size_t tw_model_size(const tw_model *model);

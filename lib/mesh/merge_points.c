@@ -1,0 +1,180 @@
+/* Points become one where they stand: no array of a mesh grows by it. The arrays are those that a reader has
+ * just filled, so that they may be written over. */
+#include "merge_points.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "weld.h"
+
+static tw_status no_memory(tw_error *error) {
+  return tw_fail(error, TW_NO_MEMORY, "out of memory");
+}
+
+/* What all is changed with. */
+typedef struct merger {
+  tw_mesh *mesh;
+  const uint32_t *point_of;      /* [point_count before] */
+  uint32_t point_count;          /* after */
+  uint32_t *seen;                /* [point_count after] the last face + 1 that has each */
+  uint32_t *face_of;             /* [face_count before] its number after, UINT32_MAX when it is dropped */
+  uint32_t *uvs[TW_UV_SETS_MAX]; /* [value_count] the first equal value; of sets of the mesh */
+} merger;
+
+static void merger_deinit(merger *m) {
+  free(m->seen);
+  free(m->face_of);
+  for (uint32_t s = 0; s < TW_UV_SETS_MAX; s++) free(m->uvs[s]);
+}
+
+/* All that may fail. */
+static tw_status merger_init(merger *m, tw_error *error) {
+  const tw_mesh *mesh = m->mesh;
+  m->seen = tw_alloc_zero(m->point_count, sizeof *m->seen);
+  m->face_of = tw_alloc(mesh->face_count, sizeof *m->face_of);
+  if (!m->seen || !m->face_of) return no_memory(error);
+  for (uint32_t s = 0; s < mesh->uv_set_count; s++) {
+    const tw_uv_set *set = &mesh->uv_sets[s];
+    m->uvs[s] = tw_alloc(set->value_count, sizeof *m->uvs[s]);
+    if (!m->uvs[s]) return no_memory(error);
+    tw_status status = tw_find_equal_rows(set->values, 2, set->value_count, m->uvs[s], error);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+/* ---- points ----------------------------------------------------------------------------------- */
+
+/* The rows of first points move up. rows: NULL for none. */
+static void keep_rows(const merger *m, const void *rows, size_t size) {
+  uint32_t next = 0;
+  for (uint32_t p = 0; rows && p < m->mesh->point_count; p++)
+    if (m->point_of[p] == next) memmove((char *)rows + size * next++, (const char *)rows + size * p, size);
+}
+
+static void keep_points(const merger *m) {
+  const tw_mesh *mesh = m->mesh;
+  keep_rows(m, mesh->positions, 3 * sizeof(float));
+  keep_rows(m, mesh->colors, 4 * sizeof(float));
+  keep_rows(m, mesh->skin.joints, 4 * sizeof(uint16_t));
+  keep_rows(m, mesh->skin.weights, 4 * sizeof(float));
+  for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));
+}
+
+/* ---- faces ------------------------------------------------------------------------------------ */
+
+static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
+  tw_mesh *mesh = m->mesh;
+  ((uint32_t *)mesh->corners)[to] = m->point_of[mesh->corners[from]];
+  if (mesh->normals.corners) ((uint32_t *)mesh->normals.corners)[to] = mesh->normals.corners[from];
+  for (uint32_t s = 0; s < mesh->uv_set_count; s++)
+    ((uint32_t *)mesh->uv_sets[s].corners)[to] = m->uvs[s][mesh->uv_sets[s].corners[from]];
+}
+
+/* Moves a face's corners up to `start`, without those at the point of the one before. Returns where they end;
+ * `start` for a face that is none any more. */
+static uint32_t keep_corners(const merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
+  const uint32_t *corners = m->mesh->corners;
+  uint32_t kept = start, before = m->point_of[corners[end - 1]];
+  bool repeats = false;
+  for (uint32_t c = begin; c < end; c++) {
+    uint32_t point = m->point_of[corners[c]];
+    if (point != before) {
+      repeats |= m->seen[point] == face + 1;
+      m->seen[point] = face + 1;
+      copy_corner(m, c, kept++);
+    }
+    before = point;
+  }
+  return repeats || kept - start < 3 ? start : kept;
+}
+
+static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {
+  if (mesh->face_materials) ((int32_t *)mesh->face_materials)[to] = mesh->face_materials[from];
+  if (mesh->face_groups) ((uint32_t *)mesh->face_groups)[to] = mesh->face_groups[from];
+  if (mesh->face_smoothing) ((uint32_t *)mesh->face_smoothing)[to] = mesh->face_smoothing[from];
+  if (mesh->tangent_uvs) ((uint8_t *)mesh->tangent_uvs)[to] = mesh->tangent_uvs[from];
+}
+
+static void keep_faces(const merger *m) {
+  tw_mesh *mesh = m->mesh;
+  uint32_t *offsets = (uint32_t *)mesh->face_offsets, faces = 0, corners = 0;
+  for (uint32_t f = 0, begin = 0; f < mesh->face_count; f++) {
+    uint32_t end = offsets[f + 1], stop = keep_corners(m, f, begin, end, corners);
+    m->face_of[f] = stop > corners ? faces : UINT32_MAX;
+    if (stop > corners) {
+      copy_face(mesh, f, faces++);
+      offsets[faces] = corners = stop;
+    }
+    begin = end;
+  }
+  mesh->face_count = faces;
+  mesh->corner_count = corners;
+}
+
+/* ---- tags ------------------------------------------------------------------------------------- */
+
+static void keep_tags(const merger *m) {
+  tw_mesh *mesh = m->mesh;
+  uint32_t *edges = (uint32_t *)mesh->crease_edges, *points = (uint32_t *)mesh->sharp_points,
+           *holes = (uint32_t *)mesh->holes, kept = 0;
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    uint32_t a = m->point_of[edges[2 * (size_t)i]], b = m->point_of[edges[2 * (size_t)i + 1]];
+    if (a == b) continue;
+    edges[2 * (size_t)kept] = a;
+    edges[2 * (size_t)kept + 1] = b;
+    ((float *)mesh->crease_sharpness)[kept++] = mesh->crease_sharpness[i];
+  }
+  mesh->crease_count = kept;
+  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) points[i] = m->point_of[points[i]];
+  kept = 0;
+  for (uint32_t i = 0; i < mesh->hole_count; i++)
+    if (m->face_of[holes[i]] != UINT32_MAX) holes[kept++] = m->face_of[holes[i]];
+  mesh->hole_count = kept;
+}
+
+/* point_of: [point_count], `count` points by the order of their first. */
+static tw_status merge(tw_mesh *mesh, const uint32_t *point_of, uint32_t count, tw_merged *out,
+                       tw_error *error) {
+  *out = (tw_merged){0};
+  if (count == mesh->point_count) return TW_OK;
+  merger m = {.mesh = mesh, .point_of = point_of, .point_count = count};
+  tw_status status = merger_init(&m, error);
+  if (status == TW_OK) {
+    uint32_t faces = mesh->face_count;
+    keep_faces(&m);
+    keep_tags(&m);
+    keep_points(&m);
+    *out = (tw_merged){mesh->point_count - count, faces - mesh->face_count};
+    mesh->welded_points += out->points;
+    mesh->point_count = count;
+  }
+  merger_deinit(&m);
+  return status;
+}
+
+tw_status tw_mesh_close_seams(tw_mesh *mesh, tw_merged *out, uint32_t *reversed, tw_error *error) {
+  const tw_soup soup = {.vertex_count = mesh->point_count,
+                        .positions = mesh->positions,
+                        .face_count = mesh->face_count,
+                        .corner_count = mesh->corner_count,
+                        .face_offsets = mesh->face_offsets,
+                        .corners = mesh->corners};
+  uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of);
+  tw_welded welded = {0};
+  tw_status status = point_of ? tw_weld_points(&soup, point_of, &welded, error) : no_memory(error);
+  if (status == TW_OK) status = merge(mesh, point_of, welded.point_count, out, error);
+  *reversed = welded.reversed_edges;
+  free(point_of);
+  return status;
+}
+
+tw_status tw_mesh_merge_within(tw_mesh *mesh, double distance, tw_merged *out, tw_error *error) {
+  uint32_t *point_of = tw_alloc(mesh->point_count, sizeof *point_of), count = 0;
+  tw_status status =
+      point_of ? tw_weld_within(mesh->positions, mesh->point_count, distance, point_of, &count, error)
+               : no_memory(error);
+  if (status == TW_OK) status = merge(mesh, point_of, count, out, error);
+  free(point_of);
+  return status;
+}

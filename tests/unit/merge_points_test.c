@@ -1,0 +1,211 @@
+/* Points that become one: seams of OBJ files, points at the same place, points near each other. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "test.h"
+#include "tweend/format.h"
+#include "weld.h"
+
+static tw_model *read_with(const char *obj, tw_weld weld) {
+  tw_model *model = NULL;
+  tw_error error = {0};
+  tw_status status = tw_obj_read((const uint8_t *)obj, strlen(obj), weld, &model, &error);
+  assert_string_equal(status == TW_OK ? "" : error.detail, "");
+  return model;
+}
+
+static tw_mesh_stats stats_of(const tw_mesh *mesh) {
+  tw_mesh_stats stats;
+  assert_int_equal(tw_mesh_check(mesh, NULL, NULL), TW_OK);
+  assert_int_equal(tw_mesh_describe(mesh, &stats, NULL), TW_OK);
+  return stats;
+}
+
+static void assert_points(const char *obj, tw_weld weld, uint32_t points, uint32_t borders) {
+  tw_model *model = read_with(obj, weld);
+  tw_mesh_stats stats = stats_of(model->meshes);
+  assert_int_equal(stats.vertices, points);
+  assert_int_equal(stats.boundary_edges, borders);
+  tw_mesh_stats_deinit(&stats);
+  tw_model_destroy(model);
+}
+
+/* Each triangle of a tetrahedron with points of its own. */
+#define TETRAHEDRON                                                                                          \
+  "v 0 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nv 0 0 0\nv 1 0 0\nv 0 0 1\nf 4 5 6\n"                                 \
+  "v 0 0 0\nv 0 0 1\nv 0 1 0\nf 7 8 9\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 10 11 12\n"
+
+/* Two squares side by side, each with its own points of the edge between them. */
+#define SQUARES "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 2 0 0\nv 2 1 0\nv 1 1 0\n"
+
+TEST(loose_triangles_close) {
+  assert_points(TETRAHEDRON, TW_WELD_AUTO, 4, 0);
+  assert_points(TETRAHEDRON, TW_WELD_NONE, 12, 12);
+  tw_model *model = read_with(TETRAHEDRON, TW_WELD_AUTO);
+  assert_int_equal(model->meshes->welded_points, 8);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
+TEST(a_seam_closes_and_a_tagged_file_stays) {
+  assert_points(SQUARES "f 1 2 3 4\nf 5 6 7 8\n", TW_WELD_AUTO, 6, 6);
+  assert_points(SQUARES "f 1 2 3 4\nf 5 6 7 8\nt interpolateboundary 1/0/0 1\n", TW_WELD_AUTO, 8, 8);
+}
+
+TEST(objects_stay_apart) {
+  tw_model *model = read_with("o a\n" SQUARES "f 1 2 3 4\no b\nf 5 6 7 8\n", TW_WELD_AUTO);
+  assert_int_equal(model->mesh_count, 2);
+  assert_int_equal(model->meshes[0].point_count + model->meshes[1].point_count, 8);
+  tw_model_destroy(model);
+}
+
+TEST(sheets_that_merely_touch_stay_two) {
+  /* In a point; then along an edge that is inside of one of them. */
+  assert_points("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 0\nv -1 0 0\nv 0 -1 0\nf 1 2 3\nf 4 5 6\n", TW_WELD_AUTO, 6,
+                6);
+  assert_points("v 0 0 0\nv 0 1 0\nv 1 0 0\nv -1 0 0\nf 1 2 4\nf 2 1 3\nv 0 0 0\nv 0 1 0\nv 0 0 1\nf 5 6 7\n",
+                TW_WELD_AUTO, 7, 7);
+}
+
+TEST(faces_wound_against_each_other_stay_apart_with_a_warning) {
+  tw_model *model = read_with(SQUARES "f 1 2 3 4\nf 8 7 6 5\n", TW_WELD_AUTO);
+  tw_mesh_stats stats = stats_of(model->meshes);
+  assert_int_equal(stats.vertices, 8);
+  assert_int_equal(stats.seam_edges, 2);
+  assert_int_equal(stats.reversed_borders, 1);
+  assert_int_equal(stats.listed_reversed_edges, 1);
+  assert_memory_equal(stats.reversed_edge_points[0], ((uint32_t[2]){1, 2}), 8);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "1 edges are between faces that are wound the other way"));
+  tw_mesh_stats_deinit(&stats);
+  tw_model_destroy(model);
+}
+
+TEST(a_reversed_neighbour_with_the_same_points_is_counted) {
+  tw_model *model = read_with("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 3 4\n", TW_WELD_AUTO);
+  tw_mesh_stats stats = stats_of(model->meshes);
+  assert_int_equal(stats.reversed_edges, 1);
+  assert_int_equal(stats.reversed_borders + stats.seam_edges, 0);
+  assert_memory_equal(stats.reversed_edge_points[0], ((uint32_t[2]){1, 2}), 8);
+  tw_mesh_stats_deinit(&stats);
+  tw_model_destroy(model);
+}
+
+TEST(a_face_as_thin_as_a_line_does_not_close_upon_itself) {
+  assert_points("v 1 0 0\nv 0 1e-30 0\nv 0 0 0\nf 1 2 3\n", TW_WELD_AUTO, 3, 3);
+}
+
+/* Colours, groups, materials and texture coordinates of what stays are those of the first. */
+TEST(what_points_and_faces_bear_follows_them) {
+  tw_model *model =
+      read_with("v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\n"
+                "v 1 0 0 0.5 0.5 0.5\nv 2 0 0 1 1 0\nv 2 1 0 0 1 1\nv 1 1 0 0.5 0 0\n"
+                "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 1 0\nvt 2 0\nvt 2 1\nvt 1 1\nvn 0 0 1\nvn 0 1 0\n"
+                "usemtl a\ng one\ns 1\nf 1/1/1 2/2/1 3/3/1 4/4/1\n"
+                "usemtl b\ng two\ns 2\nf 5/5/2 6/6/2 7/7/2 8/8/2\n",
+                TW_WELD_AUTO);
+  const tw_mesh *m = model->meshes;
+  static const uint32_t corners[8] = {0, 1, 2, 3, 1, 4, 5, 2}, uvs[8] = {0, 1, 2, 3, 1, 5, 6, 2};
+  assert_int_equal(m->point_count, 6);
+  assert_memory_equal(m->corners, corners, sizeof corners);
+  assert_memory_equal(m->uv_sets[0].corners, uvs, sizeof uvs);
+  assert_true(m->positions[3 * 4] == 2 && m->colors[4 * 1 + 1] == 1 && m->colors[4 * 4] == 1);
+  assert_int_equal(m->face_materials[1], 1);
+  assert_int_equal(m->face_groups[1], 1);
+  assert_int_equal(m->face_smoothing[1], 2);
+  assert_int_equal(m->normals.corners[4], 1);
+  tw_model_destroy(model);
+}
+
+/* ---- within a distance ---------------------------------------------------------------------------- */
+
+TEST(points_at_the_same_place_become_one_exactly) {
+  /* Two triangles that touch in a point, and a point that no face uses there. */
+  tw_model *model = read_with(
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0 0 0\nv -1 0 0\nv 0 -1 0\nv 0 0 0\nf 1 2 3\nf 4 5 6\n", TW_WELD_AUTO);
+  assert_int_equal(model->meshes->point_count, 7);
+  assert_int_equal(tw_model_weld(model, 0, NULL), TW_OK);
+  assert_int_equal(model->meshes->point_count, 5);
+  assert_int_equal(model->meshes->welded_points, 2);
+  assert_int_equal(model->meshes->corners[3], 0);
+  tw_model_destroy(model);
+}
+
+TEST(points_within_a_distance_become_their_first) {
+  static const char obj[] =
+      "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0.09 0 0\nv 0.18 0 0\nv 1 1 0.5\nf 1 2 3\nf 4 2 6\nf 5 3 6\n";
+  tw_model *model = read_with(obj, TW_WELD_AUTO);
+  assert_int_equal(tw_model_weld(model, 0.1, NULL), TW_OK);
+  /* 0.18 is near 0.09, but not near 0, which took that one. */
+  static const uint32_t corners[9] = {0, 1, 2, 0, 1, 4, 3, 2, 4};
+  assert_int_equal(model->meshes->point_count, 5);
+  assert_memory_equal(model->meshes->corners, corners, sizeof corners);
+  assert_true(model->meshes->positions[3 * 4 + 2] == 0.5f);
+  tw_model_destroy(model);
+}
+
+TEST(faces_that_close_up_go_and_tags_follow) {
+  static const char obj[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.05 0 0\nv 2 0 0\nv 2 1 0\n"
+                            "f 1 2 3 4\nf 2 5 3\nf 2 5 6 7 3\nt crease 6/3/0 0 1 1 4 4 5 1 2 3\n"
+                            "t corner 1/1/0 4 7\nt hole 2/0/0 1 2\n";
+  tw_model *model = read_with(obj, TW_WELD_AUTO);
+  assert_int_equal(tw_model_weld(model, 0.1, NULL), TW_OK);
+  const tw_mesh *m = model->meshes;
+  static const uint32_t corners[8] = {0, 1, 2, 3, 1, 4, 5, 2}, creases[4] = {0, 1, 1, 4}, hole = 1, sharp = 1;
+  assert_int_equal(m->face_count, 2);
+  assert_memory_equal(m->corners, corners, sizeof corners);
+  assert_int_equal(m->crease_count, 2);
+  assert_memory_equal(m->crease_edges, creases, sizeof creases);
+  assert_true(m->crease_sharpness[1] == 3);
+  assert_memory_equal(m->sharp_points, &sharp, sizeof sharp);
+  assert_int_equal(m->hole_count, 1);
+  assert_memory_equal(m->holes, &hole, sizeof hole);
+  assert_non_null(strstr(model->warnings[model->warning_count - 1], "1 faces are left out: welding"));
+  assert_int_equal(tw_mesh_check(m, NULL, NULL), TW_OK);
+  tw_model_destroy(model);
+}
+
+/* Beside the obvious way, over points of all sizes of coordinates. */
+TEST(near_points_are_those_that_a_search_finds) {
+  enum { COUNT = 400 };
+  static float positions[COUNT][3];
+  uint32_t found[COUNT], expected[COUNT], count, next = 0;
+  uint32_t seed = 1;
+  for (int i = 0; i < COUNT; i++)
+    for (int k = 0; k < 3; k++) {
+      seed = seed * 1664525 + 1013904223;
+      positions[i][k] = ((float)(seed >> 8) / (float)(1 << 23) - 1) * (i % 2 ? 1.0f : 3.0f);
+    }
+  for (double distance = 0.05; distance < 3; distance *= 2.3) {
+    assert_int_equal(tw_weld_within(positions[0], COUNT, distance, found, &count, NULL), TW_OK);
+    uint32_t first[COUNT];
+    next = 0;
+    for (uint32_t i = 0; i < COUNT; i++) first[i] = i;
+    for (uint32_t i = 0; i < COUNT; i++)
+      for (uint32_t j = i + 1; first[i] == i && j < COUNT; j++) {
+        double square = 0;
+        for (int k = 0; k < 3; k++) {
+          double side = (double)positions[i][k] - (double)positions[j][k];
+          square += side * side;
+        }
+        if (first[j] == j && square <= distance * distance) first[j] = i;
+      }
+    for (uint32_t i = 0; i < COUNT; i++) expected[i] = first[i] == i ? next++ : expected[first[i]];
+    assert_int_equal(count, next);
+    assert_true(count < COUNT || distance < 0.2);
+    assert_memory_equal(found, expected, sizeof found);
+  }
+}
+
+/* All in one place, or a few cells: no search goes through all points for each. */
+TEST(a_hundred_thousand_points_in_one_place_take_no_longer) {
+  enum { COUNT = 100000 };
+  float *positions = calloc(3 * COUNT, sizeof *positions);
+  uint32_t *found = malloc(COUNT * sizeof *found), count;
+  assert_true(positions && found);
+  for (uint32_t i = 0; i < COUNT; i++) positions[3 * i] = (float)(i % 1000) * 1e-6f;
+  assert_int_equal(tw_weld_within(positions, COUNT, 1, found, &count, NULL), TW_OK);
+  assert_int_equal(count, 1);
+  free(positions);
+  free(found);
+}
