@@ -157,8 +157,21 @@ static size_t find_mark(api_bytes bytes, size_t from, const char *mark) {
   return bytes.size;
 }
 
-/* Whether a head says that its part is a file: Content-Disposition has a filename. */
-static bool is_file(api_bytes head) {
+/* A parameter's value without its quotes and the backslashes in it. NULL without memory. */
+static const char *unquote(tw_arena *arena, api_span value) {
+  char *text = tw_arena_text(arena, value.text, value.length), *out = text;
+  if (!text || *text != '"') return text;
+  for (const char *c = text + 1; *c && *c != '"'; c++) {
+    if (*c == '\\' && (c[1] == '"' || c[1] == '\\')) c++;
+    *out++ = *c;
+  }
+  *out = '\0';
+  return text;
+}
+
+/* The file name that the head of a part says: Content-Disposition has a filename. *out stays where it has
+ * none. */
+static tw_status read_file_name(api_bytes head, tw_arena *arena, const char **out, tw_error *error) {
   for (size_t at = 0; at < head.size;) {
     size_t end = find_mark(head, at, "\r\n");
     api_span line = {(const char *)head.data + at, end - at};
@@ -167,20 +180,49 @@ static bool is_file(api_bytes head) {
     if (!api_span_is(name, "Content-Disposition")) continue;
     while (line.length > 0) {
       api_span parameter = api_span_cut(&line, ';');
-      if (api_span_starts(parameter, "filename=") || api_span_starts(parameter, "filename*=")) return true;
+      bool is_plain = api_span_starts(parameter, "filename=");
+      if (!is_plain && !api_span_starts(parameter, "filename*=")) continue;
+      api_span_cut(&parameter, '=');
+      if (is_plain || !*out) *out = unquote(arena, parameter);
+      if (!*out) return tw_fail(error, TW_NO_MEMORY, "out of memory");
     }
   }
-  return false;
+  return TW_OK;
 }
 
 static tw_status fail_form(tw_error *error, const char *detail) {
   return tw_fail(error, TW_SYNTAX, "the form %s", detail);
 }
 
-tw_status api_multipart_file(api_bytes body, const char *boundary, api_bytes *out, tw_error *error) {
+/* The next file of a form, in an array that doubles. */
+static tw_named_file *add_file(api_form *form, tw_arena *arena) {
+  bool is_full = (form->count & (form->count - 1)) == 0; /* 0, 1, 2, 4, ... */
+  if (is_full) {
+    tw_named_file *grown = tw_arena_alloc(arena, form->count ? 2 * (size_t)form->count : 1, sizeof *grown);
+    if (!grown) return NULL;
+    if (form->count) memcpy(grown, form->files, form->count * sizeof *grown);
+    form->files = grown;
+  }
+  return &form->files[form->count++];
+}
+
+/* Adds the part where it is a file. */
+static tw_status take_part(api_bytes head, api_bytes content, tw_arena *arena, api_form *form,
+                           tw_error *error) {
+  const char *name = NULL;
+  tw_status status = read_file_name(head, arena, &name, error);
+  if (status != TW_OK || !name) return status;
+  tw_named_file *file = add_file(form, arena);
+  if (!file) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  *file = (tw_named_file){.name = name, .bytes = content.data, .size = content.size};
+  return TW_OK;
+}
+
+tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, api_form *out,
+                        tw_error *error) {
   char mark[80];
   size_t length = (size_t)snprintf(mark, sizeof mark, "\r\n--%.70s", boundary);
-  bool found = false;
+  *out = (api_form){0};
   /* The first mark may stand at the very beginning, without its line break. */
   bool at_start = body.size >= length - 2 && memcmp(body.data, mark + 2, length - 2) == 0;
   size_t at = at_start ? length - 2 : find_mark(body, 0, mark) + length;
@@ -196,14 +238,12 @@ tw_status api_multipart_file(api_bytes body, const char *boundary, api_bytes *ou
     /* A part without content: the break before its boundary is the end of its head. */
     size_t end = find_mark(body, start - 2, mark);
     if (end == body.size) return fail_form(error, "does not end with its boundary");
-    if (is_file(head)) {
-      if (found) return fail_form(error, "has more than one file");
-      found = true;
-      *out = (api_bytes){body.data + start, end > start ? end - start : 0};
-    }
+    api_bytes content = {body.data + start, end > start ? end - start : 0};
+    tw_status status = take_part(head, content, arena, out, error);
+    if (status != TW_OK) return status;
     at = end + length;
   }
-  return found ? TW_OK : fail_form(error, "has no file: a part with a filename is expected");
+  return out->count > 0 ? TW_OK : fail_form(error, "has no file: a part with a filename is expected");
 }
 
 /* ---- the body --------------------------------------------------------------------------------------- */
@@ -225,13 +265,67 @@ void api_upload_deinit(api_upload *upload) {
   *upload = (api_upload){0};
 }
 
-/* The file inside a form. */
+/* The one glTF among files; NULL where there is none, or another one. */
+static tw_named_file *find_gltf(const api_form *form) {
+  tw_named_file *found = NULL;
+  for (uint32_t i = 0; i < form->count; i++) {
+    tw_named_file *file = &form->files[i];
+    if (tw_format_sniff(file->bytes, file->size) != TW_FORMAT_GLTF) continue;
+    if (found) return NULL;
+    found = file;
+  }
+  return found;
+}
+
+static api_outcome warn_of_unused(api_call *call, const api_form *form) {
+  for (uint32_t i = 0; i < form->count; i++) {
+    const tw_named_file *file = &form->files[i];
+    if (file->is_used || (file->size == 0 && !*file->name)) continue;
+    tw_text text = {0};
+    tw_text_add(&text, "the glTF does not name the file ");
+    tw_text_bytes(&text, file->name, strlen(file->name));
+    const char *sentence = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+    tw_text_deinit(&text);
+    if (!sentence) return api_fail_without_memory(call);
+    api_call_warn(call, &sentence, 1);
+  }
+  return API_DONE;
+}
+
+/* A glTF and the files that it names become one GLB. */
+static api_outcome join_files(api_call *call, const api_form *form, api_upload *upload) {
+  tw_named_file *gltf = find_gltf(form);
+  if (!gltf)
+    return api_fail_with(call, 400,
+                         "the form has more than one file: only one glTF and the files that it names may "
+                         "come together");
+  uint64_t cost = tw_reading_size(TW_FORMAT_GLTF, upload->bytes.size);
+  if (!api_grant(call->service, call->request->ticket, cost, &call->fault)) return API_FAILED;
+  uint8_t *glb;
+  size_t size;
+  tw_status status =
+      tw_gltf_bundle(gltf->bytes, gltf->size, form->files, form->count, read_limits.json_values,
+                     call->service->limits.max_upload, &glb, &size, &call->fault.error);
+  if (status != TW_OK) return api_fail_in_document(call);
+  gltf->is_used = true;
+  upload->bytes = glb ? (api_bytes){glb, size} : (api_bytes){gltf->bytes, gltf->size};
+  if (glb) {
+    free(upload->decoded);
+    upload->decoded = glb;
+  }
+  return warn_of_unused(call, form);
+}
+
+/* The file inside a form, or what several make. */
 static api_outcome read_form(api_call *call, const char *content_type, api_upload *upload) {
   char boundary[71];
+  api_form form;
   if (!api_multipart_boundary(content_type, boundary))
     return api_fail_with(call, 400, "multipart/form-data needs a boundary");
-  if (api_multipart_file(upload->bytes, boundary, &upload->bytes, &call->fault.error) != TW_OK)
+  if (api_form_read(upload->bytes, boundary, call->arena, &form, &call->fault.error) != TW_OK)
     return api_fail(call);
+  if (form.count > 1) return join_files(call, &form, upload);
+  upload->bytes = (api_bytes){form.files[0].bytes, form.files[0].size};
   return API_DONE;
 }
 

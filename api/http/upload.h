@@ -1,4 +1,4 @@
-/* Bodies: decoding, the file part of a form, and the format of what is in them. */
+/* Bodies: decoding, the files of a form, and the format of what is in them. */
 #ifndef API_UPLOAD_H
 #define API_UPLOAD_H
 
@@ -7,7 +7,7 @@
 
 /* A value: zeroed is empty, deinit frees. */
 typedef struct api_upload {
-  api_bytes bytes;  /* decoded, the file alone */
+  api_bytes bytes;  /* decoded, the file alone, or the GLB of several */
   uint8_t *decoded; /* what the upload owns, or NULL: bytes lie in the request's body */
 } api_upload;
 
@@ -41,7 +41,15 @@ uint64_t api_reading_cost(api_upload_type type, api_coding coding, uint64_t size
 tw_status api_decode(api_coding coding, api_bytes bytes, uint64_t limit, uint8_t **out, size_t *size,
                      tw_error *error);
 
-/* The one file part of a multipart/form-data body. TW_SYNTAX with a reason. */
-tw_status api_multipart_file(api_bytes body, const char *boundary, api_bytes *out, tw_error *error);
+/* The files of a form. */
+typedef struct api_form {
+  uint32_t count;
+  tw_named_file *files; /* [count], their bytes lie in the body */
+} api_form;
+
+/* The files of a multipart/form-data body, at least one: its parts with a filename. TW_SYNTAX with a reason.
+ */
+tw_status api_form_read(api_bytes body, const char *boundary, tw_arena *arena, api_form *out,
+                        tw_error *error);
 
 #endif

@@ -181,3 +181,29 @@ own() { { cat "$1"; echo "# $BATS_TEST_NAME"; } >own.obj; }
     holds '[.models[].format] | sort == ["obj", "obj", "tweend"]'
   )
 }
+
+@test "a glTF and the files that it names come in one form, whatever their order" {
+  printf '\0\0\0\0\0\0\0\0\0\0\0\0\0\0\200?\0\0\0\0\0\0\0\0\0\0\0\0\0\0\200?\0\0\0\0' >a.bin
+  printf '\211PNG\r\n\032\n' >a.png
+  cat >a.gltf <<'EOF'
+{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "material": 0}]}],
+ "materials": [{"emissiveTexture": {"index": 0}}], "textures": [{"source": 0}], "images": [{"uri": "tex/a.png"}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]}],
+ "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"uri": "a.bin", "byteLength": 36}]}
+EOF
+  http POST /v1/models -F file=@a.gltf -F file=@a.bin -F file=@a.png
+  expect 201
+  holds '.format == "glb" and .meshes[0].faces == 1'
+  id=$(jq -r .id answer)
+  http POST /v1/models -F file=@a.png -F file=@a.bin -F file=@a.gltf
+  expect 200
+  [ "$(jq -r .id answer)" = "$id" ]
+  get "/v1/models/$id/surface.glb?level=0"
+  expect 200
+  glb_json answer | jq -e '.images[0].mimeType == "image/png" and (.images[0] | has("uri") | not)'
+  http POST /v1/models -F file=@a.gltf -F file=@a.bin
+  problem 422 a.png
+  http POST /v1/models -F file=@a.gltf
+  problem 422 "was not sent"
+}

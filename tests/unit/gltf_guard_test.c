@@ -236,10 +236,20 @@ TEST(nothing_outside_the_file_is_opened) {
   }
 }
 
-TEST(references_to_outside_images_stay_as_they_are) {
-  const char *text = "{" ASSET ",\"images\":[{\"uri\":\"/etc/hostname\"},{\"uri\":\"a%20b.png\"}]}";
-  tw_error error;
-  assert_int_equal(read_text(text, &error), TW_OK);
+TEST(images_are_inside_the_file_or_on_the_web) {
+  static const struct {
+    const char *uri;
+    tw_status status;
+  } cases[] = {{"/etc/hostname", TW_UNSUPPORTED}, {"a%20b.png", TW_UNSUPPORTED}, {"", TW_UNSUPPORTED},
+               {"file:///a.png", TW_UNSUPPORTED}, {"httpx://a", TW_UNSUPPORTED}, {"http://a/b.png", TW_OK},
+               {"https:\\/\\/a\\/b.png", TW_OK}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char text[128];
+    snprintf(text, sizeof text, "{" ASSET ",\"images\":[{\"uri\":\"%s\"}]}", cases[i].uri);
+    tw_error error = {0};
+    assert_int_equal(read_text(text, &error), cases[i].status);
+    assert_string_equal(error.pointer, cases[i].status == TW_OK ? "" : "/images/0/uri");
+  }
 }
 
 TEST(buffers_and_views_must_lie_in_their_data) {

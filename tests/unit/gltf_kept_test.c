@@ -256,7 +256,8 @@ static void put_document(random_document *d) {
   static const char *const materials[] = {
       "\"name\":\"red\"", "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}}", "", NULL};
   static const char *const textures[] = {"\"source\":1,\"sampler\":0", "", NULL};
-  static const char *const images[] = {"\"uri\":\"outside.png\"", "\"uri\":\"data:image/png;base64,AAAA\"",
+  static const char *const images[] = {"\"uri\":\"data:image/jpeg;base64,/9j/\"",
+                                       "\"uri\":\"data:image/png;base64,AAAA\"",
                                        "\"bufferView\":2,\"mimeType\":\"image/png\"", NULL};
   static const char *const samplers[] = {"\"magFilter\":9729", NULL};
   static const char *const cameras[] = {"\"type\":\"perspective\",\"perspective\":{\"yfov\":1,\"znear\":0.1}",

@@ -8,7 +8,7 @@
 
 static const char materials_text[] =
     "{\"asset\":{\"version\":\"2.0\",\"copyright\":\"nobody\"},"
-    "\"images\":[{\"uri\":\"far/away.png\"},"
+    "\"images\":[{\"uri\":\"https://far/away.png\"},"
     "{\"name\":\"near\",\"mimeType\":\"image/png\",\"uri\":\"data:image/png;base64,iVBORw0KGgoBAgME\"}],"
     "\"textures\":[{\"source\":1}],\"extensionsUsed\":[\"KHR_materials_unlit\"],"
     "\"materials\":[{\"emissiveTexture\":{\"index\":0},\"extensions\":{\"KHR_materials_unlit\":{}}}]}";
@@ -23,7 +23,7 @@ TEST(materials_and_images_go_through) {
     fail_msg("%s %s", error.pointer, error.detail);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);
-  assert_string_equal(cJSON_GetObjectItem(at(&file, "images", 0), "uri")->valuestring, "far/away.png");
+  assert_string_equal(cJSON_GetObjectItem(at(&file, "images", 0), "uri")->valuestring, "https://far/away.png");
   const cJSON *near = at(&file, "images", 1);
   assert_string_equal(cJSON_GetObjectItem(near, "name")->valuestring, "near");
   assert_string_equal(cJSON_GetObjectItem(near, "mimeType")->valuestring, "image/png");

@@ -355,10 +355,10 @@ TEST(bad_texture_references_are_refused) {
 }
 
 TEST(materials_and_images_are_kept) {
-  tw_model *model =
-      read_good("\"materials\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"images\":[{\"bufferView\":0,"
-                "\"mimeType\":\"image/png\"},{\"uri\":\"data:image/png;base64,AAAA\"},{\"uri\":"
-                "\"outside.png\"}],\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":0}]");
+  tw_model *model = read_good(
+      "\"materials\":[{\"name\":\"a\"},{\"name\":\"b\"}],\"images\":[{\"bufferView\":0,"
+      "\"mimeType\":\"image/png\"},{\"uri\":\"data:image/png;base64,AAAA\"},{\"uri\":"
+      "\"https://outside.example/a.png\"}],\"samplers\":[{}],\"textures\":[{\"source\":0,\"sampler\":0}]");
   assert_int_equal(model->material_count, 2);
   assert_string_equal(model->material_names[1], "b");
   assert_non_null(model->assets);

@@ -169,6 +169,7 @@ struct Outline {
   Vector<Bytes> buffers; // BIN chunk and decoded data URIs
   Vector<Vector<uint8_t>> decoded;
   Vector<ImageOutline> images;            // those whose bytes are in the file
+  uint32_t link_count = 0;                // images on the web
   uint64_t tree_size = 0, model_size = 0; // what parsing takes at most, and what stays of it
 };
 

@@ -272,7 +272,25 @@ private:
     });
     if (image.view != no_view && has_uri)
       refuse(TW_INVALID, place.pointer(""), "an image has a bufferView or a uri, not both");
-    if (image.view != no_view || data_head(image.uri) > 0) out_.images.push_back(image);
+    if (image.view != no_view || data_head(image.uri) > 0)
+      out_.images.push_back(image);
+    else if (has_uri)
+      link(image.uri, place);
+  }
+
+  // What is on the web stays there. A file beside the document is not ours to open: without it the model
+  // would lose the image.
+  void link(std::string_view uri, Place place) {
+    std::string address = unescape(uri);
+    if (address.compare(0, 5, "data:") == 0) return;
+    if (address.compare(0, 7, "http://") != 0 && address.compare(0, 8, "https://") != 0)
+      refuse_absent(address, place);
+    out_.link_count++;
+  }
+
+  [[noreturn]] void refuse_absent(const std::string &name, Place place) {
+    refuse(TW_UNSUPPORTED, place.pointer("uri"), "the file \"", name.substr(0, 100),
+           "\" was not sent: send it along in one form, or put its bytes inside");
   }
 
   // check_outline reports it first: it may be the cause of the other faults.
@@ -329,9 +347,12 @@ private:
 
   Bytes decode(std::string_view uri, Place place) {
     size_t head = data_head(uri);
-    if (head == 0)
-      refuse(TW_UNSUPPORTED, place.pointer("uri"),
-             "a buffer must be inside the file: a base64 data URI or the BIN chunk");
+    if (head == 0) {
+      std::string name = unescape(uri);
+      if (name.compare(0, 5, "data:") == 0)
+        refuse(TW_UNSUPPORTED, place.pointer("uri"), "the data URI of a buffer must be base64");
+      refuse_absent(name, place);
+    }
     budget_.place = place.pointer("uri");
     std::string_view rest;
     out_.decoded.push_back(decode_base64(uri.substr(head), budget_, &rest));

@@ -112,6 +112,9 @@ void take_bytes(Document &document, const ImageOutline &outline, tw_gltf_image &
 }
 
 void take_images(Document &document) {
+  if (document.outline.link_count > 0)
+    tw_model_warn(document.model, "%u images are addresses on the web, and not in the model",
+                  document.outline.link_count);
   for (const ImageOutline &outline : document.outline.images) {
     tw_gltf_image &image = document.assets->images[outline.index];
     document.budget.place = text("/images/", outline.index);

@@ -57,6 +57,24 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
 tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_weld weld,
                        const tw_read_limits *limits, tw_model **out, tw_error *error);
 
+/* A file that came along with a glTF. */
+typedef struct tw_named_file {
+  const char *name; /* as the sender wrote it, with or without folders; compared, never opened */
+  const uint8_t *bytes;
+  size_t size;
+  bool is_used; /* set where the glTF names it */
+} tw_named_file;
+
+/* The GLB that a JSON glTF and the files it names make: files [file_count] in any order, found by the path of
+ * the uri (percent-decoded), else by its base name where only one file has that. Files of buffers and images
+ * become the BIN chunk; data URIs, and images behind http(s) addresses, stay. TW_INVALID with the pointer of
+ * a uri whose file is not there; TW_LIMIT over `json_values` values (0: any number) or max_size bytes. *out:
+ * malloc'ed [*out_size]; NULL where the document names no file, or is none: then it is complete, or a fault
+ * that tw_gltf_read tells. O(size + names log names). */
+tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files, uint32_t file_count,
+                         uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
+                         tw_error *error);
+
 /* ---- answers, pulled ---------------------------------------------------------------------- */
 
 typedef enum tw_polygons { TW_POLYGONS_TRIANGLES, TW_POLYGONS_NGON } tw_polygons;
