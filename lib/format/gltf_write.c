@@ -55,8 +55,23 @@ static void convert_row(const tw_surface_layout *layout, const tw_gltf_view *vie
   memcpy(out + before + 4 * sizeof(uint16_t), row + joints + 4, (last - joints - 4) * sizeof(float));
 }
 
+/* Turns the reader to the view's surface, with the displacements that the view has. Returns the view as
+ * columns of such rows. */
+static tw_gltf_view turn_to_rows(filler *filler, const tw_gltf_view *view) {
+  const tw_surface *surface = filler->scene->surfaces[view->mesh];
+  const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  uint32_t base = layout->stride - 3 * layout->morph_count, first = view->first_column;
+  uint32_t end = first + view->column_count;
+  uint32_t targets = end > base ? (end - (first > base ? first : base)) / 3 : 0;
+  tw_surface_reader_turn(filler->reader, surface, first > base ? (first - base) / 3 : 0, targets);
+  tw_gltf_view columns = *view;
+  if (first >= base && targets > 0) columns.first_column = tw_surface_reader_layout(filler->reader)->morphs;
+  return columns;
+}
+
 static void fill_rows(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, uint8_t *out) {
-  const tw_surface_layout *layout = tw_surface_get_layout(filler->scene->surfaces[view->mesh]);
+  const tw_gltf_view columns = turn_to_rows(filler, view);
+  const tw_surface_layout *layout = tw_surface_reader_layout(filler->reader);
   if (view->element_size == layout->stride * sizeof(float)) { /* all columns as they are */
     tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
     return;
@@ -66,7 +81,7 @@ static void fill_rows(filler *filler, const tw_gltf_view *view, uint64_t first, 
     size_t part = count - done < batch ? count - done : batch;
     tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first + done, part, filler->rows);
     for (size_t i = 0; i < part; i++)
-      convert_row(layout, view, filler->rows + i * layout->stride, out + (done + i) * view->element_size);
+      convert_row(layout, &columns, filler->rows + i * layout->stride, out + (done + i) * view->element_size);
   }
 }
 
@@ -198,6 +213,7 @@ static void fill_triangles(filler *filler, const tw_gltf_view *view, uint64_t fi
                            uint8_t *out) {
   const tw_surface *surface = filler->scene->surfaces[view->mesh];
   const tw_surface_group *group = &view->faces;
+  tw_surface_reader_turn(filler->reader, surface, 0, 0);
   bool wide = view->element_size == 3 * sizeof(uint32_t);
   uint64_t face = find_face(surface, group, first);
   uint32_t from = (uint32_t)(first - triangles_before(surface, group, face));
@@ -218,8 +234,7 @@ static void fill_triangles(filler *filler, const tw_gltf_view *view, uint64_t fi
 /* Elements [first, first + count) of a view. out: [count][element_size], aligned for floats and 32-bit
  * indices unless the view is memory. */
 static void fill(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
-  if (view->source != TW_GLTF_MEMORY)
-    tw_surface_reader_turn(filler->reader, filler->scene->surfaces[view->mesh]);
+
   switch (view->source) {
   case TW_GLTF_MEMORY: memcpy(out, (const uint8_t *)view->memory + first, count); return;
   case TW_GLTF_ROWS: fill_rows(filler, view, first, count, out); return;
@@ -237,7 +252,8 @@ static bool filler_allocate(filler *filler) {
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
   filler->corners = tw_alloc(filler->corner_capacity, sizeof *filler->corners);
   filler->triangles = tw_alloc(filler->corner_capacity, 3 * sizeof *filler->triangles);
-  filler->reader = tw_surface_reader_create_shared(scene->surfaces, scene->model->mesh_count);
+  filler->reader =
+      tw_surface_reader_create_shared(scene->surfaces, scene->model->mesh_count, TW_GLTF_STRIDE_MAX / 12);
   return filler->rows && filler->corners && filler->triangles && filler->reader;
 }
 

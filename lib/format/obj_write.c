@@ -304,7 +304,7 @@ static bool put_piece(tw_obj_stream *stream) {
     stream->node++;
     return true;
   }
-  tw_surface_reader_turn(stream->reader, stream->scene.surfaces[mesh]);
+  tw_surface_reader_turn(stream->reader, stream->scene.surfaces[mesh], 0, 0);
   if (stream->next < part_count(stream) || stream->part == PART_NAME) put_part(stream);
   if (stream->next < part_count(stream)) return true;
   stream->next = 0;
@@ -374,7 +374,7 @@ static bool allocate(tw_obj_stream *stream) {
   }
   stream->text_capacity = largest_piece(model, stream->corner_capacity);
   stream->text = tw_alloc(stream->text_capacity, 1);
-  stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count);
+  stream->reader = tw_surface_reader_create_shared(stream->scene.surfaces, model->mesh_count, 0);
   return stream->text && stream->reader && place_nodes(stream);
 }
 

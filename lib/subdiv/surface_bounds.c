@@ -20,6 +20,7 @@ typedef struct pass {
   const tw_surface *s;
   tw_domain domain;
   uint32_t width, offset; /* of the rows, and of the points in them */
+  int morph;              /* the only target in the rows; -1: none */
   bool convex;            /* patch by patch, as told above; else row by row */
   tw_surface_reader *reader;
   float *block; /* [BLOCK_ROWS][width] */
@@ -98,9 +99,14 @@ static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
 }
 
 static bool open_pass(pass *p) {
+  p->reader = tw_surface_reader_create_shared(&p->s, 1, 1);
+  if (!p->reader) return false;
+  tw_surface_reader_turn(p->reader, p->s, p->morph < 0 ? 0 : (uint32_t)p->morph, p->morph >= 0);
+  const tw_surface_layout *layout = tw_surface_reader_layout(p->reader);
+  p->width = p->morph < 0 ? 3 : layout->stride;
+  p->offset = p->morph < 0 ? 0 : layout->morphs;
   p->block = tw_alloc(BLOCK_ROWS, p->width * sizeof *p->block);
-  p->reader = tw_surface_reader_create(p->s);
-  return p->block && p->reader;
+  return p->block;
 }
 
 static void close_pass(pass *p) {
@@ -185,12 +191,7 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
                          float bounds[2][3]) {
   shared_pass *shared = tw_alloc_zero(1, sizeof *shared);
   if (!shared) return TW_NO_MEMORY;
-  shared->start = (pass){.s = s, .domain = TW_DOMAIN_POINTS, .width = 3};
-  if (morph >= 0) {
-    shared->start.domain = TW_DOMAIN_VERTICES;
-    shared->start.width = s->layout.stride;
-    shared->start.offset = s->layout.morphs + 3 * (uint32_t)morph;
-  }
+  shared->start = (pass){.s = s, .domain = morph < 0 ? TW_DOMAIN_POINTS : TW_DOMAIN_VERTICES, .morph = morph};
   shared->start.convex =
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = start_shared(shared, tw_surface_row_count(s, shared->start.domain));

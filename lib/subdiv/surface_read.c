@@ -638,9 +638,15 @@ typedef struct reader_needs {
   size_t piece;                              /* floats */
 } reader_needs;
 
-static void need(reader_needs *n, const tw_surface *s) {
-  uint32_t rows = piece_capacity(s);
-  size_t piece = (size_t)rows * larger(s->layout.stride, 4);
+/* Of the layout with so many morph targets. */
+static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
+  return layout->stride - 3 * layout->morph_count + 3 * targets;
+}
+
+static void need(reader_needs *n, const tw_surface *s, uint32_t targets_max) {
+  uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
+  uint32_t stride = stride_with(&s->layout, all < targets_max ? all : targets_max);
+  size_t piece = (size_t)rows * larger(stride, 4);
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
   if (piece > n->piece) n->piece = piece;
@@ -663,25 +669,57 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   return complete && tw_skin_scratch_init(&r->skin, n->joints, n->skin_vertices, n->skin_rows) == TW_OK;
 }
 
-tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count) {
+tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count,
+                                                   uint32_t targets_max) {
   reader_needs needs = {0};
-  for (size_t i = 0; i < count; i++) need(&needs, surfaces[i]);
+  for (size_t i = 0; i < count; i++) need(&needs, surfaces[i], targets_max);
   tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
   if (!r || allocate_reader(r, &needs)) return r;
   tw_surface_reader_destroy(r);
   return NULL;
 }
 
-void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface) {
-  if (reader->surface == surface) return;
-  reader->surface = surface;
+/* Leaves out columns as tw_surface_reader_turn tells. */
+static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count) {
+  s->layout.stride = stride_with(&s->layout, target_count);
+  s->layout.morph_count = target_count;
+  s->morphs += first_target;
+  if (target_count == 0) return;
+  const uint32_t none = UINT32_MAX;
+  s->layout.normal = s->layout.tangent = s->layout.color = s->layout.joints = s->layout.weights = none;
+  s->layout.uv_count = 0;
+  s->layout.morphs = 3;
+  s->layout.stride = 3 + 3 * target_count;
+  s->own_normals = s->own_tangents = NULL;
+  s->tangent_frames = NULL;
+  s->skin_rows = NULL;
+}
+
+const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader) {
+  return &reader->surface->layout;
+}
+
+void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
+                            uint32_t target_count) {
+  if (reader->whole == surface && reader->first_target == first_target &&
+      reader->target_count == target_count)
+    return;
+  reader->whole = reader->surface = surface;
+  reader->first_target = first_target;
+  reader->target_count = target_count;
+  if (target_count < surface->layout.morph_count) {
+    reader->narrowed = *surface;
+    reader->surface = &reader->narrowed;
+    narrow(&reader->narrowed, first_target, target_count);
+  }
   reader->piece_capacity = piece_capacity(surface);
   reader->piece_count = 0;
 }
 
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
-  tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1);
-  if (reader) tw_surface_reader_turn(reader, surface);
+  uint32_t targets = surface->layout.morph_count;
+  tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1, targets);
+  if (reader) tw_surface_reader_turn(reader, surface, 0, targets);
   return reader;
 }
 

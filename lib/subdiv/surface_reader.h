@@ -8,7 +8,10 @@
 #include "tangent_space.h"
 
 struct tw_surface_reader {
-  const tw_surface *surface;
+  const tw_surface *surface; /* `narrowed` where rows do not hold all morph targets */
+  tw_surface narrowed;
+  const tw_surface *whole; /* the caller's */
+  uint32_t first_target, target_count;
   double *scratch; /* of patches */
   tw_limit_entry *mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */

@@ -8,7 +8,7 @@
 extern "C" {
 #endif
 
-enum { TW_UV_SETS_MAX = 4, TW_MORPH_TARGETS_MAX = 64 };
+enum { TW_UV_SETS_MAX = 4, TW_MORPH_TARGETS_MAX = 1024 };
 
 /* Sharpness from which a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
 #define TW_SHARPNESS_INFINITE 10.0f

@@ -167,11 +167,17 @@ typedef struct tw_surface_reader tw_surface_reader;
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface); /* NULL without memory */
 void tw_surface_reader_destroy(tw_surface_reader *reader);              /* NULL accepted */
 
-/* One for any of several surfaces, as large as the most demanding asks for. It reads none before
- * tw_surface_reader_turn. NULL without memory. */
-tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count);
-/* From here on it reads this one of its surfaces. */
-void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface);
+/* One for any of several surfaces, as large as the most demanding asks for, and for rows of at most so many
+ * displacements. It reads none before tw_surface_reader_turn. NULL without memory. */
+tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count,
+                                                   uint32_t targets_max);
+/* From here on it reads this one of its surfaces. Its rows hold all columns where these are all morph
+ * targets, all but displacements where they are none, and else the position and the displacements of targets
+ * [first_target, first_target + target_count) alone: a thousand targets are read some at a time. */
+void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
+                            uint32_t target_count);
+/* The columns of such rows. */
+const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader);
 
 /* Rows [first, first + count) of a domain. out: [count][row width]. Neighbouring calls are cheap.
  * The same bytes whatever the blocks asked for. */
