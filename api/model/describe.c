@@ -122,12 +122,20 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
                             tw_error *error) {
   const tw_mesh *mesh = &model->meshes[index];
   tw_mesh_stats facts = {0};
+  bool is_gltf = model->format == TW_FORMAT_GLTF || model->format == TW_FORMAT_GLB;
+  uint32_t paired = 0;
   tw_status status = tw_mesh_describe(mesh, &facts, error);
-  if (status != TW_OK) return status;
+  if (status == TW_OK && is_gltf && facts.triangles == facts.faces)
+    status = tw_mesh_count_quads(mesh, &paired, error);
+  if (status != TW_OK) {
+    tw_mesh_stats_deinit(&facts);
+    return status;
+  }
   tw_text_element(out);
   tw_text_add(out, "{");
   tw_member_string(out, "name", mesh->name);
   print_facts(out, mesh, &facts);
+  tw_member_count(out, "paired_quads", paired);
   member_groups(out, model, &facts);
   tw_member_count(out, "uv_sets", mesh->uv_set_count);
   tw_member_count(out, "morph_targets", mesh->morph_count);

@@ -8,12 +8,13 @@
 
 #include "union_find.h"
 
-/* Normals that were rounded to 8 bits, or to four digits of text, differ by less where they are one. */
-#define SAME_DEGREES 0.5
-
 typedef struct turn {
   double cosine, sine;
 } turn;
+
+/* Half a degree. Normals that were rounded to 8 bits, or to four digits of text, differ by less where they
+ * are one. */
+static const turn same = {0.99996192306417131, 0.0087265354983739347};
 
 static turn turn_of(double degrees) {
   double radians = degrees * (3.14159265358979323846 / 180);
@@ -23,7 +24,6 @@ static turn turn_of(double degrees) {
 typedef struct finder {
   const tw_mesh *mesh;
   const tw_topology *t;
-  turn same;                 /* normals within it are one */
   double (*face_normals)[3]; /* [face_count], of any length; 0 0 0 of a face without area */
   uint32_t *pieces;          /* [vertex_count] sets of the points that faces join */
   uint8_t *is_told;          /* [vertex_count] of the root of a piece: its normals tell what is hard */
@@ -89,10 +89,14 @@ static bool find_corner_normal(const tw_mesh *mesh, uint32_t corner, double out[
 /* What the file says of two sides of an edge. */
 typedef enum verdict { SAYS_NOTHING, SAYS_SMOOTH, SAYS_HARD } verdict;
 
-static verdict compare_corners(const finder *f, uint32_t a, uint32_t b) {
+static verdict compare_corners(const tw_mesh *mesh, uint32_t a, uint32_t b) {
   double p[3], q[3];
-  if (!find_corner_normal(f->mesh, a, p) || !find_corner_normal(f->mesh, b, q)) return SAYS_NOTHING;
-  return turns_by_more(p, q, f->same) ? SAYS_HARD : SAYS_SMOOTH;
+  if (!find_corner_normal(mesh, a, p) || !find_corner_normal(mesh, b, q)) return SAYS_NOTHING;
+  return turns_by_more(p, q, same) ? SAYS_HARD : SAYS_SMOOTH;
+}
+
+bool tw_corners_part(const tw_mesh *mesh, uint32_t a, uint32_t b) {
+  return compare_corners(mesh, a, b) == SAYS_HARD;
 }
 
 static bool groups_part(const tw_mesh *mesh, uint32_t face, uint32_t other) {
@@ -103,8 +107,8 @@ static bool groups_part(const tw_mesh *mesh, uint32_t face, uint32_t other) {
 static bool normals_part(const finder *f, uint32_t edge) {
   const tw_topology *t = f->t;
   uint32_t corner = t->edge_corner[edge], twin = t->sibling[corner];
-  verdict begin = compare_corners(f, corner, tw_corner_next(t, twin)),
-          end = compare_corners(f, tw_corner_next(t, corner), twin);
+  verdict begin = compare_corners(f->mesh, corner, tw_corner_next(t, twin)),
+          end = compare_corners(f->mesh, tw_corner_next(t, corner), twin);
   /* A crease may run out in the middle of a smooth face: one end is enough. */
   if (begin == SAYS_HARD || end == SAYS_HARD) return true;
   if (begin == SAYS_SMOOTH || end == SAYS_SMOOTH) return false;
@@ -112,12 +116,11 @@ static bool normals_part(const finder *f, uint32_t edge) {
 }
 
 /* Whether a face is shaded as a part of something round. */
-static bool is_shaded_smooth(const finder *f, uint32_t face) {
-  const tw_mesh *mesh = f->mesh;
+static bool is_shaded_smooth(const tw_mesh *mesh, uint32_t face) {
   uint32_t begin = mesh->face_offsets[face];
   verdict all = SAYS_NOTHING;
   for (uint32_t c = begin + 1; c < mesh->face_offsets[face + 1]; c++) {
-    verdict one = compare_corners(f, begin, c);
+    verdict one = compare_corners(mesh, begin, c);
     if (one == SAYS_HARD) return true;
     if (one == SAYS_SMOOTH) all = one;
   }
@@ -137,7 +140,7 @@ static tw_status find_pieces(finder *f) {
       tw_union_find_join(f->pieces, mesh->corners[c - 1], mesh->corners[c]);
   for (uint32_t face = 0; face < mesh->face_count; face++) {
     uint32_t root = tw_union_find_root(f->pieces, mesh->corners[mesh->face_offsets[face]]);
-    if (!f->is_told[root]) f->is_told[root] = is_shaded_smooth(f, face);
+    if (!f->is_told[root]) f->is_told[root] = is_shaded_smooth(mesh, face);
   }
   return TW_OK;
 }
@@ -168,7 +171,7 @@ static bool is_hard(const finder *f, uint32_t edge, tw_creases creases, turn mos
 }
 
 tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out) {
-  finder f = {.mesh = mesh, .t = topology, .same = turn_of(SAME_DEGREES)};
+  finder f = {.mesh = mesh, .t = topology};
   const turn thirty = turn_of(30), most = turn_of(TW_HARD_DEGREES);
   tw_status status = prepare(&f, TW_CREASES_AUTO);
   *out = (tw_hard_edge_counts){0};
@@ -229,7 +232,7 @@ static tw_status find_and_add(const tw_mesh *mesh, tw_creases creases, double de
   tw_status status = tw_topology_build(&topology, scratch, mesh->point_count, mesh->face_count,
                                        mesh->face_offsets, mesh->corner_count, mesh->corners);
   if (status != TW_OK) return status;
-  finder f = {.mesh = mesh, .t = &topology, .same = turn_of(SAME_DEGREES)};
+  finder f = {.mesh = mesh, .t = &topology};
   uint8_t *is_found = tw_arena_alloc(scratch, topology.edge_count, 1);
   status = is_found ? prepare(&f, creases) : TW_NO_MEMORY;
   if (status == TW_OK) {

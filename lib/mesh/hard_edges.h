@@ -7,4 +7,7 @@
 /* topology: of the mesh's own points and corners, with a crease's sharpness or not. TW_NO_MEMORY. */
 tw_status tw_hard_edges_count(const tw_mesh *mesh, const tw_topology *topology, tw_hard_edge_counts *out);
 
+/* Whether the file gives two corners normals that differ by over half a degree. */
+bool tw_corners_part(const tw_mesh *mesh, uint32_t a, uint32_t b);
+
 #endif

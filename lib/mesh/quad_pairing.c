@@ -1,10 +1,13 @@
-/* Quads out of the triangles that an exporter split them into. Exporters keep the halves next to each
- * other, so only neighbours in the file are tried; which neighbours is a best path along the faces. */
+/* Quads out of the triangles that an exporter split them into. Exporters keep the halves next to each other
+ * and split all quads alike: which neighbours in the file are halves is a best path along the faces, and how
+ * well a pattern is followed shows whether there were quads at all. What is left is paired by shape. */
 #include "quad_pairing.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "hard_edges.h"
 
 static const float *corner_position(const tw_mesh *mesh, uint32_t corner) {
   return mesh->positions + 3 * (size_t)mesh->corners[corner];
@@ -28,8 +31,20 @@ static double dot(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Corners of the quad that two triangles make, or false when they share no whole edge. */
-static bool shared_edge(const tw_mesh *mesh, uint32_t first, uint32_t second, uint32_t quad[4]) {
+/* Two triangles that share an edge. */
+typedef struct junction {
+  uint32_t quad[4]; /* corners of the mesh: the shared edge's end, the first's apex, its beginning, the other
+                       apex */
+  uint8_t pattern;  /* 3 x the shared side's place in the first triangle + its place in the second */
+} junction;
+
+enum { PATTERNS = 9, NO_PATTERN = PATTERNS };
+
+/* False when they share no whole edge, or one that has to stay: of two materials, a UV seam, a hard edge. */
+static bool find_junction(const tw_mesh *mesh, uint32_t face, uint32_t other, junction *out) {
+  if (face_size(mesh, face) != 3 || face_size(mesh, other) != 3) return false;
+  if (mesh->face_materials && mesh->face_materials[face] != mesh->face_materials[other]) return false;
+  uint32_t first = mesh->face_offsets[face], second = mesh->face_offsets[other];
   for (uint32_t i = 0; i < 3; i++)
     for (uint32_t j = 0; j < 3; j++) {
       uint32_t a = first + i, b = first + (i + 1) % 3, c = second + j, d = second + (j + 1) % 3;
@@ -38,78 +53,224 @@ static bool shared_edge(const tw_mesh *mesh, uint32_t first, uint32_t second, ui
         const uint32_t *uvs = mesh->uv_sets[set].corners;
         if (uvs[a] != uvs[d] || uvs[b] != uvs[c]) return false;
       }
+      if (tw_corners_part(mesh, a, d) || tw_corners_part(mesh, b, c)) return false;
       uint32_t apex = second + (j + 2) % 3;
       if (mesh->corners[apex] == mesh->corners[first + (i + 2) % 3]) return false;
-      /* From the end of the shared edge round to its beginning, then the other triangle's apex. */
-      quad[0] = b;
-      quad[1] = first + (i + 2) % 3;
-      quad[2] = a;
-      quad[3] = apex;
+      *out = (junction){{b, first + (i + 2) % 3, a, apex}, (uint8_t)(3 * i + j)};
       return true;
     }
   return false;
 }
 
-/* 0 for a quad that is not convex or bent by more than 60 degrees, else up to 1 for a flat rectangle. */
-static double shape_quality(const tw_mesh *mesh, const uint32_t quad[4]) {
+/* What the quad of a junction looks like. */
+typedef struct shape {
+  double flatness; /* cosine between the halves, 0 for one without area */
+  double
+      quality; /* 0 for a quad that is not convex or bent by more than 60 degrees, up to 1 for a rectangle */
+  bool is_split; /* the shared edge is the longest of both halves, as a rectangle's diagonal is */
+} shape;
+
+static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
   const float *p[4];
-  double turns[4][3], sum[3] = {0, 0, 0}, quality = 1;
+  double turns[4][3], sum[3] = {0, 0, 0}, sides[4], diagonal = 0, quality = 1;
+  shape out = {0};
   for (int i = 0; i < 4; i++) p[i] = corner_position(mesh, quad[i]);
   for (int i = 0; i < 4; i++) {
-    normal_of(p[i], p[(i + 1) % 4], p[(i + 3) % 4], turns[i]);
-    for (int k = 0; k < 3; k++) sum[k] += turns[i][k];
-  }
-  /* The halves lie at corners 1 and 3: the shared edge joins 0 and 2. */
-  double lengths = sqrt(dot(turns[1], turns[1]) * dot(turns[3], turns[3]));
-  double flatness = lengths > 0 ? dot(turns[1], turns[3]) / lengths : 0;
-  if (flatness < 0.5) return 0;
-  for (int i = 0; i < 4; i++) {
-    const float *before = p[(i + 3) % 4], *after = p[(i + 1) % 4];
-    double p2 = 0, q2 = 0;
+    const float *after = p[(i + 1) % 4];
+    normal_of(p[i], after, p[(i + 3) % 4], turns[i]);
+    sides[i] = 0;
     for (int k = 0; k < 3; k++) {
-      double b = (double)before[k] - (double)p[i][k], a = (double)after[k] - (double)p[i][k];
-      p2 += b * b;
-      q2 += a * a;
+      double along = (double)after[k] - (double)p[i][k];
+      sides[i] += along * along;
+      sum[k] += turns[i][k];
     }
-    double turn = dot(turns[i], sum) / sqrt(dot(sum, sum) * p2 * q2); /* sine of the corner's angle */
-    if (!(turn > 0.02)) return 0;
+  }
+  for (int k = 0; k < 3; k++) {
+    double along = (double)p[2][k] - (double)p[0][k];
+    diagonal += along * along;
+  }
+  double longest = fmax(fmax(sides[0], sides[1]), fmax(sides[2], sides[3]));
+  out.is_split = diagonal > 1.04 * longest; /* squares: the diagonal is longer by 2 % */
+  /* The halves lie at corners 1 and 3: the shared edge joins 0 and 2. */
+  double areas = sqrt(dot(turns[1], turns[1]) * dot(turns[3], turns[3]));
+  out.flatness = areas > 0 ? dot(turns[1], turns[3]) / areas : 0;
+  if (out.flatness < 0.5) return out;
+  for (int i = 0; i < 4; i++) {
+    double turn =
+        dot(turns[i], sum) / sqrt(dot(sum, sum) * sides[i] * sides[(i + 3) % 4]); /* sine of the angle */
+    if (!(turn > 0.02)) return out;
     quality = fmin(quality, turn);
   }
-  return quality * flatness;
+  out.quality = quality * out.flatness;
+  return out;
 }
 
-/* What joining faces `face` and `face + 1` is worth, 0 when they can't be. Exporters split a quad
- * a b c d into a b c and a c d: that order is worth more than any shape. */
-static double pair_worth(const tw_mesh *mesh, uint32_t face, uint32_t quad[4]) {
-  if (face_size(mesh, face) != 3 || face_size(mesh, face + 1) != 3) return 0;
-  if (mesh->face_materials && mesh->face_materials[face] != mesh->face_materials[face + 1]) return 0;
-  uint32_t first = mesh->face_offsets[face], second = mesh->face_offsets[face + 1];
-  if (!shared_edge(mesh, first, second, quad)) return 0;
-  double quality = shape_quality(mesh, quad);
-  if (quality == 0) return 0;
-  bool fan = quad[0] == first && quad[3] == second + 2;
-  return quality + (fan ? 2 : 1);
+/* ---- neighbours in the file ------------------------------------------------------------------- */
+
+/* What pairs are chosen by. */
+typedef struct pairing {
+  const tw_mesh *mesh;
+  uint32_t *partner; /* [face_count] the face that each is joined with, or UINT32_MAX */
+  uint8_t *pattern;  /* [face_count] of each with the next, or NO_PATTERN */
+  double *best;      /* [face_count + 1] */
+  uint8_t usual[2];  /* patterns in which the exporter splits; NO_PATTERN */
+} pairing;
+
+/* Exporters split all their quads alike. The pattern that most of the pairs have which look like a split
+ * rectangle is the exporter's; false where they are too few: the mesh is one of triangles. */
+static bool find_usual(pairing *p) {
+  enum { A, B, C }; /* places of sides */
+  uint32_t counts[PATTERNS] = {0}, last[PATTERNS], triangles = 0, best = 0;
+  memset(last, 0xFF, sizeof last);
+  for (uint32_t f = 0; f < p->mesh->face_count; f++) {
+    junction j;
+    p->pattern[f] = NO_PATTERN;
+    triangles += face_size(p->mesh, f) == 3;
+    if (f + 1 == p->mesh->face_count || !find_junction(p->mesh, f, f + 1, &j)) continue;
+    p->pattern[f] = j.pattern;
+    shape s = find_shape(p->mesh, j.quad);
+    if (s.quality == 0 || !s.is_split || last[j.pattern] == f) continue;
+    counts[j.pattern]++;
+    last[j.pattern] = f + 1; /* which the next pair may not begin with */
+  }
+  for (uint32_t i = 1; i < PATTERNS; i++)
+    if (counts[i] > counts[best]) best = i;
+  p->usual[0] = (uint8_t)best;
+  /* What splits quads a b c d into a b c and a c d splits those that are concave there into a b d and b c d.
+   */
+  p->usual[1] = best == 3 * C + A ? 3 * B + C : NO_PATTERN;
+  return counts[best] > 0 && 16 * (uint64_t)counts[best] >= triangles;
 }
 
-/* pairs[f]: f and f + 1 are joined. Of all ways to pair neighbours the one with the best sum: forward,
- * pairs[f] says whether the best way through the first f + 2 faces ends with that pair; backward, only
- * the pairs on the best way through all of them stay. best: [face_count + 1]. */
-static void choose_pairs(const tw_mesh *mesh, double *best, bool *pairs) {
-  uint32_t quad[4];
-  best[0] = 0;
-  for (uint32_t end = 1; end <= mesh->face_count; end++) {
-    best[end] = best[end - 1];
-    pairs[end - 1] = false;
-    double worth = end > 1 ? pair_worth(mesh, end - 2, quad) : 0;
-    if (worth == 0 || best[end - 2] + worth <= best[end]) continue;
-    best[end] = best[end - 2] + worth;
-    pairs[end - 2] = true;
+/* Whether faces f and f + 1 are alone in their pattern: a longer run of it is a fan round a point. */
+static bool is_alone(const pairing *p, uint32_t f) {
+  uint8_t pattern = p->pattern[f];
+  return (f == 0 || p->pattern[f - 1] != pattern) && p->pattern[f + 1] != pattern;
+}
+
+/* What joining faces f and f + 1 is worth, 0 when they can't be. The exporter's pattern is worth more than
+ * any shape: such a pair may be concave, and bent by up to 120 degrees. */
+static double pair_worth(const pairing *p, uint32_t f) {
+  junction j;
+  if (p->pattern[f] == NO_PATTERN || !find_junction(p->mesh, f, f + 1, &j)) return 0;
+  bool is_usual = j.pattern == p->usual[0] || j.pattern == p->usual[1];
+  shape s = find_shape(p->mesh, j.quad);
+  if (is_usual && s.flatness > -0.5 && s.flatness != 0 && is_alone(p, f)) return 2 + s.quality;
+  return s.quality > 0 && s.is_split ? s.quality + (is_usual ? 2 : 1) : 0;
+}
+
+/* Of all ways to pair neighbours the one with the best sum: forward, a partner says whether the best way
+ * through the first f + 2 faces ends with that pair; backward, only the pairs on the best way through all of
+ * them stay. */
+static void pair_neighbours(pairing *p) {
+  p->best[0] = 0;
+  for (uint32_t end = 1; end <= p->mesh->face_count; end++) {
+    p->best[end] = p->best[end - 1];
+    p->partner[end - 1] = UINT32_MAX;
+    double worth = end > 1 ? pair_worth(p, end - 2) : 0;
+    if (worth == 0 || p->best[end - 2] + worth <= p->best[end]) continue;
+    p->best[end] = p->best[end - 2] + worth;
+    p->partner[end - 2] = end - 1;
   }
-  for (uint32_t end = mesh->face_count; end > 0;) {
-    pairs[end - 1] = false;
-    end -= end > 1 && pairs[end - 2] ? 2 : 1;
+  for (uint32_t end = p->mesh->face_count; end > 0;) {
+    bool is_pair = end > 1 && p->partner[end - 2] == end - 1;
+    p->partner[end - 1] = is_pair ? end - 2 : UINT32_MAX;
+    end -= is_pair ? 2 : 1;
   }
 }
+
+/* ---- what is left ----------------------------------------------------------------------------- */
+
+/* An edge of a triangle without a partner. */
+typedef struct free_edge {
+  uint32_t low, high, face;
+} free_edge;
+
+static int compare_edges(const void *left, const void *right) {
+  const free_edge *a = left, *b = right;
+  if (a->low != b->low) return a->low < b->low ? -1 : 1;
+  if (a->high != b->high) return a->high < b->high ? -1 : 1;
+  return a->face < b->face ? -1 : a->face > b->face;
+}
+
+/* A pair that could be. */
+typedef struct candidate {
+  uint32_t face, other;
+  float quality;
+} candidate;
+
+static int compare_candidates(const void *left, const void *right) {
+  const candidate *a = left, *b = right;
+  if (a->quality != b->quality) return a->quality > b->quality ? -1 : 1;
+  if (a->face != b->face) return a->face < b->face ? -1 : 1;
+  return a->other < b->other ? -1 : a->other > b->other;
+}
+
+static uint32_t collect_edges(const pairing *p, free_edge *edges) {
+  const tw_mesh *mesh = p->mesh;
+  uint32_t count = 0;
+  for (uint32_t f = 0; f < mesh->face_count; f++)
+    for (uint32_t i = 0; i < 3 && face_size(mesh, f) == 3 && p->partner[f] == UINT32_MAX; i++) {
+      const uint32_t *corners = mesh->corners + mesh->face_offsets[f];
+      uint32_t a = corners[i], b = corners[(i + 1) % 3];
+      edges[count++] = a < b ? (free_edge){a, b, f} : (free_edge){b, a, f};
+    }
+  qsort(edges, count, sizeof *edges, compare_edges);
+  return count;
+}
+
+/* Only what looks like a split rectangle, the best first. */
+static tw_status pair_others(pairing *p) {
+  enum { LEAST = 2 }; /* quality of 1 / LEAST */
+  uint32_t free_count = 0, count = 0;
+  for (uint32_t f = 0; f < p->mesh->face_count; f++)
+    free_count += p->partner[f] == UINT32_MAX && face_size(p->mesh, f) == 3;
+  free_edge *edges = tw_alloc(free_count, 3 * sizeof *edges);
+  candidate *candidates = tw_alloc(free_count, 3 * sizeof *candidates);
+  uint32_t edge_count = edges && candidates ? collect_edges(p, edges) : 0;
+  for (uint32_t i = 1; i < edge_count; i++) {
+    const free_edge *a = &edges[i - 1], *b = &edges[i];
+    junction j;
+    if (a->low != b->low || a->high != b->high || !find_junction(p->mesh, a->face, b->face, &j)) continue;
+    shape s = find_shape(p->mesh, j.quad);
+    if (s.is_split && LEAST * s.quality > 1)
+      candidates[count++] = (candidate){a->face, b->face, (float)s.quality};
+  }
+  bool is_done = edges && candidates;
+  if (count > 0) qsort(candidates, count, sizeof *candidates, compare_candidates);
+  for (uint32_t i = 0; i < count; i++) {
+    const candidate *c = &candidates[i];
+    if (p->partner[c->face] != UINT32_MAX || p->partner[c->other] != UINT32_MAX) continue;
+    p->partner[c->face] = c->other;
+    p->partner[c->other] = c->face;
+  }
+  free(edges);
+  free(candidates);
+  return is_done ? TW_OK : TW_NO_MEMORY;
+}
+
+/* *count: pairs. */
+static tw_status choose_pairs(pairing *p, uint32_t *count) {
+  size_t faces = p->mesh->face_count;
+  p->partner = tw_alloc(faces, sizeof *p->partner);
+  p->pattern = tw_alloc(faces, sizeof *p->pattern);
+  p->best = tw_alloc(faces + 1, sizeof *p->best);
+  *count = 0;
+  if (!p->partner || !p->pattern || !p->best) return TW_NO_MEMORY;
+  if (!find_usual(p)) return TW_OK;
+  pair_neighbours(p);
+  tw_status status = pair_others(p);
+  for (uint32_t f = 0; f < faces; f++) *count += p->partner[f] != UINT32_MAX && p->partner[f] > f;
+  return status;
+}
+
+static void pairing_deinit(pairing *p) {
+  free(p->partner);
+  free(p->pattern);
+  free(p->best);
+}
+
+/* ---- joining ---------------------------------------------------------------------------------- */
 
 /* The faces after joining, written over new arrays of at most the old sizes. */
 typedef struct joined_faces {
@@ -125,13 +286,16 @@ static void add_corner(const tw_mesh *mesh, joined_faces *out, uint32_t corner) 
   out->corners[out->corner_count++] = mesh->corners[corner];
 }
 
-static void write_faces(const tw_mesh *mesh, const bool *pairs, joined_faces *out) {
+/* A quad stands where the first of its halves did. */
+static void write_faces(const pairing *p, joined_faces *out) {
+  const tw_mesh *mesh = p->mesh;
   for (uint32_t face = 0; face < mesh->face_count; face++) {
+    junction j;
+    bool is_half = p->partner[face] != UINT32_MAX;
+    if (is_half && p->partner[face] < face) continue;
     if (mesh->face_materials) out->materials[out->face_count] = mesh->face_materials[face];
-    uint32_t quad[4];
-    if (pairs[face] && shared_edge(mesh, mesh->face_offsets[face], mesh->face_offsets[face + 1], quad)) {
-      for (int i = 0; i < 4; i++) add_corner(mesh, out, quad[i]);
-      face++;
+    if (is_half && find_junction(mesh, face, p->partner[face], &j)) {
+      for (int i = 0; i < 4; i++) add_corner(mesh, out, j.quad[i]);
     } else {
       for (uint32_t c = mesh->face_offsets[face]; c < mesh->face_offsets[face + 1]; c++)
         add_corner(mesh, out, c);
@@ -156,15 +320,12 @@ static tw_status reserve_faces(const tw_mesh *mesh, tw_arena *arena, uint32_t pa
   return enough ? TW_OK : tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
-static tw_status pair(tw_mesh *mesh, tw_arena *arena, double *best, bool *pairs, tw_error *error) {
-  choose_pairs(mesh, best, pairs);
-  uint32_t pair_count = 0;
-  for (uint32_t face = 0; face < mesh->face_count; face++) pair_count += pairs[face];
-  if (pair_count == 0) return TW_OK;
+static tw_status join_pairs(tw_mesh *mesh, const pairing *p, uint32_t pair_count, tw_arena *arena,
+                            tw_error *error) {
   joined_faces out = {0};
   tw_status status = reserve_faces(mesh, arena, pair_count, &out, error);
   if (status != TW_OK) return status;
-  write_faces(mesh, pairs, &out);
+  write_faces(p, &out);
   mesh->face_count = out.face_count;
   mesh->corner_count = out.corner_count;
   mesh->face_offsets = out.offsets;
@@ -176,17 +337,25 @@ static tw_status pair(tw_mesh *mesh, tw_arena *arena, double *best, bool *pairs,
 }
 
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error) {
-  double *best = tw_alloc((size_t)mesh->face_count + 1, sizeof *best);
-  bool *pairs = tw_alloc(mesh->face_count, sizeof *pairs);
-  tw_status status =
-      best && pairs ? pair(mesh, arena, best, pairs, error) : tw_fail(error, TW_NO_MEMORY, "out of memory");
-  free(best);
-  free(pairs);
+  pairing p = {.mesh = mesh};
+  uint32_t count;
+  tw_status status = choose_pairs(&p, &count);
+  if (status != TW_OK) tw_fail(error, status, "out of memory");
+  if (status == TW_OK && count > 0) status = join_pairs(mesh, &p, count, arena, error);
+  pairing_deinit(&p);
   return status;
+}
+
+tw_status tw_mesh_count_quads(const tw_mesh *mesh, uint32_t *out, tw_error *error) {
+  pairing p = {.mesh = mesh};
+  tw_status status = choose_pairs(&p, out);
+  pairing_deinit(&p);
+  return status == TW_OK ? TW_OK : tw_fail(error, status, "out of memory");
 }
 
 size_t tw_pair_size(const tw_mesh *mesh) {
   size_t faces = mesh->face_count, corners = mesh->corner_count;
-  return faces * (sizeof(double) + sizeof(bool) + 2 * sizeof(uint32_t)) +
-         corners * (2 + mesh->uv_set_count) * sizeof(uint32_t) + 256;
+  size_t choosing = sizeof(double) + sizeof(uint32_t) + 1 + 3 * (sizeof(free_edge) + sizeof(candidate));
+  return faces * (choosing + 2 * sizeof(uint32_t)) + corners * (2 + mesh->uv_set_count) * sizeof(uint32_t) +
+         256;
 }

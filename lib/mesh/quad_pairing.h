@@ -8,10 +8,13 @@
 extern "C" {
 #endif
 
-/* Joins triangles that follow one another in the file, share an edge,
- * its texture coordinates and a material, and make a convex quad that is nearly flat. Where a triangle
- * could go with either neighbour, the sum of the quads' quality decides. Replaces the mesh's faces by
- * arrays in the arena; only meshes without tags, named groups and a choice of UVs for tangents. */
+/* Joins triangles that an exporter split quads into, of a mesh where enough neighbours in the file look like
+ * split rectangles. First those that follow one another: in the pattern that most have, whatever their shape
+ * but folded over, save in a run of it round a point; else where they make a convex quad that is nearly flat
+ * and split along its diagonal. Where a triangle could go with either neighbour, the sum of the quads'
+ * quality decides. Then other triangles with an edge in common, the best first. Never across materials, UV
+ * seams and edges at which normals part. Replaces the mesh's faces by arrays in the arena; only meshes
+ * without tags, named groups and a choice of UVs for tangents. O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 /* The most bytes that it takes, those of the arena included. */

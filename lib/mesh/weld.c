@@ -208,7 +208,7 @@ static uint32_t join_pairs(const side_list *list, const uint32_t *order, uint32_
       if (low_end(list, order[end]) != low || high_end(list, order[end]) != high) break;
     if (end - i != 2) continue;
     const side *a = &list->sides[order[i]], *b = &list->sides[order[i + 1]];
-    if (a->face == b->face) continue; /* of a face as thin as a line */
+    if (a->face == b->face) continue;     /* of a face as thin as a line */
     if (place[a->from] != place[b->to]) { /* they run the same way */
       reversed += a->from != b->from || a->to != b->to;
       continue;

@@ -145,6 +145,10 @@ typedef struct tw_hard_edge_counts {
   uint32_t by_normals, by_30_degrees, by_auto;
 } tw_hard_edge_counts;
 
+/* How many quads TW_QUADS_AUTO (format.h) would make of pairs of triangles of a checked mesh. O(n log n).
+ * TW_NO_MEMORY. */
+tw_status tw_mesh_count_quads(const tw_mesh *mesh, uint32_t *out, tw_error *error);
+
 /* What a mesh is, for a person who looks at it. */
 typedef struct tw_mesh_stats {
   uint32_t vertices; /* points that a face uses */
