@@ -375,6 +375,19 @@ TEST(what_is_written_with_escapes_stands_only_once) {
   answer_deinit(&a);
 }
 
+TEST(primitives_that_the_parser_skips_are_refused) {
+  static const char rest[] =
+      ",\"meshes\":[{\"primitives\":[{},{\"attributes\":{\"POSITION\":0},\"mode\":0}]}]}";
+  char document[2048];
+  int size = snprintf(document, sizeof document, "{" DATA "%s", "", rest);
+  tw_model *model = NULL;
+  tw_error error = {0};
+  assert_int_equal(tw_gltf_read((const uint8_t *)document, (size_t)size, TW_QUADS_NGON, TW_WELD_AUTO, NULL,
+                                &model, &error),
+                   TW_INVALID);
+  assert_string_equal(error.pointer, "/meshes/0/primitives");
+}
+
 TEST(elements_that_are_no_objects_are_refused) {
   static const char *const parts[] = {"materials", "textures", "samplers", "cameras", "images"};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {

@@ -156,6 +156,11 @@ public:
     parts("skins", kept_.skins, "name joints skeleton inverseBindMatrices");
     parts("meshes", kept_.meshes, "name primitives weights");
     parts("animations", kept_.animations, "name channels samplers");
+    check_parsed(kept_.nodes.size(), document_.source.nodes, "/nodes");
+    check_parsed(kept_.skins.size(), document_.source.skins, "/skins");
+    check_parsed(kept_.meshes.size(), document_.source.meshes, "/meshes");
+    check_parsed(kept_.animations.size(), document_.source.animations, "/animations");
+    check_parsed(assets.scene_count, document_.source.scenes, "/scenes");
     meshes();
     animations();
     elements_.finish(assets);
@@ -386,11 +391,20 @@ private:
     });
   }
 
+  // tinygltf skips some elements that it cannot read: then numbers of the document would not be those of its
+  // arrays.
+  template <typename Parsed>
+  static void check_parsed(size_t count, const Parsed &parsed, const std::string &pointer) {
+    if (parsed.size() != count) refuse(TW_INVALID, pointer, "there is an element that is not valid glTF");
+  }
+
   // ---- primitives
 
   void meshes() {
     each(find_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
       Vector<char> loose{Counted<char>(document_.budget)};
+      check_parsed(count_of(find_member(mesh, "primitives")), document_.source.meshes[index].primitives,
+                   text("/meshes/", index, "/primitives"));
       kept_.first_primitive.push_back(kept_.marked.size());
       each(find_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         const char *extensions = find_member(primitive, "extensions");
@@ -488,7 +502,8 @@ private:
   void animations() {
     each(find_member(document_.outline.root, "animations"), [&](size_t index, const char *animation) {
       const char *samplers = find_member(animation, "samplers");
-
+      const tinygltf::Animation &parsed = document_.source.animations[index];
+      check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));
       Vector<const char *> sampler_texts{Counted<const char *>(document_.budget)};
       Vector<char> loose{Counted<char>(document_.budget)};
       each(samplers, [&](size_t i, const char *sampler) {
@@ -502,8 +517,10 @@ private:
         if (is_track(channel))
           kept_.channels.push_back(own);
         else
-          append(loose, loose_channel(document_.source.animations[index], channel, own));
+          append(loose, loose_channel(parsed, channel, own));
       });
+      check_parsed(kept_.channels.size() - kept_.first_channel.back(), parsed.channels,
+                   text("/animations/", index, "/channels"));
       kept_.loose_channels.push_back(close(loose));
     });
   }
