@@ -288,7 +288,6 @@ typedef struct obj_reader {
   float *crease_sharpness, *point_sharpness;
 
   float *uvs;        /* [2], from malloc */
-  uint32_t *face_of; /* of each point, the last large face that used it, + 1; from malloc */
   uint32_t *dropped; /* [dropped_count], ascending: faces of the file; from malloc */
   size_t dropped_count;
   obj_object *objects; /* from malloc, [OBJECTS_MAX + 1 or fewer], by ascending first_face */
@@ -307,7 +306,6 @@ typedef struct obj_reader {
 
 static void reader_deinit(obj_reader *reader) {
   free(reader->uvs);
-  free(reader->face_of);
   free(reader->dropped);
   free(reader->objects);
   names_deinit(&reader->material_names);
@@ -463,23 +461,6 @@ static tw_status add_corner(obj_reader *reader, const obj_corner *added) {
   return status == TW_OK ? set_value(reader, &reader->corner_normals, corner, added->normal) : status;
 }
 
-/* Whether a face names a point twice. */
-static tw_status find_repeat(obj_reader *reader, const uint32_t *corners, uint64_t count, bool *repeats) {
-  enum { SMALL = 16 };
-  *repeats = false;
-  for (uint64_t i = 1; count <= SMALL && i < count; i++)
-    for (uint64_t j = 0; j < i; j++) *repeats |= corners[i] == corners[j];
-  if (count <= SMALL) return TW_OK;
-  if (!reader->face_of) reader->face_of = tw_alloc_zero((size_t)reader->all.points, sizeof(uint32_t));
-  if (!reader->face_of) return no_memory(reader);
-  uint32_t face = (uint32_t)reader->read.faces + 1;
-  for (uint64_t i = 0; i < count; i++) {
-    *repeats |= reader->face_of[corners[i]] == face;
-    reader->face_of[corners[i]] = face;
-  }
-  return TW_OK;
-}
-
 /* Labels the newest face with its material, groups or smoothing group. Nothing is stored before the first
  * face that has some. */
 static tw_status label_face(const obj_reader *reader, uint32_t **labels, uint32_t label) {
@@ -570,11 +551,7 @@ static tw_status read_face(obj_reader *reader, obj_text *text) {
   if (count < 3) return tw_fail_line(reader->error, TW_INVALID, line, "a face needs at least 3 corners");
   count = drop_doubled_corners(reader, first);
   if (!has_three_points(reader->corners + first, count)) return drop_face(reader, first);
-  bool repeats;
-  status = find_repeat(reader, reader->corners + first, count, &repeats);
-  if (status == TW_OK && repeats)
-    status = tw_fail_line(reader->error, TW_INVALID, line, "a face names the same point twice");
-  if (status == TW_OK) status = number_groups(reader);
+  status = number_groups(reader);
   if (status == TW_OK) status = label_face(reader, &reader->materials, reader->material);
   if (status == TW_OK) status = label_face(reader, &reader->groups, reader->group);
   if (status == TW_OK) status = label_face(reader, &reader->smoothing, reader->smoothing_group);

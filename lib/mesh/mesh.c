@@ -30,8 +30,8 @@ static tw_status check_index(uint32_t index, uint32_t count, const char *of, tw_
   return tw_fail(error, TW_INVALID, "index %u is out of range: there are %u %s", index, count, of);
 }
 
-/* A repeated point in a face. seen: [point_count], the last face + 1 that used each point. */
-static tw_status check_face(const tw_mesh *mesh, uint32_t face, uint32_t *seen, tw_error *error) {
+/* A face may come to a point again, but not at once. */
+static tw_status check_face(const tw_mesh *mesh, uint32_t face, tw_error *error) {
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
   if (end - begin < 3) {
     tw_fail(error, TW_INVALID, "a face needs at least three corners, this one has %u", end - begin);
@@ -40,28 +40,26 @@ static tw_status check_face(const tw_mesh *mesh, uint32_t face, uint32_t *seen, 
   }
   for (uint32_t c = begin; c < end; c++) {
     uint32_t point = mesh->corners[c];
+    bool again =
+        (c > begin && point == mesh->corners[c - 1]) || (c + 1 == end && point == mesh->corners[begin]);
     tw_status status = check_index(point, mesh->point_count, "points", error);
-    if (status == TW_OK && seen[point] == face + 1)
-      status = tw_fail(error, TW_INVALID, "point %u occurs twice in the face", point);
+    if (status == TW_OK && again)
+      status = tw_fail(error, TW_INVALID, "point %u occurs twice in a row", point);
     if (status != TW_OK) {
       tw_error_at(error, "/faces/%u/%u", face, c - begin);
       return TW_INVALID;
     }
-    seen[point] = face + 1;
   }
   return TW_OK;
 }
 
 static tw_status check_faces(const tw_mesh *mesh, tw_error *error, uint32_t *bad_face) {
   if (mesh->face_count == UINT32_MAX) return tw_fail(error, TW_LIMIT, "too many faces");
-  uint32_t *seen = tw_alloc_zero(mesh->point_count, sizeof *seen);
-  if (!seen) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = TW_OK;
   for (uint32_t face = 0; face < mesh->face_count && status == TW_OK; face++) {
-    status = check_face(mesh, face, seen, error);
+    status = check_face(mesh, face, error);
     if (status != TW_OK) *bad_face = face;
   }
-  free(seen);
   return status;
 }
 

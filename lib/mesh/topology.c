@@ -94,14 +94,16 @@ static void sort_bucket(half_edge *halves, uint32_t count) {
   }
 }
 
-/* Joins the half-edges of one bucket that end in the same vertex, and are not known to be apart. Edges so
- * come out sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
+/* Joins the half-edges of one bucket that end in the same vertex, and are not known to be apart. A face that
+ * runs along an edge again has a second one there, as OpenSubdiv has it. Edges so come out sorted by their
+ * lower and then their upper vertex, which tw_topology_find_edge relies on. */
 static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint32_t count) {
   sort_bucket(halves, count);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t upper = halves[i].upper, corner = halves[i].corner;
     uint32_t from = t->corner_vertex[corner];
-    if (i > 0 && compare_edges(&halves[i - 1], &halves[i]) == 0)
+    bool same_edge = i > 0 && compare_edges(&halves[i - 1], &halves[i]) == 0;
+    if (same_edge && tw_corner_face(t, halves[i - 1].corner) != tw_corner_face(t, corner))
       join_edge(t, t->edge_count - 1, corner, from);
     else
       start_edge(t, corner, from, from == lower ? upper : lower);
@@ -118,13 +120,16 @@ static bool map_corners(tw_topology *t, tw_arena *arena) {
   return true;
 }
 
-/* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan. */
+/* Puts the fan of one vertex in counter-clockwise order; false when its faces are not one fan, or one is in
+ * it twice. */
 static bool order_fan(tw_topology *t, uint32_t vertex) {
   uint32_t *corners = t->fan_corners + t->fan_offsets[vertex];
   uint32_t *edges = t->ring_edges + t->ring_offsets[vertex];
   uint32_t corner_count = t->fan_offsets[vertex + 1] - t->fan_offsets[vertex];
   uint32_t edge_count = t->ring_offsets[vertex + 1] - t->ring_offsets[vertex];
   if (corner_count == 0 || edge_count - corner_count > 1) return false;
+  for (uint32_t i = 1; i < corner_count; i++) /* they are in the order of their faces still */
+    if (tw_corner_face(t, corners[i]) == tw_corner_face(t, corners[i - 1])) return false;
   uint32_t start = corners[0];
   bool border = false;
   for (uint32_t i = 0; i < edge_count; i++) {

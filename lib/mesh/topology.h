@@ -3,7 +3,8 @@
  * A corner is a place of a vertex in a face, and stands as well for the half-edge from that vertex
  * to the next one of the face. Corners of a face are consecutive. `sibling` links the corners that
  * share an edge into a ring: the twin where the mesh is manifold, the corner itself on a border,
- * three and more where it is not manifold. */
+ * three and more where it is not manifold. A face that runs along an edge twice has two edges there, a border
+ * each, and a vertex at which a face has two corners is not manifold. */
 #ifndef TWEEND_TOPOLOGY_H
 #define TWEEND_TOPOLOGY_H
 

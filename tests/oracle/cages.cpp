@@ -199,6 +199,14 @@ std::vector<Cage> hand_made() {
   pillow.uv_sets.clear();
   pillow.points[2] = 0.5f;
   cages.push_back(pillow);
+  Cage keyhole = named(grid(4, 4), "a face with a hole that it reaches by an edge of its own");
+  keyhole.faces = {{0, 1, 2, 3, 7, 11, 15, 14, 13, 12, 8, 4, 0, 5, 9, 10, 6, 5}};
+  keyhole.uv_sets.clear();
+  cages.push_back(keyhole);
+  Cage pinched = named(cube(), "a cube with a face that comes to a point twice");
+  pinched.points.insert(pinched.points.end(), {-0.5f, 0.2f, 1, 0.2f, 0.5f, 1.2f});
+  pinched.faces[1] = {4, 5, 7, 6, 4, 8, 9};
+  cages.push_back(pinched);
   // Many irregular patches of few kinds.
   const std::vector<int> ring = {0, 1, 2, 3, 4, 5, 6, 7, 0};
   cages.push_back(named(triangulated(torus(8, 3)), "torus of triangles"));
@@ -224,9 +232,16 @@ static Cage cone(int faces, bool closed) {
   return cage;
 }
 
+static bool repeats_points(const Cage &cage) {
+  return std::any_of(cage.faces.begin(), cage.faces.end(), [](const std::vector<int> &face) {
+    return std::set<int>(face.begin(), face.end()).size() < face.size();
+  });
+}
+
 std::vector<Cage> hand_made_triangles() {
   std::vector<Cage> cages;
-  for (const Cage &cage : hand_made()) cages.push_back(triangulated(cage));
+  for (const Cage &cage : hand_made())
+    if (!repeats_points(cage)) cages.push_back(triangulated(cage));
   for (int faces : {3, 4, 5, 6, 7, 12}) cages.push_back(cone(faces, true));
   for (int faces : {1, 2, 3, 4, 6}) cages.push_back(cone(faces, false));
   Cage tetrahedron;

@@ -98,7 +98,7 @@ typedef struct tw_mesh {
 void tw_mesh_init(tw_mesh *mesh);
 
 /* Checks a mesh from an untrusted source: indices in range, coordinates finite, faces of at least
- * three corners without a repeated point, sharpness 0 or more, counts within 32 bits.
+ * three corners, no point twice in a row, sharpness 0 or more, counts within 32 bits.
  * On failure the error's pointer is relative to the mesh in tweend JSON's words
  * ("/faces/3/1", "/positions/7/0"), and *face (NULL allowed) is the offending face or UINT32_MAX.
  * O(points + corners). */
