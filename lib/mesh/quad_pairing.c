@@ -219,12 +219,16 @@ static uint32_t collect_edges(const pairing *p, free_edge *edges) {
   return count;
 }
 
+/* Where more triangles than one in so many are left, they were no halves. */
+enum { LEFT_AT_MOST = 4 };
+
 /* Only what looks like a split rectangle, the best first. */
 static tw_status pair_others(pairing *p) {
   enum { LEAST = 2 }; /* quality of 1 / LEAST */
   uint32_t free_count = 0, count = 0;
   for (uint32_t f = 0; f < p->mesh->face_count; f++)
     free_count += p->partner[f] == UINT32_MAX && face_size(p->mesh, f) == 3;
+  if (free_count > p->mesh->face_count / LEFT_AT_MOST) return TW_OK;
   free_edge *edges = tw_alloc(free_count, 3 * sizeof *edges);
   candidate *candidates = tw_alloc(free_count, 3 * sizeof *candidates);
   uint32_t edge_count = edges && candidates ? collect_edges(p, edges) : 0;
@@ -355,7 +359,8 @@ tw_status tw_mesh_count_quads(const tw_mesh *mesh, uint32_t *out, tw_error *erro
 
 size_t tw_pair_size(const tw_mesh *mesh) {
   size_t faces = mesh->face_count, corners = mesh->corner_count;
-  size_t choosing = sizeof(double) + sizeof(uint32_t) + 1 + 3 * (sizeof(free_edge) + sizeof(candidate));
-  return faces * (choosing + 2 * sizeof(uint32_t)) + corners * (2 + mesh->uv_set_count) * sizeof(uint32_t) +
-         256;
+  size_t choosing =
+      sizeof(double) + sizeof(uint32_t) + 1 + 3 * (sizeof(free_edge) + sizeof(candidate)) / LEFT_AT_MOST;
+  size_t sets = 1 + mesh->uv_set_count + (mesh->normals.corners ? 1 : 0);
+  return faces * (choosing + 2 * sizeof(uint32_t)) + corners * sets * sizeof(uint32_t) + 256;
 }

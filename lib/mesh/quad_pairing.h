@@ -12,9 +12,9 @@ extern "C" {
  * split rectangles. First those that follow one another: in the pattern that most have, whatever their shape
  * but folded over, save in a run of it round a point; else where they make a convex quad that is nearly flat
  * and split along its diagonal. Where a triangle could go with either neighbour, the sum of the quads'
- * quality decides. Then other triangles with an edge in common, the best first. Never across materials, UV
- * seams and edges at which normals part. Replaces the mesh's faces by arrays in the arena; only meshes
- * without tags, named groups and a choice of UVs for tangents. O(n log n). */
+ * quality decides. Then other triangles with an edge in common, the best first, where few are left. Never
+ * across materials, UV seams and edges at which normals part. Replaces the mesh's faces by arrays in the
+ * arena; only meshes without tags, named groups and a choice of UVs for tangents. O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
 /* The most bytes that it takes, those of the arena included. */
