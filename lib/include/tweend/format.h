@@ -96,7 +96,9 @@ typedef struct tw_scene {
 } tw_scene;
 
 /* A glTF answer: its size is known when it is created, its bytes are computed when they are read.
- * One mesh a model mesh (none where the surface has no faces), one primitive a material. */
+ * Meshes, nodes, skins, materials, images, scenes and cameras have the numbers of the model; a surface
+ * without faces is one triangle of no size. One primitive for the faces of a material, further ones for those
+ * whose primitives said more in their file, then points and lines. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
