@@ -157,18 +157,25 @@ struct ImageOutline {
 };
 constexpr uint64_t no_view = UINT64_MAX;
 
+// A view that was compressed: its bytes are a buffer of their own.
+struct DecodedView {
+  size_t view, buffer;
+};
+
 // What a file holds, apart from what tinygltf reads.
 struct Outline {
   explicit Outline(Budget &budget)
       : json(Counted<char>(budget)), buffers(Counted<Bytes>(budget)),
-        decoded(Counted<Vector<uint8_t>>(budget)), images(Counted<ImageOutline>(budget)) {}
+        decoded(Counted<Vector<uint8_t>>(budget)), images(Counted<ImageOutline>(budget)),
+        decoded_views(Counted<DecodedView>(budget)) {}
 
   bool binary = false;   // a GLB
   const char *root;      // the JSON object
   Vector<char> json;     // the document without buffers and all else that is not read
-  Vector<Bytes> buffers; // BIN chunk and decoded data URIs
+  Vector<Bytes> buffers; // BIN chunk, decoded data URIs and views
   Vector<Vector<uint8_t>> decoded;
   Vector<ImageOutline> images;            // those whose bytes are in the file
+  Vector<DecodedView> decoded_views;      // in place of what the document says of them
   uint32_t link_count = 0;                // images on the web
   uint64_t tree_size = 0, model_size = 0; // what parsing takes at most, and what stays of it
 };

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "meshopt_read.h"
+
 namespace gltf {
 
 namespace {
@@ -124,9 +126,10 @@ uint64_t integer(const char *value, Place place, const char *member) {
 // Extensions that a document may require: their meaning is read, or they only speak of what is handed on.
 bool is_supported(std::string_view extension) {
   static constexpr std::string_view names[] = {
-      "KHR_mesh_quantization",   "FB_ngon_encoding",     "KHR_texture_transform", "KHR_texture_basisu",
-      "EXT_texture_webp",        "EXT_texture_avif",     "MSFT_texture_dds",      "KHR_lights_punctual",
-      "EXT_mesh_gpu_instancing", "KHR_animation_pointer"};
+      "KHR_mesh_quantization", "FB_ngon_encoding",        "KHR_texture_transform",
+      "KHR_texture_basisu",    "EXT_texture_webp",        "EXT_texture_avif",
+      "MSFT_texture_dds",      "KHR_lights_punctual",     "EXT_mesh_gpu_instancing",
+      "KHR_animation_pointer", "EXT_meshopt_compression", "KHR_meshopt_compression"};
   if (extension.substr(0, 14) == "KHR_materials_") return true;
   return std::find(std::begin(names), std::end(names), extension) != std::end(names);
 }
@@ -166,9 +169,11 @@ private:
   struct Buffer {
     uint64_t length = 0;
     std::optional<std::string_view> uri;
+    bool is_fallback = false; // of EXT_meshopt_compression
   };
   struct View {
     uint64_t buffer = 0, offset = 0, length = 0;
+    const char *compressed = nullptr; // the extension's object
   };
   struct Indices {
     uint64_t mesh, primitive, accessor;
@@ -213,11 +218,17 @@ private:
     Buffer buffer;
     object(place, value, [&](std::string_view key, const char *member, Once &once) {
       if (once.is(key, "byteLength")) buffer.length = integer(member, place, "byteLength");
+      if (once.is(key, "extensions")) buffer.is_fallback = says_fallback(compression_of(member));
       if (!once.is(key, "uri")) return;
       if (*member != '"') refuse(TW_INVALID, place.pointer("uri"), "a uri must be a string");
       buffer.uri = string_of(member);
     });
     buffers_.push_back(buffer);
+  }
+
+  static bool says_fallback(const char *extension) {
+    const char *value = extension ? find_member(extension, "fallback") : nullptr;
+    return value && *value == 't';
   }
 
   void view(uint64_t index, const char *value) {
@@ -227,8 +238,64 @@ private:
       if (once.is(key, "buffer")) view.buffer = integer(member, place, "buffer");
       if (once.is(key, "byteOffset")) view.offset = integer(member, place, "byteOffset");
       if (once.is(key, "byteLength")) view.length = integer(member, place, "byteLength");
+      if (once.is(key, "extensions")) view.compressed = compression_of(member);
     });
     views_.push_back(view);
+  }
+
+  static const char *compression_of(const char *extensions) {
+    const char *ext = find_member(extensions, "EXT_meshopt_compression");
+    return ext ? ext : find_member(extensions, "KHR_meshopt_compression");
+  }
+
+  // The place is the view's, also for members of the extension.
+  void decode_view(size_t i) {
+    Place place = {"bufferViews", i};
+    View packed;
+    tw_meshopt_view form = {0, 0, TW_MESHOPT_ATTRIBUTES, TW_MESHOPT_NONE};
+    object(place, views_[i].compressed, [&](std::string_view key, const char *member, Once &once) {
+      if (once.is(key, "buffer")) packed.buffer = integer(member, place, "buffer");
+      if (once.is(key, "byteOffset")) packed.offset = integer(member, place, "byteOffset");
+      if (once.is(key, "byteLength")) packed.length = integer(member, place, "byteLength");
+      if (once.is(key, "byteStride")) form.stride = integer(member, place, "byteStride");
+      if (once.is(key, "count")) form.count = integer(member, place, "count");
+      if (once.is(key, "mode"))
+        form.mode = static_cast<tw_meshopt_mode>(word(member, "ATTRIBUTES TRIANGLES INDICES", place));
+      if (once.is(key, "filter"))
+        form.filter =
+            static_cast<tw_meshopt_filter>(word(member, "NONE OCTAHEDRAL QUATERNION EXPONENTIAL", place));
+    });
+    tw_error error = {};
+    if (packed.buffer >= buffers_.size())
+      refuse(TW_INVALID, place.pointer(""), "the compressed bytes are in no buffer");
+    const Bytes bytes = out_.buffers[static_cast<size_t>(packed.buffer)];
+    if (packed.offset > bytes.size || packed.length > bytes.size - packed.offset)
+      refuse(TW_INVALID, place.pointer(""), "the compressed bytes go past their buffer");
+    if (tw_meshopt_check(&form, views_[i].length, &error) != TW_OK)
+      refuse(TW_INVALID, place.pointer(""), error.detail);
+    // 16 bytes of a column have a header of two bits, and an index takes a byte: no byte decodes to more
+    // than 64.
+    if (views_[i].length > 64 * packed.length)
+      refuse(TW_INVALID, place.pointer(""), "the compressed bytes are too few for what they say to hold");
+    budget_.place = place.pointer("");
+    Vector<uint8_t> decoded(static_cast<size_t>(views_[i].length), 0, Counted<uint8_t>(budget_));
+    if (tw_meshopt_decode(&form, bytes.data + packed.offset, static_cast<size_t>(packed.length),
+                          decoded.data(), &error) != TW_OK)
+      refuse(TW_INVALID, place.pointer(""), error.detail);
+    out_.decoded.push_back(std::move(decoded));
+    out_.decoded_views.push_back({i, out_.buffers.size()});
+    out_.buffers.push_back({out_.decoded.back().data(), out_.decoded.back().size()});
+  }
+
+  // Which of the words, a blank between two, a string is.
+  static int word(const char *value, std::string_view words, Place place) {
+    std::string_view wanted = *value == '"' ? string_of(value) : std::string_view();
+    for (int i = 0; !words.empty(); i++) {
+      std::string_view first = words.substr(0, words.find(' '));
+      if (first == wanted) return i;
+      words.remove_prefix(std::min(words.size(), first.size() + 1));
+    }
+    refuse(TW_UNSUPPORTED, place.pointer(""), "the mode or filter is unknown");
   }
 
   void accessor(uint64_t index, const char *value) {
@@ -324,6 +391,8 @@ private:
                  : "");
     for (size_t i = 0; i < buffers_.size(); i++) open_buffer(i);
     for (size_t i = 0; i < views_.size(); i++) check_view(i);
+    for (size_t i = 0; i < views_.size(); i++)
+      if (views_[i].compressed) decode_view(i);
     for (size_t i = 0; i < accessor_views_.size(); i++)
       if (accessor_views_[i] != no_view && accessor_views_[i] >= views_.size())
         refuse(TW_INVALID, text("/accessors/", i, "/bufferView"), "there is no such buffer view");
@@ -338,6 +407,10 @@ private:
     Place place = {"buffers", i};
     if (buffer.length == 0)
       refuse(TW_INVALID, place.pointer("byteLength"), "a buffer needs at least one byte");
+    if (!buffer.uri && buffer.is_fallback) { // what it would hold is compressed elsewhere
+      out_.buffers.push_back({nullptr, 0});
+      return;
+    }
     Bytes bytes = buffer.uri ? decode(*buffer.uri, place) : take_bin(i, buffer.length, place);
     if (bytes.size != buffer.length)
       refuse(TW_INVALID, place.pointer("byteLength"),

@@ -40,6 +40,12 @@ void parse(Document &document) {
   bool parsed = parser.LoadASCIIFromString(&document.source, &errors, &warnings, outline.json.data(),
                                            static_cast<unsigned>(outline.json.size()), "");
   if (!parsed) refuse(TW_INVALID, "", parser_message(errors));
+  for (const DecodedView &decoded : outline.decoded_views) {
+    tinygltf::BufferView &view = document.source.bufferViews.at(decoded.view);
+    view.buffer = static_cast<int>(decoded.buffer);
+    view.byteOffset = 0;
+    view.byteLength = outline.buffers[decoded.buffer].size;
+  }
   outline.json.clear();
   outline.json.shrink_to_fit();
 }
