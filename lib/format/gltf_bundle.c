@@ -119,7 +119,7 @@ static void decode_percent(char *text) {
   char *out = text;
   for (const char *c = text; *c; c++) {
     bool is_escape = c[0] == '%' && hex_digit(c[1]) >= 0 && hex_digit(c[2]) >= 0;
-    *out++ = is_escape ? (char)(hex_digit(c[1]) << 4 | hex_digit(c[2])) : *c;
+    *out++ = (char)(is_escape ? hex_digit(c[1]) << 4 | hex_digit(c[2]) : *c);
     if (is_escape) c += 2;
   }
   *out = '\0';
