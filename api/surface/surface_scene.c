@@ -372,7 +372,8 @@ static api_outcome strip_meshes(api_call *call, const tw_model *model, api_surfa
   tw_model *bare = api_copy_nodes(call->arena, model, 0);
   if (!bare) return api_fail_without_memory(call);
   bare->mesh_count = bare->skin_count = bare->material_count = 0;
-  bare->assets = NULL;
+  bare->assets = tw_gltf_assets_bare(call->arena, model->assets);
+  if (model->assets && !bare->assets) return api_fail_without_memory(call);
   for (uint32_t i = 0; i < bare->node_count; i++) {
     tw_node *node = &bare->nodes[i];
     node->mesh = node->skin = TW_NO_INDEX;

@@ -389,10 +389,11 @@ static bool is_light(const api_call *call, const surface_request *request) {
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
 
-/* A model of points alone, as scanners make. */
+/* A model of points alone, as scanners make. Points and lines of a glTF file are answered as they came. */
 static bool lacks_faces(const tw_model *model) {
   uint32_t mesh = 0;
-  while (mesh < model->mesh_count && model->meshes[mesh].face_count == 0) mesh++;
+  while (mesh < model->mesh_count && model->meshes[mesh].face_count == 0 && !model->meshes[mesh].loose)
+    mesh++;
   return model->mesh_count > 0 && mesh == model->mesh_count && model->clip_count == 0;
 }
 

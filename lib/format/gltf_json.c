@@ -713,6 +713,12 @@ static void put_document(json_writer *writer) {
   tw_text_add(writer->text, "}");
 }
 
+const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets) {
+  tw_gltf_assets *bare = assets ? tw_arena_alloc(arena, 1, sizeof *bare) : NULL;
+  if (bare) *bare = (tw_gltf_assets){.asset = assets->asset, .scene = TW_NO_INDEX};
+  return bare;
+}
+
 const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model) {
   static const tw_gltf_assets none = {.scene = TW_NO_INDEX};
   return model->assets ? model->assets : &none;

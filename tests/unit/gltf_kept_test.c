@@ -349,6 +349,33 @@ TEST(kept_text_has_no_blanks_and_strings_keep_theirs) {
   answer_deinit(&a);
 }
 
+TEST(without_parts_the_asset_still_says_its_licence) {
+  answer a = answer_with(",\"copyright\":\"CC0\",\"extras\":{\"author\":\"Ann\"}",
+                         ",\"materials\":[{\"name\":\"red\"}],\"extensions\":{\"EXT_of\":{\"mesh\":0}}");
+  tw_model bare = *a.f.model;
+  bare.mesh_count = bare.material_count = 0;
+  bare.assets = tw_gltf_assets_bare(a.f.model->arena, a.f.model->assets);
+  assert_null(tw_gltf_assets_bare(a.f.model->arena, NULL));
+  const tw_scene scene = {.model = &bare};
+  answer out = {.file = write_glb(&scene)};
+  assert_says(&out, "asset/copyright", "\"CC0\"");
+  assert_says(&out, "asset/extras", "{\"author\":\"Ann\"}");
+  assert_null(find(out.file.json, "materials"));
+  assert_null(find(out.file.json, "extensions"));
+  free_glb(&out.file);
+  answer_deinit(&a);
+}
+
+TEST(attributes_that_are_not_read_are_warned_of) {
+  answer a = answer_with("", ",\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"_HEAT\":0,"
+                             "\"COLOR_1\":0},\"indices\":1,\"targets\":[{\"POSITION\":0,\"NORMAL\":0}]}]}]");
+  assert_int_equal(a.f.model->warning_count, 3);
+  assert_string_equal(a.f.model->warnings[0], "the attribute COLOR_1 is left out");
+  assert_string_equal(a.f.model->warnings[1], "the attribute NORMAL of morph targets is left out");
+  assert_string_equal(a.f.model->warnings[2], "the attribute _HEAT is left out");
+  answer_deinit(&a);
+}
+
 TEST(scenes_and_the_default_one_stay) {
   answer a = answer_with("", ",\"nodes\":[{},{\"name\":\"b\"}],\"scenes\":[{\"nodes\":[1]},{\"name\":\"s\","
                              "\"nodes\":[0]},{}],\"scene\":1");

@@ -7,6 +7,7 @@
 #include <map>
 #include <new>
 #include <optional>
+#include <set>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -298,6 +299,7 @@ struct Document {
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;
+  std::set<std::string> unread_attributes;
 };
 
 // [count] elements in the model's arena, with anything in them. Throws bad_alloc.

@@ -223,7 +223,24 @@ private:
       source.morphs.push_back(vector_attribute(primitive.targets[target], "POSITION", 3, 3,
                                                text(primitive_pointer, "/targets/", target),
                                                source.position));
+    note_unread(primitive);
     return source;
+  }
+
+  void note_unread(const tinygltf::Primitive &primitive) {
+    static constexpr char read[] =
+        "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
+        "JOINTS_0 JOINTS_1 WEIGHTS_0 WEIGHTS_1";
+    for (const auto &[name, accessor] : primitive.attributes)
+      if (!has_word(read, name)) note_unread(name);
+    for (const Attributes &target : primitive.targets)
+      for (const auto &[name, accessor] : target)
+        if (name != "POSITION") note_unread(name + " of morph targets");
+  }
+
+  void note_unread(const std::string &name) {
+    constexpr size_t most = 16; // more are told of as these
+    if (document_.unread_attributes.size() < most) document_.unread_attributes.insert(name);
   }
 
   static void check_joints(const Attributes &attributes, const VertexSource &source, size_t set,
@@ -691,6 +708,8 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->slot_count = static_cast<uint32_t>(slots.size());
   if (document.degenerate_faces > 0)
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
+  for (const std::string &name : document.unread_attributes)
+    tw_model_warn(document.model, "the attribute %s is left out", name.c_str());
   if (document.reversed_edges > 0)
     tw_model_warn(document.model, TW_REVERSED_WARNING, document.reversed_edges);
   if (document.partly_textured > 0)
