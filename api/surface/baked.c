@@ -140,8 +140,8 @@ static tw_status deform_mesh(tw_arena *arena, const tw_model *model, const defor
     tw_skin_matrices(&model->skins[node->skin], d->matrices, d->joints);
     joint_count = model->skins[node->skin].joint_count;
   }
-  return tw_mesh_deform(mesh, has_weights ? d->weights : node->weights, joint_count ? d->joints : NULL, joint_count,
-                        *out, error);
+  return tw_mesh_deform(mesh, has_weights ? d->weights : node->weights, joint_count ? d->joints : NULL,
+                        joint_count, *out, error);
 }
 
 /* ---- the scene ---------------------------------------------------------------------------------- */

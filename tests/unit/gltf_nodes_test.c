@@ -23,7 +23,8 @@ TEST(materials_and_images_go_through) {
     fail_msg("%s %s", error.pointer, error.detail);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);
-  assert_string_equal(cJSON_GetObjectItem(at(&file, "images", 0), "uri")->valuestring, "https://far/away.png");
+  assert_string_equal(cJSON_GetObjectItem(at(&file, "images", 0), "uri")->valuestring,
+                      "https://far/away.png");
   const cJSON *near = at(&file, "images", 1);
   assert_string_equal(cJSON_GetObjectItem(near, "name")->valuestring, "near");
   assert_string_equal(cJSON_GetObjectItem(near, "mimeType")->valuestring, "image/png");

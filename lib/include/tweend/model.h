@@ -43,8 +43,8 @@ enum {
  */
 typedef struct tw_gltf_assets tw_gltf_assets;
 
-/* What they say of the file as a whole (its licence), for an answer without the parts that the rest speaks of.
- * NULL for NULL, and without memory. */
+/* What they say of the file as a whole (its licence), for an answer without the parts that the rest speaks
+ * of. NULL for NULL, and without memory. */
 const tw_gltf_assets *tw_gltf_assets_bare(tw_arena *arena, const tw_gltf_assets *assets);
 
 /* Faces of one material whose primitives in a glTF file said the same beyond that. */
