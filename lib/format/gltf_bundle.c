@@ -63,54 +63,11 @@ static int hex_digit(char c) {
   return -1;
 }
 
-static uint32_t read_unit(const char *digits) {
-  uint32_t unit = 0;
-  for (int i = 0; i < 4; i++) unit = unit << 4 | (uint32_t)hex_digit(digits[i]);
-  return unit;
-}
-
-static char *put_utf8(char *out, uint32_t code) {
-  if (code < 0x80) {
-    *out++ = (char)code;
-  } else if (code < 0x800) {
-    *out++ = (char)(0xC0 | code >> 6);
-    *out++ = (char)(0x80 | (code & 63));
-  } else if (code < 0x10000) {
-    *out++ = (char)(0xE0 | code >> 12);
-    *out++ = (char)(0x80 | (code >> 6 & 63));
-    *out++ = (char)(0x80 | (code & 63));
-  } else {
-    *out++ = (char)(0xF0 | code >> 18);
-    *out++ = (char)(0x80 | (code >> 12 & 63));
-    *out++ = (char)(0x80 | (code >> 6 & 63));
-    *out++ = (char)(0x80 | (code & 63));
-  }
-  return out;
-}
-
-/* The text of a checked JSON string, which is never longer than what is written. NULL without memory. */
+/* The text of a checked JSON string. NULL without memory. */
 static char *read_string(tw_arena *arena, const char *quoted) {
-  static const char escaped[] = "\"\\/bfnrt", meant[] = "\"\\/\b\f\n\r\t";
-  size_t size = (size_t)(tw_json_skip(quoted) - quoted);
-  char *text = tw_arena_alloc_raw(arena, size, 1), *out = text;
-  if (!text) return NULL;
-  for (const char *c = quoted + 1; *c != '"';) {
-    if (*c != '\\') {
-      *out++ = *c++;
-    } else if (c[1] != 'u') {
-      *out++ = meant[strchr(escaped, c[1]) - escaped];
-      c += 2;
-    } else {
-      uint32_t code = read_unit(c + 2);
-      c += 6;
-      if (code >= 0xD800 && code < 0xDC00) { /* the check saw to its other half */
-        code = 0x10000 + ((code - 0xD800) << 10) + (read_unit(c + 2) - 0xDC00);
-        c += 6;
-      }
-      out = put_utf8(out, code);
-    }
-  }
-  *out = '\0';
+  size_t size = (size_t)(tw_json_skip(quoted) - quoted) - 2;
+  char *text = tw_arena_alloc_raw(arena, size + 1, 1);
+  if (text) *tw_json_unescape(quoted + 1, size, text) = '\0';
   return text;
 }
 

@@ -363,6 +363,43 @@ bool tw_json_next(const char *end, tw_json_item *item) {
   return !is_last;
 }
 
+static uint32_t hex4(const char *digits) {
+  uint32_t unit = 0;
+  for (int i = 0; i < 4; i++)
+    unit = unit << 4 | (uint32_t)(digits[i] <= '9' ? digits[i] - '0' : (digits[i] | 0x20) - 'a' + 10);
+  return unit;
+}
+
+static char *put_utf8(char *out, uint32_t code) {
+  static const uint32_t leads[] = {0, 0xC0, 0xE0, 0xF0};
+  int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
+  *out++ = (char)(leads[more] | code >> 6 * more);
+  while (more-- > 0) *out++ = (char)(0x80 | (code >> 6 * more & 0x3F));
+  return out;
+}
+
+char *tw_json_unescape(const char *written, size_t size, char *out) {
+  static const char letters[] = "bfnrt", meant[] = "\b\f\n\r\t";
+  for (const char *c = written, *end = written + size; c < end;) {
+    if (*c != '\\') {
+      *out++ = *c++;
+    } else if (c[1] != 'u') {
+      const char *letter = strchr(letters, c[1]);
+      *out++ = letter ? meant[letter - letters] : c[1];
+      c += 2;
+    } else {
+      uint32_t code = hex4(c + 2);
+      c += 6;
+      if (code >= 0xD800 && code < 0xDC00) { /* the check saw that the other half follows */
+        code = 0x10000 + ((code - 0xD800) << 10) + (hex4(c + 2) - 0xDC00);
+        c += 6;
+      }
+      out = put_utf8(out, code);
+    }
+  }
+  return out;
+}
+
 uint64_t tw_json_count(const char *array) {
   tw_json_item item;
   uint64_t count = 0;

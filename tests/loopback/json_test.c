@@ -315,6 +315,15 @@ TEST(the_tank_is_read) {
   free(text);
 }
 
+TEST(strings_are_read_as_they_are_meant) {
+  static const char written[] = "a\\\"\\\\\\/\\b\\f\\n\\r\\t \\u0041\\u00E9\\u20ac\\ud83D\\uDE00.";
+  static const char meant[] = "a\"\\/\b\f\n\r\t A\303\251\342\202\254\360\237\230\200.";
+  char out[sizeof written];
+  const char *end = tw_json_unescape(written, strlen(written), out);
+  assert_int_equal(end - out, strlen(meant));
+  assert_memory_equal(out, meant, strlen(meant));
+}
+
 TEST(vectors_are_the_same_whatever_room_there_is) {
   enum { COUNT = 40, WIDTH = 3, EACH = WIDTH * TW_FLOAT_TEXT + 3 };
   float values[COUNT * WIDTH];

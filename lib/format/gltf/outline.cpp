@@ -759,20 +759,6 @@ int next_digit(std::string_view written, size_t &at) {
   return at < written.size() ? base64_digit(written[at++]) : -1;
 }
 
-uint32_t hex4(std::string_view digits) {
-  uint32_t value = 0;
-  for (char c : digits)
-    value = value * 16 + static_cast<uint32_t>(c <= '9' ? c - '0' : (c | 0x20) - 'a' + 10);
-  return value;
-}
-
-void append_utf8(std::string &out, uint32_t code) {
-  int more = code < 0x80 ? 0 : code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
-  static const uint32_t leads[] = {0, 0xC0, 0xE0, 0xF0};
-  out += static_cast<char>(leads[more] | code >> 6 * more);
-  while (more-- > 0) out += static_cast<char>(0x80 | (code >> 6 * more & 0x3F));
-}
-
 } // namespace
 
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest) {
@@ -791,27 +777,8 @@ Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::str
 }
 
 std::string unescape(std::string_view written) {
-  static const char letters[] = "bfnrt", meant[] = "\b\f\n\r\t";
-  std::string out;
-  for (size_t i = 0; i < written.size(); i++) {
-    if (written[i] != '\\') {
-      out += written[i];
-      continue;
-    }
-    char c = written[++i];
-    const char *letter = std::strchr(letters, c);
-    if (c != 'u') {
-      out += letter ? meant[letter - letters] : c;
-      continue;
-    }
-    uint32_t code = hex4(written.substr(i + 1, 4));
-    i += 4;
-    if (code >= 0xD800 && code < 0xDC00) { // the check saw that the other half follows
-      code = 0x10000 + ((code - 0xD800) << 10) + (hex4(written.substr(i + 3, 4)) - 0xDC00);
-      i += 6;
-    }
-    append_utf8(out, code);
-  }
+  std::string out(written.size(), '\0');
+  out.resize(static_cast<size_t>(tw_json_unescape(written.data(), written.size(), out.data()) - out.data()));
   return out;
 }
 

@@ -47,6 +47,10 @@ bool tw_json_next(const char *end, tw_json_item *item);
 /* Elements of an array. */
 uint64_t tw_json_count(const char *array);
 
+/* Writes the `size` bytes that stand between the quotes of a string as they are meant, which is never longer,
+ * and may hold U+0000. Returns the end of what is written. */
+char *tw_json_unescape(const char *written, size_t size, char *out);
+
 /* Where a number begins; false where the value is none. */
 static inline bool tw_json_is_number(const char *value) {
   return *value == '-' || (*value >= '0' && *value <= '9');
