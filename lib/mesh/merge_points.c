@@ -1,5 +1,5 @@
-/* Points become one where they stand: no array of a mesh grows by it. The arrays are those that a reader has
- * just filled, so that they may be written over. */
+/* Merges points of a mesh in its own arrays, which never grow by it. A reader has just filled the arrays, and
+ * nobody else sees them: they may be written over. */
 #include "merge_points.h"
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "out of memory");
 }
 
-/* What all is changed with. */
+/* A merge under way. */
 typedef struct merger {
   tw_mesh *mesh;
   const uint32_t *point_of;      /* [point_count before] */
@@ -72,21 +72,20 @@ static void copy_corner(const merger *m, uint32_t from, uint32_t to) {
 }
 
 /* Moves a face's corners up to `start`, without those at the point of the one before. Returns where they end;
- * `start` for a face that is none any more. */
+ * `start` for a face that is left with fewer than three different points. */
 static uint32_t keep_corners(const merger *m, uint32_t face, uint32_t begin, uint32_t end, uint32_t start) {
   const uint32_t *corners = m->mesh->corners;
-  uint32_t kept = start, before = m->point_of[corners[end - 1]];
-  bool repeats = false;
+  uint32_t kept = start, different = 0, before = m->point_of[corners[end - 1]];
   for (uint32_t c = begin; c < end; c++) {
     uint32_t point = m->point_of[corners[c]];
     if (point != before) {
-      repeats |= m->seen[point] == face + 1;
+      different += m->seen[point] != face + 1;
       m->seen[point] = face + 1;
       copy_corner(m, c, kept++);
     }
     before = point;
   }
-  return repeats || kept - start < 3 ? start : kept;
+  return different < 3 ? start : kept;
 }
 
 static void copy_face(tw_mesh *mesh, uint32_t from, uint32_t to) {

@@ -14,7 +14,7 @@ extern "C" {
 /* What has become one. */
 typedef struct tw_merged {
   uint32_t points; /* that are one with another now */
-  uint32_t faces;  /* dropped: fewer than three points are left, or one occurs twice apart */
+  uint32_t faces;  /* dropped: fewer than three different points are left */
 } tw_merged;
 
 /* Joins border edges as tw_weld_points does, of a checked mesh that nobody else sees yet. Only meshes without

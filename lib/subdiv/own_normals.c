@@ -1,4 +1,4 @@
-/* The normals and tangents that a file gives, for the surface of level 0, which is the file's own mesh. */
+/* Normals and tangents of the file, for the surface of level 0, which is the file's mesh itself. */
 #include <math.h>
 
 #include "surface.h"

@@ -52,6 +52,17 @@ TEST(a_seam_closes_and_a_tagged_file_stays) {
   assert_points(SQUARES "f 1 2 3 4\nf 5 6 7 8\nt interpolateboundary 1/0/0 1\n", TW_WELD_AUTO, 8, 8);
 }
 
+TEST(a_face_that_comes_to_a_point_twice_stays) {
+  tw_model *model = read_with(SQUARES "v 2 0 0\nv 3 0 0\nv 3 1 0\nv 1 -1 0\nv 2 -1 0\nf 1 2 3 4\nf 5 6 7 8\n"
+                                      "f 9 10 11 9 12 13\n",
+                              TW_WELD_AUTO);
+  assert_int_equal(model->meshes->welded_points, 2);
+  assert_int_equal(model->meshes->face_count, 3);
+  assert_int_equal(model->meshes->corner_count, 14);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
 TEST(objects_stay_apart) {
   tw_model *model = read_with("o a\n" SQUARES "f 1 2 3 4\no b\nf 5 6 7 8\n", TW_WELD_AUTO);
   assert_int_equal(model->mesh_count, 2);

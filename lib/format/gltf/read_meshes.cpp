@@ -452,7 +452,7 @@ private:
     mesh_.welded_points = count - welded.point_count;
   }
 
-  // Welding may bring two corners of a face together; such a face has no place in a surface.
+  // Welding may bring neighbouring corners of a face together; such a face has no place in a surface.
   void drop_pinched_faces() {
     Repeats repeats(mesh_.point_count, document_.budget);
     size_t face = 0, begin = 0;
@@ -462,9 +462,14 @@ private:
       list.face_count = 0;
       for (; count > 0; count--) {
         size_t end = offsets_[++face], size = end - begin;
+        size_t different = 0;
         bool pinched = false;
         repeats.begin_face();
-        for (size_t c = begin; c < end; c++) pinched |= repeats.repeats(point_[corners_[c]]);
+        for (size_t c = begin, before = end - 1; c < end; before = c++) {
+          different += !repeats.repeats(point_[corners_[c]]);
+          pinched |= point_[corners_[c]] == point_[corners_[before]];
+        }
+        pinched |= different < 3;
         document_.degenerate_faces += pinched;
         if (!pinched) {
           std::memmove(corners_ + corner_count_, corners_ + begin, size * sizeof *corners_);
