@@ -50,10 +50,6 @@ static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "no memory to join a glTF and its files");
 }
 
-static bool is_key(const tw_json_item *item, const char *name) {
-  return item->key_size == strlen(name) && memcmp(item->key, name, item->key_size) == 0;
-}
-
 /* ---- names --------------------------------------------------------------------------------------------- */
 
 static int hex_digit(char c) {
@@ -189,24 +185,17 @@ static bool starts_with(const char *text, const char *scheme) {
 
 /* The uri of a buffer or an image as a text of the arena; NULL where it has none, or the bytes are in it. */
 static tw_status read_uri(const bundle *b, const char *object, char **out) {
+  const char *uri = tw_json_member(object, "uri");
   *out = NULL;
-  tw_json_item item;
-  if (*object != '{') return TW_OK;
-  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (!is_key(&item, "uri") || *item.value != '"' || starts_with(item.value + 1, "data:")) continue;
-    *out = read_string(b->arena, item.value);
-    return *out ? TW_OK : no_memory(b->error);
-  }
-  return TW_OK;
+  if (!uri || *uri != '"' || starts_with(uri + 1, "data:")) return TW_OK;
+  *out = read_string(b->arena, uri);
+  return *out ? TW_OK : no_memory(b->error);
 }
 
 static uint64_t declared_length(const char *object) {
-  tw_json_item item;
-  uint64_t length = UINT64_MAX;
-  for (bool more = *object == '{' && tw_json_first(object, &item); more;
-       more = tw_json_next(tw_json_skip(item.value), &item))
-    if (is_key(&item, "byteLength") && !read_count(item.value, &length)) length = UINT64_MAX;
-  return length;
+  const char *value = tw_json_member(object, "byteLength");
+  uint64_t length;
+  return value && read_count(value, &length) ? length : UINT64_MAX;
 }
 
 static tw_status place_buffer(bundle *b, const char *object, uint64_t index) {
@@ -278,7 +267,7 @@ static void put_member(tw_text *text, const tw_json_item *item) {
 }
 
 static bool says_where(const tw_json_item *item) {
-  return is_key(item, "buffer") || is_key(item, "byteOffset");
+  return tw_json_key_is(item, "buffer") || tw_json_key_is(item, "byteOffset");
 }
 
 static tw_status put_view(const bundle *b, const char *object, uint64_t index, tw_text *text);
@@ -290,9 +279,10 @@ static tw_status put_extensions(const bundle *b, const char *object, uint64_t in
   tw_text_add(text, "{");
   for (bool more = tw_json_first(object, &item); more && status == TW_OK;
        more = tw_json_next(tw_json_skip(item.value), &item)) {
-    bool is_meshopt = is_key(&item, "EXT_meshopt_compression") || is_key(&item, "KHR_meshopt_compression");
+    bool is_meshopt =
+        tw_json_key_is(&item, "EXT_meshopt_compression") || tw_json_key_is(&item, "KHR_meshopt_compression");
     put_key(text, &item);
-    if (is_meshopt && *item.value == '{')
+    if (is_meshopt)
       status = put_view(b, item.value, index, text);
     else
       put_value(text, item.value);
@@ -304,19 +294,19 @@ static tw_status put_extensions(const bundle *b, const char *object, uint64_t in
 /* A view, or the extension of one, which say alike where their bytes are. What goes past the end of its file
  * would read the next one. */
 static tw_status put_view(const bundle *b, const char *object, uint64_t index, tw_text *text) {
-  uint64_t buffer = UINT64_MAX, offset = 0, length = declared_length(object);
-  tw_json_item item;
-  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    bool is_read = (!is_key(&item, "buffer") || read_count(item.value, &buffer)) &&
-                   (!is_key(&item, "byteOffset") || read_count(item.value, &offset));
-    if (!is_read) buffer = UINT64_MAX;
-    if (!is_read) break;
+  if (*object != '{') {
+    put_value(text, object); /* which the reader refuses */
+    return TW_OK;
   }
-  const placed_buffer *placed = buffer < b->buffer_count ? &b->buffers[buffer] : NULL;
+  const char *number = tw_json_member(object, "buffer"), *begin = tw_json_member(object, "byteOffset");
+  uint64_t buffer = UINT64_MAX, offset = 0, length = declared_length(object);
+  bool is_read = number && read_count(number, &buffer) && (!begin || read_count(begin, &offset));
+  const placed_buffer *placed = is_read && buffer < b->buffer_count ? &b->buffers[buffer] : NULL;
   if (!placed || offset > placed->length || length > placed->length - offset) {
     tw_fail(b->error, TW_INVALID, "the buffer view does not lie within a buffer");
     return tw_error_at(b->error, "/bufferViews/%" PRIu64, index);
   }
+  tw_json_item item;
   tw_status status = TW_OK;
   tw_text_add(text, "{");
   tw_member_count(text, "buffer", placed->index);
@@ -325,7 +315,7 @@ static tw_status put_view(const bundle *b, const char *object, uint64_t index, t
        more = tw_json_next(tw_json_skip(item.value), &item)) {
     if (says_where(&item)) continue;
     put_key(text, &item);
-    if (is_key(&item, "extensions") && *item.value == '{')
+    if (tw_json_key_is(&item, "extensions") && *item.value == '{')
       status = put_extensions(b, item.value, index, text);
     else
       put_value(text, item.value);
@@ -334,20 +324,23 @@ static tw_status put_view(const bundle *b, const char *object, uint64_t index, t
   return status;
 }
 
-static tw_status put_views(const bundle *b, const char *array, tw_text *text) {
+/* The elements of an array by `put`. */
+static tw_status put_each(const bundle *b, const char *array,
+                          tw_status (*put)(const bundle *b, const char *value, uint64_t index, tw_text *text),
+                          tw_text *text) {
   tw_json_item item;
   tw_status status = TW_OK;
   uint64_t index = 0;
-  tw_text_add(text, "[");
   for (bool more = array && tw_json_first(array, &item); more && status == TW_OK;
        more = tw_json_next(tw_json_skip(item.value), &item)) {
     tw_text_element(text);
-    if (*item.value == '{')
-      status = put_view(b, item.value, index, text);
-    else
-      put_value(text, item.value);
-    index++;
+    status = put(b, item.value, index++, text);
   }
+  return status;
+}
+
+/* Views of images that came as files. */
+static void put_added_views(const bundle *b, tw_text *text) {
   for (uint32_t i = 0; i < b->added_count; i++) {
     uint32_t file = b->added_views[i];
     tw_text_element(text);
@@ -357,8 +350,6 @@ static tw_status put_views(const bundle *b, const char *array, tw_text *text) {
     tw_member_count(text, "byteLength", b->files[file].size);
     tw_text_add(text, "}");
   }
-  tw_text_add(text, "]");
-  return status;
 }
 
 /* What is said of the only buffer that came as a file stays with it. */
@@ -368,7 +359,7 @@ static void put_buffers(const bundle *b, const char *array, tw_text *text) {
   tw_member_count(text, "byteLength", b->bin_size);
   for (bool more = b->merged_count == 1 && tw_json_first(b->merged, &item); more;
        more = tw_json_next(tw_json_skip(item.value), &item))
-    if (!is_key(&item, "byteLength") && !is_key(&item, "uri")) put_member(text, &item);
+    if (!tw_json_key_is(&item, "byteLength") && !tw_json_key_is(&item, "uri")) put_member(text, &item);
   tw_text_add(text, "}");
   uint64_t index = 0;
   for (bool more = array && tw_json_first(array, &item); more;
@@ -413,8 +404,8 @@ static tw_status put_image(const bundle *b, const char *object, uint64_t index, 
   tw_json_item item;
   tw_text_add(text, "{");
   for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    has_type |= is_key(&item, "mimeType");
-    if (!is_key(&item, "uri")) put_member(text, &item);
+    has_type |= tw_json_key_is(&item, "mimeType");
+    if (!tw_json_key_is(&item, "uri")) put_member(text, &item);
   }
   const char *type = image_type(&b->files[file]);
   if (!has_type && !type) {
@@ -427,20 +418,6 @@ static tw_status put_image(const bundle *b, const char *object, uint64_t index, 
   return TW_OK;
 }
 
-static tw_status put_images(const bundle *b, const char *array, tw_text *text) {
-  tw_json_item item;
-  tw_status status = TW_OK;
-  uint64_t index = 0;
-  tw_text_add(text, "[");
-  for (bool more = tw_json_first(array, &item); more && status == TW_OK;
-       more = tw_json_next(tw_json_skip(item.value), &item)) {
-    tw_text_element(text);
-    status = put_image(b, item.value, index++, text);
-  }
-  tw_text_add(text, "]");
-  return status;
-}
-
 static tw_status put_document(const bundle *b, const char *root, const document_parts *parts, tw_text *text) {
   tw_json_item item;
   tw_text_add(text, "{");
@@ -449,14 +426,15 @@ static tw_status put_document(const bundle *b, const char *root, const document_
       put_member(text, &item);
   tw_text_member(text, "buffers");
   put_buffers(b, parts->buffers, text);
-  tw_text_member(text, "bufferViews");
-  tw_status status = put_views(b, parts->views, text);
-  if (status != TW_OK || !parts->images) {
-    tw_text_add(text, "}");
-    return status;
+  tw_member_open(text, "bufferViews", "[");
+  tw_status status = put_each(b, parts->views, put_view, text);
+  put_added_views(b, text);
+  tw_text_add(text, "]");
+  if (status == TW_OK && parts->images) {
+    tw_member_open(text, "images", "[");
+    status = put_each(b, parts->images, put_image, text);
+    tw_text_add(text, "]");
   }
-  tw_text_member(text, "images");
-  status = put_images(b, parts->images, text);
   tw_text_add(text, "}");
   return status;
 }
@@ -494,16 +472,9 @@ static tw_status make_glb(const bundle *b, const tw_text *text, uint64_t max_siz
 
 /* ---- the whole ----------------------------------------------------------------------------------------- */
 
-static document_parts find_parts(const char *root) {
-  document_parts parts = {0};
-  tw_json_item item;
-  for (bool more = tw_json_first(root, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (*item.value != '[') continue;
-    if (is_key(&item, "buffers")) parts.buffers = item.value;
-    if (is_key(&item, "bufferViews")) parts.views = item.value;
-    if (is_key(&item, "images")) parts.images = item.value;
-  }
-  return parts;
+static const char *find_array(const char *root, const char *name) {
+  const char *value = tw_json_member(root, name);
+  return value && *value == '[' ? value : NULL;
 }
 
 static tw_status allocate(bundle *b, const document_parts *parts) {
@@ -522,7 +493,9 @@ static tw_status allocate(bundle *b, const document_parts *parts) {
 }
 
 static tw_status join(bundle *b, const char *root, uint64_t max_size, uint8_t **out, size_t *out_size) {
-  const document_parts parts = find_parts(root);
+  const document_parts parts = {.buffers = find_array(root, "buffers"),
+                                .views = find_array(root, "bufferViews"),
+                                .images = find_array(root, "images")};
   tw_status status = allocate(b, &parts);
   if (status == TW_OK) status = place_all(b, parts.buffers, place_buffer);
   if (status == TW_OK) status = place_all(b, parts.images, place_image);

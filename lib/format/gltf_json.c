@@ -56,8 +56,8 @@ static void note_extensions(json_writer *writer, const char *container) {
        more = tw_json_next(tw_json_skip(item.value), &item)) {
     bool is_object = *item.value == '{';
     if (!is_object && *item.value != '[') continue;
-    if (item.key_size == 6 && memcmp(item.key, "extras", 6) == 0) continue;
-    if (is_object && item.key_size == 10 && memcmp(item.key, "extensions", 10) == 0) {
+    if (tw_json_key_is(&item, "extras")) continue;
+    if (is_object && tw_json_key_is(&item, "extensions")) {
       tw_json_item extension;
       for (bool next = tw_json_first(item.value, &extension); next;
            next = tw_json_next(tw_json_skip(extension.value), &extension))
@@ -123,21 +123,12 @@ static void put_kept(json_writer *writer, const char *kept) {
   if (strstr(kept, "\"extensions\"")) note_extensions(writer, kept);
 }
 
-/* The member of a kept object that is called so, or NULL. object may be NULL. */
-static const char *find_member(const char *object, const char *name) {
-  tw_json_item item;
-  if (!object) return NULL;
-  for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
-    if (item.key_size == strlen(name) && memcmp(item.key, name, item.key_size) == 0) return item.value;
-  return NULL;
-}
-
 /* The members of a kept object but for one. object may be NULL. */
 static void put_others(json_writer *writer, const char *object, const char *except) {
   tw_json_item item;
   if (!object) return;
   for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (item.key_size == strlen(except) && memcmp(item.key, except, item.key_size) == 0) continue;
+    if (tw_json_key_is(&item, except)) continue;
     tw_text_element(writer->text);
     tw_text_bytes(writer->text, item.key - 1, (size_t)(tw_json_skip(item.value) - item.key) + 1);
   }
@@ -325,7 +316,7 @@ static void put_targets(json_writer *writer, uint32_t count, uint32_t first, uin
 
 /* The members of a kept object, FB_ngon_encoding among its extensions. */
 static void put_kept_and_ngon(json_writer *writer, const char *kept) {
-  const char *extensions = find_member(kept, "extensions");
+  const char *extensions = tw_json_member(kept, "extensions");
   tw_member_open(writer->text, "extensions", "{");
   tw_member_open(writer->text, NGON, "{}");
   note_name(writer, NGON, sizeof NGON - 1);
@@ -580,7 +571,7 @@ static void put_skins(json_writer *writer) {
 
 /* The part of a track's kept object that is called so. */
 static void put_part(json_writer *writer, const char *kept, const char *name) {
-  const char *part = find_member(kept, name);
+  const char *part = tw_json_member(kept, name);
   put_others(writer, part, "");
   if (part) note_extensions(writer, part);
 }

@@ -363,6 +363,18 @@ bool tw_json_next(const char *end, tw_json_item *item) {
   return !is_last;
 }
 
+bool tw_json_key_is(const tw_json_item *item, const char *name) {
+  return item->key_size == strlen(name) && memcmp(item->key, name, item->key_size) == 0;
+}
+
+const char *tw_json_member(const char *value, const char *name) {
+  tw_json_item item;
+  if (!value || *value != '{') return NULL;
+  for (bool more = tw_json_first(value, &item); more; more = tw_json_next(tw_json_skip(item.value), &item))
+    if (tw_json_key_is(&item, name)) return item.value;
+  return NULL;
+}
+
 static uint32_t hex4(const char *digits) {
   uint32_t unit = 0;
   for (int i = 0; i < 4; i++)

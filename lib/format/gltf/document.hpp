@@ -130,9 +130,6 @@ inline bool is_escaped(std::string_view key) {
   return key.find('\\') != std::string_view::npos;
 }
 
-// The member of an object that is called so, nullptr without one, and for what is no object.
-const char *find_member(const char *object, std::string_view name);
-
 // Whether the words of a list, a blank between two, have this one.
 bool has_word(std::string_view list, std::string_view word);
 

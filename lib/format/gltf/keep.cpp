@@ -141,7 +141,7 @@ public:
         root, "accessors animations asset buffers bufferViews cameras extensionsUsed extensionsRequired "
               "images materials meshes nodes samplers scene scenes skins textures");
     place_ = "/asset";
-    if (const char *asset = find_member(root, "asset"))
+    if (const char *asset = tw_json_member(root, "asset"))
       assets.asset = object(asset, "version minVersion generator");
     assets.materials = objects("materials");
     materials_ = assets.materials.count;
@@ -333,7 +333,7 @@ private:
 
   // Whole objects.
   tw_gltf_objects objects(const char *member) {
-    const char *array = find_member(document_.outline.root, member);
+    const char *array = tw_json_member(document_.outline.root, member);
     tw_gltf_objects out = {count_of(array), nullptr};
     out.items = allocate<const char *>(document_, out.count);
     each(array, [&](size_t i, const char *value) {
@@ -345,7 +345,7 @@ private:
   }
 
   tw_gltf_objects names(const char *member) {
-    const char *array = find_member(document_.outline.root, member);
+    const char *array = tw_json_member(document_.outline.root, member);
     tw_gltf_objects out = {0, nullptr};
     out.items = allocate<const char *>(document_, count_of(array));
     each(array, [&](size_t, const char *value) {
@@ -358,7 +358,7 @@ private:
   }
 
   void parts(const char *member, Vector<const char *> &out, std::string_view known) {
-    each(find_member(document_.outline.root, member), [&](size_t i, const char *value) {
+    each(tw_json_member(document_.outline.root, member), [&](size_t i, const char *value) {
       place_ = text("/", member, "/", i);
       out.push_back(object(value, known));
     });
@@ -367,7 +367,7 @@ private:
   // ---- images and scenes
 
   void images(tw_gltf_assets &assets) {
-    const char *array = find_member(document_.outline.root, "images");
+    const char *array = tw_json_member(document_.outline.root, "images");
     const Vector<ImageOutline> &inside = document_.outline.images;
     size_t next = 0;
     assets.image_count = count_of(array);
@@ -382,7 +382,7 @@ private:
   }
 
   void scenes(tw_gltf_assets &assets) {
-    const char *array = find_member(document_.outline.root, "scenes");
+    const char *array = tw_json_member(document_.outline.root, "scenes");
     assets.scene_count = count_of(array);
     assets.scenes = allocate_zero<tw_gltf_scene>(document_, assets.scene_count);
     each(array, [&](size_t i, const char *value) {
@@ -401,14 +401,14 @@ private:
   // ---- primitives
 
   void meshes() {
-    each(find_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
+    each(tw_json_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
       Vector<char> loose{Counted<char>(document_.budget)};
-      check_parsed(count_of(find_member(mesh, "primitives")), document_.source.meshes[index].primitives,
+      check_parsed(count_of(tw_json_member(mesh, "primitives")), document_.source.meshes[index].primitives,
                    text("/meshes/", index, "/primitives"));
       kept_.first_primitive.push_back(kept_.marked.size());
-      each(find_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
-        const char *extensions = find_member(primitive, "extensions");
-        kept_.marked.push_back(extensions && find_member(extensions, "FB_ngon_encoding"));
+      each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
+        const char *extensions = tw_json_member(primitive, "extensions");
+        kept_.marked.push_back(tw_json_member(extensions, "FB_ngon_encoding") != nullptr);
         place_ = text("/meshes/", index, "/primitives/", i);
         kept_.primitives.push_back(object(primitive, "attributes indices material mode targets"));
         const tinygltf::Primitive &parsed = document_.source.meshes[index].primitives[i];
@@ -500,8 +500,8 @@ private:
   // ---- channels
 
   void animations() {
-    each(find_member(document_.outline.root, "animations"), [&](size_t index, const char *animation) {
-      const char *samplers = find_member(animation, "samplers");
+    each(tw_json_member(document_.outline.root, "animations"), [&](size_t index, const char *animation) {
+      const char *samplers = tw_json_member(animation, "samplers");
       const tinygltf::Animation &parsed = document_.source.animations[index];
       check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));
       Vector<const char *> sampler_texts{Counted<const char *>(document_.budget)};
@@ -511,7 +511,7 @@ private:
         sampler_texts.push_back(object(sampler, "input output interpolation"));
       });
       kept_.first_channel.push_back(kept_.channels.size());
-      each(find_member(animation, "channels"), [&](size_t i, const char *channel) {
+      each(tw_json_member(animation, "channels"), [&](size_t i, const char *channel) {
         place_ = text("/animations/", index, "/channels/", i);
         const char *own = track(channel, sampler_texts);
         if (is_track(channel))
@@ -527,7 +527,7 @@ private:
 
   // A channel of something else than a node, with its sampler: in text_. own: what both say.
   const Vector<char> &loose_channel(const tinygltf::Animation &parsed, const char *channel, const char *own) {
-    const char *number = find_member(channel, "sampler"), *target = find_member(channel, "target");
+    const char *number = tw_json_member(channel, "sampler"), *target = tw_json_member(channel, "target");
     int sampler = number ? index_of(number) : -1;
     if (sampler < 0 || static_cast<size_t>(sampler) >= parsed.samplers.size())
       refuse(TW_INVALID, place_ + "/sampler", "there is no such sampler");
@@ -535,8 +535,8 @@ private:
     const tinygltf::AnimationSampler &keys = parsed.samplers[static_cast<size_t>(sampler)];
     if (!has_word("LINEAR STEP CUBICSPLINE", keys.interpolation))
       refuse(TW_INVALID, place_, "an interpolation is LINEAR, STEP or CUBICSPLINE");
-    const char *more = own ? find_member(own, "channel") : nullptr;
-    const char *sampler_more = own ? find_member(own, "sampler") : nullptr;
+    const char *more = tw_json_member(own, "channel");
+    const char *sampler_more = tw_json_member(own, "sampler");
     uint32_t input = elements_.keep(keys.input, TIMES, place_),
              output = elements_.keep(keys.output, PLAIN, place_);
     collect(target, "");
@@ -560,9 +560,9 @@ private:
 
   // What channel, target and sampler say as one object; a sampler that several channels name is with each.
   const char *track(const char *channel, const Vector<const char *> &samplers) {
-    const char *own = object(channel, "sampler target"), *target = find_member(channel, "target");
+    const char *own = object(channel, "sampler target"), *target = tw_json_member(channel, "target");
     const char *of_target = target ? object(target, "node path") : nullptr;
-    const char *number = find_member(channel, "sampler");
+    const char *number = tw_json_member(channel, "sampler");
     int sampler = number ? index_of(number) : -1;
     bool has_sampler = sampler >= 0 && static_cast<size_t>(sampler) < samplers.size();
     const char *of_sampler = has_sampler ? samplers[static_cast<size_t>(sampler)] : nullptr;
@@ -584,11 +584,11 @@ private:
   // ---- what is not kept
 
   void count_unplaced(const char *member) {
-    each(find_member(document_.outline.root, member), [&](size_t, const char *value) {
-      const char *extensions = find_member(value, "extensions");
-      bool says_more =
-          find_member(value, "extras") || (extensions && *extensions == '{' && tw_json_count(extensions) > 0);
-      unplaced_ += says_more && !(extensions && find_member(extensions, "EXT_meshopt_compression"));
+    each(tw_json_member(document_.outline.root, member), [&](size_t, const char *value) {
+      const char *extensions = tw_json_member(value, "extensions");
+      bool says_more = tw_json_member(value, "extras") ||
+                       (extensions && *extensions == '{' && tw_json_count(extensions) > 0);
+      unplaced_ += says_more && !tw_json_member(extensions, "EXT_meshopt_compression");
     });
   }
 

@@ -227,7 +227,7 @@ private:
   }
 
   static bool says_fallback(const char *extension) {
-    const char *value = extension ? find_member(extension, "fallback") : nullptr;
+    const char *value = tw_json_member(extension, "fallback");
     return value && *value == 't';
   }
 
@@ -244,8 +244,8 @@ private:
   }
 
   static const char *compression_of(const char *extensions) {
-    const char *ext = find_member(extensions, "EXT_meshopt_compression");
-    return ext ? ext : find_member(extensions, "KHR_meshopt_compression");
+    const char *ext = tw_json_member(extensions, "EXT_meshopt_compression");
+    return ext ? ext : tw_json_member(extensions, "KHR_meshopt_compression");
   }
 
   // The place is the view's, also for members of the extension.
@@ -782,13 +782,6 @@ std::string unescape(std::string_view written) {
   return out;
 }
 
-const char *find_member(const char *object, std::string_view name) {
-  if (*object != '{') return nullptr;
-  for (Items i(object); i.more(); i.next())
-    if (i.key() == name) return i.value();
-  return nullptr;
-}
-
 bool has_word(std::string_view list, std::string_view word) {
   for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
     size_t end = at + word.size();
@@ -798,9 +791,9 @@ bool has_word(std::string_view list, std::string_view word) {
 }
 
 bool is_track(const char *channel) {
-  const char *target = find_member(channel, "target");
-  const char *node = target ? find_member(target, "node") : nullptr;
-  const char *path = target ? find_member(target, "path") : nullptr;
+  const char *target = tw_json_member(channel, "target");
+  const char *node = tw_json_member(target, "node");
+  const char *path = tw_json_member(target, "path");
   return node && path && *path == '"' && has_word("translation rotation scale weights", string_of(path));
 }
 

@@ -38,21 +38,21 @@ void check_textures(const char *object, uint64_t textures, const Way &way) {
   for (Items i(object); i.more(); i.next()) {
     if (*i.value() != '{' || i.key() == "extras") continue;
     const Way here = {&way, i.key()};
-    const char *index = is_texture(i.key()) ? find_member(i.value(), "index") : nullptr;
+    const char *index = is_texture(i.key()) ? tw_json_member(i.value(), "index") : nullptr;
     if (index) check_index(index, textures, {&here, "index"});
     check_textures(i.value(), textures, here);
   }
 }
 
 // `member` of an object, where it has it.
-void check_reference(const char *object, std::string_view member, uint64_t count, const Way &way) {
-  if (const char *index = find_member(object, member)) check_index(index, count, {&way, member});
+void check_reference(const char *object, const char *member, uint64_t count, const Way &way) {
+  if (const char *index = tw_json_member(object, member)) check_index(index, count, {&way, member});
 }
 
 void check_texture(const char *texture, const tw_gltf_assets &assets, const Way &way) {
   check_reference(texture, "sampler", assets.samplers.count, way);
   check_reference(texture, "source", assets.image_count, way);
-  const char *extensions = find_member(texture, "extensions");
+  const char *extensions = tw_json_member(texture, "extensions");
   const Way inside = {&way, "extensions"};
   if (extensions && *extensions == '{')
     for (Items i(extensions); i.more(); i.next())
@@ -130,7 +130,7 @@ void name_materials(Document &document) {
   if (materials.count == 0) return;
   document.model->material_names = allocate_zero<const char *>(document, materials.count);
   for (uint32_t i = 0; i < materials.count; i++) {
-    const char *name = find_member(materials.items[i], "name");
+    const char *name = tw_json_member(materials.items[i], "name");
     if (name && *name == '"')
       document.model->material_names[i] = copy_name(document, unescape(string_of(name)));
   }
@@ -138,25 +138,24 @@ void name_materials(Document &document) {
 }
 
 int set_of(const char *info, int absent) {
-  const char *set = info ? find_member(info, "texCoord") : nullptr;
+  const char *set = tw_json_member(info, "texCoord");
   double number = 0;
   if (!set || !tw_json_is_number(set)) return absent;
   tw_json_number(set, &number);
   return number >= 0 && number < 256 ? static_cast<int>(number) : absent;
 }
 
-const char *extension(const char *object, std::string_view name) {
-  const char *extensions = find_member(object, "extensions");
-  return extensions ? find_member(extensions, name) : nullptr;
+const char *extension(const char *object, const char *name) {
+  return tw_json_member(tw_json_member(object, "extensions"), name);
 }
 
 // The set of texture coordinates that a material's normal map lies on, else that of its clear coat; -1
 // without either (glTF 2.0, textureInfo; KHR_texture_transform, whose texCoord goes before;
 // KHR_materials_clearcoat).
 int normal_map_uvs(const char *material) {
-  const char *map = find_member(material, "normalTexture"),
+  const char *map = tw_json_member(material, "normalTexture"),
              *coat = extension(material, "KHR_materials_clearcoat");
-  if (!map || !find_member(map, "index")) map = coat ? find_member(coat, "clearcoatNormalTexture") : nullptr;
+  if (!tw_json_member(map, "index")) map = tw_json_member(coat, "clearcoatNormalTexture");
   if (!map) return -1;
   return set_of(extension(map, "KHR_texture_transform"), set_of(map, 0));
 }

@@ -88,7 +88,7 @@ const uint32_t *read_roots(Document &document, size_t index) {
 }
 
 const char *scene_name(Document &document, const tw_gltf_scene &scene) {
-  const char *name = scene.kept ? find_member(scene.kept, "name") : nullptr;
+  const char *name = tw_json_member(scene.kept, "name");
   return name && *name == '"' ? copy_name(document, unescape(string_of(name))) : nullptr;
 }
 

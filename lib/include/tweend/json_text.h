@@ -44,6 +44,12 @@ bool tw_json_first(const char *container, tw_json_item *out);
  * past the array or object. */
 bool tw_json_next(const char *end, tw_json_item *item);
 
+/* Whether a member is called so. */
+bool tw_json_key_is(const tw_json_item *item, const char *name);
+
+/* The value of the member of that name; NULL without one, and where `value` is NULL or no object. */
+const char *tw_json_member(const char *value, const char *name);
+
 /* Elements of an array. */
 uint64_t tw_json_count(const char *array);
 
