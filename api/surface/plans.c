@@ -215,7 +215,7 @@ static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *qu
   uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
   if (query->level == 0 || query->level > 3) return connectivity;
   uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
-           values = (uint64_t)mesh->uv_set_count + (mesh->colors ? 1 : 0) + mesh->morph_count,
+           values = (uint64_t)mesh->uv_set_count + mesh->attribute_count + mesh->morph_count,
            skin = mesh->skin.joints ? 1 : 0,
            sets = values + 3 * skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
   return connectivity + (cost < MOST ? cost : MOST);
@@ -231,7 +231,7 @@ static uint64_t building_cost(const plan_source *source) {
   for (uint32_t i = 0; i < all->count; i++) {
     const tw_mesh *mesh = &all->meshes[i];
     cost += (uint64_t)mesh->corner_count * per_corner[level];
-    cost += (uint64_t)mesh->point_count * (24 + 24 * (uint64_t)mesh->morph_count);
+    cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
     cost += attributes_cost(mesh, source->query);
     if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
   }

@@ -340,8 +340,12 @@ static void put_triangles(json_writer *writer, uint32_t index) {
     const tw_surface_group *faces = &writer->plan->views[writer->plan->accessors[indices].view].faces;
     open_object(writer);
     tw_member_open(writer->text, "attributes", "{");
-    for (uint32_t a = 0; a < mesh->attribute_count; a++)
-      tw_member_count(writer->text, mesh->attributes[a].semantic, mesh->attributes[a].accessor);
+    for (uint32_t a = 0; a < mesh->attribute_count; a++) {
+      tw_text_element(writer->text);
+      tw_text_string(writer->text, mesh->attributes[a].semantic);
+      tw_text_add(writer->text, ":");
+      tw_text_count(writer->text, mesh->attributes[a].accessor);
+    }
     close_object(writer);
     tw_member_count(writer->text, "indices", indices);
     const int32_t material = tw_model_material(writer->scene->model, faces->material);

@@ -100,18 +100,23 @@ static void add_attribute(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surfa
                                .morph = -1};
   mesh->attributes[mesh->attribute_count++] =
       (tw_gltf_attribute){.semantic = semantic, .accessor = add_accessor(plan, accessor)};
+  plan->attribute_count++;
 }
 
-static void add_attributes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface, uint32_t view) {
+static void add_attributes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_mesh *source,
+                           const tw_surface *surface, uint32_t view) {
   static const char *const uv_semantics[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2",
                                                            "TEXCOORD_3"};
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  mesh->attributes = plan->attributes + plan->attribute_count;
   add_attribute(plan, mesh, surface, view, "POSITION", layout->position, 3);
   add_attribute(plan, mesh, surface, view, "NORMAL", layout->normal, 3);
   add_attribute(plan, mesh, surface, view, "TANGENT", layout->tangent, 4);
   for (uint32_t set = 0; set < layout->uv_count; set++)
     add_attribute(plan, mesh, surface, view, uv_semantics[set], layout->uvs[set], 2);
-  add_attribute(plan, mesh, surface, view, "COLOR_0", layout->color, 4);
+  for (uint32_t i = 0; i < layout->attribute_count; i++)
+    add_attribute(plan, mesh, surface, view, source->attributes[i].name, layout->attributes[i],
+                  (int)source->attributes[i].width);
   add_attribute(plan, mesh, surface, view, "JOINTS_0", layout->joints, 4);
   add_attribute(plan, mesh, surface, view, "WEIGHTS_0", layout->weights, 4);
 }
@@ -131,13 +136,14 @@ static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *sur
 
 /* One view while glTF's largest stride allows it; else the displacements at the end of the row go to views
  * of their own. */
-static void add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface) {
+static void add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *source,
+                         const tw_surface *surface) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
   bool together = bytes_of_columns(layout, 0, layout->stride) <= TW_GLTF_STRIDE_MAX;
   uint32_t base = layout->stride - 3 * layout->morph_count;
   uint32_t view = add_rows(plan, index, surface, 0, together ? layout->stride : base);
-  add_attributes(plan, mesh, surface, view);
+  add_attributes(plan, mesh, source, surface, view);
   mesh->target_count = layout->morph_count;
   mesh->first_target = plan->accessor_count;
   if (together) {
@@ -200,7 +206,7 @@ static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     const tw_surface *surface = scene->surfaces[i];
     if (tw_surface_get_counts(surface)->faces > 0) {
-      add_vertices(plan, i, surface);
+      add_vertices(plan, i, &scene->model->meshes[i], surface);
       add_triangles(plan, i, surface);
     } else {
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
@@ -385,10 +391,9 @@ static bool names_groups(const tw_scene *scene) {
 /* ---- the whole ----------------------------------------------------------------------------------------- */
 
 static uint32_t count_attributes(const tw_surface_layout *layout) {
-  uint32_t count = 1 + layout->uv_count;
+  uint32_t count = 1 + layout->uv_count + layout->attribute_count;
   count += layout->normal != UINT32_MAX;
   count += layout->tangent != UINT32_MAX;
-  count += layout->color != UINT32_MAX;
   return layout->joints != UINT32_MAX ? count + 2 : count;
 }
 
@@ -434,13 +439,14 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
   plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
+  plan->attributes = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->attributes);
   plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
   plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
   plan->image_views =
       tw_arena_alloc(plan->arena, tw_gltf_assets_of(model)->image_count, sizeof *plan->image_views);
   plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
-  bool all = plan->views && plan->accessors && plan->meshes && plan->animations && plan->channels &&
-             plan->image_views && plan->skin_matrices;
+  bool all = plan->views && plan->accessors && plan->meshes && plan->attributes && plan->animations &&
+             plan->channels && plan->image_views && plan->skin_matrices;
   return all ? TW_OK : no_memory(error);
 }
 

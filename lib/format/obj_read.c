@@ -1083,11 +1083,13 @@ typedef struct obj_part {
   uint32_t *uv_marks, *uv_numbers; /* [all.uvs] scratch; NULL for a single mesh */
 } obj_part;
 
-static void add_points(const obj_part *part, tw_mesh *mesh) {
+static tw_status add_points(const obj_part *part, tw_mesh *mesh) {
   const obj_reader *reader = part->reader;
   mesh->point_count = part->point_stop - part->first_point;
   mesh->positions = reader->positions + 3 * (size_t)part->first_point;
-  if (reader->colors) mesh->colors = reader->colors + 4 * (size_t)part->first_point;
+  if (!reader->colors) return TW_OK;
+  const float *colors = reader->colors + 4 * (size_t)part->first_point;
+  return tw_mesh_set_colors(mesh, colors, reader->arena) == TW_OK ? TW_OK : no_memory(reader);
 }
 
 /* The offsets of each mesh have a number more than it has faces, and count from its first corner: they move
@@ -1189,8 +1191,8 @@ static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   bool is_object = part->index < reader->object_count;
   tw_status status =
       copy_name(reader, is_object ? reader->objects[part->index].name : reader->first_group, &mesh->name);
+  if (status == TW_OK) status = add_points(part, mesh);
   if (status != TW_OK) return status;
-  add_points(part, mesh);
   add_faces(part, mesh);
   add_normals(part, mesh);
   add_tags(reader, mesh);

@@ -100,9 +100,11 @@ static tw_status fill_mesh(const tw_polygons_read *read, const tw_soup *soup, co
   tw_mesh *mesh = model->meshes;
   mesh->point_count = count;
   mesh->positions = gather(model->arena, read->positions, 3, points, read->vertex_count, count);
-  if (read->colors) mesh->colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
-  if (!mesh->positions || (read->colors && !mesh->colors))
-    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  const float *colors = NULL;
+  if (read->colors) colors = gather(model->arena, read->colors, 4, points, read->vertex_count, count);
+  bool complete = mesh->positions && (!read->colors || colors);
+  if (complete && colors) complete = tw_mesh_set_colors(mesh, colors, model->arena) == TW_OK;
+  if (!complete) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (read->uvs) {
     tw_status status = weld_uvs(soup, read, points, model->arena, &mesh->uv_sets[0], error);
     if (status != TW_OK) return status;

@@ -55,7 +55,8 @@ static void keep_rows(const merger *m, const void *rows, size_t size) {
 static void keep_points(const merger *m) {
   const tw_mesh *mesh = m->mesh;
   keep_rows(m, mesh->positions, 3 * sizeof(float));
-  keep_rows(m, mesh->colors, 4 * sizeof(float));
+  for (uint32_t i = 0; i < mesh->attribute_count; i++)
+    keep_rows(m, mesh->attributes[i].values, mesh->attributes[i].width * sizeof(float));
   keep_rows(m, mesh->skin.joints, 4 * sizeof(uint16_t));
   keep_rows(m, mesh->skin.weights, 4 * sizeof(float));
   for (uint32_t t = 0; t < mesh->morph_count; t++) keep_rows(m, mesh->morphs[t], 3 * sizeof(float));

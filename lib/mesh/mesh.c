@@ -11,6 +11,15 @@ void tw_mesh_init(tw_mesh *mesh) {
   mesh->tag_boundary = mesh->tag_uv = mesh->tag_creasing = mesh->tag_triangles = TW_TAG_UNSET;
 }
 
+tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena) {
+  tw_attribute *attribute = tw_arena_alloc(arena, 1, sizeof *attribute);
+  if (!attribute) return TW_NO_MEMORY;
+  *attribute = (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = colors};
+  mesh->attributes = attribute;
+  mesh->attribute_count = 1;
+  return TW_OK;
+}
+
 /* ---- check ---------------------------------------------------------------------------------- */
 
 static tw_status check_finite(const float *values, uint64_t rows, uint32_t width, const char *what,
@@ -141,8 +150,10 @@ static tw_status check_tags(const tw_mesh *mesh, tw_error *error) {
 
 static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
   tw_status status = check_finite(mesh->positions, mesh->point_count, 3, "positions", error);
-  if (status == TW_OK && mesh->colors)
-    status = check_finite(mesh->colors, mesh->point_count, 4, "colors", error);
+  for (uint32_t i = 0; i < mesh->attribute_count && status == TW_OK; i++) {
+    const tw_attribute *attribute = &mesh->attributes[i];
+    status = check_finite(attribute->values, mesh->point_count, attribute->width, attribute->name, error);
+  }
   if (status == TW_OK && mesh->skin.joints)
     status = check_finite(mesh->skin.weights, mesh->point_count, 4, "weights", error);
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)

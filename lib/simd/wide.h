@@ -146,8 +146,8 @@ typedef struct tw_apart {
 } tw_apart;
 
 static inline __attribute__((always_inline)) tw_apart tw_take_apart(const tw_vector *v, size_t width) {
-  tw_vector z = v[width > 2 ? 2 : 0], w = v[width > 3 ? 3 : 0];
-  tw_vector xy_low = TW_SHUFFLE(v[0], v[1], 0, 4, 1, 5), xy_high = TW_SHUFFLE(v[0], v[1], 2, 6, 3, 7),
+  tw_vector y = v[width > 1 ? 1 : 0], z = v[width > 2 ? 2 : 0], w = v[width > 3 ? 3 : 0];
+  tw_vector xy_low = TW_SHUFFLE(v[0], y, 0, 4, 1, 5), xy_high = TW_SHUFFLE(v[0], y, 2, 6, 3, 7),
             zw_low = TW_SHUFFLE(z, w, 0, 4, 1, 5), zw_high = TW_SHUFFLE(z, w, 2, 6, 3, 7);
   tw_apart a = {.rows = {TW_SHUFFLE(xy_low, zw_low, 0, 1, 4, 5), TW_SHUFFLE(xy_low, zw_low, 2, 3, 6, 7),
                          TW_SHUFFLE(xy_high, zw_high, 0, 1, 4, 5), TW_SHUFFLE(xy_high, zw_high, 2, 3, 6, 7)}};
@@ -160,8 +160,10 @@ static inline __attribute__((always_inline)) void tw_put_row(float *out, size_t 
                                                              tw_four tail, size_t half) {
   if (width >= 4)
     tw_put(out, row);
-  else
+  else if (width >= 2)
     tw_put_half(out, row, 0);
+  else
+    out[0] = row[0];
   if (width == 3) out[2] = row[2];
   if (width == 6) tw_put_half(out + 4, tail, (int)half);
 }
@@ -177,7 +179,7 @@ static __attribute__((noinline)) void tw_put_some_apart(const tw_apart *a, size_
   for (size_t l = 0; l < count; l++, out += step) tw_put_one_apart(a, width, l, out);
 }
 
-/* Rows of `width` components, 2, 3, 4 or 6: those of the first `count` points, `step` apart. */
+/* Rows of `width` components, 1, 2, 3, 4 or 6: those of the first `count` points, `step` apart. */
 static inline __attribute__((always_inline)) void tw_store_rows(const tw_vector *v, size_t width,
                                                                 size_t count, float *out, ptrdiff_t step) {
   if (width % 3 == 0 && step == (ptrdiff_t)width) {

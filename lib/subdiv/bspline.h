@@ -26,7 +26,7 @@ typedef struct tw_patch_rect {
   uint32_t i0, i1, j0, j1;
 } tw_patch_rect;
 
-/* points: [16] control points, rows of four along i, relative to `origin`; width: 2 to 4, the rest is 0.
+/* points: [16] control points, rows of four along i, relative to `origin`; width: 1 to 4, the rest is 0.
  * values, normals and derivatives, each NULL where not wanted, are as tw_patch_job has them: where those of
  * point (i0, j0) go. step and line_step lead to the next point along i and along j, in floats. column: a
  * single point is summed up in the order of those of its column. */

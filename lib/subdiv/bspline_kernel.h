@@ -376,6 +376,8 @@ static inline void fill_job(const tw_spline_job *job, bool transposed) {
       fill_values(job, 3);
     else if (job->values && job->width == 2)
       fill_values(job, 2);
+    else if (job->values && job->width == 1)
+      fill_values(job, 1);
     else if (job->values)
       fill_values(job, 4);
     if (job->normals) fill_normals(job, false, transposed);

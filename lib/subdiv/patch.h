@@ -40,7 +40,7 @@ tw_status tw_patches_create(tw_patches *patches, const tw_topology *base, const 
 void tw_patches_deinit(tw_patches *patches); /* a zeroed one may be deinited */
 
 /* Evaluates part of one patch.
- * in: [base vertices][width], width 2 to 4. values (NULL: not wanted): point (i, j) goes to
+ * in: [base vertices][width], width 1 to 4. values (NULL: not wanted): point (i, j) goes to
  * values + ((j - j0) * (i1 - i0 + 1) + (i - i0)) * stride. normals likewise, of width 3 only: unit
  * length; where the surface has no tangent plane, the normal of the control quad, and +Y where that
  * has none either. limit: points on the limit surface.

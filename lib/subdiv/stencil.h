@@ -21,7 +21,7 @@ typedef struct tw_stencil {
   const float *tangents;
 } tw_stencil;
 
-/* Lines of points. controls: [control_count], relative to `origin`; width: 2 to 4, the rest is 0. values and
+/* Lines of points. controls: [control_count], relative to `origin`; width: 1 to 4, the rest is 0. values and
  * normals, each NULL where not wanted: where those of the first point go. step and line_step lead to the next
  * point and the next line, in floats. */
 typedef struct tw_stencil_job {

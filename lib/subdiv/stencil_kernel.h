@@ -143,6 +143,8 @@ static inline bool fill_stencil(const tw_stencil_job *job) {
     sum_lines(job, (row_kind){3, false});
   else if (job->values && job->width == 2)
     sum_lines(job, (row_kind){2, false});
+  else if (job->values && job->width == 1)
+    sum_lines(job, (row_kind){1, false});
   else if (job->values)
     sum_lines(job, (row_kind){4, false});
   return !job->normals || sum_lines(job, (row_kind){0, true});

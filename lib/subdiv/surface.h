@@ -24,8 +24,9 @@ typedef struct tw_field {
 /* Values on the vertices of a field. */
 typedef struct tw_values {
   uint32_t field, width;
-  float *cage; /* [cage vertices][width]; only kept for level 0 */
-  float *base; /* [base vertices][width] */
+  bool is_color; /* rows hold it from 0 to 1 */
+  float *cage;   /* [cage vertices][width]; only kept for level 0 */
+  float *base;   /* [base vertices][width] */
   /* The base unrounded, of Loop's scheme, which refines in double; else NULL. */
   double *exact;
   /* Of levels that are read whole, else NULL: all of the last level as rows hold them, and, of positions, as
@@ -108,9 +109,10 @@ struct tw_surface {
 
   uint32_t field_count;
   tw_field fields[1 + TW_UV_SETS_MAX]; /* 0: points */
-  tw_values positions, uvs[TW_UV_SETS_MAX], colors;
-  uint32_t morph_count;
-  tw_values *morphs;
+  tw_values positions, uvs[TW_UV_SETS_MAX];
+  /* Other values of the points: attributes, then displacements of morph targets. */
+  uint32_t attribute_count, morph_count;
+  tw_values *smooth; /* [attribute_count + morph_count] */
 
   /* Of skinned meshes; else zeroed. */
   tw_influences cage_influences; /* only for level 0, unless the base is the cage */

@@ -44,6 +44,33 @@ static bool has_tangents(const build *b) {
   return b->mesh->has_tangents && b->mesh->uv_set_count > 0 && b->surface->options.normals;
 }
 
+/* Attributes, then displacements. */
+static uint32_t smooth_count(const tw_mesh *mesh) {
+  return mesh->attribute_count + mesh->morph_count;
+}
+
+/* Says of them what needs no values. */
+static tw_status begin_smooth(build *b) {
+  const tw_mesh *mesh = b->mesh;
+  tw_surface *s = b->surface;
+  s->smooth = tw_arena_alloc(s->arena, smooth_count(mesh), sizeof *s->smooth);
+  if (!s->smooth) return TW_NO_MEMORY;
+  s->attribute_count = mesh->attribute_count;
+  s->morph_count = mesh->morph_count;
+  for (uint32_t i = 0; i < smooth_count(mesh); i++) {
+    bool is_morph = i >= mesh->attribute_count;
+    s->smooth[i].width = is_morph ? 3 : mesh->attributes[i].width;
+    s->smooth[i].is_color = !is_morph && mesh->attributes[i].is_color;
+  }
+  return TW_OK;
+}
+
+/* Their values at the mesh's points. */
+static const float *smooth_source(const tw_mesh *mesh, uint32_t i) {
+  uint32_t attributes = mesh->attribute_count;
+  return i < attributes ? mesh->attributes[i].values : mesh->morphs[i - attributes];
+}
+
 /* ---- sharing out the levels: what can be done
  * ----------------------------------------------------------------------- */
 
@@ -66,7 +93,7 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
 static bool is_bare(const build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface_options *options = &b->surface->options;
-  bool points_only = m->uv_set_count == 0 && m->morph_count == 0 && !m->colors && !m->skin.joints;
+  bool points_only = m->uv_set_count == 0 && smooth_count(m) == 0 && !m->skin.joints;
   return points_only && options->level > 0 && b->whole && !options->limit &&
          !tw_cage_shrinks(&b->cage, options);
 }
@@ -106,7 +133,7 @@ static bool fits_levels(const build *b) {
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
   uint32_t uv_copies = options->limit && has_tangents(b) ? 2 : 1;
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
-                  (m->colors ? 1u : 0u) + (m->skin.joints ? 2u : 0u) + m->morph_count;
+                  (m->skin.joints ? 2u : 0u) + smooth_count(m);
   if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
   return options->level < 3 || !is_regular(cage);
 }
@@ -160,13 +187,11 @@ static void *gather(tw_arena *arena, const void *in, const uint32_t *indices, ui
 }
 
 /* Fills in the cage's values of one set, base for now the same. */
-static bool start_values(build *b, tw_values *values, uint32_t field, uint32_t width, const float *in,
-                         const uint32_t *indices) {
-  values->field = field;
-  values->width = width;
+static bool start_values(build *b, tw_values *values, const float *in, const uint32_t *indices) {
   bool stays = (b->levels == 0 && b->surface->loop.levels == 0) || b->surface->options.level == 0;
   tw_arena *arena = stays ? b->surface->arena : b->arena;
-  values->cage = gather(arena, in, indices, b->topologies[field].vertex_count, width * sizeof *in);
+  uint32_t count = b->topologies[values->field].vertex_count;
+  values->cage = gather(arena, in, indices, count, values->width * sizeof *in);
   values->base = values->cage;
   return values->cage != NULL;
 }
@@ -175,13 +200,10 @@ static tw_status start_points(build *b) {
   const tw_mesh *mesh = b->mesh;
   tw_surface *s = b->surface;
   const uint32_t *point_of = b->cage.point_of;
-  bool complete = start_values(b, &s->positions, 0, 3, mesh->positions, point_of);
-  if (mesh->colors) complete = complete && start_values(b, &s->colors, 0, 4, mesh->colors, point_of);
-  s->morph_count = mesh->morph_count;
-  s->morphs = tw_arena_alloc(s->arena, s->morph_count, sizeof *s->morphs);
-  complete = complete && s->morphs;
-  for (uint32_t m = 0; m < s->morph_count && complete; m++)
-    complete = start_values(b, &s->morphs[m], 0, 3, mesh->morphs[m], point_of);
+  s->positions.width = 3;
+  bool complete = start_values(b, &s->positions, mesh->positions, point_of);
+  for (uint32_t i = 0; i < smooth_count(mesh) && complete; i++)
+    complete = start_values(b, &s->smooth[i], smooth_source(mesh, i), point_of);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -207,7 +229,9 @@ static tw_status start_uvs(build *b) {
     if (status == TW_OK && b->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
     if (status != TW_OK) return status;
     s->fields[1 + i].linear = b->rules.linear || s->options.uv == TW_UV_ALL;
-    if (!start_values(b, &s->uvs[i], 1 + i, 2, set->values, values_of)) return TW_NO_MEMORY;
+    s->uvs[i].field = 1 + i;
+    s->uvs[i].width = 2;
+    if (!start_values(b, &s->uvs[i], set->values, values_of)) return TW_NO_MEMORY;
   }
   return TW_OK;
 }
@@ -236,9 +260,8 @@ typedef tw_status value_change(build *b, const void *context, tw_arena *arena, t
 static tw_status change_values(build *b, value_change *change, const void *context, tw_arena *arena) {
   tw_surface *s = b->surface;
   tw_status status = change(b, context, arena, &s->positions);
-  if (status == TW_OK && s->colors.base) status = change(b, context, arena, &s->colors);
-  for (uint32_t m = 0; m < s->morph_count && status == TW_OK; m++)
-    status = change(b, context, arena, &s->morphs[m]);
+  for (uint32_t i = 0; i < smooth_count(b->mesh) && status == TW_OK; i++)
+    status = change(b, context, arena, &s->smooth[i]);
   for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
     status = change(b, context, arena, &s->uvs[i]);
   return status;
@@ -460,7 +483,7 @@ static void lay_out(build *b) {
   tw_surface *s = b->surface;
   tw_surface_layout *l = &s->layout;
   uint32_t stride = 3;
-  l->normal = l->tangent = l->color = l->joints = l->weights = l->morphs = UINT32_MAX;
+  l->normal = l->tangent = l->joints = l->weights = l->morphs = UINT32_MAX;
   if (s->options.normals) {
     l->normal = stride;
     stride += 3;
@@ -471,10 +494,8 @@ static void lay_out(build *b) {
   }
   l->uv_count = b->mesh->uv_set_count;
   for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
-  if (b->mesh->colors) {
-    l->color = stride;
-    stride += 4;
-  }
+  l->attribute_count = s->attribute_count;
+  for (uint32_t i = 0; i < l->attribute_count; stride += s->smooth[i++].width) l->attributes[i] = stride;
   if (b->mesh->skin.joints) {
     l->joints = stride;
     l->weights = stride + 4;
@@ -516,13 +537,6 @@ static tw_status keep_cage(build *b) {
     t->face_offsets = gather(b->points_arena, t->face_offsets, NULL, t->face_count + 1, sizeof(uint32_t));
   bool complete = t->corner_vertex && (t->face_size != 0 || t->face_offsets);
   return complete ? TW_OK : TW_NO_MEMORY;
-}
-
-/* Values of one set, of a mesh that is read whole. */
-static tw_status level_values(build *b, uint32_t field, uint32_t width, const float *in, const uint32_t *of,
-                              tw_values *values) {
-  *values = (tw_values){.field = field, .width = width};
-  return tw_surface_refine_levels(b->surface, in, of, b->parallel, values);
 }
 
 static tw_status level_frames(build *b, uint32_t *const uv_values[]) {
@@ -582,15 +596,14 @@ static tw_status build_levels(build *b) {
   const uint32_t *of = b->cage.point_of;
   uint32_t *uv_values[TW_UV_SETS_MAX] = {NULL};
   tw_status status = plan_levels(b, uv_values);
-  if (status == TW_OK) status = level_values(b, 0, 3, mesh->positions, of, &s->positions);
-  if (status == TW_OK && mesh->colors) status = level_values(b, 0, 4, mesh->colors, of, &s->colors);
-  for (uint32_t i = 0; i < mesh->uv_set_count && status == TW_OK; i++)
-    status = level_values(b, 1 + i, 2, mesh->uv_sets[i].values, uv_values[i], &s->uvs[i]);
-  s->morphs = tw_arena_alloc(s->arena, mesh->morph_count, sizeof *s->morphs);
-  if (!s->morphs) return TW_NO_MEMORY;
-  s->morph_count = mesh->morph_count;
-  for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
-    status = level_values(b, 0, 3, mesh->morphs[m], of, &s->morphs[m]);
+  s->positions.width = 3;
+  if (status == TW_OK) status = tw_surface_refine_levels(s, mesh->positions, of, b->parallel, &s->positions);
+  for (uint32_t i = 0; i < mesh->uv_set_count && status == TW_OK; i++) {
+    s->uvs[i] = (tw_values){.field = 1 + i, .width = 2};
+    status = tw_surface_refine_levels(s, mesh->uv_sets[i].values, uv_values[i], b->parallel, &s->uvs[i]);
+  }
+  for (uint32_t i = 0; i < smooth_count(mesh) && status == TW_OK; i++)
+    status = tw_surface_refine_levels(s, smooth_source(mesh, i), of, b->parallel, &s->smooth[i]);
   if (status == TW_OK) status = level_skin(b);
   if (status != TW_OK) return status;
   const tw_level *last = &s->levels[0].at[s->options.level];
@@ -698,6 +711,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   if (status != TW_OK) return status;
   status = choose(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
+  if (status == TW_OK) status = begin_smooth(b);
   if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? build_levels(b) : build_base(b);
   if (status == TW_OK) status = prepare_bounds(s);
   if (status == TW_OK) status = check_fans(s, error);
@@ -784,9 +798,9 @@ void tw_surface_destroy(tw_surface *surface) {
   }
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
   tw_values_free_points(&surface->positions);
-  tw_values_free_points(&surface->colors);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&surface->uvs[i]);
-  for (uint32_t m = 0; m < surface->morph_count; m++) tw_values_free_points(&surface->morphs[m]);
+  for (uint32_t i = 0; i < surface->attribute_count + surface->morph_count; i++)
+    tw_values_free_points(&surface->smooth[i]);
   tw_patch_shapes_destroy(surface->shapes);
   tw_influences_deinit(&surface->cage_influences);
   tw_influences_deinit(&surface->influences);
@@ -802,11 +816,10 @@ size_t tw_surface_size(const tw_surface *surface) {
                 tw_influences_size(&surface->cage_influences) + tw_influences_size(&surface->influences);
   if (surface->points_arena) size += tw_arena_size(surface->points_arena);
   if (surface->skin_rows) size += tw_levels_points(&surface->levels[0]) * sizeof *surface->skin_rows;
-  size +=
-      tw_values_points_size(surface, &surface->positions) + tw_values_points_size(surface, &surface->colors);
+  size += tw_values_points_size(surface, &surface->positions);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(surface, &surface->uvs[i]);
-  for (uint32_t m = 0; m < surface->morph_count; m++)
-    size += tw_values_points_size(surface, &surface->morphs[m]);
+  for (uint32_t i = 0; i < surface->attribute_count + surface->morph_count; i++)
+    size += tw_values_points_size(surface, &surface->smooth[i]);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
   if (surface->shapes) size += tw_patch_shapes_size(surface->shapes);
   return size;

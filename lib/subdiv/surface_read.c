@@ -59,9 +59,19 @@ static void flip_v(float *uv) {
   uv[1] = 1 - uv[1];
 }
 
+/* Attributes and displacements of the rows. */
+static uint32_t smooth_count(const tw_surface_layout *l) {
+  return l->attribute_count + l->morph_count;
+}
+static uint32_t smooth_column(const tw_surface_layout *l, uint32_t i) {
+  return i < l->attribute_count ? l->attributes[i] : l->morphs + 3 * (i - l->attribute_count);
+}
+
 /* Sums of weights that are 1 but for rounding may leave the range of a colour. */
-static void clamp_color(float *color) {
-  for (int c = 0; c < 4; c++) color[c] = color[c] < 0 ? 0 : color[c] > 1 ? 1 : color[c];
+static void clamp_colors(const tw_values *values, size_t rows, uint32_t stride, float *out) {
+  if (!values->is_color) return;
+  for (; rows > 0; rows--, out += stride)
+    for (uint32_t c = 0; c < values->width; c++) out[c] = out[c] < 0 ? 0 : out[c] > 1 ? 1 : out[c];
 }
 
 /* Whether some vertices of a domain share their point. */
@@ -187,13 +197,12 @@ static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
     evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
     flip_v(out + l->uvs[i]);
   }
-  if (l->color != UINT32_MAX) {
-    evaluate_corner(r, &s->colors, shared, out + l->color, NULL);
-    clamp_color(out + l->color);
+  for (uint32_t i = 0; i < smooth_count(l); i++) {
+    float *column = out + smooth_column(l, i);
+    evaluate_corner(r, &s->smooth[i], shared, column, NULL);
+    clamp_colors(&s->smooth[i], 1, 0, column);
   }
   if (l->joints != UINT32_MAX) corner_weights(r, shared, out);
-  for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_corner(r, &s->morphs[m], shared, out + l->morphs + 3 * (size_t)m, NULL);
 }
 
 static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
@@ -224,13 +233,12 @@ static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t
     memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
     flip_v(out + l->uvs[i]);
   }
-  if (l->color != UINT32_MAX) {
-    memcpy(out + l->color, &s->colors.points[point], 4 * sizeof *out);
-    clamp_color(out + l->color);
+  for (uint32_t i = 0; i < smooth_count(l); i++) {
+    float *column = out + smooth_column(l, i);
+    memcpy(column, &s->smooth[i].points[point], s->smooth[i].width * sizeof *out);
+    clamp_colors(&s->smooth[i], 1, 0, column);
   }
   if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, skin_columns(s, out));
-  for (uint32_t m = 0; m < l->morph_count; m++)
-    memcpy(out + l->morphs + 3 * (size_t)m, &s->morphs[m].points[point], 3 * sizeof *out);
 }
 
 /* From the slopes of points and UVs of a row of a frame, which has its normal. */
@@ -426,18 +434,16 @@ static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
     evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
     for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
   }
-  if (l->color != UINT32_MAX) {
-    evaluate_edge(r, &s->colors, shared.corner, shared.against, out + l->color, NULL, l->stride);
-    for (uint32_t k = 0; k + 1 < s->side; k++) clamp_color(out + l->color + (size_t)k * l->stride);
+  for (uint32_t i = 0; i < smooth_count(l); i++) {
+    float *column = out + smooth_column(l, i);
+    evaluate_edge(r, &s->smooth[i], shared.corner, shared.against, column, NULL, l->stride);
+    clamp_colors(&s->smooth[i], s->side - 1, l->stride, column);
   }
   if (l->joints != UINT32_MAX) {
     bool backwards;
     tw_patch_rect rect = tw_patch_side(s->side, shared.corner % 4, &backwards);
     patch_weights(r, shared.corner / 4, rect, backwards != shared.against, out);
   }
-  for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_edge(r, &s->morphs[m], shared.corner, shared.against, out + l->morphs + 3 * (size_t)m, NULL,
-                  l->stride);
 }
 
 static void uv_edges(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
@@ -479,13 +485,12 @@ static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect
     evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
     for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
   }
-  if (l->color != UINT32_MAX) {
-    evaluate_inside(r, &s->colors, quad, rect, out + l->color, NULL, width);
-    for (size_t k = 0; k < rows; k++) clamp_color(out + l->color + k * width);
+  for (uint32_t i = 0; i < smooth_count(l); i++) {
+    float *column = out + smooth_column(l, i);
+    evaluate_inside(r, &s->smooth[i], quad, rect, column, NULL, width);
+    clamp_colors(&s->smooth[i], rows, width, column);
   }
   if (l->joints != UINT32_MAX) patch_weights(r, quad, rect, false, out);
-  for (uint32_t m = 0; m < l->morph_count; m++)
-    evaluate_inside(r, &s->morphs[m], quad, rect, out + l->morphs + 3 * (size_t)m, NULL, width);
 }
 
 /* Lines j0 to j1 of the inside of one quad. */
@@ -683,11 +688,10 @@ tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surf
 static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count) {
   s->layout.stride = stride_with(&s->layout, target_count);
   s->layout.morph_count = target_count;
-  s->morphs += first_target;
   if (target_count == 0) return;
-  const uint32_t none = UINT32_MAX;
-  s->layout.normal = s->layout.tangent = s->layout.color = s->layout.joints = s->layout.weights = none;
-  s->layout.uv_count = 0;
+  s->smooth += s->layout.attribute_count + first_target;
+  s->layout.normal = s->layout.tangent = s->layout.joints = s->layout.weights = UINT32_MAX;
+  s->layout.uv_count = s->layout.attribute_count = 0;
   s->layout.morphs = 3;
   s->layout.stride = 3 + 3 * target_count;
   s->own_normals = s->own_tangents = NULL;

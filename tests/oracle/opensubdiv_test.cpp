@@ -1,6 +1,6 @@
 // OpenSubdiv defines right: same connectivity, points (within 1e-5 of the cage's size), limit points and
-// normals (1e-4) and UVs (1e-5), over hand-made and random cages, all options, levels 1 to 4. Prints TAP; an
-// argument sets the number of random cages.
+// normals (1e-4), UVs (1e-5) and attributes of points, over hand-made and random cages, all options, levels 1
+// to 4. Prints TAP; an argument sets the number of random cages.
 //
 // What differs from OpenSubdiv, and how it is compared:
 // - Normals where several sides meet. OpenSubdiv's tangents are those of one side, as its storage has it.
@@ -200,11 +200,24 @@ public:
   // With all that the cage bears, and its points alone, which are made in other ways.
   std::string run() {
     CageView view(cage_);
+    // Three attributes that are the points once more, so that what holds for these holds for them.
+    size_t count = cage_.points.size() / 3;
+    std::vector<float> single(count), pair(2 * count), four(4 * count);
+    for (size_t p = 0; p < count; p++) {
+      const float *point = &cage_.points[3 * p];
+      single[p] = point[0];
+      for (size_t c = 0; c < 2; c++) pair[2 * p + c] = point[1 + c];
+      for (size_t c = 0; c < 4; c++) four[4 * p + c] = point[c % 3];
+    }
+    const tw_attribute attributes[] = {
+        {"_1", 1, false, single.data()}, {"_2", 2, false, pair.data()}, {"_4", 4, false, four.data()}};
+    view.mesh.attributes = attributes;
+    view.mesh.attribute_count = 3;
     std::string result = run(view.mesh, options_.tw);
     if (!result.empty() || options_.tw.limit) return result;
     tw_surface_options bare = options_.tw;
     bare.normals = false;
-    view.mesh.uv_set_count = 0;
+    view.mesh.uv_set_count = view.mesh.attribute_count = 0;
     result = run(view.mesh, bare);
     return result.empty() ? result : result + " without normals";
   }
@@ -223,6 +236,16 @@ private:
     tw_surface_reader_destroy(reader);
     tw_surface_destroy(surface);
     return result;
+  }
+
+  // Of a row's attributes, which hold the point's x; y, z; x, y, z, x.
+  static double attribute_error(const float *row, const tw_surface_layout &layout, const Value3 &point) {
+    static const size_t axes[] = {0, 1, 2, 0, 1, 2, 0};
+    double worst = 0;
+    const float *values = row + layout.attributes[0];
+    for (size_t c = 0; c < 7; c++)
+      worst = std::max(worst, std::abs(static_cast<double>(values[c]) - point.v[axes[c]]));
+    return worst;
   }
 
   std::string compare(tw_surface *surface, tw_surface_reader *reader, Order order) {
@@ -244,7 +267,7 @@ private:
 
     std::vector<int> ours_to_theirs(point_rows, -1),
         theirs_to_ours(static_cast<size_t>(level.GetNumVertices()), -1);
-    double worst_point = 0, worst_uv = 0;
+    double worst_point = 0, worst_attribute = 0, worst_uv = 0;
     Normals compared(oracle_, vertex_rows);
     std::vector<size_t> comparable_sets;
     for (size_t set = 0; set < layout->uv_count; set++)
@@ -272,6 +295,9 @@ private:
           worst_point = std::max(worst_point, std::abs(static_cast<double>(row[c]) -
                                                        oracle_.points[static_cast<size_t>(theirs)].v[c]));
         }
+        if (layout->attribute_count > 0)
+          worst_attribute = std::max(
+              worst_attribute, attribute_error(row, *layout, oracle_.points[static_cast<size_t>(theirs)]));
         if (layout->normal != UINT32_MAX)
           compared.add(vertices[at], theirs, walk.cells[cell].face, row + layout->normal);
         for (size_t set : comparable_sets) {
@@ -284,6 +310,7 @@ private:
     }
     double tolerance = options_.tw.limit ? 1e-4 : 1e-5;
     if (worst_point > tolerance * diameter_) return report("points", worst_point / diameter_);
+    if (worst_attribute > tolerance * diameter_) return report("attributes", worst_attribute / diameter_);
     if (worst_uv > 1e-5) return report("UVs", worst_uv);
     return compared.verdict();
   }

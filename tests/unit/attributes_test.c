@@ -13,12 +13,12 @@ TEST(colours_never_leave_their_range) {
   tw_mesh *mesh = &f.model->meshes[0];
   float *colors = fixture_alloc(&f, mesh->point_count, 4 * sizeof *colors);
   for (uint32_t i = 0; i < 4 * mesh->point_count; i++) colors[i] = i % 4 == 0 ? -0.5f : i % 4 == 1 ? 1.5f : 1;
-  mesh->colors = colors;
+  assert_int_equal(tw_mesh_set_colors(mesh, colors, f.model->arena), TW_OK);
   for (uint32_t level = 0; level <= 4; level++)
     for (int limit = 0; limit < 2; limit++) {
       rows r = read_rows(mesh, (tw_surface_options){.level = level, .limit = limit});
       for (size_t i = 0; i < r.count; i++) {
-        const float *color = row_of(&r, i) + r.layout->color;
+        const float *color = row_of(&r, i) + r.layout->attributes[0];
         assert_true(color[0] == 0 && color[1] == 1 && color[2] <= 1 && color[2] > 0.999999f && color[3] <= 1);
       }
       free_rows(&r);
@@ -34,16 +34,62 @@ TEST(colours_that_follow_the_points_stay_with_them) {
   for (uint32_t p = 0; p < mesh->point_count; p++)
     for (int c = 0; c < 4; c++)
       colors[4 * p + (uint32_t)c] = c < 3 ? mesh->positions[3 * p + (uint32_t)c] / 8 + 0.25f : 0.5f;
-  mesh->colors = colors;
+  assert_int_equal(tw_mesh_set_colors(mesh, colors, f.model->arena), TW_OK);
   for (uint32_t level = 0; level <= 4; level++) {
     rows r = read_rows(mesh, (tw_surface_options){.level = level, .normals = true});
     for (size_t i = 0; i < r.count; i++) {
-      const float *color = row_of(&r, i) + r.layout->color;
+      const float *color = row_of(&r, i) + r.layout->attributes[0];
       for (int c = 0; c < 3; c++) assert_float_equal(color[c], row_of(&r, i)[c] / 8 + 0.25f, 1e-6);
       assert_float_equal(color[3], 0.5f, 1e-6);
     }
     free_rows(&r);
   }
+  fixture_deinit(&f);
+}
+
+/* ---- attributes of an application's own ------------------------------------------------------ */
+
+/* Functions of the point: subdivision keeps linear ones. */
+static float at_point(const float *point, uint32_t column) {
+  return 5 * point[column % 3] - 2 * point[(column + 1) % 3] + (float)column;
+}
+
+/* One to four components each, at seams, creases and borders, by every way that rows are made. */
+TEST(attributes_follow_the_points_as_they_are) {
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  static const uint32_t edges[4] = {1, 5, 5, 6};
+  static const float sharpness[2] = {10, 1.5f};
+  mesh->crease_count = 2;
+  mesh->crease_edges = edges;
+  mesh->crease_sharpness = sharpness;
+  tw_attribute attributes[4];
+  for (uint32_t a = 0; a < 4; a++) {
+    float *values = fixture_alloc(&f, mesh->point_count, (a + 1) * sizeof *values);
+    for (uint32_t i = 0; i < (a + 1) * mesh->point_count; i++)
+      values[i] = at_point(mesh->positions + 3 * (size_t)(i / (a + 1)), a + i % (a + 1));
+    attributes[a] = (tw_attribute){.name = "_A", .width = a + 1, .values = values};
+  }
+  mesh->attributes = attributes;
+  mesh->attribute_count = 4;
+  for (uint32_t level = 0; level <= 5; level++)
+    for (int limit = 0; limit < 2; limit++)
+      for (int scheme = 0; scheme < 2; scheme++) {
+        static const tw_scheme schemes[] = {TW_CATMULL_CLARK, TW_BILINEAR};
+        rows r = read_rows(mesh, (tw_surface_options){.level = level,
+                                                      .scheme = schemes[scheme],
+                                                      .boundary = TW_BOUNDARY_EDGE_ONLY,
+                                                      .limit = limit,
+                                                      .normals = true});
+        assert_int_equal(r.layout->attribute_count, 4);
+        for (size_t i = 0; i < r.count; i++)
+          for (uint32_t a = 0; a < 4; a++)
+            for (uint32_t c = 0; c <= a; c++)
+              assert_float_equal(row_of(&r, i)[r.layout->attributes[a] + c], at_point(row_of(&r, i), a + c),
+                                 2e-5);
+        free_rows(&r);
+      }
   fixture_deinit(&f);
 }
 

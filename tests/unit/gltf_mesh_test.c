@@ -479,10 +479,100 @@ TEST(the_four_largest_weights_are_kept_with_sum_1) {
   static const float weights[12] = {0.4f, 0.8f / 3, 0.2f, 0.4f / 3, 1, 0, 0, 0, 1, 0, 0, 0};
   assert_memory_equal(mesh->skin.joints, joints, sizeof joints);
   for (int i = 0; i < 12; i++) assert_true(fabsf(mesh->skin.weights[i] - weights[i]) < 1e-6f);
-  assert_true(mesh->colors[0] == 1 && mesh->colors[1] == 0 && fabsf(mesh->colors[2] - 0.2f) < 1e-6f);
+  const float *colors = mesh->attributes[0].values;
+  assert_true(colors[0] == 1 && colors[1] == 0 && fabsf(colors[2] - 0.2f) < 1e-6f);
   assert_true(mesh->has_tangents);
   bin.weights[1][0][0] = -1;
   glb_refused(json, &bin, sizeof bin, TW_INVALID, "/meshes/0");
+  tw_model_destroy(model);
+}
+
+static const tw_attribute *attribute_called(const tw_mesh *mesh, const char *name) {
+  for (uint32_t i = 0; i < mesh->attribute_count; i++)
+    if (strcmp(mesh->attributes[i].name, name) == 0) return &mesh->attributes[i];
+  fail_msg("no attribute %s", name);
+  return NULL;
+}
+
+TEST(attributes_of_an_application_are_read_in_the_order_of_the_document) {
+  square_bin bin = square;
+  memcpy(bin.spare, (const uint8_t[16]){0, 51, 102, 255, 255, 127, 128, 1, 9, 8, 7, 6, 5, 4, 3, 2}, 16);
+  const char *accessors =
+      POSITIONS "," INDICES
+                ",{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"normalized\":true,\"count\":4,"
+                "\"type\":\"SCALAR\"},"
+                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5120,\"count\":4,\"type\":\"VEC2\"},"
+                "{\"bufferView\":0,\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},"
+                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
+                "{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5121,\"count\":4,\"type\":\"MAT2\"}";
+  tw_model *model =
+      glb_read(square_json(accessors, "{\"attributes\":{\"_Z\":2,\"_\\u00e4\":3,\"POSITION\":0,\"COLOR_0\":4,"
+                                      "\"_A\":5,\"_M\":6,\"_\\n\":2},\"indices\":1},"
+                                      "{\"attributes\":{\"_Late\":4,\"POSITION\":0,\"_A\":2},\"indices\":1}"),
+               &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  static const char *const names[] = {"_Z", "_\xC3\xA4", "COLOR_0", "_A", "_Late"};
+  static const uint32_t widths[] = {1, 2, 4, 4, 3};
+  assert_int_equal(mesh->attribute_count, 5);
+  for (uint32_t i = 0; i < 5; i++) {
+    assert_string_equal(mesh->attributes[i].name, names[i]);
+    assert_int_equal(mesh->attributes[i].width, widths[i]);
+    assert_int_equal(mesh->attributes[i].is_color, i == 2);
+  }
+  assert_true(fabsf(mesh->attributes[0].values[1] - 0.2f) < 1e-6f && mesh->attributes[0].values[3] == 1);
+  const float *pair = mesh->attributes[1].values, *four = mesh->attributes[3].values;
+  assert_true(pair[0] == 0 && pair[1] == 51 && pair[2] == 102 && pair[3] == -1 && pair[4] == -1);
+  assert_true(four[3] == 255 && four[4] == 255 && four[15] == 2);
+  static const char *const warnings[] = {
+      "the attribute _\n is left out", "the attribute _Late is 0 where a primitive lacks it",
+      "the attribute _M is left out", "the attribute _Z is 0 where a primitive lacks it",
+      "the attribute _\xC3\xA4 is 0 where a primitive lacks it"};
+  assert_int_equal(model->warning_count, 6); /* and that the two lie on each other */
+  for (uint32_t i = 0; i < 5; i++) assert_string_equal(model->warnings[i], warnings[i]);
+  tw_model_destroy(model);
+}
+
+/* Rows of an answer have room for so many. */
+TEST(attributes_beyond_those_that_fit_are_warned_of) {
+  const char *accessors =
+      POSITIONS "," INDICES ",{\"bufferView\":1,\"componentType\":5121,\"count\":4,\"type\":\"VEC4\"},"
+                "{\"bufferView\":1,\"componentType\":5121,\"count\":4,\"type\":\"SCALAR\"}";
+  for (int width = 1; width <= 4; width += 3) {
+    char primitive[1024] = "{\"attributes\":{";
+    for (int i = 0; i < 20; i++)
+      snprintf(primitive + strlen(primitive), 32, "\"_%c\":%d,", 'a' + i, width == 4 ? 2 : 3);
+    strcat(primitive, "\"COLOR_0\":2,\"POSITION\":0},\"indices\":1}");
+    tw_model *model = glb_read(square_json(accessors, primitive), &square, sizeof square);
+    const tw_mesh *mesh = &model->meshes[0];
+    uint32_t kept = width == 4 ? 8 : 15;
+    assert_int_equal(mesh->attribute_count, kept + 1);
+    assert_int_equal(attribute_called(mesh, "COLOR_0")->width, 4);
+    assert_string_equal(mesh->attributes[kept - 1].name, width == 4 ? "_h" : "_o");
+    assert_int_equal(model->warning_count, 20 - kept);
+    assert_string_equal(model->warnings[0],
+                        width == 4
+                            ? "the attribute _i is left out: a mesh keeps 15 such, of 32 components in all"
+                            : "the attribute _p is left out: a mesh keeps 15 such, of 32 components in all");
+    tw_model_destroy(model);
+  }
+}
+
+/* Nothing subdivides there; a file does not fail for an application's own numbers. */
+TEST(an_attribute_that_is_no_number_is_0_there) {
+  square_bin bin = square;
+  const float values[4] = {1, NAN, 2e18f, -3};
+  memcpy(bin.spare, values, sizeof values);
+  tw_model *model =
+      glb_read(square_json(POSITIONS
+                           "," INDICES
+                           ",{\"bufferView\":1,\"byteOffset\":12,\"componentType\":5126,\"count\":4,\"type\":"
+                           "\"SCALAR\"}",
+                           "{\"attributes\":{\"POSITION\":0,\"_T\":2},\"indices\":1}"),
+               &bin, sizeof bin);
+  const float *read = model->meshes[0].attributes[0].values;
+  assert_true(read[0] == 1 && read[1] == 0 && read[2] == 0 && read[3] == -3);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0], "the attribute _T is 0 where it is no number up to 1e18");
   tw_model_destroy(model);
 }
 

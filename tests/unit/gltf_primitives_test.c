@@ -24,7 +24,7 @@ TEST(vertices_are_the_rows_of_the_surface) {
   } attributes[] = {{"POSITION", layout->position, 3},
                     {"NORMAL", layout->normal, 3},
                     {"TEXCOORD_0", layout->uvs[0], 2},
-                    {"COLOR_0", layout->color, 4}};
+                    {"COLOR_0", layout->attributes[0], 4}};
   for (uint64_t i = 0; i < rows; i++) {
     tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
     for (size_t a = 0; a < sizeof attributes / sizeof *attributes; a++) {
@@ -36,6 +36,40 @@ TEST(vertices_are_the_rows_of_the_surface) {
       const cJSON *target = cJSON_GetArrayItem(targets, (int)t);
       read_floats(&file, (int)number(target, "POSITION", UINT32_MAX), i, 3, found);
       assert_memory_equal(found, row + layout->morphs + 3 * t, 12);
+    }
+  }
+  tw_surface_reader_destroy(reader);
+  free_glb(&file);
+  fixture_deinit(&f);
+}
+
+TEST(attributes_keep_their_names_and_widths) {
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  fixture_add_colors(&f);
+  tw_mesh *mesh = &f.model->meshes[0];
+  static const char *const types[] = {"VEC4", "SCALAR", "VEC3"};
+  tw_attribute three[3] = {mesh->attributes[0],
+                           {.name = "_B \"\xC3\xA4\"", .width = 1, .values = mesh->positions},
+                           {.name = "_A", .width = 3, .values = mesh->positions}};
+  mesh->attributes = three;
+  mesh->attribute_count = 3;
+  fixture_refine(&f, 1, true);
+  glb file = write_glb(&f.scene);
+  const tw_surface_layout *layout = tw_surface_get_layout(f.surfaces[0]);
+  tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
+  const cJSON *written = cJSON_GetObjectItem(primitive(&file, 0, 0), "attributes");
+  assert_string_equal(cJSON_GetArrayItem(written, 3)->string, "COLOR_0");
+  assert_string_equal(cJSON_GetArrayItem(written, 4)->string, three[1].name);
+  assert_string_equal(cJSON_GetArrayItem(written, 5)->string, "_A");
+  for (uint32_t a = 0; a < 3; a++) {
+    int accessor = attribute(&file, 0, three[a].name);
+    assert_string_equal(cJSON_GetObjectItem(at(&file, "accessors", accessor), "type")->valuestring, types[a]);
+    for (uint64_t i = 0; i < tw_surface_row_count(f.surfaces[0], TW_DOMAIN_VERTICES); i++) {
+      float row[64], found[4];
+      tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
+      read_floats(&file, accessor, i, three[a].width, found);
+      assert_memory_equal(found, row + layout->attributes[a], three[a].width * sizeof *found);
     }
   }
   tw_surface_reader_destroy(reader);

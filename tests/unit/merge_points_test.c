@@ -120,7 +120,8 @@ TEST(what_points_and_faces_bear_follows_them) {
   assert_int_equal(m->point_count, 6);
   assert_memory_equal(m->corners, corners, sizeof corners);
   assert_memory_equal(m->uv_sets[0].corners, uvs, sizeof uvs);
-  assert_true(m->positions[3 * 4] == 2 && m->colors[4 * 1 + 1] == 1 && m->colors[4 * 4] == 1);
+  const float *colors = m->attributes[0].values;
+  assert_true(m->positions[3 * 4] == 2 && colors[4 * 1 + 1] == 1 && colors[4 * 4] == 1);
   assert_int_equal(m->face_materials[1], 1);
   assert_int_equal(m->face_groups[1], 1);
   assert_int_equal(m->face_smoothing[1], 2);

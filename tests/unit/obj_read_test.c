@@ -243,7 +243,7 @@ TEST(lines_and_points_are_left_out_with_a_warning) {
 
 TEST(colours_become_linear_and_points_without_one_white) {
   tw_model *model = read_good("v 0 0 0\nv 1 0 0 1 0.5 0\nv 0 1 0 1\nf 1 2 3\n");
-  const float *colors = model->meshes[0].colors;
+  const float *colors = model->meshes[0].attributes[0].values;
   assert_non_null(colors);
   for (int i = 0; i < 4; i++) assert_true(colors[i] == 1 && colors[8 + i] == 1);
   assert_true(colors[4] == 1 && colors[6] == 0 && colors[7] == 1);
@@ -367,9 +367,9 @@ TEST(points_that_objects_name_in_any_order_stay_in_the_files_order) {
     assert_memory_equal(model->meshes[i].positions, positions[i], sizeof positions[i]);
     assert_memory_equal(model->meshes[i].corners, corners[i], sizeof corners[i]);
   }
-  assert_true(model->meshes[0].colors[0] == 1 && model->meshes[0].colors[1] == 0);
-  assert_true(model->meshes[1].colors[8] == 0 && model->meshes[1].colors[9] == 1);
-  assert_true(model->meshes[1].colors[0] == 1 && model->meshes[1].colors[1] == 1);
+  assert_true(model->meshes[0].attributes[0].values[0] == 1 && model->meshes[0].attributes[0].values[1] == 0);
+  assert_true(model->meshes[1].attributes[0].values[8] == 0 && model->meshes[1].attributes[0].values[9] == 1);
+  assert_true(model->meshes[1].attributes[0].values[0] == 1 && model->meshes[1].attributes[0].values[1] == 1);
   tw_model_destroy(model);
 }
 

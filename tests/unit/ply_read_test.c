@@ -74,9 +74,10 @@ static void assert_square(const tw_model *model) {
   assert_int_equal(mesh->point_count, 5);
   assert_int_equal(mesh->corners[2], mesh->corners[4]);
   assert_int_equal(model->warning_count, 1);
-  assert_float_equal(mesh->colors[0], 1, 0);
-  assert_float_equal(mesh->colors[4 * mesh->corners[5]], 0.5028865, 1e-6); /* linear of 188 / 255 */
-  assert_float_equal(mesh->colors[3], 1, 0);
+  assert_float_equal(mesh->attributes[0].values[0], 1, 0);
+  assert_float_equal(mesh->attributes[0].values[4 * mesh->corners[5]], 0.5028865,
+                     1e-6); /* linear of 188 / 255 */
+  assert_float_equal(mesh->attributes[0].values[3], 1, 0);
 }
 
 TEST(text_is_welded_and_degenerate_faces_go) {

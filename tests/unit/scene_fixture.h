@@ -127,7 +127,7 @@ static inline void fixture_add_colors(fixture *f) {
   tw_mesh *mesh = &f->model->meshes[0];
   float *colors = fixture_alloc(f, mesh->point_count, 4 * sizeof *colors);
   for (uint32_t i = 0; i < 4 * mesh->point_count; i++) colors[i] = i % 4 == 3 ? 1 : (float)(i % 7) / 6;
-  mesh->colors = colors;
+  tw_mesh_set_colors(mesh, colors, f->model->arena);
 }
 
 /* Every kind of track, on nodes in a row below the first one. */

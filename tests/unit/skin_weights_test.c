@@ -169,13 +169,15 @@ TEST(four_joints_weigh_as_four_colours_do) {
   weigh(c, 4);
   for (uint32_t p = 0; p < POINTS; p++)
     for (int k = 0; k < 4; k++) colors[p][c->joints[p][k]] = c->weights[p][k];
-  c->mesh.colors = colors[0];
+  const tw_attribute as_colors = {.name = "COLOR_0", .width = 4, .is_color = true, .values = colors[0]};
+  c->mesh.attributes = &as_colors;
+  c->mesh.attribute_count = 1;
   for (int o = 0; o < MANY_OPTIONS; o++) {
     rows r = read_rows(&c->mesh, many_options[o]);
     for (size_t i = 0; i < r.count; i++) {
       assert_four(&r, i, 4);
       for (uint32_t k = 0; k < 4; k++)
-        assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->color + k], 2e-6);
+        assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0] + k], 2e-6);
     }
     free_rows(&r);
   }
@@ -190,14 +192,16 @@ TEST(joints_follow_loop_as_colours_do) {
   memset(colors, 0, sizeof colors);
   for (uint32_t p = 0; p < POINTS; p++)
     for (int k = 0; k < 4; k++) colors[p][c->joints[p][k]] = c->weights[p][k];
-  c->mesh.colors = colors[0];
+  const tw_attribute as_colors = {.name = "COLOR_0", .width = 4, .is_color = true, .values = colors[0]};
+  c->mesh.attributes = &as_colors;
+  c->mesh.attribute_count = 1;
   for (uint32_t level = 0; level <= 3; level++)
     for (int limit = 0; limit < 2; limit++) {
       rows r = read_rows(&c->mesh, (tw_surface_options){.level = level, .scheme = TW_LOOP, .limit = limit});
       for (size_t i = 0; i < r.count; i++) {
         assert_four(&r, i, 4);
         for (uint32_t k = 0; k < 4; k++)
-          assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->color + k], 2e-6);
+          assert_float_equal(weight_of(&r, i, k), row_of(&r, i)[r.layout->attributes[0] + k], 2e-6);
       }
       free_rows(&r);
     }

@@ -193,7 +193,8 @@ TEST(tips_of_folds_have_one_normal_whatever_the_way) {
   mesh.face_offsets = offsets;
   size_t count, coloured_count;
   tw_surface *bare = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
-  mesh.colors = colors[0]; /* which are refined in the generic way */
+  mesh.attributes = &(tw_attribute){.name = "COLOR_0", .width = 4, .values = colors[0]};
+  mesh.attribute_count = 1; /* which makes it refine in the generic way */
   tw_surface *coloured = surface_of(&mesh, (tw_surface_options){.level = LEVEL, .normals = true});
   float *rows = rows_of(bare, TW_DOMAIN_VERTICES, &count);
   float *expected = rows_of(coloured, TW_DOMAIN_VERTICES, &coloured_count);

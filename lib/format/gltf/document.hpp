@@ -262,9 +262,9 @@ struct Kept {
         skins(Counted<const char *>(budget)), animations(Counted<const char *>(budget)),
         channels(Counted<const char *>(budget)), first_channel(Counted<size_t>(budget)),
         loose_channels(Counted<const char *>(budget)), marked(Counted<uint8_t>(budget)),
-        primitives(Counted<const char *>(budget)), loose(Counted<const char *>(budget)),
-        first_primitive(Counted<size_t>(budget)), slots(Counted<tw_material_slot>(budget)),
-        normal_maps(Counted<int>(budget)) {}
+        primitives(Counted<const char *>(budget)), attributes(Counted<const char *>(budget)),
+        loose(Counted<const char *>(budget)), first_primitive(Counted<size_t>(budget)),
+        slots(Counted<tw_material_slot>(budget)), normal_maps(Counted<int>(budget)) {}
 
   Vector<const char *> nodes, meshes, skins, animations;
   Vector<const char *> channels;       // of all animations, one animation after the other
@@ -272,6 +272,7 @@ struct Kept {
   Vector<const char *> loose_channels; // of each animation: see tw_clip_keys
   Vector<uint8_t> marked;              // of all primitives, one mesh after the other: bears FB_ngon_encoding
   Vector<const char *> primitives;     // likewise: what they say
+  Vector<const char *> attributes;     // likewise: theirs in the document's text, nullptr without any
   Vector<const char *> loose;          // of each mesh: see tw_mesh
   Vector<size_t> first_primitive;      // [meshes]
   Vector<tw_material_slot> slots;      // see tw_model
@@ -296,7 +297,7 @@ struct Document {
   // For the warnings.
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;
-  std::set<std::string> unread_attributes;
+  std::set<std::string> attribute_warnings;
 };
 
 // [count] elements in the model's arena, with anything in them. Throws bad_alloc.

@@ -72,7 +72,6 @@ enum {
   TW_GLTF_VERTICES = 34962, /* what a buffer view is for */
   TW_GLTF_INDICES = 34963,
   TW_GLTF_STRIDE_MAX = 252,
-  TW_GLTF_ATTRIBUTES_MAX = 6 + TW_UV_SETS_MAX,
   TW_GLTF_BOUND_TEXT = 24 /* bytes kept for each number of bounds that come later */
 };
 
@@ -113,13 +112,13 @@ typedef struct tw_gltf_accessor {
 } tw_gltf_accessor;
 
 typedef struct tw_gltf_attribute {
-  const char *semantic;
+  const char *semantic; /* UTF-8 */
   uint32_t accessor;
 } tw_gltf_attribute;
 
 typedef struct tw_gltf_mesh {
   uint32_t attribute_count;
-  tw_gltf_attribute attributes[TW_GLTF_ATTRIBUTES_MAX];
+  tw_gltf_attribute *attributes; /* [attribute_count] of the plan's */
   uint32_t target_count, first_target; /* accessors of displacements, one after the other */
   /* Accessors, one a slot of a material that faces have. A mesh without faces has one primitive, which draws
    * nothing.
@@ -142,9 +141,10 @@ typedef struct tw_gltf_animation {
 typedef struct tw_gltf_plan {
   tw_arena *arena;
   uint64_t data_size; /* of the BIN chunk, a multiple of 4 */
-  uint32_t view_count, accessor_count, animation_count, channel_count;
+  uint32_t view_count, accessor_count, attribute_count, animation_count, channel_count;
   tw_gltf_view *views;
   tw_gltf_accessor *accessors;
+  tw_gltf_attribute *attributes; /* of all meshes, one mesh after the other */
   tw_gltf_mesh *meshes;          /* [the model's meshes] */
   tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */

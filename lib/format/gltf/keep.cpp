@@ -411,6 +411,7 @@ private:
         kept_.marked.push_back(tw_json_member(extensions, "FB_ngon_encoding") != nullptr);
         place_ = text("/meshes/", index, "/primitives/", i);
         kept_.primitives.push_back(object(primitive, "attributes indices material mode targets"));
+        kept_.attributes.push_back(tw_json_member(primitive, "attributes"));
         const tinygltf::Primitive &parsed = document_.source.meshes[index].primitives[i];
         if (parsed.mode >= TINYGLTF_MODE_POINTS && parsed.mode < TINYGLTF_MODE_TRIANGLES)
           append(loose, loose_primitive(parsed, kept_.primitives.back()));

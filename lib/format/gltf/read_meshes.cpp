@@ -29,10 +29,18 @@ void check_status(tw_status status) {
 struct VertexSource {
   const Elements *position = nullptr;
   std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
-  const Elements *color = nullptr, *normal = nullptr, *tangent = nullptr;
+  const Elements *normal = nullptr, *tangent = nullptr;
+  std::vector<const Elements *> attributes; // of the mesh's smooth attributes, as far as it has them
   std::array<const Elements *, 2> joints = {}, weights = {};
   std::vector<const Elements *> morphs; // an entry is nullptr for a target that moves no point
   uint32_t first_vertex = 0;            // vertices are numbered source by source
+};
+
+// A colour, or an attribute of an application's own, of all primitives that have it.
+struct SmoothAttribute {
+  std::string name;
+  uint32_t width;
+  bool is_color() const { return name[0] != '_'; }
 };
 
 // The triangles of a primitive, which become faces.
@@ -105,8 +113,9 @@ private:
   Vector<uint32_t> &scratch_; // by element: vertex + 1; all 0 between calls
   std::vector<VertexSource> sources_;
   std::map<SourceKey, uint32_t> known_sources_;
-  std::vector<FaceList> lists_;    // in the file's order
-  std::vector<size_t> primitives_; // of each list
+  std::vector<SmoothAttribute> attributes_; // in the order of the document
+  std::vector<FaceList> lists_;             // in the file's order
+  std::vector<size_t> primitives_;          // of each list
   uint32_t *corners_ =
       nullptr; // of the triangles as elements; then of the faces as vertices, at last as points
   uint32_t *offsets_ = nullptr; // of the faces
@@ -176,7 +185,7 @@ private:
     const tinygltf::Primitive &primitive = source_.primitives[i];
     auto [found, fresh] = known_sources_.try_emplace(SourceKey(primitive.attributes, primitive.targets),
                                                      static_cast<uint32_t>(sources_.size()));
-    if (fresh) sources_.push_back(open_source(primitive, text(pointer_, i)));
+    if (fresh) sources_.push_back(open_source(primitive, i));
     return found->second;
   }
 
@@ -202,15 +211,15 @@ private:
     return elements;
   }
 
-  VertexSource open_source(const tinygltf::Primitive &primitive, const std::string &primitive_pointer) {
+  VertexSource open_source(const tinygltf::Primitive &primitive, size_t i) {
     const Attributes &attributes = primitive.attributes;
-    std::string pointer = primitive_pointer + "/attributes";
+    std::string primitive_pointer = text(pointer_, i), pointer = primitive_pointer + "/attributes";
     VertexSource source;
     source.position = vector_attribute(attributes, "POSITION", 3, 3, pointer, nullptr);
     if (!source.position) refuse(TW_INVALID, pointer, "a primitive needs the attribute POSITION");
     for (size_t set = 0; set < source.uvs.size(); set++)
       source.uvs[set] = vector_attribute(attributes, text("TEXCOORD_", set), 2, 2, pointer, source.position);
-    source.color = vector_attribute(attributes, "COLOR_0", 3, 4, pointer, source.position);
+    open_smooth(attributes, i, pointer, source);
     for (size_t set = 0; set < source.joints.size(); set++) {
       source.joints[set] = vector_attribute(attributes, text("JOINTS_", set), 4, 4, pointer, source.position);
       source.weights[set] =
@@ -227,20 +236,66 @@ private:
     return source;
   }
 
+  // tinygltf knows no order of attributes, the document's text does.
+  void open_smooth(const Attributes &attributes, size_t i, const std::string &pointer, VertexSource &source) {
+    const char *text = document_.kept.attributes[document_.kept.first_primitive[index_] + i];
+    if (!text || *text != '{') return; // it is called by an escaped name
+    for (Items item(text); item.more(); item.next()) {
+      std::string name = unescape(item.key());
+      const Elements *elements = nullptr;
+      if (name == "COLOR_0")
+        elements = vector_attribute(attributes, name, 3, 4, pointer, source.position);
+      else if (is_custom(name))
+        elements = attribute(attributes, name, pointer, source.position);
+      if (!elements) continue;
+      if (accessors_.type_name(attributes.at(name))[0] == 'M')
+        note(name + " is left out");
+      else if (std::optional<size_t> number = smooth_number(name, elements->width()); !number)
+        note(name + too_many);
+      else
+        put_at(source.attributes, *number, elements);
+    }
+  }
+
+  static constexpr char too_many[] = " is left out: a mesh keeps 15 such, of 32 components in all";
+
+  static void put_at(std::vector<const Elements *> &list, size_t number, const Elements *elements) {
+    if (list.size() <= number) list.resize(number + 1);
+    list[number] = elements;
+  }
+
+  static bool is_custom(const std::string &name) {
+    return name[0] == '_' && std::none_of(name.begin(), name.end(), [](char c) {
+             return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
+           });
+  }
+
+  // Of attributes_, where the name finds or takes a place; a colour always does.
+  std::optional<size_t> smooth_number(const std::string &name, uint32_t width) {
+    size_t number = 0, others = 0;
+    while (number < attributes_.size() && attributes_[number].name != name)
+      others += !attributes_[number++].is_color();
+    if (number == attributes_.size() && others == TW_ATTRIBUTES_MAX - 1 && is_custom(name)) return {};
+    if (number == attributes_.size()) attributes_.push_back({name, 0});
+    SmoothAttribute &found = attributes_[number];
+    found.width = found.is_color() ? 4 : std::max(found.width, width);
+    return number;
+  }
+
   void note_unread(const tinygltf::Primitive &primitive) {
     static constexpr char read[] =
         "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
         "JOINTS_0 JOINTS_1 WEIGHTS_0 WEIGHTS_1";
     for (const auto &[name, accessor] : primitive.attributes)
-      if (!has_word(read, name)) note_unread(name);
+      if (!has_word(read, name) && !is_custom(name)) note(name + " is left out");
     for (const Attributes &target : primitive.targets)
       for (const auto &[name, accessor] : target)
-        if (name != "POSITION") note_unread(name + " of morph targets");
+        if (name != "POSITION") note(name + " of morph targets is left out");
   }
 
-  void note_unread(const std::string &name) {
+  void note(const std::string &fate) {
     constexpr size_t most = 16; // more are told of as these
-    if (document_.unread_attributes.size() < most) document_.unread_attributes.insert(name);
+    if (document_.attribute_warnings.size() < most) document_.attribute_warnings.insert(fate);
   }
 
   static void check_joints(const Attributes &attributes, const VertexSource &source, size_t set,
@@ -488,14 +543,13 @@ private:
     for (uint32_t p = 0; p < mesh_.point_count; p++)
       std::memcpy(positions + 3 * size_t{p}, &positions_[3 * size_t{first_vertex_[p]}], 3 * sizeof(float));
     mesh_.positions = positions;
-    bool colors = false, skin = false;
+    bool skin = false;
     for (const VertexSource &source : sources_) {
-      colors |= source.color != nullptr;
       skin |= source.joints[0] != nullptr;
       mesh_.has_tangents |= source.tangent != nullptr;
     }
     for (const FaceList &list : lists_) mesh_.has_tangents |= bears_normal_map(list.material);
-    if (colors) write_colors();
+    write_attributes();
     if (skin) write_skin();
     write_morphs();
   }
@@ -523,16 +577,51 @@ private:
     mesh_.tangent_uvs = sets;
   }
 
-  // Points without a colour are white, as a renderer shows them.
-  void write_colors() {
-    float *colors = allocate<float>(document_, 4 * size_t{mesh_.point_count});
-    for (uint32_t p = 0; p < mesh_.point_count; p++) {
-      float *color = colors + 4 * size_t{p};
-      std::fill(color, color + 4, 1.0f);
-      const Elements *elements = source_of(first_vertex_[p]).color;
-      if (elements) read_vertex(elements, first_vertex_[p], color);
+  void write_attributes() {
+    tw_attribute *attributes = allocate<tw_attribute>(document_, attributes_.size());
+    uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // a colour has its place
+    for (size_t i = 0; i < attributes_.size(); i++) {
+      const auto &[name, width] = attributes_[i];
+      bool is_color = attributes_[i].is_color();
+      if (!is_color && width > columns_left) {
+        note(name + too_many);
+        continue;
+      }
+      if (!is_color) columns_left -= width;
+      attributes[count++] = {copy_name(document_, name), width, is_color, read_attribute(i)};
     }
-    mesh_.colors = colors;
+    mesh_.attributes = attributes;
+    mesh_.attribute_count = count;
+  }
+
+  // Points without a colour are white, as a renderer shows them; other attributes are 0 there.
+  const float *read_attribute(size_t i) {
+    const SmoothAttribute &attribute = attributes_[i];
+    float *values = allocate<float>(document_, size_t{attribute.width} * mesh_.point_count), *value = values;
+    bool has_all = true, is_usable = true;
+    std::fill_n(values, size_t{attribute.width} * mesh_.point_count, attribute.is_color() ? 1.0f : 0.0f);
+    for (uint32_t p = 0; p < mesh_.point_count; p++, value += attribute.width) {
+      uint32_t vertex = first_vertex_[p];
+      const VertexSource &source = source_of(vertex);
+      const Elements *elements = i < source.attributes.size() ? source.attributes[i] : nullptr;
+      has_all &= elements != nullptr;
+      if (elements && attribute.is_color())
+        read_vertex(elements, vertex, value);
+      else if (elements)
+        is_usable &= read_usable(*elements, elements_[vertex], value);
+    }
+    if (!has_all && !attribute.is_color()) note(attribute.name + " is 0 where a primitive lacks it");
+    if (!is_usable) note(attribute.name + " is 0 where it is no number up to 1e18");
+    return values;
+  }
+
+  // All 0 where a value is none that subdivides.
+  static bool read_usable(const Elements &elements, uint32_t i, float *out) {
+    bool usable = elements.read_finite(i, out) && std::all_of(out, out + elements.width(), [](float x) {
+                    return std::abs(x) <= TW_COORDINATE_MAX;
+                  });
+    if (!usable) std::fill(out, out + elements.width(), 0.0f);
+    return usable;
   }
 
   struct Influence {
@@ -713,8 +802,8 @@ void read_meshes(Document &document, Accessors &accessors) {
   document.model->slot_count = static_cast<uint32_t>(slots.size());
   if (document.degenerate_faces > 0)
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
-  for (const std::string &name : document.unread_attributes)
-    tw_model_warn(document.model, "the attribute %s is left out", name.c_str());
+  for (const std::string &fate : document.attribute_warnings)
+    tw_model_warn(document.model, "the attribute %s", fate.c_str());
   if (document.reversed_edges > 0)
     tw_model_warn(document.model, TW_REVERSED_WARNING, document.reversed_edges);
   if (document.partly_textured > 0)

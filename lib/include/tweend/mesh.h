@@ -8,7 +8,14 @@
 extern "C" {
 #endif
 
-enum { TW_UV_SETS_MAX = 4, TW_MORPH_TARGETS_MAX = 1024 };
+enum {
+  TW_UV_SETS_MAX = 4,
+  TW_MORPH_TARGETS_MAX = 1024,
+  /* Attributes of a mesh, and their numbers a point: a row of an answer, which has 24 numbers beside them and
+   * the displacements, stays within the 252 bytes that glTF allows. */
+  TW_ATTRIBUTES_MAX = 16,
+  TW_ATTRIBUTE_COLUMNS_MAX = 36
+};
 
 /* Sharpness from which a feature stays sharp at every level (OpenSubdiv's SHARPNESS_INFINITE). */
 #define TW_SHARPNESS_INFINITE 10.0f
@@ -34,6 +41,14 @@ typedef struct tw_corner_normals {
   const float *tangents;   /* [value_count][4] as glTF has them, or NULL */
   const uint32_t *corners; /* [corner_count] of the mesh: the value at each face corner; NULL: no normals */
 } tw_corner_normals;
+
+/* Values of the points that subdivide as positions do. */
+typedef struct tw_attribute {
+  const char *name; /* as in glTF: COLOR_0, linear, or an application's own, which begins with "_"; UTF-8 */
+  uint32_t width;   /* 1 to 4; 4 of a colour */
+  bool is_color;    /* in answers from 0 to 1 */
+  const float *values; /* [point_count][width] */
+} tw_attribute;
 
 /* Per-point skinning: up to four joints. */
 typedef struct tw_skin_weights {
@@ -75,8 +90,9 @@ typedef struct tw_mesh {
    * any. */
   const uint32_t *face_groups; /* [face_count] index into the model's sets of groups, or UINT32_MAX */
 
-  const float *colors;  /* [point_count][4] linear, or NULL */
-  tw_skin_weights skin; /* joints NULL when the mesh is not skinned */
+  uint32_t attribute_count;
+  const tw_attribute *attributes; /* [attribute_count], of different names */
+  tw_skin_weights skin;           /* joints NULL when the mesh is not skinned */
   uint32_t morph_count;
   const float *const *morphs; /* [morph_count] arrays [point_count][3] of displacements */
   const float *morph_weights; /* [morph_count] defaults, or NULL */
@@ -96,6 +112,10 @@ typedef struct tw_mesh {
 
 /* Everything zero, tags unset. */
 void tw_mesh_init(tw_mesh *mesh);
+
+/* Adds the attribute COLOR_0 to a mesh without attributes. colors: [point_count][4], linear; they outlive the
+ * mesh. TW_NO_MEMORY. */
+tw_status tw_mesh_set_colors(tw_mesh *mesh, const float *colors, tw_arena *arena);
 
 /* Checks a mesh from an untrusted source: indices in range, coordinates finite, faces of at least
  * three corners, no point twice in a row, sharpness 0 or more, counts within 32 bits.

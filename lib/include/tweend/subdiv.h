@@ -129,9 +129,11 @@ typedef struct tw_surface_layout {
   uint32_t normal;                        /* 3 floats, unit length, never zero */
   uint32_t tangent;                       /* 4 floats */
   uint32_t uv_count, uvs[TW_UV_SETS_MAX]; /* 2 floats each, v down as glTF wants it */
-  uint32_t color;                         /* 4 floats, 0 to 1 */
-  uint32_t joints, weights;               /* 4 floats each; joints are whole numbers */
-  uint32_t morph_count, morphs;           /* morph_count x 3 floats, one after the other */
+  /* The mesh's attributes, as wide as there, colours from 0 to 1. They follow the point: rows that seams
+   * split have the same. */
+  uint32_t attribute_count, attributes[TW_ATTRIBUTES_MAX];
+  uint32_t joints, weights;     /* 4 floats each; joints are whole numbers */
+  uint32_t morph_count, morphs; /* morph_count x 3 floats, one after the other */
 } tw_surface_layout;
 
 /* Faces of one material and one set of named groups, next to each other in face order: by ascending
