@@ -31,7 +31,7 @@ typedef struct setting {
   const char *argument, *help;
 } setting;
 
-enum { FLAG_SIZE = 64, KEYS_FILE_MAX = 1 << 20, LEVEL_FILE_MAX = 64 };
+enum { FLAG_SIZE = 64, LEVEL_FILE_MAX = 64 };
 
 #define DAY_MS   UINT64_C(86400000)
 #define ANY      UINT64_MAX
@@ -78,7 +78,11 @@ static const setting SETTINGS[] = {
     {"min-rate", KIND_SIZE, offsetof(srv_config, min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
      "bytes a second below which a sending or reading client is cut off"},
     {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys), "", 0, 0, NULL, "KEYS",
-     "comma-separated, or @FILE with one a line; empty: none asked for"},
+     "comma-separated, or @FILE with a line KEY [RIGHTS] [RATE] each, as in 's3cret read,write,delete 50/s'; "
+     "without rights all; empty: none asked for"},
+    {"url-keys", KIND_TEXT, offsetof(srv_config, url_keys), "", 0, 0, NULL, "KEYS",
+     "comma-separated, or @FILE with one a line: each signs URLs that need no API key, the first one for "
+     "POST /v1/sign"},
     {"cors-origins", KIND_TEXT, offsetof(srv_config, cors_origins), "*", 0, 0, NULL, "ORIGINS",
      "comma-separated, * for all, empty for none"},
     {"tls-cert", KIND_TEXT, offsetof(srv_config, tls_cert), "", 0, 0, NULL, "FILE",
@@ -160,6 +164,19 @@ bool srv_parse_duration(const char *text, uint64_t *out) {
   return read_quantity(text, DURATION_UNITS, sizeof DURATION_UNITS / sizeof *DURATION_UNITS, out);
 }
 
+bool srv_parse_rate(const char *text, uint32_t *count, uint32_t *period_s) {
+  static const char UNITS[] = "smh";
+  static const uint32_t SECONDS[] = {1, 60, 3600};
+  uint64_t number;
+  const char *unit = read_digits(text, &number);
+  if (unit == NULL || number == 0 || number > UINT32_MAX) return false;
+  const char *found = unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(UNITS, unit[1]) : NULL;
+  if (found == NULL) return false;
+  *count = (uint32_t)number;
+  *period_s = SECONDS[found - UNITS];
+  return true;
+}
+
 /* ---- flags and variables --------------------------------------------------------------------- */
 
 static void variable_name(const char *flag, char name[FLAG_SIZE]) {
@@ -187,8 +204,10 @@ static void print_help(FILE *out) {
     fputc('\n', out);
   }
   fputs("  --help\n      this text\n  --version\n      the version\n\n"
-        "SIGHUP reads the files of --api-keys, --log-level, --tls-cert and --tls-key again. SIGTERM, SIGINT\n"
-        "and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at once.\n"
+        "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
+        "SIGTERM,\n"
+        "SIGINT and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at "
+        "once.\n"
         "A request's target has at most 8 KiB and 32 arguments, its head 16 KiB, 64 fields and cookies, and\n"
         "4 KiB of cookies.\n",
         out);
@@ -335,9 +354,8 @@ static bool set_defaults(srv_config *config) {
 
 /* ---- settings that may lie in a file --------------------------------------------------------- */
 
-/* The text of a setting, or of the file that it names: malloc'ed, NULL with one line in error. */
-static char *read_setting(const char *flag, const char *setting, size_t size_max, char *error,
-                          size_t error_size) {
+char *srv_config_text(const char *flag, const char *setting, size_t size_max, char *error,
+                      size_t error_size) {
   char *text = setting[0] == '@' ? srv_read_text(setting + 1, size_max) : strdup(setting);
   if (text == NULL)
     snprintf(error, error_size, "--%s: cannot read '%s': %s", flag, setting + 1, strerror(errno));
@@ -356,36 +374,9 @@ static size_t split(char *text, char **words, size_t count_max) {
   return count;
 }
 
-/* A list of the words, in one block with them, ended by NULL; NULL without memory. */
-static char **list_words(const char *text) {
-  size_t size = strlen(text) + 1, count_max = size / 2;
-  char **words = malloc((count_max + 1) * sizeof *words + size);
-  if (words == NULL) return NULL;
-  char *copy = memcpy(words + count_max + 1, text, size);
-  words[split(copy, words, count_max)] = NULL;
-  return words;
-}
-
-bool srv_config_keys(const srv_config *config, char ***out, char *error, size_t error_size) {
-  *out = NULL;
-  if (config->api_keys[0] == '\0') return true;
-  char *text = read_setting("api-keys", config->api_keys, KEYS_FILE_MAX, error, error_size);
-  if (text == NULL) return false;
-  char **keys = list_words(text);
-  free(text);
-  if (keys != NULL && keys[0] != NULL) {
-    *out = keys;
-    return true;
-  }
-  /* An empty list must not open the door that somebody meant to lock. */
-  snprintf(error, error_size, keys != NULL ? "--api-keys: there is no key in it" : "out of memory");
-  free(keys);
-  return false;
-}
-
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size) {
   static const char LEVELS[] = "error|warn|info|debug";
-  char *text = read_setting("log-level", config->log_level, LEVEL_FILE_MAX, error, error_size);
+  char *text = srv_config_text("log-level", config->log_level, LEVEL_FILE_MAX, error, error_size);
   if (text == NULL) return false;
   char *word = "";
   uint64_t level = 0;
@@ -413,12 +404,8 @@ static bool check_together(srv_config *config, char *error, size_t error_size) {
     snprintf(error, error_size, "--data: the folder has no name");
     return false;
   }
-  char **keys;
   srv_log_level level;
-  if (!srv_config_log_level(config, &level, error, error_size)) return false;
-  bool has_keys = srv_config_keys(config, &keys, error, error_size);
-  free(keys);
-  return has_keys;
+  return srv_config_log_level(config, &level, error, error_size);
 }
 
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,
@@ -449,6 +436,7 @@ void srv_config_deinit(srv_config *config) {
   free(config->listen);
   free(config->data);
   free(config->api_keys);
+  free(config->url_keys);
   free(config->cors_origins);
   free(config->tls_cert);
   free(config->tls_key);

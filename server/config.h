@@ -16,8 +16,8 @@ typedef struct srv_config {
   uint64_t threads, io_threads, queue, max_connections, max_listeners;
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout;
-  uint64_t min_rate; /* bytes a second that a client must take or give */
-  char *api_keys;    /* a list or @FILE, see srv_config_keys */
+  uint64_t min_rate;         /* bytes a second that a client must take or give */
+  char *api_keys, *url_keys; /* lists or @FILE, see keyring.h */
   char *cors_origins;
   char *tls_cert, *tls_key; /* paths, "" without TLS */
   char *log_level;          /* a name or @FILE, see srv_config_log_level */
@@ -39,9 +39,8 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
                                   size_t error_size);
 void srv_config_deinit(srv_config *config);
 
-/* The API keys, read anew where the setting names a file: NULL-terminated, one malloc'ed block; NULL where
- * none are asked for. False with one line in error. */
-bool srv_config_keys(const srv_config *config, char ***out, char *error, size_t error_size);
+/* The text of a setting, or of the file that it names by "@FILE": malloc'ed, NULL with one line in error. */
+char *srv_config_text(const char *flag, const char *setting, size_t size_max, char *error, size_t error_size);
 
 /* The level of logs, read anew where the setting names a file. False with one line in error. */
 bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *error, size_t error_size);
@@ -59,5 +58,8 @@ bool srv_parse_count(const char *text, uint64_t *out);
 
 /* Needs a unit: ms, s, m or h; a bare 0 is fine. Milliseconds. */
 bool srv_parse_duration(const char *text, uint64_t *out);
+
+/* A rate: 50/s, 100/m or 1000/h, not 0. */
+bool srv_parse_rate(const char *text, uint32_t *count, uint32_t *period_s);
 
 #endif

@@ -112,9 +112,10 @@ static bool add_field(struct MHD_Response *response, const char *name, const cha
 /* False without memory: an answer that lacks one of its fields would be kept and read as what it is not. */
 static bool add_fields(struct MHD_Response *response, const delivery *d, const srv_exchange *exchange,
                        bool close) {
-  char timing[SRV_TIMING_SIZE];
+  char timing[SRV_TIMING_SIZE], policy[SRV_RATES_SIZE], left[SRV_RATES_SIZE];
   srv_exchange_timing(exchange, timing);
-  bool is_added = true;
+  bool is_added = !srv_exchange_rates(exchange, policy, left) ||
+                  (add_field(response, "RateLimit-Policy", policy) && add_field(response, "RateLimit", left));
   for (size_t i = 0; is_added && i < d->answer.header_count; i++)
     is_added = add_field(response, d->answer.headers[i].name, d->answer.headers[i].value);
   return is_added && add_field(response, "X-Request-Id", exchange->id) &&

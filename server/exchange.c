@@ -19,6 +19,15 @@ static double milliseconds(uint64_t from_ns, uint64_t to_ns) {
   return to_ns > from_ns ? (double)(to_ns - from_ns) / 1e6 : 0;
 }
 
+char *srv_server_metrics(void *context, size_t *size) {
+  srv_server *server = context;
+  srv_gauges gauges = {.connections = atomic_load(&server->connections),
+                       .requests_in_flight = atomic_load(&server->in_flight),
+                       .live = srv_live_look(server->live)};
+  srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
+  return srv_metrics_print(server->metrics, &gauges, size);
+}
+
 /* ---- identity -------------------------------------------------------------------------------- */
 
 static bool sane_id(const char *id) {
@@ -108,21 +117,14 @@ void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail,
   answered(exchange);
 }
 
-static bool is_metrics(const srv_exchange *exchange) {
-  return strcmp(exchange->request.path, "/metrics") == 0;
-}
-
 static bool is_health_check(const srv_exchange *exchange) {
   return strcmp(exchange->request.path, "/healthz") == 0 || strcmp(exchange->request.path, "/readyz") == 0;
 }
 
 /* What must answer while everything else is refused. */
 static bool is_probe(const srv_exchange *exchange) {
-  return is_health_check(exchange) || strcmp(exchange->request.path, "/version") == 0 || is_metrics(exchange);
-}
-
-static bool reads_only(const srv_exchange *exchange) {
-  return strcmp(exchange->method, "GET") == 0 || strcmp(exchange->method, "HEAD") == 0;
+  return is_health_check(exchange) || strcmp(exchange->request.path, "/version") == 0 ||
+         strcmp(exchange->request.path, "/metrics") == 0;
 }
 
 static void refuse_long_body(srv_exchange *exchange) {
@@ -139,6 +141,19 @@ static void copy_cut(char *out, size_t capacity, const char *text) {
   out[size] = '\0';
 }
 
+/* Takes a token from the bucket of the request's key. True where there is none: then the answer is there. */
+static bool is_over_rate(srv_exchange *exchange) {
+  srv_server *server = exchange->server;
+  uint8_t id[16];
+  api_rate rate = api_key_rate(server->service, &exchange->request, id);
+  if (rate.count == 0) return false;
+  exchange->allowance = srv_rates_take(server->rates, id, rate, exchange->started_ns);
+  if (exchange->allowance.retry_s == 0) return false;
+  srv_exchange_refuse(exchange, 429, "the API key has had as many requests as its rate allows",
+                      exchange->allowance.retry_s);
+  return true;
+}
+
 /* Whether the request is refused on its headers; then the answer is there. */
 static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   const srv_config *config = exchange->server->config;
@@ -149,14 +164,11 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
     srv_exchange_refuse(exchange, 503, "there are as many connections as the daemon takes", RETRY_S);
   } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
     srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
+  } else if (!is_probe(exchange) && is_over_rate(exchange)) {
+    return true;
   } else if (framing->has_length && framing->length > config->max_upload) {
     refuse_long_body(exchange);
-  } else if (is_metrics(exchange) && !reads_only(exchange)) {
-    srv_exchange_refuse(exchange, 405, "/metrics can only be read", 0);
-    api_answer *answer = &exchange->answer;
-    if (answer->header_count < API_HEADERS_MAX)
-      answer->headers[answer->header_count++] = (api_header){"Allow", "GET, HEAD"};
-  } else if (!is_metrics(exchange) && (framing->chunked || framing->length > 0) &&
+  } else if ((framing->chunked || framing->length > 0) &&
              api_open(exchange->server->service, &exchange->request, &exchange->answer) == API_REFUSED) {
     answered(exchange);
   }
@@ -169,6 +181,7 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
   exchange->close = exchange->is_reserve; /* others wait for its place */
   atomic_fetch_add(&exchange->server->in_flight, 1);
   copy_cut(exchange->method, sizeof exchange->method, method);
+  exchange->request.now_s = (uint64_t)time(NULL);
   exchange->request.header = header;
   exchange->request.context = context;
   const char *id = header(context, "X-Request-Id");
@@ -196,26 +209,6 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   }
   exchange->close = true;
   return SRV_EXCHANGE_NOW;
-}
-
-static void answer_metrics(srv_exchange *exchange) {
-  srv_server *server = exchange->server;
-  srv_gauges gauges = {.connections = atomic_load(&server->connections),
-                       .requests_in_flight = atomic_load(&server->in_flight),
-                       .live = srv_live_look(server->live)};
-  srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
-  size_t size = 0;
-  char *text = srv_metrics_print(server->metrics, &gauges, &size);
-  if (text == NULL) {
-    srv_exchange_refuse(exchange, 503, "out of memory", RETRY_S);
-    return;
-  }
-  exchange->answer = (api_answer){.status = 200,
-                                  .header_count = 2,
-                                  .headers = {{"Content-Type", "text/plain; version=0.0.4; charset=utf-8"},
-                                              {"Cache-Control", "no-store"}},
-                                  .bytes = {(uint8_t *)text, size}};
-  answered(exchange);
 }
 
 static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
@@ -288,8 +281,6 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
-  } else if (is_metrics(exchange)) {
-    answer_metrics(exchange);
   } else {
     switch (handle(exchange, API_LIGHT)) {
     case API_ANSWERED: break;
@@ -316,6 +307,15 @@ void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]
            us[0] / 1000, us[0] % 1000, us[1] / 1000, us[1] % 1000, us[2] / 1000, us[2] % 1000);
 }
 
+bool srv_exchange_rates(const srv_exchange *exchange, char policy[SRV_RATES_SIZE],
+                        char left[SRV_RATES_SIZE]) {
+  const srv_allowance *a = &exchange->allowance;
+  if (a->rate.count == 0) return false;
+  snprintf(policy, SRV_RATES_SIZE, "\"key\";q=%u;w=%u", a->rate.count, a->rate.period_s);
+  snprintf(left, SRV_RATES_SIZE, "\"key\";r=%u;t=%u", a->left, a->reset_s);
+  return true;
+}
+
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {
   const api_answer *answer = &exchange->answer;
   char timing[SRV_TIMING_SIZE], *text = NULL;
@@ -328,6 +328,9 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
   strftime(date, sizeof date, "%a, %d %b %Y %H:%M:%S GMT", gmtime_r(&now, &utc));
   fprintf(out, "HTTP/1.1 %d %s\r\nDate: %s\r\nConnection: close\r\n", answer->status, reason, date);
   fprintf(out, "X-Request-Id: %s\r\nServer-Timing: %s\r\n", exchange->id, timing);
+  char policy[SRV_RATES_SIZE], left[SRV_RATES_SIZE];
+  if (srv_exchange_rates(exchange, policy, left))
+    fprintf(out, "RateLimit-Policy: %s\r\nRateLimit: %s\r\n", policy, left);
   for (size_t i = 0; i < answer->header_count; i++) {
     fprintf(out, "%s: %s\r\n", answer->headers[i].name, answer->headers[i].value);
   }
@@ -355,7 +358,7 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
                                     .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
                                     .total_ms = total_ms});
   const char *route = exchange->route;
-  if (route == NULL) route = is_metrics(exchange) ? "/metrics" : api_route_name(exchange->request.path);
+  if (route == NULL) route = api_route_name(exchange->request.path);
   srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->bytes_in,
                       exchange->bytes_out);
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);

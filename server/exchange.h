@@ -11,6 +11,7 @@
 #include "framing.h"
 #include "live.h"
 #include "metrics.h"
+#include "rate.h"
 #include "work.h"
 
 #include <stdatomic.h>
@@ -22,6 +23,7 @@ typedef struct srv_server {
   srv_work *work;
   srv_live *live;
   srv_metrics *metrics;
+  srv_rates *rates;
   const char *temporary;      /* path of the folder for long bodies */
   atomic_bool draining;       /* new requests get 503 */
   atomic_bool stopping;       /* nothing may be queued any more */
@@ -31,7 +33,7 @@ typedef struct srv_server {
   atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
 } srv_server;
 
-enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 100 };
+enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 100, SRV_RATES_SIZE = 128 };
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool hands it back */
@@ -48,6 +50,7 @@ typedef struct srv_exchange {
   bool is_reserve;   /* only health checks are answered, by the connection's reserve */
   int status;        /* of the answer, also after it was taken; 400 when no whole request came */
   const char *route; /* as of api_answer */
+  srv_allowance allowance;
   uint64_t bytes_in, bytes_out;
   uint64_t held; /* bytes of the body in memory, counted against the budget */
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
@@ -56,6 +59,9 @@ typedef struct srv_exchange {
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
   api_answer answer;                             /* valid with `answered`; not cleared between two requests */
 } srv_exchange;
+
+/* What /metrics shows, malloc'ed; NULL without memory. server: an srv_server. */
+char *srv_server_metrics(void *server, size_t *size);
 
 /* Begins with the target as it came. False without memory: drop the connection. */
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target);
@@ -91,6 +97,10 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
 
 /* Value of the Server-Timing header. */
 void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]);
+
+/* Values of RateLimit-Policy and RateLimit (draft-ietf-httpapi-ratelimit-headers-10); false where no rate
+ * applies. */
+bool srv_exchange_rates(const srv_exchange *exchange, char policy[SRV_RATES_SIZE], char left[SRV_RATES_SIZE]);
 
 /* Logs, counts and frees. A zeroed exchange is fine. */
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted);

@@ -3,6 +3,7 @@
 #include "exchange.h"
 #include "healthcheck.h"
 #include "http.h"
+#include "keyring.h"
 #include "listen.h"
 #include "log.h"
 #include "machine.h"
@@ -66,7 +67,7 @@ static bool has_tls(const process *p) {
   return p->config.tls_cert[0] != '\0';
 }
 
-static api_settings settings(const process *p, char **keys) {
+static api_settings settings(process *p, const api_keyring *keyring) {
   const srv_config *config = &p->config;
   return (api_settings){.limits = {.max_upload = config->max_upload,
                                    .max_level = (uint32_t)config->max_level,
@@ -78,7 +79,8 @@ static api_settings settings(const process *p, char **keys) {
                                    .max_waiting = (size_t)config->queue},
                         .store = srv_store_fs_api(p->store),
                         .parallel = {p->server.work, srv_work_parallel_for},
-                        .api_keys = (const char *const *)keys,
+                        .keyring = *keyring,
+                        .metrics = {&p->server, srv_server_metrics},
                         .cors_origins = config->cors_origins};
 }
 
@@ -94,15 +96,17 @@ static bool prepare(process *p, char *error) {
   p->server.config = &p->config;
   p->server.temporary = srv_store_fs_temporary(p->store);
   p->server.metrics = srv_metrics_create();
+  p->server.rates = srv_rates_create();
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
   if (p->server.work == NULL) return false;
-  char **keys;
-  if (!srv_config_keys(&p->config, &keys, error, ERROR_SIZE)) return false;
-  api_settings service_settings = settings(p, keys);
+  srv_keyring keyring;
+  if (!srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE)) return false;
+  api_settings service_settings = settings(p, &keyring.list);
   p->server.service = api_service_create(&service_settings);
-  free(keys);
+  srv_keyring_deinit(&keyring);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
-  return p->server.metrics != NULL && p->server.service != NULL && p->server.live != NULL;
+  return p->server.metrics != NULL && p->server.rates != NULL && p->server.service != NULL &&
+         p->server.live != NULL;
 }
 
 static bool store_samples(process *p, char *error) {
@@ -134,11 +138,11 @@ static bool serve(process *p, char *error) {
 
 /* Requests that are under way keep the keys with which they came. */
 static bool reload_keys(process *p, char *error) {
-  char **keys;
-  if (!srv_config_keys(&p->config, &keys, error, ERROR_SIZE)) return false;
+  srv_keyring keyring;
+  if (!srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE)) return false;
   snprintf(error, ERROR_SIZE, "out of memory");
-  bool is_set = api_service_set_keys(p->server.service, (const char *const *)keys);
-  free(keys);
+  bool is_set = api_service_set_keys(p->server.service, &keyring.list);
+  srv_keyring_deinit(&keyring);
   return is_set;
 }
 
@@ -182,6 +186,7 @@ static bool stop(process *p) {
   srv_work_destroy(p->server.work);
   api_service_destroy(p->server.service);
   srv_metrics_destroy(p->server.metrics);
+  srv_rates_destroy(p->server.rates);
   srv_store_fs_close(p->store);
   if (p->listener >= 0) close(p->listener);
   srv_tls_forget();

@@ -1,35 +1,99 @@
-/* API keys, compared in constant time, and CORS (the fetch standard), without credentials. */
+/* Keys, compared in constant time, and CORS (the fetch standard), without credentials. Without keys the
+ * browser's origin is all that there is to judge: pages of origins that --cors-origins does not name may
+ * then neither list nor delete models, only use those whose id they know. */
 #include "access.h"
+
+#include "service.h"
+#include "signed_url.h"
 
 #include <nettle/memops.h>
 #include <string.h>
 #include <strings.h>
 
-/* The key that the request bears, NULL when it bears none. */
-static const char *key_of(const api_call *call) {
-  const char *authorization = api_call_header(call, "Authorization");
-  if (authorization && strncasecmp(authorization, "Bearer ", 7) == 0)
-    return authorization + 7 + strspn(authorization + 7, " ");
-  return api_call_header(call, "X-API-Key");
+/* ---- keys ------------------------------------------------------------------------------------ */
+
+static const api_keys *keys_of(const api_service *service, const api_request *request) {
+  return request->keys ? request->keys : api_service_keys(service);
 }
 
-bool api_access_allowed(api_call *call) {
-  const api_keys *keys = call->request->keys;
-  if (!keys) keys = api_service_keys(call->service);
-  if (keys->count == 0) return true;
-  const char *key = key_of(call);
-  if (!key) {
+static bool has_keys(const api_call *call) {
+  const api_keys *keys = keys_of(call->service, call->request);
+  return keys->count > 0 || keys->url_count > 0;
+}
+
+bool api_access_asks(const api_call *call) {
+  return call->route && call->route->access != API_OPEN && has_keys(call);
+}
+
+/* The key that the request bears, NULL when it bears none. */
+static const char *key_text(const api_request *request) {
+  const char *authorization = request->header(request->context, "Authorization");
+  if (authorization && strncasecmp(authorization, "Bearer ", 7) == 0)
+    return authorization + 7 + strspn(authorization + 7, " ");
+  return request->header(request->context, "X-API-Key");
+}
+
+/* The configured key with this text, NULL for none. */
+static const api_kept_key *find_key(const api_keys *keys, const char *text) {
+  uint8_t digest[API_KEY_DIGEST];
+  api_key_digest(text, digest);
+  size_t found = keys->count; /* every key is looked at, so that the time tells nothing */
+  for (size_t i = keys->count; i-- > 0;)
+    if (memeql_sec(digest, keys->keys[i].digest, API_KEY_DIGEST)) found = i;
+  return found < keys->count ? &keys->keys[found] : NULL;
+}
+
+api_rate api_key_rate(const api_service *service, const api_request *request, uint8_t id[16]) {
+  const api_keys *keys = keys_of(service, request);
+  const char *text = keys->has_rates ? key_text(request) : NULL;
+  const api_kept_key *key = text ? find_key(keys, text) : NULL;
+  if (!key) return (api_rate){0};
+  memcpy(id, key->digest, 16);
+  return key->rate;
+}
+
+static unsigned right_for(api_access access) {
+  switch (access) {
+  case API_OPEN: return 0;
+  case API_READS:
+  case API_READS_ALL: return API_MAY_READ;
+  case API_WRITES: return API_MAY_WRITE;
+  case API_DELETES: return API_MAY_DELETE;
+  }
+  return 0;
+}
+
+static const char *name_right(unsigned right) {
+  return right == API_MAY_READ ? "read" : right == API_MAY_WRITE ? "write" : "delete";
+}
+
+static bool refuse_key(api_call *call, const char *text, const api_kept_key *key, unsigned right) {
+  if (key) {
+    api_fail_with(call, 403, "the API key has not the right to %s", name_right(right));
+  } else if (text) {
+    api_fail_with(call, 403, "the API key is not one of those configured");
+  } else {
     api_fail_with(call, 401, "an API key is asked for: Authorization: Bearer KEY, or X-API-Key: KEY");
     call->fault.header = (api_header){"WWW-Authenticate", "Bearer realm=\"tweend\""};
-    return false;
   }
-  uint8_t digest[API_KEY_DIGEST];
-  api_key_digest(key, digest);
-  int found = 0; /* every key is looked at, so that the time tells nothing */
-  for (size_t i = 0; i < keys->count; i++) found |= memeql_sec(digest, keys->digests[i], API_KEY_DIGEST);
-  if (!found) api_fail_with(call, 403, "the API key is not one of those configured");
-  return found != 0;
+  return false;
 }
+
+static bool allows_bearer(api_call *call) {
+  const api_keys *keys = keys_of(call->service, call->request);
+  unsigned right = right_for(call->route->access);
+  const char *text = key_text(call->request);
+  const api_kept_key *key = text ? find_key(keys, text) : NULL;
+  if (key && (key->rights & right)) return true;
+  switch (right == API_MAY_READ ? api_signed_url_judge(call, keys) : API_SIGNATURE_NONE) {
+  case API_SIGNATURE_GOOD: return true;
+  case API_SIGNATURE_BAD: return false;
+  case API_SIGNATURE_NONE: break;
+  }
+  return refuse_key(call, text, key, right);
+}
+
+/* ---- origins --------------------------------------------------------------------------------- */
 
 /* Whether the comma-separated list holds the origin. */
 static bool lists_origin(const char *list, const char *origin) {
@@ -43,42 +107,71 @@ static bool lists_origin(const char *list, const char *origin) {
   return false;
 }
 
-static bool is_any(const api_service *service) {
-  return strcmp(service->cors_origins, "*") == 0;
+/* Of this daemon's own page: the browser says so, or the origin's host is the one that was asked. */
+static bool is_own(const api_call *call, const char *origin) {
+  const char *site = api_call_header(call, "Sec-Fetch-Site"), *host = api_call_header(call, "Host");
+  const char *authority = strstr(origin, "://");
+  return (site && strcmp(site, "same-origin") == 0) ||
+         (host && authority && strcasecmp(authority + 3, host) == 0);
+}
+
+/* Whether only named origins may use the route. */
+static bool is_guarded(const api_call *call, const api_route *route) {
+  return route && (route->access == API_READS_ALL || route->access == API_DELETES) && !has_keys(call);
 }
 
 /* The value of Access-Control-Allow-Origin, NULL for none. */
-static const char *allowed_origin(const api_service *service, const api_request *request) {
-  if (is_any(service)) return "*";
-  const char *origin = request->header(request->context, "Origin");
-  return origin && lists_origin(service->cors_origins, origin) ? origin : NULL;
+static const char *allowed_origin(const api_call *call, const api_route *route) {
+  const char *list = call->service->cors_origins, *origin = api_call_header(call, "Origin");
+  if (origin && strcmp(origin, "*") != 0 && lists_origin(list, origin)) return origin;
+  return lists_origin(list, "*") && !is_guarded(call, route) ? "*" : NULL;
 }
 
-void api_cors_headers(const api_service *service, const api_request *request, api_answer *answer) {
-  const char *origin = allowed_origin(service, request);
+bool api_access_of_origin(const api_call *call, const api_route *route) {
+  return allowed_origin(call, route);
+}
+
+bool api_access_varies(const api_call *call) {
+  return strcmp(call->service->cors_origins, "*") != 0 || is_guarded(call, call->route);
+}
+
+static bool allows_origin(api_call *call) {
+  const char *origin = api_call_header(call, "Origin");
+  if (!origin || !is_guarded(call, call->route) || is_own(call, origin) || allowed_origin(call, call->route))
+    return true;
+  api_fail_with(call, 403, "pages of other origins than those of --cors-origins may not do this");
+  return false;
+}
+
+bool api_access_allowed(api_call *call) {
+  if (call->route->access == API_OPEN) return true;
+  return has_keys(call) ? allows_bearer(call) : allows_origin(call);
+}
+
+/* ---- headers --------------------------------------------------------------------------------- */
+
+void api_access_headers(api_call *call) {
+  const char *origin = allowed_origin(call, call->route);
   if (!origin) return;
-  if (origin[0] == '*') {
-    api_answer_header(answer, "Access-Control-Allow-Origin", "*");
-  } else {
-    char *copy = answer->memory ? tw_arena_text(answer->memory, origin, strlen(origin)) : NULL;
-    if (!copy) return;
-    api_answer_header(answer, "Access-Control-Allow-Origin", copy);
-  }
-  api_answer_header(answer, "Access-Control-Expose-Headers",
-                    "Accept-Ranges, Content-Length, Content-Range, ETag, Link, Location, Retry-After, "
-                    "Server-Timing, X-Request-Id, X-Tweend-Error, X-Tweend-Warning");
+  api_answer_headerf(&call->answer, "Access-Control-Allow-Origin", "%s", origin);
+  api_answer_headerf(&call->answer, "Timing-Allow-Origin", "%s", origin);
+  api_answer_header(
+      &call->answer, "Access-Control-Expose-Headers",
+      "Accept-Ranges, Content-Disposition, Content-Length, Content-Range, ETag, Link, Location, "
+      "RateLimit, RateLimit-Policy, Retry-After, Server-Timing, X-Request-Id, X-Tweend-Error, "
+      "X-Tweend-Warning");
 }
 
-void api_cors_options(api_call *call, const char *allow) {
+void api_access_options(api_call *call, const char *allow, const char *granted) {
   api_answer *answer = &call->answer;
   answer->status = 204;
   api_answer_header(answer, "Allow", allow);
   bool is_preflight =
       api_call_header(call, "Origin") && api_call_header(call, "Access-Control-Request-Method");
-  if (!is_preflight || !allowed_origin(call->service, call->request)) return;
-  api_answer_header(answer, "Access-Control-Allow-Methods", allow);
+  if (!is_preflight || !granted) return;
+  api_answer_header(answer, "Access-Control-Allow-Methods", granted);
   api_answer_header(answer, "Access-Control-Allow-Headers",
-                    "Authorization, Content-Encoding, Content-Type, If-Match, If-None-Match, If-Range, "
-                    "Last-Event-ID, Range, X-API-Key, X-Request-Id");
+                    "Authorization, Content-Disposition, Content-Encoding, Content-Type, If-Match, "
+                    "If-None-Match, If-Range, Last-Event-ID, Range, X-API-Key, X-Request-Id");
   api_answer_header(answer, "Access-Control-Max-Age", "86400");
 }

@@ -1,17 +1,25 @@
-/* Who may ask: API keys and cross-origin requests. */
+/* Who may ask: keys, signed URLs and pages of other origins. */
 #ifndef API_ACCESS_H
 #define API_ACCESS_H
 
-#include "call.h"
-#include "service.h"
+#include "handlers.h"
 
-/* Whether the request bears a key where one is asked for; fills the fault with 401 or 403. */
+/* Whether the request may use its route; fills the fault with 401 or 403. */
 bool api_access_allowed(api_call *call);
 
-/* Adds the cross-origin headers that every answer bears. */
-void api_cors_headers(const api_service *service, const api_request *request, api_answer *answer);
+/* Whether the route asks for a key. */
+bool api_access_asks(const api_call *call);
+/* Whether the answer depends on the request's Origin. */
+bool api_access_varies(const api_call *call);
 
-/* Answers OPTIONS: pre-flight or plain. allow: the path's methods. */
-void api_cors_options(api_call *call, const char *allow);
+/* Adds the cross-origin headers that every answer bears. */
+void api_access_headers(api_call *call);
+
+/* Whether a page of the request's origin may use the route. */
+bool api_access_of_origin(const api_call *call, const api_route *route);
+
+/* Answers OPTIONS: pre-flight or plain. allow: the path's methods; granted: those that a page of the
+ * request's origin may use, NULL for none. */
+void api_access_options(api_call *call, const char *allow, const char *granted);
 
 #endif

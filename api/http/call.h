@@ -25,6 +25,7 @@ typedef struct api_call {
   api_effort effort;
   const api_route *route;
   bool is_head;
+  bool has_suffix;      /* the path's extension has chosen the offer */
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
   api_query query;

@@ -10,12 +10,21 @@ typedef enum api_takes {
   API_TAKES_JSON
 } api_takes;
 
+/* Who may ask. */
+typedef enum api_access {
+  API_OPEN,      /* everybody */
+  API_READS,     /* whoever may read */
+  API_READS_ALL, /* the same; tells of all models, so that pages of other origins may not */
+  API_WRITES,
+  API_DELETES
+} api_access;
+
 struct api_route {
   const char *method; /* GET answers HEAD too */
   const char *path;   /* "{id}" stands for 32 hex digits */
   const char *tail;   /* of a path of a model: what follows the id; else NULL */
   api_takes takes;
-  bool is_open;                  /* asks for no API key */
+  api_access access;
   bool has_extensions;           /* the path may end in "." and an offer's extension */
   const api_offer *offers;       /* the first is the default; ends with a NULL type */
   const char *const *parameters; /* NULL-terminated names that the query may bear */
@@ -25,10 +34,15 @@ struct api_route {
 /* For the test that keeps the table and openapi.json equal. */
 const api_route *api_routes(size_t *count);
 
+/* The route that answers this path, which may end in an extension; NULL: none. */
+const api_route *api_route_find(const char *method, const char *path);
+
 api_outcome api_get_health(api_call *call);
 api_outcome api_get_ready(api_call *call);
 api_outcome api_get_version(api_call *call);
 api_outcome api_get_openapi(api_call *call);
+api_outcome api_get_metrics(api_call *call);
+api_outcome api_post_sign(api_call *call);
 
 api_outcome api_post_model(api_call *call);
 api_outcome api_list_models(api_call *call);

@@ -1,4 +1,4 @@
-/* Operations: health, readiness, version, and the description of the interface. */
+/* Operations: health, readiness, version, metrics, and the description of the interface. */
 #include "handlers.h"
 #include "service.h"
 
@@ -41,4 +41,15 @@ api_outcome api_get_openapi(api_call *call) {
   tw_text_bytes(&text, (const char *)api_openapi, api_openapi_size);
   api_answer_header(&call->answer, "Cache-Control", "no-cache");
   return api_reply(call, &text);
+}
+
+api_outcome api_get_metrics(api_call *call) {
+  const api_metrics *metrics = &call->service->metrics;
+  size_t size = 0;
+  char *text = metrics->print(metrics->owner, &size);
+  if (!text) return api_fail_without_memory(call);
+  tw_text printed = {.data = text, .size = size, .capacity = size};
+  api_answer_header(&call->answer, "Cache-Control", "no-store");
+  api_answer_text(&call->answer, 200, "text/plain; version=0.0.4; charset=utf-8", &printed);
+  return API_DONE;
 }

@@ -14,7 +14,7 @@ typedef struct api_query {
   const api_parameter *parameters;
 } api_query;
 
-/* text: as on the wire, without '?'. known: NULL-terminated names.
+/* text: as on the wire, without '?'. known: NULL-terminated names; NULL: any may stand.
  * TW_SYNTAX: a bad escape, a name unknown or twice. A '+' is a space, as forms send it. */
 tw_status api_query_read(const char *text, const char *const *known, tw_arena *arena, api_query *out,
                          tw_error *error);

@@ -26,6 +26,7 @@ static const char *const live_parameters[] = {"clip",          "speed",    "fps"
                                               "interpolation", "skinning", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
+static const api_offer text_offers[] = {{"", "text/plain"}, {0}};
 /* The source's own type is known when it is read: any will do. */
 static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
 /* In the order of surface_form in surfaces.c. */
@@ -48,28 +49,39 @@ static const api_offer live_offers[] = {{"", "text/event-stream"}, {0}};
 
 /* What is asked for most comes first: the routes are gone through in this order. */
 static const api_route routes[] = {
-    {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, false, true, pose_offers, pose_parameters, api_get_pose},
-    {"GET", WHOLE("/healthz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_health},
-    {"GET", WHOLE("/readyz"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_ready},
-    {"GET", WHOLE("/version"), API_TAKES_NOTHING, true, false, json_offers, no_parameters, api_get_version},
-    {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, true, false, json_offers, no_parameters,
+    {"GET", OF_MODEL("/pose"), API_TAKES_NOTHING, API_READS, true, pose_offers, pose_parameters,
+     api_get_pose},
+    {"GET", WHOLE("/healthz"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
+     api_get_health},
+    {"GET", WHOLE("/readyz"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters, api_get_ready},
+    {"GET", WHOLE("/version"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
+     api_get_version},
+    {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
      api_get_openapi},
-    {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, false, false, json_offers, no_parameters, api_post_model},
-    {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, false, false, json_offers, list_parameters,
+    {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, API_WRITES, false, json_offers, no_parameters,
+     api_post_model},
+    {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, API_READS_ALL, false, json_offers, list_parameters,
      api_list_models},
-    {"GET", OF_MODEL(""), API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_get_model},
-    {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, false, false, json_offers, no_parameters, api_delete_model},
-    {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, false, false, source_offers, no_parameters,
+    {"GET", OF_MODEL(""), API_TAKES_NOTHING, API_READS, false, json_offers, no_parameters, api_get_model},
+    {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, API_DELETES, false, json_offers, no_parameters,
+     api_delete_model},
+    {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, no_parameters,
      api_get_source},
-    {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, false, true, surface_offers, surface_parameters,
+    {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, surface_parameters,
      api_get_surface},
-    {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, false, true, surface_offers, surface_parameters,
+    {"POST", WHOLE("/v1/surface"), API_TAKES_MODEL, API_READS, true, surface_offers, surface_parameters,
      api_post_surface},
-    {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, false, false, json_offers, tracks_parameters,
+    {"GET", OF_MODEL("/tracks"), API_TAKES_NOTHING, API_READS, false, json_offers, tracks_parameters,
      api_get_tracks},
-    {"POST", OF_MODEL("/pose"), API_TAKES_JSON, false, true, pose_offers, pose_parameters, api_post_times},
-    {"GET", OF_MODEL("/live"), API_TAKES_NOTHING, false, false, live_offers, live_parameters, api_get_live},
-    {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, false, true, pose_offers, pose_parameters, api_post_pose},
+    {"POST", OF_MODEL("/pose"), API_TAKES_JSON, API_READS, true, pose_offers, pose_parameters,
+     api_post_times},
+    {"GET", OF_MODEL("/live"), API_TAKES_NOTHING, API_READS, false, live_offers, live_parameters,
+     api_get_live},
+    {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, API_READS, true, pose_offers, pose_parameters,
+     api_post_pose},
+    {"GET", WHOLE("/metrics"), API_TAKES_NOTHING, API_READS_ALL, false, text_offers, no_parameters,
+     api_get_metrics},
+    {"POST", WHOLE("/v1/sign"), API_TAKES_JSON, API_READS, false, json_offers, no_parameters, api_post_sign},
 };
 
 enum { ROUTES = sizeof routes / sizeof *routes };
@@ -130,26 +142,37 @@ const char *api_route_name(const char *path) {
   return "other";
 }
 
+static const api_route *find(const char *method, const cut_path *path, const api_offer **offer) {
+  for (size_t i = 0; i < ROUTES; i++)
+    if (match_route(&routes[i], path, offer) && strcmp(routes[i].method, method) == 0) return &routes[i];
+  return NULL;
+}
+
+const api_route *api_route_find(const char *method, const char *path) {
+  const cut_path pieces = cut(path);
+  const api_offer *offer;
+  return find(method, &pieces, &offer);
+}
+
 /* Finds the route of method and path; false when the path has none of that method. */
 static bool find_route(api_call *call, const char *method) {
   const cut_path path = cut(call->request->path);
-  for (size_t i = 0; i < ROUTES; i++) {
-    if (!match_route(&routes[i], &path, &call->offer) || strcmp(routes[i].method, method) != 0) continue;
-    call->route = &routes[i];
-    if (path.id) memcpy(call->id, path.id, ID_LENGTH);
-    return true;
-  }
-  return false;
+  call->route = find(method, &path, &call->offer);
+  call->has_suffix = call->offer;
+  if (call->route && path.id) memcpy(call->id, path.id, ID_LENGTH);
+  return call->route;
 }
 
-/* The methods that a path has, as Allow lists them; NULL when nothing is there, or without memory. */
-static const char *list_methods(const api_call *call) {
+/* The methods that a path has, as Allow lists them, or only those that a page of the request's origin may
+ * use; NULL when there are none, or without memory. */
+static const char *list_methods(const api_call *call, bool for_page) {
   const cut_path path = cut(call->request->path);
   char allow[64];
   size_t length = 0;
   for (size_t i = 0; i < ROUTES; i++) {
     const api_offer *offer;
     if (!match_route(&routes[i], &path, &offer)) continue;
+    if (for_page && !api_access_of_origin(call, &routes[i])) continue;
     bool is_get = strcmp(routes[i].method, "GET") == 0;
     length += (size_t)snprintf(allow + length, sizeof allow - length, "%s%s", routes[i].method,
                                is_get ? ", HEAD, " : ", ");
@@ -205,13 +228,13 @@ static api_outcome check_type(api_call *call) {
 
 /* OPTIONS, or a method that the path does not have. */
 static api_outcome answer_methods(api_call *call) {
-  const char *methods = list_methods(call);
+  const char *methods = list_methods(call, false);
   bool is_options = strcmp(call->request->method, "OPTIONS") == 0;
   if (!methods && is_options && strcmp(call->request->path, "*") == 0)
     methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* of the server as a whole */
   if (!methods) return api_fail_with(call, 404, "nothing is at this path");
   if (is_options) {
-    api_cors_options(call, methods);
+    api_access_options(call, methods, list_methods(call, true));
     return API_DONE;
   }
   call->fault.allow = methods;
@@ -222,7 +245,7 @@ static api_outcome answer_methods(api_call *call) {
 static api_outcome admit_route(api_call *call) {
   call->is_head = strcmp(call->request->method, "HEAD") == 0;
   if (!find_route(call, call->is_head ? "GET" : call->request->method)) return answer_methods(call);
-  return call->route->is_open || api_access_allowed(call) ? API_CONTINUE : API_FAILED;
+  return api_access_allowed(call) ? API_CONTINUE : API_FAILED;
 }
 
 /* What query and headers decide. API_CONTINUE: let the body come. */
@@ -245,6 +268,35 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
   return call->arena != NULL;
 }
 
+/* What chose among the answers that this URL has. A suffix of the path leaves Accept nothing to choose. */
+static void add_vary(api_call *call) {
+  static const char *const fields[] = {"Accept", "Authorization, X-API-Key", "Origin"};
+  const bool counts[] = {!call->has_suffix, api_access_asks(call), api_access_varies(call)};
+  char list[64];
+  size_t length = 0;
+  for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
+    if (counts[i])
+      length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", fields[i]);
+  if (length) api_answer_headerf(&call->answer, "Vary", "%s", list);
+}
+
+/* What a key opened is not for caches that others share. */
+static void make_private(api_call *call) {
+  static const char name[] = "Cache-Control", shared[] = "public, ";
+  api_header *header = NULL;
+  for (size_t i = 0; i < call->answer.header_count && !header; i++)
+    if (strcmp(call->answer.headers[i].name, name) == 0) header = &call->answer.headers[i];
+  if (!header) {
+    api_answer_header(&call->answer, name, "private");
+    return;
+  }
+  size_t drop = strncmp(header->value, shared, sizeof shared - 1) == 0 ? sizeof shared - 1 : 0;
+  char value[96];
+  int length = snprintf(value, sizeof value, "private, %s", header->value + drop);
+  const char *copy = call->arena ? tw_arena_text(call->arena, value, (size_t)length) : NULL;
+  header->value = copy ? copy : "private";
+}
+
 /* Hands the answer over, with the headers that all answers bear. */
 static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   if (outcome == API_FAILED) {
@@ -253,10 +305,10 @@ static void finish(api_call *call, api_outcome outcome, api_answer *answer) {
   }
   if (outcome != API_FAILED && call->first_warning)
     api_answer_headerf(&call->answer, "X-Tweend-Warning", "%u; %s", call->warning_count, call->first_warning);
-  bool by_origin = strcmp(call->service->cors_origins, "*") != 0;
-  api_answer_header(&call->answer, "Vary", by_origin ? "Accept, Origin" : "Accept");
   api_answer_header(&call->answer, "X-Content-Type-Options", "nosniff");
-  api_cors_headers(call->service, call->request, &call->answer);
+  if (api_access_asks(call)) make_private(call);
+  add_vary(call);
+  api_access_headers(call);
   call->answer.route = call->route ? call->route->path : NULL;
   *answer = call->answer;
 }

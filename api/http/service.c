@@ -16,22 +16,46 @@ void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]) {
   sha256_digest(&hash, SHA256_DIGEST_SIZE, out);
 }
 
-static api_keys *create_keys(const char *const *keys) {
-  size_t count = 0;
-  while (keys && keys[count]) count++;
-  api_keys *set = tw_alloc_zero(1, sizeof *set + count * sizeof *set->digests);
+static void digest_keyring(const api_keyring *keyring, uint8_t out[API_KEY_DIGEST]) {
+  struct sha256_ctx hash;
+  sha256_init(&hash);
+  for (size_t i = 0; i < keyring->count; i++) {
+    const api_key *key = &keyring->keys[i];
+    const uint32_t numbers[] = {key->rights, key->rate.count, key->rate.period_s};
+    sha256_update(&hash, strlen(key->text) + 1, (const uint8_t *)key->text);
+    sha256_update(&hash, sizeof numbers, (const uint8_t *)numbers);
+  }
+  sha256_update(&hash, 1, (const uint8_t *)"");
+  for (size_t i = 0; i < keyring->url_count; i++)
+    sha256_update(&hash, strlen(keyring->url_keys[i]) + 1, (const uint8_t *)keyring->url_keys[i]);
+  sha256_digest(&hash, API_KEY_DIGEST, out);
+}
+
+static api_keys *create_keys(const api_keyring *keyring) {
+  size_t count = keyring->count, url_count = keyring->url_count;
+  api_keys *set =
+      tw_alloc_zero(1, sizeof *set + url_count * sizeof *set->url_keys + count * sizeof *set->keys);
   if (!set) return NULL;
-  for (size_t i = 0; i < count; i++) api_key_digest(keys[i], set->digests[i]);
   set->count = count;
+  set->url_count = url_count;
+  set->keys = (api_kept_key *)(set->url_keys + url_count);
+  for (size_t i = 0; i < count; i++) {
+    const api_key *key = &keyring->keys[i];
+    set->keys[i] = (api_kept_key){.rights = key->rights, .rate = key->rate};
+    set->has_rates |= key->rate.count > 0;
+    api_key_digest(key->text, set->keys[i].digest);
+  }
+  for (size_t i = 0; i < url_count; i++)
+    hmac_sha256_set_key(&set->url_keys[i], strlen(keyring->url_keys[i]),
+                        (const uint8_t *)keyring->url_keys[i]);
+  digest_keyring(keyring, set->digest);
   return set;
 }
 
-bool api_service_set_keys(api_service *service, const char *const *keys) {
-  api_keys *set = create_keys(keys), *present = atomic_load(&service->keys);
+bool api_service_set_keys(api_service *service, const api_keyring *keyring) {
+  api_keys *set = create_keys(keyring), *present = atomic_load(&service->keys);
   if (!set) return false;
-  bool is_same = present && present->count == set->count &&
-                 memcmp(present->digests, set->digests, set->count * sizeof *set->digests) == 0;
-  if (is_same) {
+  if (present && memcmp(present->digest, set->digest, API_KEY_DIGEST) == 0) {
     free(set);
   } else {
     set->older = present;
@@ -63,6 +87,7 @@ api_service *api_service_create(const api_settings *settings) {
   if (!service) return NULL;
   service->limits = settings->limits;
   service->store = settings->store;
+  service->metrics = settings->metrics;
   service->threads = (tw_parallel_for){settings->parallel.owner, settings->parallel.run};
   service->parallel = service->threads.run ? &service->threads : NULL;
   atomic_init(&service->is_draining, false);
@@ -71,7 +96,7 @@ api_service *api_service_create(const api_settings *settings) {
   if (service->arena) service->cors_origins = tw_arena_text(service->arena, origins, strlen(origins));
   service->budget = api_budget_create(settings->limits.max_memory, settings->limits.max_waiting);
   if (service->budget) service->cache = api_cache_create(settings->limits.plan_cache, service->budget);
-  if (!service->cache || !service->cors_origins || !api_service_set_keys(service, settings->api_keys)) {
+  if (!service->cache || !service->cors_origins || !api_service_set_keys(service, &settings->keyring)) {
     api_service_destroy(service);
     return NULL;
   }

@@ -2,6 +2,7 @@
 #ifndef API_SERVICE_H
 #define API_SERVICE_H
 
+#include <nettle/hmac.h>
 #include <stdatomic.h>
 
 #include "api.h"
@@ -9,11 +10,19 @@
 
 enum { API_KEY_DIGEST = 32, API_ASKED = 4096 };
 
-/* SHA-256 of each key: equal lengths to compare. */
+typedef struct api_kept_key {
+  uint8_t digest[API_KEY_DIGEST]; /* SHA-256 of the key: equal lengths to compare */
+  unsigned rights;
+  api_rate rate;
+} api_kept_key;
+
 struct api_keys {
-  struct api_keys *older; /* requests may still refer to it */
-  size_t count;
-  uint8_t digests[][API_KEY_DIGEST];
+  struct api_keys *older;         /* requests may still refer to it */
+  uint8_t digest[API_KEY_DIGEST]; /* of all that follows */
+  size_t count, url_count;
+  bool has_rates;                    /* one of the keys */
+  api_kept_key *keys;                /* [count], behind the last member */
+  struct hmac_sha256_ctx url_keys[]; /* [url_count], to be copied for each message */
 };
 
 void api_key_digest(const char *key, uint8_t out[API_KEY_DIGEST]);
@@ -25,6 +34,7 @@ struct api_service {
   const tw_parallel_for *parallel; /* NULL: there are no threads */
   tw_arena *arena;                 /* of the copied settings */
   api_keys *_Atomic keys;          /* in force; NULL without memory only */
+  api_metrics metrics;
   const char *cors_origins;
   atomic_bool is_draining;
   api_budget *budget;

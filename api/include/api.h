@@ -82,12 +82,41 @@ typedef struct api_parallel_for {
   void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
 } api_parallel_for;
 
+/* What a key allows; added up. */
+enum { API_MAY_READ = 1, API_MAY_WRITE = 2, API_MAY_DELETE = 4 };
+
+/* So many requests in so many seconds; count 0: any number. */
+typedef struct api_rate {
+  uint32_t count, period_s;
+} api_rate;
+
+typedef struct api_key {
+  const char *text;
+  unsigned rights;
+  api_rate rate;
+} api_key;
+
+/* Both lists empty: everybody may do everything. */
+typedef struct api_keyring {
+  const api_key *keys; /* [count]; of a text given twice the first counts */
+  size_t count;
+  const char *const *url_keys; /* [url_count], which sign URLs; the first one makes new signatures */
+  size_t url_count;
+} api_keyring;
+
+/* What the host prints for /metrics. */
+typedef struct api_metrics {
+  void *owner;
+  char *(*print)(void *owner, size_t *size); /* malloc'ed; NULL without memory */
+} api_metrics;
+
 typedef struct api_settings {
   api_limits limits;
   api_store store;
   api_parallel_for parallel;
-  const char *const *api_keys; /* NULL-terminated; NULL: no keys asked for */
-  const char *cors_origins;    /* "*", "" for none, or a comma-separated list */
+  api_keyring keyring;
+  api_metrics metrics;
+  const char *cors_origins; /* a comma-separated list, "*" in it for all, "" for none */
 } api_settings;
 
 /* ---- service: settings and caches, shared by all threads ------------------------------------ */
@@ -105,12 +134,12 @@ void api_service_let_go(api_service *service, uint64_t bytes);
 /* The same for what can be done without: false when it does not fit. */
 bool api_service_try_hold(api_service *service, uint64_t bytes);
 
-/* API keys that were in force at a time; they live as long as the service. */
+/* Keys that were in force at a time; they live as long as the service. */
 typedef struct api_keys api_keys;
 
 /* Puts other keys in force, as in api_settings. False without memory: then the present ones stay. One thread
  * at a time. */
-bool api_service_set_keys(api_service *service, const char *const *keys);
+bool api_service_set_keys(api_service *service, const api_keyring *keyring);
 const api_keys *api_service_keys(const api_service *service); /* those in force; any thread */
 
 /* ---- one request ----------------------------------------------------------------------------- */
@@ -147,6 +176,7 @@ typedef struct api_request {
   void *context;
   api_ticket *ticket;   /* outlives the answer */
   const api_keys *keys; /* in force when it came; NULL: those in force now */
+  uint64_t now_s;       /* Unix time when it came */
   api_bytes body;       /* complete, still content-encoded */
 } api_request;
 
@@ -200,6 +230,10 @@ typedef enum api_verdict {
   API_READ_BODY, /* go on: collect up to max_upload bytes, then api_handle */
   API_REFUSED    /* *answer is the refusal (404, 405, 413, 415, 411, 401, 403, pre-flight …) */
 } api_verdict;
+
+/* The rate of the configured key that the request bears, count 0 where there is none; id: gets what tells the
+ * key from others. */
+api_rate api_key_rate(const api_service *service, const api_request *request, uint8_t id[16]);
 
 /* Decides on method, path and headers alone. */
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer);

@@ -193,6 +193,13 @@ size_t loopback_store_opens(loopback *loop) {
 
 /* ---- service --------------------------------------------------------------------------------- */
 
+static char *print_metrics(void *owner, size_t *size) {
+  (void)owner;
+  char *text = strdup("up 1\n");
+  *size = text ? strlen(text) : 0;
+  return text;
+}
+
 api_settings loopback_settings(void) {
   return (api_settings){
       .limits = {.max_upload = 1 << 20,
@@ -203,6 +210,7 @@ api_settings loopback_settings(void) {
                  .plan_cache = 64 << 20,
                  .max_memory = 1 << 30,
                  .max_waiting = 8},
+      .metrics = {NULL, print_metrics},
       .cors_origins = "*",
   };
 }
@@ -385,6 +393,7 @@ reply loopback_ask(loopback *loop, const char *method, const char *target, const
   char *path = malloc(strlen(target) + 1);
   api_request request;
   prepare(&request, &list, path, method, target, headers, body, size);
+  request.now_s = loop->now_s;
   reply r = {0};
   if (api_open(loop->service, &request, &r.answer) == API_REFUSED) {
     r.refused = true;

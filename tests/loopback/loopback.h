@@ -32,11 +32,14 @@ typedef struct loopback {
   api_service *service;
   api_settings settings;
   struct memory_store *store;
+  uint64_t now_s; /* of the requests */
 } loopback;
 
 loopback_ticket *loopback_ticket_create(void);
 void loopback_ticket_await(loopback_ticket *ticket);                   /* until it is woken */
 void loopback_ticket_destroy(loopback *loop, loopback_ticket *ticket); /* NULLs accepted */
+
+enum { ALL_RIGHTS = API_MAY_READ | API_MAY_WRITE | API_MAY_DELETE };
 
 /* Settings that suit most tests: 1 MiB bodies, level 10, CORS "*", no keys. */
 api_settings loopback_settings(void);

@@ -127,9 +127,9 @@ TEST(problems_of_the_server_have_the_form) {
 }
 
 static int start_with_keys(void **state) {
-  static const char *const keys[] = {"alpha", "beta", NULL};
+  static const api_key keys[] = {{"alpha", ALL_RIGHTS, {0}}, {"beta", ALL_RIGHTS, {0}}};
   api_settings settings = loopback_settings();
-  settings.api_keys = keys;
+  settings.keyring = (api_keyring){.keys = keys, .count = 2};
   *state = loopback_start(&settings);
   return 0;
 }

@@ -213,9 +213,9 @@ TEST_WITH(times_in_a_body_are_another_request, setup, one_model_stop) {
 }
 
 TEST(a_remembered_answer_needs_the_key_too) {
-  const char *keys[] = {"secret", NULL};
+  const api_key keys[] = {{"secret", ALL_RIGHTS, {0}}};
   api_settings settings = loopback_settings();
-  settings.api_keys = keys;
+  settings.keyring = (api_keyring){.keys = keys, .count = 1};
   one_model m = {.loop = loopback_start(&settings)};
   const char *key = "X-API-Key: secret\n";
   reply r = loopback_ask(m.loop, "POST", "/v1/models", "X-API-Key: secret\nContent-Type: application/json\n",

@@ -80,8 +80,6 @@ TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   assert_bad(f, "--data", "s3://bucket/prefix", "s3://bucket/prefix");
   assert_bad(f, "--data", "", "--data");
   assert_bad(f, "--tls-cert", "cert.pem", "--tls-key");
-  assert_bad(f, "--api-keys", "@/no/such/file", "/no/such/file");
-  assert_bad(f, "--api-keys", " , ", "--api-keys");
 }
 
 TEST_WITH(bad_variable_is_named, set_up, tear_down) {
@@ -138,44 +136,11 @@ TEST_WITH(queue_follows_the_threads_unless_given, set_up, tear_down) {
   assert_int_equal(f->config.queue, 0);
 }
 
-static void assert_keys(fixture *f, const char *first, const char *second) {
-  char **keys;
-  assert_true(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
-  assert_string_equal(keys[0], first);
-  assert_string_equal(keys[1], second);
-  assert_null(keys[2]);
-  free(keys);
-}
-
 static void write_file(const char *path, const char *text) {
   FILE *file = fopen(path, "w");
   assert_non_null(file);
   fputs(text, file);
   fclose(file);
-}
-
-TEST_WITH(keys_come_from_a_list_or_a_file_that_is_read_anew, set_up, tear_down) {
-  fixture *f = *state;
-  char **keys, path[] = "/tmp/tweend-keys-XXXXXX", argument[64];
-  assert_int_equal(read_flags(f, (const char *const[4]){NULL}), SRV_CONFIG_RUN);
-  assert_true(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
-  assert_null(keys); /* none are asked for */
-  read_flags(f, (const char *const[4]){"--api-keys", "one,two"});
-  assert_keys(f, "one", "two");
-
-  close(mkstemp(path));
-  write_file(path, "three\nfour\r\n\n");
-  snprintf(argument, sizeof argument, "@%s", path);
-  assert_int_equal(read_flags(f, (const char *const[4]){"--api-keys", argument}), SRV_CONFIG_RUN);
-  assert_keys(f, "three", "four");
-  write_file(path, "five, six");
-  assert_keys(f, "five", "six");
-  write_file(path, "\n");
-  assert_false(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
-  assert_null(keys);
-  unlink(path);
-  assert_false(srv_config_keys(&f->config, &keys, f->error, sizeof f->error));
-  assert_non_null(strstr(f->error, path));
 }
 
 TEST_WITH(log_level_is_a_word_or_lies_in_a_file_that_is_read_anew, set_up, tear_down) {

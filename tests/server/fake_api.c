@@ -233,6 +233,13 @@ const api_keys *api_service_keys(const api_service *service) {
   return NULL;
 }
 
+api_rate api_key_rate(const api_service *service, const api_request *request, uint8_t id[16]) {
+  (void)service;
+  (void)request;
+  (void)id;
+  return (api_rate){0};
+}
+
 const char *api_route_name(const char *path) {
   return strcmp(path, "/light") == 0 ? "/light" : "other";
 }

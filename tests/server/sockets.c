@@ -33,6 +33,7 @@ void start(fixture *f) {
   assert_int_equal(getsockname(listener, &f->address.any, &size), 0);
   f->server = (srv_server){.config = &f->config, .temporary = "/tmp"};
   f->server.metrics = srv_metrics_create();
+  f->server.rates = srv_rates_create();
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
   f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
   f->http = srv_http_start(&f->server, listener, f->is_tls, error, sizeof error);
@@ -55,6 +56,7 @@ bool stop(fixture *f) {
   srv_live_destroy(f->server.live);
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
+  srv_rates_destroy(f->server.rates);
   return stopped;
 }
 

@@ -1,0 +1,214 @@
+/* A signature is the HMAC-SHA256 (RFC 2104), as unpadded base64url (RFC 4648), of METHOD, PATH and QUERY in
+ * three lines, where QUERY is every parameter but sig as name=value, percent-encoded, sorted by name, joined
+ * by '&'. */
+#include "signed_url.h"
+
+#include "handlers.h"
+#include "json_value.h"
+#include "service.h"
+#include "upload.h"
+
+#include <nettle/base64.h>
+#include <nettle/memops.h>
+#include <string.h>
+
+/* 32 bytes as base64url; with the padding that the library writes. */
+enum { SIGNATURE_SIZE = 43, PADDED_SIZE = 48, SECONDS_DEFAULT = 3600, SECONDS_MOST = 7 * 86400 };
+
+static void add_text(struct hmac_sha256_ctx *hash, const char *text) {
+  hmac_sha256_update(hash, strlen(text), (const uint8_t *)text);
+}
+
+/* All but the unreserved characters (RFC 3986) as %XX. */
+static void add_encoded(struct hmac_sha256_ctx *hash, const char *text) {
+  static const char digits[] = "0123456789ABCDEF";
+  for (; *text; text++) {
+    char c = *text;
+    bool is_plain =
+        (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || strchr("-._~", c);
+    const uint8_t bytes[] = {'%', (uint8_t)digits[(uint8_t)c >> 4], (uint8_t)digits[(uint8_t)c & 15]};
+    hmac_sha256_update(hash, is_plain ? 1 : 3, is_plain ? (const uint8_t *)text : bytes);
+  }
+}
+
+/* The parameter that follows `before` by name, sig left out; NULL: none does. Names are there once each. */
+static const api_parameter *next_by_name(const api_query *query, const api_parameter *before) {
+  const api_parameter *next = NULL;
+  for (size_t i = 0; i < query->count; i++) {
+    const api_parameter *p = &query->parameters[i];
+    bool is_behind = !before || strcmp(p->name, before->name) > 0;
+    if (is_behind && strcmp(p->name, "sig") != 0 && (!next || strcmp(p->name, next->name) < 0)) next = p;
+  }
+  return next;
+}
+
+/* out: [SIGNATURE_SIZE] and what the library writes behind it. */
+static void sign(const struct hmac_sha256_ctx *key, const char *method, const char *path,
+                 const api_query *query, char out[PADDED_SIZE]) {
+  struct hmac_sha256_ctx hash = *key;
+  add_text(&hash, method);
+  add_text(&hash, "\n");
+  add_text(&hash, path);
+  add_text(&hash, "\n");
+  const api_parameter *first = next_by_name(query, NULL);
+  for (const api_parameter *p = first; p; p = next_by_name(query, p)) {
+    if (p != first) add_text(&hash, "&");
+    add_encoded(&hash, p->name);
+    add_text(&hash, "=");
+    add_encoded(&hash, p->value);
+  }
+  uint8_t digest[SHA256_DIGEST_SIZE];
+  hmac_sha256_digest(&hash, sizeof digest, digest);
+  struct base64_encode_ctx encoder;
+  base64url_encode_init(&encoder);
+  size_t size = base64_encode_update(&encoder, out, sizeof digest, digest);
+  base64_encode_final(&encoder, out + size);
+}
+
+static bool is_signed(const api_keys *keys, const char *method, const char *path, const api_query *query,
+                      const char *signature) {
+  int found = 0; /* every key is tried, so that the time tells nothing */
+  for (size_t i = 0; i < keys->url_count; i++) {
+    char expected[PADDED_SIZE];
+    sign(&keys->url_keys[i], method, path, query, expected);
+    found |= memeql_sec(expected, signature, SIGNATURE_SIZE);
+  }
+  return found != 0;
+}
+
+static api_signature refuse(api_call *call, const char *detail) {
+  api_fail_with(call, 403, "%s", detail);
+  return API_SIGNATURE_BAD;
+}
+
+api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
+  const api_request *request = call->request;
+  api_query query;
+  api_fault unread = {0}; /* what is wrong with the query is told to whoever may ask */
+  bool is_read = strstr(request->query, "sig=") &&
+                 api_query_read(request->query, NULL, call->arena, &query, &unread.error) == TW_OK;
+  const char *signature = is_read ? api_query_get(&query, "sig") : NULL;
+  if (!signature) return API_SIGNATURE_NONE;
+  uint64_t end_s = 0;
+  bool has_end =
+      api_query_get(&query, "exp") && api_query_count(&query, "exp", &end_s, &unread.error) == TW_OK;
+  /* A URL signed for GET serves HEAD. */
+  bool fits = strlen(signature) == SIGNATURE_SIZE &&
+              (is_signed(keys, request->method, request->path, &query, signature) ||
+               (call->is_head && is_signed(keys, "GET", request->path, &query, signature)));
+  if (!has_end || !fits) return refuse(call, "the signature does not fit the URL");
+  if (request->now_s >= end_s) return refuse(call, "the time of the signed URL is over");
+  return API_SIGNATURE_GOOD;
+}
+
+/* ---- POST /v1/sign --------------------------------------------------------------------------- */
+
+typedef struct order {
+  const char *url;
+  uint32_t seconds;
+} order;
+
+static tw_status read_document(const api_value *root, order *out) {
+  static const char *const names[] = {"url", "seconds", NULL};
+  api_value values[2];
+  tw_status status = api_json_members(root, names, values);
+  if (status == TW_OK && !values[0].item) return api_json_fail(root, TW_SYNTAX, "\"url\" is missing");
+  if (status == TW_OK) status = api_json_text(&values[0], &out->url);
+  if (status == TW_OK && values[1].item) status = api_json_index(&values[1], &out->seconds);
+  if (status == TW_OK && (out->seconds < 1 || out->seconds > SECONDS_MOST))
+    return api_json_fail(&values[1], TW_INVALID, "1 to %d seconds (seven days) are expected", SECONDS_MOST);
+  return status;
+}
+
+static api_outcome read_order(api_call *call, order *out) {
+  enum { VALUES_MAX = 8 };
+  api_upload upload = {0};
+  api_outcome outcome = api_upload_read(call, &upload);
+  if (outcome != API_DONE) return outcome;
+  api_json json = {call->arena, &call->fault.error, NULL};
+  api_value root;
+  *out = (order){.seconds = SECONDS_DEFAULT};
+  tw_status status =
+      api_json_open(&json, (const char *)upload.bytes.data, upload.bytes.size, VALUES_MAX, &root);
+  if (status == TW_OK) status = read_document(&root, out);
+  api_json_close(&root);
+  api_upload_deinit(&upload);
+  return status == TW_OK ? API_DONE : api_fail_in_document(call);
+}
+
+static api_outcome fail_url(api_call *call, const char *detail) {
+  tw_fail(&call->fault.error, TW_INVALID, "%s", detail);
+  strcpy(call->fault.error.pointer, "/url");
+  return api_fail_in_document(call);
+}
+
+/* The path of a URL, absolute or not; NULL: it has none. */
+static const char *path_of(const char *url) {
+  const char *authority = strstr(url, "://");
+  bool is_absolute = authority && strcspn(url, "/?") == (size_t)(authority - url) + 1;
+  const char *path = is_absolute ? authority + 3 + strcspn(authority + 3, "/?#") : url;
+  return *path == '/' ? path : NULL;
+}
+
+/* The URL's path and parameters, as far as GET has them. */
+static api_outcome read_url(api_call *call, const char *url, const char **path, api_query *query) {
+  const char *start = path_of(url);
+  if (!start || strchr(start, '#'))
+    return fail_url(call, "a URL with a path and without a fragment is expected");
+  size_t length = strcspn(start, "?");
+  *path = tw_arena_text(call->arena, start, length);
+  if (!*path) return api_fail_without_memory(call);
+  const api_route *route = api_route_find("GET", *path);
+  if (!route) return fail_url(call, "nothing is at this path");
+  const char *text = start[length] ? start + length + 1 : "";
+  if (api_query_read(text, route->parameters, call->arena, query, &call->fault.error) != TW_OK) {
+    strcpy(call->fault.error.pointer, "/url");
+    return api_fail_in_document(call);
+  }
+  if (api_query_get(query, "exp") || api_query_get(query, "sig"))
+    return fail_url(call, "the URL is signed already");
+  return API_DONE;
+}
+
+/* The query with exp in it. False without memory. */
+static bool add_end(api_call *call, uint64_t end_s, api_query *query) {
+  tw_text text = {0};
+  tw_text_count(&text, end_s);
+  const char *value = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  api_parameter *more = tw_arena_alloc(call->arena, query->count + 1, sizeof *more);
+  if (!value || !more) return false;
+  if (query->count) memcpy(more, query->parameters, query->count * sizeof *more);
+  more[query->count] = (api_parameter){"exp", value};
+  *query = (api_query){query->count + 1, more};
+  return true;
+}
+
+api_outcome api_post_sign(api_call *call) {
+  const api_keys *keys = api_service_keys(call->service);
+  if (keys->url_count == 0)
+    return api_fail_with(call, 404, "no --url-keys are configured: nothing is signed");
+  order order;
+  const char *path = NULL;
+  api_query query;
+  api_outcome outcome = read_order(call, &order);
+  if (outcome == API_DONE) outcome = read_url(call, order.url, &path, &query);
+  if (outcome != API_DONE) return outcome;
+  const char *separator = query.count ? "&" : strchr(order.url, '?') ? "" : "?";
+  if (!add_end(call, call->request->now_s + order.seconds, &query)) return api_fail_without_memory(call);
+  char signature[PADDED_SIZE];
+  sign(&keys->url_keys[0], "GET", path, &query, signature);
+  tw_text url = {0}, text = {0};
+  tw_text_add(&url, order.url);
+  tw_text_add(&url, separator);
+  tw_text_add(&url, "exp=");
+  tw_text_add(&url, query.parameters[query.count - 1].value);
+  tw_text_add(&url, "&sig=");
+  tw_text_bytes(&url, signature, SIGNATURE_SIZE);
+  tw_text_add(&text, "{\"url\":");
+  tw_text_quoted(&text, url.failed ? "" : url.data, url.size);
+  tw_text_add(&text, "}\n");
+  text.failed |= url.failed;
+  tw_text_deinit(&url);
+  return api_reply(call, &text);
+}
