@@ -205,7 +205,10 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
     reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
     assert_int_equal(r.status, 200);
     assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
-    assert_string_equal(reply_header(&r, "Vary"), "Accept");
+    if (strchr(cases[i].rest, '.'))
+      assert_null(reply_header(&r, "Vary")); /* Accept has nothing to choose */
+    else
+      assert_string_equal(reply_header(&r, "Vary"), "Accept");
     reply_free(&r);
   }
   reply r = ask_with(f, f->cube, "surface", "Accept: image/png\n");
