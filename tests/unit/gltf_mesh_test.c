@@ -714,6 +714,33 @@ TEST(ngons_of_several_sizes_are_told_apart) {
   }
 }
 
+/* Faces that come to a point twice: two triangles joined at a corner, and a fan that closes round its first
+ * one. Then one with a corner doubled, and one of two points alone. */
+TEST(an_ngon_may_come_to_a_point_twice) {
+  struct {
+    float positions[5][3];
+    uint16_t indices[24];
+  } bin = {{{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {-1, 0, 0}, {-1, -1, 0}},
+           {0, 1, 2, 0, 2, 0, 0, 0, 3, 0, 3, 4, /* 0 1 2 0 3 4 */
+            1, 2, 0, 1, 0, 2,                   /* 1 2 0 2 */
+            3, 3, 4, 3, 4, 0}};                 /* 3 3 4 0 */
+  const char *json =
+      "{" ASSET NGON ",\"buffers\":[{\"byteLength\":108}],\"bufferViews\":[{\"buffer\":0,"
+      "\"byteLength\":108}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":5,"
+      "\"type\":\"VEC3\"},{\"bufferView\":0,\"byteOffset\":60,\"componentType\":5123,\"count\":24,"
+      "\"type\":\"SCALAR\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}]"
+      "}";
+  assert_int_equal(sizeof bin, 108);
+  static const uint32_t offsets[] = {0, 6, 10, 13}, corners[] = {0, 1, 2, 0, 3, 4, 1, 2, 0, 2, 3, 4, 0};
+  tw_model *model = glb_read(json, &bin, sizeof bin);
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 3);
+  assert_memory_equal(mesh->face_offsets, offsets, sizeof offsets);
+  assert_memory_equal(mesh->corners, corners, sizeof corners);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
 /* Two triangles that are told to be two: the second begins from another vertex. */
 TEST(triangles_that_the_encoding_keeps_apart_stay_apart) {
   square_bin bin = square;

@@ -52,22 +52,6 @@ struct FaceList {
   uint32_t face_count;
 };
 
-// Tells whether a face repeats a vertex or point.
-class Repeats {
-public:
-  Repeats(size_t count, Budget &budget) : seen_(count, Counted<uint32_t>(budget)) {}
-  void begin_face() { mark_++; }
-  bool repeats(uint32_t corner) {
-    bool seen = seen_[corner] == mark_;
-    seen_[corner] = mark_;
-    return seen;
-  }
-
-private:
-  Vector<uint32_t> seen_;
-  uint32_t mark_ = 0;
-};
-
 class MeshReader {
 public:
   MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
@@ -90,7 +74,7 @@ public:
     build_faces();
     if (!elements_.empty()) {
       weld();
-      drop_pinched_faces();
+      drop_doubled_corners();
       write_points();
       write_uvs();
       write_normals();
@@ -357,6 +341,7 @@ private:
   void read_list(size_t list) {
     size_t i = primitives_[list];
     int mode = source_.primitives[i].mode, accessor = source_.primitives[i].indices;
+    bool polygons = lists_[list].polygons;
     const Elements *indices = open_indices(i);
     uint32_t element_count = sources_[lists_[list].source].position->count();
     uint32_t count = indices ? indices->count() : element_count;
@@ -368,16 +353,19 @@ private:
       return found;
     };
     if (mode == TINYGLTF_MODE_TRIANGLES)
-      for (uint32_t k = 0; k < count; k += 3) add_triangle(element(k), element(k + 1), element(k + 2));
+      for (uint32_t k = 0; k < count; k += 3)
+        add_triangle(element(k), element(k + 1), element(k + 2), polygons);
     else if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
       for (uint32_t k = 0; k + 2 < count; k++)
-        add_triangle(element(k), element(k + 1 + k % 2), element(k + 2 - k % 2));
+        add_triangle(element(k), element(k + 1 + k % 2), element(k + 2 - k % 2), polygons);
     else
-      for (uint32_t k = 0; k + 2 < count; k++) add_triangle(element(k + 1), element(k + 2), element(0));
+      for (uint32_t k = 0; k + 2 < count; k++)
+        add_triangle(element(k + 1), element(k + 2), element(0), polygons);
   }
 
-  void add_triangle(uint32_t a, uint32_t b, uint32_t c) {
-    if (a == b || b == c || c == a) {
+  // A polygon that comes to a point twice has triangles without area, which it may not lose.
+  void add_triangle(uint32_t a, uint32_t b, uint32_t c, bool polygons) {
+    if (!polygons && (a == b || b == c || c == a)) {
       document_.degenerate_faces++;
       return;
     }
@@ -439,15 +427,6 @@ private:
     return end;
   }
 
-  // Whether the triangles [start, end) of a fan have no corner in common but those that make them one.
-  bool is_polygon(size_t start, size_t end, Repeats &repeats) const {
-    bool repeated = false;
-    repeats.begin_face();
-    for (size_t c = start; c < start + 3; c++) repeated |= repeats.repeats(corners_[c]);
-    for (size_t k = start + 3; k < end; k += 3) repeated |= repeats.repeats(corners_[k + 2]);
-    return !repeated;
-  }
-
   void end_face(FaceList &list) {
     list.face_count++;
     offsets_[++face_count_] = static_cast<uint32_t>(corner_count_);
@@ -460,22 +439,13 @@ private:
 
   // Faces take the place of the triangles: they never have more corners.
   void build_faces() {
-    Repeats repeats(elements_.size(), document_.budget);
     corner_count_ = 0;
     offsets_[0] = 0;
     for (FaceList &list : lists_)
       for (size_t start = list.first_corner, end; start < list.corner_end; start = end) {
         end = list.polygons ? fan_end(start, list.corner_end) : start + 3;
-        bool polygon = end > start + 3 && is_polygon(start, end, repeats);
         keep_triangle(start);
-        for (size_t k = start + 3; k < end; k += 3) {
-          if (polygon) {
-            corners_[corner_count_++] = corners_[k + 2];
-          } else {
-            end_face(list);
-            keep_triangle(k);
-          }
-        }
+        for (size_t k = start + 3; k < end; k += 3) corners_[corner_count_++] = corners_[k + 2];
         end_face(list);
       }
   }
@@ -507,30 +477,33 @@ private:
     mesh_.welded_points = count - welded.point_count;
   }
 
-  // Welding may bring neighbouring corners of a face together; such a face has no place in a surface.
-  void drop_pinched_faces() {
-    Repeats repeats(mesh_.point_count, document_.budget);
-    size_t face = 0, begin = 0;
+  // Neighbouring corners of a face that are at one point, maybe by welding, are one corner; a face that is
+  // left with fewer than three different points has no place in a surface.
+  void drop_doubled_corners() {
+    Vector<uint32_t> seen(mesh_.point_count, Counted<uint32_t>(document_.budget)); // by which face, from 1
+    uint32_t face = 0;
+    size_t begin = 0;
     corner_count_ = face_count_ = 0;
     for (FaceList &list : lists_) {
       uint32_t count = list.face_count;
       list.face_count = 0;
       for (; count > 0; count--) {
-        size_t end = offsets_[++face], size = end - begin;
-        size_t different = 0;
-        bool pinched = false;
-        repeats.begin_face();
-        for (size_t c = begin, before = end - 1; c < end; before = c++) {
-          different += !repeats.repeats(point_[corners_[c]]);
-          pinched |= point_[corners_[c]] == point_[corners_[before]];
+        size_t end = offsets_[++face], start = corner_count_, different = 0;
+        uint32_t before = point_[corners_[end - 1]];
+        for (size_t c = begin; c < end; c++) {
+          uint32_t corner = corners_[c], point = point_[corner];
+          if (point != before) {
+            different += seen[point] != face;
+            seen[point] = face;
+            corners_[corner_count_++] = corner;
+          }
+          before = point;
         }
-        pinched |= different < 3;
-        document_.degenerate_faces += pinched;
-        if (!pinched) {
-          std::memmove(corners_ + corner_count_, corners_ + begin, size * sizeof *corners_);
-          corner_count_ += size;
+        document_.degenerate_faces += different < 3;
+        if (different < 3)
+          corner_count_ = start;
+        else
           end_face(list);
-        }
         begin = end;
       }
     }
