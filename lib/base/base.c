@@ -206,3 +206,27 @@ bool tw_utf8_is_name(const char *text, size_t length) {
   }
   return true;
 }
+
+static bool is_utf8(const char *text, size_t length) {
+  for (size_t i = 0, count; i < length; i += count) {
+    count = tw_utf8_length(text + i, length - i);
+    if (count == 0) return false;
+  }
+  return true;
+}
+
+char *tw_arena_name(tw_arena *arena, const char *text, size_t length) {
+  bool is_latin1 = !is_utf8(text, length);
+  size_t most = is_latin1 ? 2 : 1;
+  char *name = length < SIZE_MAX / 2 ? tw_arena_alloc(arena, most * length + 1, 1) : NULL, *out = name;
+  for (size_t i = 0; out && i < length; i++) {
+    unsigned char c = (unsigned char)text[i];
+    if (c < 0x20 || c == 0x7F) c = ' ';
+    if (c >= 0x80 && is_latin1) {
+      *out++ = (char)(0xC0 | c >> 6);
+      c = (unsigned char)(0x80 | (c & 0x3F));
+    }
+    *out++ = (char)c;
+  }
+  return name;
+}

@@ -32,16 +32,21 @@ static bool is_line_end(uint8_t c) {
   return c == '\n' || c == '\r';
 }
 
+/* Control characters are blanks too: some exporters end lines or the file with a zero byte or Ctrl-Z. */
+static bool is_blank(uint8_t c) {
+  return c <= ' ' && !is_line_end(c);
+}
+
 /* Bytes of the line end at `at`: 2 for CRLF. */
 static size_t line_end_length(const uint8_t *at, const uint8_t *end) {
   return at[0] == '\r' && end - at > 1 && at[1] == '\n' ? 2 : 1;
 }
 
-/* Moves over spaces, tabs and continuations. */
+/* Moves over blanks and continuations. */
 static void skip_blanks(obj_text *text) {
   const uint8_t *at = text->at, *end = text->end;
   for (; at < end; at++) {
-    if (*at == ' ' || *at == '\t') continue;
+    if (is_blank(*at)) continue;
     if (*at != '\\' || end - at < 2 || !is_line_end(at[1])) break;
     at += line_end_length(at + 1, end);
     text->line++;
@@ -56,7 +61,7 @@ static bool statement_ends(obj_text *text) {
 }
 
 static bool ends_word(const uint8_t *at, const uint8_t *end) {
-  if (*at == ' ' || *at == '\t' || is_line_end(*at)) return true;
+  if (*at <= ' ') return true;
   return *at == '\\' && end - at > 1 && is_line_end(at[1]);
 }
 
@@ -72,7 +77,7 @@ static obj_word read_word(obj_text *text) {
 static obj_word read_rest(obj_text *text) {
   skip_blanks(text);
   const uint8_t *start = text->at, *end = text->end;
-  while (end > start && (end[-1] == ' ' || end[-1] == '\t')) end--;
+  while (end > start && is_blank(end[-1])) end--;
   text->at = text->end;
   return (obj_word){(const char *)start, (size_t)(end - start)};
 }
@@ -130,13 +135,22 @@ static const uint8_t *statement_end(obj_text *text) {
   }
 }
 
+/* ZBrush writes the colours of points as comments. */
+static const char COLORS[] = "#MRGB";
+
+static bool begins_colors(const obj_text *text) {
+  size_t length = sizeof COLORS - 1;
+  return (size_t)(text->end - text->at) > length && memcmp(text->at, COLORS, length) == 0 &&
+         is_blank(text->at[length]);
+}
+
 /* The next statement of the file: its first word, and the text behind that up to its end. False at the end of
  * the file, where the statement is empty. */
 static bool next_statement(obj_text *file, obj_word *word, obj_text *statement) {
   for (;; next_line(file)) {
     skip_blanks(file);
     if (file->at == file->end) break;
-    if (*file->at == '#' || is_line_end(*file->at)) continue;
+    if (is_line_end(*file->at) || (*file->at == '#' && !begins_colors(file))) continue;
     *word = read_word(file);
     *statement = *file;
     /* What these name goes to the end of its line, whatever that is. */
@@ -300,7 +314,9 @@ typedef struct obj_reader {
 
   bool is_tagged; /* has a `t` */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
+  uint64_t painted_points;   /* by ZBrush's comments */
   uint64_t ignored_elements; /* lines, points, free-form */
+  uint64_t first_ignored;    /* its line */
   uint64_t ignored_tags, missing_uvs, long_groups, late_groups, bad_normals;
 } obj_reader;
 
@@ -360,6 +376,35 @@ static tw_status read_point(obj_reader *reader, obj_text *text) {
   return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
 
+static bool read_hex(const char *digits, uint32_t *out) {
+  *out = 0;
+  for (int i = 0; i < 2; i++) {
+    char c = digits[i], letter = (char)(c | 0x20);
+    bool is_letter = letter >= 'a' && letter <= 'f';
+    if (!is_letter && !tw_is_digit(c)) return false;
+    *out = *out << 4 | (uint32_t)(is_letter ? letter - 'a' + 10 : c - '0');
+  }
+  return true;
+}
+
+/* #MRGB MMRRGGBBMMRRGGBB...: mask and colour of the next points, in hexadecimal. A comment cannot be
+ * malformed: what is no colour ends it. */
+static tw_status read_colors(obj_reader *reader, obj_text *text) {
+  obj_word word = read_word(text);
+  tw_status status = TW_OK;
+  for (size_t i = 0; i + 8 <= word.length && reader->painted_points < reader->all.points; i += 8) {
+    float rgb[3];
+    for (size_t c = 0; c < 3; c++) {
+      uint32_t value;
+      if (!read_hex(word.text + i + 2 + 2 * c, &value)) return TW_OK;
+      rgb[c] = (float)value / 255;
+    }
+    status = set_color(reader, reader->painted_points++, rgb);
+    if (status != TW_OK) break;
+  }
+  return status;
+}
+
 /* vt u, vt u v or vt u v w. */
 static tw_status read_uv(obj_reader *reader, obj_text *text) {
   float values[3] = {0, 0, 0};
@@ -414,7 +459,7 @@ static bool take_slash(obj_text *text) {
 static bool ends_corner(const obj_text *text) {
   if (text->at == text->end) return true;
   uint8_t c = *text->at;
-  return c == ' ' || c == '\t' || c == '\n' || c == '\r' || c == '#' || c == '\\';
+  return c <= ' ' || c == '#' || c == '\\';
 }
 
 typedef struct obj_corner {
@@ -609,8 +654,9 @@ static void begin_smoothing(obj_reader *reader, obj_text *text) {
 /* Statements of this kind that tweend has no use for, by their whole word. */
 static tw_status read_other(obj_reader *reader, const obj_text *text, obj_word word) {
   if (word_is(word, "l") || word_is(word, "p") || word_is(word, "curv") || word_is(word, "curv2") ||
-      word_is(word, "surf"))
-    reader->ignored_elements++;
+      word_is(word, "surf")) {
+    if (reader->ignored_elements++ == 0) reader->first_ignored = text->line;
+  }
   for (size_t i = 0; i < word.length; i++) {
     char c = word.text[i];
     bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || tw_is_digit(c) || c == '_';
@@ -848,8 +894,13 @@ static void count_tag(obj_counts *all, obj_text *text) {
   *count += tag.int_count < most ? tag.int_count : most;
 }
 
+/* Older files write fo. */
+static bool is_face(obj_word word) {
+  return word_is(word, "f") || word_is(word, "fo");
+}
+
 static void count_statement(obj_counts *all, obj_word word, obj_text *text) {
-  if (word_is(word, "f")) {
+  if (is_face(word)) {
     all->faces++;
     all->corners += count_words(text);
   }
@@ -864,7 +915,6 @@ static tw_status read_statement(obj_reader *reader, obj_word word, obj_text *tex
   if (word.length == 1) {
     switch (word.text[0]) {
     case 'v': return read_point(reader, text);
-    case 'f': return read_face(reader, text);
     case 't': return read_tag(reader, text);
     case 'o': begin_object(reader, text); return TW_OK;
     case 'g': begin_groups(reader, text); return TW_OK;
@@ -872,8 +922,10 @@ static tw_status read_statement(obj_reader *reader, obj_word word, obj_text *tex
     default: break;
     }
   }
+  if (is_face(word)) return read_face(reader, text);
   if (word_is(word, "vt")) return read_uv(reader, text);
   if (word_is(word, "usemtl")) return use_material(reader, text);
+  if (word_is(word, COLORS)) return read_colors(reader, text);
   if (!word_is(word, "vn")) return read_other(reader, text, word);
   read_normal(reader, text);
   return TW_OK;
@@ -1024,26 +1076,10 @@ static tw_status deal_points(obj_reader *reader, uint32_t *mesh_count, uint32_t 
 /* ---- into the model -------------------------------------------------------------------------------------
  */
 
-/* A name as UTF-8. Text that is not UTF-8 is taken as Latin-1; control characters become blanks. */
 static tw_status copy_name(const obj_reader *reader, obj_word word, const char **out) {
   if (word.length == 0) return TW_OK;
-  if (tw_utf8_is_name(word.text, word.length)) {
-    *out = tw_arena_text(reader->arena, word.text, word.length);
-    return *out ? TW_OK : no_memory(reader);
-  }
-  char *text = word.length < SIZE_MAX / 2 ? tw_arena_alloc(reader->arena, 2 * word.length + 1, 1) : NULL;
-  if (!text) return no_memory(reader);
-  *out = text;
-  for (size_t i = 0; i < word.length; i++) {
-    uint8_t c = (uint8_t)word.text[i];
-    if (c < 0x20 || c == 0x7F) c = ' ';
-    if (c >= 0x80) {
-      *text++ = (char)(0xC0 | c >> 6);
-      c = (uint8_t)(0x80 | (c & 0x3F));
-    }
-    *text++ = (char)c;
-  }
-  return TW_OK;
+  *out = tw_arena_name(reader->arena, word.text, word.length);
+  return *out ? TW_OK : no_memory(reader);
 }
 
 /* The words of a name of at most 1024 bytes, one blank between two. */
@@ -1223,8 +1259,9 @@ static tw_status build_meshes(obj_reader *reader, uint32_t count, const uint32_t
 
 static void warn(const obj_reader *reader, tw_model *model) {
   if (reader->ignored_elements > 0)
-    tw_model_warn(model, "%llu lines, points or curves are left out: only faces have a surface",
-                  (unsigned long long)reader->ignored_elements);
+    tw_model_warn(
+        model, "%llu lines, points or curves are left out, the first in line %llu: only faces have a surface",
+        (unsigned long long)reader->ignored_elements, (unsigned long long)reader->first_ignored);
   if (reader->ignored_tags > 0)
     tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
                   (unsigned long long)reader->ignored_tags);
@@ -1288,7 +1325,6 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
                        .tag_uv = TW_TAG_UNSET,
                        .tag_creasing = TW_TAG_UNSET,
                        .tag_triangles = TW_TAG_UNSET};
-  while (size > 0 && bytes[size - 1] == '\0') size--; /* as some exporters pad */
   bool has_mark = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0;
   tw_status status = read_statements(&reader, (obj_text){bytes + (has_mark ? 3 : 0), bytes + size, 1});
   if (status == TW_OK) status = build_model(&reader, model);

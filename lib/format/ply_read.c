@@ -2,6 +2,7 @@
  * texture coordinates and faces; other elements and properties are read over. Source: Greg Turk, The PLY
  * Polygon File Format, 1994. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -52,6 +53,7 @@ typedef enum ply_use {
   PLY_RED,
   PLY_GREEN,
   PLY_BLUE,
+  PLY_ALPHA,
   PLY_U,
   PLY_V,
   PLY_NX,
@@ -66,12 +68,14 @@ typedef struct ply_property {
   bool is_list;
   ply_type type, count_type; /* count_type: of lists */
   ply_use use;
+  ply_word name;
 } ply_property;
 
 enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64 };
 
 typedef struct ply_element {
   enum { PLY_VERTICES, PLY_FACES, PLY_OTHERS } kind;
+  ply_word name;
   uint64_t count;
   uint32_t first_property, property_count;
   bool uses[PLY_USES]; /* which the properties have */
@@ -125,9 +129,11 @@ static ply_use find_use(const ply_element *element, bool is_list, ply_word name)
                {"red", PLY_RED},
                {"green", PLY_GREEN},
                {"blue", PLY_BLUE},
+               {"alpha", PLY_ALPHA},
                {"diffuse_red", PLY_RED},
                {"diffuse_green", PLY_GREEN},
                {"diffuse_blue", PLY_BLUE},
+               {"diffuse_alpha", PLY_ALPHA},
                {"s", PLY_U},
                {"u", PLY_U},
                {"texture_u", PLY_U},
@@ -156,8 +162,8 @@ static tw_status add_element(ply_file *file, ply_word line) {
   if (!read_number(next_word(&line), &count) || !(count >= 0 && count < UINT32_MAX) || count != floor(count))
     return fail(file, "an element needs a name and a count below 2^32");
   ply_element *element = &file->elements[file->element_count++];
-  *element =
-      (ply_element){.kind = PLY_OTHERS, .count = (uint64_t)count, .first_property = file->property_count};
+  *element = (ply_element){
+      .kind = PLY_OTHERS, .name = name, .count = (uint64_t)count, .first_property = file->property_count};
   bool is_first[2] = {true, true};
   for (uint32_t i = 0; i + 1 < file->element_count; i++)
     if (file->elements[i].kind != PLY_OTHERS) is_first[file->elements[i].kind] = false;
@@ -180,7 +186,8 @@ static tw_status add_property(ply_file *file, ply_word line) {
   }
   if (!is_known || !find_type(word, &property->type))
     return fail(file, "the type of a property is not known");
-  property->use = find_use(element, property->is_list, next_word(&line));
+  property->name = next_word(&line);
+  property->use = find_use(element, property->is_list, property->name);
   if (property->use != PLY_UNUSED) element->uses[property->use] = true;
   element->property_count++;
   return TW_OK;
@@ -325,12 +332,14 @@ static tw_status read_vertex(ply_file *file, const ply_element *element, uint32_
     else if (property->use <= PLY_BLUE && out->colors)
       out->colors[4 * (size_t)vertex + property->use - PLY_RED] =
           tw_linear_from_srgb((float)(value / color_scale(property->type)));
+    else if (property->use == PLY_ALPHA && out->colors)
+      out->colors[4 * (size_t)vertex + 3] = fminf(fmaxf((float)(value / color_scale(property->type)), 0), 1);
     else if (property->use >= PLY_U && property->use <= PLY_V && out->uvs)
       out->uvs[2 * (size_t)vertex + property->use - PLY_U] = single;
     else if (property->use >= PLY_NX && out->normals)
       out->normals[3 * (size_t)vertex + property->use - PLY_NX] = single;
   }
-  if (out->colors) out->colors[4 * (size_t)vertex + 3] = 1;
+  if (out->colors && !element->uses[PLY_ALPHA]) out->colors[4 * (size_t)vertex + 3] = 1;
   float *normal = out->normals ? out->normals + 3 * (size_t)vertex : NULL;
   if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])))
     normal[0] = normal[1] = normal[2] = 0; /* none */
@@ -430,8 +439,42 @@ static tw_status read_elements(ply_file *file, tw_polygons_read *out) {
   return TW_OK;
 }
 
+/* What is read over, by name; `size` bytes of text. */
+typedef struct ply_unread {
+  char text[160];
+  size_t size;
+} ply_unread;
+
+/* Adds ELEMENT or ELEMENT.PROPERTY, as long as there is room. */
+static void add_unread(ply_unread *unread, ply_word element, ply_word property) {
+  size_t needed = 2 + element.length + 1 + property.length;
+  if (needed > sizeof unread->text - unread->size) return;
+  char *out = unread->text + unread->size;
+  int size = snprintf(out, sizeof unread->text - unread->size, "%s%.*s%s%.*s", unread->size > 0 ? ", " : "",
+                      (int)element.length, element.text, property.length > 0 ? "." : "", (int)property.length,
+                      property.length > 0 ? property.text : "");
+  unread->size += (size_t)size;
+}
+
+static void warn_of_unread(const ply_file *file, tw_model *model) {
+  ply_unread unread = {0};
+  for (uint32_t i = 0; i < file->element_count; i++) {
+    const ply_element *element = &file->elements[i];
+    if (element->count == 0) continue;
+    if (element->kind == PLY_OTHERS) add_unread(&unread, element->name, (ply_word){0});
+    for (uint32_t k = 0; k < element->property_count && element->kind != PLY_OTHERS; k++) {
+      const ply_property *property = &file->properties[element->first_property + k];
+      if (property->use == PLY_UNUSED) add_unread(&unread, element->name, property->name);
+    }
+  }
+  if (unread.size == 0) return;
+  const char *names = tw_arena_name(model->arena, unread.text, unread.size);
+  if (names) tw_model_warn(model, "elements and properties that are left out: %s", names);
+}
+
 bool tw_is_ply(const uint8_t *bytes, size_t size) {
-  return size >= 4 && memcmp(bytes, "ply", 3) == 0 && (bytes[3] == '\n' || bytes[3] == '\r');
+  return size >= 4 && memcmp(bytes, "ply", 3) == 0 &&
+         (is_blank((char)bytes[3]) || bytes[3] == '\n' || bytes[3] == '\r');
 }
 
 static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_model *model) {
@@ -441,6 +484,7 @@ static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_mod
   if (status == TW_OK) status = make_room(*file, budget, model->arena, &read);
   if (status == TW_OK) status = read_elements(file, &read);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, file->error);
+  if (status == TW_OK) warn_of_unread(file, model);
   free(read.positions);
   free(read.colors);
   free(read.uvs);

@@ -16,8 +16,17 @@ static uint32_t read_u32(const uint8_t *bytes) {
   return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 | (uint32_t)bytes[3] << 24;
 }
 
+/* What the count of facets asks for. Text has far more there than it has bytes. */
+static uint64_t binary_size(const uint8_t *bytes) {
+  return HEADER + (uint64_t)read_u32(bytes + HEADER - 4) * FACET;
+}
+
+/* Some tools write a little more behind the facets. */
 static bool is_binary(const uint8_t *bytes, size_t size) {
-  return size >= HEADER && size - HEADER == (uint64_t)read_u32(bytes + HEADER - 4) * FACET;
+  enum { MORE_MAX = 1024 };
+  if (size < HEADER || size < binary_size(bytes)) return false;
+  size_t more = size - (size_t)binary_size(bytes);
+  return more == 0 || (more <= MORE_MAX && binary_size(bytes) > HEADER);
 }
 
 static tw_status read_binary(const uint8_t *bytes, tw_polygons_read *out, tw_error *error) {
@@ -95,19 +104,25 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
   return TW_OK;
 }
 
-/* The name of a solid goes to the end of its line. Several solids are one mesh. */
-static void read_name(stl_text *text, stl_word *name) {
+/* The name of a solid goes to the end of its line. */
+static stl_word read_name(stl_text *text) {
   while (text->at < text->end && (*text->at == ' ' || *text->at == '\t')) text->at++;
   const char *start = text->at;
   while (text->at < text->end && *text->at != '\n' && *text->at != '\r') text->at++;
   const char *end = text->at;
   while (end > start && is_space(end[-1])) end--;
-  if (name->length == 0) *name = (stl_word){start, (size_t)(end - start)};
+  return (stl_word){start, (size_t)(end - start)};
 }
 
-static tw_status read_text(stl_text text, tw_polygons_read *out, stl_word *name, tw_error *error) {
+/* What text says besides its facets. */
+typedef struct stl_solids {
+  stl_word name;  /* of the first one that has one; length 0: none */
+  uint32_t names; /* other names */
+} stl_solids;
+
+static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *solids, tw_error *error) {
   tw_status status = TW_OK;
-  bool in_loop = false;
+  bool in_loop = false, has_end = false;
   out->face_offsets[0] = 0;
   while (status == TW_OK) {
     stl_word word = next_word(&text);
@@ -119,15 +134,23 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_word *name,
       in_loop = false;
     } else if (word_is(word, "loop") && !in_loop) {
       in_loop = true;
-    } else if (word_is(word, "solid") || word_is(word, "endsolid")) {
-      stl_word ignored = {text.at, 1};
-      read_name(&text, word.length == strlen("solid") ? name : &ignored);
+    } else if (word_is(word, "solid")) {
+      stl_word name = read_name(&text);
+      if (solids->name.length == 0)
+        solids->name = name;
+      else
+        solids->names += name.length > 0;
+    } else if (word_is(word, "endsolid")) {
+      read_name(&text);
+      has_end = true;
     } else if (word_is(word, "vertex") || word_is(word, "endloop") || word_is(word, "loop")) {
       status = tw_fail_line(error, TW_SYNTAX, text.line, "%.*s is out of place", (int)word.length, word.text);
     } /* facet, its normal, outer, endfacet: nothing follows from them */
   }
   if (status == TW_OK && in_loop)
     status = tw_fail_line(error, TW_SYNTAX, text.line, "the file ends within a loop");
+  if (status == TW_OK && out->face_count == 0 && !has_end)
+    status = tw_fail(error, TW_SYNTAX, "this is neither text with a solid nor binary with all of its facets");
   out->corner_count = out->vertex_count;
   return status;
 }
@@ -165,19 +188,23 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_STL;
   tw_polygons_read read = {0};
-  stl_word name = {NULL, 0};
+  stl_solids solids = {0};
   bool binary = is_binary(bytes, size);
   tw_status status = make_room(bytes, size, binary, model->arena, &read)
                          ? TW_OK
                          : tw_fail(error, TW_NO_MEMORY, "out of memory");
   if (status == TW_OK)
     status = binary ? read_binary(bytes, &read, error)
-                    : read_text((stl_text){(const char *)bytes, (const char *)bytes + size, 1}, &read, &name,
-                                error);
+                    : read_text((stl_text){(const char *)bytes, (const char *)bytes + size, 1}, &read,
+                                &solids, error);
   if (status == TW_OK) status = number_corners(&read, model->arena, error);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, error);
-  if (status == TW_OK && name.length > 0 && tw_utf8_is_name(name.text, name.length))
-    model->meshes[0].name = tw_arena_text(model->arena, name.text, name.length);
+  if (status == TW_OK && solids.name.length > 0) {
+    model->meshes[0].name = tw_arena_name(model->arena, solids.name.text, solids.name.length);
+    if (!model->meshes[0].name) status = tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
+  if (solids.names > 0)
+    tw_model_warn(model, "all solids are one mesh: the names of %u of them are left out", solids.names);
   free(read.positions);
   if (status == TW_OK) status = tw_model_finish(model, error);
   if (status == TW_OK)

@@ -65,7 +65,7 @@ TEST(names_go_on_behind_a_backslash) {
 
 TEST(latin1_names_become_utf8) {
   tw_model *model = read_obj("v 0 0 0\nv 1 0 0\nv 0 1 0\ng T\xFCr\x01 b\nf 1 2 3\n");
-  assert_string_equal(model->group_names[0], "T\xC3\xBCr  b");
+  assert_string_equal(model->group_names[0], "T\xC3\xBCr b");
   tw_model_destroy(model);
 }
 

@@ -234,10 +234,12 @@ TEST(files_without_vt_have_no_uvs) {
   tw_model_destroy(model);
 }
 
-TEST(lines_and_points_are_left_out_with_a_warning) {
-  tw_model *model = read_good(TRIANGLE "l 1 2\np 3\nf 1 2 3\n");
+TEST(lines_points_and_curves_are_left_out_with_one_warning_that_names_the_first) {
+  tw_model *model = read_good(TRIANGLE "f 1 2 3\nl 1 2\np 3\ncstype bezier\ncurv 0 1 1 2 3\nend\n");
   assert_int_equal(model->meshes[0].face_count, 1);
   assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "3 lines"));
+  assert_non_null(strstr(model->warnings[0], "in line 5"));
   tw_model_destroy(model);
 }
 
@@ -249,6 +251,69 @@ TEST(colours_become_linear_and_points_without_one_white) {
   assert_true(colors[4] == 1 && colors[6] == 0 && colors[7] == 1);
   assert_true(fabsf(colors[5] - 0.21404f) < 1e-4f);
   tw_model_destroy(model);
+}
+
+TEST(colours_in_comments_of_zbrush_are_those_of_the_points_in_turn) {
+  tw_model *model =
+      read_good("#Vertex Count 4\n" SQUARE "#MRGB ffff0000ff0080FF\n#MRGB 00000000zz\n# End of MRGB\n"
+                "f 1 2 3 4\n");
+  const float *colors = model->meshes[0].attributes[0].values;
+  static const float expected[16] = {1, 0, 0, 1, 0, 0.2158605f, 1, 1, 0, 0, 0, 1, 1, 1, 1, 1};
+  for (int i = 0; i < 16; i++) assert_float_equal(colors[i], expected[i], 1e-6);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+  model = read_good(SQUARE "#MRGBffff0000\n#MRGB\n#MRGB xyzxyzxyz\nf 1 2 3 4 #MRGB ffff0000\n");
+  assert_int_equal(model->meshes[0].attribute_count, 0);
+  tw_model_destroy(model);
+  model = read_good(TRIANGLE
+                    "#MRGB ffff0000ffff0000ffff0000ffff0000\nf 1 2 3\n"); /* more than there are points */
+  assert_float_equal(model->meshes[0].attributes[0].values[9], 0, 0);
+  tw_model_destroy(model);
+}
+
+/* ---- dialects ----------------------------------------------------------------------------------- */
+
+TEST(a_file_as_3ds_max_writes_it_is_read) {
+  tw_model *model =
+      read_good("# 3ds Max Wavefront OBJ Exporter\r\n\r\n#\r\n# object Box\r\n#\r\n\r\n"
+                "v  0.0000 0.0000 0.0000\r\nv  1.0000 0.0000 0.0000\r\nv  1.0000 1.0000 0.0000\r\n"
+                "v  0.0000 1.0000 0.0000\r\n# 4 vertices\r\n\r\nvn 0.0000 0.0000 1.0000\r\n\r\n"
+                "vt 0.2500 0.5000 0.7500\r\n\r\ng Box\r\nusemtl 01 - Default\r\ns off\r\n"
+                "f 1/1/1 2/1/1 3/1/1 4/1/1 \r\ng\r\ns 2\r\nf 4/1/1 3/1/1 1/1/1 \r\n");
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->face_count, 2);
+  assert_int_equal(mesh->corner_count, 7);
+  assert_string_equal(mesh->name, "Box");
+  assert_string_equal(model->material_names[0], "01 - Default");
+  assert_int_equal(mesh->face_groups[0], 0);
+  assert_int_equal(mesh->face_groups[1], UINT32_MAX);
+  assert_int_equal(mesh->face_smoothing[0], 0);
+  assert_int_equal(mesh->face_smoothing[1], 2);
+  assert_float_equal(mesh->uv_sets[0].values[0], 0.25, 0);
+  assert_float_equal(mesh->uv_sets[0].values[1], 0.5, 0);
+  tw_model_destroy(model);
+}
+
+TEST(corners_with_slashes_alone_and_faces_by_an_older_name_are_read) {
+  tw_model *model = read_good("o Model:Mesh\r\n" TRIANGLE "f 1// 2// 3//\r\nfo 3/ 2/ 1/\r\n");
+  assert_string_equal(model->meshes[0].name, "Model:Mesh");
+  assert_int_equal(model->meshes[0].face_count, 2);
+  assert_null(model->meshes[0].normals.corners);
+  tw_model_destroy(model);
+}
+
+TEST(a_hundred_thousand_groups_of_one_face_are_kept) {
+  enum { GROUPS = 100000 };
+  char *text = malloc(GROUPS * 32 + 64), *end = text;
+  end += sprintf(end, TRIANGLE);
+  for (int i = 0; i < GROUPS; i++) end += sprintf(end, "g Group%d\nf 1 2 3\n", i);
+  tw_model *model = read_good(text);
+  assert_int_equal(model->group_count, GROUPS);
+  assert_int_equal(model->meshes[0].face_groups[GROUPS - 1], GROUPS - 1);
+  assert_string_equal(model->group_names[GROUPS - 1], "Group99999");
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+  free(text);
 }
 
 /* ---- names, materials, objects --------------------------------------------------------------- */
@@ -264,8 +329,12 @@ TEST(the_first_name_names_mesh_and_node) {
 }
 
 TEST(latin1_names_become_utf8) {
-  tw_model *model = read_good("o T\xFCr\x01\n" TRIANGLE "f 1 2 3\n");
-  assert_string_equal(model->meshes[0].name, "T\xC3\xBCr ");
+  tw_model *model = read_good("o T\xFCr\x01links\n" TRIANGLE "usemtl M\xF6"
+                              "bel\ng Gr\xFCn\nf 1 2 3\n");
+  assert_string_equal(model->meshes[0].name, "T\xC3\xBCr links");
+  assert_string_equal(model->material_names[0], "M\xC3\xB6"
+                                                "bel");
+  assert_string_equal(model->group_names[0], "Gr\xC3\xBCn");
   tw_model_destroy(model);
 }
 
@@ -452,6 +521,16 @@ TEST(corners_at_the_same_point_go_and_so_do_faces_without_three) {
   assert_int_equal(mesh->holes[0], 0);
   assert_int_equal(mesh->holes[1], 1);
   assert_non_null(strstr(model->warnings[0], "3 faces"));
+  tw_model_destroy(model);
+}
+
+TEST(control_characters_are_blanks) {
+  static const char text[] = "o box\0\nv\t0 0 0\0\n\0\nv 1 0 0\nv 0\v1 0\nf 1 2 3\0\n\x1A";
+  tw_model *model = NULL;
+  tw_error error = {0};
+  assert_int_equal(read_bytes(text, sizeof text - 1, &model, &error), TW_OK);
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_string_equal(model->meshes[0].name, "box");
   tw_model_destroy(model);
 }
 

@@ -1,5 +1,6 @@
 /* PLY: bad headers and bodies, the three forms, colours and texture coordinates. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -139,7 +140,58 @@ TEST(texture_coordinates_stay_split_where_points_are_welded) {
   assert_int_equal(mesh->uv_set_count, 1);
   assert_int_equal(mesh->uv_sets[0].value_count, 6);
   assert_float_equal(mesh->uv_sets[0].values[2 * mesh->uv_sets[0].corners[3]], 0.5, 0);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0],
+                      "elements and properties that are left out: vertex.others, face.flags, edge");
   tw_model_destroy(model);
+}
+
+/* Every type of index and count, normals, colours of 16 bits with alpha, in all three forms. */
+TEST(indices_of_every_type_normals_and_alpha_are_read) {
+  static const struct {
+    const char *name;
+    size_t size;
+  } types[] = {{"char", 1}, {"uint8", 1}, {"int16", 2}, {"ushort", 2}, {"int32", 4}, {"uint", 4}};
+  static const char *const formats[] = {"ascii", "binary_little_endian", "binary_big_endian"};
+  static const double points[3][3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  static const float up[3] = {0, 0, 1};
+  static const uint16_t color[4] = {65535, 0, 0, 13107};
+  for (size_t type = 0; type < 6; type++)
+    for (int form = 0; form < 3; form++) {
+      uint8_t bytes[2000], *at = bytes;
+      bool big = form == 2;
+      at += sprintf((char *)at,
+                    "ply \r\nformat %s 1.0\r\nelement vertex 3\r\nproperty double x\r\nproperty double y\r\n"
+                    "property double z\r\nproperty float nx\r\nproperty float ny\r\nproperty float nz\r\n"
+                    "property ushort red\r\nproperty ushort green\r\nproperty ushort blue\r\n"
+                    "property ushort alpha\r\nelement face 1\r\nproperty list %s %s vertex_index\r\n"
+                    "end_header\r\n",
+                    formats[form], types[type].name, types[5 - type].name);
+      for (int v = 0; v < 3 && form > 0; v++) {
+        for (int c = 0; c < 3; c++) at = put(at, &points[v][c], 8, big);
+        for (int c = 0; c < 3; c++) at = put(at, &up[c], 4, big);
+        for (int c = 0; c < 4; c++) at = put(at, &color[c], 2, big);
+      }
+      for (uint32_t i = 0, row[4] = {3, 0, 1, 2}; i < 4 && form > 0; i++) {
+        size_t size = types[i == 0 ? type : 5 - type].size;
+        for (size_t k = 0; k < size; k++) *at++ = (uint8_t)(row[i] >> 8 * (big ? size - 1 - k : k));
+      }
+      for (int v = 0; v < 3 && form == 0; v++)
+        at += sprintf((char *)at, "%g %g %g 0 0 1 65535 0 0 13107\r\n", points[v][0], points[v][1],
+                      points[v][2]);
+      if (form == 0) at += sprintf((char *)at, "3 0 1 2");
+      tw_model *model;
+      tw_error error;
+      assert_int_equal(read_bytes(bytes, (size_t)(at - bytes), &model, &error), TW_OK);
+      const tw_mesh *mesh = &model->meshes[0];
+      assert_int_equal(mesh->face_count, 1);
+      assert_float_equal(mesh->positions[3], 1, 0);
+      assert_float_equal(mesh->normals.values[2], 1, 0);
+      assert_float_equal(mesh->attributes[0].values[0], 1, 0);
+      assert_float_equal(mesh->attributes[0].values[3], 0.2, 1e-6);
+      assert_int_equal(model->warning_count, 0);
+      tw_model_destroy(model);
+    }
 }
 
 TEST(points_alone_are_a_model_without_faces) {

@@ -29,11 +29,11 @@ static const float corners[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 
 static const int sides[6][4] = {{0, 3, 2, 1}, {4, 5, 6, 7}, {0, 1, 5, 4},
                                 {1, 2, 6, 5}, {2, 3, 7, 6}, {3, 0, 4, 7}};
 
-/* A cube of 12 facets in binary. Returns its bytes, malloc'ed. */
+/* A cube of 12 facets in binary, and 20 zero bytes behind it. Returns its bytes, malloc'ed. */
 static uint8_t *binary_cube(size_t *size) {
   static const int fan[2][3] = {{0, 1, 2}, {0, 2, 3}};
   *size = 84 + 12 * 50;
-  uint8_t *bytes = calloc(*size, 1), *at = bytes + 84;
+  uint8_t *bytes = calloc(*size + 20, 1), *at = bytes + 84;
   memcpy(bytes, "solid by a tool that begins its header like text", 48);
   bytes[80] = 12;
   for (int f = 0; f < 12; f++, at += 50)
@@ -48,6 +48,8 @@ TEST(words_out_of_place_are_refused_with_their_line) {
   assert_refused("solid\nouter loop\nvertex 0 0 1x\n", TW_SYNTAX, 3);
   assert_refused("solid\nouter loop\nvertex 0 0 1e40\n", TW_INVALID, 3);
   assert_refused("solid\nouter loop\nvertex 0 0 1\n", TW_SYNTAX, 4);
+  assert_refused("solid", TW_SYNTAX, 0);
+  assert_refused("neither", TW_SYNTAX, 0);
 }
 
 TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
@@ -59,6 +61,23 @@ TEST(a_coordinate_of_binary_that_is_not_finite_is_refused) {
   tw_error error;
   assert_int_equal(tw_stl_read(bytes, size, TW_WELD_AUTO, &model, &error), TW_INVALID);
   assert_non_null(strstr(error.detail, "facet 3"));
+  free(bytes);
+}
+
+TEST(bytes_behind_the_facets_are_read_over_and_facets_cut_off_refused) {
+  size_t size;
+  uint8_t *bytes = binary_cube(&size);
+  tw_model *model = NULL;
+  tw_error error;
+  bytes[0] = 'S'; /* no word of text */
+  bytes[5] = '-';
+  assert_int_equal(tw_format_sniff(bytes, size + 20), TW_FORMAT_STL);
+  assert_int_equal(tw_stl_read(bytes, size + 20, TW_WELD_AUTO, &model, &error), TW_OK);
+  assert_int_equal(model->meshes[0].face_count, 12);
+  tw_model_destroy(model);
+  model = NULL;
+  assert_int_equal(tw_stl_read(bytes, size - 1, TW_WELD_AUTO, &model, &error), TW_SYNTAX);
+  assert_null(model);
   free(bytes);
 }
 
@@ -89,6 +108,18 @@ TEST(solids_of_text_are_one_mesh_named_after_the_first) {
   assert_string_equal(model->meshes[0].name, "two parts");
   assert_int_equal(model->meshes[0].face_count, 2);
   assert_int_equal(model->meshes[0].point_count, 4);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
+TEST(names_of_further_solids_go_with_a_warning) {
+#define FACET " facet outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet\nendsolid\n"
+  tw_model *model =
+      read_text("solid T\xFCr\n" FACET "solid left\n" FACET "solid\n" FACET "solid right\n" FACET);
+  assert_string_equal(model->meshes[0].name, "T\xC3\xBCr");
+  assert_int_equal(model->meshes[0].face_count, 4);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "names of 2"));
   tw_model_destroy(model);
 }
 

@@ -122,6 +122,10 @@ size_t tw_utf8_length(const char *text, size_t length);
 /* Well-formed UTF-8 without control characters. */
 bool tw_utf8_is_name(const char *text, size_t length);
 
+/* A copy as a name: well-formed UTF-8, terminated. Text that is not UTF-8 is taken as Latin-1; control
+ * characters become blanks. NULL without memory. */
+char *tw_arena_name(tw_arena *arena, const char *text, size_t length);
+
 /* Version of the library, as "0.1.0". */
 const char *tw_version(void);
 

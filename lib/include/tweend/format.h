@@ -22,7 +22,8 @@ typedef struct tw_read_limits {
 uint64_t tw_reading_size(tw_format format, uint64_t size);
 
 /* The format that the bytes themselves show: GLB and PLY by their magic, STL by its first word or, where it
- * is binary, by its size, JSON by its first brace (glTF when it has a top-level "asset"), else OBJ. */
+ * is binary, by its count of facets, JSON by its first brace (glTF when it has a top-level "asset"), else
+ * OBJ. */
 tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
 
 /* Wavefront OBJ. bytes: [size], UTF-8 or Latin-1, no terminator needed. Errors bear a line.
@@ -30,22 +31,23 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * without tags) are a mesh and a node each. The names behind `g` are the set of groups of the faces that
  * follow (none for `default`, for more than 1024 bytes of them, and for new sets beyond 262,144). Elements
  * may be named before they are defined. Face corners without `vt` among others that have one get 0 0. Colours
- * behind points are sRGB and become linear. Lines, points, free-form geometry and MTL files are read over.
- * Normals and smoothing groups are kept. Unless `weld` is TW_WELD_NONE or the file has tags of edges, points
- * or faces, points that were written twice along seams become one, with a warning where faces go by it. A
- * corner at the point of the one before it goes; a face that is left with fewer than three different points
- * goes too, with a warning. A file of points alone is a mesh without faces. *out: a finished model
- * (tw_model_finish has run). O(size). */
+ * behind points, or in comments as ZBrush writes them, are sRGB and become linear. Lines, points, free-form
+ * geometry and MTL files are read over. Normals and smoothing groups are kept. Unless `weld` is TW_WELD_NONE
+ * or the file has tags of edges, points or faces, points that were written twice along seams become one, with
+ * a warning where faces go by it. A corner at the point of the one before it goes; a face that is left with
+ * fewer than three different points goes too, with a warning. A file of points alone is a mesh without faces.
+ * *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
- * position share its points (lib/mesh/weld.h). Errors bear a line, or name the facet.
- * *out: a finished model. O(n log n). */
+ * position share its points (lib/mesh/weld.h). Up to 1024 bytes behind the facets of binary STL are read
+ * over. Errors bear a line, or name the facet. *out: a finished model. O(n log n). */
 tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* PLY, text or binary in either byte order: positions, normals, faces, colours (sRGB, they become linear),
- * texture coordinates of vertices. Vertices that were split along seams become one point again. Errors bear a
- * line of text, or name the vertex or face. *out: a finished model. O(n log n). */
+ * texture coordinates of vertices; a warning names other elements and properties. Vertices that were split
+ * along seams become one point again. Errors bear a line of text, or name the vertex or face. *out: a
+ * finished model. O(n log n). */
 tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
 /* glTF 2.0, JSON or GLB, one self-contained file: nothing outside `bytes` is ever opened. Guards
