@@ -90,7 +90,6 @@ static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
     diagonal += along * along;
   }
   double longest = fmax(fmax(sides[0], sides[1]), fmax(sides[2], sides[3]));
-  out.is_split = diagonal > 1.04 * longest; /* squares: the diagonal is longer by 2 % */
   /* The halves lie at corners 1 and 3: the shared edge joins 0 and 2. */
   double areas = sqrt(dot(turns[1], turns[1]) * dot(turns[3], turns[3]));
   out.flatness = areas > 0 ? dot(turns[1], turns[3]) / areas : 0;
@@ -102,6 +101,9 @@ static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
     quality = fmin(quality, turn);
   }
   out.quality = quality * out.flatness;
+  /* By 2 %, of which triangles with equal sides fall short; so do rectangles of over 5 to 1, whose corners
+   * show what they are. */
+  out.is_split = diagonal > 1.04 * longest || (diagonal > longest && out.quality > 0.9);
   return out;
 }
 

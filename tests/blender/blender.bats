@@ -7,6 +7,7 @@ setup_file() {
   export made=$BATS_FILE_TMPDIR/made
   mkdir -p "$made"
   in_blender scene.py "$made"
+  in_blender plain.py "$made"
   start_daemon
   cd "$made" || return
   upload figure.glb
@@ -80,4 +81,17 @@ look() {
     holds ".$what == $(jq -c ".$what" before)"
   done
   holds ".triangles == 2 * $(expected '.surfaces["2"].faces')"
+}
+
+@test "quads that Blender's export split come back, and triangles stay" {
+  for figure in suzanne rod worn; do
+    upload "$made/$figure.glb"
+    get "/v1/models/$id/surface.obj?level=0&quads=auto"
+    expect 200
+    read -r quads right others < <(node "$root/tests/blender/quads.mjs" answer "$made/quads.json" "$figure")
+    echo "$figure: $right of $quads quads, and $others others"
+    ((right >= quads * 99 / 100 && others <= 4))
+    get "/v1/models/$id"
+    holds ".meshes[0].paired_quads == $((right + others))"
+  done
 }

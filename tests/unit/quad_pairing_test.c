@@ -243,6 +243,31 @@ TEST(fans_round_poles_stay_triangles) {
   free(s);
 }
 
+/* A rod: its sides are ten times as long as wide, its ends fans. */
+TEST(slender_quads_come_back_and_slender_triangles_stay) {
+  enum { ROUND = 32, POINTS = 2 * ROUND + 2 };
+  static float points[POINTS][3];
+  uint32_t wrong;
+  for (uint32_t i = 0; i < 2 * ROUND; i++) {
+    double round = 6.28318530717959 * i / ROUND;
+    points[i][0] = (float)cos(round);
+    points[i][1] = i < ROUND ? 1 : -1;
+    points[i][2] = (float)sin(round);
+  }
+  points[2 * ROUND][1] = 1;
+  points[2 * ROUND + 1][1] = -1;
+  soup *s = new_soup(points[0], POINTS);
+  for (uint32_t i = 0; i < ROUND; i++) {
+    uint32_t next = (i + 1) % ROUND;
+    add_triangle(s, 2 * ROUND, next, i, UINT32_MAX);
+    add_quad(s, (uint32_t[4]){i, next, ROUND + next, ROUND + i}, i, FAN);
+    add_triangle(s, 2 * ROUND + 1, ROUND + i, ROUND + next, UINT32_MAX);
+  }
+  assert_int_equal(pair(s, &wrong), ROUND);
+  assert_int_equal(wrong, 0);
+  free(s);
+}
+
 /* In one row all first halves, then all second ones: no two of a quad follow one another but at the turn. */
 TEST(halves_that_stand_apart_are_paired_by_shape) {
   enum { SIDE = 12 };
