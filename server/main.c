@@ -111,7 +111,7 @@ static bool prepare(process *p, char *error) {
 
 static bool store_samples(process *p, char *error) {
   for (size_t i = 0; p->config.sample && i < srv_sample_count; i++) {
-    int status = api_seed(p->server.service, srv_samples[i].bytes, srv_samples[i].size);
+    int status = api_seed(p->server.service, srv_samples[i].name, srv_samples[i].bytes, srv_samples[i].size);
     if (status != 200 && status != 201) {
       snprintf(error, ERROR_SIZE, "sample %s cannot be stored: status %d", srv_samples[i].name, status);
       return false;

@@ -399,6 +399,12 @@ static char *read_summary(const srv_store_fs *store, const char *id) {
   return NULL;
 }
 
+static char *summary_of(void *context, const char *id) {
+  const srv_store_fs *store = context;
+  path name = object_path(store, id);
+  return is_id(id) && access(name.text, F_OK) == 0 ? read_summary(store, id) : NULL;
+}
+
 /* The model is stored, with or without a summary. */
 static void put_summary(const srv_store_fs *store, const char *id, const char *summary) {
   path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
@@ -675,6 +681,7 @@ api_store srv_store_fs_api(srv_store_fs *store) {
                      .put = put,
                      .open = open_object,
                      .remove = drop,
+                     .summary = summary_of,
                      .look = look,
                      .list = list,
                      .probe = probe};

@@ -10,13 +10,15 @@
 #include <string.h>
 
 static const char *const no_parameters[] = {NULL};
+static const char *const name_parameters[] = {"name", NULL};
+static const char *const source_parameters[] = {"download", NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
 static const char *const surface_parameters[] = {
     "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",    "meshes",
-    "encoding",  "polygons", NULL};
+    "encoding",  "polygons", "download", NULL};
 static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
@@ -58,14 +60,14 @@ static const api_route routes[] = {
      api_get_version},
     {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
      api_get_openapi},
-    {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, API_WRITES, false, json_offers, no_parameters,
+    {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, API_WRITES, false, json_offers, name_parameters,
      api_post_model},
     {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, API_READS_ALL, false, json_offers, list_parameters,
      api_list_models},
     {"GET", OF_MODEL(""), API_TAKES_NOTHING, API_READS, false, json_offers, no_parameters, api_get_model},
     {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, API_DELETES, false, json_offers, no_parameters,
      api_delete_model},
-    {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, no_parameters,
+    {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, source_parameters,
      api_get_source},
     {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, surface_parameters,
      api_get_surface},

@@ -1,6 +1,7 @@
 /* From a request's body to the bytes of one model, and from those to the model. */
 #include "upload.h"
 
+#include "file_name.h"
 #include "json_in.h"
 #include "service.h"
 
@@ -157,18 +158,6 @@ static size_t find_mark(api_bytes bytes, size_t from, const char *mark) {
   return bytes.size;
 }
 
-/* A parameter's value without its quotes and the backslashes in it. NULL without memory. */
-static const char *unquote(tw_arena *arena, api_span value) {
-  char *text = tw_arena_text(arena, value.text, value.length), *out = text;
-  if (!text || *text != '"') return text;
-  for (const char *c = text + 1; *c && *c != '"'; c++) {
-    if (*c == '\\' && (c[1] == '"' || c[1] == '\\')) c++;
-    *out++ = *c;
-  }
-  *out = '\0';
-  return text;
-}
-
 /* The file name that the head of a part says: Content-Disposition has a filename. *out stays where it has
  * none. */
 static tw_status read_file_name(api_bytes head, tw_arena *arena, const char **out, tw_error *error) {
@@ -177,15 +166,8 @@ static tw_status read_file_name(api_bytes head, tw_arena *arena, const char **ou
     api_span line = {(const char *)head.data + at, end - at};
     at = end + 2;
     api_span name = api_span_cut(&line, ':');
-    if (!api_span_is(name, "Content-Disposition")) continue;
-    while (line.length > 0) {
-      api_span parameter = api_span_cut(&line, ';');
-      bool is_plain = api_span_starts(parameter, "filename=");
-      if (!is_plain && !api_span_starts(parameter, "filename*=")) continue;
-      api_span_cut(&parameter, '=');
-      if (is_plain || !*out) *out = unquote(arena, parameter);
-      if (!*out) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-    }
+    if (api_span_is(name, "Content-Disposition") && !api_file_name_read(line, arena, out))
+      return tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   return TW_OK;
 }
@@ -308,6 +290,7 @@ static api_outcome join_files(api_call *call, const api_form *form, api_upload *
                      call->service->limits.max_upload, &glb, &size, &call->fault.error);
   if (status != TW_OK) return api_fail_in_document(call);
   gltf->is_used = true;
+  upload->name = gltf->name;
   upload->bytes = glb ? (api_bytes){glb, size} : (api_bytes){gltf->bytes, gltf->size};
   if (glb) {
     free(upload->decoded);
@@ -326,6 +309,7 @@ static api_outcome read_form(api_call *call, const char *content_type, api_uploa
     return api_fail(call);
   if (form.count > 1) return join_files(call, &form, upload);
   upload->bytes = (api_bytes){form.files[0].bytes, form.files[0].size};
+  upload->name = form.files[0].name;
   return API_DONE;
 }
 

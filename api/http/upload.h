@@ -9,6 +9,7 @@
 typedef struct api_upload {
   api_bytes bytes;  /* decoded, the file alone, or the GLB of several */
   uint8_t *decoded; /* what the upload owns, or NULL: bytes lie in the request's body */
+  const char *name; /* of the file in a form, else NULL */
 } api_upload;
 
 /* The content of the request's body. 400, 413. */

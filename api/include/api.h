@@ -57,6 +57,8 @@ typedef struct api_store {
    * API_STORE_UNKNOWN where nobody has looked of late. */
   api_store_status (*look)(void *context, const char *id, bool may_wait);
   api_store_status (*remove)(void *context, const char *id);
+  /* The summary of the first put, malloc'ed; NULL when it is lost, or the object is not there. */
+  char *(*summary)(void *context, const char *id);
   /* Up to `limit` objects with id > after ("" for the first), ascending; *more: others follow. */
   api_store_status (*list)(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
                            bool *more);
@@ -267,6 +269,6 @@ void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
 const char *api_route_name(const char *path);
 
 /* Stores a model as POST /v1/models would (the sample models at start). Returns the HTTP status. */
-int api_seed(api_service *service, const uint8_t *bytes, size_t size);
+int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_t size);
 
 #endif

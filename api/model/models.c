@@ -1,6 +1,7 @@
 /* The one resource: storing, listing, describing, handing back and deleting models. */
 #include "models.h"
 
+#include "file_name.h"
 #include "handlers.h"
 #include "response_cache.h"
 #include "service.h"
@@ -98,6 +99,33 @@ typedef struct model_source {
   api_reading reading;
 } model_source;
 
+/* ---- names -------------------------------------------------------------------------------------- */
+
+/* What is stored beside a model's bytes. */
+typedef struct summary {
+  cJSON *tree; /* freed by the reader's caller, also where it is not whole */
+  const cJSON *name, *format;
+} summary;
+
+static bool read_summary(const char *text, summary *out) {
+  cJSON *tree = text ? cJSON_Parse(text) : NULL;
+  *out = (summary){tree, cJSON_GetObjectItemCaseSensitive(tree, "name"),
+                   cJSON_GetObjectItemCaseSensitive(tree, "format")};
+  return cJSON_IsString(out->format) && (cJSON_IsString(out->name) || cJSON_IsNull(out->name));
+}
+
+/* Gives a model the name with which it was stored first; where it was not, the given one. False without
+ * memory. */
+static bool take_name(api_service *service, const char *id, const char *given, tw_model *model) {
+  char *text = service->store.summary(service->store.context, id);
+  summary stored;
+  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : given;
+  if (name) model->name = tw_arena_text(model->arena, name, strlen(name));
+  cJSON_Delete(stored.tree);
+  free(text);
+  return !name || model->name;
+}
+
 static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
   return api_grant(call->service, call->request->ticket, tw_reading_size(format, size), fault);
 }
@@ -115,8 +143,12 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   bool is_read =
       data && api_model_read(bytes, tw_format_sniff(data, bytes.size), source->reading, &model, fault);
   free(data);
-  if (is_read) *out = built_model(model);
-  return is_read;
+  if (!is_read) return false;
+  *out = built_model(model);
+  if (take_name(service, source->id, NULL, model)) return true;
+  tw_model_destroy(model);
+  api_fault_without_memory(fault);
+  return false;
 }
 
 void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]) {
@@ -211,7 +243,7 @@ static bool store_model(api_service *service, api_bytes bytes, const char *id, c
 static const char description[] = "description.json";
 
 /* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails. */
-static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_model *model) {
+static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name, tw_model *model) {
   char id[API_ID_TEXT];
   tw_text text = {0};
   bool existed = false;
@@ -220,7 +252,7 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
   char path[64];
   int length = snprintf(path, sizeof path, "/v1/models/%s", id);
   const char *location = tw_arena_text(call->arena, path, (size_t)length);
-  if (!etag || !location) return api_fail_without_memory(call);
+  if (!etag || !location || !take_name(call->service, id, name, model)) return api_fail_without_memory(call);
   bool is_ready = api_describe(model, id, bytes.size, &text, &call->fault);
   if (is_ready && text.failed) {
     api_fault_without_memory(&call->fault);
@@ -237,13 +269,26 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const tw_mo
   return API_DONE;
 }
 
+/* The name that an upload comes with: of the query, of the request, of the file in a form; NULL for none. */
+static api_outcome find_name(api_call *call, const api_upload *upload, const char **out) {
+  const char *name = api_query_get(&call->query, "name"),
+             *disposition = api_call_header(call, "Content-Disposition");
+  if (!name && disposition && !api_file_name_read(api_span_of(disposition), call->arena, &name))
+    return api_fail_without_memory(call);
+  if (!name) name = upload->name;
+  *out = name ? api_file_name_title(name, call->arena) : NULL;
+  return API_DONE;
+}
+
 api_outcome api_post_model(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   api_upload upload = {0};
   tw_model *model = NULL;
   api_outcome outcome = read_body(call, NULL, &upload, &model);
   if (outcome != API_DONE) return outcome;
-  outcome = store_and_answer(call, upload.bytes, model);
+  const char *name = NULL;
+  outcome = find_name(call, &upload, &name);
+  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, name, model);
   if (outcome == API_DONE)
     remember(call->service, call->id, model);
   else
@@ -252,7 +297,7 @@ api_outcome api_post_model(api_call *call) {
   return outcome;
 }
 
-int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
+int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_t size) {
   api_bytes given = {bytes, size};
   char id[API_ID_TEXT];
   api_model_id(given, id);
@@ -260,6 +305,7 @@ int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
   bool existed = false;
   api_fault fault = {0};
   bool is_stored = api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &model, &fault) &&
+                   take_name(service, id, name, model) &&
                    store_model(service, given, id, model, &existed, &fault);
   tw_model_destroy(model);
   return !is_stored ? fault.status : existed ? 200 : 201;
@@ -270,16 +316,14 @@ int api_seed(api_service *service, const uint8_t *bytes, size_t size) {
 enum { LIST_DEFAULT = 100, LIST_MOST = 1000 };
 
 /* Prints name and format from a summary; false when it does not hold them. */
-static bool print_from_summary(const char *summary, tw_text *text) {
-  cJSON *tree = summary ? cJSON_Parse(summary) : NULL;
-  const cJSON *name = cJSON_GetObjectItemCaseSensitive(tree, "name");
-  const cJSON *format = cJSON_GetObjectItemCaseSensitive(tree, "format");
-  bool is_whole = cJSON_IsString(format) && (cJSON_IsString(name) || cJSON_IsNull(name));
+static bool print_from_summary(const char *text, tw_text *out) {
+  summary summary;
+  bool is_whole = read_summary(text, &summary);
   if (is_whole) {
-    tw_member_string(text, "name", cJSON_GetStringValue(name));
-    tw_member_string(text, "format", cJSON_GetStringValue(format));
+    tw_member_string(out, "name", cJSON_GetStringValue(summary.name));
+    tw_member_string(out, "format", cJSON_GetStringValue(summary.format));
   }
-  cJSON_Delete(tree);
+  cJSON_Delete(summary.tree);
   return is_whole;
 }
 
@@ -430,6 +474,19 @@ static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
   return bytes;
 }
 
+/* By the name with which it was stored; that of its parts takes parsing it. */
+static api_outcome suggest_source(api_call *call, tw_format format) {
+  static const char *const extensions[TW_FORMATS] = {"obj", "json", "gltf", "glb", "stl", "ply"};
+  const api_store *store = &call->service->store;
+  char *text = store->summary(store->context, call->id);
+  summary stored;
+  const char *name = read_summary(text, &stored) ? cJSON_GetStringValue(stored.name) : NULL;
+  api_outcome outcome = api_file_name_suggest(call, name, extensions[format]);
+  cJSON_Delete(stored.tree);
+  free(text);
+  return outcome;
+}
+
 api_outcome api_get_source(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   source_body *body = tw_arena_alloc(call->arena, 1, sizeof *body);
@@ -446,6 +503,11 @@ api_outcome api_get_source(api_call *call) {
     return outcome;
   }
   api_answer_header(&call->answer, "Content-Type", tw_format_media_types[format]);
+  outcome = suggest_source(call, format);
+  if (outcome != API_DONE) {
+    destroy_source(body);
+    return outcome;
+  }
   body->at = range.first;
   body->end = range.first + range.count;
   call->answer.body = (api_body){range.count, body, read_source, destroy_source};

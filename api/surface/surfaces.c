@@ -1,4 +1,5 @@
 /* Surfaces: counts, glTF and OBJ of a model, posed, animated or at rest. */
+#include "file_name.h"
 #include "handlers.h"
 #include "models.h"
 #include "plans.h"
@@ -431,6 +432,8 @@ static api_outcome answer_surface(api_call *call, surface_request *request, bool
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
   api_call_warn(call, model->warnings, model->warning_count);
   api_scene_warn(call, &request->scene);
+  if (outcome == API_DONE)
+    outcome = api_file_name_suggest(call, api_model_name(model), call->offer->extension);
   return outcome == API_DONE ? reply_surface(call, request) : outcome;
 }
 

@@ -208,3 +208,25 @@ EOF
   http POST /v1/models -F file=@a.gltf
   problem 422 "was not sent"
 }
+
+@test "a model is called as it was when it was stored first" {
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 %s\nf 1 2 3\n' "$RANDOM$RANDOM" >wheel.obj
+  http POST /v1/models --form file=@wheel.obj
+  expect 201
+  holds '.name == "wheel.obj"'
+  id=$(value .id)
+  post "/v1/models?name=other" wheel.obj
+  expect 200
+  holds '.name == "wheel.obj"'
+  get "/v1/models/$id"
+  holds '.name == "wheel.obj"'
+  get "/v1/models/$id/surface.glb?download=1"
+  [[ $(header content-disposition) == 'attachment; filename="wheel.glb"; '* ]]
+  get "/v1/models/$id/surface.glb"
+  [[ $(header content-disposition) == 'inline; filename="wheel.glb"; '* ]]
+  get "/v1/models/$id/surface.glb?download=please"
+  problem 400 download
+  http DELETE "/v1/models/$id"
+  post "/v1/models?name=cart%20wheel" wheel.obj --header 'Content-Disposition: attachment; filename="no.obj"'
+  holds '.name == "cart wheel"'
+}

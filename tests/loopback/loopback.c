@@ -132,6 +132,17 @@ static api_store_status store_remove(void *context, const char *id) {
   return fails ? API_STORE_UNAVAILABLE : found ? API_STORE_OK : API_STORE_ABSENT;
 }
 
+static char *store_summary(void *context, const char *id) {
+  memory_store *store = context;
+  enter(store);
+  bool found;
+  size_t i = find_object(store, id, &found);
+  char *copy =
+      found && !store->forgets && store->objects[i].summary ? strdup(store->objects[i].summary) : NULL;
+  leave(store);
+  return copy;
+}
+
 static api_store_status store_list(void *context, const char *after, size_t limit, api_listed *out,
                                    size_t *count, bool *more) {
   memory_store *store = context;
@@ -220,8 +231,8 @@ loopback *loopback_start(const api_settings *settings) {
   loop->store = calloc(1, sizeof *loop->store);
   pthread_mutex_init(&loop->store->lock, NULL);
   loop->settings = *settings;
-  loop->settings.store =
-      (api_store){loop->store, store_put, store_open, store_look, store_remove, store_list, store_probe};
+  loop->settings.store = (api_store){loop->store,  store_put,     store_open, store_look,
+                                     store_remove, store_summary, store_list, store_probe};
   loop->service = api_service_create(&loop->settings);
   assert_non_null(loop->service);
   return loop;

@@ -800,9 +800,9 @@ TEST_WITH(a_known_model_is_answered_without_the_store, loopback_setup, loopback_
 
 TEST_WITH(seeding_is_storing, loopback_setup, loopback_teardown) {
   loopback *loop = *state;
-  assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 201);
-  assert_int_equal(api_seed(loop->service, (const uint8_t *)triangle, strlen(triangle)), 200);
-  assert_int_equal(api_seed(loop->service, (const uint8_t *)"{\"nodes\":7}", 11), 400);
+  assert_int_equal(api_seed(loop->service, "seed.obj", (const uint8_t *)triangle, strlen(triangle)), 201);
+  assert_int_equal(api_seed(loop->service, "seed.obj", (const uint8_t *)triangle, strlen(triangle)), 200);
+  assert_int_equal(api_seed(loop->service, "seed.obj", (const uint8_t *)"{\"nodes\":7}", 11), 400);
   assert_int_equal(loopback_store_count(loop), 1);
 }
 
@@ -835,4 +835,83 @@ TEST_WITH(models_ask_for_a_key_where_keys_are_configured, start_with_keys, loopb
   r = loopback_ask(*state, "OPTIONS", "/v1/models", NULL, NULL, 0);
   assert_int_equal(r.status, 204);
   reply_free(&r);
+}
+
+/* ---- names -------------------------------------------------------------------------------------- */
+
+static void assert_named(loopback *loop, const char *target, const char *headers, const char *body,
+                         const char *name) {
+  reply r = loopback_ask(loop, "POST", target, headers, body, strlen(body));
+  assert_true(r.status == 201 || r.status == 200);
+  char expected[300], path[64];
+  snprintf(expected, sizeof expected, "\"name\":\"%s\",", name);
+  if (!strstr(r.body, expected)) fail_msg("%s: %.200s", name, r.body);
+  strcpy(path, reply_header(&r, "Location"));
+  reply_free(&r);
+  r = loopback_get(loop, path);
+  assert_non_null(strstr(r.body, expected));
+  reply_free(&r);
+  r = loopback_get(loop, "/v1/models");
+  assert_non_null(strstr(r.body, expected));
+  reply_free(&r);
+}
+
+#define NAMED_FACE(mesh) "o " mesh "\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"
+
+TEST_WITH(a_name_is_that_of_the_query_the_request_or_the_file, loopback_setup, loopback_teardown) {
+  static const char disposition[] = "Content-Disposition: attachment; filename=\"from header.obj\"\n";
+  static const char form[] = "Content-Type: multipart/form-data; boundary=x\n";
+  static const char both[] =
+      "Content-Type: multipart/form-data; boundary=x\n"
+      "Content-Disposition: attachment; filename*=UTF-8''na%C3%AFve%zz.obj; filename=\"no\"\n";
+#define PART(mesh)                                                                                           \
+  "--x\r\nContent-Disposition: form-data; name=\"file\"; "                                                   \
+  "filename=\"C:\\\\models/part.obj\"\r\n\r\n" NAMED_FACE(mesh) "\r\n--x--"
+  assert_named(*state, "/v1/models?name=%C3%A4%20b", disposition, NAMED_FACE("a"), "ä b");
+  assert_named(*state, "/v1/models", disposition, NAMED_FACE("b"), "from header.obj");
+  assert_named(*state, "/v1/models", form, PART("c"), "part.obj");
+  assert_named(*state, "/v1/models", both, PART("d"), "naïve%zz.obj");
+  assert_named(*state, "/v1/models?name=../../e", form, PART("e"), "e");
+  assert_named(*state, "/v1/models", NULL, NAMED_FACE("f"), "f");
+  assert_named(*state, "/v1/models?name=", NULL, NAMED_FACE("g"), "g");
+}
+
+TEST_WITH(the_name_of_the_first_upload_stays, loopback_setup, loopback_teardown) {
+  assert_named(*state, "/v1/models?name=first", NULL, NAMED_FACE("a"), "first");
+  assert_named(*state, "/v1/models?name=second", NULL, NAMED_FACE("a"), "first");
+  assert_named(*state, "/v1/models", NULL, NAMED_FACE("b"), "b");
+  assert_named(*state, "/v1/models?name=later", NULL, NAMED_FACE("b"), "b");
+}
+
+TEST_WITH(a_long_name_is_cut_at_a_character, loopback_setup, loopback_teardown) {
+  char target[1200] = "/v1/models?name=a", name[256] = "a";
+  for (int i = 0; i < 150; i++) strcat(target, "%C3%A4");
+  for (int i = 0; i < 127; i++) strcat(name, "ä");
+  assert_named(*state, target, NULL, NAMED_FACE("a"), name);
+}
+
+static void assert_suggested(loopback *loop, const char *id, const char *rest, const char *expected) {
+  char target[128];
+  snprintf(target, sizeof target, "/v1/models/%s/%s", id, rest);
+  reply r = loopback_get(loop, target);
+  assert_int_equal(r.status, 200);
+  assert_string_equal(reply_header(&r, "Content-Disposition"), expected);
+  reply_free(&r);
+}
+
+TEST_WITH(answers_suggest_the_name_as_a_file, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT];
+  reply r = loopback_post(*state, "/v1/models?name=na%C3%AFve%20%22x%22.obj", "model/obj", NAMED_FACE("a"));
+  assert_int_equal(r.status, 201);
+  memcpy(id, strrchr(reply_header(&r, "Location"), '/') + 1, API_ID_TEXT);
+  reply_free(&r);
+  assert_suggested(*state, id, "surface.glb?level=0",
+                   "inline; filename=\"na__ve _x_.glb\"; filename*=UTF-8''na%c3%afve%20%22x%22.glb");
+  assert_suggested(*state, id, "surface.obj?level=0&download=1",
+                   "attachment; filename=\"na__ve _x_.obj\"; filename*=UTF-8''na%c3%afve%20%22x%22.obj");
+  assert_suggested(*state, id, "source?download=1",
+                   "attachment; filename=\"na__ve _x_.obj\"; filename*=UTF-8''na%c3%afve%20%22x%22.obj");
+  char target[96];
+  snprintf(target, sizeof target, "/v1/models/%s/source?download=yes", id);
+  assert_problem(loopback_get(*state, target), 400, NULL, "download");
 }

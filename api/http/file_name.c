@@ -1,0 +1,126 @@
+#include "file_name.h"
+
+#include <string.h>
+#include <strings.h>
+
+enum { TITLE_MOST = 255 }; /* bytes, as file systems have it */
+
+/* ---- reading --------------------------------------------------------------------------------- */
+
+/* A parameter's value without its quotes and the backslashes in it. NULL without memory. */
+static char *unquote(tw_arena *arena, api_span value) {
+  char *text = tw_arena_text(arena, value.text, value.length), *out = text;
+  if (!text || *text != '"') return text;
+  for (const char *c = text + 1; *c && *c != '"'; c++) {
+    if (*c == '\\' && (c[1] == '"' || c[1] == '\\')) c++;
+    *out++ = *c;
+  }
+  *out = '\0';
+  return text;
+}
+
+static int hex_digit(char c) {
+  static const char digits[] = "0123456789abcdef";
+  const char *found = c ? strchr(digits, c >= 'A' && c <= 'F' ? c + ('a' - 'A') : c) : NULL;
+  return found ? (int)(found - digits) : -1;
+}
+
+/* UTF-8''na%C3%AFve (RFC 8187), in place; what is no escape stays as it is. */
+static char *decode_extended(char *text) {
+  static const char charset[] = "UTF-8'";
+  char *language =
+      strncasecmp(text, charset, sizeof charset - 1) == 0 ? strchr(text + sizeof charset - 1, '\'') : NULL;
+  if (!language) return text;
+  char *out = text;
+  for (const char *c = language + 1; *c; c++) {
+    int high = *c == '%' ? hex_digit(c[1]) : -1, low = high >= 0 ? hex_digit(c[2]) : -1;
+    *out++ = low >= 0 ? (char)(high * 16 + low) : *c;
+    if (low >= 0) c += 2;
+  }
+  *out = '\0';
+  return text;
+}
+
+bool api_file_name_read(api_span value, tw_arena *arena, const char **out) {
+  bool is_extended = false;
+  while (value.length > 0) {
+    api_span parameter = api_span_cut(&value, ';');
+    bool extends = api_span_starts(parameter, "filename*=");
+    if (!extends && !api_span_starts(parameter, "filename=")) continue;
+    api_span_cut(&parameter, '=');
+    char *name = unquote(arena, parameter);
+    if (!name) return false;
+    if (extends || !is_extended) *out = extends ? decode_extended(name) : name;
+    is_extended |= extends;
+  }
+  return true;
+}
+
+const char *api_file_name_title(const char *name, tw_arena *arena) {
+  for (const char *c = name; *c; c++)
+    if (*c == '/' || *c == '\\') name = c + 1;
+  size_t length = strlen(name), used = 0;
+  if (length == 0 || !tw_utf8_is_name(name, length)) return NULL;
+  while (used < length) {
+    size_t character = tw_utf8_length(name + used, length - used);
+    if (used + character > TITLE_MOST) break;
+    used += character;
+  }
+  return tw_arena_text(arena, name, used);
+}
+
+/* ---- writing --------------------------------------------------------------------------------- */
+
+/* Without the extension of a format that can be uploaded. */
+static size_t stem_length(const char *name) {
+  static const char *const extensions[] = {".glb", ".gltf", ".obj", ".stl", ".ply", ".json"};
+  size_t length = strlen(name);
+  for (size_t i = 0; i < sizeof extensions / sizeof *extensions; i++) {
+    size_t tail = strlen(extensions[i]);
+    if (length > tail && strcasecmp(name + length - tail, extensions[i]) == 0) return length - tail;
+  }
+  return length;
+}
+
+static bool is_plain(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+         (c && strchr("-._~", c));
+}
+
+/* For readers that know no filename*: what is not plain becomes '_'. */
+static void add_fallback(tw_text *text, const char *stem, size_t length) {
+  for (size_t i = 0; i < length; i++)
+    tw_text_bytes(text, is_plain(stem[i]) || stem[i] == ' ' ? &stem[i] : "_", 1);
+}
+
+static void add_extended(tw_text *text, const char *stem, size_t length) {
+  for (size_t i = 0; i < length; i++) {
+    char escape[3] = {'%'};
+    api_hex((const uint8_t *)&stem[i], 1, escape + 1);
+    tw_text_bytes(text, is_plain(stem[i]) ? &stem[i] : escape, is_plain(stem[i]) ? 1 : 3);
+  }
+}
+
+api_outcome api_file_name_suggest(api_call *call, const char *name, const char *extension) {
+  static const char *const choices[] = {"0", "1", NULL};
+  int download = 0;
+  if (api_query_choice(&call->query, "download", choices, &download, &call->fault.error) != TW_OK)
+    return api_fail(call);
+  const char *stem = name && *name ? name : "model";
+  size_t length = stem_length(stem);
+  tw_text text = {0};
+  tw_text_add(&text, download ? "attachment" : "inline");
+  tw_text_add(&text, "; filename=\"");
+  add_fallback(&text, stem, length);
+  tw_text_add(&text, ".");
+  tw_text_add(&text, extension);
+  tw_text_add(&text, "\"; filename*=UTF-8''");
+  add_extended(&text, stem, length);
+  tw_text_add(&text, ".");
+  tw_text_add(&text, extension);
+  const char *value = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  if (!value) return api_fail_without_memory(call);
+  api_answer_header(&call->answer, "Content-Disposition", value);
+  return API_DONE;
+}
