@@ -13,6 +13,7 @@
 typedef struct srv_config {
   char *listen;
   char *data;
+  uint64_t store_limit; /* 0: none */
   uint64_t threads, io_threads, queue, max_connections, max_listeners;
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout;

@@ -4,6 +4,7 @@
 #include "log.h"
 #include "machine.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -199,12 +200,15 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
 srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, size_t size) {
   if (exchange->answered) return SRV_EXCHANGE_MORE;
   exchange->bytes_in += size;
-  switch (srv_body_append(&exchange->body, data, size)) {
+  srv_body_status status = srv_body_append(&exchange->body, data, size);
+  bool is_disk_full = errno == ENOSPC || errno == EDQUOT;
+  switch (status) {
   case SRV_BODY_OK: count_body(exchange); return SRV_EXCHANGE_MORE;
   case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
-    srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
+    srv_exchange_refuse(exchange, is_disk_full ? 507 : 503, "there is no room for the body at present",
+                        DRAIN_RETRY_S);
     break;
   }
   exchange->close = true;

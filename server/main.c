@@ -90,6 +90,7 @@ static bool prepare(process *p, char *error) {
   snprintf(error, ERROR_SIZE, "out of memory");
   p->store = srv_store_fs_open(p->config.data, error, ERROR_SIZE);
   if (p->store == NULL) return false;
+  srv_store_fs_limit(p->store, p->config.store_limit);
   p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
   if (p->listener < 0) return false;
   raise_descriptor_limit(p->config.max_connections);

@@ -17,6 +17,7 @@
 #include "disk.h"
 #include "log.h"
 #include "machine.h"
+#include "store_quota.h"
 
 #include <dirent.h>
 #include <errno.h>
@@ -63,6 +64,7 @@ struct srv_store_fs {
   char root[ROOT_MAX];
   char temporary[PATH_MAX];
   dev_t device; /* of the root */
+  srv_store_quota quota;
   pthread_mutex_t verdicts_lock;
   verdict *verdicts;          /* [VERDICTS], each at the place that its id tells */
   pthread_t prober;           /* with is_probed */
@@ -75,8 +77,9 @@ struct srv_store_fs {
 };
 
 static api_store_status unavailable(const char *what) {
+  bool is_full = errno == ENOSPC || errno == EDQUOT;
   srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
-  return API_STORE_UNAVAILABLE;
+  return is_full ? API_STORE_FULL : API_STORE_UNAVAILABLE;
 }
 
 /* Of a model in the table. */
@@ -278,21 +281,37 @@ static void remove_leftovers(const srv_store_fs *store, time_t now) {
   closedir(listing);
 }
 
+/* Makes the folder, and those on the way to it. False with errno. */
+static bool make_path(const char *folder) {
+  path made;
+  snprintf(made.text, sizeof made.text, "%s", folder);
+  for (char *end = made.text + 1;; end++) {
+    end += strcspn(end, "/");
+    char separator = *end;
+    *end = '\0';
+    if (mkdir(made.text, 0700) == 0) {
+      path parent;
+      snprintf(parent.text, sizeof parent.text, "%.*s/..", ROOT_MAX, made.text);
+      if (!sync_folder(parent.text)) return false;
+    } else if (errno != EEXIST && access(made.text, F_OK) != 0) {
+      return false;
+    }
+    if (separator == '\0') return true;
+    *end = separator;
+  }
+}
+
 /* False with errno. */
 static bool prepare_root(srv_store_fs *store) {
   struct stat root;
-  if (mkdir(store->root, 0700) == 0) {
-    path parent = folder_path(store, "..");
-    if (!sync_folder(parent.text)) return false;
-  } else if (errno != EEXIST) {
-    return false;
-  }
+  if (!make_path(store->root)) return false;
   if (stat(store->root, &root) != 0) return false;
   store->device = root.st_dev;
   return true;
 }
 
 static void destroy(srv_store_fs *store) {
+  srv_store_quota_deinit(&store->quota);
   pthread_mutex_destroy(&store->verdicts_lock);
   free(store->verdicts);
   free(store);
@@ -316,6 +335,8 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
   strcpy(store->root, root);
   path temporary = folder_path(store, "tmp");
   memcpy(store->temporary, temporary.text, sizeof store->temporary);
+  path objects = folder_path(store, "objects");
+  srv_store_quota_init(&store->quota, objects.text);
   time_t now;
   if (!prepare_root(store) || !try_folder(store, &now)) {
     snprintf(error, error_size, "--data: cannot use folder '%s': %s", root, strerror(errno));
@@ -329,6 +350,10 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
 
 void srv_store_fs_close(srv_store_fs *store) {
   if (store != NULL && stop_probes(store)) destroy(store);
+}
+
+void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes) {
+  srv_store_quota_limit(&store->quota, bytes);
 }
 
 const char *srv_store_fs_temporary(const srv_store_fs *store) {
@@ -424,8 +449,10 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (!make_folders(store) || !make_folder(folder.text)) return unavailable("cannot make a folder");
   found before = find_object(name.text, bytes);
   if (before == FIND_FAILED) return unavailable("cannot open a model");
+  if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
+  if (before == NOTHING && outcome != PLACED) srv_store_quota_give_back(&store->quota, bytes.size);
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
   /* Also what others made: they may be killed before they sync it. */
   if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");
@@ -442,8 +469,11 @@ static api_store_status drop(void *context, const char *id) {
   if (!is_id(id)) return API_STORE_ABSENT;
   path folder = prefix_path(store, "objects", id), object = object_path(store, id);
   path summary = summary_path(store, id);
+  struct stat facts = {0};
+  bool is_sized = stat(object.text, &facts) == 0;
   if (unlink(object.text) != 0)
     return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
+  if (is_sized) srv_store_quota_give_back(&store->quota, (uint64_t)facts.st_size);
   unlink(summary.text);
   note_sight(store, id, false);
   return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");

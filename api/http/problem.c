@@ -65,6 +65,7 @@ static const problem_kind kinds[] = {
     {431, "headers-too-large", "Headers too large"},
     {501, "not-implemented", "Not implemented"},
     {503, "unavailable", "Service unavailable"},
+    {507, "store-full", "Store full"},
 };
 
 static const problem_kind *kind_of(int status) {

@@ -24,6 +24,7 @@ typedef enum api_store_status {
   API_STORE_ABSENT,
   API_STORE_DAMAGED, /* what is stored is not what was put; a put of the same bytes mends it */
   API_STORE_UNAVAILABLE,
+  API_STORE_FULL,   /* of `put` and `remove` alone: there is no room */
   API_STORE_UNKNOWN /* of `look` alone */
 } api_store_status;
 

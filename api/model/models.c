@@ -48,6 +48,13 @@ static void fail_unavailable(api_fault *fault) {
   fault->retry_after_s = 2;
 }
 
+static void fail_writing(api_store_status status, api_fault *fault) {
+  if (status == API_STORE_FULL)
+    api_fault_with(fault, 507, "the store is full: delete models, or raise --store-limit");
+  else
+    fail_unavailable(fault);
+}
+
 /* What was made from the whole bytes goes too: all answers about the model say that it is damaged. */
 static void fail_damaged(api_service *service, const char *id, api_fault *fault) {
   api_cache_forget(service->cache, id);
@@ -61,6 +68,7 @@ static bool open_stored(api_service *service, const char *id, api_blob *out, api
   case API_STORE_ABSENT: api_fault_with(fault, 404, "no model has the id %s", id); return false;
   case API_STORE_DAMAGED: fail_damaged(service, id, fault); return false;
   case API_STORE_UNAVAILABLE:
+  case API_STORE_FULL:
   case API_STORE_UNKNOWN: break;
   }
   fail_unavailable(fault);
@@ -71,6 +79,7 @@ api_outcome api_model_look(api_call *call) {
   const api_store *store = &call->service->store;
   switch (store->look(store->context, call->id, call->effort != API_LIGHT)) {
   case API_STORE_OK:
+  case API_STORE_FULL:
   case API_STORE_UNAVAILABLE: return API_CONTINUE;
   case API_STORE_UNKNOWN: return API_NEEDS_LOOK;
   case API_STORE_DAMAGED: fail_damaged(call->service, call->id, &call->fault); return API_FAILED;
@@ -229,15 +238,14 @@ static bool store_model(api_service *service, api_bytes bytes, const char *id, c
                         bool *existed, api_fault *fault) {
   tw_text summary = {0};
   print_summary(model, &summary);
-  bool is_stored = false;
+  api_store_status status = API_STORE_UNKNOWN;
   if (summary.failed)
     api_fault_without_memory(fault);
-  else if (service->store.put(service->store.context, id, bytes, summary.data, existed) != API_STORE_OK)
-    fail_unavailable(fault);
   else
-    is_stored = true;
+    status = service->store.put(service->store.context, id, bytes, summary.data, existed);
+  if (!summary.failed && status != API_STORE_OK) fail_writing(status, fault);
   tw_text_deinit(&summary);
-  return is_stored;
+  return status == API_STORE_OK;
 }
 
 static const char description[] = "description.json";
@@ -426,8 +434,8 @@ api_outcome api_delete_model(api_call *call) {
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
   if (status == API_STORE_ABSENT) return api_fail_with(call, 404, "no model has the id %s", call->id);
-  if (status == API_STORE_UNAVAILABLE) {
-    fail_unavailable(&call->fault);
+  if (status != API_STORE_OK) {
+    fail_writing(status, &call->fault);
     return API_FAILED;
   }
   call->answer.status = 204;

@@ -268,3 +268,22 @@ remove_folder() {
   [ "${#lines[@]}" -eq 1 ]
   [[ $output == *file/data* ]]
 }
+
+@test "uploads over --store-limit are 507 until models are deleted" {
+  stop_daemon
+  size=$(stat -c %s "$samples/tank.json")
+  start_daemon --data "$PWD/far/away" --store-limit $((size + 100))
+  upload "$samples/tank.json"
+  post /v1/models "$samples/octopus.obj"
+  problem 507 'store is full'
+  post /v1/models "$samples/tank.json"
+  expect 200
+  get "/v1/models/$id/source"
+  expect 200
+  post /v1/surface.json "$samples/octopus.obj"
+  expect 200
+  http DELETE "/v1/models/$id"
+  expect 204
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n' >face.obj
+  upload face.obj
+}

@@ -127,7 +127,7 @@ TEST(folder_that_cannot_be_used_is_refused) {
   char error[256] = "";
   assert_null(srv_store_fs_open("/dev/null", error, sizeof error));
   assert_non_null(strstr(error, "/dev/null"));
-  assert_null(srv_store_fs_open("/no/such/parent/folder", error, sizeof error));
+  assert_null(srv_store_fs_open("/dev/null/folder", error, sizeof error));
 }
 
 TEST_WITH(what_is_no_id_names_no_file, set_up, tear_down) {
@@ -604,7 +604,7 @@ TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up, tear_down) {
   snprintf(filler, sizeof filler, "%s/filler", f->path);
   fill(filler);
   assert_probed(f, API_STORE_UNAVAILABLE);
-  assert_int_equal(put(f, "other bytes", &existed), API_STORE_UNAVAILABLE);
+  assert_int_equal(put(f, "other bytes", &existed), API_STORE_FULL);
   assert_true(is_stored(f, TEXT));
   assert_int_equal(put(f, TEXT, &existed), API_STORE_OK);
   snprintf(temporary, sizeof temporary, "%s/tmp", f->path);
@@ -616,6 +616,46 @@ TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up, tear_down) {
   assert_unusable(f);
   assert_int_equal(rmdir(f->path), 0); /* nothing was made in the folder that the volume covered */
   assert_int_equal(mkdir(f->path, 0700), 0);
+}
+
+TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up, tear_down) {
+  fixture *f = *state;
+  bool existed;
+  srv_store_fs_limit(f->opened, strlen(TEXT) + 5);
+  must_put(f, TEXT);
+  assert_int_equal(put(f, "123456", &existed), API_STORE_FULL);
+  assert_int_equal(put(f, "12345", &existed), API_STORE_OK);
+  assert_int_equal(put(f, TEXT, &existed), API_STORE_OK); /* it takes no more room */
+  assert_true(existed);
+  assert_int_equal(put(f, "1", &existed), API_STORE_FULL);
+  assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
+  must_put(f, "1234567890");
+}
+
+TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up, tear_down) {
+  fixture *f = *state;
+  bool existed;
+  must_put(f, TEXT);
+  srv_store_fs_close(f->opened);
+  open_store(f);
+  srv_store_fs_limit(f->opened, strlen(TEXT) + 5);
+  assert_int_equal(put(f, "123456", &existed), API_STORE_FULL);
+  must_put(f, "12345");
+}
+
+TEST_WITH(folders_on_the_way_are_made, set_up, tear_down) {
+  fixture *f = *state;
+  char path[96], error[128];
+  snprintf(path, sizeof path, "%s/a/b//c/", f->path);
+  srv_store_fs *deep = srv_store_fs_open(path, error, sizeof error);
+  assert_non_null(deep);
+  assert_int_equal(access(path, W_OK), 0);
+  srv_store_fs_close(deep);
+  snprintf(path, sizeof path, "%s/file", f->path);
+  close(open(path, O_CREAT | O_WRONLY, 0600));
+  strcat(path, "/below");
+  assert_null(srv_store_fs_open(path, error, sizeof error));
+  assert_non_null(strstr(error, "Not a directory"));
 }
 
 static void make_leftover(const fixture *f, const char *name, time_t age_s, char path[128]) {

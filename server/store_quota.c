@@ -1,0 +1,76 @@
+/* Other daemons may store in the same folder and remove from it: it is counted again once a minute, and
+ * before a model is refused, at most once a second. */
+#include "store_quota.h"
+
+#include "machine.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+static const uint64_t RECOUNT_NS = 60000000000, RECOUNT_FULL_NS = 1000000000;
+
+void srv_store_quota_init(srv_store_quota *quota, const char *folder) {
+  *quota = (srv_store_quota){0};
+  pthread_mutex_init(&quota->lock, NULL);
+  snprintf(quota->folder, sizeof quota->folder, "%s", folder);
+}
+
+void srv_store_quota_deinit(srv_store_quota *quota) {
+  pthread_mutex_destroy(&quota->lock);
+}
+
+void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit) {
+  quota->limit = limit;
+}
+
+static uint64_t count_folder(DIR *listing) {
+  uint64_t size = 0;
+  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
+    struct stat facts;
+    bool is_file =
+        fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(facts.st_mode);
+    if (is_file) size += (uint64_t)facts.st_size;
+  }
+  return size;
+}
+
+/* Under the lock. Uploads under way may count twice until the next time. */
+static void count(srv_store_quota *quota, uint64_t now_ns) {
+  uint64_t size = 0;
+  for (unsigned prefix = 0; prefix <= 0xff; prefix++) {
+    char name[PATH_MAX + 4];
+    snprintf(name, sizeof name, "%s/%02x", quota->folder, prefix);
+    DIR *listing = opendir(name);
+    if (listing == NULL) continue;
+    size += count_folder(listing);
+    closedir(listing);
+  }
+  quota->used = size;
+  quota->counted_ns = now_ns;
+}
+
+bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
+  if (quota->limit == 0) return true;
+  uint64_t now_ns = srv_now_ns();
+  pthread_mutex_lock(&quota->lock);
+  bool is_old = quota->counted_ns == 0 || now_ns - quota->counted_ns > RECOUNT_NS;
+  if (is_old) count(quota, now_ns);
+  bool fits = size <= quota->limit && quota->used <= quota->limit - size;
+  if (!fits && now_ns - quota->counted_ns > RECOUNT_FULL_NS) {
+    count(quota, now_ns);
+    fits = size <= quota->limit && quota->used <= quota->limit - size;
+  }
+  if (fits) quota->used += size;
+  pthread_mutex_unlock(&quota->lock);
+  return fits;
+}
+
+void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size) {
+  if (quota->limit == 0) return;
+  pthread_mutex_lock(&quota->lock);
+  quota->used -= size < quota->used ? size : quota->used;
+  pthread_mutex_unlock(&quota->lock);
+}

@@ -1,0 +1,29 @@
+/* How many bytes models may take together (--store-limit). */
+#ifndef SRV_STORE_QUOTA_H
+#define SRV_STORE_QUOTA_H
+
+#include <limits.h>
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+typedef struct srv_store_quota {
+  pthread_mutex_t lock;
+  uint64_t limit; /* 0: none, and nothing is counted */
+  uint64_t used;
+  uint64_t counted_ns;   /* when the folder was counted last, 0: never */
+  char folder[PATH_MAX]; /* of objects */
+} srv_store_quota;
+
+void srv_store_quota_init(srv_store_quota *quota, const char *folder);
+void srv_store_quota_deinit(srv_store_quota *quota);
+
+/* Sets the limit. Before anything is taken. */
+void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit);
+
+/* Counts a model that is about to be stored; false where it does not fit. Any thread. */
+bool srv_store_quota_take(srv_store_quota *quota, uint64_t size);
+/* It was not stored, or is removed. */
+void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size);
+
+#endif
