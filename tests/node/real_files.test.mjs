@@ -1,8 +1,8 @@
-// Files that others made (Debian's package assimp-testmodels): what three.js sees of one before, it sees after, or
-// a warning of the model says what had to go.
+// Files that others made (Debian's package assimp-testmodels, and the folders of TWEEND_MODELS, colons between them):
+// what three.js sees of one before, it sees after, or a warning of the model says what had to go.
 import assert from 'node:assert/strict';
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
-import { basename, dirname, extname, join, relative } from 'node:path';
+import { basename, dirname, extname, join } from 'node:path';
 import { after, before, test } from 'node:test';
 
 import { AnimationMixer, Box3, Vector3 } from 'three';
@@ -13,19 +13,21 @@ import { STLLoader } from 'three/addons/loaders/STLLoader.js';
 import { Daemon } from './daemon.mjs';
 import { load, nodesOf } from './player.mjs';
 
-const FOLDER = '/usr/share/assimp/models';
+const FOLDERS = ['/usr/share/assimp/models', ...(process.env.TWEEND_MODELS ?? '').split(':').filter(Boolean)];
 const TIMES = 5;
 
 const daemon = new Daemon();
 before(() => daemon.start());
 after(() => daemon.remove());
 
-function filesUnder(folder, suffixes) {
-  if (!existsSync(folder)) return [];
-  return readdirSync(folder, { recursive: true })
-    .map((name) => join(folder, name))
-    .filter((file) => suffixes.includes(extname(file).toLowerCase()))
-    .sort();
+/** Name and path of each file with one of the suffixes. */
+function filesWith(suffixes) {
+  return FOLDERS.filter(existsSync).flatMap((folder) =>
+    readdirSync(folder, { recursive: true })
+      .filter((name) => suffixes.includes(extname(name).toLowerCase()))
+      .sort()
+      .map((name) => ({ name, file: join(folder, name) })),
+  );
 }
 
 /** The file, and beside a .gltf all that lies in its folder, as one form. */
@@ -136,8 +138,8 @@ function assertKept(before, after, warnings, t) {
   }
 }
 
-for (const file of filesUnder(FOLDER, ['.gltf', '.glb', '.vrm'])) {
-  test(`${relative(FOLDER, file)} keeps what it holds`, async (t) => {
+for (const { name, file } of filesWith(['.gltf', '.glb', '.vrm'])) {
+  test(`${name} keeps what it holds`, async (t) => {
     const { status, description } = await upload(file);
     if (status >= 400) {
       assert.ok(status === 422 || status === 400, description.detail);
@@ -175,8 +177,8 @@ const READERS = {
   '.ply': (bytes) => new PLYLoader().parse(new Uint8Array(bytes).buffer),
 };
 
-for (const file of filesUnder(FOLDER, Object.keys(READERS))) {
-  test(`${relative(FOLDER, file)} keeps its faces`, async (t) => {
+for (const { name, file } of filesWith(Object.keys(READERS))) {
+  test(`${name} keeps its faces`, async (t) => {
     const { status, description } = await upload(file);
     if (status >= 400) {
       assert.ok(status === 422 || status === 400, description.detail);
