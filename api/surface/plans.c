@@ -215,10 +215,23 @@ static uint64_t attributes_cost(const tw_mesh *mesh, const api_surface_query *qu
   uint64_t connectivity = 256 * (uint64_t)mesh->corner_count * mesh->uv_set_count;
   if (query->level == 0 || query->level > 3) return connectivity;
   uint64_t points = (uint64_t)mesh->corner_count << 2 * (query->level - 1),
-           values = (uint64_t)mesh->uv_set_count + mesh->attribute_count + mesh->morph_count,
+           morph_normals = mesh->morph_normals && query->normals ? mesh->morph_count : 0,
+           values = (uint64_t)mesh->uv_set_count + mesh->attribute_count + mesh->morph_count + morph_normals,
            skin = mesh->skin.joints ? 1 : 0,
            sets = values + 3 * skin + (query->limit ? 1 + values + skin : 0), cost = 16 * points * sets;
   return connectivity + (cost < MOST ? cost : MOST);
+}
+
+/* A surface for each target whose normals are displaced: the struct, and the points of its base, which are
+ * those of the answer where that is made step by step. */
+static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query *query) {
+  enum { POINTS_MAX = 1 << 26 }; /* more are not made step by step */
+  if (!mesh->morph_normals || !query->normals) return 0;
+  tw_surface_options options = api_surface_options(query, mesh);
+  bool is_stepwise = options.scheme == TW_LOOP || options.boundary == TW_BOUNDARY_OPEN;
+  uint64_t points = mesh->corner_count;
+  for (uint32_t level = 1; is_stepwise && level < options.level && points < POINTS_MAX; level++) points *= 4;
+  return mesh->morph_count * (4096 + (options.level > 1 && !is_stepwise ? 12 : 36) * points);
 }
 
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
@@ -232,7 +245,7 @@ static uint64_t building_cost(const plan_source *source) {
     const tw_mesh *mesh = &all->meshes[i];
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
-    cost += attributes_cost(mesh, source->query);
+    cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query);
     if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
   }
   return cost;

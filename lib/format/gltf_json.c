@@ -303,12 +303,14 @@ static void put_group_ranges(json_writer *writer, const tw_surface *surface, con
 
 /* ---- meshes -------------------------------------------------------------------------------------------- */
 
+/* step: accessors a target. */
 static void put_targets(json_writer *writer, uint32_t count, uint32_t first, uint32_t step) {
   if (count == 0) return;
   tw_member_open(writer->text, "targets", "[");
   for (uint32_t i = 0; i < count; i++) {
     open_object(writer);
     tw_member_count(writer->text, "POSITION", first + (uint64_t)step * i);
+    if (step == 2) tw_member_count(writer->text, "NORMAL", first + (uint64_t)step * i + 1);
     close_object(writer);
   }
   tw_text_add(writer->text, "]");
@@ -350,7 +352,7 @@ static void put_triangles(json_writer *writer, uint32_t index) {
     tw_member_count(writer->text, "indices", indices);
     const int32_t material = tw_model_material(writer->scene->model, faces->material);
     if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
-    put_targets(writer, mesh->target_count, mesh->first_target, 1);
+    put_targets(writer, mesh->target_count, mesh->first_target, mesh->target_step);
     const char *kept = kept_of(writer->scene->model, faces->material);
     if (writer->scene->polygons == TW_POLYGONS_NGON)
       put_kept_and_ngon(writer, kept);

@@ -123,15 +123,16 @@ static void add_attributes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_mesh
 
 static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, uint32_t view,
                         uint32_t offset, uint32_t first, uint32_t count) {
-  for (uint32_t target = first; target < first + count; target++)
+  uint32_t step = plan->meshes[mesh].target_step;
+  for (uint32_t i = 0; i < step * count; i++)
     add_accessor(plan, (tw_gltf_accessor){.view = view,
-                                          .offset = offset + 12 * (target - first),
+                                          .offset = offset + 12 * i,
                                           .component = TW_GLTF_FLOAT,
                                           .width = 3,
                                           .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
-                                          .bounds = TW_GLTF_BOUNDED_LATER,
+                                          .bounds = i % step == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED,
                                           .mesh = mesh,
-                                          .morph = (int)target});
+                                          .morph = (int)(first + i / step)});
 }
 
 /* One view while glTF's largest stride allows it; else the displacements at the end of the row go to views
@@ -141,19 +142,20 @@ static void add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
   bool together = bytes_of_columns(layout, 0, layout->stride) <= TW_GLTF_STRIDE_MAX;
-  uint32_t base = layout->stride - 3 * layout->morph_count;
+  uint32_t width = layout->morph_width, base = layout->stride - width * layout->morph_count;
   uint32_t view = add_rows(plan, index, surface, 0, together ? layout->stride : base);
   add_attributes(plan, mesh, source, surface, view);
   mesh->target_count = layout->morph_count;
+  mesh->target_step = width / 3;
   mesh->first_target = plan->accessor_count;
   if (together) {
     add_targets(plan, index, surface, view, bytes_of_columns(layout, 0, base), 0, layout->morph_count);
     return;
   }
-  for (uint32_t target = 0; target < layout->morph_count; target += ROW_COLUMNS_MAX / 3) {
-    uint32_t rest = layout->morph_count - target;
-    uint32_t count = rest < ROW_COLUMNS_MAX / 3 ? rest : ROW_COLUMNS_MAX / 3;
-    view = add_rows(plan, index, surface, base + 3 * target, 3 * count);
+  uint32_t most = ROW_COLUMNS_MAX / width;
+  for (uint32_t target = 0; target < layout->morph_count; target += most) {
+    uint32_t rest = layout->morph_count - target, count = rest < most ? rest : most;
+    view = add_rows(plan, index, surface, base + width * target, width * count);
     add_targets(plan, index, surface, view, 0, target, count);
   }
 }
@@ -420,7 +422,7 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
     uint64_t materials = count_materials(scene->surfaces[i]);
     *views += 1 + layout->morph_count + materials;
-    *accessors += count_attributes(layout) + layout->morph_count + materials;
+    *accessors += count_attributes(layout) + layout->morph_width / 3 * layout->morph_count + materials;
   }
 }
 

@@ -60,10 +60,11 @@ static void convert_row(const tw_surface_layout *layout, const tw_gltf_view *vie
 static tw_gltf_view turn_to_rows(filler *filler, const tw_gltf_view *view) {
   const tw_surface *surface = filler->scene->surfaces[view->mesh];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  uint32_t base = layout->stride - 3 * layout->morph_count, first = view->first_column;
+  uint32_t width = layout->morph_width, base = layout->stride - width * layout->morph_count;
+  uint32_t first = view->first_column;
   uint32_t end = first + view->column_count;
-  uint32_t targets = end > base ? (end - (first > base ? first : base)) / 3 : 0;
-  tw_surface_reader_turn(filler->reader, surface, first > base ? (first - base) / 3 : 0, targets);
+  uint32_t targets = end > base ? (end - (first > base ? first : base)) / width : 0;
+  tw_surface_reader_turn(filler->reader, surface, first > base ? (first - base) / width : 0, targets);
   tw_gltf_view columns = *view;
   if (first >= base && targets > 0) columns.first_column = tw_surface_reader_layout(filler->reader)->morphs;
   return columns;

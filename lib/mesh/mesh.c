@@ -158,6 +158,8 @@ static tw_status check_point_data(const tw_mesh *mesh, tw_error *error) {
     status = check_finite(mesh->skin.weights, mesh->point_count, 4, "weights", error);
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++)
     status = check_finite(mesh->morphs[m], mesh->point_count, 3, "morphs", error);
+  for (uint32_t m = 0; mesh->morph_normals && m < mesh->morph_count && status == TW_OK; m++)
+    status = check_finite(mesh->morph_normals[m], mesh->normals.value_count, 3, "morph_normals", error);
   return status;
 }
 

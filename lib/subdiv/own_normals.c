@@ -1,4 +1,5 @@
-/* Normals and tangents of the file, for the surface of level 0, which is the file's mesh itself. */
+/* Normals and tangents of the file, and what its morph targets add to the normals, for the surface of level
+ * 0, which is the file's mesh itself. */
 #include <math.h>
 
 #include "surface.h"
@@ -33,4 +34,21 @@ float *tw_own_normals_read(const tw_mesh *mesh, bool tangents, tw_arena *arena, 
   }
   if (!rows || tw_find_equal_rows(rows, *width, mesh->corner_count, equal, NULL) != TW_OK) return NULL;
   return rows;
+}
+
+/* A target at a time, since all together would take too much memory. */
+tw_status tw_own_normals_part(const tw_mesh *mesh, tw_arena *arena, uint32_t *equal) {
+  enum { WIDTH = 5, HALF = 1 << 16 };
+  float *rows = tw_arena_alloc_raw(arena, mesh->corner_count, WIDTH * sizeof *rows);
+  tw_status status = rows ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++) {
+    for (uint32_t c = 0; c < mesh->corner_count; c++) {
+      float *row = rows + WIDTH * (size_t)c;
+      row[0] = (float)(equal[c] / HALF); /* floats hold half of a number exactly */
+      row[1] = (float)(equal[c] % HALF);
+      memcpy(row + 2, mesh->morph_normals[m] + 3 * (size_t)mesh->normals.corners[c], 3 * sizeof *row);
+    }
+    status = tw_find_equal_rows(rows, WIDTH, mesh->corner_count, equal, NULL);
+  }
+  return status;
 }

@@ -123,9 +123,14 @@ struct tw_surface {
    * where its map is mirrored. */
   uint8_t *tangent_frames;
 
+  /* Where targets displace normals: the surface that each makes, whose rows hold position and normal. NULL
+   * where they do not, and with normals of its own. */
+  tw_surface **morphed; /* [morph_count] */
+
   /* Of a level 0 with normals of its own, else NULL; 0 0 0 for none. */
-  float *own_normals;  /* [cage_vertices][3], unit */
-  float *own_tangents; /* [cage_vertices][4], unit, w 1 or -1; NULL also where the mesh has none */
+  float *own_normals;       /* [cage_vertices][3], unit */
+  float *own_tangents;      /* [cage_vertices][4], unit, w 1 or -1; NULL also where the mesh has none */
+  float *own_morph_normals; /* [morph_count][cage_vertices][3]; NULL also where no target displaces them */
 
   uint32_t quad_count; /* visible ones */
   uint32_t *quads;     /* [quad_count] base quads, groups together */
@@ -169,6 +174,12 @@ static inline size_t tw_values_points_size(const tw_surface *s, const tw_values 
 /* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */
 void tw_surface_free_moved(tw_surface *surface);
 size_t tw_surface_size_moved(const tw_surface *surface);
+
+/* Leaves the position in its rows, and the normal where that is wanted. */
+void tw_surface_bare_rows(tw_surface *surface, bool normals);
+
+/* Makes what its targets' normals are read from; TW_NO_MEMORY. */
+tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_parallel_for *parallel);
 
 /* Some rows of `size` bytes, the first ones where indices is NULL. Ascending indices may be gathered in
  * place. */
@@ -217,6 +228,8 @@ bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options);
  */
 float *tw_own_normals_read(const tw_mesh *mesh, bool tangents, tw_arena *arena, uint32_t *width,
                            uint32_t *equal);
+/* The same corners as far as targets displace their normals alike, too. TW_NO_MEMORY. */
+tw_status tw_own_normals_part(const tw_mesh *mesh, tw_arena *arena, uint32_t *equal);
 
 /* Numbers what a GPU has to tell apart. */
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,

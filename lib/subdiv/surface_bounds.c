@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "surface.h"
+#include "surface_reader.h"
 
 enum {
   BLOCK_ROWS = 2048,
@@ -101,7 +101,7 @@ static void find_farthest(const tw_surface *s, uint32_t farthest[6]) {
 static bool open_pass(pass *p) {
   p->reader = tw_surface_reader_create_shared(&p->s, 1, 1);
   if (!p->reader) return false;
-  tw_surface_reader_turn(p->reader, p->s, p->morph < 0 ? 0 : (uint32_t)p->morph, p->morph >= 0);
+  tw_turn_to_points(p->reader, p->s, p->morph);
   const tw_surface_layout *layout = tw_surface_reader_layout(p->reader);
   p->width = p->morph < 0 ? 3 : layout->stride;
   p->offset = p->morph < 0 ? 0 : layout->morphs;

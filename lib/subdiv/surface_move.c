@@ -163,6 +163,23 @@ tw_status tw_surface_with_positions(const tw_surface *plan, const float *positio
   return tw_surface_with_positions_by(plan, positions, NULL, out);
 }
 
+tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_parallel_for *parallel) {
+  size_t count = 3 * (size_t)mesh->point_count;
+  float *positions = tw_alloc(count, sizeof *positions);
+  surface->morphed = tw_arena_alloc(surface->arena, mesh->morph_count, sizeof *surface->morphed);
+  tw_status status = positions && surface->morphed ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++) {
+    for (size_t i = 0; i < count; i++) {
+      float moved = mesh->positions[i] + mesh->morphs[m][i];
+      positions[i] = fmaxf(-TW_COORDINATE_MAX, fminf(moved, TW_COORDINATE_MAX));
+    }
+    status = tw_surface_with_positions_by(surface, positions, parallel, &surface->morphed[m]);
+    if (status == TW_OK) tw_surface_bare_rows(surface->morphed[m], true);
+  }
+  free(positions);
+  return status;
+}
+
 void tw_surface_free_moved(tw_surface *surface) {
   if (surface->positions.cage != surface->positions.base) free(surface->positions.cage);
   free(surface->positions.base);

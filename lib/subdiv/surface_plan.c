@@ -24,6 +24,7 @@ typedef struct build {
   tw_cage cage;
   uint32_t levels;    /* from the cage to the base */
   bool whole;         /* the answer holds all faces in the order of the cage */
+  bool morph_normals; /* targets displace normals */
   bool too_irregular; /* patches gave up */
   tw_topology topologies[1 + TW_UV_SETS_MAX];
   uint32_t *source; /* [faces] cage face of each face */
@@ -133,7 +134,8 @@ static bool fits_levels(const build *b) {
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
   uint32_t uv_copies = options->limit && has_tangents(b) ? 2 : 1;
   uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
-                  (m->skin.joints ? 2u : 0u) + smooth_count(m);
+                  (m->skin.joints ? 2u : 0u) + smooth_count(m) +
+                  (b->morph_normals ? (options->limit ? 2u : 1u) * m->morph_count : 0u);
   if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
   return options->level < 3 || !is_regular(cage);
 }
@@ -407,7 +409,8 @@ static tw_status read_own(build *b, own_values *own) {
   own->splits = tw_arena_alloc(b->arena, s->fields[0].base.corner_count, sizeof *own->splits);
   if (!equal || !own->splits) return TW_NO_MEMORY;
   own->rows = tw_own_normals_read(b->mesh, has_tangents(b), b->arena, &own->width, equal);
-  if (!own->rows) return TW_NO_MEMORY;
+  if (!own->rows || (b->morph_normals && tw_own_normals_part(b->mesh, b->arena, equal) != TW_OK))
+    return TW_NO_MEMORY;
   own->is_whole = true;
   for (uint32_t c = 0; c < count; c++) {
     const float *row = own->rows + (size_t)own->width * c;
@@ -415,6 +418,19 @@ static tw_status read_own(build *b, own_values *own) {
     own->splits[(size_t)s->cage_step * c] = equal[c];
   }
   return TW_OK;
+}
+
+static tw_status keep_own_morphs(build *b, uint32_t rows) {
+  tw_surface *s = b->surface;
+  const tw_mesh *mesh = b->mesh;
+  float *out = tw_arena_alloc_raw(s->arena, (size_t)mesh->morph_count * rows, 3 * sizeof *out);
+  s->own_morph_normals = out;
+  for (uint32_t m = 0; out && m < mesh->morph_count; m++)
+    for (uint32_t row = 0; row < rows; row++, out += 3) {
+      uint32_t corner = s->vertices.corner_base[row] / s->cage_step;
+      memcpy(out, mesh->morph_normals[m] + 3 * (size_t)mesh->normals.corners[corner], 3 * sizeof *out);
+    }
+  return s->own_morph_normals ? TW_OK : TW_NO_MEMORY;
 }
 
 /* Once vertices are numbered. */
@@ -428,7 +444,7 @@ static tw_status keep_own(build *b, const own_values *own, uint32_t rows) {
     memcpy(s->own_normals + 3 * (size_t)row, from, 3 * sizeof *from);
     if (s->own_tangents) memcpy(s->own_tangents + 4 * (size_t)row, from + 3, 4 * sizeof *from);
   }
-  return TW_OK;
+  return b->morph_normals ? keep_own_morphs(b, rows) : TW_OK;
 }
 
 static tw_status split_vertices(build *b, const uint8_t *visible, uint32_t cage_vertices) {
@@ -502,9 +518,10 @@ static void lay_out(build *b) {
     stride += 8;
   }
   l->morph_count = s->morph_count;
+  l->morph_width = b->morph_normals ? 6 : 3;
   if (s->morph_count > 0) {
     l->morphs = stride;
-    stride += 3 * s->morph_count;
+    stride += l->morph_width * s->morph_count;
   }
   l->stride = stride;
 }
@@ -717,9 +734,10 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   if (status == TW_OK) status = check_fans(s, error);
   if (status != TW_OK) return status;
   lay_out(b);
-  if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) < UINT32_MAX) return TW_OK;
-  return tw_fail(error, TW_LIMIT,
-                 "the surface would have over 4,294,967,294 vertices once its seams are split");
+  if (tw_surface_row_count(s, TW_DOMAIN_VERTICES) >= UINT32_MAX)
+    return tw_fail(error, TW_LIMIT,
+                   "the surface would have over 4,294,967,294 vertices once its seams are split");
+  return b->morph_normals && !s->own_normals ? tw_surface_morph(s, b->mesh, b->parallel) : TW_OK;
 }
 
 /* *too_irregular: patches were tried and gave up. */
@@ -736,7 +754,9 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
              .surface = s,
              .parallel = parallel,
              .arena = tw_arena_create(),
-             .points_arena = tw_arena_create()};
+             .points_arena = tw_arena_create(),
+             .morph_normals = mesh->morph_normals && options->normals && !options->movable};
+  s->options.movable |= b.morph_normals && !tw_has_own_normals(mesh, options);
   b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
                        .chaikin = options->creasing == TW_CREASE_CHAIKIN,
                        .loop = options->scheme == TW_LOOP,
@@ -796,6 +816,8 @@ void tw_surface_destroy(tw_surface *surface) {
     tw_surface_free_moved(surface);
     return;
   }
+  for (uint32_t m = 0; surface->morphed && m < surface->morph_count; m++)
+    tw_surface_destroy(surface->morphed[m]);
   for (uint32_t f = 0; f < surface->field_count; f++) tw_patches_deinit(&surface->fields[f].patches);
   tw_values_free_points(&surface->positions);
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) tw_values_free_points(&surface->uvs[i]);
@@ -820,6 +842,8 @@ size_t tw_surface_size(const tw_surface *surface) {
   for (uint32_t i = 0; i < TW_UV_SETS_MAX; i++) size += tw_values_points_size(surface, &surface->uvs[i]);
   for (uint32_t i = 0; i < surface->attribute_count + surface->morph_count; i++)
     size += tw_values_points_size(surface, &surface->smooth[i]);
+  for (uint32_t m = 0; surface->morphed && m < surface->morph_count; m++)
+    size += tw_surface_size(surface->morphed[m]);
   for (uint32_t f = 0; f < surface->field_count; f++) size += surface->fields[f].patches.size;
   if (surface->shapes) size += tw_patch_shapes_size(surface->shapes);
   return size;

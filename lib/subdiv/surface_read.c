@@ -64,7 +64,7 @@ static uint32_t smooth_count(const tw_surface_layout *l) {
   return l->attribute_count + l->morph_count;
 }
 static uint32_t smooth_column(const tw_surface_layout *l, uint32_t i) {
-  return i < l->attribute_count ? l->attributes[i] : l->morphs + 3 * (i - l->attribute_count);
+  return i < l->attribute_count ? l->attributes[i] : l->morphs + l->morph_width * (i - l->attribute_count);
 }
 
 /* Sums of weights that are 1 but for rounding may leave the range of a colour. */
@@ -523,7 +523,7 @@ static void fill_quads(tw_surface_reader *r, tw_domain domain, uint32_t first, u
     inside_attributes(r, tw_base_quad(s, first + i), rect, out + i * step);
 }
 
-enum { PIECE_ROWS = 2048 };
+enum { PIECE_ROWS = 2048, MOVED_WIDTH = 6 };
 typedef enum piece_kind { PIECE_CORNERS, PIECE_EDGES, PIECE_QUADS, PIECE_LINES } piece_kind;
 
 uint64_t tw_surface_row_count(const tw_surface *surface, tw_domain domain) {
@@ -597,10 +597,37 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   }
 }
 
+/* The displacements of normals by morph targets, of rows that hold all else. */
+static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
+  const tw_surface *s = r->surface;
+  const tw_surface_layout *l = &s->layout;
+  for (uint32_t m = 0; m < l->morph_count; m++) {
+    float *row = out;
+    const float *own = s->own_morph_normals;
+    if (own) {
+      own += 3 * ((size_t)m * s->cage_vertices + (size_t)p->first);
+    } else {
+      r->surface = s->morphed[m];
+      compute_piece(r, TW_DOMAIN_VERTICES, p, r->moved);
+      r->surface = s;
+    }
+    for (uint32_t k = 0; k < p->count; k++, row += l->stride)
+      for (uint32_t c = 0; c < 3; c++) {
+        float *to = row + l->morphs + 6 * m + 3 + c;
+        *to = own ? own[3 * k + c] : r->moved[MOVED_WIDTH * k + 3 + c] - row[l->normal + c];
+      }
+  }
+}
+
+static void compute_rows(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
+  compute_piece(r, domain, p, out);
+  if (domain == TW_DOMAIN_VERTICES && r->surface->layout.morph_width == 6) displace_normals(r, p, out);
+}
+
 /* A piece in the reader's memory, computed unless it is there already. */
 static const float *keep_piece(tw_surface_reader *r, tw_domain domain, const piece *p) {
   if (r->piece_count == 0 || r->piece_domain != domain || r->piece_first != p->first) {
-    compute_piece(r, domain, p, r->piece);
+    compute_rows(r, domain, p, r->piece);
     r->piece_domain = domain;
     r->piece_first = p->first;
     r->piece_count = p->count;
@@ -613,11 +640,12 @@ void tw_surface_read_rows(tw_surface_reader *reader, tw_domain domain, uint64_t 
   const tw_surface *s = reader->surface;
   uint32_t width = tw_row_width(s, domain);
   while (count > 0) {
-    piece p = piece_at(s, domain, first, count);
+    size_t wanted = s->morphed && count > reader->piece_capacity ? reader->piece_capacity : count;
+    piece p = piece_at(s, domain, first, wanted);
     size_t skip = (size_t)(first - p.first), take = p.count - skip;
     if (take > count) take = count;
     if (take == p.count)
-      compute_piece(reader, domain, &p, out);
+      compute_rows(reader, domain, &p, out);
     else
       memcpy(out, keep_piece(reader, domain, &p) + skip * width, take * width * sizeof *out);
     out += take * width;
@@ -640,17 +668,19 @@ static uint32_t piece_capacity(const tw_surface *surface) {
 typedef struct reader_needs {
   uint32_t points, masks, slopes;            /* slopes: rows with tangents */
   uint32_t joints, skin_vertices, skin_rows; /* of skinned surfaces */
-  size_t piece;                              /* floats */
+  size_t piece, moved;                       /* floats */
 } reader_needs;
 
 /* Of the layout with so many morph targets. */
 static uint32_t stride_with(const tw_surface_layout *layout, uint32_t targets) {
-  return layout->stride - 3 * layout->morph_count + 3 * targets;
+  return layout->stride - layout->morph_width * layout->morph_count + layout->morph_width * targets;
 }
 
-static void need(reader_needs *n, const tw_surface *s, uint32_t targets_max) {
+static void need(reader_needs *n, const tw_surface *s, uint32_t displacements_max) {
   uint32_t rows = piece_capacity(s), all = s->layout.morph_count;
-  uint32_t stride = stride_with(&s->layout, all < targets_max ? all : targets_max);
+  uint32_t most = displacements_max * 3 / s->layout.morph_width;
+  uint32_t stride = stride_with(&s->layout, all < most ? all : most);
+  if (s->morphed && most > 0) n->moved = MOVED_WIDTH * (size_t)rows;
   size_t piece = (size_t)rows * larger(stride, 4);
   n->points = larger(n->points, s->scratch_points);
   n->masks = larger(n->masks, s->mask_capacity);
@@ -666,7 +696,8 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
   r->scratch = tw_alloc((size_t)n->points + 1, 4 * sizeof *r->scratch);
   r->mask = tw_alloc((size_t)n->masks + 1, sizeof *r->mask);
   r->piece = tw_alloc(n->piece, sizeof(float));
-  bool complete = r->scratch && r->mask && r->piece;
+  r->moved = tw_alloc(n->moved, sizeof(float));
+  bool complete = r->scratch && r->mask && r->piece && r->moved;
   for (int i = 0; i < 2; i++) {
     r->slopes[i] = tw_alloc(n->slopes, TW_DERIVATIVE_WIDTH * sizeof(float));
     complete = complete && r->slopes[i];
@@ -675,54 +706,84 @@ static bool allocate_reader(tw_surface_reader *r, const reader_needs *n) {
 }
 
 tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count,
-                                                   uint32_t targets_max) {
+                                                   uint32_t displacements_max) {
   reader_needs needs = {0};
-  for (size_t i = 0; i < count; i++) need(&needs, surfaces[i], targets_max);
+  for (size_t i = 0; i < count; i++) need(&needs, surfaces[i], displacements_max);
   tw_surface_reader *r = tw_alloc_zero(1, sizeof *r);
   if (!r || allocate_reader(r, &needs)) return r;
   tw_surface_reader_destroy(r);
   return NULL;
 }
 
-/* Leaves out columns as tw_surface_reader_turn tells. */
-static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count) {
-  s->layout.stride = stride_with(&s->layout, target_count);
-  s->layout.morph_count = target_count;
-  if (target_count == 0) return;
-  s->smooth += s->layout.attribute_count + first_target;
-  s->layout.normal = s->layout.tangent = s->layout.joints = s->layout.weights = UINT32_MAX;
-  s->layout.uv_count = s->layout.attribute_count = 0;
-  s->layout.morphs = 3;
-  s->layout.stride = 3 + 3 * target_count;
-  s->own_normals = s->own_tangents = NULL;
-  s->tangent_frames = NULL;
-  s->skin_rows = NULL;
+void tw_surface_bare_rows(tw_surface *surface, bool normals) {
+  const uint32_t none = UINT32_MAX;
+  surface->layout = (tw_surface_layout){.stride = normals ? 6 : 3,
+                                        .normal = normals ? 3 : none,
+                                        .tangent = none,
+                                        .joints = none,
+                                        .weights = none,
+                                        .morphs = none,
+                                        .morph_width = 3};
+  surface->own_tangents = NULL;
+  surface->tangent_frames = NULL;
+  surface->skin_rows = NULL;
+}
+
+/* Leaves out columns as tw_surface_reader_turn tells; of the normals, where points alone are wanted. */
+static void narrow(tw_surface *s, uint32_t first_target, uint32_t target_count, bool points_alone) {
+  tw_surface_layout *l = &s->layout;
+  const tw_surface_layout whole = *l;
+  if (target_count == 0) {
+    l->stride = stride_with(&whole, 0);
+    l->morph_count = 0;
+    return;
+  }
+  bool normals = whole.morph_width == 6 && !points_alone;
+  tw_surface_bare_rows(s, normals);
+  if (!normals) s->own_normals = NULL;
+  if (s->morphed) s->morphed += first_target;
+  if (s->own_morph_normals) s->own_morph_normals += 3 * (size_t)first_target * s->cage_vertices;
+  s->smooth += whole.attribute_count + first_target;
+  l->morph_count = target_count;
+  l->morph_width = normals ? 6 : 3;
+  l->morphs = l->stride;
+  l->stride += l->morph_width * target_count;
 }
 
 const tw_surface_layout *tw_surface_reader_layout(const tw_surface_reader *reader) {
   return &reader->surface->layout;
 }
 
-void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
-                            uint32_t target_count) {
+static void turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
+                 uint32_t target_count, bool points_alone) {
   if (reader->whole == surface && reader->first_target == first_target &&
-      reader->target_count == target_count)
+      reader->target_count == target_count && reader->points_alone == points_alone)
     return;
   reader->whole = reader->surface = surface;
   reader->first_target = first_target;
   reader->target_count = target_count;
-  if (target_count < surface->layout.morph_count) {
+  reader->points_alone = points_alone;
+  if (target_count < surface->layout.morph_count || points_alone) {
     reader->narrowed = *surface;
     reader->surface = &reader->narrowed;
-    narrow(&reader->narrowed, first_target, target_count);
+    narrow(&reader->narrowed, first_target, target_count, points_alone);
   }
   reader->piece_capacity = piece_capacity(surface);
   reader->piece_count = 0;
 }
 
+void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
+                            uint32_t target_count) {
+  turn(reader, surface, first_target, target_count, false);
+}
+
+void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target) {
+  turn(reader, surface, target < 0 ? 0 : (uint32_t)target, target >= 0, true);
+}
+
 tw_surface_reader *tw_surface_reader_create(const tw_surface *surface) {
   uint32_t targets = surface->layout.morph_count;
-  tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1, targets);
+  tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1, 2 * targets);
   if (reader) tw_surface_reader_turn(reader, surface, 0, targets);
   return reader;
 }
@@ -732,6 +793,7 @@ void tw_surface_reader_destroy(tw_surface_reader *reader) {
   free(reader->scratch);
   free(reader->mask);
   free(reader->piece);
+  free(reader->moved);
   for (int i = 0; i < 2; i++) free(reader->slopes[i]);
   tw_skin_scratch_deinit(&reader->skin);
   free(reader);

@@ -12,12 +12,14 @@ struct tw_surface_reader {
   tw_surface narrowed;
   const tw_surface *whole; /* the caller's */
   uint32_t first_target, target_count;
+  bool points_alone;
   double *scratch; /* of patches */
   tw_limit_entry *mask;
   float *slopes[2]; /* derivatives of points and of UVs, [piece_capacity][TW_DERIVATIVE_WIDTH] */
   tw_skin_scratch skin;
   /* The last piece that was asked for in part. */
   float *piece; /* [piece_capacity][stride] */
+  float *moved; /* [piece_capacity][6]: positions and normals that a morph target makes */
   tw_domain piece_domain;
   uint64_t piece_first;
   uint32_t piece_count, piece_capacity;
@@ -42,6 +44,10 @@ static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
 static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
   return (uint64_t)(s->side - 1) * (s->side - 1);
 }
+
+/* As tw_surface_reader_turn, to rows of the position, and of one target's displacement of it unless `target`
+ * is negative. */
+void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target);
 
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */

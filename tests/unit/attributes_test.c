@@ -128,16 +128,138 @@ TEST(displacements_move_the_surface_as_they_move_the_cage) {
   fixture_deinit(&f);
 }
 
+static void assert_normals_displaced(const tw_mesh *mesh, tw_surface_options options) {
+  rows a = read_rows(mesh, options);
+  assert_int_equal(a.layout->morph_width, 6);
+  for (uint32_t m = 0; m < mesh->morph_count; m++) {
+    float *moved = malloc(3 * mesh->point_count * sizeof *moved);
+    assert_non_null(moved);
+    for (uint32_t i = 0; i < 3 * mesh->point_count; i++) moved[i] = mesh->positions[i] + mesh->morphs[m][i];
+    tw_mesh other = *mesh;
+    other.positions = moved;
+    other.morph_normals = NULL;
+    rows b = read_rows(&other, options);
+    assert_int_equal(b.layout->morph_width, 3);
+    assert_int_equal(a.count, b.count);
+    for (size_t i = 0; i < a.count; i++)
+      for (uint32_t c = 0; c < 3; c++) {
+        float displaced = row_of(&a, i)[a.layout->morphs + 6 * m + 3 + c];
+        assert_float_equal(displaced,
+                           row_of(&b, i)[b.layout->normal + c] - row_of(&a, i)[a.layout->normal + c], 0);
+      }
+    free_rows(&b);
+    free(moved);
+  }
+  free_rows(&a);
+}
+
+/* To the last bit, by every way that rows are made. */
+TEST(normals_are_displaced_to_those_of_the_moved_surface) {
+  static const uint32_t edges[4] = {1, 5, 5, 6};
+  static const float sharpness[2] = {10, 1.5f};
+  static const tw_scheme schemes[] = {TW_CATMULL_CLARK, TW_BILINEAR, TW_LOOP};
+  for (int scheme = 0; scheme < 3; scheme++) {
+    fixture f;
+    fixture_init(&f, schemes[scheme] == TW_LOOP ? "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n"
+                                                  "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n"
+                                                : patchwork_text);
+    fixture_add_morphs(&f, 3);
+    fixture_add_morph_normals(&f);
+    tw_mesh *mesh = &f.model->meshes[0];
+    if (schemes[scheme] != TW_LOOP) {
+      mesh->crease_count = 2;
+      mesh->crease_edges = edges;
+      mesh->crease_sharpness = sharpness;
+    }
+    for (uint32_t level = 0; level <= 5; level++)
+      for (int limit = 0; limit < 2; limit++)
+        assert_normals_displaced(mesh, (tw_surface_options){.level = level,
+                                                            .scheme = schemes[scheme],
+                                                            .limit = limit,
+                                                            .normals = true,
+                                                            .own_normals = level > 0});
+    fixture_deinit(&f);
+  }
+}
+
+TEST(normals_are_displaced_alike_in_any_part_of_the_rows) {
+  enum { TARGETS = 5 };
+  fixture f;
+  fixture_init(&f, patchwork_text);
+  fixture_add_colors(&f);
+  fixture_add_morphs(&f, TARGETS);
+  fixture_add_morph_normals(&f);
+  for (uint32_t level = 0; level <= 6; level += 3)
+    for (int own = 0; own < 2; own++) {
+      rows r = read_rows(&f.model->meshes[0],
+                         (tw_surface_options){.level = level, .normals = true, .own_normals = own});
+      const tw_surface *surface = r.surface;
+      tw_surface_reader *reader = tw_surface_reader_create_shared(&surface, 1, 4);
+      assert_non_null(reader);
+      for (uint32_t first = 0; first + 2 <= TARGETS; first++) {
+        tw_surface_reader_turn(reader, r.surface, first, 2);
+        const tw_surface_layout *layout = tw_surface_reader_layout(reader);
+        assert_int_equal(layout->stride, 18);
+        for (size_t i = first; i < r.count; i += 7) {
+          float row[7 * 18];
+          size_t count = r.count - i < 7 ? r.count - i : 7;
+          tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, count, row);
+          for (size_t k = 0; k < count; k++)
+            assert_memory_equal(row + k * 18 + layout->morphs,
+                                row_of(&r, i + k) + r.layout->morphs + 6 * (size_t)first, 12 * sizeof *row);
+        }
+      }
+      tw_surface_reader_destroy(reader);
+      free_rows(&r);
+    }
+  fixture_deinit(&f);
+}
+
+TEST(level_0_with_normals_of_the_file_has_its_displacements_too) {
+  fixture f;
+  fixture_init(&f, cube_text);
+  fixture_add_morphs(&f, 2);
+  fixture_add_morph_normals(&f);
+  tw_mesh *mesh = &f.model->meshes[0];
+  rows r = read_rows(mesh, (tw_surface_options){.normals = true, .own_normals = true});
+  tw_surface_reader *reader = tw_surface_reader_create(r.surface);
+  uint32_t faces[24];
+  tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, 0, 6, NULL, faces);
+  for (uint32_t c = 0; c < mesh->corner_count; c++)
+    for (uint32_t m = 0; m < 2; m++)
+      assert_memory_equal(row_of(&r, faces[c]) + r.layout->morphs + 6 * m + 3, mesh->morph_normals[m] + 3 * c,
+                          3 * sizeof(float));
+  assert_true(r.count > 8); /* one normal, but not the same displacements of it */
+  tw_surface_reader_destroy(reader);
+  free_rows(&r);
+  fixture_deinit(&f);
+}
+
+TEST(without_normals_nothing_displaces_them) {
+  fixture f;
+  fixture_init(&f, cube_text);
+  fixture_add_morphs(&f, 2);
+  fixture_add_morph_normals(&f);
+  const tw_surface_options cases[] = {{.level = 2}, {.level = 2, .normals = true, .movable = true}};
+  for (int i = 0; i < 2; i++) {
+    rows r = read_rows(&f.model->meshes[0], cases[i]);
+    assert_int_equal(r.layout->morph_width, 3);
+    free_rows(&r);
+  }
+  fixture_deinit(&f);
+}
+
 TEST(bounds_of_displacements_are_exact) {
   fixture f;
   fixture_init(&f, patchwork_text);
   fixture_add_morphs(&f, 2);
-  rows r = read_rows(&f.model->meshes[0], (tw_surface_options){.level = 3});
+  fixture_add_morph_normals(&f);
+  rows r = read_rows(&f.model->meshes[0], (tw_surface_options){.level = 3, .normals = true});
   for (int m = 0; m < 2; m++) {
     float bounds[2][3], min[3], max[3];
     for (size_t i = 0; i < r.count; i++)
       for (int c = 0; c < 3; c++) {
-        float value = (row_of(&r, i) + r.layout->morphs + 3 * m)[c];
+        float value = (row_of(&r, i) + r.layout->morphs + 6 * m)[c];
         if (i == 0 || value < bounds[0][c]) bounds[0][c] = value;
         if (i == 0 || value > bounds[1][c]) bounds[1][c] = value;
       }

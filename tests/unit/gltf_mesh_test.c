@@ -576,6 +576,60 @@ TEST(an_attribute_that_is_no_number_is_0_there) {
   tw_model_destroy(model);
 }
 
+TEST(normals_of_targets_displace_those_of_the_file_alone) {
+  const char *both =
+                 "{\"attributes\":{\"POSITION\":0,\"NORMAL\":0},\"indices\":1,\"targets\":[{\"POSITION\":0},"
+                 "{\"POSITION\":0,\"NORMAL\":0}]}",
+             *bare = "{\"attributes\":{\"POSITION\":0},\"indices\":1,\"targets\":[{\"NORMAL\":0}]}";
+  tw_model *model = glb_read(square_json(POSITIONS "," INDICES, both), &square, sizeof square);
+  const tw_mesh *mesh = &model->meshes[0];
+  assert_int_equal(mesh->normals.value_count, 4);
+  for (int i = 0; i < 12; i++) assert_true(mesh->morph_normals[0][i] == 0);
+  assert_memory_equal(mesh->morph_normals[1], square.positions, sizeof square.positions);
+  assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+  model = glb_read(square_json(POSITIONS "," INDICES, bare), &square, sizeof square);
+  assert_null(model->meshes[0].morph_normals);
+  assert_string_equal(model->warnings[0],
+                      "the attribute NORMAL of morph targets is left out: there is nothing to displace");
+  tw_model_destroy(model);
+}
+
+/* Each holds as many bytes as the mesh has corners, twelve times. */
+TEST(normals_of_too_many_targets_are_warned_of) {
+  enum { CORNERS = 12288 };
+  static struct {
+    float positions[4][3];
+    uint16_t indices[CORNERS];
+  } bin;
+  static char json[1 << 16];
+  memcpy(bin.positions, square.positions, sizeof bin.positions);
+  for (int i = 0; i < CORNERS; i++) bin.indices[i] = (uint16_t)(i % 3);
+  for (int targets = 900; targets <= 920; targets += 20) {
+    size_t size = (size_t)snprintf(
+        json, sizeof json,
+        "{" ASSET ",\"buffers\":[{\"byteLength\":%zu}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},"
+        "{\"buffer\":0,\"byteOffset\":48,\"byteLength\":%d}],\"accessors\":[" POSITIONS
+        ",{\"bufferView\":1,\"componentType\":5123,\"count\":%d,\"type\":\"SCALAR\"}],\"meshes\":[{"
+        "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":0},\"indices\":1,\"targets\":[",
+        sizeof bin, 2 * CORNERS, CORNERS);
+    for (int i = 0; i < targets; i++)
+      size +=
+          (size_t)snprintf(json + size, sizeof json - size, "%s{\"POSITION\":0,\"NORMAL\":0}", i ? "," : "");
+    snprintf(json + size, sizeof json - size, "]}]}]}");
+    tw_model *model = glb_read(json, &bin, sizeof bin);
+    assert_int_equal(model->meshes[0].morph_count, targets);
+    bool is_within = targets == 900;
+    assert_true(is_within == (model->meshes[0].morph_normals != NULL));
+    bool is_warned = model->warning_count > 0;
+    assert_true(is_warned == !is_within);
+    if (is_warned)
+      assert_string_equal(model->warnings[0],
+                          "the attribute NORMAL of morph targets is left out: there are too many");
+    tw_model_destroy(model);
+  }
+}
+
 TEST(morph_weights_must_fit_the_targets) {
   static char json[2048];
   for (int count = 1; count <= 3; count++) {

@@ -176,10 +176,11 @@ TEST(too_many_parts_are_over_a_limit) {
   fixture_deinit(&f);
 }
 
-static void check_targets(uint32_t count) {
+static void check_targets(uint32_t count, bool normals) {
   fixture f;
   fixture_init(&f, cube_text);
   fixture_add_morphs(&f, count);
+  if (normals) fixture_add_morph_normals(&f);
   fixture_refine(&f, 1, true);
   glb file = write_glb(&f.scene);
   const cJSON *view, *targets = cJSON_GetObjectItem(primitive(&file, 0, 0), "targets");
@@ -188,13 +189,19 @@ static void check_targets(uint32_t count) {
   assert_int_equal(cJSON_GetArraySize(targets), count);
   const tw_surface_layout *layout = tw_surface_get_layout(f.surfaces[0]);
   tw_surface_reader *reader = tw_surface_reader_create(f.surfaces[0]);
-  float row[TW_MORPH_TARGETS_MAX * 3 + 6], found[3];
+  const uint32_t width = normals ? 6 : 3;
+  assert_int_equal(layout->morph_width, width);
+  float row[TW_MORPH_TARGETS_MAX * 6 + 6], found[3];
   for (uint64_t i = 0; i < 26; i++) {
     tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, i, 1, row);
     for (int t = 0; t < (int)count; t++) {
       const cJSON *target = cJSON_GetArrayItem(targets, t);
       read_floats(&file, (int)number(target, "POSITION", UINT32_MAX), i, 3, found);
-      assert_memory_equal(found, row + layout->morphs + 3 * t, 12);
+      assert_memory_equal(found, row + layout->morphs + width * (uint32_t)t, 12);
+      assert_true(normals == cJSON_HasObjectItem(target, "NORMAL"));
+      if (!normals) continue;
+      read_floats(&file, (int)number(target, "NORMAL", UINT32_MAX), i, 3, found);
+      assert_memory_equal(found, row + layout->morphs + width * (uint32_t)t + 3, 12);
     }
   }
   assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(at(&file, "meshes", 0), "weights")), count);
@@ -204,8 +211,11 @@ static void check_targets(uint32_t count) {
 }
 
 TEST(many_targets_keep_strides_legal) {
-  check_targets(50);
-  check_targets(TW_MORPH_TARGETS_MAX);
+  for (int normals = 0; normals < 2; normals++) {
+    check_targets(3, normals);
+    check_targets(50, normals);
+    check_targets(TW_MORPH_TARGETS_MAX, normals);
+  }
 }
 
 /* The faces of a primitive that its triangles say: fans from the first corner, rotated as they are. */

@@ -85,7 +85,8 @@ TEST(gltf_reading_survives_every_failure) {
       "{\"bufferView\":0,\"byteOffset\":128,\"componentType\":5126,\"count\":2,\"type\":\"VEC4\"},"
       "{\"bufferView\":0,\"componentType\":5126,\"count\":6,\"type\":\"VEC4\"}],"
       "\"materials\":[{}],\"meshes\":[{\"name\":\"m\",\"primitives\":[{\"attributes\":{\"POSITION\":0,"
-      "\"TEXCOORD_0\":1,\"NORMAL\":0,\"TANGENT\":4},\"material\":0}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}"
+      "\"TEXCOORD_0\":1,\"NORMAL\":0,\"TANGENT\":4,\"_A\":1},\"material\":0,\"targets\":"
+      "[{\"POSITION\":0,\"NORMAL\":0}]}]}],\"nodes\":[{\"mesh\":0,\"name\":\"n\"}"
       "],\"skins\":[{\"joints\":["
       "0]}],"
       "\"animations\":[{\"samplers\":[{\"input\":2,\"output\":3}],\"channels\":[{\"sampler\":0,\"target\":"
@@ -127,13 +128,18 @@ TEST(compiling_a_clip_survives_every_failure) {
 }
 
 /* Nor do surfaces that share its shapes afterwards meet what was left half made. */
-TEST(making_a_surface_survives_every_failure) {
+static void making_survives(bool morphs) {
   static const uint32_t creased_edges[2][2] = {{0, 1}, {1, 2}};
   static const float sharpness[2] = {1.5f, 2.5f};
   tw_mesh mesh = cube();
   mesh.crease_count = 2;
   mesh.crease_edges = creased_edges[0];
   mesh.crease_sharpness = sharpness;
+  const float *displacements[2] = {cube_points[0], cube_points[0]};
+  if (morphs) {
+    mesh.morph_count = 2;
+    mesh.morphs = mesh.morph_normals = displacements;
+  }
   tw_surface_options options = {.level = 4, .normals = true};
   rows wanted = read_rows(&mesh, options);
   size_t failures = 0;
@@ -154,4 +160,12 @@ TEST(making_a_surface_survives_every_failure) {
   }
   assert_true(failures > 30);
   free_rows(&wanted);
+}
+
+TEST(making_a_surface_survives_every_failure) {
+  making_survives(false);
+}
+
+TEST(making_what_morph_targets_make_survives_every_failure) {
+  making_survives(true);
 }

@@ -123,6 +123,25 @@ static inline void fixture_add_morphs(fixture *f, uint32_t count) {
   mesh->morph_weights = weights;
 }
 
+/* The file's own normals, one a corner, and what each target adds to them. */
+static inline void fixture_add_morph_normals(fixture *f) {
+  tw_mesh *mesh = &f->model->meshes[0];
+  uint32_t count = mesh->corner_count, *corners = fixture_alloc(f, count, sizeof *corners);
+  float *values = fixture_alloc(f, count, 3 * sizeof *values);
+  const float **morph_normals = fixture_alloc(f, mesh->morph_count, sizeof *morph_normals);
+  for (uint32_t t = 0; t < mesh->morph_count; t++) {
+    float *added = fixture_alloc(f, count, 3 * sizeof *added);
+    for (uint32_t i = 0; i < 3 * count; i++) added[i] = (float)((i + t) % 5) / 4;
+    morph_normals[t] = added;
+  }
+  for (uint32_t c = 0; c < count; c++) {
+    corners[c] = c;
+    values[3 * c + 2] = 1;
+  }
+  mesh->normals = (tw_corner_normals){.value_count = count, .values = values, .corners = corners};
+  mesh->morph_normals = morph_normals;
+}
+
 static inline void fixture_add_colors(fixture *f) {
   tw_mesh *mesh = &f->model->meshes[0];
   float *colors = fixture_alloc(f, mesh->point_count, 4 * sizeof *colors);

@@ -119,7 +119,9 @@ typedef struct tw_gltf_attribute {
 typedef struct tw_gltf_mesh {
   uint32_t attribute_count;
   tw_gltf_attribute *attributes; /* [attribute_count] of the plan's */
-  uint32_t target_count, first_target; /* accessors of displacements, one after the other */
+  /* Accessors of displacements, one target after the other: of positions, and of normals where the step is 2.
+   */
+  uint32_t target_count, target_step, first_target;
   /* Accessors, one a slot of a material that faces have. A mesh without faces has one primitive, which draws
    * nothing.
    */

@@ -32,8 +32,9 @@ struct VertexSource {
   const Elements *normal = nullptr, *tangent = nullptr;
   std::vector<const Elements *> attributes; // of the mesh's smooth attributes, as far as it has them
   std::array<const Elements *, 2> joints = {}, weights = {};
-  std::vector<const Elements *> morphs; // an entry is nullptr for a target that moves no point
-  uint32_t first_vertex = 0;            // vertices are numbered source by source
+  // An entry is nullptr for a target that moves no point, or normal.
+  std::vector<const Elements *> morphs, morph_normals;
+  uint32_t first_vertex = 0; // vertices are numbered source by source
 };
 
 // A colour, or an attribute of an application's own, of all primitives that have it.
@@ -212,10 +213,15 @@ private:
     }
     source.normal = vector_attribute(attributes, "NORMAL", 3, 3, pointer, source.position);
     source.tangent = vector_attribute(attributes, "TANGENT", 4, 4, pointer, source.position);
-    for (size_t target = 0; target < primitive.targets.size(); target++)
-      source.morphs.push_back(vector_attribute(primitive.targets[target], "POSITION", 3, 3,
-                                               text(primitive_pointer, "/targets/", target),
-                                               source.position));
+    for (size_t target = 0; target < primitive.targets.size(); target++) {
+      const Attributes &displaced = primitive.targets[target];
+      std::string place = text(primitive_pointer, "/targets/", target);
+      source.morphs.push_back(vector_attribute(displaced, "POSITION", 3, 3, place, source.position));
+      source.morph_normals.push_back(vector_attribute(displaced, "NORMAL", 3, 3, place, source.position));
+      if (source.normal || !source.morph_normals.back()) continue;
+      note("NORMAL of morph targets is left out: there is nothing to displace");
+      source.morph_normals.back() = nullptr;
+    }
     note_unread(primitive);
     return source;
   }
@@ -274,7 +280,7 @@ private:
       if (!has_word(read, name) && !is_custom(name)) note(name + " is left out");
     for (const Attributes &target : primitive.targets)
       for (const auto &[name, accessor] : target)
-        if (name != "POSITION") note(name + " of morph targets is left out");
+        if (name != "POSITION" && name != "NORMAL") note(name + " of morph targets is left out");
   }
 
   void note(const std::string &fate) {
@@ -752,6 +758,36 @@ private:
     uint32_t *corners = allocate<uint32_t>(document_, corner_count_);
     std::copy(corners_, corners_ + corner_count_, corners);
     mesh_.normals = {static_cast<uint32_t>(count), values, rows, corners};
+    write_morph_normals();
+  }
+
+  // A surface for each target holds the normals that an answer has (tw_surface_morph), about as much as this.
+  static constexpr uint64_t morph_normals_max = uint64_t{128} << 20;
+
+  void write_morph_normals() {
+    bool any = false;
+    for (const VertexSource &source : sources_)
+      any |= std::any_of(source.morph_normals.begin(), source.morph_normals.end(),
+                         [](const Elements *elements) { return elements != nullptr; });
+    if (!any) return;
+    uint64_t numbers = 3 * uint64_t{mesh_.morph_count} * mesh_.normals.value_count;
+    uint64_t held = sizeof(float) * 3 * uint64_t{mesh_.morph_count} * corner_count_;
+    if (held > morph_normals_max || numbers > document_.values_left ||
+        sizeof(float) * numbers > document_.budget.left() / 2) {
+      note("NORMAL of morph targets is left out: there are too many");
+      return;
+    }
+    spend_morphs(numbers);
+    const float **out = allocate<const float *>(document_, mesh_.morph_count);
+    for (size_t target = 0; target < mesh_.morph_count; target++) {
+      float *rows = allocate_zero<float>(document_, 3 * size_t{mesh_.normals.value_count});
+      for (uint32_t v = 0; v < mesh_.normals.value_count; v++) {
+        const Elements *elements = source_of(v).morph_normals[target];
+        if (elements) read_usable(*elements, elements_[v], rows + 3 * size_t{v});
+      }
+      out[target] = rows;
+    }
+    mesh_.morph_normals = out;
   }
 
   void pair_triangles() {

@@ -95,6 +95,9 @@ typedef struct tw_mesh {
   tw_skin_weights skin;           /* joints NULL when the mesh is not skinned */
   uint32_t morph_count;
   const float *const *morphs; /* [morph_count] arrays [point_count][3] of displacements */
+  /* [morph_count] arrays [normals.value_count][3], what the file adds to its normals; NULL where it says of
+   * no target. */
+  const float *const *morph_normals;
   const float *morph_weights; /* [morph_count] defaults, or NULL */
   bool has_tangents;          /* the source bore tangents or a normal map: the answer needs them */
   const uint8_t *tangent_uvs; /* [face_count] UV set that tangents follow, NULL: the first */

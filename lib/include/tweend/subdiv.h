@@ -122,7 +122,10 @@ typedef enum tw_domain {
  * w (normal x tangent) lies along growing v, v up). Where v does not grow, they lie along growing u; where
  * UVs do not grow at all, along the first side of the face. Points are split where a map turns over, and
  * where faces differ in their set. Joints and weights: the weights of each joint subdivide as positions do,
- * limit included; a row has the four heaviest, heaviest first, sum 1, joint 0 where a weight is 0. */
+ * limit included; a row has the four heaviest, heaviest first, sum 1, joint 0 where a weight is 0.
+ * Displacements of normals come where the mesh has some, the answer has normals and is not movable: the row's
+ * normal on the surface with that target at weight 1, less the one that stands in the row. Where level 0 has
+ * the mesh's own normals, they are the mesh's own as well, and 0 where it has none. */
 typedef struct tw_surface_layout {
   uint32_t stride;                        /* floats a row */
   uint32_t position;                      /* always 0 */
@@ -132,8 +135,10 @@ typedef struct tw_surface_layout {
   /* The mesh's attributes, as wide as there, colours from 0 to 1. They follow the point: rows that seams
    * split have the same. */
   uint32_t attribute_count, attributes[TW_ATTRIBUTES_MAX];
-  uint32_t joints, weights;     /* 4 floats each; joints are whole numbers */
-  uint32_t morph_count, morphs; /* morph_count x 3 floats, one after the other */
+  uint32_t joints, weights; /* 4 floats each; joints are whole numbers */
+  /* morph_count x morph_width floats, one target after the other: the displacement of the point, and where
+   * the width is 6, that of the normal. */
+  uint32_t morph_count, morph_width, morphs;
 } tw_surface_layout;
 
 /* Faces of one material and one set of named groups, next to each other in face order: by ascending
@@ -170,12 +175,14 @@ tw_surface_reader *tw_surface_reader_create(const tw_surface *surface); /* NULL 
 void tw_surface_reader_destroy(tw_surface_reader *reader);              /* NULL accepted */
 
 /* One for any of several surfaces, as large as the most demanding asks for, and for rows of at most so many
- * displacements. It reads none before tw_surface_reader_turn. NULL without memory. */
+ * displacements, of points and of normals. It reads none before tw_surface_reader_turn. NULL without memory.
+ */
 tw_surface_reader *tw_surface_reader_create_shared(const tw_surface *const *surfaces, size_t count,
-                                                   uint32_t targets_max);
+                                                   uint32_t displacements_max);
 /* From here on it reads this one of its surfaces. Its rows hold all columns where these are all morph
- * targets, all but displacements where they are none, and else the position and the displacements of targets
- * [first_target, first_target + target_count) alone: a thousand targets are read some at a time. */
+ * targets, all but displacements where they are none, and else the position, the normal where targets move
+ * it, and the displacements of targets [first_target, first_target + target_count) alone: a thousand targets
+ * are read some at a time. */
 void tw_surface_reader_turn(tw_surface_reader *reader, const tw_surface *surface, uint32_t first_target,
                             uint32_t target_count);
 /* The columns of such rows. */
