@@ -358,6 +358,8 @@ TEST(only_version_2_is_read) {
   tw_error error = {0};
   assert_int_equal(read_text("{\"asset\":{\"version\":\"1.0\"}}", &error), TW_UNSUPPORTED);
   assert_string_equal(error.pointer, "/asset/version");
+  assert_int_equal(read_text("{\"asset\":{\"version\":\"1.0\"},\"accessors\":{}}", &error), TW_INVALID);
+  assert_non_null(strstr(error.detail, "glTF 1 is not read"));
   assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.1\"}}", &error),
                    TW_UNSUPPORTED);
   assert_int_equal(read_text("{\"asset\":{\"version\":\"2.1\",\"minVersion\":\"2.0\"}}", &error), TW_OK);

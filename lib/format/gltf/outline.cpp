@@ -196,7 +196,9 @@ private:
   uint64_t unsupported_index_ = 0, tracks_ = 0;
 
   void elements(const Part &part, const char *array) {
-    if (*array != '[') refuse(TW_INVALID, text("/", part.name), "this must be an array");
+    if (*array != '[')
+      refuse(TW_INVALID, text("/", part.name),
+             "this must be an array, as it is from glTF 2.0 on: glTF 1 is not read");
     uint64_t count = part.most ? tw_json_count(array) : 0, index = 0;
     if (count > part.most)
       refuse(TW_LIMIT, text("/", part.name), "there are ", count, ", and at most ", part.most, " are read");
