@@ -18,7 +18,8 @@ typedef enum kind {
   KIND_COUNT,
   KIND_DURATION, /* milliseconds */
   KIND_CHOICE,   /* the index in choices */
-  KIND_SWITCH    /* bool */
+  KIND_SWITCH,   /* bool */
+  KIND_RATE      /* api_rate */
 } kind;
 
 typedef struct setting {
@@ -39,7 +40,9 @@ enum { FLAG_SIZE = 64, LEVEL_FILE_MAX = 64 };
 
 static const setting SETTINGS[] = {
     {"listen", KIND_TEXT, offsetof(srv_config, listen), "127.0.0.1:8080", 0, 0, NULL, "ADDRESS",
-     "address:port, [::]:port or unix:PATH; port 0 takes a free one"},
+     "address:port, [::]:port, name:port or unix:PATH; port 0 takes a free one"},
+    {"admin-listen", KIND_TEXT, offsetof(srv_config, admin_listen), "", 0, 0, NULL, "ADDRESS",
+     "serves probes, /version and /metrics here too, without keys and TLS, whatever happens at --listen"},
     {"data", KIND_TEXT, offsetof(srv_config, data), "./tweend-data", 0, 0, NULL, "FOLDER",
      "where models are stored; what is missing of the path is made"},
     {"store-limit", KIND_SIZE, offsetof(srv_config, store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
@@ -52,6 +55,12 @@ static const setting SETTINGS[] = {
      "heavy requests that may wait before 503 (default: 4 a compute thread)"},
     {"max-connections", KIND_COUNT, offsetof(srv_config, max_connections), "1024", 1, 1000000, NULL, "COUNT",
      "open connections; more are answered 503, but for health checks"},
+    {"max-connections-per-address", KIND_COUNT, offsetof(srv_config, max_connections_per_address), "0", 0,
+     1000000, NULL, "COUNT", "open connections of one address (of one /64 with IPv6); 0: any number"},
+    {"rate-limit", KIND_RATE, offsetof(srv_config, rate_limit), "", 0, 0, NULL, "RATE",
+     "requests of one address, as 50/s, 100/m or 1000/h; more are answered 429; empty: any number"},
+    {"trusted-proxies", KIND_TEXT, offsetof(srv_config, trusted_proxies), "", 0, 0, NULL, "NETWORKS",
+     "comma-separated, as 10.0.0.0/8 or unix: who may tell the client's address in X-Forwarded-For"},
     {"max-listeners", KIND_COUNT, offsetof(srv_config, max_listeners), "1000", 0, 1000000, NULL, "COUNT",
      "live streams; more are answered 503"},
     {"max-upload", KIND_SIZE, offsetof(srv_config, max_upload), "256MiB", 1, UINT64_C(1) << 40, NULL, "SIZE",
@@ -77,6 +86,8 @@ static const setting SETTINGS[] = {
      "DURATION", "from a request's headers until its body is there, and in the queue"},
     {"drain-timeout", KIND_DURATION, offsetof(srv_config, drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
      "after SIGTERM, until requests in flight are answered and their clients have it all"},
+    {"drain-delay", KIND_DURATION, offsetof(srv_config, drain_delay), "0", 0, DAY_MS, NULL, "DURATION",
+     "after SIGTERM, while /readyz is 503 already and all else goes on, before the drain"},
     {"min-rate", KIND_SIZE, offsetof(srv_config, min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
      "bytes a second below which a sending or reading client is cut off"},
     {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys), "", 0, 0, NULL, "KEYS",
@@ -96,6 +107,8 @@ static const setting SETTINGS[] = {
      "text, json, or auto: text on a terminal"},
     {"sample", KIND_SWITCH, offsetof(srv_config, sample), "false", 0, 0, NULL, NULL,
      "store the sample models at start"},
+    {"check", KIND_SWITCH, offsetof(srv_config, check), "false", 0, 0, NULL, NULL,
+     "say whether the daemon would start with these settings, exit with 0 or 1"},
     {"healthcheck", KIND_SWITCH, offsetof(srv_config, healthcheck), "false", 0, 0, NULL, NULL,
      "ask the daemon at --listen for /readyz, exit with 0 or 1"},
 };
@@ -166,7 +179,7 @@ bool srv_parse_duration(const char *text, uint64_t *out) {
   return read_quantity(text, DURATION_UNITS, sizeof DURATION_UNITS / sizeof *DURATION_UNITS, out);
 }
 
-bool srv_parse_rate(const char *text, uint32_t *count, uint32_t *period_s) {
+bool srv_parse_rate(const char *text, api_rate *out) {
   static const char UNITS[] = "smh";
   static const uint32_t SECONDS[] = {1, 60, 3600};
   uint64_t number;
@@ -174,8 +187,7 @@ bool srv_parse_rate(const char *text, uint32_t *count, uint32_t *period_s) {
   if (unit == NULL || number == 0 || number > UINT32_MAX) return false;
   const char *found = unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(UNITS, unit[1]) : NULL;
   if (found == NULL) return false;
-  *count = (uint32_t)number;
-  *period_s = SECONDS[found - UNITS];
+  *out = (api_rate){(uint32_t)number, SECONDS[found - UNITS]};
   return true;
 }
 
@@ -205,7 +217,7 @@ static void print_help(FILE *out) {
     }
     fputc('\n', out);
   }
-  fputs("  --help\n      this text\n  --version\n      the version\n\n"
+  fputs("  -h, --help\n      this text\n  --version\n      the version\n\n"
         "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
         "SIGTERM,\n"
         "SIGINT and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at "
@@ -251,6 +263,7 @@ static bool parse_number(const setting *s, const char *text, uint64_t *out) {
   case KIND_DURATION: parsed = srv_parse_duration(text, &number); break;
   case KIND_CHOICE: return parse_choice(s->choices, text, out);
   case KIND_TEXT:
+  case KIND_RATE:
   case KIND_SWITCH: return false;
   }
   if (!parsed || number < s->low || number > s->high) return false;
@@ -265,6 +278,7 @@ static const char *expected(const setting *s) {
   case KIND_DURATION: return "a duration such as 500ms or 10s";
   case KIND_CHOICE: return s->choices;
   case KIND_SWITCH: return "true or false";
+  case KIND_RATE: return "a rate such as 50/s, 100/m or 1000/h";
   case KIND_TEXT: return "a text";
   }
   return "";
@@ -280,6 +294,11 @@ static bool assign(srv_config *config, const setting *s, const char *text) {
     return true;
   }
   if (s->kind == KIND_SWITCH) return parse_switch(text, (bool *)base);
+  if (s->kind == KIND_RATE) {
+    api_rate *rate = (api_rate *)(void *)base;
+    *rate = (api_rate){0};
+    return text[0] == '\0' || srv_parse_rate(text, rate);
+  }
   return parse_number(s, text, (uint64_t *)(void *)base);
 }
 
@@ -312,6 +331,52 @@ static const setting *find_setting(const char *name, size_t size) {
   return NULL;
 }
 
+static size_t least(size_t a, size_t b) {
+  return a < b ? a : b;
+}
+
+/* Levenshtein's distance, by one row of his table. */
+static size_t distance(const char *a, size_t a_size, const char *b) {
+  size_t row[FLAG_SIZE], b_size = least(strlen(b), FLAG_SIZE - 1);
+  for (size_t j = 0; j <= b_size; j++) row[j] = j;
+  for (size_t i = 1; i <= a_size; i++) {
+    size_t diagonal = row[0];
+    row[0] = i;
+    for (size_t j = 1; j <= b_size; j++) {
+      size_t swapped = diagonal + (a[i - 1] != b[j - 1]);
+      diagonal = row[j];
+      row[j] = least(swapped, least(row[j], row[j - 1]) + 1);
+    }
+  }
+  return row[b_size];
+}
+
+static const char *nearest(const char *name, size_t size) {
+  const setting *best = &SETTINGS[0];
+  for (size_t i = 1; i < SETTING_COUNT; i++)
+    if (distance(name, size, SETTINGS[i].flag) < distance(name, size, best->flag)) best = &SETTINGS[i];
+  return best->flag;
+}
+
+void srv_config_warn(char *const *environment) {
+  static const char PREFIX[] = "TWEEND_";
+  for (; *environment != NULL; environment++) {
+    if (strncmp(*environment, PREFIX, sizeof PREFIX - 1) != 0) continue;
+    const char *name = *environment + sizeof PREFIX - 1;
+    size_t size = strcspn(name, "=");
+    char flag[FLAG_SIZE] = "", variable[FLAG_SIZE];
+    for (size_t i = 0; i < size && i < FLAG_SIZE - 1; i++)
+      flag[i] = (char)(name[i] == '_'                     ? '-'
+                       : name[i] >= 'A' && name[i] <= 'Z' ? name[i] + ('a' - 'A')
+                                                          : name[i]);
+    const setting *s = find_setting(flag, strlen(flag));
+    variable_name(s != NULL ? s->flag : nearest(flag, strlen(flag)), variable);
+    if (s == NULL || strncmp(variable, *environment, strlen(variable)) != 0)
+      srv_log(SRV_LOG_WARN, "the variable %.*s is no setting; the nearest is %s",
+              (int)(size + sizeof PREFIX - 1), *environment, variable);
+  }
+}
+
 /* Reads argv[*at], and the next one when it is the flag's value. */
 static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, char *error,
                       size_t error_size) {
@@ -319,7 +384,9 @@ static bool read_flag(srv_config *config, int argc, char *const *argv, int *at, 
   size_t name_size = strncmp(argument, "--", 2) == 0 ? strcspn(argument + 2, "=") : 0;
   const setting *s = name_size > 0 ? find_setting(argument + 2, name_size) : NULL;
   if (s == NULL) {
-    snprintf(error, error_size, "unknown argument '%s'; see --help", argument);
+    const char *near = name_size > 0 ? nearest(argument + 2, name_size) : NULL;
+    snprintf(error, error_size, "unknown argument '%s'%s%s; see --help", argument,
+             near != NULL ? ", nearest: --" : "", near != NULL ? near : "");
     return false;
   }
   const char *value = argument + 2 + name_size;
@@ -416,7 +483,7 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
   *config = (srv_config){0};
   snprintf(error, error_size, "out of memory");
   for (int i = 1; i < argc; i++) {
-    if (strcmp(argv[i], "--help") == 0) {
+    if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       print_help(out);
       return SRV_CONFIG_DONE;
     }
@@ -436,6 +503,8 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
 
 void srv_config_deinit(srv_config *config) {
   free(config->listen);
+  free(config->admin_listen);
+  free(config->trusted_proxies);
   free(config->data);
   free(config->api_keys);
   free(config->url_keys);

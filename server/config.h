@@ -2,6 +2,7 @@
 #ifndef SRV_CONFIG_H
 #define SRV_CONFIG_H
 
+#include "api.h"
 #include "log.h"
 
 #include <stdbool.h>
@@ -11,12 +12,14 @@
 /* A value: deinit frees it. Numbers are in bytes, milliseconds or plain counts, checked against the
  * ranges of their flags. */
 typedef struct srv_config {
-  char *listen;
+  char *listen, *admin_listen; /* "" without one */
   char *data;
   uint64_t store_limit; /* 0: none */
-  uint64_t threads, io_threads, queue, max_connections, max_listeners;
+  uint64_t threads, io_threads, queue, max_connections, max_connections_per_address, max_listeners;
+  api_rate rate_limit;   /* of one address */
+  char *trusted_proxies; /* networks, see client.h */
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
-  uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout;
+  uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout, drain_delay;
   uint64_t min_rate;         /* bytes a second that a client must take or give */
   char *api_keys, *url_keys; /* lists or @FILE, see keyring.h */
   char *cors_origins;
@@ -24,6 +27,7 @@ typedef struct srv_config {
   char *log_level;          /* a name or @FILE, see srv_config_log_level */
   uint64_t log_format;      /* srv_log_format */
   bool sample;
+  bool check;
   bool healthcheck;
 } srv_config;
 
@@ -39,6 +43,9 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
                                   char *(*environment)(const char *name), FILE *out, char *error,
                                   size_t error_size);
 void srv_config_deinit(srv_config *config);
+
+/* Warns of each TWEEND_ variable that is no setting and names the nearest. environment: as environ. */
+void srv_config_warn(char *const *environment);
 
 /* The text of a setting, or of the file that it names by "@FILE": malloc'ed, NULL with one line in error. */
 char *srv_config_text(const char *flag, const char *setting, size_t size_max, char *error, size_t error_size);
@@ -61,6 +68,6 @@ bool srv_parse_count(const char *text, uint64_t *out);
 bool srv_parse_duration(const char *text, uint64_t *out);
 
 /* A rate: 50/s, 100/m or 1000/h, not 0. */
-bool srv_parse_rate(const char *text, uint32_t *count, uint32_t *period_s);
+bool srv_parse_rate(const char *text, api_rate *out);
 
 #endif

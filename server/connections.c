@@ -55,6 +55,24 @@ static void cut(srv_connection *c) {
   shutdown(c->fd, SHUT_RDWR); /* the library finds it closed */
 }
 
+/* Whether the address counts: local sockets and trusted proxies speak for many. */
+static bool counts(const srv_loop *l, const srv_client *client) {
+  static const srv_client LOCAL;
+  return !l->http->is_admin && memcmp(client, &LOCAL, sizeof LOCAL) != 0 &&
+         !srv_networks_hold(&l->http->server->trusted, client);
+}
+
+/* Whether its address may have one connection more, which is counted then. */
+static bool enters(const srv_loop *l, const srv_client *client) {
+  srv_client group = srv_client_group(client);
+  return !counts(l, client) || srv_peers_enter(l->http->server->peers, &group);
+}
+
+static void leave(const srv_loop *l, const srv_client *client) {
+  srv_client group = srv_client_group(client);
+  if (counts(l, client)) srv_peers_leave(l->http->server->peers, &group);
+}
+
 /* Whether there is room for a connection over the limit. A full reserve cuts its oldest connection without a
  * request, so that idle ones cannot keep a health check out. */
 static bool has_reserve(srv_loop *l) {
@@ -66,11 +84,12 @@ static bool has_reserve(srv_loop *l) {
   return oldest != NULL;
 }
 
-static void take_connection(srv_loop *l, int fd, bool is_over, const struct sockaddr *peer,
-                            socklen_t peer_size) {
-  if (is_over && !has_reserve(l)) {
+static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address *peer) {
+  srv_client client = srv_client_of(peer);
+  if ((is_over && !has_reserve(l)) || !enters(l, &client)) {
     turn_away(l, fd);
-  } else if (MHD_add_connection(l->daemon, fd, peer, peer_size) != MHD_YES) {
+  } else if (MHD_add_connection(l->daemon, fd, &peer->any, peer->size) != MHD_YES) {
+    leave(l, &client);
     complain(l->http, "cannot serve a connection");
   }
 }
@@ -79,18 +98,17 @@ void srv_connections_accept(srv_loop *l) {
   const srv_server *server = l->http->server;
   bool is_full = false; /* then one at a time, as the library may count new ones later in the turn */
   for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_full; i++) {
-    struct sockaddr_storage peer = {0};
-    socklen_t peer_size = sizeof peer;
-    int fd = accept4(l->http->listener, (struct sockaddr *)&peer, &peer_size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    srv_address peer = {.size = sizeof peer.local};
+    int fd = accept4(l->http->listener, &peer.any, &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
       complain(l->http, "cannot accept"); /* out of descriptors or memory */
       rest(l);
       return;
     }
-    size_t open = atomic_load(&server->connections);
+    size_t open = l->http->is_admin ? 0 : atomic_load(&server->connections);
     is_full = open + i >= server->config->max_connections;
-    take_connection(l, fd, open >= server->config->max_connections, (struct sockaddr *)&peer, peer_size);
+    take_connection(l, fd, open >= server->config->max_connections, &peer);
   }
 }
 
@@ -167,20 +185,37 @@ void srv_connections_end(srv_loop *l) {
 
 /* ---- their lives ------------------------------------------------------------------------------ */
 
+/* As it was accepted: the socket itself tells no more once the client has reset it. */
+static srv_address peer_of(struct MHD_Connection *mhd) {
+  const struct sockaddr *address =
+      MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CLIENT_ADDRESS)->client_addr;
+  srv_address peer = {0};
+  if (address != NULL && address->sa_family == AF_INET) memcpy(&peer.v4, address, sizeof peer.v4);
+  if (address != NULL && address->sa_family == AF_INET6) memcpy(&peer.v6, address, sizeof peer.v6);
+  return peer;
+}
+
 static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socket_context) {
   srv_connection *c = calloc(1, sizeof *c);
   const srv_config *config = l->http->server->config;
-  bool is_reserve = atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections;
+  bool is_reserve =
+      atomic_fetch_add(&l->http->server->connections, 1) >= config->max_connections && !l->http->is_admin;
   *socket_context = c;
-  if (c == NULL) return;
+  int fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
+  srv_address peer = peer_of(mhd);
+  srv_client client = srv_client_of(&peer);
+  if (c == NULL) {
+    leave(l, &client);
+    return;
+  }
   api_service_hold(l->http->server->service, SRV_CONNECTION_MEMORY);
   l->reserve += is_reserve;
   c->mhd = mhd;
   c->owner = l;
   c->is_reserve = is_reserve;
-  c->fd = MHD_get_connection_info(mhd, MHD_CONNECTION_INFO_CONNECTION_FD)->connect_fd;
-  srv_address peer = {.size = sizeof peer};
-  if (getpeername(c->fd, &peer.any, &peer.size) == 0) srv_address_peer(&peer, c->peer, sizeof c->peer);
+  c->fd = fd;
+  c->client = client;
+  srv_address_peer(&peer, c->peer, sizeof c->peer);
   c->next = l->connections;
   if (c->next != NULL) c->next->previous = c;
   l->connections = c;
@@ -203,6 +238,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   if (!lingers) atomic_fetch_sub(&l->http->server->connections, 1);
   if (c == NULL) return;
   unlink_connection(l, c);
+  leave(l, &c->client);
   l->reserve -= c->is_reserve;
   /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);

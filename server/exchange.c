@@ -142,17 +142,26 @@ static void copy_cut(char *out, size_t capacity, const char *text) {
   out[size] = '\0';
 }
 
-/* Takes a token from the bucket of the request's key. True where there is none: then the answer is there. */
+/* Takes a token from the bucket of an address or a key. True where it is empty: then the answer is there. */
+static bool is_over(srv_exchange *exchange, size_t which, const uint8_t id[16], api_rate rate,
+                    const char *detail) {
+  if (rate.count == 0) return false;
+  srv_allowance *allowance = &exchange->allowances[which];
+  *allowance = srv_rates_take(exchange->server->rates, id, rate, exchange->started_ns);
+  if (allowance->retry_s == 0) return false;
+  srv_exchange_refuse(exchange, 429, detail, allowance->retry_s);
+  return true;
+}
+
 static bool is_over_rate(srv_exchange *exchange) {
   srv_server *server = exchange->server;
+  srv_client group = srv_client_group(&exchange->client);
+  if (is_over(exchange, 0, group.address, server->config->rate_limit,
+              "the address has had as many requests as it may"))
+    return true;
   uint8_t id[16];
   api_rate rate = api_key_rate(server->service, &exchange->request, id);
-  if (rate.count == 0) return false;
-  exchange->allowance = srv_rates_take(server->rates, id, rate, exchange->started_ns);
-  if (exchange->allowance.retry_s == 0) return false;
-  srv_exchange_refuse(exchange, 429, "the API key has had as many requests as its rate allows",
-                      exchange->allowance.retry_s);
-  return true;
+  return is_over(exchange, 1, id, rate, "the API key has had as many requests as its rate allows");
 }
 
 /* Whether the request is refused on its headers; then the answer is there. */
@@ -165,7 +174,7 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
     srv_exchange_refuse(exchange, 503, "there are as many connections as the daemon takes", RETRY_S);
   } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
     srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
-  } else if (!is_probe(exchange) && is_over_rate(exchange)) {
+  } else if (!is_probe(exchange) && !exchange->request.is_admin && is_over_rate(exchange)) {
     return true;
   } else if (framing->has_length && framing->length > config->max_upload) {
     refuse_long_body(exchange);
@@ -313,11 +322,18 @@ void srv_exchange_timing(const srv_exchange *exchange, char out[SRV_TIMING_SIZE]
 
 bool srv_exchange_rates(const srv_exchange *exchange, char policy[SRV_RATES_SIZE],
                         char left[SRV_RATES_SIZE]) {
-  const srv_allowance *a = &exchange->allowance;
-  if (a->rate.count == 0) return false;
-  snprintf(policy, SRV_RATES_SIZE, "\"key\";q=%u;w=%u", a->rate.count, a->rate.period_s);
-  snprintf(left, SRV_RATES_SIZE, "\"key\";r=%u;t=%u", a->left, a->reset_s);
-  return true;
+  static const char *const NAMES[] = {"address", "key"};
+  int policy_size = 0, left_size = 0;
+  for (size_t i = 0; i < 2; i++) {
+    const srv_allowance *a = &exchange->allowances[i];
+    if (a->rate.count == 0) continue;
+    const char *comma = policy_size > 0 ? ", " : "";
+    policy_size += snprintf(policy + policy_size, SRV_RATES_SIZE - (size_t)policy_size, "%s\"%s\";q=%u;w=%u",
+                            comma, NAMES[i], a->rate.count, a->rate.period_s);
+    left_size += snprintf(left + left_size, SRV_RATES_SIZE - (size_t)left_size, "%s\"%s\";r=%u;t=%u", comma,
+                          NAMES[i], a->left, a->reset_s);
+  }
+  return policy_size > 0;
 }
 
 char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_t *size) {
@@ -349,8 +365,10 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->target == NULL) return;
   uint64_t ended_ns = srv_now_ns();
   double total_ms = milliseconds(exchange->started_ns, ended_ns);
+  char client[SRV_CLIENT_TEXT];
+  srv_client_print(&exchange->client, client);
   srv_log_access(&(srv_log_request){.id = exchange->id,
-                                    .peer = peer,
+                                    .peer = exchange->is_forwarded ? client : peer,
                                     .method = exchange->method,
                                     .path = exchange->request.path,
                                     .query = exchange->request.query,

@@ -11,6 +11,7 @@
 #include "framing.h"
 #include "live.h"
 #include "metrics.h"
+#include "peers.h"
 #include "rate.h"
 #include "work.h"
 
@@ -24,6 +25,8 @@ typedef struct srv_server {
   srv_live *live;
   srv_metrics *metrics;
   srv_rates *rates;
+  srv_peers *peers;
+  srv_networks trusted;       /* proxies */
   const char *temporary;      /* path of the folder for long bodies */
   atomic_bool draining;       /* new requests get 503 */
   atomic_bool stopping;       /* nothing may be queued any more */
@@ -44,13 +47,15 @@ typedef struct srv_exchange {
   api_request request;
   api_ticket ticket;
   srv_body body;
-  bool opened;       /* headers were judged */
-  bool answered;     /* answer is there, not yet taken */
-  bool close;        /* the connection cannot go on after the answer */
-  bool is_reserve;   /* only health checks are answered, by the connection's reserve */
-  int status;        /* of the answer, also after it was taken; 400 when no whole request came */
-  const char *route; /* as of api_answer */
-  srv_allowance allowance;
+  bool opened;                 /* headers were judged */
+  bool answered;               /* answer is there, not yet taken */
+  bool close;                  /* the connection cannot go on after the answer */
+  bool is_reserve;             /* only health checks are answered, by the connection's reserve */
+  int status;                  /* of the answer, also after it was taken; 400 when no whole request came */
+  const char *route;           /* as of api_answer */
+  srv_client client;           /* set by intake.c before open */
+  bool is_forwarded;           /* the client is not the peer */
+  srv_allowance allowances[2]; /* of the address, of the API key */
   uint64_t bytes_in, bytes_out;
   uint64_t held; /* bytes of the body in memory, counted against the budget */
   uint64_t started_ns, received_ns, worked_ns, answered_ns;

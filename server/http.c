@@ -198,9 +198,10 @@ static void panic(void *context, const char *file, unsigned line, const char *re
   abort();
 }
 
-srv_http *srv_http_start(srv_server *server, int listener, bool tls, char *error, size_t error_size) {
+srv_http *srv_http_start(srv_server *server, int listener, srv_http_kind kind, char *error,
+                         size_t error_size) {
   const srv_config *config = server->config;
-  size_t loops = (size_t)config->io_threads;
+  size_t loops = kind == SRV_HTTP_ADMIN ? 1 : (size_t)config->io_threads;
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
   if (http == NULL) {
     snprintf(error, error_size, "out of memory");
@@ -209,7 +210,8 @@ srv_http *srv_http_start(srv_server *server, int listener, bool tls, char *error
   }
   http->server = server;
   http->listener = listener;
-  http->tls = tls;
+  http->tls = kind == SRV_HTTP_TLS;
+  http->is_admin = kind == SRV_HTTP_ADMIN;
   http->patience = (srv_patience){.header_ms = config->header_timeout,
                                   .idle_ms = config->idle_timeout,
                                   .request_ms = config->request_timeout,

@@ -6,9 +6,16 @@
 
 typedef struct srv_http srv_http;
 
-/* Serves on listener (owned from here on) until stopped, over TLS as tls.h has it. The server's config names
+typedef enum srv_http_kind {
+  SRV_HTTP_PLAIN,
+  SRV_HTTP_TLS,  /* as tls.h has it */
+  SRV_HTTP_ADMIN /* probes and metrics alone, on one thread */
+} srv_http_kind;
+
+/* Serves on listener (owned from here on) until stopped. The server's config names
  * threads and limits. NULL with one line in error. */
-srv_http *srv_http_start(srv_server *server, int listener, bool tls, char *error, size_t error_size);
+srv_http *srv_http_start(srv_server *server, int listener, srv_http_kind kind, char *error,
+                         size_t error_size);
 
 /* Closes connections without a request, and others after their answer; call once server->draining is set. */
 void srv_http_drain(srv_http *http);

@@ -5,6 +5,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/socket.h>
 
 /* ---- the library's leniency ------------------------------------------------------------------ */
@@ -149,11 +150,39 @@ static enum MHD_Result deliver(srv_connection *c) {
   return srv_deliver(c) ? MHD_YES : MHD_NO;
 }
 
+/* The last values of X-Forwarded-For: those that the nearest proxies wrote. */
+typedef struct forwarded {
+  const char *values[8];
+  size_t count;
+} forwarded;
+
+static enum MHD_Result take_forwarded(void *context, enum MHD_ValueKind kind, const char *name,
+                                      const char *value) {
+  (void)kind;
+  forwarded *f = context;
+  enum { MOST = sizeof f->values / sizeof *f->values };
+  if (strcasecmp(name, "X-Forwarded-For") != 0 || value == NULL) return MHD_YES;
+  if (f->count == MOST) memmove(f->values, f->values + 1, --f->count * sizeof *f->values);
+  f->values[f->count++] = value;
+  return MHD_YES;
+}
+
+static srv_client find_client(const srv_connection *c) {
+  const srv_networks *trusted = &c->owner->http->server->trusted;
+  if (!srv_networks_hold(trusted, &c->client)) return c->client;
+  forwarded f = {.count = 0};
+  MHD_get_connection_values(c->mhd, MHD_HEADER_KIND, take_forwarded, &f);
+  return srv_client_forwarded(trusted, c->client, f.values, f.count);
+}
+
 static enum MHD_Result open_request(srv_connection *c, const char *method, const char *version) {
   srv_framing *framing = &c->framing;
   srv_framing_line(framing, method, version);
   judge_fields(c, framing);
   if (IS_LENIENT) srv_framing_whole(framing, head_size(c));
+  c->exchange.client = find_client(c);
+  c->exchange.is_forwarded = memcmp(&c->exchange.client, &c->client, sizeof c->client) != 0;
+  c->exchange.request.is_admin = c->owner->http->is_admin;
   c->exchange.wanted = client_waits;
   c->exchange.ready = come_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {

@@ -37,11 +37,13 @@ typedef struct srv_connection {
   srv_watch watch;
   struct srv_connection *previous, *next; /* among the owner's */
   struct srv_connection *next_done;
-  bool is_reserve; /* over --max-connections */
-  bool is_unread;  /* answered before its request had been read to the end */
-  bool is_cut;     /* ended for its slowness, with what is unsent */
-  bool waits;      /* suspended in the middle of an answer, until srv_hand_back */
-  size_t unsent;   /* as srv_note_unsent found it */
+  srv_client client; /* the peer */
+  bool is_counted;   /* among the server's peers */
+  bool is_reserve;   /* over --max-connections */
+  bool is_unread;    /* answered before its request had been read to the end */
+  bool is_cut;       /* ended for its slowness, with what is unsent */
+  bool waits;        /* suspended in the middle of an answer, until srv_hand_back */
+  size_t unsent;     /* as srv_note_unsent found it */
   char peer[SRV_PEER_SIZE];
 } srv_connection;
 
@@ -68,6 +70,7 @@ struct srv_http {
   srv_patience patience;
   int listener;
   bool tls;
+  bool is_admin; /* of --admin-listen: not among the connections that are limited */
   atomic_bool stop;
   atomic_bool unfinished; /* a loop ended with requests at compute threads */
   atomic_uint_fast64_t complained_ms;

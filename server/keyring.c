@@ -37,7 +37,7 @@ _Static_assert(API_MAY_READ == 1 && API_MAY_WRITE == 2 && API_MAY_DELETE == 4,
                "read_rights adds them up by place");
 
 static bool read_word(char *word, bool is_last, api_key *key) {
-  if (srv_parse_rate(word, &key->rate.count, &key->rate.period_s)) return is_last;
+  if (srv_parse_rate(word, &key->rate)) return is_last;
   return read_rights(word, &key->rights);
 }
 
@@ -47,7 +47,7 @@ static bool read_line(char *line, api_key *key) {
   *key = (api_key){.text = strtok_r(line, BLANKS, &rest), .rights = ALL_RIGHTS};
   char *first = strtok_r(NULL, BLANKS, &rest), *second = strtok_r(NULL, BLANKS, &rest);
   if (strchr(key->text, ',') != NULL || strtok_r(NULL, BLANKS, &rest) != NULL) return false;
-  if (second != NULL && !srv_parse_rate(second, &key->rate.count, &key->rate.period_s)) return false;
+  if (second != NULL && !srv_parse_rate(second, &key->rate)) return false;
   return first == NULL || read_word(first, second == NULL, key);
 }
 

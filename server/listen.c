@@ -3,6 +3,7 @@
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <netdb.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -10,7 +11,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-enum { LISTEN_BACKLOG = 1024, HOST_SIZE = 64 };
+enum { LISTEN_BACKLOG = 1024, HOST_SIZE = 256 };
 
 static bool parse_unix(const char *path, srv_address *out, char *error, size_t error_size) {
   size_t size = strlen(path);
@@ -48,6 +49,23 @@ static bool parse_inet6(const char *host, in_port_t port, srv_address *out) {
   return inet_pton(AF_INET6, host, &out->v6.sin6_addr) == 1;
 }
 
+/* What the name stands for, IPv4 first. Digits and dots are no name. */
+static bool resolve(const char *host, in_port_t port, srv_address *out) {
+  static const int FAMILIES[] = {AF_INET, AF_INET6};
+  if (host[strspn(host, "0123456789.")] == '\0' || strchr(host, ':') != NULL) return false;
+  for (size_t i = 0; i < 2; i++) {
+    const struct addrinfo wanted = {.ai_family = FAMILIES[i], .ai_socktype = SOCK_STREAM};
+    struct addrinfo *found = NULL;
+    if (getaddrinfo(host, NULL, &wanted, &found) != 0) continue;
+    memcpy(&out->any, found->ai_addr, found->ai_addrlen);
+    out->size = found->ai_addrlen;
+    freeaddrinfo(found);
+    *(out->family == AF_INET ? &out->v4.sin_port : &out->v6.sin6_port) = port;
+    return true;
+  }
+  return false;
+}
+
 bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size) {
   srv_address address;
   memset(&address, 0, sizeof address);
@@ -69,10 +87,12 @@ bool srv_address_parse(const char *text, srv_address *out, char *error, size_t e
   if (parsed) {
     memcpy(host, start, size);
     host[size] = '\0';
-    parsed = bracketed ? parse_inet6(host, port, &address) : parse_inet(host, port, &address);
+    parsed = bracketed ? parse_inet6(host, port, &address)
+                       : parse_inet(host, port, &address) || resolve(host, port, &address);
   }
   if (!parsed) {
-    snprintf(error, error_size, "--listen: '%s' is not address:port, [address]:port or unix:PATH", text);
+    snprintf(error, error_size, "--listen: '%s' is not address:port, [address]:port, name:port or unix:PATH",
+             text);
     return false;
   }
   *out = address;

@@ -19,7 +19,7 @@ typedef struct srv_address {
   socklen_t size;
 } srv_address;
 
-/* "127.0.0.1:8080", "[::1]:8080", "unix:PATH". False with one line in error. Resolves no names. */
+/* "127.0.0.1:8080", "[::1]:8080", "localhost:8080", "unix:PATH". False with one line in error. */
 bool srv_address_parse(const char *text, srv_address *out, char *error, size_t error_size);
 
 /* A non-blocking listening socket, -1 with one line in error. Refuses a place where another process

@@ -24,11 +24,11 @@ enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512 };
 
 typedef struct process {
   srv_config config;
-  srv_address address;
+  srv_address address, admin_address;
   srv_store_fs *store;
   srv_server server;
-  srv_http *http;
-  int listener; /* -1 once http owns it */
+  srv_http *http, *admin;       /* admin: NULL without --admin-listen */
+  int listener, admin_listener; /* -1 once the above own them */
 } process;
 
 /* ---- signals --------------------------------------------------------------------------------- */
@@ -67,6 +67,10 @@ static bool has_tls(const process *p) {
   return p->config.tls_cert[0] != '\0';
 }
 
+static bool has_admin(const process *p) {
+  return p->config.admin_listen[0] != '\0';
+}
+
 static api_settings settings(process *p, const api_keyring *keyring) {
   const srv_config *config = &p->config;
   return (api_settings){.limits = {.max_upload = config->max_upload,
@@ -93,11 +97,16 @@ static bool prepare(process *p, char *error) {
   srv_store_fs_limit(p->store, p->config.store_limit);
   p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
   if (p->listener < 0) return false;
+  if (has_admin(p)) p->admin_listener = srv_address_listen(&p->admin_address, error, ERROR_SIZE);
+  if (has_admin(p) && p->admin_listener < 0) return false;
+  if (!srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE)) return false;
+  snprintf(error, ERROR_SIZE, "out of memory");
   raise_descriptor_limit(p->config.max_connections);
   p->server.config = &p->config;
   p->server.temporary = srv_store_fs_temporary(p->store);
   p->server.metrics = srv_metrics_create();
   p->server.rates = srv_rates_create();
+  p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
   if (p->server.work == NULL) return false;
   srv_keyring keyring;
@@ -106,8 +115,8 @@ static bool prepare(process *p, char *error) {
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
-  return p->server.metrics != NULL && p->server.rates != NULL && p->server.service != NULL &&
-         p->server.live != NULL;
+  return p->server.metrics != NULL && p->server.rates != NULL && p->server.peers != NULL &&
+         p->server.service != NULL && p->server.live != NULL;
 }
 
 static bool store_samples(process *p, char *error) {
@@ -122,10 +131,23 @@ static bool store_samples(process *p, char *error) {
   return true;
 }
 
+static bool serve_admin(process *p, char *error) {
+  int listener = p->admin_listener;
+  char place[ERROR_SIZE];
+  p->admin_listener = -1;
+  p->admin = srv_http_start(&p->server, listener, SRV_HTTP_ADMIN, error, ERROR_SIZE);
+  if (p->admin == NULL) return false;
+  srv_address_print(&p->admin_address, listener, false, place, sizeof place);
+  srv_log(SRV_LOG_INFO, "listening for probes and metrics on %s", place);
+  return true;
+}
+
 static bool serve(process *p, char *error) {
+  if (has_admin(p) && !serve_admin(p, error)) return false;
   int listener = p->listener;
   p->listener = -1;
-  p->http = srv_http_start(&p->server, listener, has_tls(p), error, ERROR_SIZE);
+  p->http =
+      srv_http_start(&p->server, listener, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error, ERROR_SIZE);
   if (p->http == NULL) return false;
   char place[ERROR_SIZE];
   srv_address_print(&p->address, listener, has_tls(p), place, sizeof place);
@@ -162,34 +184,52 @@ static void reload(process *p) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
-/* Waits until no request is in flight and all clients have their answers, the time is over, or a second
- * signal says that it is. */
-static void drain(process *p) {
+/* Waits a moment; true when a signal says that waiting is over. */
+static bool is_hurried(void) {
   static const struct timespec STEP = {.tv_nsec = 10000000};
-  atomic_store(&p->server.draining, true);
-  api_service_drain(p->server.service);
-  srv_live_end(p->server.live);
-  srv_http_drain(p->http);
   sigset_t ending;
   sigemptyset(&ending);
   for (int number = 1; number < NSIG; number++)
     if (ends(number)) sigaddset(&ending, number);
+  return sigtimedwait(&ending, NULL, &STEP) > 0;
+}
+
+/* Whether the drain has come to its end: no request is in flight, and all clients have their answers. */
+static bool is_drained(const process *p) {
+  return srv_http_is_drained(p->http) && (p->admin == NULL || srv_http_is_drained(p->admin));
+}
+
+/* First lets balancers find out; then waits for the requests in flight, until the time is over, or a second
+ * signal says that it is. */
+static void drain(process *p) {
+  api_service_drain(p->server.service);
+  uint64_t begin_ms = srv_now_ms() + p->config.drain_delay;
+  while (srv_now_ms() < begin_ms)
+    if (is_hurried()) break;
+  atomic_store(&p->server.draining, true);
+  srv_live_end(p->server.live);
+  srv_http_drain(p->http);
+  if (p->admin != NULL) srv_http_drain(p->admin);
   uint64_t end_ms = srv_now_ms() + p->config.drain_timeout;
-  while (!srv_http_is_drained(p->http) && srv_now_ms() < end_ms)
-    if (sigtimedwait(&ending, NULL, &STEP) > 0) return;
+  while (!is_drained(p) && srv_now_ms() < end_ms)
+    if (is_hurried()) return;
 }
 
 /* False when compute threads are still at work: then nothing may be freed. */
 static bool stop(process *p) {
   atomic_store(&p->server.stopping, true);
   if (p->http != NULL && !srv_http_stop(p->http)) return false;
+  if (p->admin != NULL && !srv_http_stop(p->admin)) return false;
   srv_live_destroy(p->server.live);
   srv_work_destroy(p->server.work);
   api_service_destroy(p->server.service);
   srv_metrics_destroy(p->server.metrics);
   srv_rates_destroy(p->server.rates);
+  srv_peers_destroy(p->server.peers);
+  srv_networks_deinit(&p->server.trusted);
   srv_store_fs_close(p->store);
   if (p->listener >= 0) close(p->listener);
+  if (p->admin_listener >= 0) close(p->admin_listener);
   srv_tls_forget();
   return true;
 }
@@ -224,6 +264,7 @@ static int run(process *p) {
   block_signals(&taken);
   bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
+  srv_config_warn(environ);
   bool serving = has_level && prepare(p, error) && store_samples(p, error) && serve(p, error);
   if (!serving) {
     fprintf(stderr, "tweend: %s\n", error);
@@ -233,6 +274,7 @@ static int run(process *p) {
   await_end(p, &taken);
   drain(p);
   srv_address_unlink(&p->address);
+  if (has_admin(p)) srv_address_unlink(&p->admin_address);
   size_t left = atomic_load(&p->server.in_flight), unsent = atomic_load(&p->server.unsent);
   if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
   if (unsent > 0) srv_log(SRV_LOG_WARN, "%zu clients have not taken all of their answers", unsent);
@@ -243,16 +285,40 @@ static int run(process *p) {
   return EXIT_SUCCESS;
 }
 
+/* Looks at what a start would read and leaves nothing behind. Does not listen: the daemon may be running. */
+static bool check(process *p) {
+  char error[ERROR_SIZE];
+  srv_keyring keyring;
+  bool starts = (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) &&
+                srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE) &&
+                srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE);
+  if (starts) srv_keyring_deinit(&keyring);
+  srv_networks_deinit(&p->server.trusted);
+  srv_tls_forget();
+  starts = starts && srv_store_fs_check(p->config.data, error, ERROR_SIZE);
+  if (starts) {
+    puts("the daemon would start with these settings");
+  } else {
+    fprintf(stderr, "tweend: %s\n", error);
+  }
+  return starts;
+}
+
 int main(int argc, char **argv) {
-  static process p = {.listener = -1}; /* static: compute threads may outlive main's frame, see stop */
+  static process p = {.listener = -1,
+                      .admin_listener = -1}; /* static: compute threads may outlive main's frame, see stop */
   char error[ERROR_SIZE];
   int status = STATUS_USAGE;
   srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, error, sizeof error);
-  bool usable = read == SRV_CONFIG_RUN && srv_address_parse(p.config.listen, &p.address, error, sizeof error);
+  bool usable =
+      read == SRV_CONFIG_RUN && srv_address_parse(p.config.listen, &p.address, error, sizeof error) &&
+      (!has_admin(&p) || srv_address_parse(p.config.admin_listen, &p.admin_address, error, sizeof error));
   if (read == SRV_CONFIG_DONE) {
     status = EXIT_SUCCESS;
   } else if (!usable) {
     fprintf(stderr, "tweend: %s\n", error);
+  } else if (p.config.check) {
+    status = check(&p) ? EXIT_SUCCESS : STATUS_FAILED;
   } else if (p.config.healthcheck) {
     status = srv_healthcheck(&p.address, p.config.tls_cert[0] != '\0') ? EXIT_SUCCESS : STATUS_FAILED;
   } else {

@@ -348,6 +348,23 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
   return store;
 }
 
+bool srv_store_fs_check(const char *root, char *error, size_t error_size) {
+  path nearest;
+  snprintf(nearest.text, sizeof nearest.text, "%s", root);
+  while (access(nearest.text, F_OK) != 0 && errno == ENOENT) {
+    char *end = strrchr(nearest.text, '/');
+    if (end == nearest.text) end++;
+    if (end == NULL) strcpy(nearest.text, ".");
+    if (end == NULL || *end == '\0') break;
+    *end = '\0';
+  }
+  struct stat facts;
+  bool is_folder = stat(nearest.text, &facts) == 0 && (S_ISDIR(facts.st_mode) || (errno = ENOTDIR, false));
+  if (is_folder && access(nearest.text, R_OK | W_OK | X_OK) == 0) return true;
+  snprintf(error, error_size, "--data: cannot use folder '%s': %s", root, strerror(errno));
+  return false;
+}
+
 void srv_store_fs_close(srv_store_fs *store) {
   if (store != NULL && stop_probes(store)) destroy(store);
 }

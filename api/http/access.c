@@ -143,7 +143,15 @@ static bool allows_origin(api_call *call) {
   return false;
 }
 
+/* The listener for probes and metrics. */
+static bool allows_admin(api_call *call) {
+  if (call->route->access == API_OPEN || call->route->handle == api_get_metrics) return true;
+  api_fail_with(call, 404, "this listener has probes, /version, /openapi.json and /metrics alone");
+  return false;
+}
+
 bool api_access_allowed(api_call *call) {
+  if (call->request->is_admin) return allows_admin(call);
   if (call->route->access == API_OPEN) return true;
   return has_keys(call) ? allows_bearer(call) : allows_origin(call);
 }

@@ -180,6 +180,7 @@ typedef struct api_request {
   api_ticket *ticket;   /* outlives the answer */
   const api_keys *keys; /* in force when it came; NULL: those in force now */
   uint64_t now_s;       /* Unix time when it came */
+  bool is_admin;        /* on the listener for probes and metrics, which asks for no key */
   api_bytes body;       /* complete, still content-encoded */
 } api_request;
 

@@ -182,3 +182,25 @@ TEST_WITH(version_is_one_line, set_up, tear_down) {
   assert_int_equal(read_flags(f, (const char *const[4]){"--version"}), SRV_CONFIG_DONE);
   assert_string_equal(f->printed, "tweend " TWEEND_VERSION "\n");
 }
+
+TEST_WITH(unknown_flags_name_the_nearest, set_up, tear_down) {
+  fixture *f = *state;
+  assert_bad(f, "--max-uplaod", "1", "--max-upload");
+  assert_bad(f, "--cors-origin=a", NULL, "--cors-origins");
+}
+
+TEST_WITH(short_help_is_the_same, set_up, tear_down) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){"-h"}), SRV_CONFIG_DONE);
+  assert_non_null(strstr(f->printed, "--rate-limit RATE"));
+}
+
+TEST_WITH(rates_have_a_count_and_a_time, set_up, tear_down) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){"--rate-limit", "100/m"}), SRV_CONFIG_RUN);
+  assert_int_equal(f->config.rate_limit.count, 100);
+  assert_int_equal(f->config.rate_limit.period_s, 60);
+  static const char *const BAD[] = {"100",  "100/", "100/d", "100/mm",      "0/s",
+                                    "-1/s", "/s",   "1.5/s", "4294967296/s"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++) assert_bad(f, "--rate-limit", BAD[i], "--rate-limit");
+}

@@ -847,6 +847,7 @@ TEST_WITH(stop_with_a_request_at_a_compute_thread_frees_nothing_and_says_so, set
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
   srv_rates_destroy(f->server.rates);
+  srv_peers_destroy(f->server.peers);
   close(fd);
   start(f);
 }

@@ -25,7 +25,7 @@ TEST(malformed_addresses_are_refused) {
                                     "127.0.0.1:65536",
                                     "127.0.0.1:-1",
                                     "127.0.0.1:123456",
-                                    "localhost:80",
+                                    "no_such.invalid:80",
                                     "[::1]",
                                     "[::1]80",
                                     "[::1:80",
@@ -54,6 +54,7 @@ static void assert_prints(const char *text, bool tls, const char *expected) {
 
 TEST(addresses_print_as_urls) {
   assert_prints("127.0.0.1:8080", false, "http://127.0.0.1:8080");
+  assert_prints("localhost:8080", false, "http://127.0.0.1:8080");
   assert_prints("0.0.0.0:80", true, "https://0.0.0.0:80");
   assert_prints("[::]:8080", false, "http://[::]:8080");
   assert_prints("unix:/run/tweend", false, "unix:/run/tweend");

@@ -34,9 +34,11 @@ void start(fixture *f) {
   f->server = (srv_server){.config = &f->config, .temporary = "/tmp"};
   f->server.metrics = srv_metrics_create();
   f->server.rates = srv_rates_create();
+  f->server.peers = srv_peers_create(f->config.max_connections_per_address);
   f->server.work = srv_work_create((size_t)f->config.threads, (size_t)f->config.queue);
   f->server.live = srv_live_create((size_t)f->config.max_listeners, SRV_LIVE_PULSE_NS);
-  f->http = srv_http_start(&f->server, listener, f->is_tls, error, sizeof error);
+  f->http =
+      srv_http_start(&f->server, listener, f->is_tls ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error, sizeof error);
   assert_non_null(f->http);
 }
 
@@ -57,6 +59,7 @@ bool stop(fixture *f) {
   srv_work_destroy(f->server.work);
   srv_metrics_destroy(f->server.metrics);
   srv_rates_destroy(f->server.rates);
+  srv_peers_destroy(f->server.peers);
   return stopped;
 }
 

@@ -1,0 +1,126 @@
+# What operators set: rates and connections by address, the listener for probes, the drain, checks of settings.
+
+load helper
+setup() {
+  needs_process
+  cd "$BATS_TEST_TMPDIR" || return
+}
+teardown() { stop_daemon; }
+
+program=${TWEEND_BINARY:-$root/build/tweend}
+
+# free_port: one that nobody listens on.
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
+@test "an address over --rate-limit is 429, and probes are not" {
+  start_daemon --rate-limit 2/m
+  for left in 1 0; do
+    get /v1/models
+    expect 200
+    [[ $(header ratelimit) == "\"address\";r=$left;t="* && $(header ratelimit-policy) == '"address";q=2;w=60' ]]
+  done
+  get /v1/models
+  problem 429 address
+  (($(header retry-after) >= 1 && $(header retry-after) <= 30))
+  post /v1/models "$samples/cube.obj"
+  problem 429
+  get /healthz
+  expect 200
+}
+
+@test "X-Forwarded-For counts from trusted proxies alone" {
+  start_daemon --rate-limit 1/h
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.1'
+  expect 200
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.2'
+  problem 429
+  stop_daemon
+  start_daemon --rate-limit 1/h --trusted-proxies 127.0.0.0/8
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.1'
+  expect 200
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.2'
+  expect 200
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.7' --header 'X-Forwarded-For: 192.0.2.2'
+  problem 429
+  get /v1/models --header 'X-Forwarded-For: 192.0.2.9, 192.0.2.1'
+  problem 429
+  grep -q '"peer":"192.0.2.2"' "$log"
+}
+
+@test "an address has --max-connections-per-address connections" {
+  start_daemon --max-connections-per-address 2
+  address=${url#http://}
+  exec {one}<>"/dev/tcp/${address%:*}/${address#*:}" {two}<>"/dev/tcp/${address%:*}/${address#*:}"
+  get /version
+  expect 503
+  exec {one}>&-
+  for ((tries = 0; tries < 50; tries++)); do
+    get /version
+    [[ $status != 200 ]] || break
+    sleep 0.1
+  done
+  expect 200
+  exec {two}>&-
+}
+
+@test "--admin-listen has probes and metrics without a key, and nothing else" {
+  port=$(free_port)
+  start_daemon --api-keys secret --admin-listen "127.0.0.1:$port" --max-connections 1
+  main=$url url=http://127.0.0.1:$port
+  for path in /healthz /readyz /version /metrics; do
+    get "$path"
+    expect 200
+  done
+  get /v1/models --header 'X-API-Key: secret'
+  problem 404
+  post /v1/surface.json "$samples/cube.obj" --header 'X-API-Key: secret'
+  problem 404
+  address=${main#http://}
+  exec {one}<>"/dev/tcp/${address%:*}/${address#*:}"
+  get /metrics
+  expect 200
+  exec {one}>&-
+}
+
+@test "--drain-delay answers 503 at /readyz, and everything else as before" {
+  start_daemon --drain-delay 3s
+  upload "$samples/cube.obj"
+  kill -TERM "$daemon"
+  for ((tries = 0; tries < 50; tries++)); do
+    get /readyz
+    [[ $status != 503 ]] || break
+    sleep 0.02
+  done
+  problem 503 draining
+  get "/v1/models/$id/surface.glb"
+  expect 200
+  wait "$daemon"
+  daemon=""
+}
+
+@test "--check tells whether the daemon would start, and leaves nothing behind" {
+  run -0 "$program" --check --data "$PWD/a/b" --api-keys one,two
+  [[ $output == *"would start"* && ! -e a ]]
+  run -1 "$program" --check --data "$PWD/a" --api-keys @"$PWD/none"
+  [[ $output == *"$PWD/none"* ]]
+  touch file
+  run -1 "$program" --check --data "$PWD/file/below"
+  run -1 "$program" --check --tls-cert file --tls-key file
+  run -1 "$program" --check --trusted-proxies 10.0.0.0/64
+  [[ $output == *10.0.0.0/64* ]]
+  run -2 "$program" --check --max-level 99
+}
+
+@test "a variable that is no setting is warned of, with the nearest, and starts the daemon nevertheless" {
+  TWEEND_PORT=tcp://10.0.0.1:80 TWEEND_MAX_UPLAOD=1 TWEEND_MAX_LEVEL=3 start_daemon
+  [ "$(grep -c 'TWEEND_PORT is no setting' "$log")" = 1 ]
+  grep -q 'TWEEND_MAX_UPLAOD is no setting; the nearest is TWEEND_MAX_UPLOAD' "$log"
+  if grep -q 'TWEEND_MAX_LEVEL is no' "$log"; then false; fi
+}
+
+@test "--listen takes a name" {
+  port=$(free_port)
+  launch "$program" --listen "localhost:$port" --data "$PWD/data"
+  get /healthz
+  expect 200
+}
