@@ -146,7 +146,11 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
 }
 
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
-  const char *etag = api_etag(call, call->id, representation, canonical);
+  static const char *const suffixes[] = {
+      [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
+  char coded[32]; /* other bytes, another tag */
+  snprintf(coded, sizeof coded, "%s%s", representation, suffixes[call->coding]);
+  const char *etag = api_etag(call, call->id, coded, canonical);
   if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
   if (if_match && !etag_matches(if_match, etag, false))
@@ -211,9 +215,10 @@ static bool range_counts(const api_call *call) {
 }
 
 api_outcome api_range_answer(api_call *call, uint64_t size, api_range *range) {
-  api_answer_header(&call->answer, "Accept-Ranges", "bytes");
   call->answer.status = 200;
   *range = (api_range){0, size};
+  if (call->coding != API_CODING_NONE) return API_CONTINUE; /* parts would be of what it makes */
+  api_answer_header(&call->answer, "Accept-Ranges", "bytes");
   const char *text = call->is_head || !range_counts(call) ? NULL : api_call_header(call, "Range");
   switch (read_range(text, size, range)) {
   case RANGE_ALL: return API_CONTINUE;

@@ -28,6 +28,7 @@ typedef struct api_call {
   bool has_suffix;      /* the path's extension has chosen the offer */
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
+  api_coding coding; /* of the answer: NONE, GZIP or ZSTD */
   api_query query;
   uint32_t warning_count;
   const char *first_warning; /* percent-encoded */

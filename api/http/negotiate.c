@@ -167,3 +167,34 @@ api_coding api_coding_of(const char *content_encoding) {
   if (api_span_is(coding, "gzip") || api_span_is(coding, "x-gzip")) return API_CODING_GZIP;
   return api_span_is(coding, "zstd") ? API_CODING_ZSTD : API_CODING_OTHER;
 }
+
+/* The q of a coding in thousandths: its own, or that of "*"; -1 when neither is listed. */
+static int coding_quality(const char *accept_encoding, const char *coding) {
+  api_span rest = api_span_of(accept_encoding);
+  int of_any = -1;
+  while (rest.length > 0) {
+    api_span item = api_span_cut(&rest, ',');
+    api_span name = api_span_cut(&item, ';');
+    if (api_span_is(name, coding)) return read_quality(item);
+    if (api_span_is(name, "*")) of_any = read_quality(item);
+  }
+  return of_any;
+}
+
+api_coding api_coding_accepted(const char *accept_encoding, bool is_text) {
+  if (!accept_encoding) return API_CODING_NONE;
+  int zstd = coding_quality(accept_encoding, "zstd"), gzip = coding_quality(accept_encoding, "gzip");
+  int identity = coding_quality(accept_encoding, "identity");
+  int best = zstd > gzip ? zstd : gzip;
+  bool is_asked_for = is_text ? best >= identity : identity == 0;
+  if (best <= 0 || !is_asked_for) return API_CODING_NONE;
+  return zstd >= gzip ? API_CODING_ZSTD : API_CODING_GZIP;
+}
+
+bool api_type_is_text(const char *type) {
+  static const char *const texts[] = {"application/json", "application/x-ndjson", "text/csv", "text/plain",
+                                      "model/obj"};
+  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
+    if (strcmp(type, texts[i]) == 0) return true;
+  return false;
+}

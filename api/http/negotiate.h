@@ -41,6 +41,13 @@ typedef enum api_coding { API_CODING_NONE, API_CODING_GZIP, API_CODING_ZSTD, API
 /* Of a Content-Encoding header; NULL: absent. Several codings count as other. */
 api_coding api_coding_of(const char *content_encoding);
 
+/* The coding of an answer for an Accept-Encoding (RFC 9110, section 12.5.3; NULL: none is asked for). A text
+ * is coded where that is accepted, anything else only where it may not come as it is. */
+api_coding api_coding_accepted(const char *accept_encoding, bool is_text);
+
+/* Whether a media type is text that codings make much shorter. */
+bool api_type_is_text(const char *type);
+
 /* A view, not terminated. */
 typedef struct api_span {
   const char *text;

@@ -3,6 +3,7 @@
 #include "handlers.h"
 
 #include "access.h"
+#include "encode.h"
 #include "models.h"
 #include "service.h"
 
@@ -201,6 +202,11 @@ static api_outcome choose_offer(api_call *call) {
   return api_fail_with(call, 406, "Accept names none of: %s", list);
 }
 
+static void choose_coding(api_call *call) {
+  const char *accepted = api_call_header(call, "Accept-Encoding");
+  call->coding = api_coding_accepted(accepted, api_type_is_text(call->offer->type));
+}
+
 static api_outcome check_length(api_call *call) {
   const char *length = api_call_header(call, "Content-Length");
   if (!length && !api_call_header(call, "Transfer-Encoding"))
@@ -256,6 +262,7 @@ static api_outcome admit_rest(api_call *call) {
                      &call->fault.error) != TW_OK)
     return api_fail(call);
   api_outcome outcome = choose_offer(call);
+  if (outcome == API_DONE) choose_coding(call);
   if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_length(call);
   if (outcome == API_DONE && call->route->takes != API_TAKES_NOTHING) outcome = check_type(call);
   return outcome == API_DONE ? API_CONTINUE : outcome;
@@ -272,9 +279,10 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
 
 /* What chose among the answers that this URL has. A suffix of the path leaves Accept nothing to choose. */
 static void add_vary(api_call *call) {
-  static const char *const fields[] = {"Accept", "Authorization, X-API-Key", "Origin"};
-  const bool counts[] = {!call->has_suffix, api_access_asks(call), api_access_varies(call)};
-  char list[64];
+  static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
+  bool is_coded = call->offer && (call->coding != API_CODING_NONE || api_type_is_text(call->offer->type));
+  const bool counts[] = {!call->has_suffix, is_coded, api_access_asks(call), api_access_varies(call)};
+  char list[80];
   size_t length = 0;
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
     if (counts[i])
@@ -342,7 +350,7 @@ static api_outcome run_stages(api_call *call) {
   bool is_read = call->route && call->id[0] && strcmp(call->route->method, "DELETE") != 0;
   if (outcome == API_CONTINUE && is_read) outcome = api_model_look(call);
   if (outcome == API_CONTINUE) outcome = call->route->handle(call);
-  return outcome;
+  return outcome == API_DONE ? api_encode(call) : outcome;
 }
 
 /* What the answer holds from here on; a body that does not fit makes the request wait like any other stall.

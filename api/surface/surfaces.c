@@ -358,7 +358,8 @@ static api_outcome reply_head(api_call *call, surface_request *request) {
   uint64_t size;
   api_outcome outcome = predict(call, request, &size);
   if (outcome != API_DONE) return outcome;
-  if (request->form != FORM_OBJ) api_answer_header(&call->answer, "Accept-Ranges", "bytes");
+  if (request->form != FORM_OBJ && call->coding == API_CODING_NONE)
+    api_answer_header(&call->answer, "Accept-Ranges", "bytes");
   take_over(call, request, request->form == FORM_OBJ ? API_SIZE_UNKNOWN : size, read_gltf);
   return API_DONE;
 }

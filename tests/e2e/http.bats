@@ -109,3 +109,23 @@ alone() { [ "$(grep -ac '^HTTP/1.1 ' answer)" = 1 ]; }
   raw 'GET /healthz HTTP/1.1\r\nHost: x\r\n\r\nGET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n'
   [ "$(grep -ac '^HTTP/1.1 200' answer)" = 2 ]
 }
+
+@test "texts come in the coding that is asked for, and unpack to the same" {
+  upload "$samples/tank.json"
+  for path in /openapi.json "/v1/models/$id/surface.obj?level=4" "/v1/models/$id/pose.csv?from=0&to=3&fps=300" \
+    "/v1/models/$id/pose.json?from=0&to=3&fps=300"; do
+    get "$path"
+    mv answer plain
+    [[ -z $(header content-encoding) ]]
+    get "$path" --header 'Accept-Encoding: gzip, br'
+    [[ $(header content-encoding) == gzip && $(header vary) == *Accept-Encoding* ]]
+    gunzip <answer | cmp - plain
+    get "$path" --header 'Accept-Encoding: gzip, br, zstd'
+    [[ $(header content-encoding) == zstd ]]
+    zstd --decompress --stdout --quiet <answer | cmp - plain
+    http HEAD "$path" --header 'Accept-Encoding: gzip'
+    [[ $(header content-encoding) == gzip ]]
+  done
+  get "/v1/models/$id/surface.glb" --header 'Accept-Encoding: gzip, br, zstd'
+  [[ -z $(header content-encoding) && $(head -c 4 answer) == glTF ]]
+}

@@ -205,10 +205,9 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
     reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
     assert_int_equal(r.status, 200);
     assert_string_equal(reply_header(&r, "Content-Type"), cases[i].type);
-    if (strchr(cases[i].rest, '.'))
-      assert_null(reply_header(&r, "Vary")); /* Accept has nothing to choose */
-    else
-      assert_string_equal(reply_header(&r, "Vary"), "Accept");
+    const char *vary = reply_header(&r, "Vary");
+    bool is_negotiated = vary && strncmp(vary, "Accept", 6) == 0 && vary[6] != '-';
+    assert_int_equal(is_negotiated, !strchr(cases[i].rest, '.')); /* else Accept has nothing to choose */
     reply_free(&r);
   }
   reply r = ask_with(f, f->cube, "surface", "Accept: image/png\n");
