@@ -1,9 +1,11 @@
 // What artists put into a file beside triangles comes back: three.js sees the same scenes, names, cameras, lights,
-// instances, morph targets, lines, points, materials and extras in an answer as in the file, and the validator agrees.
+// instances, morph targets, attributes, lines, points, materials and extras in an answer as in the file, the validator
+// agrees, and bones and morph targets move the surface as they move the file's mesh.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 
 import validator from 'gltf-validator';
+import { AnimationMixer, LoopOnce, Vector3 } from 'three';
 
 import { Daemon } from './daemon.mjs';
 import { load } from './player.mjs';
@@ -17,7 +19,7 @@ const accessors = [];
 function accessor(values, type, more = {}) {
   const bytes = Buffer.from(values.buffer);
   const byteOffset = buffer.reduce((sum, part) => sum + part.length, 0);
-  const width = { SCALAR: 1, VEC3: 3, VEC4: 4, MAT4: 16 }[type];
+  const width = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT4: 16 }[type];
   const componentType = { Float32Array: 5126, Uint16Array: 5123, Uint8Array: 5121 }[values.constructor.name];
   bufferViews.push({ buffer: 0, byteOffset, byteLength: bytes.length });
   buffer.push(bytes, Buffer.alloc(-bytes.length & 3));
@@ -29,6 +31,12 @@ const boxPoints = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((i) => [i & 1, (i >> 1) & 1, 
 const boxFaces = [0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5];
 const unit = { min: [0, 0, 0], max: [1, 1, 1] };
 const identity = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1];
+
+const extremes = (values, width) => {
+  const columns = [...Array(width).keys()].map((c) => values.filter((_, i) => i % width === c));
+  return { min: columns.map((column) => Math.min(...column)), max: columns.map((column) => Math.max(...column)) };
+};
+const floats = (values, type, width) => accessor(new Float32Array(values), type, width && extremes(values.map(Math.fround), width));
 
 const POSITION = accessor(new Float32Array(boxPoints), 'VEC3', unit);
 const indices = accessor(new Uint16Array(boxFaces), 'SCALAR');
@@ -43,6 +51,56 @@ const times = accessor(new Float32Array([0, 1]), 'SCALAR', { min: [0], max: [1] 
 const moves = accessor(new Float32Array([0, 0, 0, 0, 1, 0]), 'VEC3');
 const blinks = accessor(new Float32Array([0, 1, 1, 0]), 'SCALAR');
 const colors = accessor(new Float32Array([0, 0, 0, 1, 1, 1]), 'VEC3');
+
+/** A tube along y on three bones, open at both ends, with a seam in its UVs. */
+function makeFigure() {
+  const sides = 6;
+  const rings = 7;
+  const grid = [...Array(rings).keys()].flatMap((ring) => [...Array(sides + 1).keys()].map((side) => [ring, side]));
+  const direction = (side) => [Math.cos((2 * Math.PI * (side % sides)) / sides), Math.sin((2 * Math.PI * (side % sides)) / sides)];
+  const points = grid.flatMap(([ring, side]) => [direction(side)[0], ring, direction(side)[1]]);
+  const normals = grid.flatMap(([, side]) => [direction(side)[0], 0, direction(side)[1]]);
+  const influences = grid.map(([ring]) => [0, 2, 4].map((bone) => Math.max(0, 3 - Math.abs(ring - bone))));
+  const corners = grid.flatMap(([ring, side], at) =>
+    ring + 1 < rings && side < sides ? [at, at + sides + 1, at + sides + 2, at, at + sides + 2, at + 1] : [],
+  );
+  /** Swells, and leans. */
+  const swell = grid.flatMap(([ring, side]) => direction(side).flatMap((x, i) => (i ? [0, x * ring * 0.1] : [x * ring * 0.1])));
+  const lean = grid.flatMap(([ring]) => [ring * ring * 0.05, 0, 0]);
+  const ids = grid.map(([ring, side]) => ring * sides + (side % sides));
+  return {
+    attributes: {
+      POSITION: floats(points, 'VEC3', 3),
+      _ID: accessor(new Float32Array(ids), 'SCALAR'),
+      NORMAL: floats(normals, 'VEC3'),
+      TEXCOORD_0: floats(grid.flatMap(([ring, side]) => [side / sides, ring / rings]), 'VEC2'),
+      COLOR_0: floats(grid.flatMap(([ring]) => [ring / rings, 1, 0.5, 1]), 'VEC4'),
+      JOINTS_0: accessor(new Uint8Array(influences.flatMap((w) => [...w.map((x, bone) => (x ? bone : 0)), 0])), 'VEC4'),
+      WEIGHTS_0: floats(influences.flatMap((w) => [...w.map((x) => x / (w[0] + w[1] + w[2])), 0]), 'VEC4'),
+      _Flow: floats(points.map((x) => 3 * x - 1), 'VEC3'),
+    },
+    indices: accessor(new Uint16Array(corners), 'SCALAR'),
+    targets: [
+      { POSITION: floats(swell, 'VEC3', 3), NORMAL: floats(normals.map((x, i) => (i % 3 === 1 ? -0.1 : 0)), 'VEC3') },
+      { POSITION: floats(lean, 'VEC3', 3), NORMAL: floats(normals.map((x) => 0.05 * x), 'VEC3') },
+    ],
+  };
+}
+
+const figure = makeFigure();
+const boneBinds = floats([0, 2, 4].flatMap((y) => [...identity.slice(0, 13), -y, 0, 1]), 'MAT4');
+const beats = accessor(new Float32Array([0, 0.4, 1.1, 2]), 'SCALAR', { min: [0], max: [2] });
+const turned = (angle, [x, y, z]) => [x, y, z].map((a) => a * Math.sin(angle / 2)).concat(Math.cos(angle / 2));
+const turns = floats([0, 0.7, -0.4, 1].flatMap((angle) => turned(angle, [0.6, 0, 0.8])), 'VEC4');
+const swings = floats([0, -0.9, 0.8, 0.1].flatMap((angle) => turned(angle, [0, 0, 1])), 'VEC4');
+const smoothTurns = floats(
+  [0, 0.5, 0.9, 0.2].flatMap((angle) => [0.1, 0, 0.2, 0, ...turned(angle, [1, 0, 0]), 0.2, 0, -0.1, 0]),
+  'VEC4',
+);
+const steps = floats([0, 0, 0, 1, 0, 0, 1, 2, 0, 0, 0, 3], 'VEC3');
+const stretches = floats([1, 1, 1, 1, 1.5, 1, 0.8, 1, 1.2, 1, 1, 1], 'VEC3');
+const moods = floats([0, 1, 0.5, 0.5, 1, 0, 0.25, 0.75], 'SCALAR');
+const smoothMoods = floats([0, 1, 1, 0].flatMap((x) => [0.1, 0, x, 1 - x, 0, -0.1]), 'SCALAR');
 
 const variant = (material, name) => ({
   extensions: { KHR_materials_variants: { mappings: [{ material, variants: [name] }] } },
@@ -70,7 +128,7 @@ const file = {
   scene: 1,
   scenes: [
     { name: 'spare', nodes: [6], extras: { scene: 0 } },
-    { name: 'shown', nodes: [0, 8], extensions: { ACME_meta: { scene: 1 } } },
+    { name: 'shown', nodes: [0, 8, 10, 11], extensions: { ACME_meta: { scene: 1 } } },
   ],
   nodes: [
     { name: 'root', children: [1, 2, 3, 4, 5, 7, 9], extras: { node: 'root' } },
@@ -83,6 +141,11 @@ const file = {
     { name: 'crowd', mesh: 4, extensions: { EXT_mesh_gpu_instancing: { attributes: { TRANSLATION: places } } } },
     { name: 'arm', mesh: 5, skin: 1 },
     { name: 'bone', extras: {} },
+    { name: 'figure', mesh: 6, skin: 2, weights: [0.5, 0.25] },
+    { name: 'stage', children: [12], translation: [1, 2, 3], scale: [2, 2, 2] },
+    { name: 'hips', children: [13], rotation: [0, 0.6, 0, 0.8] },
+    { name: 'spine', children: [14], translation: [0, 2, 0], extras: { bone: 1 } },
+    { name: 'head', translation: [0, 2, 0] },
   ],
   cameras: [
     { name: 'flat', type: 'orthographic', orthographic: { xmag: 2, ymag: 1, znear: 0.5, zfar: 10 } },
@@ -110,10 +173,12 @@ const file = {
     { name: 'unused', primitives: [box], extras: { unused: true } },
     { name: 'tree', primitives: [box] },
     { name: 'arm', primitives: [{ ...box, attributes: { POSITION, JOINTS_0: joints, WEIGHTS_0: weights } }] },
+    { name: 'figure', primitives: [figure], weights: [0, 0], extras: { targetNames: ['swell', 'lean'] } },
   ],
   skins: [
     { name: 'unused', joints: [9], extras: { skin: 0 } },
     { name: 'arm', joints: [9], inverseBindMatrices: binds },
+    { name: 'figure', joints: [12, 13, 14], skeleton: 12, inverseBindMatrices: boneBinds, extras: { skin: 2 } },
   ],
   materials: [
     { name: 'red', pbrMetallicRoughness: { baseColorFactor: [1, 0, 0, 1] }, extras: { paint: 3 } },
@@ -141,6 +206,34 @@ const file = {
         { input: times, output: colors, interpolation: 'STEP' },
       ],
       extras: { animation: 0 },
+    },
+    {
+      name: 'dance, slowly',
+      channels: [
+        { sampler: 0, target: { node: 12, path: 'rotation' } },
+        { sampler: 1, target: { node: 13, path: 'rotation' } },
+        { sampler: 2, target: { node: 12, path: 'translation' } },
+        { sampler: 3, target: { node: 14, path: 'scale' } },
+        { sampler: 4, target: { node: 10, path: 'weights' } },
+      ],
+      samplers: [
+        { input: beats, output: turns },
+        { input: beats, output: smoothTurns, interpolation: 'CUBICSPLINE', extras: { sampler: 1 } },
+        { input: beats, output: steps, interpolation: 'STEP' },
+        { input: beats, output: stretches },
+        { input: beats, output: moods },
+      ],
+    },
+    {
+      name: 'nod',
+      channels: [
+        { sampler: 0, target: { node: 14, path: 'rotation' } },
+        { sampler: 1, target: { node: 10, path: 'weights' } },
+      ],
+      samplers: [
+        { input: beats, output: swings },
+        { input: beats, output: smoothMoods, interpolation: 'CUBICSPLINE' },
+      ],
     },
   ],
 };
@@ -203,22 +296,129 @@ const daemon = new Daemon();
 before(() => daemon.start());
 after(() => daemon.remove());
 
+async function answerTo(query) {
+  const answer = await fetch(`${await daemon.upload(source)}/surface.glb?${query}`);
+  assert.equal(answer.status, 200);
+  return new Uint8Array(await answer.arrayBuffer());
+}
+
+async function assertValid(bytes) {
+  const report = await validator.validateBytes(bytes, { maxIssues: 1000 });
+  assert.deepEqual(report.issues.messages.filter(({ severity }) => severity < 2), []);
+}
+
 for (const query of ['level=0', 'level=1']) {
   test(`${query} keeps what the file says`, async () => {
-    const model = await daemon.upload(source);
-    const answer = await fetch(`${model}/surface.glb?${query}&clip=walk`);
-    assert.equal(answer.status, 200);
-    const glb = new Uint8Array(await answer.arrayBuffer());
-    const report = await validator.validateBytes(glb, { maxIssues: 1000 });
-    assert.deepEqual(report.issues.messages.filter(({ severity }) => severity < 2), []);
+    const glb = await answerTo(query);
+    await assertValid(glb);
     assertSameDocument(jsonOf(glb));
     assert.deepEqual(everythingSeen(await load(glb)), everythingSeen(await load(source)));
   });
 }
 
 test('the file itself is valid, and nothing of it is left out', async () => {
-  const report = await validator.validateString(source);
-  assert.deepEqual(report.issues.messages.filter(({ severity }) => severity < 2), []);
+  await assertValid(new TextEncoder().encode(source));
   const description = await (await fetch(await daemon.upload(source))).json();
   assert.deepEqual(description.warnings ?? [], []);
+});
+
+// ---- what moves -------------------------------------------------------------------------------------------
+
+const TIMES = 20;
+
+/** Moves to times of a clip, with the morph weights that a node has where no clip says them. */
+function clipPlayer(gltf, name) {
+  const clip = gltf.animations.find((one) => one.name === name);
+  const mixer = new AnimationMixer(gltf.scene);
+  const action = mixer.clipAction(clip);
+  action.setLoop(LoopOnce).clampWhenFinished = true;
+  action.play();
+  return (part) => {
+    action.paused = false;
+    mixer.setTime((part * clip.duration) / (TIMES - 1));
+    gltf.scene.updateMatrixWorld(true);
+  };
+}
+
+/** Baked, it hangs on a second node of the name. */
+const figureOf = (gltf) => [gltf.scene.getObjectByName('figure'), gltf.scene.getObjectByName('figure_1')].find((one) => one?.isMesh);
+
+/** [vertex]: where joints and morph targets put it in the world. */
+function vertices(mesh) {
+  return [...Array(mesh.geometry.attributes.position.count).keys()].map((i) =>
+    mesh.getVertexPosition(i, new Vector3()).applyMatrix4(mesh.matrixWorld),
+  );
+}
+
+const row = (attribute, i) => [...Array(attribute.itemSize).keys()].map((c) => attribute.getComponent(i, c));
+
+function assertNear(found, wanted, tolerance, what) {
+  assert.equal(found.length, wanted.length, what);
+  found.forEach((x, i) => assert.ok(Math.abs(x - wanted[i]) <= tolerance, `${what}: ${found} is not ${wanted}`));
+}
+
+function assertSameBones(a, b, what) {
+  const bones = (gltf) => figureOf(gltf).skeleton.bones;
+  bones(a).forEach((bone, i) => assertNear(bone.matrixWorld.elements, bones(b)[i].matrixWorld.elements, 1e-5, what));
+}
+
+test('level 0 has the values and displacements of the file', async () => {
+  const [before, after] = [await load(source), await load(await answerTo('level=0'))];
+  const [was, is] = [figureOf(before).geometry, figureOf(after).geometry];
+  assert.equal(is.attributes.position.count, was.attributes.position.count);
+  const key = (geometry, i) => [row(geometry.attributes._id, i), rounded(row(geometry.attributes.uv, i))].join();
+  const found = new Map([...Array(was.attributes._id.count).keys()].map((i) => [key(was, i), i]));
+  for (let i = 0; i < is.attributes._id.count; i++) {
+    const from = found.get(key(is, i));
+    for (const name of ['_flow', 'normal', 'color'])
+      assertNear(row(is.attributes[name], i), row(was.attributes[name], from), 1e-6, name);
+    for (const name of ['position', 'normal'])
+      for (const target of [0, 1])
+        assertNear(row(is.morphAttributes[name][target], i), row(was.morphAttributes[name][target], from), 1e-6, name);
+  }
+});
+
+for (const clip of ['dance, slowly', 'nod']) {
+  test(`level 0 moves as the file in '${clip}'`, async () => {
+    const [before, after] = [await load(source), await load(await answerTo('level=0'))];
+    const moves = [before, after].map((gltf) => clipPlayer(gltf, clip));
+    const idOf = (gltf, i) => figureOf(gltf).geometry.attributes._id.getX(i);
+    for (let time = 0; time < TIMES; time++) {
+      moves.forEach((moveTo) => moveTo(time));
+      assertSameBones(after, before, `bones at ${time}`);
+      const places = new Map();
+      vertices(figureOf(before)).forEach((point, i) => places.set(idOf(before, i), point.toArray()));
+      vertices(figureOf(after)).forEach((point, i) =>
+        assertNear(point.toArray(), places.get(idOf(after, i)), 1e-5, `vertex ${i} at ${time}`),
+      );
+    }
+  });
+
+  /** Weights are subdivided apart from points: between bones that is near to, not the same as, moving first. */
+  test(`level 2 follows in '${clip}'`, async () => {
+    const [before, after] = [await load(source), await load(await answerTo('level=2'))];
+    const moves = [before, after].map((gltf) => clipPlayer(gltf, clip));
+    for (let time = 0; time < TIMES; time += 3) {
+      moves.forEach((moveTo) => moveTo(time));
+      assertSameBones(after, before, `bones at ${time}`);
+      const at = (before.animations.find((one) => one.name === clip).duration * time) / (TIMES - 1);
+      const baked = await load(await answerTo(`level=2&skin=bake&at=${at}&clip=${encodeURIComponent(clip)}`));
+      baked.scene.updateMatrixWorld(true);
+      const [kept, moved] = [vertices(figureOf(after)), vertices(figureOf(baked))];
+      assert.equal(kept.length, moved.length);
+      kept.forEach((point, i) => {
+        const distance = point.distanceTo(moved[i]); // edges of the cage are 2 long
+        assert.ok(distance < 0.25, `vertex ${i} at ${time}: ${distance}`);
+      });
+    }
+  });
+}
+
+test('displaced normals of a level are unit', async () => {
+  const { attributes, morphAttributes } = figureOf(await load(await answerTo('level=2'))).geometry;
+  for (let i = 0; i < attributes.normal.count; i++)
+    for (const target of [0, 1]) {
+      const moved = new Vector3(...row(attributes.normal, i)).add(new Vector3(...row(morphAttributes.normal[target], i)));
+      assert.ok(Math.abs(moved.length() - 1) < 1e-5, `vertex ${i}: ${moved.length()}`);
+    }
 });
