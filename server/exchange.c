@@ -24,6 +24,8 @@ char *srv_server_metrics(void *context, size_t *size) {
   srv_server *server = context;
   srv_gauges gauges = {.connections = atomic_load(&server->connections),
                        .requests_in_flight = atomic_load(&server->in_flight),
+                       .threads = server->config->threads,
+                       .queue_capacity = server->config->queue,
                        .live = srv_live_look(server->live)};
   srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
   return srv_metrics_print(server->metrics, &gauges, size);
@@ -34,6 +36,18 @@ char *srv_server_metrics(void *context, size_t *size) {
 static bool sane_id(const char *id) {
   size_t size = strspn(id, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789._-");
   return size > 0 && size < SRV_REQUEST_ID_SIZE && id[size] == '\0';
+}
+
+/* VERSION-TRACE-PARENT-FLAGS in lower-case hex (W3C Trace Context, version 00). */
+static bool sane_trace(const char *text) {
+  static const size_t ENDS[] = {2, 35, 52, 55};
+  static const char DIGITS[] = "0123456789abcdef";
+  size_t at = 0;
+  for (size_t i = 0; i < sizeof ENDS / sizeof *ENDS; i++) {
+    at += strspn(text + at, DIGITS);
+    if (at != ENDS[i] || text[at++] != (i < 3 ? '-' : '\0')) return false;
+  }
+  return true;
 }
 
 /* Unique within this process by the number, among processes by the random part. */
@@ -114,7 +128,11 @@ static void answered(srv_exchange *exchange) {
 void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   exchange->answer = (api_answer){0};
-  api_problem(status, detail, exchange->id, retry_after, &exchange->answer);
+  if (exchange->opened) {
+    api_refuse(exchange->server->service, &exchange->request, status, detail, retry_after, &exchange->answer);
+  } else {
+    api_problem(status, detail, exchange->id, retry_after, &exchange->answer);
+  }
   answered(exchange);
 }
 
@@ -194,6 +212,9 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
   exchange->request.now_s = (uint64_t)time(NULL);
   exchange->request.header = header;
   exchange->request.context = context;
+  const char *trace = header(context, "traceparent");
+  if (trace != NULL && sane_trace(trace))
+    copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
   const char *id = header(context, "X-Request-Id");
   if (id != NULL && sane_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
   srv_body_init(&exchange->body, exchange->server->config->max_upload, exchange->server->temporary);
@@ -365,6 +386,8 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->target == NULL) return;
   uint64_t ended_ns = srv_now_ns();
   double total_ms = milliseconds(exchange->started_ns, ended_ns);
+  const char *route = exchange->route;
+  if (route == NULL) route = api_route_name(exchange->request.path);
   char client[SRV_CLIENT_TEXT];
   srv_client_print(&exchange->client, client);
   srv_log_access(&(srv_log_request){.id = exchange->id,
@@ -372,15 +395,16 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
                                     .method = exchange->method,
                                     .path = exchange->request.path,
                                     .query = exchange->request.query,
+                                    .route = route,
+                                    .traceparent = exchange->traceparent,
                                     .status = exchange->status,
                                     .aborted = aborted,
                                     .bytes_in = exchange->bytes_in,
                                     .bytes_out = exchange->bytes_out,
+                                    .receive_ms = milliseconds(exchange->started_ns, exchange->received_ns),
                                     .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
                                     .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
                                     .total_ms = total_ms});
-  const char *route = exchange->route;
-  if (route == NULL) route = api_route_name(exchange->request.path);
   srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->bytes_in,
                       exchange->bytes_out);
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);

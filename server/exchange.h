@@ -36,7 +36,13 @@ typedef struct srv_server {
   atomic_size_t unsent;       /* while draining: clients that have not taken all that they were sent */
 } srv_server;
 
-enum { SRV_REQUEST_ID_SIZE = 65, SRV_METHOD_SIZE = 24, SRV_TIMING_SIZE = 100, SRV_RATES_SIZE = 128 };
+enum {
+  SRV_REQUEST_ID_SIZE = 65,
+  SRV_METHOD_SIZE = 24,
+  SRV_TIMING_SIZE = 100,
+  SRV_RATES_SIZE = 128,
+  SRV_TRACE_SIZE = 56
+};
 
 typedef struct srv_exchange {
   srv_job job; /* first: the pool hands it back */
@@ -44,6 +50,7 @@ typedef struct srv_exchange {
   char *target; /* copy of the request target, cut into path and query; NULL: no exchange */
   char method[SRV_METHOD_SIZE];
   char id[SRV_REQUEST_ID_SIZE];
+  char traceparent[SRV_TRACE_SIZE]; /* of the request, "" without a sane one */
   api_request request;
   api_ticket ticket;
   srv_body body;

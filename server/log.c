@@ -121,15 +121,18 @@ void srv_log_access(const srv_log_request *request) {
     append_field(&l, "message", "request");
     append_field(&l, "id", request->id);
     append_field(&l, "peer", request->peer);
+    if (request->traceparent[0] != '\0') append_field(&l, "traceparent", request->traceparent);
     append_field(&l, "method", request->method);
+    append_field(&l, "route", request->route);
     append_text(&l, ",\"target\":\"");
     append_target(&l, request);
     append_text(&l, "\"");
     append(&l,
            ",\"status\":%d,\"aborted\":%s,\"bytes_in\":%llu,\"bytes_out\":%llu,"
-           "\"queue_ms\":%.3f,\"work_ms\":%.3f,\"total_ms\":%.3f",
+           "\"receive_ms\":%.3f,\"queue_ms\":%.3f,\"work_ms\":%.3f,\"total_ms\":%.3f",
            request->status, request->aborted ? "true" : "false", (unsigned long long)request->bytes_in,
-           (unsigned long long)request->bytes_out, request->queue_ms, request->work_ms, request->total_ms);
+           (unsigned long long)request->bytes_out, request->receive_ms, request->queue_ms, request->work_ms,
+           request->total_ms);
   } else {
     append(&l, "%d ", request->status);
     append_escaped(&l, request->method, SHORT_END);

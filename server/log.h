@@ -20,10 +20,12 @@ void srv_log(srv_log_level level, const char *format, ...) __attribute__((format
 /* One finished request; logged as information. Text may hold anything, it is escaped. */
 typedef struct srv_log_request {
   const char *id, *peer, *method, *path, *query;
+  const char *route;       /* of the path, as metrics name it */
+  const char *traceparent; /* W3C Trace Context, "" without one */
   int status;
   bool aborted; /* the answer was not delivered completely */
   uint64_t bytes_in, bytes_out;
-  double queue_ms, work_ms, total_ms;
+  double receive_ms, queue_ms, work_ms, total_ms;
 } srv_log_request;
 
 void srv_log_access(const srv_log_request *request);

@@ -2,11 +2,14 @@
  * full is counted under the route "other". */
 #include "metrics.h"
 
+#include <dirent.h>
 #include <inttypes.h>
 #include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <time.h>
 #include <unistd.h>
 
 enum { COUNTERS_MAX = 256, ROUTES_MAX = 32, BUCKET_COUNT = 10 };
@@ -32,11 +35,14 @@ struct srv_metrics {
   histogram histograms[ROUTES_MAX];
   size_t counter_count, histogram_count;
   uint64_t bytes_in, bytes_out;
+  time_t started_s;
 };
 
 srv_metrics *srv_metrics_create(void) {
   srv_metrics *metrics = calloc(1, sizeof *metrics);
-  if (metrics != NULL) pthread_mutex_init(&metrics->lock, NULL);
+  if (metrics == NULL) return NULL;
+  pthread_mutex_init(&metrics->lock, NULL);
+  metrics->started_s = time(NULL);
   return metrics;
 }
 
@@ -124,6 +130,39 @@ static uint64_t resident_bytes(void) {
   return strtoull(second, NULL, 10) * (uint64_t)sysconf(_SC_PAGESIZE);
 }
 
+static double processor_seconds(void) {
+  struct rusage usage;
+  if (getrusage(RUSAGE_SELF, &usage) != 0) return 0;
+  return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
+         (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / 1e6;
+}
+
+static uint64_t open_descriptors(void) {
+  DIR *listing = opendir("/proc/self/fd");
+  if (listing == NULL) return 0;
+  uint64_t count = 0;
+  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) count++;
+  closedir(listing);
+  return count < 3 ? 0 : count - 3; /* but ".", ".." and that of the listing */
+}
+
+static void print_of_process(FILE *out, const char *name, const char *type, const char *help, double value) {
+  fprintf(out, "# HELP process_%s %s\n# TYPE process_%s %s\nprocess_%s %.15g\n", name, help, name, type, name,
+          value);
+}
+
+/* By the names that Prometheus' own clients give them. */
+static void print_process(FILE *out, double started_s) {
+  struct rlimit limit = {0};
+  getrlimit(RLIMIT_NOFILE, &limit);
+  print_of_process(out, "resident_memory_bytes", "gauge", "Resident memory.", (double)resident_bytes());
+  print_of_process(out, "cpu_seconds_total", "counter", "Processor time of all threads.",
+                   processor_seconds());
+  print_of_process(out, "open_fds", "gauge", "Open files and sockets.", (double)open_descriptors());
+  print_of_process(out, "max_fds", "gauge", "How many may be open.", (double)limit.rlim_cur);
+  print_of_process(out, "start_time_seconds", "gauge", "Unix time of the start.", started_s);
+}
+
 static void print_requests(FILE *out, const srv_metrics *metrics) {
   print_family(out, "http_requests_total", "counter", "Finished requests.");
   for (size_t i = 0; i < metrics->counter_count; i++) {
@@ -152,6 +191,8 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *
                gauges->requests_in_flight);
   print_number(out, "jobs_waiting", "gauge", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
   print_number(out, "jobs_running", "gauge", "Heavy requests on a thread.", gauges->jobs_running);
+  print_number(out, "compute_threads", "gauge", "Threads for heavy requests.", gauges->threads);
+  print_number(out, "queue_capacity", "gauge", "Heavy requests that may wait.", gauges->queue_capacity);
   print_number(out, "live_listeners", "gauge", "Open live streams.", gauges->live.listeners);
   print_number(out, "live_channels", "gauge", "What live streams share: equal frames at equal times.",
                gauges->live.channels);
@@ -160,10 +201,7 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *
   print_number(out, "live_frames_sent_total", "counter", "Frames sent to listeners.", gauges->live.sent);
   print_number(out, "live_frames_skipped_total", "counter", "Frames that slow listeners did not get.",
                gauges->live.skipped);
-  fprintf(out,
-          "# HELP process_resident_memory_bytes Resident memory.\n"
-          "# TYPE process_resident_memory_bytes gauge\nprocess_resident_memory_bytes %" PRIu64 "\n",
-          resident_bytes());
+  print_process(out, (double)metrics->started_s);
   if (fclose(out) == 0) return text;
   free(text);
   return NULL;

@@ -19,6 +19,7 @@ void srv_metrics_request(srv_metrics *metrics, const char *route, int status, do
 /* What others know at the time of printing. */
 typedef struct srv_gauges {
   uint64_t connections, requests_in_flight;
+  uint64_t threads, queue_capacity;
   size_t jobs_waiting, jobs_running;
   srv_live_load live;
 } srv_gauges;

@@ -7,6 +7,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 api_outcome api_fail(api_call *call) {
   api_fault_complete(&call->fault);
@@ -183,18 +184,14 @@ static bool read_position(const char **text, uint64_t *out) {
   return digits > 0;
 }
 
-/* Reads a Range header (RFC 9110, section 14) for a representation of `size` bytes. text: NULL allowed.
- * Several ranges at once count as none. */
-static range_kind read_range(const char *text, uint64_t size, api_range *out) {
-  if (!text || strncmp(text, "bytes=", 6) != 0) return RANGE_ALL;
-  text += 6;
+/* One range of a list, "first-last", "first-" or "-count". RANGE_ALL: malformed. */
+static range_kind read_one(const char **text, uint64_t size, api_range *out) {
   uint64_t first = 0, last = 0;
-  bool has_first = read_position(&text, &first);
-  if (*text != '-') return RANGE_ALL;
-  text++;
-  bool has_last = read_position(&text, &last);
-  if (*text != '\0' || (!has_first && !has_last)) return RANGE_ALL;
-  if (has_first && has_last && last < first) return RANGE_ALL;
+  bool has_first = read_position(text, &first);
+  if (**text != '-') return RANGE_ALL;
+  (*text)++;
+  bool has_last = read_position(text, &last);
+  if ((!has_first && !has_last) || (has_first && has_last && last < first)) return RANGE_ALL;
   if (!has_first) { /* the last `last` bytes */
     if (last == 0 || size == 0) return RANGE_UNSATISFIABLE;
     first = last < size ? size - last : 0;
@@ -204,6 +201,36 @@ static range_kind read_range(const char *text, uint64_t size, api_range *out) {
   if (!has_last || last >= size) last = size - 1;
   *out = (api_range){first, last - first + 1};
   return RANGE_PART;
+}
+
+/* Whether both make one piece without a gap; then *range is it. */
+static bool join_ranges(api_range *range, const api_range *other) {
+  uint64_t end = range->first + range->count, other_end = other->first + other->count;
+  if (other->first > end || range->first > other_end) return false;
+  uint64_t first = range->first < other->first ? range->first : other->first;
+  *range = (api_range){first, (end > other_end ? end : other_end) - first};
+  return true;
+}
+
+/* Reads a Range header (RFC 9110, section 14) for a representation of `size` bytes. text: NULL allowed.
+ * Several ranges count where they make one piece, each joined to those before it; else as none. */
+static range_kind read_range(const char *text, uint64_t size, api_range *out) {
+  if (!text || strncasecmp(text, "bytes=", 6) != 0) return RANGE_ALL;
+  range_kind kind = RANGE_UNSATISFIABLE;
+  api_range whole = {0};
+  for (text += 6;; text++) {
+    text += strspn(text, " \t");
+    api_range range;
+    range_kind next = read_one(&text, size, &range);
+    text += strspn(text, " \t");
+    if (next == RANGE_ALL || (*text != ',' && *text != '\0')) return RANGE_ALL;
+    if (next == RANGE_PART && kind == RANGE_PART && !join_ranges(&whole, &range)) return RANGE_ALL;
+    if (next == RANGE_PART && kind != RANGE_PART) whole = range;
+    if (next == RANGE_PART) kind = RANGE_PART;
+    if (*text != '\0') continue;
+    if (kind == RANGE_PART) *out = whole;
+    return kind;
+  }
 }
 
 /* Whether If-Range lets the Range header count: without one, or with our tag (a date never fits). */

@@ -375,19 +375,23 @@ static bool is_stalled(const api_call *call, api_outcome outcome) {
   return outcome == API_FAILED && call->fault.stall != API_STALL_NONE;
 }
 
-/* The answer to a request that has no place in the queue for memory. */
-static void refuse_crowded(api_service *service, const api_request *request, api_answer *answer) {
-  static const char detail[] = "the memory for this is in use by other requests";
-  api_cache_end(service->cache, request->ticket);
+void api_refuse(api_service *service, const api_request *request, int status, const char *detail,
+                unsigned retry_after, api_answer *answer) {
   api_call call;
   if (!begin(&call, service, request, API_LIGHT)) {
-    api_problem(503, detail, request->id, 1, answer);
+    api_problem(status, detail, request->id, retry_after, answer);
     return;
   }
-  admit_route(&call); /* for the fields that its answers bear */
-  api_fault_with(&call.fault, 503, "%s", detail);
-  call.fault.retry_after_s = 1;
+  find_route(&call, strcmp(request->method, "HEAD") == 0 ? "GET" : request->method);
+  api_fault_with(&call.fault, status, "%s", detail);
+  call.fault.retry_after_s = retry_after;
   finish(&call, API_FAILED, answer);
+}
+
+/* The answer to a request that has no place in the queue for memory. */
+static void refuse_crowded(api_service *service, const api_request *request, api_answer *answer) {
+  api_cache_end(service->cache, request->ticket);
+  api_refuse(service, request, 503, "the memory for this is in use by other requests", 1, answer);
 }
 
 api_progress api_handle(api_service *service, const api_request *request, api_effort effort,

@@ -265,6 +265,10 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
 void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,
                  api_answer *answer);
 
+/* The same for a request whose headers are there, with the fields that its answers bear (CORS, Vary). */
+void api_refuse(api_service *service, const api_request *request, int status, const char *detail,
+                unsigned retry_after, api_answer *answer);
+
 void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
 
 /* The low-cardinality name of a path for logs and metrics, as "/v1/models/{id}/surface". */

@@ -124,3 +124,37 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
   get /healthz
   expect 200
 }
+
+@test "a line of the log tells route, stages and the trace that the request is part of" {
+  start_daemon --log-format json
+  upload "$samples/cube.obj"
+  trace=00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01
+  get "/v1/models/$id/surface.glb" --header "traceparent: $trace"
+  get /version --header 'traceparent: 00-0AF7651916CD43DD8448EB211C80319C-b7ad6b7169203331-01'
+  get /version --header "traceparent: $trace-more"
+  stop_daemon
+  grep '"message":"request"' "$log" | jq --slurp . >lines
+  holds '.[1] | .route == "/v1/models/{id}/surface" and .status == 200 and .bytes_out > 0' lines
+  holds ".[1].traceparent == \"$trace\" and .[2].traceparent == null and .[3].traceparent == null" lines
+  holds 'all(.[]; .receive_ms >= 0 and .queue_ms >= 0 and .work_ms >= 0 and .total_ms >= 0)' lines
+}
+
+@test "metrics tell of the process and of the queue" {
+  start_daemon --threads 3 --queue 5
+  get /metrics
+  expect 200
+  grep -qx 'tweend_compute_threads 3' answer
+  grep -qx 'tweend_queue_capacity 5' answer
+  for name in process_cpu_seconds_total process_open_fds process_max_fds process_start_time_seconds \
+    process_resident_memory_bytes; do
+    grep -qE "^$name [1-9]|^$name 0\.[0-9]*[1-9]" answer
+  done
+}
+
+@test "pages of other origins can read why the daemon itself refuses" {
+  start_daemon --rate-limit 1/h
+  get /v1/models/00112233445566778899aabbccddeeff --header 'Origin: https://far.example'
+  get /v1/models/00112233445566778899aabbccddeeff --header 'Origin: https://far.example'
+  problem 429
+  [[ $(header access-control-allow-origin) == '*' && -n $(header retry-after) ]]
+}

@@ -469,7 +469,10 @@ TEST_WITH(the_source_comes_back_whole_and_in_parts, loopback_setup, loopback_tea
                {"-4", sizeof triangle - 5, 4},
                {"3-", 3, sizeof triangle - 4},
                {"1-9999", 1, sizeof triangle - 2},
-               {"-9999", 0, sizeof triangle - 1}};
+               {"-9999", 0, sizeof triangle - 1},
+               {"0-1,2-4", 0, 5},
+               {"4-5 , 1-3,2-3", 1, 5},
+               {"9999-,3-4", 3, 2}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     snprintf(header, sizeof header, "Range: bytes=%s\n", parts[i].range);
     r = get_with(*state, path, header);
@@ -486,6 +489,8 @@ TEST_WITH(the_source_comes_back_whole_and_in_parts, loopback_setup, loopback_tea
                                "Range: lines=1-2\n",
                                "Range: bytes=-\n",
                                "Range: bytes=0-1,3-4\n",
+                               "Range: bytes=0-1,\n",
+                               "Range: bytes=0-1,x\n",
                                "Range: bytes=0-1\nIf-Range: \"other\"\n",
                                "Range: bytes=0-1\nIf-Range: Sat, 21 Nov 2026 00:00:00 GMT\n",
                                "Range: bytes=99999999999999999999999-\n"};

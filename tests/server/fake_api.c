@@ -221,6 +221,12 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
   if (retry_after > 0) answer->headers[answer->header_count++] = (api_header){"Retry-After", "1"};
 }
 
+void api_refuse(api_service *service, const api_request *request, int status, const char *detail,
+                unsigned retry_after, api_answer *answer) {
+  (void)service;
+  api_problem(status, detail, request->id, retry_after, answer);
+}
+
 void api_answer_deinit(api_answer *answer) {
   if (answer->body.destroy != NULL) answer->body.destroy(answer->body.context);
   if (answer->live.destroy != NULL) answer->live.destroy(answer->live.context);

@@ -42,8 +42,14 @@ static const char *written(const fixture *f) {
 }
 
 static void log_request(const char *id, const char *query) {
-  srv_log_access(&(srv_log_request){
-      .id = id, .peer = "unix", .method = "GET", .path = "/", .query = query, .status = 200});
+  srv_log_access(&(srv_log_request){.id = id,
+                                    .peer = "unix",
+                                    .method = "GET",
+                                    .path = "/",
+                                    .query = query,
+                                    .route = "/",
+                                    .traceparent = "",
+                                    .status = 200});
 }
 
 static size_t count(const char *where, const char *what) {
