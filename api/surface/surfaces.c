@@ -2,6 +2,7 @@
 #include "file_name.h"
 #include "handlers.h"
 #include "models.h"
+#include "packs.h"
 #include "plans.h"
 #include "service.h"
 #include "surface_scene.h"
@@ -19,7 +20,8 @@ typedef struct surface_request {
   api_surface_query surface;
   api_surface_scene scene;
   tw_polygons polygons;
-  api_entry *model, *plan;
+  tw_encoding encoding;
+  api_entry *model, *plan, *packs; /* packs: or NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
   uint64_t left; /* of a range */
@@ -29,6 +31,7 @@ static void release(surface_request *request) {
   tw_gltf_stream_destroy(request->gltf);
   tw_obj_stream_destroy(request->obj);
   api_scene_release(&request->scene);
+  api_entry_release(request->packs);
   api_entry_release(request->plan);
   api_entry_release(request->model);
 }
@@ -125,12 +128,6 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   return status;
 }
 
-/* Values of the contract that this version does not have yet. */
-static tw_status refuse_unsupported(int encoding, tw_error *error) {
-  if (encoding != 0) return tw_fail(error, TW_UNSUPPORTED, "this version knows encoding=float alone");
-  return TW_OK;
-}
-
 /* The parameters of the call; NULL: the fault says why. */
 static surface_request *read_request(api_call *call) {
   static const char *const encodings[] = {"float", "quantized", "meshopt", NULL};
@@ -146,7 +143,6 @@ static surface_request *read_request(api_call *call) {
   tw_status status = read_surface(query, &request->surface, error);
   if (status == TW_OK) status = api_query_choice(query, "encoding", encodings, &encoding, error);
   if (status == TW_OK) status = api_query_choice(query, "polygons", polygons, &polygon, error);
-  if (status == TW_OK) status = refuse_unsupported(encoding, error);
   if (status != TW_OK) {
     api_fail(call);
     return NULL;
@@ -154,18 +150,72 @@ static surface_request *read_request(api_call *call) {
   if (api_scene_read(call, &request->scene.query) != API_DONE) return NULL;
   request->form = (surface_form)(call->offer - call->route->offers);
   request->polygons = (tw_polygons)polygon;
+  request->encoding = request->form == FORM_OBJ ? TW_ENCODING_FLOAT : (tw_encoding)encoding;
   return request;
 }
 
-/* All parameters with their defaults, as text; NULL without memory. */
+static void print_polygons(const surface_request *request, tw_text *text) {
+  tw_text_add(text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
+}
+
+/* The text in the arena of the call; NULL without memory. */
+static const char *take_text(api_call *call, tw_text *text) {
+  const char *copy = text->failed ? NULL : tw_arena_text(call->arena, text->data, text->size);
+  tw_text_deinit(text);
+  return copy;
+}
+
+/* All parameters with their defaults. */
 static const char *canonical(api_call *call, const surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
-  tw_text_add(&text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
+  print_polygons(request, &text);
+  api_encoding_print(request->encoding, &text);
   api_scene_print(&request->scene, &text);
-  const char *copy = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return copy;
+  return take_text(call, &text);
+}
+
+/* ---- packs --------------------------------------------------------------------------------------- */
+
+/* The surfaces and polygons that packs are of. */
+static const char *packs_key(api_call *call, const surface_request *request) {
+  tw_text text = {0};
+  api_surface_query_print(&request->surface, &text);
+  print_polygons(request, &text);
+  tw_text_add(&text, request->scene.query.is_baked ? "&skin=bake" : "&skin=keep");
+  return take_text(call, &text);
+}
+
+static void show_packs(surface_request *request) {
+  const api_packs *packs = api_entry_value(request->packs);
+  request->scene.content.packs = (const tw_packs *const *)packs->list;
+}
+
+/* Those that an answer needs; for sizes alone, what is there, or can be had without a pass over all points.
+ */
+static api_outcome take_packs(api_call *call, surface_request *request, bool is_stored) {
+  if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
+    return API_DONE;
+  bool is_read = request->form < FORM_OBJ && !call->is_head;
+  api_packs_query query = {request->encoding, request->polygons, true};
+  bool is_kept = is_stored && request->scene.moves.count == 0; /* what moves is the request's own */
+  const char *key = is_kept ? packs_key(call, request) : NULL;
+  if (is_kept && !key) return api_fail_without_memory(call);
+  if (!is_read) request->packs = api_packs_peek(call, &query, key);
+  query.is_measured = is_read;
+  if (!request->packs && !is_read && request->encoding == TW_ENCODING_MESHOPT) return API_DONE;
+  const api_plan *plan = api_entry_value(request->plan);
+  api_outcome outcome = API_DONE;
+  if (!request->packs)
+    outcome = api_packs_take(call, request->scene.content.model, plan, &query, key, &request->packs);
+  if (outcome == API_DONE) show_packs(request);
+  return outcome;
+}
+
+/* Whether the answer's size is known: that of what is compressed is, once it has been read or measured. */
+static bool knows_size(const surface_request *request) {
+  return request->encoding != TW_ENCODING_MESHOPT || request->scene.content.packs ||
+         request->scene.content.model->mesh_count == 0;
 }
 
 /* ---- counts -------------------------------------------------------------------------------------- */
@@ -175,24 +225,32 @@ static void print_counts(tw_text *text, uint32_t level, const tw_surface_counts 
   tw_member_count(text, "vertices", counts->vertices);
   tw_member_count(text, "edges", counts->edges);
   tw_member_count(text, "faces", counts->faces);
-  tw_member_count(text, "bytes", bytes);
+  if (bytes == API_SIZE_UNKNOWN)
+    tw_member_open(text, "bytes", "null");
+  else
+    tw_member_count(text, "bytes", bytes);
 }
 
-/* The size of a GLB that holds one mesh of the scene alone, without materials. */
+/* The size of a GLB that holds one mesh of the scene alone, without materials; or that it is not known. */
 static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uint64_t *size,
                               tw_error *error) {
+  const tw_scene *all = &request->scene.content;
+  *size = API_SIZE_UNKNOWN;
+  if (!knows_size(request)) return TW_OK;
   tw_node node = {.parent = TW_NO_INDEX, .skin = TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
   uint32_t order = 0;
   tw_model model = {.format = TW_FORMAT_JSON,
                     .mesh_count = 1,
-                    .meshes = &request->scene.content.model->meshes[mesh],
-                    .group_count = request->scene.content.model->group_count,
-                    .group_names = request->scene.content.model->group_names,
+                    .meshes = &all->model->meshes[mesh],
+                    .group_count = all->model->group_count,
+                    .group_names = all->model->group_names,
                     .node_count = 1,
                     .nodes = &node,
                     .node_order = &order};
-  tw_scene scene = {
-      .model = &model, .surfaces = request->scene.content.surfaces + mesh, .polygons = request->polygons};
+  tw_scene scene = {.model = &model,
+                    .surfaces = all->surfaces + mesh,
+                    .polygons = request->polygons,
+                    .packs = all->packs ? all->packs + mesh : NULL};
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
@@ -286,6 +344,8 @@ static tw_format container_of(const surface_request *request) {
 
 static api_outcome predict(api_call *call, const surface_request *request, uint64_t *size) {
   tw_status status = TW_OK;
+  *size = API_SIZE_UNKNOWN;
+  if (!knows_size(request)) return API_DONE;
   if (request->form == FORM_OBJ)
     status = obj_size_bound(call, request, size);
   else
@@ -319,6 +379,7 @@ static void take_over(api_call *call, surface_request *request, uint64_t size,
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
   call->held = call->is_head ? 0 : STREAM_COST;
+  if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
 
 /* The bounds that a glTF answer begins with: in the time of this call, not of its first reader. */
@@ -333,7 +394,7 @@ static api_outcome reply_gltf(api_call *call, surface_request *request) {
                                            &call->fault.error);
   uint64_t size = status == TW_OK ? tw_gltf_stream_size(request->gltf) : 0;
   api_outcome outcome = check_size(call, request, status, size);
-  if (outcome == API_DONE) outcome = warm(call, request);
+  if (outcome == API_DONE && !request->packs) outcome = warm(call, request);
   if (outcome != API_DONE) return outcome;
   api_range range = {0, size};
   bool is_get = call->route->takes == API_TAKES_NOTHING;
@@ -386,7 +447,8 @@ static bool is_light(const api_call *call, const surface_request *request) {
   enum { LIGHT_PARTS = 64 };
   const api_plan *plan = api_entry_value(request->plan);
   const tw_model *model = request->scene.content.model;
-  bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head;
+  bool needs_no_pass = atomic_load(&plan->is_warm) || request->form >= FORM_OBJ || call->is_head ||
+                       request->encoding != TW_ENCODING_FLOAT;
   return needs_no_pass && request->scene.choices.count == 0 &&
          model->mesh_count + (uint64_t)model->node_count <= LIGHT_PARTS;
 }
@@ -411,24 +473,38 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   scene->content.polygons = request->polygons;
   if (outcome != API_DONE) return outcome;
   bool is_kept = is_stored && scene->meshes.count > 0;
-  return api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->surface, &request->plan);
+  outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->surface, &request->plan);
+  if (outcome != API_DONE) return outcome;
+  const api_plan *plan = api_entry_value(request->plan);
+  scene->content.surfaces = (const tw_surface *const *)plan->surfaces;
+  return API_DONE;
+}
+
+/* Counts that the next request may find more of have no validators. */
+static api_outcome validate(api_call *call, const surface_request *request) {
+  if (request->form == FORM_JSON && !knows_size(request)) {
+    api_answer_header(&call->answer, "Cache-Control", "no-cache");
+    return API_CONTINUE;
+  }
+  const char *text = canonical(call, request);
+  char representation[20];
+  snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
+  return text ? api_validate(call, representation, text) : api_fail_without_memory(call);
 }
 
 /* From a held model to the answer. The request is released unless the answer's body took it over. */
 static api_outcome answer_surface(api_call *call, surface_request *request, bool is_stored) {
   api_outcome outcome = prepare(call, request, is_stored);
+  if (outcome == API_DONE && request->form == FORM_JSON) outcome = take_packs(call, request, is_stored);
   if (outcome == API_DONE && is_stored) {
-    const char *text = canonical(call, request);
-    char representation[20];
-    snprintf(representation, sizeof representation, "surface.%s", call->offer->extension);
-    outcome = text ? api_validate(call, representation, text) : api_fail_without_memory(call);
+    outcome = validate(call, request);
     if (outcome != API_CONTINUE) return outcome;
     outcome = API_DONE;
   }
   if (outcome != API_DONE) return outcome;
   if (call->effort != API_HEAVY && !is_light(call, request)) return API_NEEDS_THREAD;
-  const api_plan *plan = api_entry_value(request->plan);
-  request->scene.content.surfaces = (const tw_surface *const *)plan->surfaces;
+  if (request->form != FORM_JSON) outcome = take_packs(call, request, is_stored);
+  if (outcome != API_DONE) return outcome;
   const tw_model *model = api_entry_value(request->model);
   if (request->form != FORM_OBJ) outcome = api_scene_animate(call, model, &request->scene);
   api_call_warn(call, model->warnings, model->warning_count);

@@ -6,7 +6,7 @@
 #include "gltf/gltf.h"
 #include "tweend/json_text.h"
 
-static const char NGON[] = "FB_ngon_encoding";
+static const char NGON[] = "FB_ngon_encoding", QUANTIZATION[] = "KHR_mesh_quantization";
 
 /* What stands between the quotes of a JSON string. */
 typedef struct json_name {
@@ -77,39 +77,62 @@ static void sort_used(json_writer *writer) {
   writer->used_count = count;
 }
 
-/* The listed extensions that are used, each once, in the list's order; then the other ones unless there are
- * none to add (`others`). */
+/* The names of a member, each once. */
+typedef struct name_list {
+  json_writer *writer;
+  const char *member; /* of the document */
+  bool *done;         /* [used_count] */
+  bool is_open;
+} name_list;
+
+static void list_name(name_list *list, const json_name *used) {
+  json_writer *writer = list->writer;
+  if (list->done[used - writer->used]) return;
+  list->done[used - writer->used] = true;
+  if (!list->is_open) tw_member_open(writer->text, list->member, "[");
+  list->is_open = true;
+  tw_text_element(writer->text);
+  tw_text_add(writer->text, "\"");
+  tw_text_bytes(writer->text, used->text, used->size);
+  tw_text_add(writer->text, "\"");
+}
+
+/* Unless it is not used. */
+static void list_if_used(name_list *list, const char *text) {
+  const json_writer *writer = list->writer;
+  const json_name name = {text, strlen(text)};
+  const json_name *found = writer->used_count
+                               ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
+                               : NULL;
+  if (found) list_name(list, found);
+}
+
+/* The listed extensions that are used, in the list's order; then all other ones that are used, or those that
+ * the encoding requires. */
 static void put_extension_names(json_writer *writer, const char *member, const tw_gltf_objects *listed,
-                                bool others) {
-  bool *done = tw_alloc_zero(writer->used_count, sizeof *done);
-  bool opened = false;
-  if (!done) writer->text->failed = true;
-  uint32_t count = listed->count;
-  for (uint64_t i = 0; done && i < count + (others ? writer->used_count : 0); i++) {
-    const json_name *found = &writer->used[i < count ? 0 : i - count];
-    if (i < count) {
-      const json_name name = {listed->items[i], strlen(listed->items[i])};
-      found = writer->used_count
-                  ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
-                  : NULL;
-    }
-    if (!found || done[found - writer->used]) continue;
-    done[found - writer->used] = true;
-    if (!opened) tw_member_open(writer->text, member, "[");
-    opened = true;
-    tw_text_element(writer->text);
-    tw_text_add(writer->text, "\"");
-    tw_text_bytes(writer->text, found->text, found->size);
-    tw_text_add(writer->text, "\"");
+                                bool is_required) {
+  name_list list = {writer, member, tw_alloc_zero(writer->used_count, sizeof *list.done), false};
+  if (!list.done) {
+    writer->text->failed = true;
+    return;
   }
-  if (opened) tw_text_add(writer->text, "]");
-  free(done);
+  for (uint32_t i = 0; i < listed->count; i++) list_if_used(&list, listed->items[i]);
+  for (size_t i = 0; !is_required && i < writer->used_count; i++) list_name(&list, &writer->used[i]);
+  if (is_required) {
+    list_if_used(&list, QUANTIZATION);
+    list_if_used(&list, TW_GLTF_MESHOPT);
+  }
+  if (list.is_open) tw_text_add(writer->text, "]");
+  free(list.done);
 }
 
 static void put_extensions(json_writer *writer) {
+  const tw_scene *scene = writer->scene;
+  if (scene->packs && scene->model->mesh_count > 0) note_name(writer, QUANTIZATION, sizeof QUANTIZATION - 1);
+  if (writer->plan->decoded_size > 0) note_name(writer, TW_GLTF_MESHOPT, sizeof TW_GLTF_MESHOPT - 1);
   sort_used(writer);
-  put_extension_names(writer, "extensionsUsed", &writer->assets->extensions_used, true);
-  put_extension_names(writer, "extensionsRequired", &writer->assets->extensions_required, false);
+  put_extension_names(writer, "extensionsUsed", &writer->assets->extensions_used, false);
+  put_extension_names(writer, "extensionsRequired", &writer->assets->extensions_required, true);
 }
 
 /* ---- parts of objects ---------------------------------------------------------------------------------- */
@@ -170,17 +193,33 @@ static void put_objects(json_writer *writer, const char *member, const tw_gltf_o
 
 /* ---- views and accessors ------------------------------------------------------------------------------- */
 
+/* Where the bytes are of which the view is made. */
+static void put_compression(json_writer *writer, const tw_gltf_view *view) {
+  tw_member_open(writer->text, "extensions", "{");
+  tw_member_open(writer->text, TW_GLTF_MESHOPT, "{");
+  tw_member_count(writer->text, "buffer", 0);
+  if (view->offset) tw_member_count(writer->text, "byteOffset", view->offset);
+  tw_member_count(writer->text, "byteLength", view->size);
+  tw_member_count(writer->text, "byteStride", view->decoded.stride);
+  tw_member_count(writer->text, "count", view->decoded.count);
+  tw_member_string(writer->text, "mode", view->decoded.mode);
+  tw_text_add(writer->text, "}}");
+}
+
 static void put_views(json_writer *writer) {
   if (writer->plan->view_count == 0) return;
   tw_member_open(writer->text, "bufferViews", "[");
   for (uint32_t i = 0; i < writer->plan->view_count; i++) {
     const tw_gltf_view *view = &writer->plan->views[i];
     open_object(writer);
-    tw_member_count(writer->text, "buffer", 0);
-    if (view->offset) tw_member_count(writer->text, "byteOffset", view->offset);
-    tw_member_count(writer->text, "byteLength", view->size);
+    bool is_compressed = view->decoded.mode;
+    uint64_t offset = is_compressed ? view->decoded.offset : view->offset;
+    tw_member_count(writer->text, "buffer", is_compressed ? 1 : 0);
+    if (offset) tw_member_count(writer->text, "byteOffset", offset);
+    tw_member_count(writer->text, "byteLength", is_compressed ? view->decoded.size : view->size);
     if (view->stride) tw_member_count(writer->text, "byteStride", view->stride);
     if (view->target) tw_member_count(writer->text, "target", (uint64_t)view->target);
+    if (is_compressed) put_compression(writer, view);
     close_object(writer);
   }
   tw_text_add(writer->text, "]");
@@ -232,6 +271,7 @@ static void put_accessor(json_writer *writer, const tw_gltf_accessor *accessor) 
     return;
   }
   tw_member_string(writer->text, "type", type_name(accessor->width));
+  if (accessor->is_normalized) tw_member_open(writer->text, "normalized", "true");
   if (accessor->bounds == TW_GLTF_BOUNDED) {
     const float max[3] = {accessor->max, accessor->max, accessor->max},
                 min[3] = {accessor->min, accessor->min, accessor->min};
@@ -271,32 +311,37 @@ static void put_words(json_writer *writer, const char *names) {
   tw_text_add(writer->text, "]");
 }
 
-static uint64_t indices_of(uint64_t corners, uint64_t faces) {
-  return 3 * (corners - 2 * faces);
+/* Triangles of the surface's groups before the first one of `to`. */
+static uint64_t triangles_between(const tw_surface_group *from, const tw_surface_group *to) {
+  return to->first_corner - from->first_corner - 2 * (to->first_face - from->first_face);
 }
 
-/* The extras of a primitive that draws `faces`: {"groups": [{"names": [...], "start": n, "count": n}, ...]},
- * ranges of its indices, in order. Faces in no group are in no range; without any range there are no extras.
- * next_group: the first of the surface's groups among the faces; is moved past them. */
-static void put_group_ranges(json_writer *writer, const tw_surface *surface, const tw_surface_group *faces,
-                             uint32_t *next_group) {
+/* The extras of a primitive: {"groups": [{"names": [...], "start": n, "count": n}, ...]}, ranges of its
+ * indices, in order. Faces in no group are in no range; without any range there are no extras.
+ * next_group: the first of the surface's groups among the primitive's; is moved past those that end in it. */
+static void put_group_ranges(json_writer *writer, const tw_surface *surface,
+                             const tw_gltf_primitive *primitive, uint32_t *next_group) {
+  uint64_t begin = primitive->first_triangle, end = begin + primitive->triangle_count, stop = begin;
   bool any = false;
-  for (; *next_group < tw_surface_group_count(surface); ++*next_group) {
+  for (; *next_group < tw_surface_group_count(surface) && stop < end; ++*next_group) {
     const tw_surface_group *group = tw_surface_get_group(surface, *next_group);
-    if (group->first_face >= faces->first_face + faces->face_count) break;
-    if (group->names == TW_NO_INDEX) continue;
-    if (!any) {
-      tw_member_open(writer->text, "extras", "{");
-      tw_member_open(writer->text, "groups", "[");
+    uint64_t start = triangles_between(&primitive->faces, group);
+    stop = start + tw_count_triangles(group);
+    bool goes_on = stop > end;
+    if (group->names != TW_NO_INDEX) {
+      if (!any) {
+        tw_member_open(writer->text, "extras", "{");
+        tw_member_open(writer->text, "groups", "[");
+      }
+      any = true;
+      if (start < begin) start = begin;
+      open_object(writer);
+      put_words(writer, writer->scene->model->group_names[group->names]);
+      tw_member_count(writer->text, "start", 3 * (start - begin));
+      tw_member_count(writer->text, "count", 3 * ((goes_on ? end : stop) - start));
+      close_object(writer);
     }
-    any = true;
-    open_object(writer);
-    put_words(writer, writer->scene->model->group_names[group->names]);
-    tw_member_count(
-        writer->text, "start",
-        indices_of(group->first_corner - faces->first_corner, group->first_face - faces->first_face));
-    tw_member_count(writer->text, "count", indices_of(group->corner_count, group->face_count));
-    close_object(writer);
+    if (goes_on) break;
   }
   if (any) tw_text_add(writer->text, "]}");
 }
@@ -334,31 +379,35 @@ static const char *kept_of(const tw_model *model, int32_t face_material) {
   return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
 }
 
-static void put_triangles(json_writer *writer, uint32_t index) {
+static void put_primitive(json_writer *writer, const tw_gltf_mesh *mesh, const tw_gltf_primitive *primitive) {
+  const tw_model *model = writer->scene->model;
+  tw_member_open(writer->text, "attributes", "{");
+  for (uint32_t i = 0; i < mesh->field_count; i++) {
+    tw_text_element(writer->text);
+    tw_text_string(writer->text, mesh->fields[i].semantic);
+    tw_text_add(writer->text, ":");
+    tw_text_count(writer->text, primitive->first_attribute + (uint64_t)i);
+  }
+  close_object(writer);
+  tw_member_count(writer->text, "indices", primitive->indices);
+  const int32_t material = tw_model_material(model, primitive->faces.material);
+  if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
+  put_targets(writer, mesh->target_count, primitive->first_target, mesh->target_step);
+  const char *kept = kept_of(model, primitive->faces.material);
+  if (writer->scene->polygons == TW_POLYGONS_NGON)
+    put_kept_and_ngon(writer, kept);
+  else
+    put_kept(writer, kept);
+}
+
+static void put_primitives(json_writer *writer, uint32_t index) {
   const tw_gltf_mesh *mesh = &writer->plan->meshes[index];
+  const tw_surface *surface = writer->scene->surfaces[index];
   uint32_t group = 0;
   for (uint32_t i = 0; i < mesh->primitive_count; i++) {
-    const uint32_t indices = mesh->first_indices + i;
-    const tw_surface_group *faces = &writer->plan->views[writer->plan->accessors[indices].view].faces;
     open_object(writer);
-    tw_member_open(writer->text, "attributes", "{");
-    for (uint32_t a = 0; a < mesh->attribute_count; a++) {
-      tw_text_element(writer->text);
-      tw_text_string(writer->text, mesh->attributes[a].semantic);
-      tw_text_add(writer->text, ":");
-      tw_text_count(writer->text, mesh->attributes[a].accessor);
-    }
-    close_object(writer);
-    tw_member_count(writer->text, "indices", indices);
-    const int32_t material = tw_model_material(writer->scene->model, faces->material);
-    if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
-    put_targets(writer, mesh->target_count, mesh->first_target, mesh->target_step);
-    const char *kept = kept_of(writer->scene->model, faces->material);
-    if (writer->scene->polygons == TW_POLYGONS_NGON)
-      put_kept_and_ngon(writer, kept);
-    else
-      put_kept(writer, kept);
-    if (writer->plan->names_groups) put_group_ranges(writer, writer->scene->surfaces[index], faces, &group);
+    put_primitive(writer, mesh, &mesh->primitives[i]);
+    if (writer->plan->names_groups) put_group_ranges(writer, surface, &mesh->primitives[i], &group);
     close_object(writer);
   }
 }
@@ -395,7 +444,7 @@ static void put_meshes(json_writer *writer) {
     open_object(writer);
     put_name(writer, source->name);
     tw_member_open(writer->text, "primitives", "[");
-    put_triangles(writer, i);
+    put_primitives(writer, i);
     if (source->loose && model->assets)
       put_loose(writer, source);
     else if (mesh->primitive_count == 0)
@@ -465,10 +514,10 @@ static void put_transform(json_writer *writer, uint32_t index, bool animated) {
   put_floats_unless(writer, "scale", local->scale, 3, usual.scale);
 }
 
+/* The mesh of a node, with what goes with it. */
 static void put_mesh_of(json_writer *writer, uint32_t index) {
   const tw_scene *scene = writer->scene;
   const tw_node *node = &scene->model->nodes[index];
-  if (node->mesh == TW_NO_INDEX) return;
   tw_member_count(writer->text, "mesh", node->mesh);
   if (tw_gltf_node_is_skinned(scene, node)) tw_member_count(writer->text, "skin", node->skin);
   const float *weights = scene->weights ? scene->weights[index] : NULL;
@@ -477,15 +526,40 @@ static void put_mesh_of(json_writer *writer, uint32_t index) {
   if (weights && count > 0) tw_member_floats(writer->text, "weights", weights, count);
 }
 
-static void put_children(json_writer *writer, const node_links *links, uint32_t index) {
+/* The holder of the node's mesh comes first. */
+static void put_children(json_writer *writer, const node_links *links, uint32_t index, uint32_t holder) {
   uint32_t child = links->first_child[index];
-  if (child == TW_NO_INDEX) return;
+  if (child == TW_NO_INDEX && holder == TW_NO_INDEX) return;
   tw_member_open(writer->text, "children", "[");
+  if (holder != TW_NO_INDEX) tw_text_count(writer->text, holder);
   for (; child != TW_NO_INDEX; child = links->next_sibling[child]) {
     tw_text_element(writer->text);
     tw_text_count(writer->text, child);
   }
   tw_text_add(writer->text, "]");
+}
+
+static void put_node(json_writer *writer, const node_links *links, uint32_t index) {
+  const tw_node *node = &writer->scene->model->nodes[index];
+  uint32_t holder = tw_gltf_holder_of(writer->plan, index);
+  open_object(writer);
+  put_name(writer, node->name);
+  if (node->mesh != TW_NO_INDEX && holder == TW_NO_INDEX) put_mesh_of(writer, index);
+  put_transform(writer, index, links->animated[index]);
+  put_children(writer, links, index, holder);
+  put_kept(writer, node->kept);
+  close_object(writer);
+}
+
+/* A node that shows the mesh of another one where its shorts stand for. */
+static void put_holder(json_writer *writer, uint32_t index) {
+  const tw_grid *grid = &writer->scene->packs[writer->scene->model->nodes[index].mesh]->options.grid;
+  const float scale[3] = {grid->scale, grid->scale, grid->scale};
+  open_object(writer);
+  put_mesh_of(writer, index);
+  tw_member_floats(writer->text, "translation", grid->origin, 3);
+  tw_member_floats(writer->text, "scale", scale, 3);
+  close_object(writer);
 }
 
 static void put_nodes(json_writer *writer) {
@@ -495,15 +569,9 @@ static void put_nodes(json_writer *writer) {
   bool found = find_links(writer, &links);
   if (!found) writer->text->failed = true;
   tw_member_open(writer->text, "nodes", "[");
-  for (uint32_t i = 0; found && i < model->node_count; i++) {
-    open_object(writer);
-    put_name(writer, model->nodes[i].name);
-    put_mesh_of(writer, i);
-    put_transform(writer, i, links.animated[i]);
-    put_children(writer, &links, i);
-    put_kept(writer, model->nodes[i].kept);
-    close_object(writer);
-  }
+  for (uint32_t i = 0; found && i < model->node_count; i++) put_node(writer, &links, i);
+  for (uint32_t i = 0; found && i < writer->plan->holder_count; i++)
+    put_holder(writer, writer->plan->holders[i]);
   tw_text_add(writer->text, "]");
   free_links(&links);
 }

@@ -7,7 +7,7 @@
 #include "quat.h"
 
 enum {
-  ROW_COLUMNS_MAX = TW_GLTF_STRIDE_MAX / sizeof(float),
+  DISPLACEMENTS_A_VIEW = TW_GLTF_STRIDE_MAX / 12,
   ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
 };
 
@@ -62,136 +62,188 @@ static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
 
 /* ---- vertices ------------------------------------------------------------------------------------------ */
 
-static bool holds_joints(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
-  return layout->joints != UINT32_MAX && layout->joints >= first && layout->joints < first + count;
+static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, tw_gltf_view view) {
+  view.element_size = view.stride = tw_vertex_size(view.fields, view.field_count);
+  view.size = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) * view.stride;
+  view.target = TW_GLTF_VERTICES;
+  view.source = TW_GLTF_ROWS;
+  view.mesh = mesh;
+  return add_view(plan, view);
 }
 
-/* Joints are written as unsigned shorts, which saves 8 bytes a row. */
-static uint32_t bytes_of_columns(const tw_surface_layout *layout, uint32_t first, uint32_t count) {
-  return 4 * count - (holds_joints(layout, first, count) ? 8 : 0);
+/* An accessor of a field of vertices. Positions (morph -1) and displacements are bounded. */
+static uint32_t add_field(tw_gltf_plan *plan, const tw_vertex_field *field, tw_gltf_accessor accessor) {
+  accessor.offset = field->offset;
+  accessor.component = tw_vertex_component(field->coding);
+  accessor.is_normalized = tw_vertex_is_normalized(field->coding);
+  accessor.width = (int)field->width;
+  return add_accessor(plan, accessor);
 }
 
-static uint32_t add_rows(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, uint32_t first,
-                         uint32_t count) {
-  uint32_t stride = bytes_of_columns(tw_surface_get_layout(surface), first, count);
-  return add_view(plan, (tw_gltf_view){.size = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) * stride,
-                                       .element_size = stride,
-                                       .stride = stride,
-                                       .target = TW_GLTF_VERTICES,
-                                       .source = TW_GLTF_ROWS,
-                                       .mesh = mesh,
-                                       .first_column = first,
-                                       .column_count = count});
+/* Attributes, the position first. Returns the first accessor. */
+static uint32_t add_attributes(tw_gltf_plan *plan, const tw_gltf_mesh *mesh, tw_gltf_accessor accessor) {
+  uint32_t first = plan->accessor_count;
+  for (uint32_t i = 0; i < mesh->field_count; i++) {
+    accessor.bounds = i == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED;
+    accessor.morph = -1;
+    add_field(plan, &mesh->fields[i], accessor);
+  }
+  return first;
 }
 
-/* An attribute at a column of the view of vertices; none when the layout has none. */
-static void add_attribute(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_surface *surface, uint32_t view,
-                          const char *semantic, uint32_t column, int width) {
-  if (column == UINT32_MAX) return;
+/* Displacements of a target: of positions, and of normals where there are two fields. */
+static void add_target(tw_gltf_plan *plan, const tw_vertex_field *fields, uint32_t step, uint32_t target,
+                       tw_gltf_accessor accessor) {
+  accessor.morph = (int)target;
+  for (uint32_t i = 0; i < step; i++) {
+    accessor.bounds = i == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED;
+    add_field(plan, &fields[i], accessor);
+  }
+}
+
+/* Vectors in columns from `column` on. */
+static void lay_displacements(tw_vertex_field *fields, uint32_t column, uint32_t offset, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++)
+    fields[i] = (tw_vertex_field){.column = column + 3 * i, .width = 3, .offset = offset + 12 * i};
+}
+
+/* Displacements in views of their own. */
+static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
+                             tw_gltf_accessor accessor) {
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  bool joints = column == layout->joints, positions = column == layout->position;
-  tw_gltf_accessor accessor = {.view = view,
-                               .offset = bytes_of_columns(layout, 0, column),
-                               .component = joints ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_FLOAT,
-                               .width = width,
-                               .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
-                               .bounds = positions ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED,
-                               .mesh = (uint32_t)(mesh - plan->meshes),
-                               .morph = -1};
-  mesh->attributes[mesh->attribute_count++] =
-      (tw_gltf_attribute){.semantic = semantic, .accessor = add_accessor(plan, accessor)};
-  plan->attribute_count++;
+  uint32_t step = plan->meshes[index].target_step, most = DISPLACEMENTS_A_VIEW / step;
+  for (uint32_t first = 0; first < layout->morph_count; first += most) {
+    uint32_t rest = layout->morph_count - first, count = rest < most ? rest : most;
+    tw_vertex_field *fields = tw_arena_alloc(plan->arena, count, step * sizeof *fields);
+    if (!fields) return false;
+    lay_displacements(fields, tw_vertex_target_column(layout, count), 0, step * count);
+    accessor.view = add_rows(
+        plan, index, surface,
+        (tw_gltf_view){
+            .fields = fields, .field_count = step * count, .first_target = first, .target_count = count});
+    for (uint32_t i = 0; i < count; i++) add_target(plan, &fields[step * i], step, first + i, accessor);
+  }
+  return true;
 }
 
-static void add_attributes(tw_gltf_plan *plan, tw_gltf_mesh *mesh, const tw_mesh *source,
-                           const tw_surface *surface, uint32_t view) {
-  static const char *const uv_semantics[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2",
-                                                           "TEXCOORD_3"};
-  const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  mesh->attributes = plan->attributes + plan->attribute_count;
-  add_attribute(plan, mesh, surface, view, "POSITION", layout->position, 3);
-  add_attribute(plan, mesh, surface, view, "NORMAL", layout->normal, 3);
-  add_attribute(plan, mesh, surface, view, "TANGENT", layout->tangent, 4);
-  for (uint32_t set = 0; set < layout->uv_count; set++)
-    add_attribute(plan, mesh, surface, view, uv_semantics[set], layout->uvs[set], 2);
-  for (uint32_t i = 0; i < layout->attribute_count; i++)
-    add_attribute(plan, mesh, surface, view, source->attributes[i].name, layout->attributes[i],
-                  (int)source->attributes[i].width);
-  add_attribute(plan, mesh, surface, view, "JOINTS_0", layout->joints, 4);
-  add_attribute(plan, mesh, surface, view, "WEIGHTS_0", layout->weights, 4);
-}
-
-static void add_targets(tw_gltf_plan *plan, uint32_t mesh, const tw_surface *surface, uint32_t view,
-                        uint32_t offset, uint32_t first, uint32_t count) {
-  uint32_t step = plan->meshes[mesh].target_step;
-  for (uint32_t i = 0; i < step * count; i++)
-    add_accessor(plan, (tw_gltf_accessor){.view = view,
-                                          .offset = offset + 12 * i,
-                                          .component = TW_GLTF_FLOAT,
-                                          .width = 3,
-                                          .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
-                                          .bounds = i % step == 0 ? TW_GLTF_BOUNDED_LATER : TW_GLTF_UNBOUNDED,
-                                          .mesh = mesh,
-                                          .morph = (int)(first + i / step)});
-}
-
-/* One view while glTF's largest stride allows it; else the displacements at the end of the row go to views
- * of their own. */
-static void add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *source,
-                         const tw_surface *surface) {
+/* One view while glTF's largest stride allows it; else the displacements go to views of their own. */
+static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *source, const tw_surface *surface,
+                         tw_gltf_primitive *primitive) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  bool together = bytes_of_columns(layout, 0, layout->stride) <= TW_GLTF_STRIDE_MAX;
-  uint32_t width = layout->morph_width, base = layout->stride - width * layout->morph_count;
-  uint32_t view = add_rows(plan, index, surface, 0, together ? layout->stride : base);
-  add_attributes(plan, mesh, source, surface, view);
+  tw_vertex_field *fields =
+      tw_arena_alloc(plan->arena, TW_VERTEX_FIELDS_MAX + (size_t)DISPLACEMENTS_A_VIEW, sizeof *fields);
+  if (!fields) return false;
+  mesh->fields = fields;
+  mesh->field_count = tw_vertex_fields(source, layout, &tw_vertex_floats, fields);
   mesh->target_count = layout->morph_count;
-  mesh->target_step = width / 3;
-  mesh->first_target = plan->accessor_count;
-  if (together) {
-    add_targets(plan, index, surface, view, bytes_of_columns(layout, 0, base), 0, layout->morph_count);
-    return;
-  }
-  uint32_t most = ROW_COLUMNS_MAX / width;
-  for (uint32_t target = 0; target < layout->morph_count; target += most) {
-    uint32_t rest = layout->morph_count - target, count = rest < most ? rest : most;
-    view = add_rows(plan, index, surface, base + width * target, width * count);
-    add_targets(plan, index, surface, view, 0, target, count);
-  }
+  mesh->target_step = layout->morph_width / 3;
+  uint32_t size = tw_vertex_size(fields, mesh->field_count), step = mesh->target_step;
+  uint32_t together = layout->morph_count;
+  if (step * together > (TW_GLTF_STRIDE_MAX - size) / 12) together = 0;
+  lay_displacements(fields + mesh->field_count, layout->morphs, size, step * together);
+  tw_gltf_accessor accessor = {
+      .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES), .mesh = index, .pack = TW_NO_INDEX};
+  accessor.view = add_rows(plan, index, surface,
+                           (tw_gltf_view){.fields = fields,
+                                          .field_count = mesh->field_count + step * together,
+                                          .target_count = together});
+  primitive->first_attribute = add_attributes(plan, mesh, accessor);
+  primitive->first_target = plan->accessor_count;
+  for (uint32_t i = 0; i < together; i++)
+    add_target(plan, &fields[mesh->field_count + step * i], step, i, accessor);
+  return together == layout->morph_count || add_target_views(plan, index, surface, accessor);
 }
 
-/* All faces of a material from group *i on, which is moved past them. */
-static tw_surface_group take_material(const tw_surface *surface, uint32_t *i) {
-  tw_surface_group faces = *tw_surface_get_group(surface, *i);
-  while (++*i < tw_surface_group_count(surface)) {
-    const tw_surface_group *next = tw_surface_get_group(surface, *i);
-    if (next->material != faces.material) break;
-    faces.face_count += next->face_count;
-    faces.corner_count += next->corner_count;
-  }
-  return faces;
-}
-
-static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface) {
+/* A primitive for each material, with the vertices of `shared`. */
+static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
+                          const tw_gltf_primitive *shared) {
   tw_gltf_mesh *mesh = &plan->meshes[index];
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
-  mesh->first_indices = plan->accessor_count;
-  for (uint32_t i = 0; i < tw_surface_group_count(surface); mesh->primitive_count++) {
-    tw_surface_group faces = take_material(surface, &i);
-    uint64_t triangles = faces.corner_count - 2 * faces.face_count;
-    uint32_t view = add_view(plan, (tw_gltf_view){.size = triangles * 3 * index_size,
+  for (uint32_t i = 0; i < tw_surface_group_count(surface);) {
+    tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
+    *primitive = *shared;
+    primitive->faces = tw_take_material(surface, &i);
+    primitive->triangle_count = tw_count_triangles(&primitive->faces);
+    uint32_t view = add_view(plan, (tw_gltf_view){.size = primitive->triangle_count * 3 * index_size,
                                                   .element_size = 3 * index_size,
                                                   .target = TW_GLTF_INDICES,
                                                   .source = TW_GLTF_TRIANGLES,
                                                   .mesh = index,
-                                                  .faces = faces});
-    add_accessor(plan, (tw_gltf_accessor){.view = view,
-                                          .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
-                                          .width = 1,
-                                          .count = triangles * 3});
+                                                  .faces = primitive->faces});
+    primitive->indices = add_accessor(
+        plan, (tw_gltf_accessor){.view = view,
+                                 .component = narrow ? TW_GLTF_UNSIGNED_SHORT : TW_GLTF_UNSIGNED_INT,
+                                 .width = 1,
+                                 .count = primitive->triangle_count * 3});
   }
 }
+
+/* ---- packs --------------------------------------------------------------------------------------------- */
+
+static uint32_t add_part(tw_gltf_plan *plan, uint32_t mesh, const tw_packs *packs, uint32_t pack,
+                         uint32_t part) {
+  const tw_pack_part whole = tw_packs_part(packs, pack, part);
+  tw_gltf_view view = {.size = tw_packs_part_size(packs, pack, part),
+                       .element_size = 1,
+                       .stride = whole.has_vertices ? whole.stride : 0,
+                       .target = whole.has_vertices ? TW_GLTF_VERTICES : TW_GLTF_INDICES,
+                       .source = TW_GLTF_PACK,
+                       .mesh = mesh,
+                       .pack = pack,
+                       .part = part};
+  if (packs->options.encoding == TW_ENCODING_MESHOPT) {
+    bool is_ngon = packs->options.polygons == TW_POLYGONS_NGON;
+    view.decoded = (tw_gltf_decoded){.mode = whole.has_vertices ? "ATTRIBUTES"
+                                             : is_ngon          ? "INDICES"
+                                                                : "TRIANGLES",
+                                     .offset = plan->decoded_size,
+                                     .size = (uint64_t)whole.count * whole.stride,
+                                     .count = whole.count,
+                                     .stride = whole.stride};
+    plan->decoded_size += (view.decoded.size + 3) / 4 * 4;
+  }
+  return add_view(plan, view);
+}
+
+static void add_pack(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs, uint32_t pack) {
+  tw_gltf_mesh *mesh = &plan->meshes[index];
+  tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
+  const tw_pack *cut = &packs->packs[pack];
+  primitive->faces = packs->runs[cut->run].faces;
+  primitive->first_triangle = cut->first_triangle;
+  primitive->triangle_count = cut->triangle_count;
+  tw_gltf_accessor accessor = {.count = cut->vertex_count, .mesh = index, .pack = pack};
+  accessor.view = add_part(plan, index, packs, pack, 0);
+  primitive->first_attribute = add_attributes(plan, mesh, accessor);
+  primitive->first_target = plan->accessor_count;
+  for (uint32_t part = 1; part < packs->part_count - 1; part++) {
+    const tw_pack_part whole = tw_packs_part(packs, pack, part);
+    accessor.view = add_part(plan, index, packs, pack, part);
+    for (uint32_t i = 0; i < whole.target_count; i++) {
+      tw_vertex_field fields[2];
+      tw_packs_target_fields(packs, i, fields);
+      add_target(plan, fields, mesh->target_step, whole.first_target + i, accessor);
+    }
+  }
+  uint32_t view = add_part(plan, index, packs, pack, packs->part_count - 1);
+  primitive->indices = add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                                             .component = TW_GLTF_UNSIGNED_SHORT,
+                                                             .width = 1,
+                                                             .count = 3 * (uint64_t)cut->triangle_count});
+}
+
+static void add_packs(tw_gltf_plan *plan, uint32_t index, const tw_packs *packs) {
+  tw_gltf_mesh *mesh = &plan->meshes[index];
+  mesh->fields = packs->fields;
+  mesh->field_count = packs->field_count;
+  mesh->target_count = packs->target_count;
+  mesh->target_step = packs->target_step;
+  for (uint32_t pack = 0; pack < packs->pack_count; pack++) add_pack(plan, index, packs, pack);
+}
+
+/* ---- meshes -------------------------------------------------------------------------------------------- */
 
 /* glTF has no mesh without a primitive, and no primitive without points: one triangle of no size. */
 static void add_nothing(tw_gltf_plan *plan) {
@@ -203,18 +255,40 @@ static void add_nothing(tw_gltf_plan *plan) {
                                                         .bounds = TW_GLTF_BOUNDED});
 }
 
-static void add_meshes(tw_gltf_plan *plan, const tw_scene *scene) {
+/* How many primitives a mesh with faces has. */
+static uint32_t count_primitives(const tw_scene *scene, uint32_t mesh) {
+  if (scene->packs) return scene->packs[mesh]->pack_count;
+  uint32_t count = 0;
+  for (uint32_t group = 0; group < tw_surface_group_count(scene->surfaces[mesh]); count++)
+    tw_take_material(scene->surfaces[mesh], &group);
+  return count;
+}
+
+static bool add_mesh(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) {
+  tw_gltf_mesh *mesh = &plan->meshes[index];
+  mesh->primitives = tw_arena_alloc(plan->arena, count_primitives(scene, index), sizeof *mesh->primitives);
+  if (!mesh->primitives) return false;
+  if (scene->packs) {
+    add_packs(plan, index, scene->packs[index]);
+    return true;
+  }
+  tw_gltf_primitive shared = {0};
+  if (!add_vertices(plan, index, &scene->model->meshes[index], scene->surfaces[index], &shared)) return false;
+  add_triangles(plan, index, scene->surfaces[index], &shared);
+  return true;
+}
+
+static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   plan->nothing = TW_NO_INDEX;
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
-    const tw_surface *surface = scene->surfaces[i];
-    if (tw_surface_get_counts(surface)->faces > 0) {
-      add_vertices(plan, i, &scene->model->meshes[i], surface);
-      add_triangles(plan, i, surface);
+    if (tw_surface_get_counts(scene->surfaces[i])->faces > 0) {
+      if (!add_mesh(plan, scene, i)) return no_memory(error);
     } else {
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
     }
   }
+  return TW_OK;
 }
 
 /* ---- tracks as glTF can hold them ---------------------------------------------------------------------- */
@@ -308,9 +382,69 @@ bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node) {
   return tw_surface_get_counts(surface)->faces && tw_surface_get_layout(surface)->joints != UINT32_MAX;
 }
 
-static void add_skins(tw_gltf_plan *plan, const tw_model *model) {
-  for (uint32_t i = 0; i < model->skin_count; i++)
-    plan->skin_matrices[i] = add_floats(plan, model->skins[i].inverse_bind, model->skins[i].joint_count, 16);
+/* Whether the mesh's positions are shorts. */
+static bool has_places(const tw_scene *scene, uint32_t mesh) {
+  return scene->packs && scene->packs[mesh]->pack_count > 0 &&
+         scene->packs[mesh]->fields->coding == TW_CODED_PLACES;
+}
+
+/* The matrices of a skin, which begin with what undoes shorts on the grid. NULL without memory. */
+static const float *undo_grid(tw_arena *arena, const tw_skin *skin, const tw_grid *grid) {
+  float *out = tw_arena_alloc(arena, skin->joint_count, 16 * sizeof *out);
+  for (uint32_t joint = 0; out && joint < skin->joint_count; joint++) {
+    const float *from = skin->inverse_bind + 16 * (size_t)joint;
+    float *to = out + 16 * (size_t)joint;
+    for (int row = 0; row < 4; row++) {
+      double moved = (double)from[12 + row];
+      for (int column = 0; column < 3; column++) {
+        to[4 * column + row] = from[4 * column + row] * grid->scale;
+        moved += (double)from[4 * column + row] * (double)grid->origin[column];
+      }
+      to[12 + row] = (float)moved;
+    }
+  }
+  return out;
+}
+
+static tw_status add_skins(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
+  const tw_model *model = scene->model;
+  const tw_grid **grids = tw_arena_alloc(plan->arena, model->skin_count, sizeof *grids);
+  if (!grids) return no_memory(error);
+  for (uint32_t i = 0; i < model->node_count; i++) {
+    const tw_node *node = &model->nodes[i];
+    if (tw_gltf_node_is_skinned(scene, node) && has_places(scene, node->mesh))
+      grids[node->skin] = &scene->packs[node->mesh]->options.grid; /* of all that skins move */
+  }
+  for (uint32_t i = 0; i < model->skin_count; i++) {
+    const tw_skin *skin = &model->skins[i];
+    const float *matrices = grids[i] ? undo_grid(plan->arena, skin, grids[i]) : skin->inverse_bind;
+    if (!matrices) return no_memory(error);
+    plan->skin_matrices[i] = add_floats(plan, matrices, skin->joint_count, 16);
+  }
+  return TW_OK;
+}
+
+/* Skins undo the shorts of what they move. */
+static bool needs_holder(const tw_scene *scene, const tw_node *node) {
+  return node->mesh != TW_NO_INDEX && has_places(scene, node->mesh) && !tw_gltf_node_is_skinned(scene, node);
+}
+
+static void add_holders(tw_gltf_plan *plan, const tw_scene *scene) {
+  plan->first_holder = scene->model->node_count;
+  for (uint32_t i = 0; i < scene->model->node_count; i++)
+    if (needs_holder(scene, &scene->model->nodes[i])) plan->holders[plan->holder_count++] = i;
+}
+
+uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node) {
+  uint32_t low = 0, high = plan->holder_count;
+  while (low < high) {
+    uint32_t middle = low + (high - low) / 2;
+    if (plan->holders[middle] < node)
+      low = middle + 1;
+    else
+      high = middle;
+  }
+  return low < plan->holder_count && plan->holders[low] == node ? plan->first_holder + low : TW_NO_INDEX;
 }
 
 /* glTF has weights only where a mesh with as many targets is shown. */
@@ -349,12 +483,14 @@ static tw_status add_channels(tw_gltf_plan *plan, const tw_scene *scene, const t
     if (keys.times != shared_times || keys.key_count != shared_count) input = add_times(plan, &keys);
     shared_times = keys.times;
     shared_count = keys.key_count;
-    plan->channels[plan->channel_count++] = (tw_gltf_channel){.node = track->node,
-                                                              .path = track->path,
-                                                              .interpolation = keys.interpolation,
-                                                              .input = input,
-                                                              .output = add_values(plan, &keys),
-                                                              .kept = track->kept};
+    uint32_t holder = track->path == TW_WEIGHTS ? tw_gltf_holder_of(plan, track->node) : TW_NO_INDEX;
+    plan->channels[plan->channel_count++] =
+        (tw_gltf_channel){.node = holder == TW_NO_INDEX ? track->node : holder,
+                          .path = track->path,
+                          .interpolation = keys.interpolation,
+                          .input = input,
+                          .output = add_values(plan, &keys),
+                          .kept = track->kept};
   }
   return TW_OK;
 }
@@ -392,19 +528,6 @@ static bool names_groups(const tw_scene *scene) {
 
 /* ---- the whole ----------------------------------------------------------------------------------------- */
 
-static uint32_t count_attributes(const tw_surface_layout *layout) {
-  uint32_t count = 1 + layout->uv_count + layout->attribute_count;
-  count += layout->normal != UINT32_MAX;
-  count += layout->tangent != UINT32_MAX;
-  return layout->joints != UINT32_MAX ? count + 2 : count;
-}
-
-static uint32_t count_materials(const tw_surface *surface) {
-  uint32_t count = 0;
-  for (uint32_t group = 0; group < tw_surface_group_count(surface); count++) take_material(surface, &group);
-  return count;
-}
-
 static uint64_t count_tracks(const tw_scene *scene) {
   uint64_t count = 0;
   for (uint32_t i = 0; i < scene->clip_count; i++) count += scene->clips[i].track_count;
@@ -420,9 +543,10 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
   *accessors = assets->element_count + model->skin_count + 2 * tracks;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
-    uint64_t materials = count_materials(scene->surfaces[i]);
-    *views += 1 + layout->morph_count + materials;
-    *accessors += count_attributes(layout) + layout->morph_width / 3 * layout->morph_count + materials;
+    uint64_t targets = layout->morph_width / 3 * (uint64_t)layout->morph_count,
+             primitives = count_primitives(scene, i);
+    *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives;
+    *accessors += (scene->packs ? primitives : 1) * (TW_VERTEX_FIELDS_MAX + targets) + primitives + 1;
   }
 }
 
@@ -430,7 +554,8 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   const tw_model *model = scene->model;
   uint64_t views, accessors;
   count_most(scene, &views, &accessors);
-  uint64_t parts = views + accessors + model->node_count + model->material_count;
+  uint64_t nodes = (scene->packs ? 2 : 1) * (uint64_t)model->node_count,
+           parts = views + accessors + nodes + model->material_count;
   if (parts > PARTS_MAX)
     return tw_fail(error, TW_LIMIT,
                    "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
@@ -441,14 +566,14 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
   plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
   plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
-  plan->attributes = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->attributes);
   plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
   plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
   plan->image_views =
       tw_arena_alloc(plan->arena, tw_gltf_assets_of(model)->image_count, sizeof *plan->image_views);
   plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
-  bool all = plan->views && plan->accessors && plan->meshes && plan->attributes && plan->animations &&
-             plan->channels && plan->image_views && plan->skin_matrices;
+  plan->holders = tw_arena_alloc(plan->arena, model->node_count, sizeof *plan->holders);
+  bool all = plan->views && plan->accessors && plan->meshes && plan->animations && plan->channels &&
+             plan->image_views && plan->skin_matrices && plan->holders;
   return all ? TW_OK : no_memory(error);
 }
 
@@ -459,9 +584,10 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
     plan->names_groups = names_groups(scene);
     add_elements(plan, tw_gltf_assets_of(scene->model));
     add_images(plan, scene->model);
-    add_meshes(plan, scene);
-    add_skins(plan, scene->model);
-    status = add_animations(plan, scene, error);
+    add_holders(plan, scene);
+    status = add_meshes(plan, scene, error);
+    if (status == TW_OK) status = add_skins(plan, scene, error);
+    if (status == TW_OK) status = add_animations(plan, scene, error);
   }
   if (status != TW_OK) tw_gltf_plan_deinit(plan);
   return status;

@@ -11,7 +11,7 @@
 
 enum {
   ROWS_SCRATCH = 4096,
-  FACES_SCRATCH = 1024,
+  NARROWED = 2048,         /* triangles that are narrowed to 16 bits at a time */
   WINDOW_SIZE = 16 * 1024, /* no element is larger */
   DIRECT_SIZE = 4 * 1024,  /* reads of this size bypass the window */
   GROUPS_A_PASS = 4096     /* of base64: 3 bytes, 4 characters each */
@@ -25,245 +25,92 @@ static uint64_t least(uint64_t a, uint64_t b) {
 typedef struct filler {
   const tw_scene *scene;
   tw_surface_reader *reader; /* turned to the surface of the view */
-  float *rows;               /* [ROWS_SCRATCH], for rows that are converted */
-  size_t corner_capacity;
-  uint32_t *corners;             /* [corner_capacity]: three of the largest faces fit */
-  uint32_t *triangles;           /* [corner_capacity][3], before they are narrowed to 16 bits */
-  uint32_t sizes[FACES_SCRATCH]; /* of the faces in corners */
+  tw_triangulator triangles;
+  tw_pack_reader *packs;       /* NULL: the scene has none */
+  float *rows;                 /* [ROWS_SCRATCH], for rows that are converted */
+  uint32_t wide[3 * NARROWED]; /* triangles that are narrowed */
 } filler;
 
 /* ---- rows ---------------------------------------------------------------------------------------------- */
 
-/* Joints as unsigned shorts, 0 where the weight is 0, as the validator wants it. */
-static void convert_joints(const float *joints, const float *weights, uint8_t *out) {
-  uint16_t converted[4];
-  for (int i = 0; i < 4; i++) converted[i] = weights[i] > 0 ? (uint16_t)joints[i] : 0;
-  memcpy(out, converted, sizeof converted);
-}
-
-/* The view's columns of one row. */
-static void convert_row(const tw_surface_layout *layout, const tw_gltf_view *view, const float *row,
-                        uint8_t *out) {
-  uint32_t first = view->first_column, last = first + view->column_count, joints = layout->joints;
-  if (joints < first || joints >= last) {
-    memcpy(out, row + first, view->element_size);
-    return;
-  }
-  size_t before = (joints - first) * sizeof(float);
-  memcpy(out, row + first, before);
-  convert_joints(row + joints, row + layout->weights, out + before);
-  memcpy(out + before + 4 * sizeof(uint16_t), row + joints + 4, (last - joints - 4) * sizeof(float));
-}
-
-/* Turns the reader to the view's surface, with the displacements that the view has. Returns the view as
- * columns of such rows. */
-static tw_gltf_view turn_to_rows(filler *filler, const tw_gltf_view *view) {
-  const tw_surface *surface = filler->scene->surfaces[view->mesh];
-  const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  uint32_t width = layout->morph_width, base = layout->stride - width * layout->morph_count;
-  uint32_t first = view->first_column;
-  uint32_t end = first + view->column_count;
-  uint32_t targets = end > base ? (end - (first > base ? first : base)) / width : 0;
-  tw_surface_reader_turn(filler->reader, surface, first > base ? (first - base) / width : 0, targets);
-  tw_gltf_view columns = *view;
-  if (first >= base && targets > 0) columns.first_column = tw_surface_reader_layout(filler->reader)->morphs;
-  return columns;
-}
-
 static void fill_rows(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, uint8_t *out) {
-  const tw_gltf_view columns = turn_to_rows(filler, view);
-  const tw_surface_layout *layout = tw_surface_reader_layout(filler->reader);
-  if (view->element_size == layout->stride * sizeof(float)) { /* all columns as they are */
+  const tw_surface *surface = filler->scene->surfaces[view->mesh];
+  tw_surface_reader_turn(filler->reader, surface, view->first_target, view->target_count);
+  uint32_t stride = tw_surface_reader_layout(filler->reader)->stride;
+  if (view->element_size == stride * sizeof(float)) { /* all columns as they are */
     tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first, count, (float *)(void *)out);
     return;
   }
-  size_t batch = ROWS_SCRATCH / layout->stride;
+  size_t batch = ROWS_SCRATCH / stride;
   for (size_t done = 0; done < count; done += batch) {
     size_t part = count - done < batch ? count - done : batch;
     tw_surface_read_rows(filler->reader, TW_DOMAIN_VERTICES, first + done, part, filler->rows);
     for (size_t i = 0; i < part; i++)
-      convert_row(layout, &columns, filler->rows + i * layout->stride, out + (done + i) * view->element_size);
+      tw_vertex_write(view->fields, view->field_count, filler->rows + i * stride,
+                      out + (done + i) * view->element_size);
   }
 }
 
 /* ---- triangles ----------------------------------------------------------------------------------------- */
 
-/* Faces [face, stop) of a group. Corners and sizes in the filler's scratch begin with the face before
- * (`lead` is 1) where the group has one, and end with the one after. */
-typedef struct face_run {
-  uint64_t face, stop;
-  uint32_t lead;
-  bool has_next;
-} face_run;
-
-static uint64_t triangles_before(const tw_surface *surface, const tw_surface_group *group, uint64_t face) {
-  return tw_surface_corners_before(surface, face) - group->first_corner - 2 * (face - group->first_face);
-}
-
-/* The group's face that a triangle belongs to. */
-static uint64_t find_face(const tw_surface *surface, const tw_surface_group *group, uint64_t triangle) {
-  uint64_t low = group->first_face, high = low + group->face_count;
-  while (high - low > 1) {
-    uint64_t middle = low + (high - low) / 2;
-    if (triangles_before(surface, group, middle) <= triangle)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
-/* Reads up to `wanted` faces, at least one: fewer where their corners would not fit. */
-static face_run read_run(filler *filler, const tw_gltf_view *view, const tw_surface_group *group,
-                         uint64_t face, uint64_t wanted) {
-  const tw_surface *surface = filler->scene->surfaces[view->mesh];
-  uint64_t end = group->first_face + group->face_count;
-  face_run run = {.face = face, .lead = face > group->first_face};
-  uint64_t most = end - face < FACES_SCRATCH - 2 ? end - face : FACES_SCRATCH - 2;
-  uint64_t first = face - run.lead, count = wanted < most ? wanted : most, last, corners;
-  do { /* one face and its neighbours always fit */
-    last = face + count < end ? face + count + 1 : end;
-    corners = tw_surface_corners_before(surface, last) - tw_surface_corners_before(surface, first);
-    run.stop = face + count;
-    count = (count + 1) / 2;
-  } while (corners > filler->corner_capacity);
-  run.has_next = last > run.stop;
-  tw_surface_read_faces(filler->reader, TW_DOMAIN_VERTICES, first, (size_t)(last - first), filler->sizes,
-                        filler->corners);
-  return run;
-}
-
-/* The corner that a face's fan starts from. With FB_ngon_encoding neighbours in the group must not start
- * from the same vertex: every second face keeps its first corner, the others take the first corner
- * that neither neighbour starts from. A face has at least three corners, so there is one, and
- * it depends on the neighbours alone. previous, next: NULL where there is no neighbour. */
-static uint32_t fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
-  uint32_t start = 0;
-  while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
-  return start;
-}
-
-/* Triangles [from, to) of a face's fan. */
-static void write_fan(const uint32_t *corners, uint32_t size, uint32_t start, uint32_t from, uint32_t to,
-                      uint32_t *out) {
-  for (uint32_t triangle = from; triangle < to; triangle++) {
-    uint64_t second = (uint64_t)start + triangle + 1, third = second + 1;
-    *out++ = corners[start];
-    *out++ = corners[second < size ? second : second - size];
-    *out++ = corners[third < size ? third : third - size];
-  }
-}
-
-static void write_quads(const uint32_t *restrict corners, size_t count, uint32_t *restrict out) {
-  for (size_t i = 0; i < count; i++, corners += 4, out += 6) {
-    out[0] = corners[0];
-    out[1] = corners[1];
-    out[2] = corners[2];
-    out[3] = corners[0];
-    out[4] = corners[2];
-    out[5] = corners[3];
-  }
-}
-
-static size_t count_quads(const uint32_t *sizes, uint64_t most) {
-  size_t count = 0;
-  while (count < most && sizes[count] == 4) count++;
-  return count;
-}
-
-/* Up to `count` triangles of a run, from the given one of its first face. Returns how many. */
-static size_t write_run(const filler *filler, const tw_surface_group *group, face_run run, uint32_t from,
-                        size_t count, uint32_t *out) {
-  bool ngons = filler->scene->polygons == TW_POLYGONS_NGON;
-  const uint32_t *sizes = filler->sizes + run.lead, *corners = filler->corners, *previous = NULL;
-  if (run.lead) {
-    previous = corners;
-    corners += filler->sizes[0];
-  }
-  size_t done = 0;
-  for (uint64_t face = run.face; face < run.stop && done < count;) {
-    size_t left = count - done; /* triangles */
-    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, least(run.stop - face, left / 2));
-    if (quads > 0) { /* nearly always all of them; only ngons ask for the previous face */
-      write_quads(corners, quads, out + 3 * done);
-      done += 2 * quads;
-      face += quads;
-      sizes += quads;
-      corners += 4 * quads;
-      continue;
-    }
-    uint32_t size = *sizes++, start = 0;
-    if (ngons && (face - group->first_face) % 2 == 1)
-      start = fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
-    uint32_t to = (uint32_t)least(size - 2, from + left);
-    write_fan(corners, size, start, from, to, out + 3 * done);
-    done += to - from;
-    from = 0;
-    face++;
-    previous = corners;
-    corners += size;
-  }
-  return done;
-}
-
-static void narrow(const uint32_t *indices, size_t count, uint16_t *out) {
-  for (size_t i = 0; i < count; i++) out[i] = (uint16_t)indices[i];
-}
-
 static void fill_triangles(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count,
                            uint8_t *out) {
   const tw_surface *surface = filler->scene->surfaces[view->mesh];
-  const tw_surface_group *group = &view->faces;
-  tw_surface_reader_turn(filler->reader, surface, 0, 0);
-  bool wide = view->element_size == 3 * sizeof(uint32_t);
-  uint64_t face = find_face(surface, group, first);
-  uint32_t from = (uint32_t)(first - triangles_before(surface, group, face));
-  while (count > 0) {
-    face_run run = read_run(filler, view, group, face, (from + (uint64_t)count + 1) / 2);
-    size_t done =
-        write_run(filler, group, run, from, count, wide ? (uint32_t *)(void *)out : filler->triangles);
-    if (!wide) narrow(filler->triangles, 3 * done, (uint16_t *)(void *)out);
-    out += done * view->element_size;
-    count -= done;
-    face = run.stop;
-    from = 0;
+  if (view->element_size == 3 * sizeof(uint32_t)) {
+    tw_triangulator_read(&filler->triangles, surface, &view->faces, first, count, (uint32_t *)(void *)out);
+    return;
+  }
+  for (size_t done = 0; done < count; done += NARROWED) {
+    size_t part = count - done < NARROWED ? count - done : NARROWED;
+    tw_triangulator_read(&filler->triangles, surface, &view->faces, first + done, part, filler->wide);
+    for (size_t i = 0; i < 3 * part; i++) {
+      uint16_t index = (uint16_t)filler->wide[i];
+      memcpy(out + (3 * done + i) * sizeof index, &index, sizeof index);
+    }
   }
 }
 
 /* ---- any view ------------------------------------------------------------------------------------------ */
 
-/* Elements [first, first + count) of a view. out: [count][element_size], aligned for floats and 32-bit
- * indices unless the view is memory. */
-static void fill(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
+static bool fill_pack(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, uint8_t *out) {
+  const tw_scene *scene = filler->scene;
+  const uint8_t *bytes = tw_pack_read(filler->packs, scene->packs[view->mesh], scene->surfaces[view->mesh],
+                                      view->pack, view->part);
+  if (bytes) memcpy(out, bytes + first, count);
+  return bytes;
+}
 
+/* Elements [first, first + count) of a view. False without memory. out: [count][element_size], aligned for
+ * floats and 32-bit indices unless the elements are bytes. */
+static bool fill(filler *filler, const tw_gltf_view *view, uint64_t first, size_t count, void *out) {
   switch (view->source) {
-  case TW_GLTF_MEMORY: memcpy(out, (const uint8_t *)view->memory + first, count); return;
-  case TW_GLTF_ROWS: fill_rows(filler, view, first, count, out); return;
-  case TW_GLTF_TRIANGLES: fill_triangles(filler, view, first, count, out); return;
+  case TW_GLTF_MEMORY: memcpy(out, (const uint8_t *)view->memory + first, count); return true;
+  case TW_GLTF_ROWS: fill_rows(filler, view, first, count, out); return true;
+  case TW_GLTF_TRIANGLES: fill_triangles(filler, view, first, count, out); return true;
+  case TW_GLTF_PACK: return fill_pack(filler, view, first, count, out);
   }
+  return false;
 }
 
 static bool filler_allocate(filler *filler) {
   const tw_scene *scene = filler->scene;
-  filler->corner_capacity = (size_t)4 * FACES_SCRATCH;
-  for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
-    size_t three = 3 * tw_surface_largest_face(scene->surfaces[i]);
-    if (three > filler->corner_capacity) filler->corner_capacity = three;
-  }
+  uint32_t count = scene->model->mesh_count;
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
-  filler->corners = tw_alloc(filler->corner_capacity, sizeof *filler->corners);
-  filler->triangles = tw_alloc(filler->corner_capacity, 3 * sizeof *filler->triangles);
-  filler->reader =
-      tw_surface_reader_create_shared(scene->surfaces, scene->model->mesh_count, TW_GLTF_STRIDE_MAX / 12);
-  return filler->rows && filler->corners && filler->triangles && filler->reader;
+  filler->reader = tw_surface_reader_create_shared(scene->surfaces, count, TW_GLTF_STRIDE_MAX / 12);
+  if (!filler->rows || !filler->reader ||
+      !tw_triangulator_init(&filler->triangles, scene->surfaces, count, scene->polygons, filler->reader))
+    return false;
+  if (!scene->packs) return true;
+  filler->packs = tw_pack_reader_create(scene->packs, count, filler->reader, &filler->triangles);
+  return filler->packs;
 }
 
 static void filler_destroy(filler *filler) {
   if (!filler) return;
+  tw_pack_reader_destroy(filler->packs);
+  tw_triangulator_deinit(&filler->triangles);
   tw_surface_reader_destroy(filler->reader);
   free(filler->rows);
-  free(filler->corners);
-  free(filler->triangles);
   free(filler);
 }
 
@@ -319,14 +166,33 @@ static bool allocate_text(text *text, size_t size) {
   return text->bytes;
 }
 
-/* Header, JSON chunk, header of the BIN chunk. The JSON goes on after its brace with the buffer. */
+/* The members of the first buffer, with the BIN chunk behind its uri where it has one, and what follows them:
+ * the buffer in which compressed views would lie, which is not there. Empty without a BIN chunk. */
+typedef struct buffers_text {
+  char opening[96], closing[160];
+} buffers_text;
+
+static buffers_text print_buffers(const tw_gltf_plan *plan, const char *uri) {
+  buffers_text out = {"{", ""};
+  if (plan->data_size == 0) return out;
+  snprintf(out.opening, sizeof out.opening, "{\"buffers\":[{\"byteLength\":%" PRIu64 "%s", plan->data_size,
+           uri);
+  const char *end = *uri ? "\"}" : "}";
+  if (plan->decoded_size > 0)
+    snprintf(out.closing, sizeof out.closing,
+             "%s,{\"byteLength\":%" PRIu64 ",\"extensions\":{\"" TW_GLTF_MESHOPT "\":{\"fallback\":true}}}],",
+             end, plan->decoded_size);
+  else
+    snprintf(out.closing, sizeof out.closing, "%s],", end);
+  return out;
+}
+
+/* Header, JSON chunk, header of the BIN chunk. The JSON goes on after its brace with the buffers. */
 static bool build_glb(tw_gltf_stream *stream) {
-  static const char opening[] = "{\"buffers\":[{\"byteLength\":%" PRIu64 "}],";
   const tw_text *json = &stream->json.text;
   uint64_t data_size = stream->plan.data_size;
-  char buffers[sizeof opening + 20] = "{";
-  if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
-  size_t buffers_size = strlen(buffers), rest_size = json->size - 1;
+  const buffers_text buffers = print_buffers(&stream->plan, "");
+  size_t buffers_size = strlen(buffers.opening) + strlen(buffers.closing), rest_size = json->size - 1;
   size_t chunk_size = (buffers_size + rest_size + 3) / 4 * 4;
   stream->data_text_size = data_size;
   if (!allocate_text(&stream->head, 12 + 8 + chunk_size + (data_size ? 8 : 0))) return false;
@@ -335,7 +201,8 @@ static bool build_glb(tw_gltf_stream *stream) {
   out = append_u32(out, stream->head.size + data_size);
   out = append_u32(out, chunk_size);
   out = append(out, "JSON", 4);
-  out = append(out, buffers, buffers_size);
+  out = append(out, buffers.opening, strlen(buffers.opening));
+  out = append(out, buffers.closing, strlen(buffers.closing));
   stream->rest = out;
   out = append(out, json->data + 1, rest_size);
   for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
@@ -348,20 +215,17 @@ static bool build_glb(tw_gltf_stream *stream) {
 
 /* The buffer's data URI stands at the beginning, so that the rest is one text after it. */
 static bool build_gltf(tw_gltf_stream *stream) {
-  static const char opening[] =
-      "{\"buffers\":[{\"byteLength\":%" PRIu64 ",\"uri\":\"data:application/octet-stream;base64,";
   const tw_text *json = &stream->json.text;
-  uint64_t data_size = stream->plan.data_size;
-  char buffers[sizeof opening + 20] = "{";
-  if (data_size) snprintf(buffers, sizeof buffers, opening, data_size);
-  const char *closing = data_size ? "\"}]," : "";
+  const buffers_text buffers =
+      print_buffers(&stream->plan, ",\"uri\":\"data:application/octet-stream;base64,");
+  size_t opening_size = strlen(buffers.opening), closing_size = strlen(buffers.closing);
   stream->base64 = true;
-  stream->data_text_size = (data_size + 2) / 3 * 4;
-  if (!allocate_text(&stream->head, strlen(buffers)) ||
-      !allocate_text(&stream->tail, strlen(closing) + json->size - 1))
+  stream->data_text_size = (stream->plan.data_size + 2) / 3 * 4;
+  if (!allocate_text(&stream->head, opening_size) ||
+      !allocate_text(&stream->tail, closing_size + json->size - 1))
     return false;
-  append(stream->head.bytes, buffers, stream->head.size);
-  char *out = append(stream->tail.bytes, closing, strlen(closing));
+  append(stream->head.bytes, buffers.opening, opening_size);
+  char *out = append(stream->tail.bytes, buffers.closing, closing_size);
   stream->rest = out;
   append(out, json->data + 1, json->size - 1);
   return true;
@@ -372,6 +236,16 @@ static void write_bound(char *out, float bound) {
   memcpy(out, number, tw_print_double(number, (double)bound));
 }
 
+static bool find_bounds(const tw_scene *scene, const tw_gltf_accessor *accessor, float min[3], float max[3]) {
+  if (accessor->pack == TW_NO_INDEX)
+    return tw_surface_bounds(scene->surfaces[accessor->mesh], accessor->morph, min, max) == TW_OK;
+  const tw_pack_bounds *bounds =
+      tw_packs_bounds(scene->packs[accessor->mesh], accessor->pack, accessor->morph);
+  memcpy(min, bounds->min, sizeof bounds->min);
+  memcpy(max, bounds->max, sizeof bounds->max);
+  return true;
+}
+
 /* Fills in the bounds that the JSON left room for. A double that is a float takes 23 characters. */
 static bool write_bounds(tw_gltf_stream *stream) {
   size_t(*places)[6] = stream->json.bounds;
@@ -379,8 +253,7 @@ static bool write_bounds(tw_gltf_stream *stream) {
     const tw_gltf_accessor *accessor = &stream->plan.accessors[i];
     if (accessor->bounds != TW_GLTF_BOUNDED_LATER) continue;
     float min[3], max[3];
-    if (tw_surface_bounds(stream->scene.surfaces[accessor->mesh], accessor->morph, min, max) != TW_OK)
-      return false;
+    if (!find_bounds(&stream->scene, accessor, min, max)) return false;
     for (int axis = 0; axis < 3; axis++) {
       write_bound(stream->rest + (*places)[axis] - 1, max[axis]);
       write_bound(stream->rest + (*places)[3 + axis] - 1, min[axis]);
@@ -422,7 +295,7 @@ static size_t read_window(tw_gltf_stream *stream, uint64_t offset, uint8_t *out,
   return size;
 }
 
-/* At least one byte of the BIN chunk; offset lies in it. */
+/* At least one byte of the BIN chunk, in which offset lies; 0 without memory. */
 static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   if (offset >= stream->window_offset && offset - stream->window_offset < stream->window_size)
     return read_window(stream, offset, out, capacity);
@@ -434,21 +307,25 @@ static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, s
     return size;
   }
   uint64_t first = within / view->element_size, count = view->size / view->element_size - first;
-  bool aligned = view->source == TW_GLTF_MEMORY || (uintptr_t)out % sizeof(float) == 0;
+  bool aligned = view->element_size == 1 || (uintptr_t)out % sizeof(float) == 0;
   if (capacity >= DIRECT_SIZE && aligned && within % view->element_size == 0) {
     count = least(count, capacity / view->element_size);
-    fill(stream->filler, view, first, (size_t)count, out);
-    return (size_t)count * view->element_size;
+    return fill(stream->filler, view, first, (size_t)count, out) ? (size_t)count * view->element_size : 0;
   }
   count = least(count, WINDOW_SIZE / view->element_size);
-  fill(stream->filler, view, first, (size_t)count, stream->window);
+  stream->window_size = 0;
+  if (!fill(stream->filler, view, first, (size_t)count, stream->window)) return 0;
   stream->window_offset = view->offset + first * view->element_size;
   stream->window_size = (size_t)count * view->element_size;
   return read_window(stream, offset, out, capacity);
 }
 
-static void read_data_fully(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t size) {
-  for (size_t done = 0; done < size;) done += read_data(stream, offset + done, out + done, size - done);
+/* False without memory. */
+static bool read_data_fully(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t size) {
+  size_t part = 1;
+  for (size_t done = 0; done < size && part > 0; done += part)
+    part = read_data(stream, offset + done, out + done, size - done);
+  return part > 0;
 }
 
 /* size: 1 to 3 bytes. */
@@ -461,13 +338,13 @@ static void write_group(const uint8_t *bytes, size_t size, uint8_t out[4]) {
   for (size_t i = size; i < 3; i++) out[i + 1] = '=';
 }
 
-/* Whole groups as far as capacity goes, else a part of one. */
+/* Whole groups as far as capacity goes, else a part of one; 0 without memory. */
 static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   uint64_t first = offset / 4, groups = stream->data_text_size / 4 - first;
   bool whole = offset % 4 == 0 && capacity >= 4;
   groups = whole ? least(least(groups, capacity / 4), GROUPS_A_PASS) : 1;
   size_t size = (size_t)least(3 * groups, stream->plan.data_size - 3 * first);
-  read_data_fully(stream, 3 * first, stream->group_bytes, size);
+  if (!read_data_fully(stream, 3 * first, stream->group_bytes, size)) return 0;
   uint8_t part[4];
   for (size_t i = 0; i < groups; i++)
     write_group(stream->group_bytes + 3 * i, (size_t)least(3, size - 3 * i), whole ? out + 4 * i : part);
@@ -544,7 +421,7 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset) {
   stream->position = offset;
 }
 
-/* At least one byte unless there is no memory for the bounds; position lies in the stream. */
+/* At least one byte unless there is no memory; position lies in the stream. */
 static size_t read_part(tw_gltf_stream *stream, uint8_t *out, size_t capacity) {
   uint64_t offset = stream->position;
   if (offset < stream->head.size) return read_text(stream, &stream->head, offset, out, capacity);

@@ -125,7 +125,6 @@ TEST_WITH(bad_parameters_are_400, setup, teardown) {
 
 TEST_WITH(what_this_version_lacks_is_422, setup, teardown) {
   fixture *f = *state;
-  assert_problem(ask(f, f->cube, "surface?encoding=meshopt"), 422, NULL, "encoding=float");
   assert_problem(ask(f, f->cube, "surface.obj?scheme=loop"), 422, NULL, "triangles");
 }
 

@@ -1,5 +1,6 @@
 // Files as three.js reads and plays them.
 import { AnimationMixer, LoopOnce, Texture } from 'three';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 
 globalThis.self = globalThis; // the loader looks for a browser's names
@@ -11,7 +12,7 @@ const withoutPixels = () => ({ name: 'without-pixels', loadTexture: async () => 
 /** glTF as text or bytes, or GLB. */
 export async function load(file) {
   const isText = typeof file === 'string' || file[0] === '{'.charCodeAt(0);
-  return new GLTFLoader().register(withoutPixels).parseAsync(isText ? file.toString() : new Uint8Array(file).buffer, '');
+  return new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).register(withoutPixels).parseAsync(isText ? file.toString() : new Uint8Array(file).buffer, '');
 }
 
 /** In the file's order. */

@@ -4,7 +4,7 @@
 #ifndef TWEEND_GLTF_H
 #define TWEEND_GLTF_H
 
-#include "tweend/format.h"
+#include "gltf_packs.h"
 #include "tweend/json_print.h"
 
 #ifdef __cplusplus
@@ -65,6 +65,8 @@ struct tw_gltf_assets {
 /* ---- an answer -------------------------------------------------------------------------------------------
  */
 
+#define TW_GLTF_MESHOPT "EXT_meshopt_compression"
+
 enum {
   TW_GLTF_UNSIGNED_SHORT = 5123,
   TW_GLTF_UNSIGNED_INT = 5125,
@@ -77,23 +79,35 @@ enum {
 
 /* Where the bytes of a view come from. */
 typedef enum tw_gltf_source {
-  TW_GLTF_MEMORY,   /* as they are */
-  TW_GLTF_ROWS,     /* columns of TW_DOMAIN_VERTICES */
-  TW_GLTF_TRIANGLES /* faces of one material */
+  TW_GLTF_MEMORY,    /* as they are */
+  TW_GLTF_ROWS,      /* columns of TW_DOMAIN_VERTICES */
+  TW_GLTF_TRIANGLES, /* faces of one material */
+  TW_GLTF_PACK       /* a part of a pack */
 } tw_gltf_source;
+
+/* What a compressed view becomes, in a buffer that is not there. */
+typedef struct tw_gltf_decoded {
+  const char *mode; /* EXT_meshopt_compression's; NULL: the view is as it is */
+  uint64_t offset, size;
+  uint32_t count, stride; /* elements, bytes of one */
+} tw_gltf_decoded;
 
 /* One buffer view, and how to fill it. Views follow each other in the BIN chunk, each at a multiple of
  * 4, zeros between them. */
 typedef struct tw_gltf_view {
   uint64_t offset, size;
-  uint32_t element_size; /* bytes of a row or triangle; 1 of memory */
+  uint32_t element_size; /* bytes of a row or triangle; 1 of memory and packs */
   uint32_t stride;       /* of vertices; else 0 */
   int target;            /* TW_GLTF_VERTICES, TW_GLTF_INDICES or 0 */
   tw_gltf_source source;
   const void *memory;
-  uint32_t mesh;                       /* ROWS, TRIANGLES: of the model */
-  uint32_t first_column, column_count; /* ROWS: floats of the surface's row */
-  tw_surface_group faces;              /* TRIANGLES: all of one material, whatever their names */
+  uint32_t mesh; /* ROWS, TRIANGLES, PACK: of the model */
+  /* ROWS: of rows that have these displacements */
+  const tw_vertex_field *fields; /* [field_count] */
+  uint32_t field_count, first_target, target_count;
+  tw_surface_group faces; /* TRIANGLES: all of one material, whatever their names */
+  uint32_t pack, part;    /* PACK */
+  tw_gltf_decoded decoded;
 } tw_gltf_view;
 
 typedef enum tw_gltf_bounds { TW_GLTF_UNBOUNDED, TW_GLTF_BOUNDED, TW_GLTF_BOUNDED_LATER } tw_gltf_bounds;
@@ -102,30 +116,32 @@ typedef struct tw_gltf_accessor {
   uint32_t view; /* TW_NO_INDEX: all zero */
   uint32_t offset;
   int component; /* TW_GLTF_UNSIGNED_SHORT, ... */
-  int width;     /* 1 to 4, 16 */
+  bool is_normalized;
+  int width; /* 1 to 4, 16 */
   uint64_t count;
   tw_gltf_bounds bounds;
   float min, max; /* BOUNDED: of every component */
-  uint32_t mesh;  /* BOUNDED_LATER, of width 3: these of tw_surface_bounds */
+  /* BOUNDED_LATER, of width 3: these of tw_surface_bounds, or of a pack of the mesh */
+  uint32_t mesh, pack; /* pack: or TW_NO_INDEX */
   int morph;
   const tw_gltf_elements *elements; /* handed on: type, normalization and bounds are these; or NULL */
 } tw_gltf_accessor;
 
-typedef struct tw_gltf_attribute {
-  const char *semantic; /* UTF-8 */
-  uint32_t accessor;
-} tw_gltf_attribute;
+/* Faces of one material. */
+typedef struct tw_gltf_primitive {
+  uint32_t first_attribute;                /* accessor of the mesh's first field; the others follow */
+  uint32_t first_target;                   /* accessors of displacements, one target after the other */
+  uint32_t indices;                        /* accessor */
+  tw_surface_group faces;                  /* all of the material */
+  uint64_t first_triangle, triangle_count; /* of these faces */
+} tw_gltf_primitive;
 
 typedef struct tw_gltf_mesh {
-  uint32_t attribute_count;
-  tw_gltf_attribute *attributes; /* [attribute_count] of the plan's */
-  /* Accessors of displacements, one target after the other: of positions, and of normals where the step is 2.
-   */
-  uint32_t target_count, target_step, first_target;
-  /* Accessors, one a slot of a material that faces have. A mesh without faces has one primitive, which draws
-   * nothing.
-   */
-  uint32_t primitive_count, first_indices;
+  uint32_t field_count;
+  const tw_vertex_field *fields;      /* [field_count] attributes */
+  uint32_t target_count, target_step; /* accessors a target: of positions, and where they are 2, of normals */
+  uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing */
+  tw_gltf_primitive *primitives;
 } tw_gltf_mesh;
 
 typedef struct tw_gltf_channel {
@@ -143,15 +159,19 @@ typedef struct tw_gltf_animation {
 typedef struct tw_gltf_plan {
   tw_arena *arena;
   uint64_t data_size; /* of the BIN chunk, a multiple of 4 */
-  uint32_t view_count, accessor_count, attribute_count, animation_count, channel_count;
+  uint32_t view_count, accessor_count, animation_count, channel_count;
   tw_gltf_view *views;
   tw_gltf_accessor *accessors;
-  tw_gltf_attribute *attributes; /* of all meshes, one mesh after the other */
   tw_gltf_mesh *meshes;          /* [the model's meshes] */
   tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */
   uint32_t *image_views;         /* [the assets' images]: TW_NO_INDEX for an image outside the file */
   uint32_t *skin_matrices;       /* [the model's skins]: accessors */
+  /* [holder_count] nodes whose mesh hangs on a child of its own, which undoes the shorts: these children
+   * come after the model's nodes, in this order. */
+  uint32_t holder_count, first_holder;
+  uint32_t *holders;
+  uint64_t decoded_size; /* of what compressed views become */
   uint32_t nothing;  /* accessor of three points at the origin, for meshes without faces; or TW_NO_INDEX */
   bool names_groups; /* primitives tell which of their faces are in which groups */
 } tw_gltf_plan;
@@ -169,6 +189,9 @@ tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_aren
 
 /* Whether the surface's rows bear joints and this node has a skin for them. */
 bool tw_gltf_node_is_skinned(const tw_scene *scene, const tw_node *node);
+
+/* The child that holds the node's mesh; TW_NO_INDEX: the node itself does. O(log holders). */
+uint32_t tw_gltf_holder_of(const tw_gltf_plan *plan, uint32_t node);
 
 /* The model's assets; those without anything where it has none. */
 const tw_gltf_assets *tw_gltf_assets_of(const tw_model *model);

@@ -81,6 +81,48 @@ tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files
 
 typedef enum tw_polygons { TW_POLYGONS_TRIANGLES, TW_POLYGONS_NGON } tw_polygons;
 
+/* How an answer holds what it draws. */
+typedef enum tw_encoding {
+  TW_ENCODING_FLOAT,
+  /* KHR_mesh_quantization: positions in 16 bits, which a node or the matrices of a skin undo, normals and
+   * tangents in 8, texture coordinates and colours in 16 where they are from 0 to 1, weights in 8; in
+   * primitives of at most 65,534 vertices with indices of 16 bits. */
+  TW_ENCODING_QUANTIZED,
+  TW_ENCODING_MESHOPT /* the same by EXT_meshopt_compression */
+} tw_encoding;
+
+/* What the shorts of a mesh's positions stand for. */
+typedef struct tw_grid {
+  bool is_float;          /* nothing would undo them */
+  float origin[3], scale; /* 32767 lies at origin + scale */
+} tw_grid;
+
+/* The grids of a model's meshes: each has its own, but for those that skins move, which share one, as they
+ * share skins. Meshes that EXT_mesh_gpu_instancing shows, or that have points or lines, stay floats. The same
+ * whatever the level: a surface stays within the hull of its cage. grids: [mesh_count]. O(points). */
+void tw_grids_choose(const tw_model *model, tw_grid *grids);
+
+typedef struct tw_pack_options {
+  tw_encoding encoding; /* but FLOAT */
+  tw_polygons polygons;
+  tw_grid grid;
+  bool is_measured; /* by a pass over all points; else by one over faces alone */
+} tw_pack_options;
+
+/* A surface as an encoding has it: which faces are a primitive; when it is measured, the bounds of what is
+ * stored, and the sizes of what is compressed. Immutable. */
+typedef struct tw_packs tw_packs;
+
+/* mesh: what the surface is of. parallel as of tw_surface_create_by. TW_NO_MEMORY. */
+tw_status tw_packs_create(const tw_mesh *mesh, const tw_surface *surface, const tw_pack_options *options,
+                          const tw_parallel_for *parallel, tw_packs **out, tw_error *error);
+void tw_packs_destroy(tw_packs *packs);      /* NULL accepted */
+size_t tw_packs_size(const tw_packs *packs); /* bytes held */
+/* Of the library that compresses: another version may compress to other bytes. */
+int tw_meshopt_version(void);
+/* What a stream holds to read them, or a thread to measure them. */
+size_t tw_packs_reading_size(const tw_packs *packs);
+
 typedef struct tw_scene {
   const tw_model *model;             /* outlives the stream */
   const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
@@ -95,12 +137,16 @@ typedef struct tw_scene {
   const tw_clip_keys *clips;
   uint32_t clip_count;
   tw_polygons polygons;
+  /* [mesh_count] of the surfaces, all of one encoding and these polygons; outlive the stream. NULL: floats. A
+   * size that is told before the packs are measured is that of quantized ones. */
+  const tw_packs *const *packs;
 } tw_scene;
 
 /* A glTF answer: its size is known when it is created, its bytes are computed when they are read.
  * Meshes, nodes, skins, materials, images, scenes and cameras have the numbers of the model; a surface
  * without faces is one triangle of no size. One primitive for the faces of a material, further ones for those
- * whose primitives said more in their file, then points and lines. */
+ * whose primitives said more in their file, then points and lines. With packs a material has a primitive for
+ * each pack; nodes and skins that undo the shorts come after the model's. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).
@@ -119,7 +165,7 @@ size_t tw_gltf_stream_read(tw_gltf_stream *stream, uint8_t *out, size_t capacity
 void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
 
 /* The size such a stream would have, without computing a point: exact, because the JSON reserves a
- * fixed width for the bounds. Errors as tw_gltf_stream_create. */
+ * fixed width for the bounds. Compressed packs must be measured. Errors as tw_gltf_stream_create. */
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
 /* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the

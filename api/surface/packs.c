@@ -1,0 +1,106 @@
+/* Packs are made once for all requests of the same surfaces. */
+#include "packs.h"
+
+#include "service.h"
+
+#include <stdlib.h>
+
+typedef struct packs_source {
+  api_service *service;
+  api_ticket *ticket;
+  const tw_model *model;
+  const api_plan *plan;
+  const api_packs_query *query;
+} packs_source;
+
+void api_encoding_print(tw_encoding encoding, tw_text *text) {
+  static const char *const names[] = {"float", "quantized", "meshopt"};
+  tw_text_add(text, "&encoding=");
+  tw_text_add(text, names[encoding]);
+  if (encoding == TW_ENCODING_MESHOPT) tw_text_integer(text, tw_meshopt_version());
+}
+
+static void destroy_packs(void *value) {
+  api_packs *packs = value;
+  for (uint32_t i = 0; i < packs->count; i++) tw_packs_destroy(packs->list[i]);
+  free(packs->list);
+  free(packs);
+}
+
+static size_t packs_size(const api_packs *packs) {
+  size_t size = sizeof *packs + packs->count * sizeof *packs->list;
+  for (uint32_t i = 0; i < packs->count; i++) size += tw_packs_size(packs->list[i]);
+  return size;
+}
+
+static tw_status create_list(const packs_source *source, api_packs *packs, tw_error *error) {
+  tw_grid *grids = tw_alloc(source->plan->count, sizeof *grids);
+  packs->list = tw_alloc_zero(source->plan->count, sizeof *packs->list);
+  tw_status status =
+      grids && packs->list ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for the packs of a model");
+  if (status == TW_OK) tw_grids_choose(source->model, grids);
+  for (uint32_t i = 0; status == TW_OK && i < source->plan->count; i++) {
+    const tw_pack_options options = {source->query->encoding, source->query->polygons, grids[i],
+                                     source->query->is_measured};
+    status = tw_packs_create(&source->model->meshes[i], source->plan->surfaces[i], &options,
+                             source->service->parallel, &packs->list[i], error);
+    packs->count += status == TW_OK;
+  }
+  free(grids);
+  return status;
+}
+
+static bool build_packs(void *context, api_built *out, api_fault *fault) {
+  const packs_source *source = context;
+  /* Each thread that measures reads packs; the cut alone takes less than one of them. */
+  enum { READING = 8 << 20, THREADS = 4 };
+  if (!api_grant(source->service, source->ticket, source->query->is_measured ? THREADS * READING : READING,
+                 fault))
+    return false;
+  api_packs *packs = tw_alloc_zero(1, sizeof *packs);
+  if (!packs) {
+    api_fault_without_memory(fault);
+    return false;
+  }
+  if (create_list(source, packs, &fault->error) != TW_OK) {
+    destroy_packs(packs);
+    api_fault_complete(fault);
+    return false;
+  }
+  *out = (api_built){packs, packs_size(packs), destroy_packs};
+  return true;
+}
+
+/* NULL without memory. */
+static const char *make_key(api_call *call, const api_packs_query *query, const char *surfaces) {
+  tw_text text = {0};
+  tw_text_add(&text, call->id);
+  tw_text_add(&text, query->is_measured ? "/packs?measured&" : "/packs?");
+  tw_text_add(&text, surfaces);
+  api_encoding_print(query->encoding, &text);
+  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
+  tw_text_deinit(&text);
+  return key;
+}
+
+api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,
+                           const api_packs_query *query, const char *key, api_entry **out) {
+  packs_source source = {call->service, call->request->ticket, model, plan, query};
+  const char *kept = key ? make_key(call, query, key) : NULL;
+  if (key && !kept) return api_fail_without_memory(call);
+  return api_call_take(call, kept, build_packs, &source, out);
+}
+
+api_entry *api_packs_peek(api_call *call, const api_packs_query *query, const char *key) {
+  const char *kept = key ? make_key(call, query, key) : NULL;
+  return kept ? api_cache_peek(call->service->cache, kept) : NULL;
+}
+
+size_t api_packs_reading_size(const api_packs *packs) {
+  size_t most = 0;
+  for (uint32_t i = 0; i < packs->count; i++) {
+    size_t size = tw_packs_reading_size(packs->list[i]);
+    if (size > most) most = size;
+  }
+  return most;
+}

@@ -1,0 +1,95 @@
+/* The faces of a surface in packs, and the bytes of these: quantized, and compressed by meshoptimizer. */
+#ifndef TWEEND_GLTF_PACKS_H
+#define TWEEND_GLTF_PACKS_H
+
+#include "triangulator.h"
+#include "tweend/format.h"
+#include "vertex_format.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum {
+  TW_PACK_VERTICES_MAX = 65534, /* 65535 as an index restarts strips */
+  TW_PACK_TRIANGLES_MAX = 1 << 17,
+  TW_PACK_STRIDE_MAX = 252 /* of an element: glTF's limit */
+};
+
+/* The faces of a material. */
+typedef struct tw_pack_run {
+  tw_surface_group faces;
+  uint32_t first_group, group_count; /* of the surface */
+} tw_pack_run;
+
+/* Consecutive triangles of a material with vertices of their own, in the order in which they are used. */
+typedef struct tw_pack {
+  uint32_t run; /* of the packs */
+  uint64_t first_triangle;
+  uint32_t triangle_count, vertex_count;
+} tw_pack;
+
+typedef struct tw_pack_bounds {
+  float min[3], max[3]; /* of the numbers as they are stored */
+} tw_pack_bounds;
+
+/* A pack's bytes come in parts: vertices, displacements of some targets at a time, indices. */
+struct tw_packs {
+  tw_arena *arena;
+  tw_pack_options options;
+  uint32_t field_count;
+  tw_vertex_field fields[TW_VERTEX_FIELDS_MAX];
+  uint32_t target_count, targets_a_part, part_count;
+  uint32_t target_step;      /* fields a target: of positions, and where they are 2, of normals */
+  tw_vertex_field target[2]; /* of the first one of a part */
+  uint32_t run_count;
+  tw_pack_run *runs; /* [run_count] */
+  uint32_t pack_count;
+  tw_pack *packs;                       /* [pack_count] */
+  uint32_t vertices_max, triangles_max; /* of a pack */
+  /* Once measured: */
+  tw_pack_bounds *bounds; /* [pack_count][1 + target_count]: of positions, then of targets */
+  uint32_t *sizes;        /* [pack_count][part_count], of compressed bytes; else NULL */
+};
+
+/* What a part holds before it is compressed. */
+typedef struct tw_pack_part {
+  bool has_vertices; /* else indices */
+  uint32_t first_target, target_count;
+  uint32_t count, stride; /* elements, bytes of one */
+} tw_pack_part;
+
+tw_pack_part tw_packs_part(const tw_packs *packs, uint32_t pack, uint32_t part);
+
+/* Bytes of a part as it is sent. Of compressed ones the packs must be measured. */
+uint64_t tw_packs_part_size(const tw_packs *packs, uint32_t pack, uint32_t part);
+
+/* Of measured packs: those of a pack's positions (target -1) or displacements. */
+const tw_pack_bounds *tw_packs_bounds(const tw_packs *packs, uint32_t pack, int target);
+
+/* The fields of a target of a part: [target_step]. */
+void tw_packs_target_fields(const tw_packs *packs, uint32_t target_of_part, tw_vertex_field fields[2]);
+
+/* Computes parts; one stream's own. */
+typedef struct tw_pack_reader tw_pack_reader;
+
+/* For any of the packs of a scene. reader and triangles are of its surfaces, and are the caller's. NULL
+ * without memory. */
+tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t count, tw_surface_reader *reader,
+                                      tw_triangulator *triangles);
+void tw_pack_reader_destroy(tw_pack_reader *reader); /* NULL accepted */
+
+/* Puts triangles in an order that compresses well. indices: [count], below vertex_count. False without
+ * memory.
+ */
+bool tw_order_triangles(uint32_t *indices, size_t count, uint32_t vertex_count);
+
+/* A part's bytes as they are sent, until the next call: [tw_packs_part_size]. Neighbouring calls are cheap.
+ * surface: that of the packs. NULL without memory. */
+const uint8_t *tw_pack_read(tw_pack_reader *reader, const tw_packs *packs, const tw_surface *surface,
+                            uint32_t pack, uint32_t part);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,174 @@
+/* Faces are read some at a time, with the one before and the one after. */
+#include "triangulator.h"
+
+#include <stdlib.h>
+
+enum { FACES_SCRATCH = 1024 };
+
+static uint64_t least(uint64_t a, uint64_t b) {
+  return a < b ? a : b;
+}
+
+bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *surfaces, uint32_t count,
+                          tw_polygons polygons, tw_surface_reader *reader) {
+  *triangles =
+      (tw_triangulator){.reader = reader, .polygons = polygons, .corner_capacity = 4 * FACES_SCRATCH};
+  for (uint32_t i = 0; i < count; i++) {
+    size_t three = 3 * tw_surface_largest_face(surfaces[i]);
+    if (three > triangles->corner_capacity) triangles->corner_capacity = three;
+  }
+  triangles->corners = tw_alloc(triangles->corner_capacity, sizeof *triangles->corners);
+  triangles->sizes = tw_alloc(FACES_SCRATCH, sizeof *triangles->sizes);
+  return triangles->corners && triangles->sizes;
+}
+
+void tw_triangulator_deinit(tw_triangulator *triangles) {
+  free(triangles->corners);
+  free(triangles->sizes);
+}
+
+tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i) {
+  tw_surface_group faces = *tw_surface_get_group(surface, *i);
+  while (++*i < tw_surface_group_count(surface)) {
+    const tw_surface_group *next = tw_surface_get_group(surface, *i);
+    if (next->material != faces.material) break;
+    faces.face_count += next->face_count;
+    faces.corner_count += next->corner_count;
+  }
+  return faces;
+}
+
+uint64_t tw_count_triangles(const tw_surface_group *faces) {
+  return faces->corner_count - 2 * faces->face_count;
+}
+
+/* Faces [face, stop) of a group. The corners and sizes that were read begin with the face before
+ * (`lead` is 1) where the group has one, and end with the one after. */
+typedef struct face_run {
+  uint64_t face, stop;
+  uint32_t lead;
+  bool has_next;
+} face_run;
+
+static uint64_t triangles_before(const tw_surface *surface, const tw_surface_group *group, uint64_t face) {
+  return tw_surface_corners_before(surface, face) - group->first_corner - 2 * (face - group->first_face);
+}
+
+/* The group's face that a triangle belongs to. */
+static uint64_t find_face(const tw_surface *surface, const tw_surface_group *group, uint64_t triangle) {
+  uint64_t low = group->first_face, high = low + group->face_count;
+  while (high - low > 1) {
+    uint64_t middle = low + (high - low) / 2;
+    if (triangles_before(surface, group, middle) <= triangle)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+/* Reads up to `wanted` faces, at least one: fewer where their corners would not fit. */
+static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw_surface_group *group,
+                         uint64_t face, uint64_t wanted) {
+  uint64_t end = group->first_face + group->face_count;
+  face_run run = {.face = face, .lead = face > group->first_face};
+  uint64_t most = end - face < FACES_SCRATCH - 2 ? end - face : FACES_SCRATCH - 2;
+  uint64_t first = face - run.lead, count = wanted < most ? wanted : most, last, corners;
+  do { /* one face and its neighbours always fit */
+    last = face + count < end ? face + count + 1 : end;
+    corners = tw_surface_corners_before(surface, last) - tw_surface_corners_before(surface, first);
+    run.stop = face + count;
+    count = (count + 1) / 2;
+  } while (corners > t->corner_capacity);
+  run.has_next = last > run.stop;
+  tw_surface_read_faces(t->reader, TW_DOMAIN_VERTICES, first, (size_t)(last - first), t->sizes, t->corners);
+  return run;
+}
+
+/* The corner that a face's fan starts from. With FB_ngon_encoding neighbours in the group must not start
+ * from the same vertex: every second face keeps its first corner, the others take the first corner
+ * that neither neighbour starts from. A face has at least three corners, so there is one, and
+ * it depends on the neighbours alone. previous, next: NULL where there is no neighbour. */
+static uint32_t fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
+  uint32_t start = 0;
+  while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
+  return start;
+}
+
+/* Triangles [from, to) of a face's fan. */
+static void write_fan(const uint32_t *corners, uint32_t size, uint32_t start, uint32_t from, uint32_t to,
+                      uint32_t *out) {
+  for (uint32_t triangle = from; triangle < to; triangle++) {
+    uint64_t second = (uint64_t)start + triangle + 1, third = second + 1;
+    *out++ = corners[start];
+    *out++ = corners[second < size ? second : second - size];
+    *out++ = corners[third < size ? third : third - size];
+  }
+}
+
+static void write_quads(const uint32_t *restrict corners, size_t count, uint32_t *restrict out) {
+  for (size_t i = 0; i < count; i++, corners += 4, out += 6) {
+    out[0] = corners[0];
+    out[1] = corners[1];
+    out[2] = corners[2];
+    out[3] = corners[0];
+    out[4] = corners[2];
+    out[5] = corners[3];
+  }
+}
+
+static size_t count_quads(const uint32_t *sizes, uint64_t most) {
+  size_t count = 0;
+  while (count < most && sizes[count] == 4) count++;
+  return count;
+}
+
+/* Up to `count` triangles of a run, from the given one of its first face. Returns how many. */
+static size_t write_run(const tw_triangulator *t, const tw_surface_group *group, face_run run, uint32_t from,
+                        size_t count, uint32_t *out) {
+  bool ngons = t->polygons == TW_POLYGONS_NGON;
+  const uint32_t *sizes = t->sizes + run.lead, *corners = t->corners, *previous = NULL;
+  if (run.lead) {
+    previous = corners;
+    corners += t->sizes[0];
+  }
+  size_t done = 0;
+  for (uint64_t face = run.face; face < run.stop && done < count;) {
+    size_t left = count - done; /* triangles */
+    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, least(run.stop - face, left / 2));
+    if (quads > 0) { /* nearly always all of them; only ngons ask for the previous face */
+      write_quads(corners, quads, out + 3 * done);
+      done += 2 * quads;
+      face += quads;
+      sizes += quads;
+      corners += 4 * quads;
+      continue;
+    }
+    uint32_t size = *sizes++, start = 0;
+    if (ngons && (face - group->first_face) % 2 == 1)
+      start = fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
+    uint32_t to = (uint32_t)least(size - 2, from + left);
+    write_fan(corners, size, start, from, to, out + 3 * done);
+    done += to - from;
+    from = 0;
+    face++;
+    previous = corners;
+    corners += size;
+  }
+  return done;
+}
+
+void tw_triangulator_read(tw_triangulator *triangles, const tw_surface *surface,
+                          const tw_surface_group *faces, uint64_t first, size_t count, uint32_t *out) {
+  tw_surface_reader_turn(triangles->reader, surface, 0, 0);
+  uint64_t face = find_face(surface, faces, first);
+  uint32_t from = (uint32_t)(first - triangles_before(surface, faces, face));
+  while (count > 0) {
+    face_run run = read_run(triangles, surface, faces, face, (from + (uint64_t)count + 1) / 2);
+    size_t done = write_run(triangles, faces, run, from, count, out);
+    out += 3 * done;
+    count -= done;
+    face = run.stop;
+    from = 0;
+  }
+}

@@ -1,0 +1,163 @@
+/* Numbers are rounded to the nearest that the coding has. */
+#include "vertex_format.h"
+
+#include <string.h>
+
+typedef struct coding_facts {
+  int component; /* glTF's */
+  uint32_t size; /* bytes of one number */
+  bool is_normalized;
+} coding_facts;
+
+static const coding_facts FACTS[] = {
+    [TW_CODED_FLOATS] = {5126, 4, false},         [TW_CODED_JOINTS] = {5123, 2, false},
+    [TW_CODED_ROUNDED_JOINTS] = {5123, 2, false}, [TW_CODED_SMALL_JOINTS] = {5121, 1, false},
+    [TW_CODED_WEIGHTS] = {5121, 1, true},         [TW_CODED_PLACES] = {5122, 2, true},
+    [TW_CODED_UNITS] = {5120, 1, true},           [TW_CODED_FRACTIONS] = {5123, 2, true},
+};
+
+uint32_t tw_vertex_field_size(const tw_vertex_field *field) {
+  return (field->width * FACTS[field->coding].size + 3) / 4 * 4;
+}
+
+uint32_t tw_vertex_size(const tw_vertex_field *fields, uint32_t field_count) {
+  if (field_count == 0) return 0;
+  const tw_vertex_field *last = &fields[field_count - 1];
+  return last->offset + tw_vertex_field_size(last);
+}
+
+const tw_vertex_codings tw_vertex_floats = {.joints = TW_CODED_JOINTS};
+
+static void add_field(const char *semantic, tw_vertex_coding coding, uint32_t column, uint32_t width,
+                      tw_vertex_field *fields, uint32_t *count) {
+  if (column == UINT32_MAX) return;
+  fields[*count] = (tw_vertex_field){.semantic = semantic,
+                                     .coding = coding,
+                                     .column = column,
+                                     .width = width,
+                                     .offset = tw_vertex_size(fields, *count)};
+  ++*count;
+}
+
+uint32_t tw_vertex_fields(const tw_mesh *mesh, const tw_surface_layout *layout,
+                          const tw_vertex_codings *codings, tw_vertex_field fields[TW_VERTEX_FIELDS_MAX]) {
+  static const char *const uvs[TW_UV_SETS_MAX] = {"TEXCOORD_0", "TEXCOORD_1", "TEXCOORD_2", "TEXCOORD_3"};
+  uint32_t count = 0;
+  add_field("POSITION", codings->position, layout->position, 3, fields, &count);
+  add_field("NORMAL", codings->normal, layout->normal, 3, fields, &count);
+  add_field("TANGENT", codings->tangent, layout->tangent, 4, fields, &count);
+  for (uint32_t set = 0; set < layout->uv_count; set++)
+    add_field(uvs[set], codings->uvs[set], layout->uvs[set], 2, fields, &count);
+  for (uint32_t i = 0; i < layout->attribute_count; i++) {
+    const tw_attribute *own = &mesh->attributes[i];
+    add_field(own->name, own->is_color ? codings->color : TW_CODED_FLOATS, layout->attributes[i], own->width,
+              fields, &count);
+  }
+  add_field("JOINTS_0", codings->joints, layout->joints, 4, fields, &count);
+  add_field("WEIGHTS_0", codings->weights, layout->weights, 4, fields, &count);
+  return count;
+}
+
+uint32_t tw_vertex_target_column(const tw_surface_layout *layout, uint32_t target_count) {
+  return target_count == layout->morph_count ? layout->morphs : layout->morph_width;
+}
+
+int tw_vertex_component(tw_vertex_coding coding) {
+  return FACTS[coding].component;
+}
+
+bool tw_vertex_is_normalized(tw_vertex_coding coding) {
+  return FACTS[coding].is_normalized;
+}
+
+/* A number from -1 to 1, or what rounding left beside that. */
+static int32_t round_to(float value, float most) {
+  float scaled = value * most;
+  scaled = scaled < -most ? -most : scaled > most ? most : scaled;
+  return (int32_t)(scaled < 0 ? scaled - 0.5f : scaled + 0.5f);
+}
+
+/* Rounded down; what that leaves of the sum goes to those that lost most. weights: sum 1. */
+static void round_weights(const float *weights, uint8_t out[4]) {
+  int rest = 255;
+  float lost[4];
+  for (int i = 0; i < 4; i++) {
+    out[i] = (uint8_t)(weights[i] * 255);
+    lost[i] = weights[i] * 255 - (float)out[i];
+    rest -= out[i];
+  }
+  for (; rest > 0; rest--) {
+    int most = 0;
+    for (int i = 1; i < 4; i++)
+      if (lost[i] > lost[most]) most = i;
+    out[most]++;
+    lost[most] -= 1;
+  }
+}
+
+static void write_joints(const float *joints, uint8_t *out) {
+  uint16_t written[4];
+  for (int i = 0; i < 4; i++) written[i] = joints[4 + i] > 0 ? (uint16_t)joints[i] : 0;
+  memcpy(out, written, sizeof written);
+}
+
+/* A joint whose weight is nothing as it is stored is 0: the validator wants it. */
+static void write_rounded_joints(const float *joints, bool is_small, uint8_t *out) {
+  uint8_t weights[4];
+  uint16_t written[4];
+  round_weights(joints + 4, weights);
+  for (int i = 0; i < 4; i++) written[i] = weights[i] > 0 ? (uint16_t)joints[i] : 0;
+  for (int i = 0; is_small && i < 4; i++) out[i] = (uint8_t)written[i];
+  if (!is_small) memcpy(out, written, sizeof written);
+}
+
+static void write_places(const tw_vertex_field *field, const float *values, uint8_t *out) {
+  for (uint32_t i = 0; i < field->width; i++) {
+    int16_t place = (int16_t)round_to((values[i] - field->origin[i]) / field->scale, 32767);
+    memcpy(out + 2 * i, &place, sizeof place);
+  }
+}
+
+static void write_field(const tw_vertex_field *field, const float *values, uint8_t *out) {
+  switch (field->coding) {
+  case TW_CODED_FLOATS: memcpy(out, values, field->width * sizeof *values); return;
+  case TW_CODED_JOINTS: write_joints(values, out); return;
+  case TW_CODED_ROUNDED_JOINTS: write_rounded_joints(values, false, out); return;
+  case TW_CODED_SMALL_JOINTS: write_rounded_joints(values, true, out); return;
+  case TW_CODED_WEIGHTS: round_weights(values, out); return;
+  case TW_CODED_PLACES: write_places(field, values, out); return;
+  case TW_CODED_UNITS:
+    for (uint32_t i = 0; i < field->width; i++) out[i] = (uint8_t)round_to(values[i], 127);
+    return;
+  case TW_CODED_FRACTIONS:
+    for (uint32_t i = 0; i < field->width; i++) {
+      uint16_t fraction = (uint16_t)round_to(values[i] > 0 ? values[i] : 0, 65535);
+      memcpy(out + 2 * i, &fraction, sizeof fraction);
+    }
+    return;
+  }
+}
+
+void tw_vertex_write(const tw_vertex_field *fields, uint32_t field_count, const float *row, uint8_t *out) {
+  for (uint32_t i = 0; i < field_count; i++) {
+    uint32_t size = fields[i].width * FACTS[fields[i].coding].size;
+    if (size % 4 > 0) memset(out + fields[i].offset + size / 4 * 4, 0, 4);
+    write_field(&fields[i], row + fields[i].column, out + fields[i].offset);
+  }
+}
+
+void tw_vertex_widen(const tw_vertex_field *field, const uint8_t *element, float min[3], float max[3]) {
+  for (uint32_t i = 0; i < field->width; i++) {
+    float value;
+    int16_t place;
+    const uint8_t *at = element + field->offset;
+    if (field->coding == TW_CODED_PLACES) {
+      memcpy(&place, at + sizeof place * i, sizeof place);
+      value = place;
+    } else {
+      memcpy(&value, at + sizeof value * i, sizeof value);
+    }
+    if (value < min[i]) min[i] = value;
+    if (value > max[i]) max[i] = value;
+  }
+}

@@ -1,0 +1,118 @@
+// Quantized and compressed answers: the validator objects to nothing, three.js and glTF-Transform read what they read
+// of float answers, and every vertex is where it was at any time of a clip, whatever joints and morph targets do.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+
+import { NodeIO } from '@gltf-transform/core';
+import { ALL_EXTENSIONS } from '@gltf-transform/extensions';
+import validator from 'gltf-validator';
+import { MeshoptDecoder } from 'meshoptimizer';
+import { Box3, Vector3 } from 'three';
+
+import { Daemon } from './daemon.mjs';
+import { load, playerOf } from './player.mjs';
+import { writeSamples } from './samples.mjs';
+
+const daemon = new Daemon();
+const samples = writeSamples().filter(({ name, glb }) => name !== 'empty' && glb.length < 300000);
+const models = new Map();
+
+before(async () => {
+  await daemon.start();
+  for (const { name, glb } of samples) models.set(name, await daemon.upload(glb));
+});
+after(() => daemon.remove());
+
+async function answer(model, query) {
+  const response = await fetch(`${model}/surface.glb?${query}`);
+  assert.equal(response.status, 200, query);
+  return Buffer.from(await response.arrayBuffer());
+}
+
+/** World positions of all corners of all triangles, in the file's order. */
+function corners(gltf) {
+  const out = [];
+  const point = new Vector3();
+  gltf.scene.updateMatrixWorld(true);
+  gltf.scene.traverse((object) => {
+    if (!object.isMesh || !object.geometry.index) return;
+    const { index } = object.geometry;
+    for (let i = 0; i < index.count; i++) {
+      object.getVertexPosition(index.getX(i), point);
+      out.push(object.localToWorld(point.clone()));
+    }
+  });
+  return out;
+}
+
+const boxOf = (points) => new Box3().setFromPoints(points);
+const sizeOf = (box) => box.getSize(new Vector3()).length();
+
+/** Compares corner by corner: polygons=ngon keeps the order of triangles in every encoding. */
+function assertSame(exact, coded, why) {
+  const a = corners(exact);
+  const b = corners(coded);
+  assert.equal(a.length, b.length, why);
+  if (a.length === 0) return;
+  const tolerance = 2e-3 * sizeOf(boxOf(a)) + 1e-6; // weights have 8 bits
+  a.forEach((point, i) => {
+    const distance = point.distanceTo(b[i]);
+    assert.ok(distance <= tolerance, `${why}: corner ${i} lies ${distance} away of ${tolerance}`);
+  });
+}
+
+for (const { name } of samples) {
+  for (const encoding of ['quantized', 'meshopt']) {
+    test(`${name}: every corner of encoding=${encoding} is where it was`, async () => {
+      for (const level of [0, 2]) {
+        const query = `level=${level}&polygons=ngon`;
+        const exact = await load(await answer(models.get(name), query));
+        const coded = await load(await answer(models.get(name), `${query}&encoding=${encoding}`));
+        assertSame(exact, coded, `level ${level}`);
+        if (exact.animations.length === 0) continue;
+        const [play, playCoded] = [playerOf(exact), playerOf(coded)];
+        const { duration } = exact.animations[0];
+        for (let step = 0; step < 20; step++) {
+          const time = (duration * step) / 19;
+          play(time);
+          playCoded(time);
+          assertSame(exact, coded, `level ${level} at ${time} s`);
+        }
+      }
+    });
+  }
+
+  test(`${name}: the validator takes encoding=quantized`, async () => {
+    for (const level of [0, 1]) {
+      const bytes = await answer(models.get(name), `level=${level}&encoding=quantized`);
+      const { issues } = await validator.validateBytes(new Uint8Array(bytes));
+      assert.deepEqual(issues.messages.filter(({ severity }) => severity < 2), []);
+    }
+  });
+
+  test(`${name}: glTF-Transform reads encoding=meshopt`, async () => {
+    await MeshoptDecoder.ready;
+    const io = new NodeIO().registerExtensions(ALL_EXTENSIONS).registerDependencies({ 'meshopt.decoder': MeshoptDecoder });
+    const read = async (encoding) => io.readBinary(new Uint8Array(await answer(models.get(name), `level=2&encoding=${encoding}`)));
+    const [exact, coded] = [(await read('float')).getRoot(), (await read('meshopt')).getRoot()];
+    const triangles = (root) =>
+      root.listMeshes().map((mesh) => mesh.listPrimitives().reduce((sum, part) => sum + (part.getIndices()?.getCount() ?? 0), 0));
+    assert.deepEqual(triangles(coded), triangles(exact));
+    for (const part of coded.listMeshes().flatMap((mesh) => mesh.listPrimitives()))
+      assert.ok(part.getAttribute('POSITION').getCount() <= 65534);
+    const names = (root) => root.listNodes().map((node) => node.getName()).filter(Boolean);
+    assert.deepEqual(names(coded), names(exact));
+  });
+}
+
+test('the size of a compressed answer is told once it has been made', async () => {
+  const model = models.get(samples[0].name);
+  const query = 'level=3&encoding=meshopt';
+  const counts = async () => (await fetch(`${model}/surface.json?${query}`)).json();
+  const length = async () => (await fetch(`${model}/surface.glb?${query}`, { method: 'HEAD' })).headers.get('Content-Length');
+  assert.equal((await counts()).bytes, null);
+  assert.equal(await length(), null);
+  const bytes = await answer(model, query);
+  assert.equal((await counts()).bytes, bytes.length);
+  assert.equal(await length(), String(bytes.length));
+});
