@@ -84,6 +84,11 @@ static const setting SETTINGS[] = {
      "between two requests on a connection"},
     {"request-timeout", KIND_DURATION, offsetof(srv_config, request_timeout), "120s", 1, DAY_MS, NULL,
      "DURATION", "from a request's headers until its body is there, and in the queue"},
+    {"compute-timeout", KIND_DURATION, offsetof(srv_config, compute_timeout), "0", 0, DAY_MS, NULL,
+     "DURATION",
+     "for computing one answer, the client's time not counted; over it 503, or the answer is cut off between "
+     "two "
+     "blocks; 0: any time"},
     {"drain-timeout", KIND_DURATION, offsetof(srv_config, drain_timeout), "20s", 0, DAY_MS, NULL, "DURATION",
      "after SIGTERM, until requests in flight are answered and their clients have it all"},
     {"drain-delay", KIND_DURATION, offsetof(srv_config, drain_delay), "0", 0, DAY_MS, NULL, "DURATION",

@@ -20,6 +20,7 @@ typedef struct srv_config {
   char *trusted_proxies; /* networks, see client.h */
   uint64_t max_upload, max_level, max_faces, max_output, max_times, plan_cache, max_memory;
   uint64_t header_timeout, idle_timeout, request_timeout, drain_timeout, drain_delay;
+  uint64_t compute_timeout;  /* 0: none */
   uint64_t min_rate;         /* bytes a second that a client must take or give */
   char *api_keys, *url_keys; /* lists or @FILE, see keyring.h */
   char *cors_origins;

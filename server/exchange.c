@@ -1,6 +1,7 @@
 /* The stages of a request, in the order in which intake.c runs through them. */
 #include "exchange.h"
 
+#include "compute_limit.h"
 #include "log.h"
 #include "machine.h"
 
@@ -259,6 +260,16 @@ static api_progress handle(srv_exchange *exchange, api_effort effort) {
   return progress;
 }
 
+/* Judges the time that the answer has taken so far, and leaves the rest to its body. What is small is not
+ * worth a limit, and what was stored is stored. */
+static void limit_computing(srv_exchange *exchange) {
+  uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
+  uint64_t taken_ns = exchange->answered_ns - exchange->worked_ns;
+  if (limit_ns == 0 || exchange->answer.body.read == NULL) return;
+  if (taken_ns >= limit_ns || !srv_compute_limit(&exchange->answer.body, limit_ns - taken_ns))
+    srv_exchange_refuse(exchange, 503, "computing the answer takes longer than the daemon allows", 0);
+}
+
 /* On a compute thread. */
 static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
@@ -271,6 +282,8 @@ static void run(srv_job *job) {
     return;
   } else if (!exchange->answered) {
     srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
+  } else {
+    limit_computing(exchange);
   }
   exchange->ready(exchange);
 }

@@ -158,3 +158,15 @@ free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1
   problem 429
   [[ $(header access-control-allow-origin) == '*' && -n $(header retry-after) ]]
 }
+
+@test "an answer that takes longer than --compute-timeout is cut off or refused, and the daemon goes on" {
+  needs_plain_build
+  start_daemon --compute-timeout 150ms
+  upload "$samples/octopus.obj"
+  get "/v1/models/$id/surface.glb?level=2"
+  expect 200
+  run curl --silent --max-time 60 --output /dev/null --write-out '%{http_code}' "$url/v1/models/$id/surface.glb?level=9"
+  [[ $status == 18 || $output == 503 ]]
+  get "/v1/models/$id/surface.glb?level=2"
+  expect 200
+}
