@@ -1,18 +1,11 @@
 // A hard-edged machine in Chromium, by three.js: with creases=auto its surface covers what its cage covers.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
-import { dirname, join } from 'node:path';
 import { after, before, test } from 'node:test';
-import { fileURLToPath } from 'node:url';
 
-import { chromium } from 'playwright-core';
 import { BoxGeometry, CylinderGeometry } from 'three';
 
 import { Daemon } from '../node/daemon.mjs';
-
-const THREE = join(dirname(fileURLToPath(import.meta.url)), 'node_modules/three');
-const PAGE = `<link rel="icon" href="data:,"><script type="importmap">
-  {"imports": {"three": "/three/build/three.module.js", "three/addons/": "/three/examples/jsm/"}}</script>`;
+import { openPage } from './three_page.mjs';
 
 /** Boxes and cylinders as an artist puts them together: [geometry, translation]. Normals are split at their edges. */
 const PARTS = [
@@ -57,18 +50,7 @@ let browser, page, model;
 before(async () => {
   await daemon.start();
   model = await daemon.upload(machine());
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-  });
-  page = await browser.newPage();
-  // The daemon's own origin, so that the page may ask it; the test answers these.
-  await page.route(`${daemon.url}/page`, (route) => route.fulfill({ contentType: 'text/html', body: PAGE }));
-  await page.route(`${daemon.url}/three/**`, (route) => {
-    const path = new URL(route.request().url()).pathname.slice('/three/'.length);
-    return route.fulfill({ contentType: 'text/javascript', body: readFileSync(join(THREE, path)) });
-  });
-  await page.goto(`${daemon.url}/page`);
+  ({ browser, page } = await openPage(daemon));
 });
 
 after(async () => {

@@ -10,11 +10,14 @@ import { MeshoptDecoder } from 'meshoptimizer';
 import { Box3, Vector3 } from 'three';
 
 import { Daemon } from './daemon.mjs';
+import { figure } from './figure.mjs';
 import { load, playerOf } from './player.mjs';
 import { writeSamples } from './samples.mjs';
 
 const daemon = new Daemon();
-const samples = writeSamples().filter(({ name, glb }) => name !== 'empty' && glb.length < 300000);
+const samples = [...writeSamples(), { name: 'figure', glb: figure() }].filter(
+  ({ name, glb }) => name !== 'empty' && glb.length < 300000,
+);
 const models = new Map();
 
 before(async () => {
