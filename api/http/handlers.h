@@ -59,6 +59,8 @@ api_outcome api_get_pose(api_call *call);
 api_outcome api_post_times(api_call *call);
 api_outcome api_post_pose(api_call *call);
 
+api_outcome api_post_rotations(api_call *call);
+
 api_outcome api_get_live(api_call *call);
 
 /* api/openapi.json, embedded by the build. */

@@ -82,6 +82,8 @@ static const api_route routes[] = {
      api_get_live},
     {"POST", WHOLE("/v1/pose"), API_TAKES_MODEL, API_READS, true, pose_offers, pose_parameters,
      api_post_pose},
+    {"POST", WHOLE("/v1/rotations"), API_TAKES_JSON, API_READS, false, json_offers, no_parameters,
+     api_post_rotations},
     {"GET", WHOLE("/metrics"), API_TAKES_NOTHING, API_READS_ALL, false, text_offers, no_parameters,
      api_get_metrics},
     {"POST", WHOLE("/v1/sign"), API_TAKES_JSON, API_READS, false, json_offers, no_parameters, api_post_sign},

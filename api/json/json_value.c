@@ -327,6 +327,10 @@ tw_status api_json_float_list(const api_value *array, float *out) {
   return read_whole(array, (number_sink){.kind = FLOATS, .floats = out});
 }
 
+tw_status api_json_double_list(const api_value *array, double *out) {
+  return read_whole(array, (number_sink){.kind = DOUBLES, .doubles = out});
+}
+
 tw_status api_json_index_list(const api_value *array, uint32_t *out) {
   return read_whole(array, (number_sink){.kind = INDICES, .indices = out});
 }

@@ -68,6 +68,7 @@ tw_status api_json_floats(const api_value *value, uint32_t width, float *out);
 
 /* out: [elements]. */
 tw_status api_json_float_list(const api_value *array, float *out);
+tw_status api_json_double_list(const api_value *array, double *out);
 tw_status api_json_index_list(const api_value *array, uint32_t *out);
 
 /* [[a, b, …], …], rows of exactly `width` numbers, at most 4. Row i goes to out + i stride. */

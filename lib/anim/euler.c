@@ -77,6 +77,15 @@ void tw_euler_of(const double q[4], tw_euler_order order, double out[3]) {
   if (!parts.difference_known || !parts.sum_known) out[tw_euler_axes[order][2]] = 0;
 }
 
+/* The product of the pairs. */
+double tw_euler_cos_middle(const double q[4], tw_euler_order order) {
+  const unsigned char *axes = tw_euler_axes[order];
+  bool even = (axes[0] + 1) % 3 == axes[1];
+  double i = q[axes[0]], j = q[axes[1]], k = even ? q[axes[2]] : -q[axes[2]], w = q[3];
+  return sqrt(((w + j) * (w + j) + (i + k) * (i + k)) * ((w - j) * (w - j) + (i - k) * (i - k))) /
+         quat_dot(q, q);
+}
+
 /* Adds whole turns until each angle is within half a turn of the previous one; returns how far
  * away the triple then is, squared. */
 static double approach(const double previous[3], double angles[3]) {

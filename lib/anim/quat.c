@@ -95,15 +95,18 @@ void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]) {
   quat_narrow(q, out);
 }
 
+void tw_axis_angle_of(const double q[4], double out[4]) {
+  for (int i = 0; i < 4; i++) out[i] = q[3] < 0 ? -q[i] : q[i];
+  double sine = tw_normalize(out, 3);
+  if (sine == 0) out[0] = 1;
+  out[3] = 2 * atan2(sine, out[3]);
+}
+
 void tw_quat_to_axis_angle(const float q[4], float out[4]) {
-  double p[4];
+  double p[4], turn[4];
   quat_widen(q, p);
-  if (p[3] < 0)
-    for (int i = 0; i < 4; i++) p[i] = -p[i];
-  double sine = tw_normalize(p, 3);
-  if (sine == 0) p[0] = 1;
-  p[3] = 2 * atan2(sine, p[3]);
-  quat_narrow(p, out);
+  tw_axis_angle_of(p, turn);
+  quat_narrow(turn, out);
 }
 
 void tw_quat_to_matrix3(const float q[4], float out[9]) {
@@ -133,17 +136,31 @@ void tw_quat_from_matrix3(const float m[9], float out[4]) {
 }
 
 /* v + 2 r x (r x v + w v), r the vector part. */
+void tw_quat_turn(const double q[4], const double v[3], double out[3]) {
+  double t[3], turned[3];
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    t[i] = q[j] * v[k] - q[k] * v[j] + q[3] * v[i];
+  }
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    turned[i] = v[i] + 2 * (q[j] * t[k] - q[k] * t[j]);
+  }
+  memcpy(out, turned, sizeof turned);
+}
+
 void tw_quat_rotate(const float q[4], const float point[3], float out[3]) {
-  double r[4], v[3] = {(double)point[0], (double)point[1], (double)point[2]}, t[3];
+  double r[4], v[3] = {(double)point[0], (double)point[1], (double)point[2]};
   quat_widen(q, r);
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    t[i] = r[j] * v[k] - r[k] * v[j] + r[3] * v[i];
-  }
-  for (int i = 0; i < 3; i++) {
-    int j = (i + 1) % 3, k = (i + 2) % 3;
-    out[i] = (float)(v[i] + 2 * (r[j] * t[k] - r[k] * t[j]));
-  }
+  tw_quat_turn(r, v, v);
+  for (int i = 0; i < 3; i++) out[i] = (float)v[i];
+}
+
+void tw_quat_between(const double a[4], const double b[4], double u, double out[4]) {
+  double sign = quat_dot(a, b) < 0 ? -1 : 1, near[4];
+  for (int i = 0; i < 4; i++) near[i] = sign * b[i];
+  tw_arc arc = tw_arc_between(a, near);
+  tw_arc_at(&arc, u, out);
 }
 
 void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]) {
@@ -152,10 +169,7 @@ void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]) {
   quat_widen(b, q);
   tw_normalize(p, 4);
   tw_normalize(q, 4);
-  if (quat_dot(p, q) < 0)
-    for (int i = 0; i < 4; i++) q[i] = -q[i];
-  tw_arc arc = tw_arc_between(p, q);
-  tw_arc_at(&arc, (double)u, p);
+  tw_quat_between(p, q, (double)u, p);
   quat_narrow(p, out);
 }
 
@@ -211,9 +225,9 @@ static void jacobi_turn(double k[4][4], double vectors[4][4], int p, int q) {
   }
 }
 
-/* The rotation whose axes agree best with the given ones, zero axes ignored: the eigenvector of
- * the largest eigenvalue of Davenport's matrix (Wahba's problem), found by Jacobi's turns. */
-static void best_rotation(double axes[3][3], double out[4]) {
+/* The eigenvector of the largest eigenvalue of Davenport's matrix (Wahba's problem), found by Jacobi's turns.
+ */
+void tw_quat_best(double axes[3][3], double out[4]) {
   double trace = axes[0][0] + axes[1][1] + axes[2][2];
   double k[4][4], vectors[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
   for (int i = 0; i < 3; i++) {
@@ -247,7 +261,7 @@ bool tw_trs_from_matrix(const float m[16], tw_trs *out) {
   if (has_shear(axes)) exact = false;
   if (determinant(axes) < 0)
     for (int j = 0; j < 3; j++) axes[0][j] = -axes[0][j];
-  best_rotation(axes, q);
+  tw_quat_best(axes, q);
   quat_narrow(q, out->rotation);
   if (out->rotation[3] < 0)
     for (int i = 0; i < 4; i++) out->rotation[i] = -out->rotation[i];

@@ -59,10 +59,29 @@ void tw_quat_exp(const double v[3], double out[4]);
 /* Of a unit axis and any angle. */
 void tw_quat_axis_angle(const double axis[3], double angle, double out[4]);
 
+/* x y z angle of a unit quaternion, the angle in [0, pi]; of no turn the axis is x. */
+void tw_axis_angle_of(const double q[4], double out[4]);
+
+/* The unit quaternion of the rotation whose axes agree best with the given ones, zero axes ignored. */
+void tw_quat_best(double axes[3][3], double out[4]);
+
+/* Turns a point by a unit quaternion. out may be v. */
+void tw_quat_turn(const double q[4], const double v[3], double out[3]);
+
+/* Slerp of unit quaternions, the short way; u outside 0 to 1 goes on along the arc. out may be a or b. */
+void tw_quat_between(const double a[4], const double b[4], double u, double out[4]);
+
 void tw_quat_euler(const double angles[3], tw_euler_order order, double out[4]);
 /* As tw_quat_to_euler and tw_quat_to_euler_near. */
 void tw_euler_of(const double q[4], tw_euler_order order, double out[3]);
 void tw_euler_near(const double q[4], tw_euler_order order, const double previous[3], double out[3]);
+
+/* |cos| of the middle angle, precise up to lock itself. q: of any length. */
+double tw_euler_cos_middle(const double q[4], tw_euler_order order);
+/* The same as answers tell it: below 1e-7 it is lock, and 0; never above 1. */
+static inline double euler_cos_told(double cos_middle) {
+  return cos_middle < 1e-7 ? 0 : cos_middle > 1 ? 1 : cos_middle;
+}
 
 /* The axes of an order, outermost first: XZY gives 0 2 1. */
 extern const unsigned char tw_euler_axes[TW_EULER_ORDERS][3];

@@ -20,7 +20,7 @@ static const double MORE = 1 + 1e-9;  /* a larger value must exceed by this: not
 static const double NEARER = 1e-12;   /* likewise a smaller cosine; the first of equals counts */
 static const double UNIT_TOLERANCE = 1e-5;
 static const double SIGN_ROOM = 1e-6; /* near a half turn neither sign counts as opposite */
-static const double LOCKED = 1e-7;    /* a cosine below this counts as lock */
+static const double LOCKED = 1e-7;    /* cosines nearer to each other count as equal */
 
 enum { STEPS_LEAST = 4, PEAK_ROUNDS = 3, GOLDEN_ROUNDS = 40 };
 
@@ -30,15 +30,6 @@ static double sine_middle(const double q[4], tw_euler_order order) {
   double product = q[axes[0]] * q[axes[2]];
   bool even = (axes[0] + 1) % 3 == axes[1];
   return 2 * (q[3] * q[axes[1]] + (even ? product : -product)) / quat_dot(q, q);
-}
-
-/* |cos| of the middle angle: the product of the pairs in euler.c, precise up to lock itself. */
-static double cos_middle(const double q[4], tw_euler_order order) {
-  const unsigned char *axes = tw_euler_axes[order];
-  bool even = (axes[0] + 1) % 3 == axes[1];
-  double i = q[axes[0]], j = q[axes[1]], k = even ? q[axes[2]] : -q[axes[2]], w = q[3];
-  return sqrt(((w + j) * (w + j) + (i + k) * (i + k)) * ((w - j) * (w - j) + (i - k) * (i - k))) /
-         quat_dot(q, q);
 }
 
 typedef struct segment {
@@ -59,7 +50,7 @@ static bool is_nearer(double sine, double least) {
 
 static void note_gimbal(const segment *s, const double q[4], double u, int order, tw_track_report *report) {
   tw_gimbal *gimbal = &report->gimbals[order];
-  double cosine = cos_middle(q, (tw_euler_order)order);
+  double cosine = tw_euler_cos_middle(q, (tw_euler_order)order);
   if (cosine >= gimbal->cos_middle - NEARER) return;
   gimbal->cos_middle = cosine;
   gimbal->time = s->start + u * s->seconds;
@@ -318,7 +309,7 @@ static void choose_order(tw_track_report *report) {
   report->best_order = report->order;
   for (int order = 0; order < TW_EULER_ORDERS; order++) {
     tw_gimbal *gimbal = &report->gimbals[order];
-    gimbal->cos_middle = gimbal->cos_middle < LOCKED ? 0 : fmin(gimbal->cos_middle, 1);
+    gimbal->cos_middle = euler_cos_told(gimbal->cos_middle);
     gimbal->amplification = gimbal->cos_middle > 0 ? 1 / gimbal->cos_middle : INFINITY;
     if (gimbal->cos_middle > report->gimbals[report->best_order].cos_middle + LOCKED)
       report->best_order = (tw_euler_order)order;

@@ -127,6 +127,13 @@ TEST_WITH(poses_survive, fail_json, mend_json) {
   fail_each("POST", "/v1/models/%s/pose.csv", "", "{\"times\":[0,1,2]}", model);
 }
 
+TEST_WITH(rotations_survive, fail_json, mend_json) {
+  fail_each(
+      "POST", "/v1/rotations", "",
+      "{\"rotations\":[{\"euler\":[0,1,0]},{\"quaternion\":[0,0,0,1]}],\"points\":[[1,0,0]],\"slerp\":[0.5]}",
+      NULL);
+}
+
 /* Bytes that a request asks for in all until its answer is read, once the model is known. */
 static size_t allocation_of(loopback *loop, const char *path, const char *query) {
   api_request request = {

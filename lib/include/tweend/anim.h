@@ -47,6 +47,39 @@ void tw_quat_from_matrix3(const float m[9], float out[4]); /* of a rotation matr
 void tw_quat_rotate(const float q[4], const float point[3], float out[3]);
 void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]); /* the short way */
 
+/* ---- rotations in any form, in double precision --------------------------------------------- */
+
+/* How a rotation is written: x y z w; x y z angle; the angles about x, y, z; a matrix of nine. */
+typedef enum tw_rotation_form {
+  TW_AS_QUATERNION,
+  TW_AS_AXIS_ANGLE,
+  TW_AS_EULER,
+  TW_AS_MATRIX,
+  TW_ROTATION_FORMS
+} tw_rotation_form;
+extern const uint32_t tw_rotation_widths[TW_ROTATION_FORMS]; /* numbers: 4, 4, 3, 9 */
+
+/* The unit quaternion of a rotation. values: finite, as many as the form has; order: of TW_AS_EULER.
+ * TW_INVALID: a zero quaternion or axis, an angle beyond 1e9, a matrix whose columns are off unit length or
+ * right angles by more than 1e-3, or that mirrors. Of a matrix within that the rotation that fits best is
+ * taken, with w from 0 on, so that three decimals will do. */
+tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const double *values, double q[4],
+                           tw_error *error);
+/* A unit quaternion in a form. Axis and angle and Euler angles as tw_quat_to_axis_angle and tw_quat_to_euler
+ * give them. */
+void tw_rotation_write(const double q[4], tw_rotation_form form, tw_euler_order order, double *out);
+
+/* Of unit quaternions. The product a b, made unit again; slerp the short way, also with u outside 0 to 1. out
+ * may be a or b, and turned may be point. */
+void tw_rotation_multiply(const double a[4], const double b[4], double out[4]);
+void tw_rotation_slerp(const double a[4], const double b[4], double u, double out[4]);
+void tw_rotation_turn(const double q[4], const double point[3], double turned[3]);
+
+/* |cos| of the order's middle angle: 1 is farthest from gimbal lock, 0 is lock. */
+double tw_rotation_cos_middle(const double q[4], tw_euler_order order);
+
+/* ---- transforms ------------------------------------------------------------------------------- */
+
 /* Ten floats without gaps: an array of these is one of numbers, too. */
 typedef struct tw_trs {
   float rotation[4];

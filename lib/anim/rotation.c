@@ -1,0 +1,123 @@
+/* Rotations in any form, to and from unit quaternions in double precision. */
+#include "quat.h"
+
+#include <math.h>
+
+const uint32_t tw_rotation_widths[TW_ROTATION_FORMS] = {4, 4, 3, 9};
+
+static const double ANGLE_MOST = 1e9; /* what tracks take */
+static const double MATRIX_TOLERANCE = 1e-3;
+
+/* Scales to unit length without overflow or underflow of the squares; false for a zero vector. */
+static bool make_unit(double *vector, int n) {
+  double most = 0;
+  for (int i = 0; i < n; i++) most = fmax(most, fabs(vector[i]));
+  if (most == 0) return false;
+  for (int i = 0; i < n; i++) vector[i] /= most;
+  tw_normalize(vector, n);
+  return true;
+}
+
+static tw_status read_quaternion(const double values[4], double q[4], tw_error *error) {
+  double unit[4] = {values[0], values[1], values[2], values[3]};
+  if (!make_unit(unit, 4)) return tw_fail(error, TW_INVALID, "a zero quaternion is no rotation");
+  for (int i = 0; i < 4; i++) q[i] = unit[i];
+  return TW_OK;
+}
+
+static tw_status fail_angle(double angle, tw_error *error) {
+  return tw_fail(error, TW_INVALID, "the angle %g is beyond %g radians", angle, ANGLE_MOST);
+}
+
+static tw_status read_axis_angle(const double values[4], double q[4], tw_error *error) {
+  double axis[3] = {values[0], values[1], values[2]};
+  if (!make_unit(axis, 3)) return tw_fail(error, TW_INVALID, "a zero axis has no direction");
+  if (fabs(values[3]) > ANGLE_MOST) return fail_angle(values[3], error);
+  tw_quat_axis_angle(axis, values[3], q);
+  return TW_OK;
+}
+
+static tw_status read_euler(const double values[3], tw_euler_order order, double q[4], tw_error *error) {
+  for (int i = 0; i < 3; i++)
+    if (fabs(values[i]) > ANGLE_MOST) return fail_angle(values[i], error);
+  tw_quat_euler(values, order, q);
+  return TW_OK;
+}
+
+static double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Within the tolerance, so that the rotation that fits best is what the rounded matrix stands for. */
+static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
+  double axes[3][3];
+  for (int i = 0; i < 9; i++) axes[i / 3][i % 3] = m[i];
+  for (int i = 0; i < 3; i++)
+    for (int j = i; j < 3; j++) {
+      double product = dot(axes[i], axes[j]);
+      /* Products that overflow fail the comparison, too. */
+      if (fabs(product - (i == j)) <= MATRIX_TOLERANCE) continue;
+      if (i == j)
+        return tw_fail(error, TW_INVALID, "the matrix is no rotation: column %d has length %.4g", i,
+                       sqrt(product));
+      return tw_fail(error, TW_INVALID,
+                     "the matrix is no rotation: columns %d and %d are not at right angles", i, j);
+    }
+  double across[3];
+  for (int i = 0; i < 3; i++) {
+    int j = (i + 1) % 3, k = (i + 2) % 3;
+    across[i] = axes[0][j] * axes[1][k] - axes[0][k] * axes[1][j];
+  }
+  if (dot(across, axes[2]) < 0) return tw_fail(error, TW_INVALID, "the matrix is no rotation: it mirrors");
+  tw_quat_best(axes, q);
+  for (int i = 0, negative = q[3] < 0; i < 4; i++) q[i] = negative ? -q[i] : q[i];
+  return TW_OK;
+}
+
+tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const double *values, double q[4],
+                           tw_error *error) {
+  switch (form) {
+  case TW_AS_AXIS_ANGLE: return read_axis_angle(values, q, error);
+  case TW_AS_EULER: return read_euler(values, order, q, error);
+  case TW_AS_MATRIX: return read_matrix(values, q, error);
+  case TW_AS_QUATERNION:
+  case TW_ROTATION_FORMS: break;
+  }
+  return read_quaternion(values, q, error);
+}
+
+/* The columns are the axes, turned. */
+static void write_matrix(const double q[4], double out[9]) {
+  for (int i = 0; i < 3; i++) {
+    double axis[3] = {i == 0, i == 1, i == 2};
+    tw_quat_turn(q, axis, out + 3 * i);
+  }
+}
+
+void tw_rotation_write(const double q[4], tw_rotation_form form, tw_euler_order order, double *out) {
+  switch (form) {
+  case TW_AS_AXIS_ANGLE: tw_axis_angle_of(q, out); return;
+  case TW_AS_EULER: tw_euler_of(q, order, out); return;
+  case TW_AS_MATRIX: write_matrix(q, out); return;
+  case TW_AS_QUATERNION:
+  case TW_ROTATION_FORMS: break;
+  }
+  for (int i = 0; i < 4; i++) out[i] = q[i];
+}
+
+void tw_rotation_multiply(const double a[4], const double b[4], double out[4]) {
+  quat_multiply(a, b, out);
+  tw_normalize(out, 4);
+}
+
+void tw_rotation_slerp(const double a[4], const double b[4], double u, double out[4]) {
+  tw_quat_between(a, b, u, out);
+}
+
+void tw_rotation_turn(const double q[4], const double point[3], double turned[3]) {
+  tw_quat_turn(q, point, turned);
+}
+
+double tw_rotation_cos_middle(const double q[4], tw_euler_order order) {
+  return euler_cos_told(tw_euler_cos_middle(q, order));
+}
