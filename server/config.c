@@ -189,7 +189,7 @@ bool srv_parse_rate(const char *text, api_rate *out) {
   static const uint32_t SECONDS[] = {1, 60, 3600};
   uint64_t number;
   const char *unit = read_digits(text, &number);
-  if (unit == NULL || number == 0 || number > UINT32_MAX) return false;
+  if (unit == NULL || number == 0 || number > SRV_RATE_MAX) return false;
   const char *found = unit[0] == '/' && unit[1] != '\0' && unit[2] == '\0' ? strchr(UNITS, unit[1]) : NULL;
   if (found == NULL) return false;
   *out = (api_rate){(uint32_t)number, SECONDS[found - UNITS]};
@@ -283,7 +283,7 @@ static const char *expected(const setting *s) {
   case KIND_DURATION: return "a duration such as 500ms or 10s";
   case KIND_CHOICE: return s->choices;
   case KIND_SWITCH: return "true or false";
-  case KIND_RATE: return "a rate such as 50/s, 100/m or 1000/h";
+  case KIND_RATE: return "a rate such as 50/s, 100/m or 1000/h, of at most 1000000000";
   case KIND_TEXT: return "a text";
   }
   return "";

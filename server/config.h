@@ -68,7 +68,10 @@ bool srv_parse_count(const char *text, uint64_t *out);
 /* Needs a unit: ms, s, m or h; a bare 0 is fine. Milliseconds. */
 bool srv_parse_duration(const char *text, uint64_t *out);
 
-/* A rate: 50/s, 100/m or 1000/h, not 0. */
+/* The shortest period, a second, gives each request of this rate a nanosecond. */
+enum { SRV_RATE_MAX = 1000000000 };
+
+/* A rate: 50/s, 100/m or 1000/h, from 1 to SRV_RATE_MAX in the unit. */
 bool srv_parse_rate(const char *text, api_rate *out);
 
 #endif

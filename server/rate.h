@@ -16,7 +16,8 @@ typedef struct srv_allowance {
   uint32_t retry_s; /* above 0: refused, until the next one is allowed */
 } srv_allowance;
 
-/* Takes a token of the bucket `id`, which has the rate (count above 0), at a monotonic time. Any thread. */
+/* Takes a token of the bucket `id`, which has the rate (count from 1 to SRV_RATE_MAX), at a monotonic
+ * time. Any thread. */
 srv_allowance srv_rates_take(srv_rates *rates, const uint8_t id[16], api_rate rate, uint64_t now_ns);
 
 #endif

@@ -53,3 +53,17 @@ TEST(units_multiply) {
   assert_value(srv_parse_duration, "2m", 120000);
   assert_value(srv_parse_duration, "1h", 3600000);
 }
+
+TEST(a_rate_has_a_count_and_a_unit_of_time) {
+  api_rate rate = {0};
+  assert_true(srv_parse_rate("1000000000/s", &rate));
+  assert_int_equal(rate.count, SRV_RATE_MAX);
+  assert_int_equal(rate.period_s, 1);
+  assert_true(srv_parse_rate("30/h", &rate));
+  static const char *const BAD[] = {"",     "5",    "5/",           "5/d",         "0/s",
+                                    "-1/s", "5/s ", "1000000001/s", "4294967295/h"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++)
+    if (srv_parse_rate(BAD[i], &rate)) fail_msg("'%s' was taken", BAD[i]);
+  assert_int_equal(rate.count, 30);
+  assert_int_equal(rate.period_s, 3600);
+}

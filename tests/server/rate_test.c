@@ -1,5 +1,7 @@
 #include "rate.h"
 
+#include "config.h"
+
 #include <string.h>
 
 #include "test.h"
@@ -38,6 +40,13 @@ TEST_WITH(a_bucket_gives_its_count_and_then_fills_up_again, set_up, tear_down) {
   assert_int_equal(take(rates, 1, SECOND / 2).retry_s, 0); /* a token each half second */
   assert_int_equal(take(rates, 1, SECOND / 2).retry_s, 1);
   assert_int_equal(take(rates, 1, 10 * (uint64_t)SECOND).left, 3);
+}
+
+TEST_WITH(the_highest_rate_gives_a_request_a_nanosecond, set_up, tear_down) {
+  static const uint8_t ID[16] = {1};
+  srv_allowance got = srv_rates_take(*state, ID, (api_rate){SRV_RATE_MAX, 1}, START);
+  assert_int_equal(got.retry_s, 0);
+  assert_int_equal(got.left, SRV_RATE_MAX - 1);
 }
 
 TEST_WITH(buckets_are_apart, set_up, tear_down) {
