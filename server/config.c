@@ -96,10 +96,12 @@ static const setting SETTINGS[] = {
     {"min-rate", KIND_SIZE, offsetof(srv_config, min_rate), "4KiB", 0, UINT64_C(1) << 40, NULL, "SIZE",
      "bytes a second below which a sending or reading client is cut off"},
     {"api-keys", KIND_TEXT, offsetof(srv_config, api_keys), "", 0, 0, NULL, "KEYS",
-     "comma-separated, or @FILE with a line KEY [RIGHTS] [RATE] each, as in 's3cret read,write,delete 50/s'; "
-     "without rights all; empty: none asked for"},
+     "comma-separated, each with all rights, or @FILE with a line KEY [RIGHTS] [RATE] each, as in "
+     "'s3cret read,write,delete 50/s'; without rights all; # begins a line of comment; empty: none asked "
+     "for"},
     {"url-keys", KIND_TEXT, offsetof(srv_config, url_keys), "", 0, 0, NULL, "KEYS",
-     "comma-separated, or @FILE with one a line: each signs URLs that need no API key, the first one for "
+     "comma-separated, or @FILE with one a line, comments as in --api-keys: each signs URLs that need no API "
+     "key, the first one for "
      "POST /v1/sign"},
     {"cors-origins", KIND_TEXT, offsetof(srv_config, cors_origins), "*", 0, 0, NULL, "ORIGINS",
      "comma-separated, * for all, empty for none"},

@@ -1,21 +1,18 @@
-/* A list on the command line bears keys alone, which may do everything; a file has a line for each key:
- * KEY [RIGHTS] [RATE]. Errors name lines and never show what is in them. */
+/* A list on the command line has keys alone, cut at commas. A file has one key a line, blank lines and
+ * comments aside; a line of --api-keys is KEY [RIGHTS] [RATE], and a key without rights may do everything.
+ * Errors name lines and items and never show what is in them. */
 #include "keyring.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-enum { FILE_MAX = 1 << 20, RATE_MAX = 1000000000 };
+enum { FILE_MAX = 1 << 20 };
 
 static const unsigned ALL_RIGHTS = API_MAY_READ | API_MAY_WRITE | API_MAY_DELETE;
-static const char BLANKS[] = " \t\r";
-static const char SEPARATORS[] = ", \t\r\n";
+static const char BLANKS[] = " \t\r\n";
 
-static size_t count_pieces(const char *text, const char *separators) {
-  size_t count = 0;
-  for (text += strspn(text, separators); *text != '\0'; text += strspn(text, separators), count++)
-    text += strcspn(text, separators);
-  return count;
+static bool is_key(const char *word) {
+  return word[strcspn(word, BLANKS)] == '\0' && strchr(word, ',') == NULL;
 }
 
 /* "read,write,delete" or fewer of them; cuts the word. */
@@ -46,38 +43,59 @@ static bool read_line(char *line, api_key *key) {
   char *rest = NULL;
   *key = (api_key){.text = strtok_r(line, BLANKS, &rest), .rights = ALL_RIGHTS};
   char *first = strtok_r(NULL, BLANKS, &rest), *second = strtok_r(NULL, BLANKS, &rest);
-  if (strchr(key->text, ',') != NULL || strtok_r(NULL, BLANKS, &rest) != NULL) return false;
+  if (!is_key(key->text) || strtok_r(NULL, BLANKS, &rest) != NULL) return false;
   if (second != NULL && !srv_parse_rate(second, &key->rate)) return false;
   return first == NULL || read_word(first, second == NULL, key);
 }
 
-/* Lines that are blank or begin with '#' bear no key. */
-static bool read_file(srv_keyring *keyring, char *error, size_t error_size) {
+/* What becomes of an item, which has no blanks around it; false: the item is malformed. */
+typedef bool take_item(srv_keyring *keyring, char *item);
+
+static bool take_line(srv_keyring *keyring, char *item) {
+  return read_line(item, &keyring->keys[keyring->list.count++]);
+}
+
+static bool take_key(srv_keyring *keyring, char *item) {
+  keyring->keys[keyring->list.count++] = (api_key){.text = item, .rights = ALL_RIGHTS};
+  return is_key(item);
+}
+
+static bool take_url_key(srv_keyring *keyring, char *item) {
+  keyring->url_keys[keyring->list.url_count++] = item;
+  return is_key(item);
+}
+
+static size_t count_items(const char *text, char separator) {
+  size_t count = 1;
+  for (; *text != '\0'; text++) count += *text == separator;
+  return count;
+}
+
+static char *trim(char *item) {
+  item += strspn(item, BLANKS);
+  size_t size = strlen(item);
+  while (size > 0 && strchr(BLANKS, item[size - 1]) != NULL) size--;
+  item[size] = '\0';
+  return item;
+}
+
+/* Cuts the text; empty items and, in files, lines that begin with '#' are skipped. Returns the number of the
+ * first malformed item, from 1; 0: none is. */
+static size_t take_items(srv_keyring *keyring, char *text, bool is_file, take_item *take) {
+  char separator = is_file ? '\n' : ',';
   size_t number = 0;
-  for (char *line = keyring->keys_text; line != NULL;) {
-    char *next = strchr(line, '\n');
+  for (char *at = text, *next; at != NULL; at = next) {
+    next = strchr(at, separator);
     if (next != NULL) *next++ = '\0';
     number++;
-    line += strspn(line, BLANKS);
-    if (*line != '\0' && *line != '#' && !read_line(line, &keyring->keys[keyring->list.count++])) {
-      snprintf(error, error_size,
-               "--api-keys: line %zu is not KEY [RIGHTS] [RATE], as in 's3cret read,write 50/s'", number);
-      return false;
-    }
-    line = next;
+    char *item = trim(at);
+    if (*item == '\0' || (is_file && *item == '#')) continue;
+    if (!take(keyring, item)) return number;
   }
-  return true;
+  return 0;
 }
 
-static void read_list(srv_keyring *keyring) {
-  char *rest = NULL;
-  for (char *word = strtok_r(keyring->keys_text, SEPARATORS, &rest); word != NULL;
-       word = strtok_r(NULL, SEPARATORS, &rest))
-    keyring->keys[keyring->list.count++] = (api_key){.text = word, .rights = ALL_RIGHTS};
-}
-
-/* Whether a setting that somebody gave bears a key: an empty list must not open the door that it was meant to
- * lock. */
+/* A setting that is given but has no key is an error: it must not open what it was meant to lock. */
 static bool check_count(const char *flag, size_t count, char *error, size_t error_size) {
   if (count == 0) snprintf(error, error_size, "--%s: there is no key in it", flag);
   return count > 0;
@@ -86,37 +104,46 @@ static bool check_count(const char *flag, size_t count, char *error, size_t erro
 static bool read_keys(const srv_config *config, srv_keyring *keyring, char *error, size_t error_size) {
   const char *setting = config->api_keys;
   if (setting[0] == '\0') return true;
+  bool is_file = setting[0] == '@';
   keyring->keys_text = srv_config_text("api-keys", setting, FILE_MAX, error, error_size);
   if (keyring->keys_text == NULL) return false;
-  bool is_file = setting[0] == '@';
-  size_t count = count_pieces(keyring->keys_text, is_file ? "\n" : SEPARATORS);
-  keyring->keys = calloc(count + 1, sizeof *keyring->keys);
+  keyring->keys = calloc(count_items(keyring->keys_text, is_file ? '\n' : ','), sizeof *keyring->keys);
   if (keyring->keys == NULL) {
     snprintf(error, error_size, "out of memory");
     return false;
   }
-  if (!is_file) read_list(keyring);
-  if (is_file && !read_file(keyring, error, error_size)) return false;
   keyring->list.keys = keyring->keys;
-  return check_count("api-keys", keyring->list.count, error, error_size);
+  size_t bad = take_items(keyring, keyring->keys_text, is_file, is_file ? take_line : take_key);
+  if (bad == 0) return check_count("api-keys", keyring->list.count, error, error_size);
+  if (is_file) {
+    snprintf(error, error_size,
+             "--api-keys: line %zu is not KEY [RIGHTS] [RATE], as in 's3cret read,write 50/s'", bad);
+  } else {
+    snprintf(error, error_size,
+             "--api-keys: item %zu has a blank in it; a list has keys alone, rights and rates need @FILE",
+             bad);
+  }
+  return false;
 }
 
 static bool read_url_keys(const srv_config *config, srv_keyring *keyring, char *error, size_t error_size) {
   const char *setting = config->url_keys;
   if (setting[0] == '\0') return true;
+  bool is_file = setting[0] == '@';
   keyring->urls_text = srv_config_text("url-keys", setting, FILE_MAX, error, error_size);
   if (keyring->urls_text == NULL) return false;
-  keyring->url_keys = calloc(count_pieces(keyring->urls_text, SEPARATORS) + 1, sizeof *keyring->url_keys);
+  keyring->url_keys =
+      calloc(count_items(keyring->urls_text, is_file ? '\n' : ','), sizeof *keyring->url_keys);
   if (keyring->url_keys == NULL) {
     snprintf(error, error_size, "out of memory");
     return false;
   }
-  char *rest = NULL;
-  for (char *word = strtok_r(keyring->urls_text, SEPARATORS, &rest); word != NULL;
-       word = strtok_r(NULL, SEPARATORS, &rest))
-    keyring->url_keys[keyring->list.url_count++] = word;
   keyring->list.url_keys = keyring->url_keys;
-  return check_count("url-keys", keyring->list.url_count, error, error_size);
+  size_t bad = take_items(keyring, keyring->urls_text, is_file, take_url_key);
+  if (bad == 0) return check_count("url-keys", keyring->list.url_count, error, error_size);
+  snprintf(error, error_size, "--url-keys: %s %zu is not one key: there is a blank or a comma in it",
+           is_file ? "line" : "item", bad);
+  return false;
 }
 
 bool srv_keyring_read(const srv_config *config, srv_keyring *out, char *error, size_t error_size) {

@@ -96,9 +96,49 @@ TEST_WITH(a_file_without_a_key_locks_nothing_open, set_up, tear_down) {
   assert_non_null(strstr(f->error, f->path));
 }
 
+/* As read from a file of --url-keys, into the fixture's keyring. */
+static bool read_url_file(fixture *f, const char *text) {
+  FILE *file = fopen(f->path, "w");
+  assert_non_null(file);
+  fputs(text, file);
+  fclose(file);
+  return read_list(f, "", f->setting);
+}
+
+TEST_WITH(a_file_has_a_key_for_urls_in_a_line, set_up, tear_down) {
+  fixture *f = *state;
+  assert_true(read_url_file(f, "# keys of the site\n\nrose\r\n  old \n  # last year's\n"));
+  assert_int_equal(f->keyring.list.url_count, 2);
+  assert_string_equal(f->keyring.list.url_keys[0], "rose");
+  assert_string_equal(f->keyring.list.url_keys[1], "old");
+  static const char *const bad[] = {"ok\ns3cret other", "ok\ns3cret\tother", "ok\ns3cret,other",
+                                    "ok\ns3cret # mine"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    if (read_url_file(f, bad[i])) fail_msg("%s is taken", bad[i]);
+    assert_non_null(strstr(f->error, "--url-keys: line 2"));
+    assert_null(strstr(f->error, "s3cret"));
+  }
+  assert_false(read_url_file(f, "# none\n"));
+}
+
+TEST_WITH(an_item_of_a_list_has_no_blank_in_it, set_up, tear_down) {
+  fixture *f = *state;
+  static const char *const bad[] = {"one, s3cret read 50/s", "one,s3cret read", "one,s3cret\tread",
+                                    "one,s3cret\nread"};
+  for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+    if (read_list(f, bad[i], "")) fail_msg("%s is taken", bad[i]);
+    assert_non_null(strstr(f->error, "--api-keys: item 2"));
+    assert_null(strstr(f->error, "s3cret"));
+    assert_int_equal(f->keyring.list.count, 0);
+    if (read_list(f, "", bad[i])) fail_msg("%s is taken", bad[i]);
+    assert_non_null(strstr(f->error, "--url-keys: item 2"));
+    assert_null(strstr(f->error, "s3cret"));
+  }
+}
+
 TEST_WITH(a_list_has_keys_alone, set_up, tear_down) {
   fixture *f = *state;
-  assert_true(read_list(f, "one, two", "u,v"));
+  assert_true(read_list(f, "one, two\n", "u,v"));
   assert_int_equal(f->keyring.list.count, 2);
   assert_key(f, 0, "one", ALL, 0, 0);
   assert_key(f, 1, "two", ALL, 0, 0);
