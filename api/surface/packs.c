@@ -36,9 +36,9 @@ static size_t packs_size(const api_packs *packs) {
 static tw_status create_list(const packs_source *source, api_packs *packs, tw_error *error) {
   tw_grid *grids = tw_alloc(source->plan->count, sizeof *grids);
   packs->list = tw_alloc_zero(source->plan->count, sizeof *packs->list);
-  tw_status status =
-      grids && packs->list ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for the packs of a model");
-  if (status == TW_OK) tw_grids_choose(source->model, grids);
+  tw_status status = grids && packs->list ? TW_OK : TW_NO_MEMORY;
+  if (status == TW_OK) status = tw_grids_choose(source->model, grids);
+  if (status != TW_OK) tw_fail(error, TW_NO_MEMORY, "no memory for the packs of a model");
   for (uint32_t i = 0; status == TW_OK && i < source->plan->count; i++) {
     const tw_pack_options options = {source->query->encoding, source->query->polygons, grids[i],
                                      source->query->is_measured};
@@ -50,13 +50,19 @@ static tw_status create_list(const packs_source *source, api_packs *packs, tw_er
   return status;
 }
 
+/* One surface after the other. */
+static uint64_t building_size(const api_plan *plan) {
+  uint64_t most = 0;
+  for (uint32_t i = 0; i < plan->count; i++) {
+    uint64_t size = tw_packs_building_size(plan->surfaces[i]);
+    if (size > most) most = size;
+  }
+  return most;
+}
+
 static bool build_packs(void *context, api_built *out, api_fault *fault) {
   const packs_source *source = context;
-  /* Each thread that measures reads packs; the cut alone takes less than one of them. */
-  enum { READING = 8 << 20, THREADS = 4 };
-  if (!api_grant(source->service, source->ticket, source->query->is_measured ? THREADS * READING : READING,
-                 fault))
-    return false;
+  if (!api_grant(source->service, source->ticket, building_size(source->plan), fault)) return false;
   api_packs *packs = tw_alloc_zero(1, sizeof *packs);
   if (!packs) {
     api_fault_without_memory(fault);

@@ -186,7 +186,8 @@ static const char *packs_key(api_call *call, const surface_request *request) {
   return take_text(call, &text);
 }
 
-static void show_packs(surface_request *request) {
+/* Puts the packs into the scene. */
+static void set_packs(surface_request *request) {
   const api_packs *packs = api_entry_value(request->packs);
   request->scene.content.packs = (const tw_packs *const *)packs->list;
 }
@@ -208,7 +209,7 @@ static api_outcome take_packs(api_call *call, surface_request *request, bool is_
   api_outcome outcome = API_DONE;
   if (!request->packs)
     outcome = api_packs_take(call, request->scene.content.model, plan, &query, key, &request->packs);
-  if (outcome == API_DONE) show_packs(request);
+  if (outcome == API_DONE) set_packs(request);
   return outcome;
 }
 

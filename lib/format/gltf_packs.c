@@ -36,11 +36,16 @@ typedef struct vertex_set {
   uint32_t count;
   uint32_t *rows;  /* [TW_PACK_VERTICES_MAX] */
   uint32_t *slots; /* [1 << SLOT_BITS] hash table: place + 1, or 0 */
+  uint32_t multiplier;
 } vertex_set;
 
+/* Who sends a model chooses its rows, and must not know which of them share a slot: where the table lies is
+ * random. Places do not depend on it. */
 static bool set_init(vertex_set *set) {
-  *set = (vertex_set){0, tw_alloc(TW_PACK_VERTICES_MAX, sizeof *set->rows),
-                      tw_alloc(1 << SLOT_BITS, sizeof *set->slots)};
+  *set = (vertex_set){.rows = tw_alloc(TW_PACK_VERTICES_MAX, sizeof *set->rows),
+                      .slots = tw_alloc(1 << SLOT_BITS, sizeof *set->slots)};
+  uint64_t mixed = (uint64_t)(uintptr_t)set->slots * 0x9E3779B97F4A7C15u;
+  set->multiplier = (uint32_t)(mixed >> 32) | 1;
   return set->rows && set->slots;
 }
 
@@ -56,7 +61,7 @@ static void set_clear(vertex_set *set) {
 
 /* The row's place, a new one where it has none yet; TW_NO_INDEX: the pack is full. */
 static uint32_t set_add(vertex_set *set, uint32_t row) {
-  uint32_t slot = row * 2654435761u >> (32 - SLOT_BITS);
+  uint32_t slot = row * set->multiplier >> (32 - SLOT_BITS);
   while (set->slots[slot] > 0) {
     uint32_t place = set->slots[slot] - 1;
     if (set->rows[place] == row) return place;
@@ -91,8 +96,8 @@ typedef struct cutter {
 /* The longest pack from a triangle of a run on. Polygons stay whole: a pack ends where another fan begins,
  * unless one fan alone is too large. */
 static tw_pack next_pack(cutter *c, const tw_surface_group *faces, uint32_t run, uint64_t first) {
-  uint64_t total = tw_count_triangles(faces), fan = first;
-  uint32_t at_fan = 0, start = UINT32_MAX, places[3];
+  uint64_t total = tw_count_triangles(faces), fan_begin = first;
+  uint32_t vertices_before_fan = 0, fan_vertex = UINT32_MAX, places[3];
   set_clear(&c->set);
   for (uint64_t from = first; from < total; from += BLOCK) {
     uint32_t count = least(BLOCK, total - from);
@@ -100,14 +105,14 @@ static tw_pack next_pack(cutter *c, const tw_surface_group *faces, uint32_t run,
     for (uint32_t i = 0; i < count; i++) {
       uint32_t before = c->set.count;
       uint64_t here = from + i;
-      if (c->block[3 * i] != start) {
-        start = c->block[3 * i];
-        fan = here;
-        at_fan = before;
+      if (c->block[3 * i] != fan_vertex) {
+        fan_vertex = c->block[3 * i];
+        fan_begin = here;
+        vertices_before_fan = before;
       }
-      if (here - first < TW_PACK_TRIANGLES_MAX && set_add_triangle(&c->set, c->block + 3 * i, places))
-        continue;
-      if (fan > first) return (tw_pack){run, first, (uint32_t)(fan - first), at_fan};
+      bool has_room = here - first < TW_PACK_TRIANGLES_MAX;
+      if (has_room && set_add_triangle(&c->set, c->block + 3 * i, places)) continue;
+      if (fan_begin > first) return (tw_pack){run, first, (uint32_t)(fan_begin - first), vertices_before_fan};
       return (tw_pack){run, first, (uint32_t)(here - first), before};
     }
   }
@@ -305,6 +310,18 @@ size_t tw_packs_reading_size(const tw_packs *packs) {
          encoded_bytes_max(packs);
 }
 
+uint64_t tw_packs_building_size(const tw_surface *surface) {
+  const tw_surface_layout *layout = tw_surface_get_layout(surface);
+  uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
+           vertices = rows < TW_PACK_VERTICES_MAX ? rows : TW_PACK_VERTICES_MAX,
+           element = layout->morph_count > 0 ? TW_PACK_STRIDE_MAX : 4 * (uint64_t)layout->stride,
+           parts = 1 + 2 * rows / TW_PACK_VERTICES_MAX,
+           readers = parts < TW_PARALLEL_FOR_PARTS_MAX ? parts : TW_PARALLEL_FOR_PARTS_MAX;
+  enum { READER = 4 << 20 }; /* its table, order and indices */
+  return readers * (READER + 2 * element * vertices) +
+         parts * (1 + (uint64_t)layout->morph_count) * sizeof(tw_pack_bounds);
+}
+
 tw_pack_reader *tw_pack_reader_create(const tw_packs *const *packs, uint32_t count, tw_surface_reader *reader,
                                       tw_triangulator *triangles) {
   tw_pack_reader *r = tw_alloc_zero(1, sizeof *r);
@@ -361,7 +378,7 @@ static void sort_rows(tw_pack_reader *r) {
   }
 }
 
-/* Vertices in the order in which triangles use them. Without any order but theirs, they have it already. */
+/* Numbers vertices in the order in which the triangles use them, which `reorder` may have changed. */
 static void renumber(tw_pack_reader *r, uint32_t index_count) {
   uint32_t count = 0;
   for (uint32_t i = 0; i < r->set.count; i++) r->places[i] = TW_NO_INDEX;
@@ -372,9 +389,9 @@ static void renumber(tw_pack_reader *r, uint32_t index_count) {
   }
 }
 
-/* Puts the triangles of each of the surface's groups in an order that compresses well; ranges of indices say
- * which ones are in which. Where they are many or small it would take longer than it saves. False without
- * memory. */
+/* Puts triangles in an order that compresses well, within each of the surface's groups, as the extras of a
+ * primitive name groups by ranges of indices. Not where the groups are over 4096, nor in those of under 1024
+ * triangles: it would take longer than it saves. False without memory. */
 static bool reorder(tw_pack_reader *r, const tw_surface *surface, const tw_pack *pack) {
   enum { GROUPS_MOST = 4096, TRIANGLES_LEAST = 1024 };
   const tw_pack_run *run = &r->packs->runs[pack->run];

@@ -61,7 +61,7 @@ typedef struct tw_pack_part {
 
 tw_pack_part tw_packs_part(const tw_packs *packs, uint32_t pack, uint32_t part);
 
-/* Bytes of a part as it is sent. Of compressed ones the packs must be measured. */
+/* Bytes of a part as it is sent. With meshopt only of measured packs. */
 uint64_t tw_packs_part_size(const tw_packs *packs, uint32_t pack, uint32_t part);
 
 /* Of measured packs: those of a pack's positions (target -1) or displacements. */

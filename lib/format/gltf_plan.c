@@ -546,7 +546,8 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
     uint64_t targets = layout->morph_width / 3 * (uint64_t)layout->morph_count,
              primitives = count_primitives(scene, i);
     *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives;
-    *accessors += (scene->packs ? primitives : 1) * (TW_VERTEX_FIELDS_MAX + targets) + primitives + 1;
+    uint64_t fields = scene->packs ? scene->packs[i]->field_count : TW_VERTEX_FIELDS_MAX;
+    *accessors += (scene->packs ? primitives : 1) * (fields + targets) + primitives + 1;
   }
 }
 

@@ -1,19 +1,21 @@
 /* Boxes of cages and of displacements. */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "tweend/format.h"
+#include "union_find.h"
 
-typedef struct reach {
-  float min[3], max[3]; /* of points */
-  float most;           /* of displacements */
-} reach;
+typedef struct extent {
+  float min[3], max[3];   /* of points */
+  float displacement_max; /* of one axis */
+} extent;
 
-static const reach NOWHERE = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, 0};
+static const extent NOWHERE = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}, 0};
 
-static reach reach_of(const tw_mesh *mesh) {
-  reach r = NOWHERE;
+static extent extent_of(const tw_mesh *mesh) {
+  extent r = NOWHERE;
   for (uint32_t i = 0; i < mesh->point_count; i++)
     for (int axis = 0; axis < 3; axis++) {
       float value = mesh->positions[3 * (size_t)i + (size_t)axis];
@@ -22,20 +24,20 @@ static reach reach_of(const tw_mesh *mesh) {
     }
   for (uint32_t target = 0; target < mesh->morph_count; target++)
     for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++)
-      r.most = fmaxf(r.most, fabsf(mesh->morphs[target][i]));
+      r.displacement_max = fmaxf(r.displacement_max, fabsf(mesh->morphs[target][i]));
   return r;
 }
 
-static void widen(reach *r, const reach *more) {
+static void widen(extent *r, const extent *more) {
   for (int axis = 0; axis < 3; axis++) {
     r->min[axis] = fminf(r->min[axis], more->min[axis]);
     r->max[axis] = fmaxf(r->max[axis], more->max[axis]);
   }
-  r->most = fmaxf(r->most, more->most);
+  r->displacement_max = fmaxf(r->displacement_max, more->displacement_max);
 }
 
-static tw_grid grid_of(const reach *r) {
-  tw_grid grid = {.scale = fmaxf(1e-30f, r->most)}; /* all in one point */
+static tw_grid grid_of(const extent *r) {
+  tw_grid grid = {.scale = fmaxf(1e-30f, r->displacement_max)}; /* all in one point */
   for (int axis = 0; axis < 3 && r->min[0] <= r->max[0]; axis++) {
     grid.origin[axis] = r->min[axis] / 2 + r->max[axis] / 2;
     grid.scale = fmaxf(grid.scale, r->max[axis] - grid.origin[axis]);
@@ -56,35 +58,63 @@ static bool bears_loose(const tw_model *model, const tw_mesh *mesh) {
   return mesh->loose && model->assets;
 }
 
-/* Marks the meshes that stay floats, and by a scale below 0 those that skins move. */
-static void mark(const tw_model *model, tw_grid *grids) {
+/* KHR_animation_pointer may name the weights of a node, which must keep its mesh then. */
+static void mark_pointed(const tw_model *model, const char *channels, tw_grid *grids) {
+  static const char nodes[] = "\"/nodes/", weights[] = "/weights\"";
+  while ((channels = strstr(channels, nodes))) {
+    char *end;
+    unsigned long node = strtoul(channels + strlen(nodes), &end, 10);
+    channels = end;
+    if (node >= model->node_count || strncmp(end, weights, strlen(weights)) != 0) continue;
+    uint32_t mesh = model->nodes[node].mesh;
+    if (mesh != TW_NO_INDEX) grids[mesh].is_float = true;
+  }
+}
+
+/* Joins the meshes of each skin, and marks those that stay floats. first: [skin_count]. */
+static void find_sets(const tw_model *model, uint32_t *sets, uint32_t *first, tw_grid *grids) {
+  tw_union_find_init(sets, model->mesh_count);
+  for (uint32_t i = 0; i < model->skin_count; i++) first[i] = TW_NO_INDEX;
   for (uint32_t i = 0; i < model->mesh_count; i++)
     grids[i] = (tw_grid){.is_float = bears_loose(model, &model->meshes[i])};
   for (uint32_t i = 0; i < model->node_count; i++) {
     const tw_node *node = &model->nodes[i];
     if (is_instanced(node)) grids[node->mesh].is_float = true;
-    if (is_skinned(model, node)) grids[node->mesh].scale = -1;
+    if (!is_skinned(model, node)) continue;
+    if (first[node->skin] == TW_NO_INDEX) first[node->skin] = node->mesh;
+    tw_union_find_join(sets, first[node->skin], node->mesh);
+  }
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    if (model->clips[i].loose) mark_pointed(model, model->clips[i].loose, grids);
+}
+
+static void choose(const tw_model *model, uint32_t *sets, extent *extents, tw_grid *grids) {
+  for (uint32_t i = 0; i < model->mesh_count; i++) extents[i] = NOWHERE;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    uint32_t set = tw_union_find_root(sets, i);
+    const extent own = extent_of(&model->meshes[i]);
+    widen(&extents[set], &own);
+    grids[set].is_float = grids[set].is_float || grids[i].is_float;
+  }
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    uint32_t set = tw_union_find_root(sets, i);
+    bool is_float = grids[set].is_float;
+    grids[i] = grid_of(&extents[set]);
+    grids[i].is_float = is_float;
   }
 }
 
-void tw_grids_choose(const tw_model *model, tw_grid *grids) {
-  reach skinned = NOWHERE;
-  bool is_float = false;
-  mark(model, grids);
-  for (uint32_t i = 0; i < model->mesh_count; i++) {
-    const reach own = reach_of(&model->meshes[i]);
-    if (grids[i].scale < 0) {
-      widen(&skinned, &own);
-      is_float = is_float || grids[i].is_float;
-      continue;
-    }
-    bool stays_float = grids[i].is_float;
-    grids[i] = grid_of(&own);
-    grids[i].is_float = stays_float;
+tw_status tw_grids_choose(const tw_model *model, tw_grid *grids) {
+  uint32_t *sets = tw_alloc(model->mesh_count, sizeof *sets),
+           *first = tw_alloc(model->skin_count, sizeof *first);
+  extent *extents = tw_alloc(model->mesh_count, sizeof *extents);
+  bool is_ready = sets && first && extents;
+  if (is_ready) {
+    find_sets(model, sets, first, grids);
+    choose(model, sets, extents, grids);
   }
-  for (uint32_t i = 0; i < model->mesh_count; i++) {
-    if (grids[i].scale >= 0) continue;
-    grids[i] = grid_of(&skinned);
-    grids[i].is_float = is_float;
-  }
+  free(sets);
+  free(first);
+  free(extents);
+  return is_ready ? TW_OK : TW_NO_MEMORY;
 }

@@ -9,7 +9,7 @@ typedef struct tw_triangulator {
   tw_surface_reader *reader; /* the caller's, of all the surfaces */
   tw_polygons polygons;
   size_t corner_capacity;
-  uint32_t *corners; /* [corner_capacity]: three of the largest faces fit */
+  uint32_t *corners; /* [corner_capacity] of faces: room for one, the one before and the one after */
   uint32_t *sizes;   /* of the faces in corners */
 } tw_triangulator;
 

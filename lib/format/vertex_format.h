@@ -6,7 +6,7 @@
 
 typedef enum tw_vertex_coding {
   TW_CODED_FLOATS,
-  TW_CODED_JOINTS,         /* unsigned shorts, 0 where the weight is */
+  TW_CODED_JOINTS,         /* unsigned shorts; a joint whose weight is 0 is written as 0 */
   TW_CODED_ROUNDED_JOINTS, /* the same beside weights in bytes */
   TW_CODED_SMALL_JOINTS,   /* bytes beside weights in bytes */
   TW_CODED_WEIGHTS,        /* bytes, 255 for 1; their sum is 255 */

@@ -2,7 +2,7 @@
 
 load helper
 
-setup() { cd "$BATS_TEST_TMPDIR"; }
+setup() { cd "$BATS_TEST_TMPDIR" || return; }
 teardown() { stop_daemon; }
 
 as() { printf 'Authorization: Bearer %s' "$1"; }
@@ -23,7 +23,7 @@ remover delete
 slow read 3/m
 END
   printf 'rose\nold\n' >url-keys
-  start_daemon --api-keys "@$PWD/keys" --url-keys "@$PWD/url-keys" "$@"
+  start_daemon --api-keys "@$PWD/keys" --url-keys "@$PWD/url-keys"
 }
 
 @test "a key does what it has the right to, and nothing else" {

@@ -54,7 +54,7 @@ static packed pack(fixture *f, tw_encoding encoding, tw_polygons polygons, bool 
   tw_grid grids[4];
   tw_error error;
   assert_true(out.count <= 4);
-  tw_grids_choose(f->model, grids);
+  assert_int_equal(tw_grids_choose(f->model, grids), TW_OK);
   for (uint32_t i = 0; i < out.count; i++) {
     const tw_pack_options options = {encoding, polygons, grids[i], is_measured};
     assert_int_equal(
@@ -161,7 +161,7 @@ TEST(packs_hold_all_corners_and_few_vertices) {
       assert_int_equal(number(indices, "componentType", 0), 5123);
     }
     tw_grid grid;
-    tw_grids_choose(f.model, &grid);
+    assert_int_equal(tw_grids_choose(f.model, &grid), TW_OK);
     assert_same_corners(&exact, &coded, 0, &grid);
     assert_true(coded.size < exact.size * 7 / 10);
     free_glb(&exact);
@@ -222,7 +222,7 @@ TEST(skins_undo_the_grid) {
   everything(&f, 0);
   glb exact = write_glb(&f.scene), coded = write_packed(&f, TW_ENCODING_QUANTIZED, TW_POLYGONS_TRIANGLES);
   tw_grid grids[4];
-  tw_grids_choose(f.model, grids);
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
   const cJSON *skin[2] = {at(&exact, "skins", 0), at(&coded, "skins", 0)};
   for (uint64_t joint = 0; joint < 2; joint++)
     for (int row = 0; row < 3; row++) {
@@ -370,16 +370,55 @@ TEST(packed_streams_give_the_same_bytes_in_any_blocks_and_tell_their_size) {
   fixture_deinit(&f);
 }
 
+TEST(weights_that_a_pointer_moves_keep_the_mesh_on_its_node) {
+  fixture f;
+  tw_grid grids[4];
+  tw_clip_keys clip = {.loose =
+                           "[{\"pointer\":\"/nodes/1/translation\"},{\"pointer\":\"/nodes/99/weights\"}]"};
+  fixture_init(&f, cube_text);
+  fixture_node(&f, "other", TW_NO_INDEX, TW_NO_INDEX);
+  f.model->clips = &clip;
+  f.model->clip_count = 1;
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  assert_false(grids[0].is_float);
+  clip.loose = "[{\"pointer\":\"/nodes/1/weights\"},{\"pointer\":\"/nodes/0/weights\"}]";
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  assert_true(grids[0].is_float);
+  fixture_deinit(&f);
+}
+
 TEST(what_shows_a_mesh_decides_its_grid) {
   fixture f;
   tw_grid grids[4];
   fixture_init(&f, cube_text);
   fixture_node(&f, "crowd", TW_NO_INDEX, 0);
-  tw_grids_choose(f.model, grids);
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
   assert_false(grids[0].is_float);
   assert_true(grids[0].scale == 1 && grids[0].origin[0] == 0);
   f.model->nodes[1].kept = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
-  tw_grids_choose(f.model, grids);
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
   assert_true(grids[0].is_float);
+  fixture_deinit(&f);
+}
+
+TEST(meshes_of_one_skin_share_a_grid) {
+  fixture f;
+  tw_grid grids[4];
+  char two[sizeof cube_text + 200];
+  snprintf(two, sizeof two, "%so far\nv 8 0 0\nv 9 0 0\nv 9 1 0\nf 9 10 11\n", cube_text);
+  fixture_init(&f, two);
+  fixture_add_skin(&f);
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  assert_true(grids[0].scale == 1 && grids[1].scale == 0.5f);
+  f.model->meshes[1].skin = f.model->meshes[0].skin;
+  f.model->nodes[1].skin = 0;
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  for (int i = 0; i < 2; i++) {
+    assert_true(grids[i].scale == 5 && grids[i].origin[0] == 4);
+    assert_false(grids[i].is_float);
+  }
+  f.model->nodes[1].kept = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  assert_true(grids[0].is_float && grids[1].is_float);
   fixture_deinit(&f);
 }

@@ -167,8 +167,8 @@ typedef struct tw_gltf_plan {
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */
   uint32_t *image_views;         /* [the assets' images]: TW_NO_INDEX for an image outside the file */
   uint32_t *skin_matrices;       /* [the model's skins]: accessors */
-  /* [holder_count] nodes whose mesh hangs on a child of its own, which undoes the shorts: these children
-   * come after the model's nodes, in this order. */
+  /* [holder_count] nodes whose mesh is moved to an added child, which undoes the shorts. The child of
+   * holders[i] is node first_holder + i, behind the model's nodes. */
   uint32_t holder_count, first_holder;
   uint32_t *holders;
   uint64_t decoded_size; /* of what compressed views become */

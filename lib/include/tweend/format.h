@@ -97,10 +97,12 @@ typedef struct tw_grid {
   float origin[3], scale; /* 32767 lies at origin + scale */
 } tw_grid;
 
-/* The grids of a model's meshes: each has its own, but for those that skins move, which share one, as they
- * share skins. Meshes that EXT_mesh_gpu_instancing shows, or that have points or lines, stay floats. The same
- * whatever the level: a surface stays within the hull of its cage. grids: [mesh_count]. O(points). */
-void tw_grids_choose(const tw_model *model, tw_grid *grids);
+/* The grids of a model's meshes: each has its own, but those of one skin share one, which its matrices undo.
+ * Meshes that EXT_mesh_gpu_instancing shows, that have points or lines, or whose node's weights
+ * KHR_animation_pointer moves stay floats, and those that share a skin with them. The same whatever the
+ * level: a surface stays within the hull of its cage. grids: [mesh_count]. O(points + nodes). TW_NO_MEMORY.
+ */
+tw_status tw_grids_choose(const tw_model *model, tw_grid *grids);
 
 typedef struct tw_pack_options {
   tw_encoding encoding; /* but FLOAT */
@@ -120,7 +122,9 @@ void tw_packs_destroy(tw_packs *packs);      /* NULL accepted */
 size_t tw_packs_size(const tw_packs *packs); /* bytes held */
 /* Of the library that compresses: another version may compress to other bytes. */
 int tw_meshopt_version(void);
-/* What a stream holds to read them, or a thread to measure them. */
+/* What making a surface's packs holds at most. */
+uint64_t tw_packs_building_size(const tw_surface *surface);
+/* What a stream holds to read them. */
 size_t tw_packs_reading_size(const tw_packs *packs);
 
 typedef struct tw_scene {
@@ -137,8 +141,8 @@ typedef struct tw_scene {
   const tw_clip_keys *clips;
   uint32_t clip_count;
   tw_polygons polygons;
-  /* [mesh_count] of the surfaces, all of one encoding and these polygons; outlive the stream. NULL: floats. A
-   * size that is told before the packs are measured is that of quantized ones. */
+  /* [mesh_count] of the surfaces, all of one encoding and these polygons; outlive the stream. NULL: floats.
+   * Packs that are not measured serve tw_gltf_stream_predict alone, and only quantized ones. */
   const tw_packs *const *packs;
 } tw_scene;
 
