@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "test.h"
+#include "wrapped_memory.h"
 #include "written_glb.h"
 
 enum { SIDE = 180 }; /* quads; one level makes some 130,000 vertices of them */
@@ -420,5 +421,33 @@ TEST(meshes_of_one_skin_share_a_grid) {
   f.model->nodes[1].kept = "{\"extensions\":{\"EXT_mesh_gpu_instancing\":{\"attributes\":{}}}}";
   assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
   assert_true(grids[0].is_float && grids[1].is_float);
+  fixture_deinit(&f);
+}
+
+/* Each allocation of cutting, measuring and opening a stream fails once. */
+TEST(packs_survive_every_failure) {
+  fixture f;
+  everything(&f, 1);
+  tw_grid grids[4];
+  assert_int_equal(tw_grids_choose(f.model, grids), TW_OK);
+  size_t failures = 0;
+  for (size_t n = 0;; n++) {
+    const tw_pack_options options = {TW_ENCODING_MESHOPT, TW_POLYGONS_TRIANGLES, grids[0], true};
+    tw_packs *packs = NULL;
+    tw_gltf_stream *stream = NULL;
+    test_memory.left = n;
+    tw_status status = tw_packs_create(&f.model->meshes[0], f.surfaces[0], &options, NULL, &packs, NULL);
+    f.scene.packs = (const tw_packs *const *)&packs;
+    if (status == TW_OK) status = tw_gltf_stream_create(&f.scene, TW_FORMAT_GLB, &stream, NULL);
+    bool failed = test_memory.left == SIZE_MAX;
+    test_memory.left = SIZE_MAX;
+    tw_gltf_stream_destroy(stream);
+    tw_packs_destroy(packs);
+    if (status == TW_OK && !failed) break;
+    assert_int_equal(status, TW_NO_MEMORY);
+    failures++;
+  }
+  f.scene.packs = NULL;
+  assert_true(failures > 20);
   fixture_deinit(&f);
 }
