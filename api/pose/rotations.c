@@ -203,9 +203,9 @@ static api_outcome check_size(api_call *call, const rotations_request *request) 
   return api_grant(call->service, call->request->ticket, bytes, &call->fault) ? API_DONE : API_FAILED;
 }
 
-/* As floats, whose shortest text is round where the number is; none of them -0. */
+/* As floats, whose shortest text is round where the number is. */
 static void narrow(const double *values, uint32_t count, float *out) {
-  for (uint32_t i = 0; i < count; i++) out[i] = (float)values[i] + 0.0f;
+  for (uint32_t i = 0; i < count; i++) out[i] = (float)values[i];
 }
 
 /* A rotation in the form asked for. */

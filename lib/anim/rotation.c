@@ -70,7 +70,6 @@ static tw_status read_matrix(const double m[9], double q[4], tw_error *error) {
   }
   if (dot(across, axes[2]) < 0) return tw_fail(error, TW_INVALID, "the matrix is no rotation: it mirrors");
   tw_quat_best(axes, q);
-  for (int i = 0, negative = q[3] < 0; i < 4; i++) q[i] = negative ? -q[i] : q[i];
   return TW_OK;
 }
 

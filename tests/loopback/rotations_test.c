@@ -275,12 +275,17 @@ TEST_WITH(matrices_of_four_columns_and_of_three_decimals_are_read, loopback_setu
 }
 
 TEST_WITH(quaternions_of_matrices_have_no_negative_w, loopback_setup, loopback_teardown) {
-  /* A third of a turn one way and the other. */
-  cJSON *answer = convert(*state, "{\"rotations\":[{\"matrix\":[0,1,0,0,0,1,1,0,0]},"
-                                  "{\"matrix\":[0,0,1,1,0,0,0,1,0]}]}");
-  assert_near(json_member(entry(answer, 0), "quaternion"), 4, (double[4]){0.5, 0.5, 0.5, 0.5});
-  assert_near(json_member(entry(answer, 1), "quaternion"), 4, (double[4]){-0.5, -0.5, -0.5, 0.5});
-  cJSON_Delete(answer);
+  for (int i = 0; i < 60; i++) {
+    double angle = (6 * i - 177) * DEGREE, half = angle / 2, sine = sin(half) / 3;
+    matrix m = about(i % 3 ? 1 : -1, 2, i % 2 ? 2 : -2, angle);
+    const double expected[4] = {i % 3 ? sine : -sine, 2 * sine, i % 2 ? 2 * sine : -2 * sine, cos(half)};
+    char body[400], *end = body + sprintf(body, "{\"rotations\":[{\"matrix\":[");
+    for (int j = 0; j < 9; j++) end += sprintf(end, "%s%.9f", j ? "," : "", m.m[j % 3][j / 3]);
+    sprintf(end, "]}]}");
+    cJSON *answer = convert(*state, body);
+    assert_near(json_member(entry(answer, 0), "quaternion"), 4, expected);
+    cJSON_Delete(answer);
+  }
 }
 
 /* ---- refusals ------------------------------------------------------------------------------------------ */

@@ -62,7 +62,7 @@ extern const uint32_t tw_rotation_widths[TW_ROTATION_FORMS]; /* numbers: 4, 4, 3
 /* The unit quaternion of a rotation. values: finite, as many as the form has; order: of TW_AS_EULER.
  * TW_INVALID: a zero quaternion or axis, an angle beyond 1e9, a matrix whose columns are off unit length or
  * right angles by more than 1e-3, or that mirrors. Of a matrix within that the rotation that fits best is
- * taken, with w from 0 on, so that three decimals will do. */
+ * taken, so that three decimals will do. */
 tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const double *values, double q[4],
                            tw_error *error);
 /* A unit quaternion in a form. Axis and angle and Euler angles as tw_quat_to_axis_angle and tw_quat_to_euler
