@@ -7,6 +7,9 @@
 
 bats_require_minimum_version 1.5.0
 
+# They are the tests' own; the daemon warns of variables that it does not know.
+export -n TWEEND_BINARY TWEEND_URL TWEEND_GLB_DIR TWEEND_SANITIZED TWEEND_RUNNER TWEEND_INSTALL
+
 root=$(cd "${BASH_SOURCE[0]%/*}/../.." && pwd)
 samples=$root/server/samples
 
