@@ -52,9 +52,9 @@ static void append_text(line *l, const char *text) {
 
 /* For text from outside: control bytes, quotes and backslashes cannot break the line. end: of the line, where
  * the text is cut. */
-static void append_escaped(line *l, const char *text, size_t end) {
-  for (const char *at = text; *at != '\0' && l->size < end; at++) {
-    unsigned char c = (unsigned char)*at;
+static void append_escaped_bytes(line *l, const char *text, size_t size, size_t end) {
+  for (size_t i = 0; i < size && l->size < end; i++) {
+    unsigned char c = (unsigned char)text[i];
     if (c == '"' || c == '\\') {
       append(l, "\\%c", c);
     } else if (c < 0x20 || c >= 0x7f) {
@@ -63,6 +63,10 @@ static void append_escaped(line *l, const char *text, size_t end) {
       l->text[l->size++] = (char)c;
     }
   }
+}
+
+static void append_escaped(line *l, const char *text, size_t end) {
+  append_escaped_bytes(l, text, strlen(text), end);
 }
 
 static void append_field(line *l, const char *name, const char *text) {
@@ -107,10 +111,28 @@ void srv_log(srv_log_level level, const char *format, ...) {
   finish(&l);
 }
 
+/* Without the signature of a signed URL: who reads the log could use the URL until its time is over. */
+static void append_query(line *l, const char *query) {
+  static const char NAME[] = "sig=";
+  for (const char *at = query; *at != '\0' && l->size < FIELD_END;) {
+    size_t size = strcspn(at, "&");
+    if (strncmp(at, NAME, sizeof NAME - 1) == 0) {
+      append_text(l, "sig=...");
+    } else {
+      append_escaped_bytes(l, at, size, FIELD_END);
+    }
+    at += size;
+    if (*at == '&') {
+      append_text(l, "&");
+      at++;
+    }
+  }
+}
+
 static void append_target(line *l, const srv_log_request *request) {
   append_escaped(l, request->path, FIELD_END);
   if (request->query[0] != '\0') append_text(l, "?");
-  append_escaped(l, request->query, FIELD_END);
+  append_query(l, request->query);
 }
 
 void srv_log_access(const srv_log_request *request) {

@@ -87,3 +87,17 @@ TEST_WITH(long_target_is_cut_and_leaves_room_for_the_rest, redirect, restore) {
   assert_int_equal(count(lines, "\"total_ms\":0.000}\n"), 1);
   assert_int_equal(count(lines, "\n"), 2);
 }
+
+TEST_WITH(signatures_of_urls_are_cut, redirect, restore) {
+  for (int format = SRV_LOG_TEXT; format <= SRV_LOG_JSON; format++) {
+    srv_log_configure(SRV_LOG_INFO, (srv_log_format)format);
+    log_request("first", "sig=s3cret&level=2");
+    log_request("last", "exp=1&sig=s3cret");
+    log_request("other", "design=1&sig=&&signal=2");
+  }
+  const char *lines = written(*state);
+  assert_int_equal(count(lines, "s3cret"), 0);
+  assert_int_equal(count(lines, "/?sig=...&level=2"), 2);
+  assert_int_equal(count(lines, "/?exp=1&sig=..."), 2);
+  assert_int_equal(count(lines, "/?design=1&sig=...&&signal=2"), 2);
+}
