@@ -1,5 +1,5 @@
-/* Other daemons may store in the same folder and remove from it: it is counted again once a minute, and
- * before a model is refused, at most once a second. */
+/* Other daemons may store in the same folder and remove from it: the folder is counted again once a minute.
+ * What this daemon stores and removes is counted at once. */
 #include "store_quota.h"
 
 #include "machine.h"
@@ -10,7 +10,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static const uint64_t RECOUNT_NS = 60000000000, RECOUNT_FULL_NS = 1000000000;
+static const uint64_t RECOUNT_NS = 60000000000;
 
 void srv_store_quota_init(srv_store_quota *quota, const char *folder) {
   *quota = (srv_store_quota){0};
@@ -59,10 +59,6 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
   bool is_old = quota->counted_ns == 0 || now_ns - quota->counted_ns > RECOUNT_NS;
   if (is_old) count(quota, now_ns);
   bool fits = size <= quota->limit && quota->used <= quota->limit - size;
-  if (!fits && now_ns - quota->counted_ns > RECOUNT_FULL_NS) {
-    count(quota, now_ns);
-    fits = size <= quota->limit && quota->used <= quota->limit - size;
-  }
   if (fits) quota->used += size;
   pthread_mutex_unlock(&quota->lock);
   return fits;
