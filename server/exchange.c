@@ -117,6 +117,13 @@ static void drop_body(srv_exchange *exchange) {
   count_body(exchange);
 }
 
+/* Adds the time since the last call, or since the api was called, to the time of computing. */
+static void count_computing(srv_exchange *exchange) {
+  uint64_t now_ns = srv_now_ns();
+  exchange->computed_ns += now_ns - exchange->leg_ns;
+  exchange->leg_ns = now_ns;
+}
+
 static void answered(srv_exchange *exchange) {
   drop_body(exchange);
   exchange->answered = true;
@@ -141,8 +148,13 @@ static bool is_health_check(const srv_exchange *exchange) {
   return strcmp(exchange->request.path, "/healthz") == 0 || strcmp(exchange->request.path, "/readyz") == 0;
 }
 
-/* What must answer while everything else is refused. */
-static bool is_probe(const srv_exchange *exchange) {
+/* Not /metrics: keys could be guessed there without limit. */
+static bool is_free_of_rates(const srv_exchange *exchange) {
+  return exchange->request.is_admin || is_health_check(exchange) ||
+         strcmp(exchange->request.path, "/version") == 0;
+}
+
+static bool is_served_while_draining(const srv_exchange *exchange) {
   return is_health_check(exchange) || strcmp(exchange->request.path, "/version") == 0 ||
          strcmp(exchange->request.path, "/metrics") == 0;
 }
@@ -191,9 +203,9 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
     exchange->close = true;
   } else if (exchange->is_reserve && !is_health_check(exchange)) {
     srv_exchange_refuse(exchange, 503, "there are as many connections as the daemon takes", RETRY_S);
-  } else if (atomic_load(&exchange->server->draining) && !is_probe(exchange)) {
+  } else if (atomic_load(&exchange->server->draining) && !is_served_while_draining(exchange)) {
     srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
-  } else if (!is_probe(exchange) && !exchange->request.is_admin && is_over_rate(exchange)) {
+  } else if (!is_free_of_rates(exchange) && is_over_rate(exchange)) {
     return true;
   } else if (framing->has_length && framing->length > config->max_upload) {
     refuse_long_body(exchange);
@@ -250,24 +262,31 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
   return milliseconds(exchange->started_ns, now_ns) > (double)exchange->server->config->request_timeout;
 }
 
+/* Refuses an answer whose computing took longer than --compute-timeout, and limits what reading its body may
+ * take by what is left. An answer without a body to compute is sent however long it took: it is complete, and
+ * what the request stored stays stored. */
+static void limit_computing(srv_exchange *exchange) {
+  uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
+  if (limit_ns == 0 || exchange->answer.body.read == NULL) return;
+  if (exchange->computed_ns < limit_ns &&
+      srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns))
+    return;
+  srv_exchange_refuse(exchange, 503, "computing the answer takes longer than the daemon allows", RETRY_S);
+}
+
 /* Runs one call of the api. With API_WAITS the exchange is not this thread's any more: its ticket will be
  * woken.
  */
 static api_progress handle(srv_exchange *exchange, api_effort effort) {
+  exchange->leg_ns = srv_now_ns();
   api_progress progress =
       api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer);
-  if (progress == API_ANSWERED) answered(exchange);
+  if (progress == API_WAITS) return progress;
+  count_computing(exchange);
+  if (progress != API_ANSWERED) return progress;
+  answered(exchange);
+  limit_computing(exchange);
   return progress;
-}
-
-/* Judges the time that the answer has taken so far, and leaves the rest to its body. What is small is not
- * worth a limit, and what was stored is stored. */
-static void limit_computing(srv_exchange *exchange) {
-  uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
-  uint64_t taken_ns = exchange->answered_ns - exchange->worked_ns;
-  if (limit_ns == 0 || exchange->answer.body.read == NULL) return;
-  if (taken_ns >= limit_ns || !srv_compute_limit(&exchange->answer.body, limit_ns - taken_ns))
-    srv_exchange_refuse(exchange, 503, "computing the answer takes longer than the daemon allows", 0);
 }
 
 /* On a compute thread. */
@@ -282,8 +301,6 @@ static void run(srv_job *job) {
     return;
   } else if (!exchange->answered) {
     srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
-  } else {
-    limit_computing(exchange);
   }
   exchange->ready(exchange);
 }
@@ -306,9 +323,18 @@ static void look(srv_job *job) {
   exchange->ready(exchange);
 }
 
+static srv_exchange *exchange_of(api_ticket *ticket) {
+  return (srv_exchange *)(void *)((char *)ticket - offsetof(srv_exchange, ticket));
+}
+
+/* The request is about to wait, and waiting is not computing. */
+static void pauses(api_ticket *ticket) {
+  count_computing(exchange_of(ticket));
+}
+
 /* What the ticket waited for is there. The request was admitted before: it needs no place in the queue. */
 static void woken(api_ticket *ticket) {
-  srv_exchange *exchange = (srv_exchange *)(void *)((char *)ticket - offsetof(srv_exchange, ticket));
+  srv_exchange *exchange = exchange_of(ticket);
   exchange->job.run = run;
   srv_work_resume(exchange->server->work, &exchange->job);
 }
@@ -325,6 +351,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   srv_server *server = exchange->server;
   exchange->received_ns = exchange->worked_ns = srv_now_ns();
   exchange->ticket.wake = woken;
+  exchange->ticket.pauses = pauses;
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);

@@ -66,6 +66,8 @@ typedef struct srv_exchange {
   uint64_t bytes_in, bytes_out;
   uint64_t held; /* bytes of the body in memory, counted against the budget */
   uint64_t started_ns, received_ns, worked_ns, answered_ns;
+  uint64_t computed_ns; /* in calls of the api, waits between them not counted */
+  uint64_t leg_ns;      /* until when computed_ns has counted */
   /* Set by intake.c before finish. */
   bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */

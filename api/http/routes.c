@@ -292,7 +292,8 @@ static void add_vary(api_call *call) {
   if (length) api_answer_headerf(&call->answer, "Vary", "%s", list);
 }
 
-/* What a key opened is not for caches that others share. */
+/* Lets only the client's own cache keep an answer that needed a key: a shared cache would give it to clients
+ * without one. */
 static void make_private(api_call *call) {
   static const char name[] = "Cache-Control", shared[] = "public, ";
   api_header *header = NULL;
@@ -367,7 +368,9 @@ static api_outcome keep_grant(api_call *call, api_outcome outcome) {
 static api_wait wait_for(api_call *call) {
   api_ticket *ticket = call->request->ticket;
   const api_fault fault = call->fault;
-  abandon(call); /* from here on the call is over: the ticket may be woken before this returns */
+  abandon(call);
+  if (ticket->pauses) ticket->pauses(ticket);
+  /* From here on the call is over: the ticket may be woken before this returns. */
   if (fault.stall == API_STALL_MEMORY) return api_budget_wait(call->service->budget, ticket, fault.needed);
   api_budget_grant(call->service->budget, ticket, 0); /* two that hold and wait could wait for each other */
   return api_cache_wait(call->service->cache, ticket, fault.awaited);

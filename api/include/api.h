@@ -147,12 +147,15 @@ const api_keys *api_service_keys(const api_service *service); /* those in force;
 
 /* ---- one request ----------------------------------------------------------------------------- */
 
-/* What a request waits for, and the memory that is granted to it. Zeroed but for `wake` before the request's
- * first call; given back by api_ticket_end, when the request and its answer are over. */
+/* What a request waits for, and the memory that is granted to it. Zeroed but for `wake` and `pauses` before
+ * the request's first call; given back by api_ticket_end, when the request and its answer are over. */
 typedef struct api_ticket {
   /* What the request waited for is there: call api_handle again. Called once for each API_WAITS, on any
    * thread, perhaps before api_handle has returned; must not block, nor call back into api. */
   void (*wake)(struct api_ticket *ticket);
+  /* May be NULL. The call is about to begin a wait; after it `wake` may be called at any time. On the thread
+   * of the call. A wait that is over at once goes on in the same call. */
+  void (*pauses)(struct api_ticket *ticket);
   /* The rest is api's. */
   struct api_ticket *previous, *next; /* among those that wait for the same */
   struct api_entry *awaited;          /* held: what it waits or waited for */

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 struct api_service {
   char unused;
@@ -137,6 +138,19 @@ static void answer_live(api_answer *answer, const char *query) {
                                   .destroy = destroy_stream}};
 }
 
+/* Computes for as long in each of three calls, with waits between them. */
+static api_progress run_leg(const api_request *request, api_answer *answer) {
+  long ms = strtol(request->query, NULL, 10);
+  nanosleep(&(struct timespec){.tv_nsec = ms * 1000000}, NULL);
+  if (request->ticket->needed++ == 2) {
+    answer_stream(answer, 10, 10, UINT64_MAX);
+    return API_ANSWERED;
+  }
+  request->ticket->pauses(request->ticket);
+  request->ticket->wake(request->ticket);
+  return API_WAITS;
+}
+
 static bool is(const api_request *request, const char *path) {
   return strcmp(request->path, path) == 0;
 }
@@ -156,8 +170,9 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
 api_progress api_handle(api_service *service, const api_request *request, api_effort effort,
                         api_answer *answer) {
   (void)service;
-  bool heavy = is(request, "/heavy") || is(request, "/echo");
-  if (heavy && effort == API_LIGHT) return API_AGAIN_ON_THREAD;
+  bool heavy = is(request, "/heavy") || is(request, "/echo"), has_legs = is(request, "/legs");
+  if ((heavy || has_legs) && effort == API_LIGHT) return API_AGAIN_ON_THREAD;
+  if (has_legs) return run_leg(request, answer);
   uint64_t size = strtoull(request->query, NULL, 10);
   if (heavy) wait_at_gate();
   if (is(request, "/echo")) {

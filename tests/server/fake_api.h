@@ -4,6 +4,7 @@
  *   /heavy        "heavy" on a compute thread; waits until fake_api_release when it is held
  *   /echo         the body's bytes, on a compute thread
  *   /pull?N       N bytes, pulled; byte i is i % 251
+ *   /legs?MS      10 bytes, pulled, after three calls of so many milliseconds each, between which it waits
  *   /endless      pulled until somebody stops reading
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
