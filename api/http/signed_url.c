@@ -84,7 +84,9 @@ static api_signature refuse(api_call *call, const char *detail) {
 api_signature api_signed_url_judge(api_call *call, const api_keys *keys) {
   const api_request *request = call->request;
   api_query query;
-  api_fault unread = {0}; /* what is wrong with the query is told to whoever may ask */
+  /* Dropped: a query that cannot be read counts as unsigned here, and its error is reported after the
+   * client's rights are checked. */
+  api_fault unread = {0};
   bool is_read = strstr(request->query, "sig=") &&
                  api_query_read(request->query, NULL, call->arena, &query, &unread.error) == TW_OK;
   const char *signature = is_read ? api_query_get(&query, "sig") : NULL;
