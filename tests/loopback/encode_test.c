@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "encode.h"
 #include "negotiate.h"
 #include "upload.h"
 
@@ -119,4 +120,48 @@ TEST_WITH(short_answers_and_errors_are_not_coded, setup, one_model_stop) {
   r = ask(f, "GET", "/surface.obj?level=99", "Accept-Encoding: gzip\n");
   assert_null(reply_header(&r, "Content-Encoding"));
   assert_problem(r, 422, NULL, NULL);
+}
+
+enum { LONG = 8 << 20 };
+
+static int64_t read_zeros(void *context, uint8_t *out, size_t capacity) {
+  size_t *given = context, size = capacity < LONG - *given ? capacity : LONG - *given;
+  memset(out, 0, size);
+  *given += size;
+  return (int64_t)size;
+}
+
+/* Zeros come out a thousand times as short: without a turn one block would take them all. capacity: of a
+ * block, of which small ones break flushes up. */
+static void assert_turns(api_coding coding, size_t capacity) {
+  size_t given = 0, before = 0, size = 0, decoded_size;
+  api_call *call = calloc(1, sizeof *call);
+  uint8_t *coded = malloc(1 << 20), *decoded;
+  call->coding = coding;
+  call->answer = (api_answer){.status = 200, .body = {LONG, &given, read_zeros, NULL}};
+  assert_int_equal(api_encode(call), API_DONE);
+  api_body *body = &call->answer.body;
+  for (int64_t got; (got = body->read(body->context, coded + size, capacity)) != 0; size += (size_t)got) {
+    assert_true(got > 0);
+    assert_true(given - before <= 320 << 10);
+    before = given;
+  }
+  tw_error error;
+  assert_int_equal(api_decode(coding, (api_bytes){coded, size}, LONG, &decoded, &decoded_size, &error),
+                   TW_OK);
+  assert_int_equal(decoded_size, LONG);
+  for (size_t i = 0; i < LONG; i++)
+    if (decoded[i] != 0) fail_msg("byte %zu", i);
+  body->destroy(body->context);
+  free(decoded);
+  free(coded);
+  free(call);
+}
+
+TEST(a_block_takes_a_bounded_piece_of_a_body) {
+  static const size_t capacities[] = {64, 301, 256 << 10};
+  for (size_t i = 0; i < sizeof capacities / sizeof *capacities; i++) {
+    assert_turns(API_CODING_ZSTD, capacities[i]);
+    assert_turns(API_CODING_GZIP, capacities[i]);
+  }
 }
