@@ -220,7 +220,7 @@ static range_kind read_range(const char *text, uint64_t size, api_range *out) {
   api_range whole = {0};
   for (text += 6;; text++) {
     text += strspn(text, " \t");
-    api_range range;
+    api_range range = {0};
     range_kind next = read_one(&text, size, &range);
     text += strspn(text, " \t");
     if (next == RANGE_ALL || (*text != ',' && *text != '\0')) return RANGE_ALL;

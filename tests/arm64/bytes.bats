@@ -8,24 +8,24 @@ machines=(here avx2 sse2 arm64)
 
 # machine NAME: sets the folder of its programs and what runs them.
 machine() {
-  folder=$root/build TWEEND_RUNNER=
+  folder=$root/build TESTED_RUNNER=
   case $1 in
-  avx2) TWEEND_RUNNER="qemu-x86_64 -cpu Haswell" ;;
-  sse2) TWEEND_RUNNER="qemu-x86_64 -cpu Opteron_G1" ;;
-  arm64) folder=$root/build-arm64 TWEEND_RUNNER="qemu-aarch64 -L $root/build-arm64/root" ;;
+  avx2) TESTED_RUNNER="qemu-x86_64 -cpu Haswell" ;;
+  sse2) TESTED_RUNNER="qemu-x86_64 -cpu Opteron_G1" ;;
+  arm64) folder=$root/build-arm64 TESTED_RUNNER="qemu-aarch64 -L $root/build-arm64/root" ;;
   esac
-  TWEEND_BINARY=$folder/tweend
+  TESTED_BINARY=$folder/tweend
 }
 
 setup_file() {
   local name
-  unset TWEEND_URL
+  unset TESTED_URL
   for name in "${machines[@]}"; do
     machine "$name"
     start_daemon
     echo "$url $daemon" >"$BATS_FILE_TMPDIR/$name.daemon"
     mkdir "$BATS_FILE_TMPDIR/$name"
-    $TWEEND_RUNNER "$folder/tests/write_samples" "$BATS_FILE_TMPDIR/$name"
+    $TESTED_RUNNER "$folder/tests/write_samples" "$BATS_FILE_TMPDIR/$name"
   done
 }
 
@@ -66,9 +66,9 @@ same() {
   printf '#include <stdio.h>\nint main(void) { puts(__builtin_cpu_supports("avx2") ? "avx2" : "none"); }\n' >cpu.c
   gcc -o cpu cpu.c
   machine avx2
-  [ "$($TWEEND_RUNNER ./cpu)" = avx2 ]
+  [ "$($TESTED_RUNNER ./cpu)" = avx2 ]
   machine sse2
-  [ "$($TWEEND_RUNNER ./cpu)" = none ]
+  [ "$($TESTED_RUNNER ./cpu)" = none ]
 }
 
 @test "the writer's scenes of every kind" {

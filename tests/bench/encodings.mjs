@@ -10,7 +10,7 @@ import { Daemon, root } from '../node/daemon.mjs';
 const gltfpack = createRequire(join(root, 'tests/node/package.json'))('gltfpack');
 const [build, ...files] = process.argv.slice(2);
 const cages = files.length > 0 ? files : ['tank.json', 'octopus.obj'].map((name) => join(root, 'server/samples', name));
-process.env.TWEEND_BINARY = join(build, 'tweend');
+process.env.TESTED_BINARY = join(build, 'tweend');
 
 async function pack(glb, flags) {
   let packed;

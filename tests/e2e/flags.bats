@@ -4,7 +4,7 @@ load helper
 setup() {
   needs_process
   cd "$BATS_TEST_TMPDIR" || return
-  tweend=${TWEEND_BINARY:-$root/build/tweend}
+  tweend=${TESTED_BINARY:-$root/build/tweend}
 }
 teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
@@ -69,7 +69,7 @@ teardown() { [[ -z ${daemon-} ]] || stop_daemon; }
 
 @test "server/run builds what is missing and serves the samples" {
   needs_plain_build
-  [[ -z ${TWEEND_BINARY-} || $TWEEND_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
+  [[ -z ${TESTED_BINARY-} || $TESTED_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
   export TWEEND_INSTALL=no
   launch "$root/server/run" --listen 127.0.0.1:0 --data "$PWD/data"
   [ "$(wc -l <"$ready")" = 1 ]

@@ -1,14 +1,13 @@
 # What the end to end tests share: a daemon of their own for each file, requests by curl, answers by jq.
 #
-# TWEEND_BINARY     the daemon (build/tweend)
-# TWEEND_URL        a daemon that already runs: cases that need the process are skipped then
-# TWEEND_GLB_DIR    keeps every GLB that the daemon answers, for the validator
-# TWEEND_SANITIZED  "address" or "thread": cases about memory and speed are skipped then
+# TESTED_BINARY     the daemon (build/tweend)
+# TESTED_URL        a daemon that already runs: cases that need the process are skipped then
+# TESTED_GLB_DIR    keeps every GLB that the daemon answers, for the validator
+# TESTED_SANITIZED  "address" or "thread": cases about memory and speed are skipped then
 
 bats_require_minimum_version 1.5.0
 
-# They are the tests' own; the daemon warns of variables that it does not know.
-export -n TWEEND_BINARY TWEEND_URL TWEEND_GLB_DIR TWEEND_SANITIZED TWEEND_RUNNER TWEEND_INSTALL
+export -n TWEEND_INSTALL # of the scripts; the daemon warns of variables that are none of its settings
 
 root=$(cd "${BASH_SOURCE[0]%/*}/../.." && pwd)
 samples=$root/server/samples
@@ -17,15 +16,15 @@ samples=$root/server/samples
 
 # start_daemon [FLAG...]: on a free port and a new data folder; sets $url, $daemon (process id), $data.
 start_daemon() {
-  if [[ -n ${TWEEND_URL-} ]]; then
-    export url=${TWEEND_URL%/} daemon=""
+  if [[ -n ${TESTED_URL-} ]]; then
+    export url=${TESTED_URL%/} daemon=""
     return
   fi
   local here=${BATS_TEST_TMPDIR-}
   [[ -n $here ]] || here=$BATS_FILE_TMPDIR
   data=$here/data
   # shellcheck disable=SC2086 # the runner may have arguments
-  launch ${TWEEND_RUNNER-} "${TWEEND_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" "$@"
+  launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" "$@"
 }
 
 # launch COMMAND...: waits for the ready line.
@@ -49,7 +48,7 @@ launch() {
 
 # stop_daemon: by SIGTERM; it must end with status 0, and the sanitizers must have had nothing to say.
 stop_daemon() {
-  [[ -z ${TWEEND_URL-} && -n ${daemon-} ]] || return 0
+  [[ -z ${TESTED_URL-} && -n ${daemon-} ]] || return 0
   kill -TERM "$daemon" 2>/dev/null
   local status=0
   wait "$daemon" || status=$?
@@ -62,8 +61,8 @@ stop_daemon() {
 }
 
 # A test that looks at the process, its flags or its folder.
-needs_process() { [[ -z ${TWEEND_URL-} ]] || skip "needs the daemon's process"; }
-needs_plain_build() { [[ -z ${TWEEND_SANITIZED-} ]] || skip "says nothing under a sanitizer"; }
+needs_process() { [[ -z ${TESTED_URL-} ]] || skip "needs the daemon's process"; }
+needs_plain_build() { [[ -z ${TESTED_SANITIZED-} ]] || skip "says nothing under a sanitizer"; }
 
 # ---- requests ------------------------------------------------------------------------------------
 
@@ -82,10 +81,10 @@ http() {
 }
 
 keep_glb() {
-  [[ -n ${TWEEND_GLB_DIR-} && $status == 200 && $1 != */source* ]] || return 0
+  [[ -n ${TESTED_GLB_DIR-} && $status == 200 && $1 != */source* ]] || return 0
   [[ $(head -c 4 answer | tr -d '\0') == glTF && $(stat -c %s answer) -lt 8000000 ]] || return 0
-  mkdir -p "$TWEEND_GLB_DIR"
-  cp answer "$TWEEND_GLB_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
+  mkdir -p "$TESTED_GLB_DIR"
+  cp answer "$TESTED_GLB_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
 }
 
 get() { http GET "$@"; }

@@ -2,7 +2,7 @@
 
 load helper
 setup_file() {
-  [[ -z ${TWEEND_URL-} ]] || return 0
+  [[ -z ${TESTED_URL-} ]] || return 0
   start_daemon --max-upload 100000 --max-faces 100000
 }
 teardown_file() { stop_daemon; }

@@ -7,7 +7,7 @@ setup() {
 }
 teardown() { stop_daemon; }
 
-program=${TWEEND_BINARY:-$root/build/tweend}
+program=${TESTED_BINARY:-$root/build/tweend}
 
 # free_port: one that nobody listens on.
 free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }

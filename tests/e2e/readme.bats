@@ -24,7 +24,7 @@ session() { sed -n '/^## A session with curl/,/^## /{/^```sh$/,/^```$/{/^```/d;p
 
 @test "its table of flags is what --help lists" {
   needs_process
-  "${TWEEND_BINARY:-$root/build/tweend}" --help | grep -oE '^ +--[a-z0-9-]+' | grep -vE -- '--(help|version)$' | tr -d ' ' | sort >help
+  "${TESTED_BINARY:-$root/build/tweend}" --help | grep -oE '^ +--[a-z0-9-]+' | grep -vE -- '--(help|version)$' | tr -d ' ' | sort >help
   sed -n '/^## Configuration/,/^## /p' "$root/README.md" | grep -oE '^\| `--[a-z0-9-]+' | tr -d '|` ' | sort >readme
   diff help readme
 }

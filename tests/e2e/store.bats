@@ -136,7 +136,7 @@ remove_folder() {
   urls=()
   for i in 1 2 3 4; do
     # shellcheck disable=SC2086 # the runner may have arguments
-    "${alone[@]}" ${TWEEND_RUNNER-} "${TWEEND_BINARY:-$root/build/tweend}" \
+    "${alone[@]}" ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" \
       --listen 127.0.0.1:0 --data "$data" --queue 100 >"ready-$i" 2>>log 3>&- &
     replicas+=($!)
   done
@@ -263,7 +263,7 @@ remove_folder() {
 
 @test "a folder that cannot be written is one clear line at start" {
   touch file
-  run "${TWEEND_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$PWD/file/data"
+  run "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$PWD/file/data"
   [ "$status" -ne 0 ]
   [ "${#lines[@]}" -eq 1 ]
   [[ $output == *file/data* ]]

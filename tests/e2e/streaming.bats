@@ -2,7 +2,7 @@
 
 load helper
 setup_file() {
-  [[ -z ${TWEEND_URL-} ]] || return 0
+  [[ -z ${TESTED_URL-} ]] || return 0
   start_daemon
 }
 teardown_file() { stop_daemon; }

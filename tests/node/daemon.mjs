@@ -19,11 +19,9 @@ export class Daemon {
   }
 
   async start() {
-    const binary = process.env.TWEEND_BINARY ?? join(root, 'build/tweend');
+    const binary = process.env.TESTED_BINARY ?? join(root, 'build/tweend');
     const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn', ...this.flags];
-    // The tests' own variables are no settings of the daemon.
-    const env = Object.fromEntries(Object.entries(process.env).filter(([name]) => !name.startsWith('TWEEND_')));
-    this.process = spawn(binary, flags, { stdio: ['ignore', 'pipe', 'inherit'], env });
+    this.process = spawn(binary, flags, { stdio: ['ignore', 'pipe', 'inherit'] });
     this.exit = once(this.process, 'exit');
     const ready = once(createInterface(this.process.stdout), 'line');
     const [line] = await Promise.race([ready, this.exit.then(([code]) => [`it ended with ${code}`])]);

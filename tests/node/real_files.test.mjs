@@ -1,4 +1,4 @@
-// Files that others made (Debian's package assimp-testmodels, and the folders of TWEEND_MODELS, colons between them):
+// Files that others made (Debian's package assimp-testmodels, and the folders of TESTED_MODELS, colons between them):
 // what three.js sees of one before, it sees after, or a warning of the model says what had to go.
 import assert from 'node:assert/strict';
 import { existsSync, readdirSync, readFileSync } from 'node:fs';
@@ -13,7 +13,7 @@ import { STLLoader } from 'three/addons/loaders/STLLoader.js';
 import { Daemon } from './daemon.mjs';
 import { load, nodesOf } from './player.mjs';
 
-const FOLDERS = ['/usr/share/assimp/models', ...(process.env.TWEEND_MODELS ?? '').split(':').filter(Boolean)];
+const FOLDERS = ['/usr/share/assimp/models', ...(process.env.TESTED_MODELS ?? '').split(':').filter(Boolean)];
 const TIMES = 5;
 
 const daemon = new Daemon();

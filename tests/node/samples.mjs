@@ -6,7 +6,7 @@ import { basename, dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
 const here = dirname(fileURLToPath(import.meta.url));
-const build = process.env.TWEEND_BINARY ? dirname(process.env.TWEEND_BINARY) : join(here, '../../build');
+const build = process.env.TESTED_BINARY ? dirname(process.env.TESTED_BINARY) : join(here, '../../build');
 
 /** [{name, glb, gltf: bytes, facts: what the library says is in them}] */
 export function writeSamples() {
@@ -27,7 +27,7 @@ export function writeSamples() {
 
 /** [{name, glb}] that the tests against the daemon have kept. */
 export function keptAnswers() {
-  const folder = process.env.TWEEND_GLB_DIR ?? join(build, 'glb');
+  const folder = process.env.TESTED_GLB_DIR ?? join(build, 'glb');
   return readdirSync(folder)
     .filter((file) => file.endsWith('.glb'))
     .map((file) => ({ name: file, glb: readFileSync(join(folder, file)) }));

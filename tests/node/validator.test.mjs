@@ -29,7 +29,7 @@ for (const sample of writeSamples()) {
   test(`${sample.name}.gltf is valid`, async () => assert.deepEqual(await objections(sample.gltf), []));
 }
 
-if (process.env.TWEEND_GLB_DIR && existsSync(process.env.TWEEND_GLB_DIR)) {
+if (process.env.TESTED_GLB_DIR && existsSync(process.env.TESTED_GLB_DIR)) {
   for (const answer of keptAnswers()) {
     test(`${answer.name} of the daemon is valid`, async () =>
       assert.deepEqual(await objections(answer.glb), []));

@@ -434,7 +434,7 @@ void compare_random(tw_scheme scheme, int count) {
 
 int main(int argc, char **argv) {
   // A sanitizer makes each case ten times slower, and sees enough in fewer.
-  bool sanitized = std::getenv("TWEEND_SANITIZED") != nullptr;
+  bool sanitized = std::getenv("TESTED_SANITIZED") != nullptr;
   int random_count = argc > 1 ? std::atoi(argv[1]) : sanitized ? 300 : 2500;
   compare_hand_made(sanitized ? 2 : 4);
   weld_nothing(hand_made(), "welding leaves hand-made cages as they are");

@@ -206,7 +206,7 @@ static void check_all_options(const tw_mesh *mesh, bool loop) {
   tw_patch_shapes *shapes = tw_patch_shapes_create();
   assert_non_null(shapes);
   /* A sanitizer makes each case ten times slower, and sees enough in fewer. */
-  uint32_t step = getenv("TWEEND_SANITIZED") ? 5 : 1;
+  uint32_t step = getenv("TESTED_SANITIZED") ? 5 : 1;
   for (uint32_t bits = 0; bits < 16; bits += step)
     for (tw_boundary boundary = TW_BOUNDARY_EDGE_AND_CORNER; boundary <= TW_BOUNDARY_OPEN; boundary++)
       for (uint32_t level = 0; level <= 3; level++) {
