@@ -110,7 +110,8 @@ typedef struct order {
   uint32_t seconds;
 } order;
 
-static tw_status read_document(const api_value *root, order *out) {
+static tw_status read_document(void *context, const api_value *root) {
+  order *out = context;
   static const char *const names[] = {"url", "seconds", NULL};
   api_value values[2];
   tw_status status = api_json_members(root, names, values);
@@ -120,22 +121,6 @@ static tw_status read_document(const api_value *root, order *out) {
   if (status == TW_OK && (out->seconds < 1 || out->seconds > SECONDS_MOST))
     return api_json_fail(&values[1], TW_INVALID, "1 to %d seconds (seven days) are expected", SECONDS_MOST);
   return status;
-}
-
-static api_outcome read_order(api_call *call, order *out) {
-  enum { VALUES_MAX = 8 };
-  api_upload upload = {0};
-  api_outcome outcome = api_upload_read(call, &upload);
-  if (outcome != API_DONE) return outcome;
-  api_json json = {call->arena, &call->fault.error, NULL};
-  api_value root;
-  *out = (order){.seconds = SECONDS_DEFAULT};
-  tw_status status =
-      api_json_open(&json, (const char *)upload.bytes.data, upload.bytes.size, VALUES_MAX, &root);
-  if (status == TW_OK) status = read_document(&root, out);
-  api_json_close(&root);
-  api_upload_deinit(&upload);
-  return status == TW_OK ? API_DONE : api_fail_in_document(call);
 }
 
 static api_outcome fail_url(api_call *call, const char *detail) {
@@ -190,10 +175,11 @@ api_outcome api_post_sign(api_call *call) {
   const api_keys *keys = api_service_keys(call->service);
   if (keys->url_count == 0)
     return api_fail_with(call, 404, "no --url-keys are configured: nothing is signed");
-  order order;
+  enum { VALUES_MAX = 8 };
+  order order = {.seconds = SECONDS_DEFAULT};
   const char *path = NULL;
   api_query query;
-  api_outcome outcome = read_order(call, &order);
+  api_outcome outcome = api_upload_json(call, VALUES_MAX, read_document, &order);
   if (outcome == API_DONE) outcome = read_url(call, order.url, &path, &query);
   if (outcome != API_DONE) return outcome;
   const char *separator = query.count ? "&" : strchr(order.url, '?') ? "" : "?";

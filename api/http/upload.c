@@ -354,6 +354,20 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
   return outcome;
 }
 
+api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader *read, void *context) {
+  api_upload upload = {0};
+  api_outcome outcome = api_upload_read(call, &upload);
+  if (outcome != API_DONE) return outcome;
+  api_json json = {call->arena, &call->fault.error, NULL};
+  api_value root;
+  tw_status status =
+      api_json_open(&json, (const char *)upload.bytes.data, upload.bytes.size, values_max, &root);
+  if (status == TW_OK) status = read(context, &root);
+  api_json_close(&root);
+  api_upload_deinit(&upload);
+  return status == TW_OK ? API_DONE : api_fail_in_document(call);
+}
+
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   static const char *const shown[TW_FORMATS] = {
       "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};

@@ -3,6 +3,7 @@
 #define API_UPLOAD_H
 
 #include "call.h"
+#include "json_value.h"
 #include "tweend/format.h"
 
 /* A value: zeroed is empty, deinit frees. */
@@ -15,6 +16,10 @@ typedef struct api_upload {
 /* The content of the request's body. 400, 413. */
 api_outcome api_upload_read(api_call *call, api_upload *out);
 void api_upload_deinit(api_upload *upload);
+
+/* Reads a body that is one JSON document of at most values_max values: read(context, root). 400, 413, 422
+ * with the pointer. */
+api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader *read, void *context);
 
 /* What the bytes are, against what the Content-Type declares. 400 where the two disagree. */
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out);

@@ -31,7 +31,7 @@ static void member_edges(tw_text *out, const char *name, uint32_t count, const u
   tw_text_add(out, "]");
 }
 
-/* Where the mesh is not a surface, by the first places. */
+/* Edges and vertices at which the mesh is no surface: the first of them, by their points. */
 static void member_nonmanifold(tw_text *out, const tw_mesh_stats *facts) {
   tw_member_open(out, "nonmanifold", "{");
   member_edges(out, "edges", facts->listed_nonmanifold_edges,

@@ -177,16 +177,9 @@ static api_outcome answer_post(api_call *call, api_outcome outcome, bool is_stor
 
 /* Reads the times out of the body. */
 static api_outcome read_times(api_call *call, api_times *out) {
-  api_upload upload = {0};
   if (out->is_given)
     return api_fail_with(call, 400, "the times are in the body: at, from, to, fps have no place");
-  api_outcome outcome = api_upload_read(call, &upload);
-  if (outcome != API_DONE) return outcome;
-  if (api_times_from_json((const char *)upload.bytes.data, upload.bytes.size, call->service->limits.max_times,
-                          call->arena, out, &call->fault.error) != TW_OK)
-    outcome = api_fail_in_document(call);
-  api_upload_deinit(&upload);
-  return outcome;
+  return api_times_of_body(call, out);
 }
 
 api_outcome api_post_times(api_call *call) {

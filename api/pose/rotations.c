@@ -25,6 +25,7 @@ static const char *const order_names[] = {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZY
 static const char *const form_members[] = {"quaternion", "axis_angle", "euler", "matrix"};
 
 typedef struct rotations_request {
+  uint64_t max_times; /* the limit on slerp_count */
   tw_rotation_form as;
   tw_euler_order order; /* of TW_AS_EULER */
   bool in_degrees, has_points, has_slerp;
@@ -135,9 +136,9 @@ static tw_status read_points(const api_value *array, rotations_request *out) {
   return status;
 }
 
-static tw_status read_slerp(const api_value *array, uint64_t max_times, rotations_request *out) {
+static tw_status read_slerp(const api_value *array, rotations_request *out) {
   out->has_slerp = array->item;
-  uint32_t most = max_times < UINT32_MAX ? (uint32_t)max_times : UINT32_MAX;
+  uint32_t most = out->max_times < UINT32_MAX ? (uint32_t)out->max_times : UINT32_MAX;
   tw_status status = api_json_count(array, most, &out->slerp_count);
   out->slerp = allocate(array->json, out->slerp_count, sizeof *out->slerp, &status);
   if (status == TW_OK) status = api_json_double_list(array, out->slerp);
@@ -149,7 +150,8 @@ static tw_status read_slerp(const api_value *array, uint64_t max_times, rotation
   return status;
 }
 
-static tw_status read_document(const api_value *root, uint64_t max_times, rotations_request *out) {
+static tw_status read_document(void *context, const api_value *root) {
+  rotations_request *out = context;
   static const char *const names[] = {"rotations", "unit", "as", "order", "points", "slerp", NULL};
   enum { ROTATIONS, UNIT, AS, ORDER, POINTS, SLERP, MEMBERS };
   /* By tw_rotation_form. */
@@ -163,25 +165,12 @@ static tw_status read_document(const api_value *root, uint64_t max_times, rotati
   if (status == TW_OK) status = api_json_choice(&values[ORDER], order_names, &order);
   if (status == TW_OK && values[ORDER].item && as != TW_AS_EULER)
     return api_json_fail(&values[ORDER], TW_SYNTAX, "order goes with \"as\": \"euler\"");
-  *out = (rotations_request){
-      .as = (tw_rotation_form)as, .order = (tw_euler_order)order, .in_degrees = unit == 1};
+  out->as = (tw_rotation_form)as;
+  out->order = (tw_euler_order)order;
+  out->in_degrees = unit == 1;
   if (status == TW_OK) status = read_rotations(root, &values[ROTATIONS], out);
   if (status == TW_OK) status = read_points(&values[POINTS], out);
-  return status == TW_OK ? read_slerp(&values[SLERP], max_times, out) : status;
-}
-
-static api_outcome read_request(api_call *call, rotations_request *out) {
-  api_upload upload = {0};
-  api_outcome outcome = api_upload_read(call, &upload);
-  if (outcome != API_DONE) return outcome;
-  api_json json = {call->arena, &call->fault.error, NULL};
-  api_value root;
-  tw_status status =
-      api_json_open(&json, (const char *)upload.bytes.data, upload.bytes.size, API_JSON_VALUES_MAX, &root);
-  if (status == TW_OK) status = read_document(&root, call->service->limits.max_times, out);
-  api_json_close(&root);
-  api_upload_deinit(&upload);
-  return status == TW_OK ? API_DONE : api_fail_in_document(call);
+  return status == TW_OK ? read_slerp(&values[SLERP], out) : status;
 }
 
 /* ---- the answer --------------------------------------------------------------------------------- */
@@ -269,8 +258,8 @@ static void print_slerp(const rotations_request *request, tw_text *text) {
 
 api_outcome api_post_rotations(api_call *call) {
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  rotations_request request;
-  api_outcome outcome = read_request(call, &request);
+  rotations_request request = {.max_times = call->service->limits.max_times};
+  api_outcome outcome = api_upload_json(call, API_JSON_VALUES_MAX, read_document, &request);
   if (outcome == API_DONE) outcome = check_size(call, &request);
   if (outcome != API_DONE) return outcome;
   tw_text text = {0};

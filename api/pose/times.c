@@ -1,7 +1,8 @@
 /* Times: at=0.5,1,2 or from=0&to=4&fps=30, or a list in a body. */
 #include "times.h"
 
-#include "json_value.h"
+#include "service.h"
+#include "upload.h"
 
 #include <math.h>
 #include <string.h>
@@ -77,7 +78,13 @@ tw_status api_times_complete(api_times *times, float duration, uint64_t max_time
   return count_steps(times, max_times, error);
 }
 
-static tw_status read_document(const api_value *root, uint64_t max_times, api_times *out) {
+typedef struct times_source {
+  uint64_t max_times;
+  api_times *out;
+} times_source;
+
+static tw_status read_document(void *context, const api_value *root) {
+  const times_source *source = context;
   static const char *const names[] = {"times", NULL};
   const api_json *json = root->json;
   api_value times;
@@ -87,23 +94,18 @@ static tw_status read_document(const api_value *root, uint64_t max_times, api_ti
   if (status == TW_OK) status = api_json_count(&times, UINT32_MAX, &count);
   if (status != TW_OK) return status;
   if (count == 0) return api_json_fail(&times, TW_SYNTAX, "a time is expected");
-  if (count > max_times) return fail_many(json->error, (double)count, max_times);
+  if (count > source->max_times) return fail_many(json->error, (double)count, source->max_times);
   float *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);
   status = api_json_float_list(&times, list);
-  if (status == TW_OK) *out = (api_times){.is_given = true, .count = count, .list = list};
+  if (status == TW_OK) *source->out = (api_times){.is_given = true, .count = count, .list = list};
   return status;
 }
 
-tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
-                              api_times *out, tw_error *error) {
-  api_value root;
-  api_json json = {arena, error, NULL};
+api_outcome api_times_of_body(api_call *call, api_times *out) {
+  times_source source = {call->service->limits.max_times, out};
   /* The document, the array, and one time more than the limit, so that the limit itself is named. */
-  tw_status status = api_json_open(&json, text, size, max_times + 3, &root);
-  if (status == TW_OK) status = read_document(&root, max_times, out);
-  api_json_close(&root);
-  return status;
+  return api_upload_json(call, source.max_times + 3, read_document, &source);
 }
 
 float api_times_get(const api_times *times, uint64_t index) {

@@ -2,7 +2,7 @@
 #ifndef API_TIMES_H
 #define API_TIMES_H
 
-#include "query.h"
+#include "call.h"
 #include "tweend/json_print.h"
 
 /* A view into the arena it was read with. */
@@ -18,9 +18,8 @@ typedef struct api_times {
 tw_status api_times_read(const api_query *query, uint64_t max_times, tw_arena *arena, api_times *out,
                          tw_error *error);
 
-/* Reads {"times": [...]}. TW_SYNTAX, TW_INVALID with a pointer; TW_LIMIT. */
-tw_status api_times_from_json(const char *text, size_t size, uint64_t max_times, tw_arena *arena,
-                              api_times *out, tw_error *error);
+/* Reads {"times": [...]} from the body. 400, 413, 422. */
+api_outcome api_times_of_body(api_call *call, api_times *out);
 
 /* Completes times that go up to the end of a clip. TW_SYNTAX when that is before `from`; TW_LIMIT. */
 tw_status api_times_complete(api_times *times, float duration, uint64_t max_times, tw_error *error);

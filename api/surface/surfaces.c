@@ -177,7 +177,7 @@ static const char *canonical(api_call *call, const surface_request *request) {
 
 /* ---- packs --------------------------------------------------------------------------------------- */
 
-/* The surfaces and polygons that packs are of. */
+/* What packs depend on besides the model and the encoding. */
 static const char *packs_key(api_call *call, const surface_request *request) {
   tw_text text = {0};
   api_surface_query_print(&request->surface, &text);
@@ -192,8 +192,8 @@ static void set_packs(surface_request *request) {
   request->scene.content.packs = (const tw_packs *const *)packs->list;
 }
 
-/* Those that an answer needs; for sizes alone, what is there, or can be had without a pass over all points.
- */
+/* A body needs measured packs. The size of a quantized answer can be told by packs that are only cut; that of
+ * a compressed one only by measured packs, which are not made for it. */
 static api_outcome take_packs(api_call *call, surface_request *request, bool is_stored) {
   if (request->encoding == TW_ENCODING_FLOAT || request->scene.content.model->mesh_count == 0)
     return API_DONE;

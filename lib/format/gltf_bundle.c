@@ -352,7 +352,7 @@ static void put_added_views(const bundle *b, tw_text *text) {
   }
 }
 
-/* What is said of the only buffer that came as a file stays with it. */
+/* The buffer that all files become. Where there was one, it keeps its name, extras and extensions. */
 static void put_buffers(const bundle *b, const char *array, tw_text *text) {
   tw_json_item item;
   tw_text_add(text, "[{");

@@ -14,8 +14,7 @@ enum {
   BLOCK = 4096, /* triangles that are read at once */
   ROWS_SCRATCH = 4096,
   GAP = 4, /* rows that are cheaper to read over than to begin anew behind */
-  SLOT_BITS = 17,
-  DISPLACEMENTS_A_PART = TW_PACK_STRIDE_MAX / 12 /* as floats */
+  SLOT_BITS = 17
 };
 
 /* EXT_meshopt_compression has these versions of the codec, whatever the library's defaults are. The settings
@@ -224,7 +223,7 @@ static void choose_fields(tw_packs *packs, const tw_mesh *mesh, const tw_surface
   packs->target_step = layout->morph_width / 3;
   packs->target[0] = (tw_vertex_field){.coding = places, .width = 3, .scale = packs->fields->scale};
   packs->target[1] = (tw_vertex_field){.width = 3, .offset = tw_vertex_field_size(&packs->target[0])};
-  uint32_t most = packs->target_step ? DISPLACEMENTS_A_PART / packs->target_step : 0;
+  uint32_t most = packs->target_step ? TW_DISPLACEMENTS_MAX / packs->target_step : 0;
   packs->targets_a_part = layout->morph_count < most ? layout->morph_count : most;
   uint32_t target_parts = packs->target_count ? (packs->target_count + most - 1) / most : 0;
   packs->part_count = 1 + target_parts + 1;
@@ -314,7 +313,7 @@ uint64_t tw_packs_building_size(const tw_surface *surface) {
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
   uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES),
            vertices = rows < TW_PACK_VERTICES_MAX ? rows : TW_PACK_VERTICES_MAX,
-           element = layout->morph_count > 0 ? TW_PACK_STRIDE_MAX : 4 * (uint64_t)layout->stride,
+           element = layout->morph_count > 0 ? TW_VERTEX_STRIDE_MAX : 4 * (uint64_t)layout->stride,
            parts = 1 + 2 * rows / TW_PACK_VERTICES_MAX,
            readers = parts < TW_PARALLEL_FOR_PARTS_MAX ? parts : TW_PARALLEL_FOR_PARTS_MAX;
   enum { READER = 4 << 20 }; /* its table, order and indices */
@@ -449,7 +448,7 @@ static void fill_vertices(tw_pack_reader *r, const tw_surface *surface, const tw
 }
 
 static void fill_targets(tw_pack_reader *r, const tw_surface *surface, const tw_pack_part *part) {
-  tw_vertex_field fields[DISPLACEMENTS_A_PART];
+  tw_vertex_field fields[TW_DISPLACEMENTS_MAX];
   uint32_t step = r->packs->target_step, count = step * part->target_count;
   uint32_t column = tw_vertex_target_column(tw_surface_get_layout(surface), part->target_count);
   for (uint32_t i = 0; i < part->target_count; i++) tw_packs_target_fields(r->packs, i, &fields[step * i]);
@@ -541,7 +540,7 @@ static void measure_packs(void *context, uint32_t part, uint32_t begin, uint32_t
   measuring *m = context;
   const tw_packs *packs = m->packs;
   tw_triangulator triangles = {0};
-  tw_surface_reader *reader = tw_surface_reader_create_shared(&m->surface, 1, DISPLACEMENTS_A_PART);
+  tw_surface_reader *reader = tw_surface_reader_create_shared(&m->surface, 1, TW_DISPLACEMENTS_MAX);
   tw_pack_reader *r = NULL;
   if (reader && tw_triangulator_init(&triangles, &m->surface, 1, packs->options.polygons, reader))
     r = tw_pack_reader_create(&packs, 1, reader, &triangles);

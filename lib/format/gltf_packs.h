@@ -12,8 +12,7 @@ extern "C" {
 
 enum {
   TW_PACK_VERTICES_MAX = 65534, /* 65535 as an index restarts strips */
-  TW_PACK_TRIANGLES_MAX = 1 << 17,
-  TW_PACK_STRIDE_MAX = 252 /* of an element: glTF's limit */
+  TW_PACK_TRIANGLES_MAX = 1 << 17
 };
 
 /* The faces of a material. */

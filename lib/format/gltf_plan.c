@@ -7,7 +7,6 @@
 #include "quat.h"
 
 enum {
-  DISPLACEMENTS_A_VIEW = TW_GLTF_STRIDE_MAX / 12,
   ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
 };
 
@@ -111,7 +110,7 @@ static void lay_displacements(tw_vertex_field *fields, uint32_t column, uint32_t
 static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                              tw_gltf_accessor accessor) {
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
-  uint32_t step = plan->meshes[index].target_step, most = DISPLACEMENTS_A_VIEW / step;
+  uint32_t step = plan->meshes[index].target_step, most = TW_DISPLACEMENTS_MAX / step;
   for (uint32_t first = 0; first < layout->morph_count; first += most) {
     uint32_t rest = layout->morph_count - first, count = rest < most ? rest : most;
     tw_vertex_field *fields = tw_arena_alloc(plan->arena, count, step * sizeof *fields);
@@ -132,7 +131,7 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   tw_gltf_mesh *mesh = &plan->meshes[index];
   const tw_surface_layout *layout = tw_surface_get_layout(surface);
   tw_vertex_field *fields =
-      tw_arena_alloc(plan->arena, TW_VERTEX_FIELDS_MAX + (size_t)DISPLACEMENTS_A_VIEW, sizeof *fields);
+      tw_arena_alloc(plan->arena, TW_VERTEX_FIELDS_MAX + (size_t)TW_DISPLACEMENTS_MAX, sizeof *fields);
   if (!fields) return false;
   mesh->fields = fields;
   mesh->field_count = tw_vertex_fields(source, layout, &tw_vertex_floats, fields);
@@ -140,7 +139,7 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   mesh->target_step = layout->morph_width / 3;
   uint32_t size = tw_vertex_size(fields, mesh->field_count), step = mesh->target_step;
   uint32_t together = layout->morph_count;
-  if (step * together > (TW_GLTF_STRIDE_MAX - size) / 12) together = 0;
+  if (step * together > (TW_VERTEX_STRIDE_MAX - size) / 12) together = 0;
   lay_displacements(fields + mesh->field_count, layout->morphs, size, step * together);
   tw_gltf_accessor accessor = {
       .count = tw_surface_row_count(surface, TW_DOMAIN_VERTICES), .mesh = index, .pack = TW_NO_INDEX};

@@ -96,7 +96,7 @@ static bool filler_allocate(filler *filler) {
   const tw_scene *scene = filler->scene;
   uint32_t count = scene->model->mesh_count;
   filler->rows = tw_alloc(ROWS_SCRATCH, sizeof *filler->rows);
-  filler->reader = tw_surface_reader_create_shared(scene->surfaces, count, TW_GLTF_STRIDE_MAX / 12);
+  filler->reader = tw_surface_reader_create_shared(scene->surfaces, count, TW_DISPLACEMENTS_MAX);
   if (!filler->rows || !filler->reader ||
       !tw_triangulator_init(&filler->triangles, scene->surfaces, count, scene->polygons, filler->reader))
     return false;
@@ -166,8 +166,9 @@ static bool allocate_text(text *text, size_t size) {
   return text->bytes;
 }
 
-/* The members of the first buffer, with the BIN chunk behind its uri where it has one, and what follows them:
- * the buffer in which compressed views would lie, which is not there. Empty without a BIN chunk. */
+/* The JSON's array of buffers, in two pieces. The BIN chunk, in base64, goes between them where the first
+ * buffer has a data URI. A second buffer without bytes stands for what compressed views decode to. Without a
+ * BIN chunk there is no array. */
 typedef struct buffers_text {
   char opening[96], closing[160];
 } buffers_text;

@@ -15,7 +15,11 @@ typedef enum tw_vertex_coding {
   TW_CODED_FRACTIONS       /* unsigned shorts, 65535 for 1: numbers from 0 to 1 */
 } tw_vertex_coding;
 
-enum { TW_VERTEX_FIELDS_MAX = 5 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX };
+enum {
+  TW_VERTEX_FIELDS_MAX = 5 + TW_UV_SETS_MAX + TW_ATTRIBUTES_MAX,
+  TW_VERTEX_STRIDE_MAX = 252,                      /* glTF's limit on an element */
+  TW_DISPLACEMENTS_MAX = TW_VERTEX_STRIDE_MAX / 12 /* of an element: vectors of floats */
+};
 
 /* Some columns of a surface's row. */
 typedef struct tw_vertex_field {

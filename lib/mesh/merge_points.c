@@ -45,7 +45,8 @@ static tw_status merger_init(merger *m, tw_error *error) {
 
 /* ---- points ----------------------------------------------------------------------------------- */
 
-/* The rows of first points move up. rows: NULL for none. */
+/* Keeps the rows of the points that stay, in their order. rows: an array of point_count rows of `size` bytes,
+ * or NULL. */
 static void keep_rows(const merger *m, const void *rows, size_t size) {
   uint32_t next = 0;
   for (uint32_t p = 0; rows && p < m->mesh->point_count; p++)

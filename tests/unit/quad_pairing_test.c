@@ -268,7 +268,8 @@ TEST(slender_quads_come_back_and_slender_triangles_stay) {
   free(s);
 }
 
-/* In one row all first halves, then all second ones: no two of a quad follow one another but at the turn. */
+/* Every eighth row of quads lists the first triangles of all its quads, then the second ones, so that the two
+ * triangles of a quad are not consecutive. */
 TEST(halves_that_stand_apart_are_paired_by_shape) {
   enum { SIDE = 12 };
   static float points[SIDE * SIDE][3];

@@ -73,7 +73,6 @@ enum {
   TW_GLTF_FLOAT = 5126,
   TW_GLTF_VERTICES = 34962, /* what a buffer view is for */
   TW_GLTF_INDICES = 34963,
-  TW_GLTF_STRIDE_MAX = 252,
   TW_GLTF_BOUND_TEXT = 24 /* bytes kept for each number of bounds that come later */
 };
 
