@@ -39,14 +39,24 @@ static const cJSON *resolve(const cJSON *document, const cJSON *object) {
   return place;
 }
 
-/* The operation of a route; with_form: of its path with an extension. NULL when there is none. */
-static const cJSON *find_operation(const cJSON *document, const api_route *route, bool with_form) {
-  char path[96], method[8];
-  snprintf(path, sizeof path, "%s%s", route->path, with_form ? ".{form}" : "");
+/* The path of a route, with the extension of an offer; NULL: without one. */
+static void print_path(const api_route *route, const api_offer *form, char out[96]) {
+  snprintf(out, 96, "%s%s%s", route->path, form ? "." : "", form ? form->extension : "");
+}
+
+static const cJSON *find_path(const cJSON *document, const api_route *route, const api_offer *form) {
+  char path[96];
+  print_path(route, form, path);
+  return get(get(document, "paths"), path);
+}
+
+/* The operation of a route; NULL when there is none. */
+static const cJSON *find_operation(const cJSON *document, const api_route *route, const api_offer *form) {
+  char method[8];
   size_t i = 0;
   for (; route->method[i]; i++) method[i] = (char)(route->method[i] + ('a' - 'A'));
   method[i] = '\0';
-  return get(get(get(document, "paths"), path), method);
+  return get(find_path(document, route, form), method);
 }
 
 static bool is_listed(const char *const *names, const char *name) {
@@ -55,48 +65,65 @@ static bool is_listed(const char *const *names, const char *name) {
   return false;
 }
 
-/* Query parameters are those of the route, both ways. */
-static void compare_parameters(const cJSON *document, const cJSON *operation, const api_route *route) {
-  size_t documented = 0, known = 0;
+/* Checks a list of parameters, of a path or of an operation; returns how many are of the query. */
+static size_t check_parameters(const cJSON *document, const cJSON *list, const api_route *route) {
+  size_t count = 0;
   const cJSON *item;
-  cJSON_ArrayForEach(item, get(operation, "parameters")) {
+  cJSON_ArrayForEach(item, list) {
     const cJSON *parameter = resolve(document, item);
     if (strcmp(get(parameter, "in")->valuestring, "query") != 0) continue;
     const char *name = get(parameter, "name")->valuestring;
     if (!is_listed(route->parameters, name))
       fail_msg("%s %s: no %s in the table", route->method, route->path, name);
-    documented++;
+    count++;
   }
+  return count;
+}
+
+/* Query parameters are those of the route, both ways. */
+static void compare_parameters(const cJSON *document, const api_route *route, const api_offer *form) {
+  size_t known = 0;
+  size_t documented =
+      check_parameters(document, get(find_path(document, route, form), "parameters"), route) +
+      check_parameters(document, get(find_operation(document, route, form), "parameters"), route);
   while (route->parameters[known]) known++;
   if (documented != known)
     fail_msg("%s %s: %zu parameters of %zu", route->method, route->path, documented, known);
 }
 
-/* The types of 200 are the offers, both ways. */
-static void compare_types(const cJSON *document, const cJSON *operation, const api_route *route) {
-  const cJSON *answer = get(get(operation, "responses"), "200");
+/* The types of 200 are the offers, both ways; of a path with an extension, that one alone. */
+static void compare_types(const cJSON *document, const api_route *route, const api_offer *form) {
+  const cJSON *answer = get(get(find_operation(document, route, form), "responses"), "200");
   if (!answer) return; /* an answer without content */
   const cJSON *content = get(resolve(document, answer), "content");
   if (strcmp(route->offers[0].type, "*/*") == 0) return;
   int count = 0;
-  for (; route->offers[count].type; count++)
-    if (!get(content, route->offers[count].type))
-      fail_msg("%s %s: %s is not documented", route->method, route->path, route->offers[count].type);
+  for (const api_offer *offer = form ? form : route->offers; offer->type && (!form || count == 0); offer++) {
+    if (!get(content, offer->type))
+      fail_msg("%s %s: %s is not documented", route->method, route->path, offer->type);
+    count++;
+  }
   assert_int_equal(count, cJSON_GetArraySize(content));
+}
+
+/* form: the path's extension; NULL: none. */
+static void compare(const cJSON *document, const api_route *route, const api_offer *form) {
+  const cJSON *operation = find_operation(document, route, form);
+  if (!operation)
+    fail_msg("%s %s.%s is not documented", route->method, route->path, form ? form->extension : "");
+  compare_parameters(document, route, form);
+  compare_types(document, route, form);
+  assert_int_equal(get(operation, "requestBody") != NULL, route->takes != API_TAKES_NOTHING);
+  assert_int_equal(get(operation, "security") != NULL, route->access == API_OPEN);
 }
 
 TEST_WITH(every_route_is_documented, parse, drop) {
   size_t count;
   const api_route *routes = api_routes(&count);
   for (size_t i = 0; i < count; i++) {
-    for (int with_form = 0; with_form <= routes[i].has_extensions; with_form++) {
-      const cJSON *operation = find_operation(*state, &routes[i], with_form);
-      if (!operation) fail_msg("%s %s is not documented", routes[i].method, routes[i].path);
-      compare_parameters(*state, operation, &routes[i]);
-      compare_types(*state, operation, &routes[i]);
-      assert_int_equal(get(operation, "requestBody") != NULL, routes[i].takes != API_TAKES_NOTHING);
-      assert_int_equal(get(operation, "security") != NULL, routes[i].access == API_OPEN);
-    }
+    compare(*state, &routes[i], NULL);
+    for (const api_offer *form = routes[i].offers; routes[i].has_extensions && form->type; form++)
+      compare(*state, &routes[i], form);
   }
 }
 
@@ -104,41 +131,30 @@ TEST_WITH(every_route_is_documented, parse, drop) {
 static bool has_route(const char *path, const char *method) {
   size_t count;
   const api_route *routes = api_routes(&count);
-  size_t length = strlen(path);
-  bool with_form = length > 7 && strcmp(path + length - 7, ".{form}") == 0;
-  if (with_form) length -= 7;
-  for (size_t i = 0; i < count; i++)
-    if (strlen(routes[i].path) == length && memcmp(routes[i].path, path, length) == 0 &&
-        strcasecmp(routes[i].method, method) == 0 && with_form <= routes[i].has_extensions)
-      return true;
+  for (size_t i = 0; i < count; i++) {
+    if (strcasecmp(routes[i].method, method) != 0) continue;
+    if (strcmp(routes[i].path, path) == 0) return true;
+    char with_form[96];
+    for (const api_offer *form = routes[i].offers; routes[i].has_extensions && form->type; form++) {
+      print_path(&routes[i], form, with_form);
+      if (strcmp(with_form, path) == 0) return true;
+    }
+  }
   return false;
 }
 
 TEST_WITH(every_documented_operation_is_routed, parse, drop) {
   const cJSON *path, *operation;
   cJSON_ArrayForEach(path, get(*state, "paths")) cJSON_ArrayForEach(operation, path) {
+    if (strcmp(operation->string, "parameters") == 0) continue;
     if (!has_route(path->string, operation->string))
       fail_msg("nothing answers %s %s", operation->string, path->string);
   }
 }
 
-TEST_WITH(forms_of_a_path_are_its_extensions, parse, drop) {
-  size_t count;
-  const api_route *routes = api_routes(&count);
-  for (size_t i = 0; i < count; i++) {
-    if (!routes[i].has_extensions) continue;
-    const cJSON *operation = find_operation(*state, &routes[i], true);
-    const cJSON *form = resolve(*state, get(operation, "parameters")->child);
-    const cJSON *names = get(get(form, "schema"), "enum");
-    int j = 0;
-    for (; routes[i].offers[j].type; j++)
-      assert_string_equal(cJSON_GetArrayItem(names, j)->valuestring, routes[i].offers[j].extension);
-    assert_int_equal(cJSON_GetArraySize(names), j);
-  }
-}
-
 /* Values of a parameter that the document lists are accepted, others are refused by the name. */
 static void check_values(loopback *loop, const char *path, const cJSON *parameter) {
+  if (strcmp(get(parameter, "in")->valuestring, "query") != 0) return;
   const char *name = get(parameter, "name")->valuestring;
   const cJSON *value;
   char target[256];
@@ -164,12 +180,11 @@ TEST_WITH(documented_values_are_known, parse, drop) {
   const char *const families[] = {"surface", "pose", "live"};
   for (int i = 0; i < 3; i++) {
     snprintf(path, sizeof path, "/v1/models/{id}/%s", families[i]);
-    const cJSON *operation = get(get(get(*state, "paths"), path), "get"), *item;
+    const cJSON *place = get(get(*state, "paths"), path), *item;
     snprintf(path, sizeof path, "/v1/models/%s/%s", id, families[i]);
-    cJSON_ArrayForEach(item, get(operation, "parameters")) {
-      const cJSON *parameter = resolve(*state, item);
-      if (strcmp(get(parameter, "in")->valuestring, "query") == 0) check_values(loop, path, parameter);
-    }
+    cJSON_ArrayForEach(item, get(place, "parameters")) check_values(loop, path, resolve(*state, item));
+    cJSON_ArrayForEach(item, get(get(place, "get"), "parameters"))
+        check_values(loop, path, resolve(*state, item));
   }
   free(tank);
   loopback_stop(loop);
