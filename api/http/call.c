@@ -146,7 +146,8 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
   return false;
 }
 
-api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
+static api_outcome validate(api_call *call, const char *representation, const char *canonical,
+                            const char *cache_control) {
   static const char *const suffixes[] = {
       [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
   char coded[32]; /* other bytes, another tag */
@@ -157,11 +158,19 @@ api_outcome api_validate(api_call *call, const char *representation, const char 
   if (if_match && !etag_matches(if_match, etag, false))
     return api_fail_with(call, 412, "If-Match names another representation than %s", etag);
   api_answer_header(&call->answer, "ETag", etag);
-  api_answer_header(&call->answer, "Cache-Control", "public, max-age=31536000, immutable");
+  api_answer_header(&call->answer, "Cache-Control", cache_control);
   const char *if_none_match = api_call_header(call, "If-None-Match");
   if (!if_none_match || !etag_matches(if_none_match, etag, true)) return API_CONTINUE;
   call->answer.status = 304;
   return API_DONE;
+}
+
+api_outcome api_validate(api_call *call, const char *representation, const char *canonical) {
+  return validate(call, representation, canonical, "public, max-age=31536000, immutable");
+}
+
+api_outcome api_validate_file(api_call *call, const char *hash) {
+  return validate(call, "file", hash, "no-cache");
 }
 
 /* ---- ranges ------------------------------------------------------------------------------------ */

@@ -72,6 +72,10 @@ const char *api_etag(api_call *call, const char *id, const char *representation,
  * answer is 304 already, API_FAILED for 412, API_CONTINUE to go on. */
 api_outcome api_validate(api_call *call, const char *representation, const char *canonical);
 
+/* The same for a file of the daemon's own, of which `hash` tells the bytes: clients ask for it anew each
+ * time. */
+api_outcome api_validate_file(api_call *call, const char *hash);
+
 /* A part of the representation. */
 typedef struct api_range {
   uint64_t first, count;

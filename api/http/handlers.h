@@ -40,9 +40,12 @@ const api_route *api_route_find(const char *method, const char *path);
 api_outcome api_get_health(api_call *call);
 api_outcome api_get_ready(api_call *call);
 api_outcome api_get_version(api_call *call);
-api_outcome api_get_openapi(api_call *call);
 api_outcome api_get_metrics(api_call *call);
 api_outcome api_post_sign(api_call *call);
+
+api_outcome api_get_openapi(api_call *call);
+api_outcome api_get_client(api_call *call);
+api_outcome api_get_client_types(api_call *call);
 
 api_outcome api_post_model(api_call *call);
 api_outcome api_list_models(api_call *call);
@@ -62,9 +65,5 @@ api_outcome api_post_pose(api_call *call);
 api_outcome api_post_rotations(api_call *call);
 
 api_outcome api_get_live(api_call *call);
-
-/* api/openapi.json, embedded by the build. */
-extern const unsigned char api_openapi[];
-extern const size_t api_openapi_size;
 
 #endif

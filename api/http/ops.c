@@ -1,4 +1,4 @@
-/* Operations: health, readiness, version, metrics, and the description of the interface. */
+/* Operations: health, readiness, version and metrics. */
 #include "handlers.h"
 #include "service.h"
 
@@ -34,13 +34,6 @@ api_outcome api_get_version(api_call *call) {
   tw_text_string(&text, tw_version());
   tw_text_add(&text, ",\"api\":\"v1\"}\n");
   return reply_uncached(call, &text);
-}
-
-api_outcome api_get_openapi(api_call *call) {
-  tw_text text = {0};
-  tw_text_bytes(&text, (const char *)api_openapi, api_openapi_size);
-  api_answer_header(&call->answer, "Cache-Control", "no-cache");
-  return api_reply(call, &text);
 }
 
 api_outcome api_get_metrics(api_call *call) {

@@ -29,6 +29,8 @@ static const char *const live_parameters[] = {"clip",          "speed",    "fps"
                                               "interpolation", "skinning", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
+static const api_offer script_offers[] = {{"", "text/javascript"}, {0}};
+static const api_offer types_offers[] = {{"", "application/typescript"}, {0}};
 static const api_offer text_offers[] = {{"", "text/plain"}, {0}};
 /* The source's own type is known when it is read: any will do. */
 static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
@@ -61,6 +63,10 @@ static const api_route routes[] = {
      api_get_version},
     {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
      api_get_openapi},
+    {"GET", WHOLE("/tweend.js"), API_TAKES_NOTHING, API_OPEN, false, script_offers, no_parameters,
+     api_get_client},
+    {"GET", WHOLE("/tweend.d.ts"), API_TAKES_NOTHING, API_OPEN, false, types_offers, no_parameters,
+     api_get_client_types},
     {"POST", WHOLE("/v1/models"), API_TAKES_MODEL, API_WRITES, false, json_offers, name_parameters,
      api_post_model},
     {"GET", WHOLE("/v1/models"), API_TAKES_NOTHING, API_READS_ALL, false, json_offers, list_parameters,

@@ -1,6 +1,7 @@
 /* Routing, methods, negotiation, keys, cross-origin headers and the operations' endpoints. */
 #include "loopback.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -45,6 +46,32 @@ TEST_WITH(accept_with_quality_is_understood, loopback_setup, loopback_teardown) 
                              "Accept: application/json;q=0, */*\n"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++)
     assert_problem(loopback_ask(*state, "GET", "/version", bad[i], NULL, 0), 406, NULL, NULL);
+}
+
+TEST_WITH(files_of_the_build_are_asked_for_anew_by_their_tags, loopback_setup, loopback_teardown) {
+  static const char *const files[][2] = {{"/openapi.json", "application/json"},
+                                         {"/tweend.js", "text/javascript"},
+                                         {"/tweend.d.ts", "application/typescript"}};
+  for (size_t i = 0; i < sizeof files / sizeof *files; i++) {
+    reply r = loopback_ask(*state, "GET", files[i][0], "Origin: https://elsewhere.example\n", NULL, 0);
+    assert_int_equal(r.status, 200);
+    assert_string_equal(reply_header(&r, "Content-Type"), files[i][1]);
+    assert_string_equal(reply_header(&r, "Cache-Control"), "no-cache");
+    assert_string_equal(reply_header(&r, "Access-Control-Allow-Origin"), "*");
+    const char *tag = reply_header(&r, "ETag");
+    assert_int_equal(tag[0], '"');
+    char headers[96];
+    snprintf(headers, sizeof headers, "If-None-Match: %s\n", tag);
+    reply again = loopback_ask(*state, "GET", files[i][0], headers, NULL, 0);
+    assert_int_equal(again.status, 304);
+    assert_string_equal(reply_header(&again, "ETag"), tag);
+    reply_free(&again);
+    reply coded = loopback_ask(*state, "GET", files[i][0], "Accept-Encoding: gzip\n", NULL, 0);
+    assert_string_equal(reply_header(&coded, "Content-Encoding"), "gzip");
+    assert_string_not_equal(reply_header(&coded, "ETag"), tag);
+    reply_free(&coded);
+    reply_free(&r);
+  }
 }
 
 TEST_WITH(operations_answer_json, loopback_setup, loopback_teardown) {

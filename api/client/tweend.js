@@ -1,0 +1,578 @@
+// The client of tweend, for web pages and node. Its types and their comments: tweend.d.ts.
+// @ts-self-types="./tweend.d.ts"
+
+/** An answer that is an error: what its problem document (RFC 9457) says. */
+export class TweendError extends Error {
+  name = 'TweendError';
+
+  constructor(response, problem) {
+    super(problem.detail ?? problem.title ?? `${response.status} ${response.statusText}`);
+    this.status = response.status;
+    this.problem = problem;
+    this.title = problem.title;
+    this.detail = problem.detail;
+    this.errors = problem.errors ?? [];
+    this.line = problem.line;
+    this.requestId = problem.instance ?? response.headers.get('X-Request-Id') ?? undefined;
+    const seconds = Number(response.headers.get('Retry-After') ?? NaN);
+    this.retryAfter = Number.isFinite(seconds) ? seconds : undefined;
+  }
+}
+
+async function checked(response) {
+  if (response.ok) return response;
+  const problem = await response.json().catch(() => ({})); // what a proxy answers is no JSON
+  throw new TweendError(response, problem);
+}
+
+const idOf = (model) => encodeURIComponent(typeof model === 'string' ? model : model.id);
+
+/** "?level=2&at=0,1"; what is undefined is left out. */
+function queryOf(options = {}) {
+  const list = (value) => (typeof value === 'object' ? Array.from(value, encodeURIComponent).join() : encodeURIComponent(value));
+  const pairs = Object.entries(options).filter(([, value]) => value !== undefined);
+  return pairs.length > 0 ? `?${pairs.map(([name, value]) => `${name}=${list(value)}`).join('&')}` : '';
+}
+
+/** What fetch sends as a body, and its type: one file as it is, several as a form. */
+function bodyOf(source, type) {
+  if (Array.isArray(source)) {
+    const form = new FormData();
+    for (const file of source) form.append('file', file, file.name);
+    return { body: form };
+  }
+  // The daemon tells the format by the bytes; what browsers guess by a file's name is not always a type it takes.
+  return { body: source, type: type ?? 'application/octet-stream' };
+}
+
+/** As fetch does, but tells how much is sent. */
+function sendWithProgress(url, { method, headers, body, signal }, onProgress) {
+  return new Promise((resolve, reject) => {
+    const request = new XMLHttpRequest();
+    const abort = () => request.abort();
+    request.open(method, url);
+    for (const [name, value] of Object.entries(headers)) request.setRequestHeader(name, value);
+    request.upload.onprogress = ({ loaded, total }) => onProgress(loaded, total);
+    request.onload = () => {
+      const lines = request.getAllResponseHeaders().trim().split('\r\n');
+      const fields = lines.map((line) => [line.slice(0, line.indexOf(':')), line.slice(line.indexOf(':') + 1)]);
+      resolve(new Response(request.response, { status: request.status, statusText: request.statusText, headers: fields }));
+    };
+    request.onerror = () => reject(new TypeError('the upload failed on its way'));
+    request.onabort = () => reject(signal.reason);
+    request.onloadend = () => signal?.removeEventListener('abort', abort);
+    if (signal?.aborted) return reject(signal.reason);
+    signal?.addEventListener('abort', abort);
+    request.send(body);
+  });
+}
+
+export class Tweend {
+  #fetch;
+
+  constructor(base, { key, fetch } = {}) {
+    const url = base === undefined ? new URL('.', import.meta.url) : new URL(base, globalThis.document?.baseURI);
+    this.base = url.origin + url.pathname.replace(/\/*$/, '/');
+    this.key = key;
+    this.#fetch = fetch ?? ((...request) => globalThis.fetch(...request));
+  }
+
+  // ---- requests ----
+
+  url(path) {
+    return new URL(path, this.base).href;
+  }
+
+  #headers(url, headers) {
+    // The key is for the daemon alone.
+    return this.key && url.startsWith(this.base) ? { Authorization: `Bearer ${this.key}`, ...headers } : { ...headers };
+  }
+
+  async request(path, { headers, ...init } = {}) {
+    const url = this.url(path);
+    return checked(await this.#fetch(url, { ...init, headers: this.#headers(url, headers) }));
+  }
+
+  async #json(path, init) {
+    return (await this.request(path, init)).json();
+  }
+
+  #post(path, document, init) {
+    const headers = { 'Content-Type': 'application/json' };
+    return this.#json(path, { ...init, method: 'POST', headers, body: JSON.stringify(document) });
+  }
+
+  async sign(url, seconds) {
+    if (!this.key) return this.url(url);
+    // The daemon may be behind a prefix that it does not know.
+    const path = `/${this.url(url).slice(this.base.length)}`;
+    const signed = await this.#post('v1/sign', { url: path, seconds });
+    return this.url(signed.url.slice(1));
+  }
+
+  // ---- models ----
+
+  async upload(source, { name, type, onProgress, signal } = {}) {
+    const { body, type: contentType } = bodyOf(source, type);
+    const url = this.url(`v1/models${queryOf({ name: name ?? (source.name || undefined) })}`);
+    const headers = this.#headers(url, contentType && { 'Content-Type': contentType });
+    const init = { method: 'POST', headers, body, signal };
+    const reports = onProgress && globalThis.XMLHttpRequest;
+    return (await checked(await (reports ? sendWithProgress(url, init, onProgress) : this.#fetch(url, init)))).json();
+  }
+
+  describe(model, init) {
+    return this.#json(`v1/models/${idOf(model)}`, init);
+  }
+
+  async *list({ limit, after, ...init } = {}) {
+    for (let path = `v1/models${queryOf({ limit, after })}`; path; ) {
+      const { models, next } = await this.#json(path, init);
+      yield* models;
+      path = next && `v1/models${new URL(next, this.base).search}`;
+    }
+  }
+
+  async remove(model, init) {
+    await this.request(`v1/models/${idOf(model)}`, { ...init, method: 'DELETE' });
+  }
+
+  sourceUrl(model, options) {
+    return this.url(`v1/models/${idOf(model)}/source${queryOf(options)}`);
+  }
+
+  // ---- surfaces ----
+
+  surfaceUrl(model, options, form = 'glb') {
+    return this.url(`v1/models/${idOf(model)}/surface.${form}${queryOf(options)}`);
+  }
+
+  surface(model, options, form, init) {
+    return this.request(this.surfaceUrl(model, options, form), init);
+  }
+
+  surfaceCounts(model, options, init) {
+    return this.#json(this.surfaceUrl(model, options, 'json'), init);
+  }
+
+  // ---- poses ----
+
+  poseUrl(model, options, form = 'json') {
+    return this.url(`v1/models/${idOf(model)}/pose.${form}${queryOf(options)}`);
+  }
+
+  /** Times that are too many for a URL go into a body. */
+  #askPoses(model, { at, ...options }, form, init) {
+    const url = this.poseUrl(model, { at, ...options }, form);
+    if (url.length < 4000 || typeof at !== 'object') return this.request(url, init);
+    const headers = { 'Content-Type': 'application/json' };
+    const body = JSON.stringify({ times: Array.from(at) });
+    return this.request(this.poseUrl(model, options, form), { ...init, method: 'POST', headers, body });
+  }
+
+  async pose(model, options = {}, init) {
+    return (await this.#askPoses(model, options, 'json', init)).json();
+  }
+
+  async poseStream(model, options = {}, init) {
+    return PoseStream.open((await this.#askPoses(model, options, 'bin', init)).body);
+  }
+
+  async poseTable(model, options, init) {
+    return (await this.poseStream(model, options, init)).table();
+  }
+
+  tracks(model, options, init) {
+    return this.#json(`v1/models/${idOf(model)}/tracks${queryOf(options)}`, init);
+  }
+
+  rotations(request, init) {
+    return this.#post('v1/rotations', request, init);
+  }
+
+  // ---- players ----
+
+  async play(model, objects, { clip, nodes, interpolation, fps = 60, signal, ...settings } = {}) {
+    const which = { clip, nodes, interpolation };
+    const { duration } = await this.pose(model, { ...which, at: 0 }, { signal });
+    // So many steps that the clip's end is one.
+    const times = duration > 0 ? { from: 0, to: duration, fps: Math.ceil(duration * fps) / duration } : { at: 0 };
+    return new Player(objects, await this.poseTable(model, { ...which, ...times }, { signal }), settings);
+  }
+
+  liveUrl(model, options) {
+    return this.url(`v1/models/${idOf(model)}/live${queryOf(options)}`);
+  }
+
+  async live(model, objects, options) {
+    const player = new LivePlayer(this, model, objects, options);
+    await player.begun;
+    return player;
+  }
+}
+
+// ---- poses in binary -----------------------------------------------------------------------------
+
+/** Bytes of a stream, as they come. */
+class Bytes {
+  #chunk = new Uint8Array(0);
+  #reader;
+
+  constructor(stream) {
+    this.#reader = stream.getReader();
+  }
+
+  /** Writes the next bytes to `out`: one or more, unless it has no room. */
+  async some(out) {
+    while (this.#chunk.length === 0 && out.length > 0) {
+      const { done, value } = await this.#reader.read();
+      if (done) throw new TypeError('the answer ended before its last byte');
+      this.#chunk = value;
+    }
+    const taken = this.#chunk.subarray(0, out.length);
+    out.set(taken);
+    this.#chunk = this.#chunk.subarray(taken.length);
+    return taken.length;
+  }
+
+  async fill(out) {
+    for (let size = 0; size < out.length; ) size += await this.some(out.subarray(size));
+    return out;
+  }
+
+  cancel() {
+    return this.#reader.cancel();
+  }
+}
+
+const BLOCK = 1 << 14; // floats
+
+export class PoseStream {
+  #bytes;
+
+  constructor(header, bytes) {
+    this.header = header;
+    this.#bytes = bytes;
+  }
+
+  static async open(stream) {
+    const bytes = new Bytes(stream);
+    const prefix = new DataView((await bytes.fill(new Uint8Array(12))).buffer);
+    if (prefix.getUint32(0) !== 0x54575042 || prefix.getUint32(4, true) !== 1) throw new TypeError('the answer is no pose.bin of version 1');
+    const header = await bytes.fill(new Uint8Array(prefix.getUint32(8, true)));
+    return new PoseStream(JSON.parse(new TextDecoder().decode(header)), bytes);
+  }
+
+  async *[Symbol.asyncIterator]() {
+    const { poses, stride } = this.header;
+    try {
+      for (let left = poses; left > 0; ) {
+        const count = Math.min(left, Math.max(1, Math.floor(BLOCK / stride)));
+        const block = new Float32Array(count * stride);
+        const bytes = new Uint8Array(block.buffer);
+        for (let size = 0, row = 0; row < count; ) {
+          size += await this.#bytes.some(bytes.subarray(size));
+          for (; row < count && (row + 1) * stride * 4 <= size; row++) yield block.subarray(row * stride, (row + 1) * stride);
+        }
+        left -= count;
+      }
+    } finally {
+      await this.#bytes.cancel();
+    }
+  }
+
+  async table() {
+    const rows = new Float32Array(this.header.poses * this.header.stride);
+    await this.#bytes.fill(new Uint8Array(rows.buffer));
+    return new PoseTable(this.header, rows);
+  }
+}
+
+export class PoseTable {
+  constructor(header, rows) {
+    this.header = header;
+    this.rows = rows;
+  }
+
+  row(pose) {
+    const { stride } = this.header;
+    return this.rows.subarray(pose * stride, (pose + 1) * stride);
+  }
+
+  part(pose, node, name) {
+    const { nodes, stride, node_stride, layout } = this.header;
+    const { offset, components } = layout.find((part) => part.name === name);
+    const index = typeof node === 'number' ? node : nodes.indexOf(node);
+    const start = pose * stride + index * node_stride + offset;
+    return this.rows.subarray(start, start + components);
+  }
+}
+
+// ---- objects -------------------------------------------------------------------------------------
+
+/** Objects of a tree, a scene or a list. */
+function listOf(objects) {
+  if (objects.traverse) {
+    const all = [];
+    objects.traverse((object) => all.push(object)); // three.js
+    return all;
+  }
+  if (objects.getDescendants) return [objects, ...objects.getDescendants()]; // a node of Babylon.js
+  return objects.getNodes?.() ?? objects; // its scenes and containers
+}
+
+/** For each name its object, or undefined. Of several that bear one name each is found once. */
+function find(objects, names) {
+  if (typeof objects === 'function') return names.map((name, i) => objects(name, i));
+  const list = listOf(objects);
+  if (!(Symbol.iterator in list)) return names.map((name) => list[name]);
+  const named = new Map(); // by the file's name, which three.js keeps beside one of its own
+  const add = (name, object) => named.set(name, [...(named.get(name) ?? []), object]);
+  for (const object of list) if (object.userData?.name !== undefined) add(object.userData.name, object);
+  for (const object of list) if (object.userData?.name === undefined) add(object.name, object);
+  return names.map((name) => named.get(name)?.shift());
+}
+
+const AXES = ['x', 'y', 'z', 'w'];
+
+/** Sets a vector or quaternion of three.js or Babylon.js, a list, or anything with x, y, z. */
+function put(target, values) {
+  if (Array.isArray(target) || ArrayBuffer.isView(target)) values.forEach((value, i) => (target[i] = value));
+  else if (target.set) target.set(...values);
+  else values.forEach((value, i) => (target[AXES[i]] = value));
+}
+
+/** Where the numbers of a node are in a row. */
+const ROTATION = 0;
+const TRANSLATION = 4;
+const SCALE = 7;
+const WIDTH = 10;
+
+/** From a to b the short way, at constant speed. */
+function slerp(a, b, at, t) {
+  let dot = 0;
+  for (let i = at; i < at + 4; i++) dot += a[i] * b[i];
+  const sign = dot < 0 ? -1 : 1;
+  let apart = 0;
+  let along = 0;
+  for (let i = at; i < at + 4; i++) {
+    apart += (sign * b[i] - a[i]) ** 2;
+    along += (sign * b[i] + a[i]) ** 2;
+  }
+  const angle = 2 * Math.atan2(Math.sqrt(apart), Math.sqrt(along)); // acos would lose small ones
+  const part = (t) => (angle < 1e-4 ? t : Math.sin(t * angle) / Math.sin(angle));
+  const [u, v] = [part(1 - t), sign * part(t)];
+  return AXES.map((_, i) => u * a[at + i] + v * b[at + i]);
+}
+
+const lerp = (a, b, at, t) => [0, 1, 2].map((i) => (1 - t) * a[at + i] + t * b[at + i]);
+
+/** Moves the objects to the pose between two rows. */
+function apply(objects, a, b, t) {
+  objects.forEach((object, node) => {
+    if (!object) return;
+    const at = node * WIDTH;
+    // Nodes of Babylon.js have a quaternion only once somebody sets it, and call scale scaling.
+    if (object.rotationQuaternion === null) object.rotationQuaternion = object.rotation.toQuaternion();
+    put(object.rotationQuaternion ?? object.quaternion, slerp(a, b, at + ROTATION, t));
+    put(object.position, lerp(a, b, at + TRANSLATION, t));
+    put(object.scaling ?? object.scale, lerp(a, b, at + SCALE, t));
+  });
+}
+
+// ---- players -------------------------------------------------------------------------------------
+
+/** Plays poses that are there, on the local clock. */
+export class Player {
+  #objects;
+  #last; // of update, ms
+  #time; // seconds, not yet folded
+
+  constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}) {
+    if (table.header.as !== 'trs') throw new TypeError('a player takes poses as=trs');
+    this.table = table;
+    this.#objects = find(objects, table.header.nodes);
+    this.missing = table.header.nodes.filter((_, i) => !this.#objects[i]);
+    this.#time = time;
+    this.speed = speed;
+    this.loop = loop;
+    this.playing = playing;
+  }
+
+  get duration() {
+    return this.table.header.duration;
+  }
+
+  get time() {
+    const { duration } = this;
+    if (this.loop === 'clamp' || duration === 0) return Math.min(Math.max(this.#time, 0), duration);
+    const period = this.loop === 'pingpong' ? 2 * duration : duration;
+    const phase = ((this.#time % period) + period) % period;
+    return phase > duration ? period - phase : phase;
+  }
+
+  set time(seconds) {
+    this.#time = seconds;
+  }
+
+  update(now = performance.now()) {
+    if (this.playing && this.#last !== undefined) this.#time += (Math.max(0, now - this.#last) / 1000) * this.speed;
+    this.#last = now;
+    const { table, time } = this;
+    const { times } = table.header;
+    let [from, to] = [0, times.length - 1]; // the step with the time lies between
+    while (to - from > 1) {
+      const middle = (from + to) >> 1;
+      if (times[middle] <= time) from = middle;
+      else to = middle;
+    }
+    const span = times[to] - times[from];
+    const t = span > 0 ? Math.min(Math.max((time - times[from]) / span, 0), 1) : 0;
+    apply(this.#objects, table.row(from), table.row(to), t);
+    return time;
+  }
+}
+
+/** The least of what was told in the last half minute or so: what the network or a busy server delayed least. Other
+ * values count by and by, so that nothing jumps. */
+class Least {
+  #now = Infinity;
+  #before = Infinity;
+  #since = -Infinity;
+
+  tell(value, at) {
+    if (at - this.#since > 15000) [this.#before, this.#now, this.#since] = [this.#now, Infinity, at];
+    this.#now = Math.min(this.#now, value);
+    const least = Math.min(this.#now, this.#before);
+    this.value = Math.abs(least - this.value) < 250 ? this.value + (least - this.value) / 8 : least;
+  }
+}
+
+/** The blocks of an event stream (WHATWG HTML, section 9.2), each as its fields. */
+async function* readEvents(stream) {
+  const reader = stream.pipeThrough(new TextDecoderStream()).getReader();
+  let text = '';
+  for (;;) {
+    const { done, value } = await reader.read();
+    if (done) return;
+    const blocks = (text + value).split('\n\n');
+    text = blocks.pop();
+    for (const block of blocks) yield Object.fromEntries(block.split('\n').map((line) => line.split(/: ?(.*)/s)));
+  }
+}
+
+/** Statuses after which a later try may do. */
+const PASSING = [408, 429, 502, 503, 504];
+
+/** Plays what the daemon's live stream sends. */
+export class LivePlayer {
+  #abort = new AbortController();
+  #objects = [];
+  #frames = []; // {number, time, row}, ascending; the first is shown
+  #step; // ms between frames
+  #start; // server's time of frame 0, where it is given
+  #offset = new Least(); // local clock less the server's
+  #origin = new Least(); // server's time of frame 0, as heard
+  #retry = 1000;
+  missing = [];
+  ended = false;
+
+  constructor(tweend, model, objects, { delay, signal, ...options } = {}) {
+    const { fps = 30, speed = 1, start } = options;
+    this.#step = 1000 / fps;
+    this.#start = start;
+    this.speed = speed;
+    this.delay = delay ?? 100 + this.#step;
+    signal?.addEventListener('abort', () => this.close());
+    this.begun = new Promise((resolve, reject) => {
+      this.done = this.#run(tweend, model, objects, options, resolve);
+      this.done.then(resolve, reject);
+    });
+  }
+
+  get serverTime() {
+    return performance.now() - this.#offset.value;
+  }
+
+  close() {
+    this.#abort.abort();
+  }
+
+  async #run(tweend, model, objects, options, begun) {
+    const { signal } = this.#abort;
+    try {
+      const { clip, nodes, interpolation } = options;
+      const pose = await tweend.pose(model, { clip, nodes, interpolation, at: 0 }, { signal });
+      this.#objects = find(objects, pose.nodes);
+      this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
+      while (!this.ended) {
+        const wait = await this.#connect(tweend, tweend.liveUrl(model, options), begun);
+        if (!this.ended) await new Promise((resolve) => setTimeout(resolve, wait));
+        signal.throwIfAborted();
+      }
+    } catch (error) {
+      if (!signal.aborted) throw error;
+    }
+  }
+
+  /** Listens until the stream breaks; after how many ms to come again. */
+  async #connect(tweend, url, begun) {
+    try {
+      const headers = { Accept: 'text/event-stream' };
+      if (this.#last !== undefined) headers['Last-Event-ID'] = String(this.#last);
+      const response = await tweend.request(url, { headers, cache: 'no-store', signal: this.#abort.signal });
+      this.ended = response.status === 204;
+      if (this.ended) return 0;
+      [this.#offset, this.#origin] = [new Least(), new Least()]; // it may be another replica
+      for await (const { retry, event, id, data } of readEvents(response.body)) {
+        if (retry) this.#retry = Number(retry);
+        else if (event === 'end') this.ended = true;
+        else if (data) this.#take(Number(id), data, begun);
+      }
+    } catch (error) {
+      if (error instanceof TweendError && !PASSING.includes(error.status)) throw error;
+      return Math.max(this.#retry, (error.retryAfter ?? 0) * 1000);
+    }
+    return this.#retry;
+  }
+
+  #last;
+  #take(number, data, begun) {
+    const local = performance.now();
+    const { now, t, rotation, translation, scale } = JSON.parse(data);
+    const row = new Float32Array(rotation.length * WIDTH);
+    rotation.forEach((value, node) => {
+      row.set(value, node * WIDTH + ROTATION);
+      row.set(translation[node], node * WIDTH + TRANSLATION);
+      row.set(scale[node], node * WIDTH + SCALE);
+    });
+    this.#offset.tell(local - now, local);
+    this.#origin.tell(this.#start ?? now - number * this.#step, local);
+    this.#last = number;
+    this.#frames.push({ number, time: t, row });
+    this.#forget(local);
+    begun();
+  }
+
+  /** When a frame is due to be shown, on the local clock. */
+  #due(frame) {
+    return this.#origin.value + frame.number * this.#step + this.#offset.value + this.delay;
+  }
+
+  /** Drops frames before the one shown. */
+  #forget(now) {
+    while (this.#frames.length > 1 && this.#due(this.#frames[1]) <= now) this.#frames.shift();
+  }
+
+  update(now = performance.now()) {
+    this.#forget(now);
+    const [a, b = a] = this.#frames;
+    if (!a) return undefined;
+    const span = this.#due(b) - this.#due(a);
+    const leaps = Math.abs(b.time - a.time) * 1000 > 1.5 * span * Math.abs(this.speed); // a loop begins anew
+    const t = span > 0 && !leaps ? Math.min(Math.max((now - this.#due(a)) / span, 0), 1) : 0;
+    apply(this.#objects, a.row, b.row, t);
+    this.time = a.time + t * (b.time - a.time);
+    return this.time;
+  }
+}
