@@ -25,7 +25,7 @@ typedef struct api_call {
   api_effort effort;
   const api_route *route;
   bool is_head;
-  bool has_suffix;      /* the path's extension has chosen the offer */
+  bool has_one_form;    /* Accept has no say: the path's extension names the form, or there is one alone */
   char id[API_ID_TEXT]; /* of the path; "" when the path bears none */
   const api_offer *offer;
   api_coding coding; /* of the answer: NONE, GZIP or ZSTD */

@@ -32,7 +32,7 @@ static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
 static const api_offer script_offers[] = {{"", "text/javascript"}, {0}};
 static const api_offer types_offers[] = {{"", "application/typescript"}, {0}};
 static const api_offer text_offers[] = {{"", "text/plain"}, {0}};
-/* The source's own type is known when it is read: any will do. */
+/* The one form of a source is that of its bytes, which are not read yet. */
 static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
 /* In the order of surface_form in surfaces.c. */
 static const api_offer surface_offers[] = {{"glb", "model/gltf-binary"},
@@ -169,7 +169,8 @@ const api_route *api_route_find(const char *method, const char *path) {
 static bool find_route(api_call *call, const char *method) {
   const cut_path path = cut(call->request->path);
   call->route = find(method, &path, &call->offer);
-  call->has_suffix = call->offer;
+  if (call->route && call->route->offers == source_offers) call->offer = source_offers;
+  call->has_one_form = call->offer;
   if (call->route && path.id) memcpy(call->id, path.id, ID_LENGTH);
   return call->route;
 }
@@ -196,7 +197,7 @@ static const char *list_methods(const api_call *call, bool for_page) {
 /* ---- the stages before the body -------------------------------------------------------------- */
 
 static api_outcome choose_offer(api_call *call) {
-  if (call->offer) return API_DONE; /* the extension wins */
+  if (call->has_one_form) return API_DONE;
   int best = api_negotiate(api_call_header(call, "Accept"), call->route->offers);
   if (best >= 0) {
     call->offer = &call->route->offers[best];
@@ -285,11 +286,11 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
   return call->arena != NULL;
 }
 
-/* What chose among the answers that this URL has. A suffix of the path leaves Accept nothing to choose. */
+/* What chose among the answers that this URL has. */
 static void add_vary(api_call *call) {
   static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
   bool is_coded = call->offer && (call->coding != API_CODING_NONE || api_type_is_text(call->offer->type));
-  const bool counts[] = {!call->has_suffix, is_coded, api_access_asks(call), api_access_varies(call)};
+  const bool counts[] = {!call->has_one_form, is_coded, api_access_asks(call), api_access_varies(call)};
   char list[80];
   size_t length = 0;
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)

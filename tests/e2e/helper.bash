@@ -1,9 +1,10 @@
 # What the end to end tests share: a daemon of their own for each file, requests by curl, answers by jq.
 #
-# TESTED_BINARY     the daemon (build/tweend)
-# TESTED_URL        a daemon that already runs: cases that need the process are skipped then
-# TESTED_GLB_DIR    keeps every GLB that the daemon answers, for the validator
-# TESTED_SANITIZED  "address" or "thread": cases about memory and speed are skipped then
+# TESTED_BINARY       the daemon (build/tweend)
+# TESTED_URL          a daemon that already runs: cases that need the process are skipped then
+# TESTED_GLB_DIR      keeps every GLB that the daemon answers, for the validator
+# TESTED_TRAFFIC_DIR  keeps the request line, head and JSON body of every answer, for the comparison with openapi.json
+# TESTED_SANITIZED    "address" or "thread": cases about memory and speed are skipped then
 
 bats_require_minimum_version 1.5.0
 
@@ -78,6 +79,7 @@ http() {
     --dump-header headers --output answer --write-out '%{http_code}' "$@" "$url$path") || true
   touch headers answer
   keep_glb "$path"
+  keep_traffic "$method" "$path"
 }
 
 keep_glb() {
@@ -85,6 +87,16 @@ keep_glb() {
   [[ $(head -c 4 answer | tr -d '\0') == glTF && $(stat -c %s answer) -lt 8000000 ]] || return 0
   mkdir -p "$TESTED_GLB_DIR"
   cp answer "$TESTED_GLB_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
+}
+
+keep_traffic() {
+  [[ -n ${TESTED_TRAFFIC_DIR-} && $status != 000 ]] || return 0
+  mkdir -p "$TESTED_TRAFFIC_DIR"
+  local file
+  file=$(mktemp "$TESTED_TRAFFIC_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-XXXXXX")
+  { printf '%s %s\n' "$1" "$2"; cat headers; } >"$file"
+  [[ $(header content-type) != *json* || -n $(header content-encoding) || $(stat -c %s answer) -ge 8000000 ]] ||
+    cat answer >>"$file"
 }
 
 get() { http GET "$@"; }

@@ -521,7 +521,8 @@ TEST_WITH(validators_save_sending, loopback_setup, loopback_teardown) {
     char etag[80];
     strcpy(etag, reply_header(&r, "ETag"));
     assert_string_equal(reply_header(&r, "Cache-Control"), "public, max-age=31536000, immutable");
-    assert_memory_equal(reply_header(&r, "Vary"), "Accept", 6);
+    const char *vary = reply_header(&r, "Vary"); /* a source has one type, whatever Accept says */
+    assert_string_equal(vary ? vary : "", i == 0 ? "Accept, Accept-Encoding" : "");
     reply_free(&r);
     const char *const hits[] = {"If-None-Match: %s\n", "If-None-Match: \"a\", W/%s\n", "If-None-Match:  * \n",
                                 "If-None-Match: \"x,y\" ,%s , \"b\"\n"};
