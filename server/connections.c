@@ -19,7 +19,7 @@ static const size_t UNSENT_LEAST = 64 << 10;
 /* ---- accepting ------------------------------------------------------------------------------- */
 
 /* Says why before it closes; without TLS, where that takes a handshake. */
-static void turn_away(const srv_loop *l, int fd) {
+static void turn_away(const srv_loop *l, int fd, unsigned reason) {
   static const char BUSY[] = "HTTP/1.1 503 Service Unavailable\r\nConnection: close\r\nRetry-After: 1\r\n"
                              "Content-Length: 0\r\n\r\n";
   if (!l->http->tls) {
@@ -27,6 +27,7 @@ static void turn_away(const srv_loop *l, int fd) {
     shutdown(fd, SHUT_WR);
   }
   close(fd);
+  srv_metrics_refusal(l->http->server->metrics, reason);
 }
 
 /* All I/O threads together complain once in COMPLAINT_MS. */
@@ -86,8 +87,10 @@ static bool has_reserve(srv_loop *l) {
 
 static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address *peer) {
   srv_client client = srv_client_of(peer);
-  if ((is_over && !has_reserve(l)) || !enters(l, &client)) {
-    turn_away(l, fd);
+  if (is_over && !has_reserve(l)) {
+    turn_away(l, fd, SRV_REFUSAL_CONNECTIONS);
+  } else if (!enters(l, &client)) {
+    turn_away(l, fd, SRV_REFUSAL_ADDRESS_CONNECTIONS);
   } else if (MHD_add_connection(l->daemon, fd, &peer->any, peer->size) != MHD_YES) {
     leave(l, &client);
     complain(l->http, "cannot serve a connection");
@@ -208,7 +211,7 @@ static void add_connection(srv_loop *l, struct MHD_Connection *mhd, void **socke
     leave(l, &client);
     return;
   }
-  api_service_hold(l->http->server->service, SRV_CONNECTION_MEMORY);
+  api_service_hold(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
   l->reserve += is_reserve;
   c->mhd = mhd;
   c->owner = l;
@@ -243,7 +246,7 @@ static void drop_connection(srv_loop *l, void **socket_context) {
   /* Where the library fails before it has called srv_intake_take, it does not call srv_intake_end either. */
   srv_exchange_end(&c->exchange, c->peer, c->watch.phase < SRV_PHASE_LINGER);
   set_unsent(l, &c->unsent, 0);
-  api_service_let_go(l->http->server->service, SRV_CONNECTION_MEMORY);
+  api_service_let_go(l->http->server->service, API_HELD_CONNECTION, SRV_CONNECTION_MEMORY);
   free(c);
 }
 
@@ -276,7 +279,7 @@ static void expire(srv_connection *c) {
   bool late_request =
       c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
   if (late_request) {
-    srv_exchange_refuse(&c->exchange, 408, "the request did not arrive in time", 0);
+    srv_exchange_refuse(&c->exchange, SRV_REFUSAL_SLOW, 408, "the request did not arrive in time", 0);
     srv_intake_refuse(c);
     return;
   }

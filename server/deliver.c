@@ -129,7 +129,8 @@ static srv_listener *join_stream(srv_connection *c) {
   if (exchange->answer.live.frame == NULL || strcmp(exchange->method, "HEAD") == 0) return NULL;
   srv_listener *listener = srv_live_join(exchange->server->live, &exchange->answer.live, srv_hand_back, c);
   if (listener == NULL) {
-    srv_exchange_refuse(exchange, 503, "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_LISTENERS, 503,
+                        "there are as many listeners as the daemon takes", LISTENER_RETRY_S);
     return NULL;
   }
   exchange->close = true; /* the buffer below suits nothing else */

@@ -25,11 +25,11 @@ char *srv_server_metrics(void *context, size_t *size) {
   srv_server *server = context;
   srv_gauges gauges = {.connections = atomic_load(&server->connections),
                        .requests_in_flight = atomic_load(&server->in_flight),
-                       .threads = server->config->threads,
-                       .queue_capacity = server->config->queue,
                        .live = srv_live_look(server->live)};
-  srv_work_load(server->work, &gauges.jobs_waiting, &gauges.jobs_running);
-  return srv_metrics_print(server->metrics, &gauges, size);
+  srv_work_load(server->work, &gauges.jobs_waiting, &gauges.threads_busy);
+  api_service_usage(server->service, &gauges.usage);
+  if (server->config->store_limit > 0) gauges.store_bytes = srv_store_fs_used(server->store);
+  return srv_metrics_print(server->metrics, server->config, &gauges, size);
 }
 
 /* ---- identity -------------------------------------------------------------------------------- */
@@ -105,8 +105,8 @@ bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *
 static void count_body(srv_exchange *exchange) {
   api_service *service = exchange->server->service;
   uint64_t now = exchange->body.capacity;
-  if (now > exchange->held) api_service_hold(service, now - exchange->held);
-  if (now < exchange->held) api_service_let_go(service, exchange->held - now);
+  if (now > exchange->held) api_service_hold(service, API_HELD_BODY, now - exchange->held);
+  if (now < exchange->held) api_service_let_go(service, API_HELD_BODY, exchange->held - now);
   exchange->held = now;
 }
 
@@ -128,12 +128,14 @@ static void answered(srv_exchange *exchange) {
   drop_body(exchange);
   exchange->answered = true;
   exchange->status = exchange->answer.status;
+  exchange->refusal = exchange->answer.refusal;
   exchange->route = exchange->answer.route;
   exchange->answered_ns = srv_now_ns();
   if (exchange->worked_ns == 0) exchange->received_ns = exchange->worked_ns = exchange->answered_ns;
 }
 
-void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after) {
+void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, const char *detail,
+                         unsigned retry_after) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   exchange->answer = (api_answer){0};
   if (exchange->opened) {
@@ -142,6 +144,7 @@ void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail,
     api_problem(status, detail, exchange->id, retry_after, &exchange->answer);
   }
   answered(exchange);
+  exchange->refusal = reason;
 }
 
 static bool is_health_check(const srv_exchange *exchange) {
@@ -163,7 +166,7 @@ static void refuse_long_body(srv_exchange *exchange) {
   char detail[96];
   snprintf(detail, sizeof detail, "the body is longer than the limit of %llu bytes",
            (unsigned long long)exchange->server->config->max_upload);
-  srv_exchange_refuse(exchange, 413, detail, 0);
+  srv_exchange_refuse(exchange, API_REFUSAL_BODY, 413, detail, 0);
 }
 
 /* Terminated, and cut where it does not fit. */
@@ -180,7 +183,8 @@ static bool is_over(srv_exchange *exchange, size_t which, const uint8_t id[16], 
   srv_allowance *allowance = &exchange->allowances[which];
   *allowance = srv_rates_take(exchange->server->rates, id, rate, exchange->started_ns);
   if (allowance->retry_s == 0) return false;
-  srv_exchange_refuse(exchange, 429, detail, allowance->retry_s);
+  unsigned reason = which == 0 ? SRV_REFUSAL_RATE : SRV_REFUSAL_KEY_RATE;
+  srv_exchange_refuse(exchange, reason, 429, detail, allowance->retry_s);
   return true;
 }
 
@@ -199,12 +203,13 @@ static bool is_over_rate(srv_exchange *exchange) {
 static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   const srv_config *config = exchange->server->config;
   if (framing->status != 0) {
-    srv_exchange_refuse(exchange, framing->status, framing->detail, 0);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_FRAMING, framing->status, framing->detail, 0);
     exchange->close = true;
   } else if (exchange->is_reserve && !is_health_check(exchange)) {
-    srv_exchange_refuse(exchange, 503, "there are as many connections as the daemon takes", RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_CONNECTIONS, 503,
+                        "there are as many connections as the daemon takes", RETRY_S);
   } else if (atomic_load(&exchange->server->draining) && !is_served_while_draining(exchange)) {
-    srv_exchange_refuse(exchange, 503, "the server is shutting down", DRAIN_RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_DRAIN, 503, "the server is shutting down", DRAIN_RETRY_S);
   } else if (!is_free_of_rates(exchange) && is_over_rate(exchange)) {
     return true;
   } else if (framing->has_length && framing->length > config->max_upload) {
@@ -250,8 +255,8 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
-    srv_exchange_refuse(exchange, is_disk_full ? 507 : 503, "there is no room for the body at present",
-                        DRAIN_RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, is_disk_full ? 507 : 503,
+                        "there is no room for the body at present", DRAIN_RETRY_S);
     break;
   }
   exchange->close = true;
@@ -271,7 +276,8 @@ static void limit_computing(srv_exchange *exchange) {
   if (exchange->computed_ns < limit_ns &&
       srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns))
     return;
-  srv_exchange_refuse(exchange, 503, "computing the answer takes longer than the daemon allows", RETRY_S);
+  srv_exchange_refuse(exchange, SRV_REFUSAL_COMPUTE_TIMEOUT, 503,
+                      "computing the answer takes longer than the daemon allows", RETRY_S);
 }
 
 /* Runs one call of the api. With API_WAITS the exchange is not this thread's any more: its ticket will be
@@ -294,13 +300,13 @@ static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();
   if (!exchange->wanted(exchange)) {
-    srv_exchange_refuse(exchange, 503, "the client is gone", 0);
+    srv_exchange_refuse(exchange, API_REFUSAL_NONE, 503, "the client is gone", 0);
   } else if (is_late(exchange, exchange->worked_ns)) {
-    srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
   } else if (handle(exchange, API_HEAVY) == API_WAITS) {
     return;
   } else if (!exchange->answered) {
-    srv_exchange_refuse(exchange, 500, "the request was not answered", 0);
+    srv_exchange_refuse(exchange, API_REFUSAL_NONE, 500, "the request was not answered", 0);
   }
   exchange->ready(exchange);
 }
@@ -310,7 +316,7 @@ static bool submit(srv_exchange *exchange) {
   srv_server *server = exchange->server;
   exchange->job.run = run;
   if (!atomic_load(&server->stopping) && srv_work_submit(server->work, &exchange->job)) return true;
-  srv_exchange_refuse(exchange, 503, "too many requests are waiting", RETRY_S);
+  srv_exchange_refuse(exchange, SRV_REFUSAL_QUEUE, 503, "too many requests are waiting", RETRY_S);
   return false;
 }
 
@@ -342,7 +348,7 @@ static void woken(api_ticket *ticket) {
 bool srv_exchange_give_up(srv_exchange *exchange) {
   if (!is_late(exchange, srv_now_ns())) return false;
   if (!api_ticket_cancel(exchange->server->service, &exchange->ticket)) return false;
-  srv_exchange_refuse(exchange, 503, "the request waited too long for its turn", RETRY_S);
+  srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
   return true;
 }
 
@@ -354,7 +360,8 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   exchange->ticket.pauses = pauses;
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
-    srv_exchange_refuse(exchange, 503, "there is no room for the body at present", DRAIN_RETRY_S);
+    srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, 503, "there is no room for the body at present",
+                        DRAIN_RETRY_S);
   } else {
     switch (handle(exchange, API_LIGHT)) {
     case API_ANSWERED: break;
@@ -445,8 +452,13 @@ void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
                                     .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
                                     .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
                                     .total_ms = total_ms});
-  srv_metrics_request(exchange->server->metrics, route, exchange->status, total_ms / 1e3, exchange->bytes_in,
-                      exchange->bytes_out);
+  srv_metrics_refusal(exchange->server->metrics, exchange->refusal);
+  srv_metrics_request(exchange->server->metrics, &(srv_finished){.route = route,
+                                                                 .status = exchange->status,
+                                                                 .is_aborted = aborted,
+                                                                 .seconds = total_ms / 1e3,
+                                                                 .bytes_in = exchange->bytes_in,
+                                                                 .bytes_out = exchange->bytes_out});
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
   atomic_fetch_add(&exchange->server->ended, 1);
   if (exchange->answered) api_answer_deinit(&exchange->answer);

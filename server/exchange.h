@@ -13,6 +13,7 @@
 #include "metrics.h"
 #include "peers.h"
 #include "rate.h"
+#include "store_fs.h"
 #include "work.h"
 
 #include <stdatomic.h>
@@ -26,6 +27,7 @@ typedef struct srv_server {
   srv_metrics *metrics;
   srv_rates *rates;
   srv_peers *peers;
+  srv_store_fs *store;        /* whose bytes /metrics tells, with --store-limit */
   srv_networks trusted;       /* proxies */
   const char *temporary;      /* path of the folder for long bodies */
   atomic_bool draining;       /* new requests get 503 */
@@ -59,6 +61,7 @@ typedef struct srv_exchange {
   bool close;                  /* the connection cannot go on after the answer */
   bool is_reserve;             /* only health checks are answered, by the connection's reserve */
   int status;                  /* of the answer, also after it was taken; 400 when no whole request came */
+  unsigned refusal;            /* why it was turned away, see metrics.h */
   const char *route;           /* as of api_answer */
   srv_client client;           /* set by intake.c before open */
   bool is_forwarded;           /* the client is not the peer */
@@ -102,8 +105,9 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
  * when the answer is there: deliver it. On the exchange's I/O thread. */
 bool srv_exchange_give_up(srv_exchange *exchange);
 
-/* Replaces what answer there may be by a problem document. */
-void srv_exchange_refuse(srv_exchange *exchange, int status, const char *detail, unsigned retry_after);
+/* Replaces what answer there may be by a problem document. reason: a refusal of metrics.h. */
+void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, const char *detail,
+                         unsigned retry_after);
 
 /* The answer as bytes on the wire with "Connection: close", for refusals beside the HTTP library.
  * reason: of the status line. malloc'ed, NULL without memory. */

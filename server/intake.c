@@ -55,9 +55,9 @@ void srv_intake_complaint(srv_loop *l) {
   srv_framing framing = c->framing;
   judge_fields(c, &framing);
   if (framing.status != 0) {
-    srv_exchange_refuse(&c->exchange, framing.status, framing.detail, 0);
+    srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, framing.status, framing.detail, 0);
   } else if (IS_LENIENT) { /* blanks behind a length: it does not trim them */
-    srv_exchange_refuse(&c->exchange, 400, "Content-Length is not a plain number", 0);
+    srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, 400, "Content-Length is not a plain number", 0);
   } else {
     return; /* as it complains of cookies, which it ignores then */
   }
@@ -131,7 +131,7 @@ void *srv_intake_begin(void *context, const char *target, struct MHD_Connection 
   c->framing = (srv_framing){0};
   srv_framing_target(&c->framing, target);
   if (c->framing.many_arguments) { /* on them the library would hang */
-    srv_exchange_refuse(&c->exchange, c->framing.status, c->framing.detail, 0);
+    srv_exchange_refuse(&c->exchange, SRV_REFUSAL_FRAMING, c->framing.status, c->framing.detail, 0);
     srv_intake_refuse(c);
   }
   return c;

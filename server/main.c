@@ -9,6 +9,7 @@
 #include "machine.h"
 #include "samples.h"
 #include "store_fs.h"
+#include "store_meter.h"
 #include "tls.h"
 
 #include <errno.h>
@@ -26,6 +27,7 @@ typedef struct process {
   srv_config config;
   srv_address address, admin_address;
   srv_store_fs *store;
+  srv_store_meter store_meter;
   srv_server server;
   srv_http *http, *admin;       /* admin: NULL without --admin-listen */
   int listener, admin_listener; /* -1 once the above own them */
@@ -81,7 +83,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                                    .plan_cache = config->plan_cache,
                                    .max_memory = config->max_memory,
                                    .max_waiting = (size_t)config->queue},
-                        .store = srv_store_fs_api(p->store),
+                        .store = srv_store_metered(&p->store_meter),
                         .parallel = {p->server.work, srv_work_parallel_for},
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
@@ -105,6 +107,9 @@ static bool prepare(process *p, char *error) {
   p->server.config = &p->config;
   p->server.temporary = srv_store_fs_temporary(p->store);
   p->server.metrics = srv_metrics_create();
+  if (p->server.metrics == NULL) return false;
+  p->store_meter = (srv_store_meter){srv_store_fs_api(p->store), p->server.metrics};
+  p->server.store = p->store;
   p->server.rates = srv_rates_create();
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
@@ -115,8 +120,8 @@ static bool prepare(process *p, char *error) {
   p->server.service = api_service_create(&service_settings);
   srv_keyring_deinit(&keyring);
   p->server.live = srv_live_create((size_t)p->config.max_listeners, SRV_LIVE_PULSE_NS);
-  return p->server.metrics != NULL && p->server.rates != NULL && p->server.peers != NULL &&
-         p->server.service != NULL && p->server.live != NULL;
+  return p->server.rates != NULL && p->server.peers != NULL && p->server.service != NULL &&
+         p->server.live != NULL;
 }
 
 static bool store_samples(process *p, char *error) {

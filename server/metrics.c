@@ -1,10 +1,11 @@
-/* Routes and statuses are few, so a short table under one lock is enough; a request that finds the table
- * full is counted under the route "other". */
+/* Routes and statuses are few, so a short table under one lock is enough; a request that finds it full is not
+ * counted there. All else that is counted here is an array by an enum. */
 #include "metrics.h"
 
 #include <dirent.h>
 #include <inttypes.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -29,12 +30,19 @@ typedef struct histogram {
   double sum_s;
 } histogram;
 
+/* Of the store's operations of one kind. */
+typedef struct operations {
+  atomic_uint_fast64_t count, failed, ns;
+} operations;
+
 struct srv_metrics {
-  pthread_mutex_t lock;
+  atomic_uint_fast64_t refusals[SRV_REFUSAL_COUNT];
+  operations store[SRV_STORE_COUNT];
+  pthread_mutex_t lock; /* guards what follows */
   counter counters[COUNTERS_MAX];
   histogram histograms[ROUTES_MAX];
   size_t counter_count, histogram_count;
-  uint64_t bytes_in, bytes_out;
+  uint64_t aborted, bytes_in, bytes_out;
   time_t started_s;
 };
 
@@ -87,15 +95,28 @@ static void count_duration(srv_metrics *metrics, const char *route, double secon
   h->sum_s += seconds;
 }
 
-void srv_metrics_request(srv_metrics *metrics, const char *route, int status, double seconds,
-                         uint64_t bytes_in, uint64_t bytes_out) {
+void srv_metrics_request(srv_metrics *metrics, const srv_finished *request) {
   pthread_mutex_lock(&metrics->lock);
-  count_status(metrics, route, status);
-  count_duration(metrics, route, seconds);
-  metrics->bytes_in += bytes_in;
-  metrics->bytes_out += bytes_out;
+  count_status(metrics, request->route, request->status);
+  count_duration(metrics, request->route, request->seconds);
+  metrics->aborted += request->is_aborted;
+  metrics->bytes_in += request->bytes_in;
+  metrics->bytes_out += request->bytes_out;
   pthread_mutex_unlock(&metrics->lock);
 }
+
+void srv_metrics_refusal(srv_metrics *metrics, unsigned reason) {
+  if (reason != API_REFUSAL_NONE) atomic_fetch_add(&metrics->refusals[reason], 1);
+}
+
+void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint64_t ns, bool has_failed) {
+  operations *of = &metrics->store[operation];
+  atomic_fetch_add(&of->count, 1);
+  atomic_fetch_add(&of->failed, has_failed);
+  atomic_fetch_add(&of->ns, ns);
+}
+
+/* ---- printing -------------------------------------------------------------------------------- */
 
 static void print_family(FILE *out, const char *name, const char *type, const char *help) {
   fprintf(out, "# HELP tweend_%s %s\n# TYPE tweend_%s %s\n", name, help, name, type);
@@ -104,6 +125,95 @@ static void print_family(FILE *out, const char *name, const char *type, const ch
 static void print_number(FILE *out, const char *name, const char *type, const char *help, uint64_t value) {
   print_family(out, name, type, help);
   fprintf(out, "tweend_%s %" PRIu64 "\n", name, value);
+}
+
+/* One number of a family that has a label. */
+static void print_labelled(FILE *out, const char *name, const char *label, const char *value, double number) {
+  fprintf(out, "tweend_%s{%s=\"%s\"} %.15g\n", name, label, value, number);
+}
+
+static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
+    [API_REFUSAL_ACCESS] = "access",
+    [API_REFUSAL_BODY] = "body",
+    [API_REFUSAL_MEMORY] = "memory",
+    [API_REFUSAL_STORE] = "store",
+    [API_REFUSAL_STORE_FULL] = "store_full",
+    [SRV_REFUSAL_RATE] = "rate",
+    [SRV_REFUSAL_KEY_RATE] = "key_rate",
+    [SRV_REFUSAL_CONNECTIONS] = "connections",
+    [SRV_REFUSAL_ADDRESS_CONNECTIONS] = "address_connections",
+    [SRV_REFUSAL_FRAMING] = "framing",
+    [SRV_REFUSAL_SLOW] = "slow",
+    [SRV_REFUSAL_ROOM] = "room",
+    [SRV_REFUSAL_QUEUE] = "queue",
+    [SRV_REFUSAL_WAIT] = "wait",
+    [SRV_REFUSAL_COMPUTE_TIMEOUT] = "compute_timeout",
+    [SRV_REFUSAL_LISTENERS] = "listeners",
+    [SRV_REFUSAL_DRAIN] = "drain",
+};
+
+static void print_refusals(FILE *out, srv_metrics *metrics) {
+  static const char NAME[] = "refusals_total";
+  print_family(out, NAME, "counter", "Requests and connections that were turned away, by reason.");
+  for (size_t i = API_REFUSAL_NONE + 1; i < SRV_REFUSAL_COUNT; i++)
+    print_labelled(out, NAME, "reason", REFUSALS[i], (double)atomic_load(&metrics->refusals[i]));
+}
+
+static const char *const OPERATIONS[SRV_STORE_COUNT] = {
+    [SRV_STORE_PUT] = "put",       [SRV_STORE_OPEN] = "open",       [SRV_STORE_LOOK] = "look",
+    [SRV_STORE_REMOVE] = "remove", [SRV_STORE_SUMMARY] = "summary", [SRV_STORE_LIST] = "list",
+};
+
+static void print_store(FILE *out, srv_metrics *metrics, const srv_config *config, uint64_t bytes) {
+  static const char COUNT[] = "store_operations_total", ERRORS[] = "store_errors_total",
+                    SECONDS[] = "store_seconds_total";
+  print_family(out, COUNT, "counter", "Operations of the store.");
+  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
+    print_labelled(out, COUNT, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].count));
+  print_family(out, ERRORS, "counter", "Those that failed: not reached, full, or damaged.");
+  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
+    print_labelled(out, ERRORS, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].failed));
+  print_family(out, SECONDS, "counter", "What they took.");
+  for (size_t i = 0; i < SRV_STORE_COUNT; i++)
+    print_labelled(out, SECONDS, "operation", OPERATIONS[i],
+                   (double)atomic_load(&metrics->store[i].ns) / 1e9);
+  if (config->store_limit == 0) return;
+  print_number(out, "store_bytes", "gauge", "Bytes of stored models, as last counted.", bytes);
+  print_number(out, "store_limit_bytes", "gauge", "--store-limit.", config->store_limit);
+}
+
+static const char *const CACHED[API_CACHED_COUNT] = {
+    [API_CACHED_MODEL] = "model",
+    [API_CACHED_PLAN] = "plan",
+    [API_CACHED_CLIP] = "clip",
+    [API_CACHED_ANSWER] = "answer",
+};
+
+static void print_cache(FILE *out, const api_usage *usage) {
+  static const char HITS[] = "cache_hits_total", MISSES[] = "cache_misses_total",
+                    EVICTIONS[] = "cache_evictions_total";
+  print_family(out, HITS, "counter", "Values that were there when a request looked for them.");
+  for (size_t i = 0; i < API_CACHED_COUNT; i++)
+    print_labelled(out, HITS, "kind", CACHED[i], (double)usage->cached[i].hits);
+  print_family(out, MISSES, "counter", "Values that had to be made.");
+  for (size_t i = 0; i < API_CACHED_COUNT; i++)
+    print_labelled(out, MISSES, "kind", CACHED[i], (double)usage->cached[i].misses);
+  print_family(out, EVICTIONS, "counter", "Values that went to make room.");
+  for (size_t i = 0; i < API_CACHED_COUNT; i++)
+    print_labelled(out, EVICTIONS, "kind", CACHED[i], (double)usage->cached[i].evictions);
+}
+
+static void print_memory(FILE *out, const srv_config *config, const api_usage *usage) {
+  static const char NAME[] = "memory_bytes";
+  static const char *const HELD[API_HELD_COUNT] = {
+      [API_HELD_CONNECTION] = "connection", [API_HELD_BODY] = "body", [API_HELD_BLOCK] = "block"};
+  print_family(out, NAME, "gauge", "What counts against --max-memory.");
+  for (size_t i = 0; i < API_CACHED_COUNT; i++)
+    print_labelled(out, NAME, "kind", CACHED[i], (double)usage->cached[i].bytes);
+  for (size_t i = 0; i < API_HELD_COUNT; i++)
+    print_labelled(out, NAME, "kind", HELD[i], (double)usage->held[i]);
+  print_labelled(out, NAME, "kind", "request", (double)usage->granted);
+  print_number(out, "memory_limit_bytes", "gauge", "--max-memory.", config->max_memory);
 }
 
 static void print_histogram(FILE *out, const histogram *h) {
@@ -137,13 +247,14 @@ static double processor_seconds(void) {
          (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec) / 1e6;
 }
 
-static uint64_t open_descriptors(void) {
-  DIR *listing = opendir("/proc/self/fd");
+/* But "." and "..". */
+static uint64_t count_entries(const char *folder) {
+  DIR *listing = opendir(folder);
   if (listing == NULL) return 0;
   uint64_t count = 0;
   for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) count++;
   closedir(listing);
-  return count < 3 ? 0 : count - 3; /* but ".", ".." and that of the listing */
+  return count < 2 ? 0 : count - 2;
 }
 
 static void print_of_process(FILE *out, const char *name, const char *type, const char *help, double value) {
@@ -158,8 +269,10 @@ static void print_process(FILE *out, double started_s) {
   print_of_process(out, "resident_memory_bytes", "gauge", "Resident memory.", (double)resident_bytes());
   print_of_process(out, "cpu_seconds_total", "counter", "Processor time of all threads.",
                    processor_seconds());
-  print_of_process(out, "open_fds", "gauge", "Open files and sockets.", (double)open_descriptors());
+  print_of_process(out, "open_fds", "gauge", "Open files and sockets.",
+                   (double)count_entries("/proc/self/fd") - 1); /* but that of the listing */
   print_of_process(out, "max_fds", "gauge", "How many may be open.", (double)limit.rlim_cur);
+  print_of_process(out, "threads", "gauge", "Threads.", (double)count_entries("/proc/self/task"));
   print_of_process(out, "start_time_seconds", "gauge", "Unix time of the start.", started_s);
 }
 
@@ -173,11 +286,42 @@ static void print_requests(FILE *out, const srv_metrics *metrics) {
   print_family(out, "http_request_duration_seconds", "histogram",
                "From the request line to the answer's end.");
   for (size_t i = 0; i < metrics->histogram_count; i++) print_histogram(out, &metrics->histograms[i]);
+  print_number(out, "http_aborted_total", "counter", "Requests whose answer was not delivered completely.",
+               metrics->aborted);
   print_number(out, "http_received_bytes_total", "counter", "Bytes of request bodies.", metrics->bytes_in);
   print_number(out, "http_sent_bytes_total", "counter", "Bytes of answer bodies.", metrics->bytes_out);
 }
 
-char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *size) {
+static void print_load(FILE *out, const srv_config *config, const srv_gauges *gauges) {
+  print_number(out, "http_connections", "gauge", "Open connections.", gauges->connections);
+  print_number(out, "http_connections_limit", "gauge", "--max-connections.", config->max_connections);
+  print_number(out, "http_requests_in_flight", "gauge", "Requests being answered.",
+               gauges->requests_in_flight);
+  print_number(out, "io_threads", "gauge", "Socket threads.", config->io_threads);
+  print_number(out, "compute_threads", "gauge", "Threads for heavy requests.", config->threads);
+  print_number(out, "compute_threads_busy", "gauge", "Those at work.", gauges->threads_busy);
+  print_number(out, "jobs_waiting", "gauge", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
+  print_number(out, "queue_capacity", "gauge", "Heavy requests that may wait.", config->queue);
+  print_number(out, "faces_computed_total", "counter", "Faces of surfaces, as far as answers were read.",
+               gauges->usage.faces);
+  print_number(out, "joint_times_computed_total", "counter",
+               "Nodes of poses and live frames, each at one time.", gauges->usage.joint_times);
+}
+
+static void print_live(FILE *out, const srv_live_load *live, uint64_t limit) {
+  print_number(out, "live_listeners", "gauge", "Open live streams.", live->listeners);
+  print_number(out, "live_listeners_limit", "gauge", "--max-listeners.", limit);
+  print_number(out, "live_channels", "gauge", "What live streams share: equal frames at equal times.",
+               live->channels);
+  print_number(out, "live_frames_printed_total", "counter", "Frames evaluated and printed for live streams.",
+               live->printed);
+  print_number(out, "live_frames_sent_total", "counter", "Frames sent to listeners.", live->sent);
+  print_number(out, "live_frames_skipped_total", "counter", "Frames that slow listeners did not get.",
+               live->skipped);
+}
+
+char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const srv_gauges *gauges,
+                        size_t *size) {
   char *text = NULL;
   FILE *out = open_memstream(&text, size);
   if (out == NULL) return NULL;
@@ -186,21 +330,12 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *
   pthread_mutex_lock(&metrics->lock);
   print_requests(out, metrics);
   pthread_mutex_unlock(&metrics->lock);
-  print_number(out, "http_connections", "gauge", "Open connections.", gauges->connections);
-  print_number(out, "http_requests_in_flight", "gauge", "Requests being answered.",
-               gauges->requests_in_flight);
-  print_number(out, "jobs_waiting", "gauge", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
-  print_number(out, "jobs_running", "gauge", "Heavy requests on a thread.", gauges->jobs_running);
-  print_number(out, "compute_threads", "gauge", "Threads for heavy requests.", gauges->threads);
-  print_number(out, "queue_capacity", "gauge", "Heavy requests that may wait.", gauges->queue_capacity);
-  print_number(out, "live_listeners", "gauge", "Open live streams.", gauges->live.listeners);
-  print_number(out, "live_channels", "gauge", "What live streams share: equal frames at equal times.",
-               gauges->live.channels);
-  print_number(out, "live_frames_printed_total", "counter", "Frames evaluated and printed for live streams.",
-               gauges->live.printed);
-  print_number(out, "live_frames_sent_total", "counter", "Frames sent to listeners.", gauges->live.sent);
-  print_number(out, "live_frames_skipped_total", "counter", "Frames that slow listeners did not get.",
-               gauges->live.skipped);
+  print_refusals(out, metrics);
+  print_load(out, config, gauges);
+  print_live(out, &gauges->live, config->max_listeners);
+  print_cache(out, &gauges->usage);
+  print_memory(out, config, &gauges->usage);
+  print_store(out, metrics, config, gauges->store_bytes);
   print_process(out, (double)metrics->started_s);
   if (fclose(out) == 0) return text;
   free(text);

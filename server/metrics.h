@@ -2,29 +2,69 @@
 #ifndef SRV_METRICS_H
 #define SRV_METRICS_H
 
+#include "config.h"
 #include "live.h"
 
 #include <stddef.h>
 #include <stdint.h>
+
+/* Why a request or a connection is turned away: api_refusal, and what the daemon itself refuses. */
+enum {
+  SRV_REFUSAL_RATE = API_REFUSAL_COUNT, /* of its address */
+  SRV_REFUSAL_KEY_RATE,
+  SRV_REFUSAL_CONNECTIONS,
+  SRV_REFUSAL_ADDRESS_CONNECTIONS,
+  SRV_REFUSAL_FRAMING,         /* its head is malformed */
+  SRV_REFUSAL_SLOW,            /* it did not arrive in time */
+  SRV_REFUSAL_ROOM,            /* there is no memory or disk for its body */
+  SRV_REFUSAL_QUEUE,           /* too many wait */
+  SRV_REFUSAL_WAIT,            /* it waited too long */
+  SRV_REFUSAL_COMPUTE_TIMEOUT, /* before its answer began */
+  SRV_REFUSAL_LISTENERS,
+  SRV_REFUSAL_DRAIN,
+  SRV_REFUSAL_COUNT
+};
+
+typedef enum srv_store_operation {
+  SRV_STORE_PUT,
+  SRV_STORE_OPEN,
+  SRV_STORE_LOOK,
+  SRV_STORE_REMOVE,
+  SRV_STORE_SUMMARY,
+  SRV_STORE_LIST,
+  SRV_STORE_COUNT
+} srv_store_operation;
 
 typedef struct srv_metrics srv_metrics;
 
 srv_metrics *srv_metrics_create(void); /* NULL without memory */
 void srv_metrics_destroy(srv_metrics *metrics);
 
-/* Counts one finished request. route: a text that lives as long as the program, one of few. Any thread. */
-void srv_metrics_request(srv_metrics *metrics, const char *route, int status, double seconds,
-                         uint64_t bytes_in, uint64_t bytes_out);
+/* One finished request. */
+typedef struct srv_finished {
+  const char *route; /* a text that lives as long as the program, one of few */
+  int status;
+  bool is_aborted; /* the answer was not delivered completely */
+  double seconds;
+  uint64_t bytes_in, bytes_out; /* of bodies */
+} srv_finished;
+
+/* Each counts one. Any thread. */
+void srv_metrics_request(srv_metrics *metrics, const srv_finished *request);
+void srv_metrics_refusal(srv_metrics *metrics, unsigned reason); /* API_REFUSAL_NONE: none */
+void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint64_t ns, bool has_failed);
 
 /* What others know at the time of printing. */
 typedef struct srv_gauges {
   uint64_t connections, requests_in_flight;
-  uint64_t threads, queue_capacity;
-  size_t jobs_waiting, jobs_running;
+  size_t jobs_waiting, threads_busy;
+  uint64_t store_bytes; /* with --store-limit */
   srv_live_load live;
+  api_usage usage;
 } srv_gauges;
 
 /* The whole text, malloc'ed, its size in *size; NULL without memory. */
-char *srv_metrics_print(srv_metrics *metrics, const srv_gauges *gauges, size_t *size);
+char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const srv_gauges *gauges,
+                        size_t *size);
 
 #endif

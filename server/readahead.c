@@ -39,16 +39,16 @@ static const uint64_t RING_SIZE = (uint64_t)SRV_READAHEAD_BLOCKS * SRV_BLOCK_SIZ
 
 /* Allocates the ring; it stays NULL where the budget or the memory has no room. */
 static void take_ring(srv_readahead *ahead) {
-  if (!api_service_try_hold(ahead->service, RING_SIZE)) return;
+  if (!api_service_try_hold(ahead->service, API_HELD_BLOCK, RING_SIZE)) return;
   ahead->ring = malloc(RING_SIZE);
-  if (ahead->ring == NULL) api_service_let_go(ahead->service, RING_SIZE);
+  if (ahead->ring == NULL) api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
 }
 
 static void give_ring_back(srv_readahead *ahead) {
   if (ahead->ring == NULL) return;
   free(ahead->ring);
   ahead->ring = NULL;
-  api_service_let_go(ahead->service, RING_SIZE);
+  api_service_let_go(ahead->service, API_HELD_BLOCK, RING_SIZE);
 }
 
 static void destroy(srv_readahead *ahead) {

@@ -373,6 +373,10 @@ void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes) {
   srv_store_quota_limit(&store->quota, bytes);
 }
 
+uint64_t srv_store_fs_used(srv_store_fs *store) {
+  return srv_store_quota_used(&store->quota);
+}
+
 const char *srv_store_fs_temporary(const srv_store_fs *store) {
   return store->temporary;
 }

@@ -16,6 +16,8 @@ void srv_store_fs_close(srv_store_fs *store); /* NULL accepted; blobs opened fro
 
 /* The most bytes that models may take together, 0 for any number. Before the first call of the store. */
 void srv_store_fs_limit(srv_store_fs *store, uint64_t bytes);
+/* What they take, where there is a limit. */
+uint64_t srv_store_fs_used(srv_store_fs *store);
 
 /* The store as api/ sees it; valid until close. */
 api_store srv_store_fs_api(srv_store_fs *store);

@@ -22,10 +22,6 @@ void srv_store_quota_deinit(srv_store_quota *quota) {
   pthread_mutex_destroy(&quota->lock);
 }
 
-void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit) {
-  quota->limit = limit;
-}
-
 static uint64_t count_folder(DIR *listing) {
   uint64_t size = 0;
   for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
@@ -64,9 +60,21 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
   return fits;
 }
 
+void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit) {
+  quota->limit = limit;
+  srv_store_quota_take(quota, 0);
+}
+
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size) {
   if (quota->limit == 0) return;
   pthread_mutex_lock(&quota->lock);
   quota->used -= size < quota->used ? size : quota->used;
   pthread_mutex_unlock(&quota->lock);
+}
+
+uint64_t srv_store_quota_used(srv_store_quota *quota) {
+  pthread_mutex_lock(&quota->lock);
+  uint64_t used = quota->used;
+  pthread_mutex_unlock(&quota->lock);
+  return used;
 }

@@ -18,12 +18,13 @@ typedef struct srv_store_quota {
 void srv_store_quota_init(srv_store_quota *quota, const char *folder);
 void srv_store_quota_deinit(srv_store_quota *quota);
 
-/* Sets the limit. Before anything is taken. */
+/* Sets the limit and counts. Before anything is taken. */
 void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit);
 
 /* Counts a model that is about to be stored; false where it does not fit. Any thread. */
 bool srv_store_quota_take(srv_store_quota *quota, uint64_t size);
 /* It was not stored, or is removed. */
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size);
+uint64_t srv_store_quota_used(srv_store_quota *quota);
 
 #endif

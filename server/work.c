@@ -179,9 +179,9 @@ void srv_work_parallel_for(void *owner, uint32_t count, void (*part)(void *conte
   pthread_cond_destroy(&l.idle);
 }
 
-void srv_work_load(srv_work *work, size_t *waiting, size_t *running) {
+void srv_work_load(srv_work *work, size_t *waiting, size_t *busy) {
   pthread_mutex_lock(&work->lock);
   *waiting = work->waiting;
-  *running = work->running;
+  *busy = work->running;
   pthread_mutex_unlock(&work->lock);
 }

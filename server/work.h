@@ -41,7 +41,7 @@ void srv_work_outside(srv_work *work, bool begins);
 void srv_work_parallel_for(void *work, uint32_t count, void (*part)(void *context, uint32_t index),
                            void *context);
 
-/* For /metrics. */
-void srv_work_load(srv_work *work, size_t *waiting, size_t *running);
+/* For /metrics. waiting: jobs; busy: threads. */
+void srv_work_load(srv_work *work, size_t *waiting, size_t *busy);
 
 #endif

@@ -13,7 +13,7 @@ static const uint64_t SMALL = 1 << 20;
 struct api_budget {
   pthread_mutex_t lock;
   uint64_t limit;
-  atomic_uint_fast64_t used;
+  atomic_uint_fast64_t used, granted; /* granted: of used */
   atomic_size_t waiting;
   size_t waiting_max, granted_count; /* tickets that have a grant */
   api_ticket *first, *last;          /* who waits */
@@ -50,6 +50,10 @@ uint64_t api_budget_used(api_budget *budget) {
   return atomic_load(&budget->used);
 }
 
+uint64_t api_budget_granted(api_budget *budget) {
+  return atomic_load(&budget->granted);
+}
+
 /* ---- grants; under the lock -------------------------------------------------------------------- */
 
 /* By how many bytes `more` goes over the limit. */
@@ -67,6 +71,7 @@ static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
 static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   budget->granted_count += (size_t)(bytes > 0) - (size_t)(ticket->granted > 0);
   atomic_fetch_add(&budget->used, bytes - ticket->granted);
+  atomic_fetch_add(&budget->granted, bytes - ticket->granted);
   ticket->granted = bytes;
 }
 

@@ -28,6 +28,8 @@ void api_budget_subtract(api_budget *budget, uint64_t bytes);
 /* Adds what can be done without; false when it does not fit. */
 bool api_budget_try_add(api_budget *budget, uint64_t bytes);
 uint64_t api_budget_used(api_budget *budget);
+/* What tickets have been granted of it. */
+uint64_t api_budget_granted(api_budget *budget);
 
 /* Makes the ticket's grant `bytes` in all, more or less than before. False when more does not fit: the grant
  * is as it was. */

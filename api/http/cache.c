@@ -4,6 +4,7 @@
 
 #include <assert.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -31,9 +32,15 @@ struct api_entry {
   char key[];
 };
 
+/* Of the values of a kind. */
+typedef struct tally {
+  atomic_uint_fast64_t bytes, hits, misses, evictions;
+} tally;
+
 struct api_cache {
   pthread_mutex_t lock;
   api_budget *budget;
+  tally tallies[API_CACHED_COUNT]; /* not guarded */
   uint64_t idle_max, idle_size;
   api_entry *newest, *oldest; /* idle ones */
   api_entry *buckets[BUCKETS];
@@ -119,8 +126,19 @@ static void unlist(api_cache *cache, api_entry *entry, api_entry **chain) {
   *chain = entry;
 }
 
-/* A reference more. Chains are in the order of use as well, see crowd_out. */
+static tally *tally_of(api_cache *cache, const api_built *built) {
+  return &cache->tallies[built->kind];
+}
+
+/* Unlists an idle entry for the room that it takes. */
+static void evict(api_cache *cache, api_entry *entry, api_entry **chain) {
+  atomic_fetch_add(&tally_of(cache, &entry->built)->evictions, 1);
+  unlist(cache, entry, chain);
+}
+
+/* A complete entry is found: a reference more. Chains are in the order of use as well, see crowd_out. */
 static void touch(api_cache *cache, api_entry *entry) {
+  atomic_fetch_add(&tally_of(cache, &entry->built)->hits, 1);
   if (is_idle(entry)) unlink_idle(cache, entry);
   entry->references++;
   if (*bucket_of(cache, entry->hash) == entry) return;
@@ -137,8 +155,8 @@ static void drop(api_cache *cache, api_entry *entry, api_entry **chain) {
     *chain = entry;
   } else if (is_idle(entry)) {
     link_idle(cache, entry);
-    if (entry->built.size > cache->idle_max) unlist(cache, entry, chain);
-    while (cache->idle_size > cache->idle_max) unlist(cache, cache->oldest, chain);
+    if (entry->built.size > cache->idle_max) evict(cache, entry, chain);
+    while (cache->idle_size > cache->idle_max) evict(cache, cache->oldest, chain);
   }
 }
 
@@ -149,7 +167,7 @@ static void crowd_out(api_cache *cache, uint32_t hash, api_entry **chain) {
   api_entry *last = NULL;
   for (api_entry *entry = *bucket_of(cache, hash); entry; entry = entry->next_in_bucket, length++)
     if (is_idle(entry)) last = entry;
-  if (length >= CHAIN_MOST && last) unlist(cache, last, chain);
+  if (length >= CHAIN_MOST && last) evict(cache, last, chain);
 }
 
 /* A listed entry that the caller holds. NULL without memory. */
@@ -170,12 +188,18 @@ static api_entry *add(api_cache *cache, const char *key, uint32_t hash, api_entr
 
 /* ---- outside the lock ---------------------------------------------------------------------------- */
 
+static void add_bytes(api_cache *cache, const api_built *built) {
+  atomic_fetch_add(&tally_of(cache, built)->bytes, built->size);
+  api_budget_add(cache->budget, built->size);
+}
+
 static uint64_t destroy_chain(api_cache *cache, api_entry *entry) {
   uint64_t freed = 0;
   while (entry) {
     api_entry *next = entry->next_in_bucket;
     if (entry->state == READY) {
       if (entry->built.destroy) entry->built.destroy(entry->built.value);
+      atomic_fetch_sub(&tally_of(cache, &entry->built)->bytes, entry->built.size);
       freed += entry->built.size;
     }
     free(entry);
@@ -303,7 +327,10 @@ static api_entry *build_entry(api_cache *cache, api_entry *entry, api_ticket *ti
   api_built built = {0};
   bool is_built = build(context, &built, fault);
   built.size += sizeof *entry + strlen(entry->key);
-  if (is_built) api_budget_add(cache->budget, built.size);
+  if (is_built) {
+    atomic_fetch_add(&tally_of(cache, &built)->misses, 1);
+    add_bytes(cache, &built);
+  }
   api_ticket *woken = NULL;
   api_entry *chain = NULL;
   pthread_mutex_lock(&cache->lock);
@@ -389,7 +416,7 @@ void api_cache_put(api_cache *cache, const char *key, const api_built *built) {
     entry->built = *built;
     entry->built.size += sizeof *entry + strlen(key);
     entry->state = READY;
-    api_budget_add(cache->budget, entry->built.size);
+    add_bytes(cache, &entry->built);
     drop(cache, entry, &chain);
   }
   pthread_mutex_unlock(&cache->lock);
@@ -407,7 +434,7 @@ api_entry *api_cache_own(api_cache *cache, const api_built *built) {
   entry->references = 1;
   entry->state = READY;
   entry->built = *built;
-  api_budget_add(cache->budget, built->size);
+  add_bytes(cache, built);
   return entry;
 }
 
@@ -430,7 +457,7 @@ uint64_t api_cache_relieve(api_cache *cache, uint64_t bytes) {
   api_entry *chain = NULL;
   uint64_t freed = 0;
   pthread_mutex_lock(&cache->lock);
-  for (; cache->oldest && freed < bytes; unlist(cache, cache->oldest, &chain))
+  for (; cache->oldest && freed < bytes; evict(cache, cache->oldest, &chain))
     freed += cache->oldest->built.size;
   pthread_mutex_unlock(&cache->lock);
   return destroy_chain(cache, chain);
@@ -454,4 +481,13 @@ uint64_t api_cache_idle_size(api_cache *cache) {
   uint64_t size = cache->idle_size;
   pthread_mutex_unlock(&cache->lock);
   return size;
+}
+
+void api_cache_usage(api_cache *cache, api_usage *out) {
+  for (size_t i = 0; i < API_CACHED_COUNT; i++) {
+    out->cached[i].bytes = atomic_load(&cache->tallies[i].bytes);
+    out->cached[i].hits = atomic_load(&cache->tallies[i].hits);
+    out->cached[i].misses = atomic_load(&cache->tallies[i].misses);
+    out->cached[i].evictions = atomic_load(&cache->tallies[i].evictions);
+  }
 }

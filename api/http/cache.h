@@ -23,6 +23,7 @@ typedef struct api_built {
   void *value;
   size_t size;
   void (*destroy)(void *value);
+  api_cached kind;
 } api_built;
 
 /* Makes the value of a missing key; may take other keys, but none that waits for this one. */
@@ -66,5 +67,8 @@ uint32_t api_cache_hash(const char *key);
 
 /* Bytes of the idle entries. */
 uint64_t api_cache_idle_size(api_cache *cache);
+
+/* Fills in `cached`. */
+void api_cache_usage(api_cache *cache, api_usage *out);
 
 #endif

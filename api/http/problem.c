@@ -139,7 +139,19 @@ static void print_problem(tw_text *text, const api_fault *fault, const char *req
   tw_text_add(text, "}\n");
 }
 
+static api_refusal refusal_of(const api_fault *fault) {
+  if (fault->error.status == TW_NO_MEMORY) return API_REFUSAL_MEMORY;
+  switch (fault->status) {
+  case 401:
+  case 403: return API_REFUSAL_ACCESS;
+  case 413: return API_REFUSAL_BODY;
+  case 507: return API_REFUSAL_STORE_FULL;
+  default: return fault->refusal;
+  }
+}
+
 void api_problem_fill(const api_fault *fault, const char *request_id, api_answer *answer) {
+  answer->refusal = refusal_of(fault);
   tw_text text = {0};
   print_problem(&text, fault, request_id);
   api_answer_text(answer, fault->status, "application/problem+json", &text);

@@ -20,6 +20,7 @@ typedef struct api_fault {
   struct api_entry *awaited; /* held, see api_cache_wait */
   uint64_t needed;
   int status;
+  api_refusal refusal;    /* where the status does not tell */
   tw_error error;         /* detail, and the place in the document */
   bool in_document;       /* the error's pointer points into a JSON or glTF document ("" is its root) */
   unsigned retry_after_s; /* 0: no such header */

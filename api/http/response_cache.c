@@ -28,7 +28,7 @@ static bool build_text(void *context, api_built *out, api_fault *fault) {
   bool is_printed = source->print(source->context, text, fault);
   if (is_printed && !text->failed) {
     tw_text_fit(text);
-    *out = (api_built){text, sizeof *text + text->capacity, destroy_text};
+    *out = (api_built){text, sizeof *text + text->capacity, destroy_text, API_CACHED_ANSWER};
     return true;
   }
   destroy_text(text);

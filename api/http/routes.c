@@ -404,6 +404,7 @@ void api_refuse(api_service *service, const api_request *request, int status, co
 static void refuse_crowded(api_service *service, const api_request *request, api_answer *answer) {
   api_cache_end(service->cache, request->ticket);
   api_refuse(service, request, 503, "the memory for this is in use by other requests", 1, answer);
+  answer->refusal = API_REFUSAL_MEMORY;
 }
 
 api_progress api_handle(api_service *service, const api_request *request, api_effort effort,

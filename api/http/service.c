@@ -119,16 +119,28 @@ void api_service_drain(api_service *service) {
 
 /* ---- memory and waiting -------------------------------------------------------------------------- */
 
-void api_service_hold(api_service *service, uint64_t bytes) {
+void api_service_hold(api_service *service, api_held what, uint64_t bytes) {
+  atomic_fetch_add(&service->held[what], bytes);
   api_budget_add(service->budget, bytes);
 }
 
-void api_service_let_go(api_service *service, uint64_t bytes) {
+void api_service_let_go(api_service *service, api_held what, uint64_t bytes) {
+  atomic_fetch_sub(&service->held[what], bytes);
   api_budget_subtract(service->budget, bytes);
 }
 
-bool api_service_try_hold(api_service *service, uint64_t bytes) {
-  return api_budget_try_add(service->budget, bytes);
+bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes) {
+  bool is_held = api_budget_try_add(service->budget, bytes);
+  if (is_held) atomic_fetch_add(&service->held[what], bytes);
+  return is_held;
+}
+
+void api_service_usage(const api_service *service, api_usage *out) {
+  api_cache_usage(service->cache, out);
+  for (size_t i = 0; i < API_HELD_COUNT; i++) out->held[i] = atomic_load(&service->held[i]);
+  out->granted = api_budget_granted(service->budget);
+  out->faces = atomic_load(&service->faces);
+  out->joint_times = atomic_load(&service->joint_times);
 }
 
 bool api_ticket_cancel(api_service *service, api_ticket *ticket) {

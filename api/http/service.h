@@ -39,7 +39,9 @@ struct api_service {
   atomic_bool is_draining;
   api_budget *budget;
   api_cache *cache;
-  atomic_uint asked[API_ASKED]; /* hashes of requests, see response_cache.c */
+  atomic_uint_fast64_t held[API_HELD_COUNT]; /* of the budget, by the host */
+  atomic_uint_fast64_t faces, joint_times;   /* see api_usage */
+  atomic_uint asked[API_ASKED];              /* hashes of requests, see response_cache.c */
 };
 
 #endif

@@ -131,11 +131,43 @@ void api_service_destroy(api_service *service);                /* no request may
 /* While draining /readyz answers 503. */
 void api_service_drain(api_service *service);
 
-/* Memory that the host holds for requests (connections, bodies that arrive) counts against max_memory too. */
-void api_service_hold(api_service *service, uint64_t bytes);
-void api_service_let_go(api_service *service, uint64_t bytes);
+/* What the host holds memory for. */
+typedef enum api_held {
+  API_HELD_CONNECTION,
+  API_HELD_BODY,  /* of requests, as they arrive */
+  API_HELD_BLOCK, /* of answers, ahead of their readers */
+  API_HELD_COUNT
+} api_held;
+
+/* Memory that the host holds for requests counts against max_memory too. */
+void api_service_hold(api_service *service, api_held what, uint64_t bytes);
+void api_service_let_go(api_service *service, api_held what, uint64_t bytes);
 /* The same for what can be done without: false when it does not fit. */
-bool api_service_try_hold(api_service *service, uint64_t bytes);
+bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes);
+
+/* What is kept between requests. */
+typedef enum api_cached {
+  API_CACHED_MODEL,
+  API_CACHED_PLAN,
+  API_CACHED_CLIP,
+  API_CACHED_ANSWER,
+  API_CACHED_COUNT
+} api_cached;
+
+/* For metrics; counts are those since the start. */
+typedef struct api_usage {
+  struct {
+    uint64_t bytes;     /* kept, or in use by requests */
+    uint64_t hits;      /* values that were there */
+    uint64_t misses;    /* values that were made */
+    uint64_t evictions; /* values that went to make room */
+  } cached[API_CACHED_COUNT];
+  uint64_t held[API_HELD_COUNT]; /* bytes */
+  uint64_t granted;              /* bytes that requests under way may use beside */
+  uint64_t faces;                /* of surfaces, as far as their answers were read */
+  uint64_t joint_times;          /* nodes of poses and live frames, each at one time */
+} api_usage;
+void api_service_usage(const api_service *service, api_usage *out); /* any thread */
 
 /* Keys that were in force at a time; they live as long as the service. */
 typedef struct api_keys api_keys;
@@ -218,8 +250,22 @@ typedef struct api_live {
 
 enum { API_HEADERS_MAX = 24 };
 
+/* Why a request is turned away that might be answered at another time, by another daemon or for somebody
+ * else.
+ */
+typedef enum api_refusal {
+  API_REFUSAL_NONE,
+  API_REFUSAL_ACCESS, /* by its key, or by the page that it comes from */
+  API_REFUSAL_BODY,   /* too long */
+  API_REFUSAL_MEMORY,
+  API_REFUSAL_STORE, /* cannot be reached */
+  API_REFUSAL_STORE_FULL,
+  API_REFUSAL_COUNT
+} api_refusal;
+
 typedef struct api_answer {
   int status;
+  api_refusal refusal;
   const char *route; /* what api_route_name says of the path; NULL: ask it */
   size_t header_count;
   api_header headers[API_HEADERS_MAX]; /* Content-Type and all others but Content-Length, Date, Connection,

@@ -40,11 +40,12 @@ static void destroy_model(void *model) {
 }
 
 static api_built built_model(tw_model *model) {
-  return (api_built){model, tw_model_size(model), destroy_model};
+  return (api_built){model, tw_model_size(model), destroy_model, API_CACHED_MODEL};
 }
 
 static void fail_unavailable(api_fault *fault) {
   api_fault_with(fault, 503, "the store cannot be reached");
+  fault->refusal = API_REFUSAL_STORE;
   fault->retry_after_s = 2;
 }
 

@@ -347,7 +347,8 @@ static bool build_clip(void *context, api_built *out, api_fault *fault) {
     destroy_clip(clip);
     return false;
   }
-  *out = (api_built){clip, tw_arena_size(clip->arena) + tw_clip_size(clip->compiled), destroy_clip};
+  *out = (api_built){clip, tw_arena_size(clip->arena) + tw_clip_size(clip->compiled), destroy_clip,
+                     API_CACHED_CLIP};
   return true;
 }
 

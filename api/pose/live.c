@@ -140,7 +140,7 @@ static double duration_of(const api_pose_request *pose) {
 }
 
 /* Takes over the request's entries. NULL without memory. */
-static live_poses *create_live(live_request *request, const char *key) {
+static live_poses *create_live(live_request *request, api_service *service, const char *key) {
   api_pose_request *pose = &request->pose;
   tw_arena *arena = tw_arena_create();
   live_poses *live = arena ? tw_arena_alloc(arena, 1, sizeof *live) : NULL;
@@ -157,7 +157,7 @@ static live_poses *create_live(live_request *request, const char *key) {
     pose->nodes = nodes;
     pose->form = API_POSE_NDJSON;
     pose->loop = TW_CLAMP; /* times come folded */
-    if (live->key) live->body = api_pose_body_create(pose, arena);
+    if (live->key) live->body = api_pose_body_create(pose, service, arena);
     if (live->body) return live;
   }
   tw_arena_destroy(arena);
@@ -177,7 +177,7 @@ static api_outcome check_size(api_call *call, const api_pose_request *pose) {
 
 static api_outcome reply_live(api_call *call, live_request *request) {
   const char *key = make_key(call, request);
-  live_poses *live = key ? create_live(request, key) : NULL;
+  live_poses *live = key ? create_live(request, call->service, key) : NULL;
   if (!live) return api_fail_without_memory(call);
   uint64_t last = last_frame(live);
   api_answer_header(&call->answer, "Cache-Control", "no-store");

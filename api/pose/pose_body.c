@@ -1,6 +1,8 @@
 /* Poses: evaluated one by one, printed as JSON, lines of JSON, CSV or binary rows. */
 #include "pose_body.h"
 
+#include "service.h"
+
 #include <string.h>
 
 /* Text is printed in steps of about this many bytes. */
@@ -20,6 +22,7 @@ typedef enum pose_phase { PHASE_HEAD, PHASE_TIMES, PHASE_POSES, PHASE_END } pose
 
 struct api_pose_body {
   api_pose_request request; /* holds the entries */
+  api_service *service;
   pose_phase phase;
   uint64_t next;    /* time or pose */
   tw_text text;     /* printed and not yet read */
@@ -282,7 +285,7 @@ static void print_csv_pose(const api_pose_request *request, float time, const fl
   }
 }
 
-void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
+static void print_pose(api_pose_body *body, float time, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t count = api_pose_width(request->as) * request->node_count;
   bool is_binary = request->form == API_POSE_BIN;
@@ -301,6 +304,15 @@ void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
   case API_POSE_BIN: api_text_room_filled(row, count); break;
   case API_POSE_CSV: print_csv_pose(request, time, row, text); break;
   }
+}
+
+static void count_poses(api_pose_body *body, uint64_t count) {
+  atomic_fetch_add(&body->service->joint_times, count * body->request.model->node_count);
+}
+
+void api_pose_body_print_at(api_pose_body *body, float time, tw_text *text) {
+  print_pose(body, time, text);
+  count_poses(body, 1);
 }
 
 /* ---- phases ------------------------------------------------------------------------------------ */
@@ -375,6 +387,7 @@ static void close_poses(api_pose_body *body, tw_text *text) {
 static void print_piece(api_pose_body *body, tw_text *text) {
   const api_times *times = &body->request.times;
   size_t end = text->size + PIECE;
+  uint64_t first = body->next;
   switch (body->phase) {
   case PHASE_HEAD: print_head(body, text); break;
   case PHASE_TIMES:
@@ -386,7 +399,8 @@ static void print_piece(api_pose_body *body, tw_text *text) {
     break;
   case PHASE_POSES:
     for (; body->next < times->count && text->size < end && !text->failed; body->next++)
-      api_pose_body_print_at(body, api_times_get(times, body->next), text);
+      print_pose(body, api_times_get(times, body->next), text);
+    count_poses(body, body->next - first);
     if (body->next == times->count) close_poses(body, text);
     break;
   case PHASE_END: break;
@@ -432,10 +446,11 @@ static void *allocate(tw_arena *arena, bool is_needed, uint32_t count, size_t wi
   return memory;
 }
 
-api_pose_body *api_pose_body_create(api_pose_request *request, tw_arena *arena) {
+api_pose_body *api_pose_body_create(api_pose_request *request, api_service *service, tw_arena *arena) {
   api_pose_body *body = tw_arena_alloc(arena, 1, sizeof *body);
   if (!body) return NULL;
   body->request = *request;
+  body->service = service;
   body->size = API_SIZE_UNKNOWN;
   uint32_t nodes = request->model->node_count, count = request->node_count;
   bool has_matrices = request->as == API_AS_MATRIX || request->is_world, has_all = true;

@@ -15,7 +15,7 @@ typedef struct api_pose_body api_pose_body;
 
 /* Takes over the entries of a resolved request. arena: scratch in proportion to the model's nodes; it and the
  * nodes of the request outlive the body. NULL without memory: the request keeps the entries. */
-api_pose_body *api_pose_body_create(api_pose_request *request, tw_arena *arena);
+api_pose_body *api_pose_body_create(api_pose_request *request, api_service *service, tw_arena *arena);
 void api_pose_body_destroy(void *body); /* as in api_body; NULL accepted */
 
 /* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */

@@ -74,7 +74,7 @@ static const char *make_key(api_call *call, const char *representation, const ch
 
 /* Prints all poses at once: their length is then known, and nothing is held. */
 static bool print_poses(api_call *call, api_pose_request *request, tw_text *out, api_fault *fault) {
-  api_pose_body *body = api_pose_body_create(request, call->arena);
+  api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) {
     api_fault_without_memory(fault);
     return false;
@@ -101,7 +101,7 @@ static bool print_remembered(void *context, tw_text *out, api_fault *fault) {
 enum { STREAM_COST = 512 << 10 };
 
 static api_outcome reply_streamed(api_call *call, api_pose_request *request) {
-  api_pose_body *body = api_pose_body_create(request, call->arena);
+  api_pose_body *body = api_pose_body_create(request, call->service, call->arena);
   if (!body) return api_fail_without_memory(call);
   call->answer.status = 200;
   api_answer_header(&call->answer, "Content-Type", call->offer->type);

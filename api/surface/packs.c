@@ -73,7 +73,7 @@ static bool build_packs(void *context, api_built *out, api_fault *fault) {
     api_fault_complete(fault);
     return false;
   }
-  *out = (api_built){packs, packs_size(packs), destroy_packs};
+  *out = (api_built){packs, packs_size(packs), destroy_packs, API_CACHED_PLAN};
   return true;
 }
 

@@ -257,7 +257,7 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
   api_plan *plan = is_surely_within(source) ? create_plan(source, &fault->error) : NULL;
   if (!plan) plan = count_and_create(source, fault);
   if (!plan) return false;
-  *out = (api_built){plan, plan_size(plan), destroy_plan};
+  *out = (api_built){plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
   return true;
 }
 
@@ -315,7 +315,7 @@ static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_
     destroy_plan(plan);
     return NULL;
   }
-  const api_built built = {plan, plan_size(plan), destroy_plan};
+  const api_built built = {plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
   return api_cache_own(cache, &built);
 }
 

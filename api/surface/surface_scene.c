@@ -244,7 +244,7 @@ static bool build_reduced(void *context, api_built *out, api_fault *fault) {
     api_fault_complete(fault);
     return false;
   }
-  *out = (api_built){reduced, tw_arena_size(arena), destroy_reduced};
+  *out = (api_built){reduced, tw_arena_size(arena), destroy_reduced, API_CACHED_CLIP};
   return true;
 }
 

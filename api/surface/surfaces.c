@@ -24,7 +24,9 @@ typedef struct surface_request {
   api_entry *model, *plan, *packs; /* packs: or NULL */
   tw_gltf_stream *gltf;
   tw_obj_stream *obj;
-  uint64_t left; /* of a range */
+  uint64_t size, position, end; /* of the whole answer; of what is read of it */
+  api_service *service;
+  uint64_t faces; /* that are counted, see count_faces */
 } surface_request;
 
 static void release(surface_request *request) {
@@ -354,19 +356,42 @@ static api_outcome predict(api_call *call, const surface_request *request, uint6
   return check_size(call, request, status, *size);
 }
 
+/* How many faces lie before the position, as if all took the same bytes. */
+static uint64_t faces_before(const surface_request *request) {
+  const api_plan *plan = api_entry_value(request->plan);
+  double share = request->size > 0 ? (double)request->position / (double)request->size : 0;
+  return (uint64_t)((double)plan->total.faces * share);
+}
+
+/* Adds those up to the position to the service's. */
+static void count_faces(surface_request *request) {
+  uint64_t before = request->faces;
+  request->faces = faces_before(request);
+  atomic_fetch_add(&request->service->faces, request->faces - before);
+}
+
 /* Without a stream the answer is to HEAD: nothing is computed for it. */
 static int64_t read_gltf(void *context, uint8_t *out, size_t capacity) {
   surface_request *request = context;
   if (!request->gltf) return -1;
-  if (capacity > request->left) capacity = (size_t)request->left;
+  if (capacity > request->end - request->position) capacity = (size_t)(request->end - request->position);
   if (capacity == 0) return 0;
   size_t count = tw_gltf_stream_read(request->gltf, out, capacity);
-  request->left -= count;
+  request->position += count;
+  count_faces(request);
   return count > 0 ? (int64_t)count : -1; /* too early an end is one without memory */
 }
 
+/* Its size is known at its end: then all faces are counted. */
 static int64_t read_obj(void *context, uint8_t *out, size_t capacity) {
-  return (int64_t)tw_obj_stream_read(((surface_request *)context)->obj, out, capacity);
+  surface_request *request = context;
+  size_t count = tw_obj_stream_read(request->obj, out, capacity);
+  request->position += count;
+  if (count == 0) {
+    request->size = request->position;
+    count_faces(request);
+  }
+  return (int64_t)count;
 }
 
 static void destroy_request(void *context) {
@@ -379,6 +404,7 @@ enum { STREAM_COST = 768 << 10 };
 static void take_over(api_call *call, surface_request *request, uint64_t size,
                       int64_t (*read)(void *context, uint8_t *out, size_t capacity)) {
   call->answer.body = (api_body){size, request, read, destroy_request};
+  request->service = call->service;
   call->held = call->is_head ? 0 : STREAM_COST;
   if (request->packs && !call->is_head) call->held += api_packs_reading_size(api_entry_value(request->packs));
 }
@@ -401,7 +427,10 @@ static api_outcome reply_gltf(api_call *call, surface_request *request) {
   bool is_get = call->route->takes == API_TAKES_NOTHING;
   if (is_get && api_range_answer(call, size, &range) != API_CONTINUE) return API_FAILED;
   tw_gltf_stream_seek(request->gltf, range.first);
-  request->left = range.count;
+  request->size = size;
+  request->position = range.first;
+  request->end = range.first + range.count;
+  request->faces = faces_before(request);
   take_over(call, request, range.count, read_gltf);
   return API_DONE;
 }

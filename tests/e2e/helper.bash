@@ -61,6 +61,9 @@ stop_daemon() {
   fi
 }
 
+# free_port: one that nobody listens on.
+free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
+
 # A test that looks at the process, its flags or its folder.
 needs_process() { [[ -z ${TESTED_URL-} ]] || skip "needs the daemon's process"; }
 needs_plain_build() { [[ -z ${TESTED_SANITIZED-} ]] || skip "says nothing under a sanitizer"; }

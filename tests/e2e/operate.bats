@@ -9,9 +9,6 @@ teardown() { stop_daemon; }
 
 program=${TESTED_BINARY:-$root/build/tweend}
 
-# free_port: one that nobody listens on.
-free_port() { python3 -c 'import socket; s = socket.socket(); s.bind(("127.0.0.1", 0)); print(s.getsockname()[1])'; }
-
 @test "an address over --rate-limit is 429, and probes are not" {
   start_daemon --rate-limit 2/m
   for left in 1 0; do

@@ -23,7 +23,7 @@ resident() {
     } 3>&- &
   done
   # Once one of them is at work, a small model that nobody knows yet is answered before all of them.
-  until curl --silent "$url/metrics" | grep -qE '^tweend_jobs_running [1-9]'; do sleep 0.01; done
+  until curl --silent "$url/metrics" | grep -qE '^tweend_compute_threads_busy [1-9]'; do sleep 0.01; done
   post "/v1/surface.glb?level=2" "$samples/cube.obj"
   echo cube >>order
   expect 200

@@ -37,7 +37,7 @@ static bool build_piece(void *context, api_built *out, api_fault *fault) {
   }
   piece *p = malloc(sizeof *p);
   *p = (piece){shop, number};
-  *out = (api_built){p, (size_t)shop->size, destroy_piece};
+  *out = (api_built){p, (size_t)shop->size, destroy_piece, API_CACHED_CLIP};
   return true;
 }
 

@@ -201,20 +201,28 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
   return API_ANSWERED;
 }
 
-void api_service_hold(api_service *service, uint64_t bytes) {
+void api_service_hold(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
+  (void)what;
   (void)bytes;
 }
 
-void api_service_let_go(api_service *service, uint64_t bytes) {
+void api_service_let_go(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
+  (void)what;
   (void)bytes;
 }
 
-bool api_service_try_hold(api_service *service, uint64_t bytes) {
+bool api_service_try_hold(api_service *service, api_held what, uint64_t bytes) {
   (void)service;
+  (void)what;
   (void)bytes;
   return !atomic_load(&is_memory_full);
+}
+
+void api_service_usage(const api_service *service, api_usage *out) {
+  (void)service;
+  *out = (api_usage){0};
 }
 
 bool api_ticket_cancel(api_service *service, api_ticket *ticket) {
