@@ -23,7 +23,7 @@ typedef struct frame {
 typedef struct channel {
   struct channel *next;
   api_live source;
-  uint64_t start_ns; /* when frame `base` of lag 0 was due */
+  uint64_t start_ns; /* when frame `base` of lag 0 was due; with a start yet to come, when it will be */
   uint64_t base;
   uint64_t due_ns;       /* when there is something to do next */
   uint32_t depth;        /* frames kept; 0: none is printed yet */
@@ -53,6 +53,8 @@ struct srv_listener {
   frame *current;
   api_bytes bytes;
   size_t offset;
+  char stamp[API_LIVE_STAMP]; /* follows the frame */
+  size_t stamp_size;          /* 0: it is on its way, or none is due */
   bool opened, closed;
 };
 
@@ -121,7 +123,12 @@ static uint64_t step_ns(const channel *c, uint64_t step) {
   return c->start_ns + (uint64_t)ceil((double)step * 1e9 / c->source.fps);
 }
 
+static bool has_begun(const channel *c, uint64_t now) {
+  return now >= c->start_ns;
+}
+
 static uint64_t step_at(const channel *c, uint64_t now) {
+  if (!has_begun(c, now)) return 0;
   uint64_t step = (uint64_t)((double)(now - c->start_ns) * c->source.fps / 1e9);
   while (step > 0 && step_ns(c, step) > now) step--;
   while (step_ns(c, step + 1) <= now) step++;
@@ -187,8 +194,8 @@ static void offer(srv_live *live, srv_listener *l, uint64_t number, uint64_t now
 static void play(srv_live *live, channel *c, uint64_t now) {
   uint64_t step = step_at(c, now);
   uint64_t front = c->depth == 0 ? c->base : frame_at(c, step, least_lag(c));
-  if (c->depth == 0 || front > c->newest) print_frame(live, c, front);
-  c->due_ns = step_ns(c, step + 1);
+  if (has_begun(c, now) && (c->depth == 0 || front > c->newest)) print_frame(live, c, front);
+  c->due_ns = has_begun(c, now) ? step_ns(c, step + 1) : c->start_ns;
   for (srv_listener *l = c->listeners; l != NULL; l = l->next) {
     offer(live, l, frame_at(c, step, l->lag), now);
     uint64_t pulse = l->offered_ns + live->pulse_ns;
@@ -250,6 +257,18 @@ static bool can_share(const channel *c, const api_live *source, uint64_t now, in
   return *lag > least && *lag - least < (int64_t)c->depth && find_frame(c, source->first) != NULL;
 }
 
+/* Makes the frame that is due step 0 of the grid, or frame 0 where that is yet to come. */
+static void begin_at_start(channel *c, uint64_t now) {
+  double fps = c->source.fps, passed_s = (double)srv_unix_ns() / 1e9 - c->source.start_ms / 1e3;
+  if (passed_s < 0) {
+    c->start_ns = now + (uint64_t)(-passed_s * 1e9);
+    return;
+  }
+  double frame = floor(passed_s * fps), late_ns = (passed_s - frame / fps) * 1e9;
+  c->base = frame < (double)c->source.last ? (uint64_t)frame : c->source.last;
+  if (late_ns > 0 && late_ns < (double)now) c->start_ns = now - (uint64_t)late_ns;
+}
+
 /* Without sharing: takes the source over. NULL without memory. */
 static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   channel *c = calloc(1, sizeof *c);
@@ -258,6 +277,7 @@ static channel *create_channel(srv_live *live, api_live *source, uint64_t now) {
   *source = (api_live){0};
   c->start_ns = now;
   c->base = c->source.first;
+  if (c->source.has_start) begin_at_start(c, now);
   channel **place = &live->channels; /* at the end: the oldest is found first */
   while (*place != NULL) place = &(*place)->next;
   *place = c;
@@ -288,7 +308,8 @@ srv_listener *srv_live_join(srv_live *live, api_live *source, void (*ready)(void
   uint64_t now = srv_now_ns();
   channel *c = welcome ? find_channel(live, source, now, &l->lag) : NULL;
   if (c != NULL) {
-    l->first = joins ? frame_at(c, step_at(c, now), l->lag) : first;
+    uint64_t present = frame_at(c, step_at(c, now), l->lag);
+    l->first = !joins || first == present + 1 ? first : present; /* who has seen the present frame waits */
     l->live = live;
     l->ready = ready;
     l->owner = owner;
@@ -343,6 +364,7 @@ static int take_next(srv_listener *l) {
     l->current = l->pending;
     l->pending = NULL;
     l->bytes = l->current->bytes;
+    l->stamp_size = source->stamp(srv_unix_ns() / 1000000, l->stamp);
     l->live->sent++;
   } else if (l->finished) {
     l->closed = true;
@@ -357,8 +379,15 @@ static int take_next(srv_listener *l) {
   return 1;
 }
 
+static size_t copy_bytes(srv_listener *l, uint8_t *out, size_t capacity) {
+  size_t left = l->bytes.size - l->offset, size = left < capacity ? left : capacity;
+  memcpy(out, l->bytes.data + l->offset, size);
+  l->offset += size;
+  return size;
+}
+
 int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
-  if (l->offset == l->bytes.size) {
+  if (l->offset == l->bytes.size && l->stamp_size == 0) {
     pthread_mutex_lock(&l->live->lock);
     int taken = take_next(l);
     pthread_mutex_unlock(&l->live->lock);
@@ -367,11 +396,11 @@ int64_t srv_listener_read(srv_listener *l, uint8_t *out, size_t capacity) {
       return taken;
     }
   }
-  size_t left = l->bytes.size - l->offset;
-  size_t size = left < capacity ? left : capacity;
-  memcpy(out, l->bytes.data + l->offset, size);
-  l->offset += size;
-  return (int64_t)size;
+  size_t size = copy_bytes(l, out, capacity);
+  if (l->offset < l->bytes.size || l->stamp_size == 0) return (int64_t)size;
+  l->bytes = (api_bytes){(const uint8_t *)l->stamp, l->stamp_size};
+  l->offset = l->stamp_size = 0;
+  return (int64_t)(size + copy_bytes(l, out + size, capacity - size));
 }
 
 /* ---- all of them ----------------------------------------------------------------------------- */

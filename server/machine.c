@@ -27,6 +27,10 @@ uint64_t srv_now_ms(void) {
   return read_ns(CLOCK_MONOTONIC_COARSE) / NS_PER_MS;
 }
 
+uint64_t srv_unix_ns(void) {
+  return read_ns(CLOCK_REALTIME);
+}
+
 /* The number in a file of one; UINT64_MAX where it is "max", or there is no such file. */
 static uint64_t read_limit(const char *root, const char *hierarchy, const char *group, const char *name) {
   char path[PATH_MAX], text[32] = "";

@@ -9,6 +9,9 @@
 uint64_t srv_now_ns(void);
 uint64_t srv_now_ms(void);
 
+/* Unix time. */
+uint64_t srv_unix_ns(void);
+
 /* The least memory limit of the cgroups that this process is in (versions 1 and 2), in bytes; UINT64_MAX
  * without one. root: of the file system, "" but for tests. */
 uint64_t srv_machine_memory_limit(const char *root);

@@ -806,6 +806,9 @@ export interface LiveOptions {
    * @default 0
    */
   from?: number;
+  /** When frame 0 is due, as Unix time in milliseconds: whoever asks with the same start, wherever and whenever,
+   * sees the same at the same time. Frame n is due n x 1000 / `fps` later. Default: when the stream begins. */
+  start?: number;
   /**
    * What becomes of times outside the clip.
    * @default clamp

@@ -24,9 +24,9 @@ static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
                                               "interpolation", "loop", "skinning", NULL};
-static const char *const live_parameters[] = {"clip",          "speed",    "fps",   "from", "loop",
-                                              "space",         "as",       "order", "unit", "nodes",
-                                              "interpolation", "skinning", NULL};
+static const char *const live_parameters[] = {"clip",  "speed",         "fps",      "from",  "start",
+                                              "loop",  "space",         "as",       "order", "unit",
+                                              "nodes", "interpolation", "skinning", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
 static const api_offer script_offers[] = {{"", "text/javascript"}, {0}};

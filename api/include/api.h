@@ -232,6 +232,8 @@ typedef struct api_body {
   void (*destroy)(void *context);
 } api_body;
 
+enum { API_LIVE_STAMP = 40 }; /* bytes of a stamp, at most */
+
 /* Frames that are sent as their time comes, frame n at n / fps seconds after frame 0. Knows no clock. Whoever
  * holds one destroys it; a zeroed one is none. */
 typedef struct api_live {
@@ -240,11 +242,15 @@ typedef struct api_live {
   uint64_t first;  /* the frame to begin with */
   uint64_t last;   /* the frame to end with; UINT64_MAX: endless */
   bool joins;      /* begins with a later frame where others of the key have got that far */
+  bool has_start;
+  double start_ms; /* Unix time of frame 0: begins with the frame that is due, or waits. Goes with joins */
   const char *opening, *pulse, *closing; /* sent first, when nothing else is to be sent, and at the end */
   void *context;
   /* The bytes of a frame, malloc'ed for the caller; false without memory. By one thread at a time, and
    * cheapest in ascending order. */
   bool (*frame)(void *context, uint64_t index, api_bytes *out);
+  /* Prints what follows a frame's bytes when it is sent, at that Unix time; returns how many bytes. */
+  size_t (*stamp)(uint64_t now_ms, char out[API_LIVE_STAMP]);
   void (*destroy)(void *context);
 } api_live;
 

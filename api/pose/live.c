@@ -1,6 +1,6 @@
 /* Live poses: a clip played in real time as an event stream (WHATWG HTML, section 9.2). Frame n shows the
- * clip at from + n * speed / fps seconds; its number is the event's id. When frames are due is the server's
- * part. */
+ * clip at from + n * speed / fps seconds; its number is the event's id. When frames are due, and the time
+ * that an event bears, are the server's part. */
 #include "handlers.h"
 #include "models.h"
 #include "pose_body.h"
@@ -16,6 +16,7 @@ enum { FRAME_NUMBERS = 50000, FRAME_NODES = 10000 };
 
 static const double FPS_MIN = 0.01, FPS_MAX = 240;
 static const double SPEED_MAX = 1000;
+static const double START_MAX = 1e13; /* in the year 2286 */
 
 /* Frames are counted in doubles, exactly, up to here; an id has no more digits. */
 static const double FRAMES_MAX = 1e15;
@@ -23,8 +24,8 @@ enum { ID_DIGITS = 15 };
 
 typedef struct live_request {
   api_pose_request pose;
-  double speed, fps, from;
-  bool has_from, has_last;
+  double speed, fps, from, start_ms;
+  bool has_from, has_start, has_last;
   uint64_t last_id; /* of Last-Event-ID */
 } live_request;
 
@@ -54,18 +55,24 @@ static api_outcome read_last_id(api_call *call, live_request *request) {
 static api_outcome read_request(api_call *call, live_request *out) {
   const api_query *query = &call->query;
   tw_error *error = &call->fault.error;
-  *out = (live_request){.speed = 1, .fps = 30, .has_from = api_query_get(query, "from") != NULL};
+  *out = (live_request){.speed = 1,
+                        .fps = 30,
+                        .has_from = api_query_get(query, "from") != NULL,
+                        .has_start = api_query_get(query, "start") != NULL};
   api_outcome outcome = api_pose_request_read(call, &out->pose);
   if (outcome != API_DONE) return outcome;
   tw_status status = api_query_number(query, "speed", &out->speed, error);
   if (status == TW_OK) status = api_query_number(query, "fps", &out->fps, error);
   if (status == TW_OK) status = api_query_number(query, "from", &out->from, error);
+  if (status == TW_OK) status = api_query_number(query, "start", &out->start_ms, error);
   if (status != TW_OK) return api_fail(call);
   if (out->speed == 0 || fabs(out->speed) > SPEED_MAX)
     return api_fail_with(call, 400, "speed must not be 0, nor beyond %g", SPEED_MAX);
   if (out->fps < FPS_MIN || out->fps > FPS_MAX)
     return api_fail_with(call, 400, "fps must be from %g to %g", FPS_MIN, FPS_MAX);
   if (!isfinite((float)out->from)) return api_fail_with(call, 400, "from must fit a float");
+  if (!(out->start_ms >= 0 && out->start_ms <= START_MAX))
+    return api_fail_with(call, 400, "start must be a Unix time in milliseconds");
   return read_last_id(call, out);
 }
 
@@ -103,13 +110,18 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
   tw_text_count(&text, index);
   tw_text_add(&text, "\ndata: ");
   api_pose_body_print_at(live->body, (float)time, &text);
-  tw_text_add(&text, "\n");
+  if (!text.failed) text.size -= strlen("}\n"); /* the stamp closes the object */
   if (text.failed) {
     tw_text_deinit(&text);
     return false;
   }
   *out = (api_bytes){(const uint8_t *)text.data, text.size};
   return true;
+}
+
+static size_t print_stamp(uint64_t now_ms, char out[API_LIVE_STAMP]) {
+  int size = snprintf(out, API_LIVE_STAMP, ",\"now\":%llu}\n\n", (unsigned long long)now_ms);
+  return (size_t)size;
 }
 
 static void destroy_live(void *context) {
@@ -125,7 +137,8 @@ static const char *make_key(api_call *call, const live_request *request) {
   tw_text text = {0};
   tw_text_add(&text, call->id);
   api_pose_request_print(&request->pose, &text);
-  const double numbers[] = {request->speed, request->fps, request->from};
+  const double numbers[] = {request->speed, request->fps, request->from,
+                            request->has_start ? request->start_ms : -1};
   for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++) {
     tw_text_add(&text, "&");
     tw_text_double(&text, numbers[i]);
@@ -196,12 +209,15 @@ static api_outcome reply_live(api_call *call, live_request *request) {
       .fps = request->fps,
       .first = request->has_last ? request->last_id + 1 : 0,
       .last = last,
-      .joins = live->loop != TW_CLAMP && !request->has_from && !request->has_last,
+      .joins = request->has_start || (live->loop != TW_CLAMP && !request->has_from && !request->has_last),
+      .has_start = request->has_start,
+      .start_ms = request->start_ms,
       .opening = "retry: 1000\n\n",
       .pulse = ":\n\n",
       .closing = "event: end\ndata: {}\n\n",
       .context = live,
       .frame = print_frame,
+      .stamp = print_stamp,
       .destroy = destroy_live,
   };
   return API_DONE;

@@ -45,6 +45,18 @@ await_events() {
   expect 204
 }
 
+@test "events bear the time, and those of one start are in phase" {
+  start=$((${EPOCHREALTIME/./} / 1000 - 60000))
+  curl --silent --no-buffer --max-time 2 --output one "$url$tank/live?fps=4&loop=repeat&nodes=hull&start=$start" || true
+  curl --silent --no-buffer --max-time 2 --output two "$url$tank/live?fps=4&loop=repeat&nodes=hull&start=$start" || true
+  # Frame n is sent when it is due, or later on a busy machine; the first one is under way when the stream begins.
+  for file in one two; do
+    paste <(sed -n 's/^id: //p' $file) <(sed -n 's/^data: //p' $file | jq .now) >sent
+    awk -v start="$start" 'NR > 1 { late = $2 - start - $1 * 250; if (NR == 2 || late < least) least = late }
+                           END { exit !(NR >= 4 && least >= -1 && least < 100) }' sent
+  done
+}
+
 @test "a drain ends streams at once, without the event end" {
   needs_process
   start_daemon

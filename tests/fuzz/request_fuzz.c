@@ -32,7 +32,9 @@ static loopback *start(char id[API_ID_TEXT]) {
 static void read_first_frames(const api_live *live) {
   for (uint64_t i = 0; live->frame && i < 3; i++) {
     api_bytes frame = {0};
+    char stamp[API_LIVE_STAMP];
     if (live->frame(live->context, live->first + i, &frame)) free((void *)frame.data);
+    live->stamp(i, stamp);
   }
 }
 

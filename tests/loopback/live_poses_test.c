@@ -38,13 +38,17 @@ static reply open_stream(const one_model *f, const char *query) {
   return r;
 }
 
-/* One frame's bytes, terminated. */
+/* When frames are sent. */
+#define NOW "1800000000123"
+
+/* One frame's bytes with its stamp, terminated. */
 static char *print_frame(const reply *r, uint64_t index) {
   api_bytes bytes;
   assert_true(r->answer.live.frame(r->answer.live.context, index, &bytes));
-  char *text = malloc(bytes.size + 1);
+  char *text = malloc(bytes.size + API_LIVE_STAMP + 1);
   memcpy(text, bytes.data, bytes.size);
-  text[bytes.size] = '\0';
+  size_t stamp = r->answer.live.stamp(strtoull(NOW, NULL, 10), text + bytes.size);
+  text[bytes.size + stamp] = '\0';
   free((void *)(uintptr_t)bytes.data);
   return text;
 }
@@ -84,10 +88,10 @@ static void assert_times(const one_model *f, const char *query, size_t count, co
 
 TEST_WITH(bad_parameters_are_400, setup, one_model_stop) {
   const char *const bad[] = {
-      "speed=0",     "speed=1001", "speed=nan",  "fps=0",        "fps=241",
-      "fps=-1",      "fps=x",      "from=inf",   "from=1e39",    "loop=on",
-      "at=1",        "to=1",       "as=degrees", "unit=degrees", "as=trs&skinning=true",
-      "space=screen"};
+      "speed=0",      "speed=1001", "speed=nan",  "fps=0",        "fps=241",
+      "fps=-1",       "fps=x",      "from=inf",   "from=1e39",    "loop=on",
+      "at=1",         "to=1",       "as=degrees", "unit=degrees", "as=trs&skinning=true",
+      "space=screen", "start=-1",   "start=nan",  "start=1e14",   "start=noon"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) assert_problem(ask(*state, bad[i]), 400, NULL, NULL);
   const char *const ids[] = {"Last-Event-ID: -1\n", "Last-Event-ID: 1x\n",
                              "Last-Event-ID: 1234567890123456\n"};
@@ -170,15 +174,15 @@ TEST_WITH(angles_go_on_from_frame_to_frame, setup, one_model_stop) {
   reply_free(&r);
 }
 
-TEST_WITH(a_frame_is_a_line_of_ndjson, setup, one_model_stop) {
+TEST_WITH(a_frame_is_a_line_of_ndjson_and_the_time, setup, one_model_stop) {
   const one_model *f = *state;
   reply r = open_stream(f, "fps=4&as=matrix&space=world");
   char *frame = print_frame(&r, 3), target[128];
   snprintf(target, sizeof target, "/v1/models/%s/pose.ndjson?at=0.75&as=matrix&space=world", f->id);
   reply line = loopback_get(f->loop, target);
   const char *pose = strchr(frame, '{');
-  assert_int_equal(strlen(pose), line.size + 1); /* and the empty line that ends an event */
-  assert_memory_equal(pose, line.body, line.size);
+  assert_memory_equal(pose, line.body, line.size - 2);
+  assert_string_equal(pose + line.size - 2, ",\"now\":" NOW "}\n\n");
   free(frame);
   reply_free(&line);
   reply_free(&r);
@@ -236,6 +240,20 @@ TEST_WITH(looping_streams_join_unless_told_where_to_begin, setup, one_model_stop
     assert_int_equal(r.answer.live.first, 0);
     reply_free(&r);
   }
+}
+
+TEST_WITH(streams_with_a_start_join_those_of_the_same, setup, one_model_stop) {
+  const one_model *f = *state;
+  reply r = open_stream(f, "start=1800000000000&from=1");
+  assert_true(r.answer.live.joins && r.answer.live.has_start);
+  assert_true(r.answer.live.start_ms == 1.8e12);
+  reply_free(&r);
+  r = open_stream(f, "loop=repeat");
+  assert_false(r.answer.live.has_start);
+  reply_free(&r);
+  assert_true(shares(f, "start=1800000000000", "start=1.8e12"));
+  assert_false(shares(f, "start=1800000000000", "start=1800000000001"));
+  assert_false(shares(f, "start=0", ""));
 }
 
 TEST_WITH(a_model_without_clips_rests, setup, one_model_stop) {

@@ -117,6 +117,12 @@ static bool print_frame(void *context, uint64_t index, api_bytes *out) {
   return true;
 }
 
+static size_t print_stamp(uint64_t now_ms, char out[API_LIVE_STAMP]) {
+  (void)now_ms;
+  (void)out;
+  return 0;
+}
+
 static void answer_live(api_answer *answer, const char *query) {
   stream *s = malloc(sizeof *s);
   char *rest;
@@ -135,6 +141,7 @@ static void answer_live(api_answer *answer, const char *query) {
                                   .closing = "closing\n",
                                   .context = s,
                                   .frame = print_frame,
+                                  .stamp = print_stamp,
                                   .destroy = destroy_stream}};
 }
 

@@ -2,6 +2,7 @@
  * busy machine does not matter. */
 #include "live.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -29,6 +30,16 @@ static bool print_number(void *context, uint64_t index, api_bytes *out) {
   return true;
 }
 
+static size_t print_nothing(uint64_t now_ms, char out[API_LIVE_STAMP]) {
+  (void)now_ms;
+  (void)out;
+  return 0;
+}
+
+static size_t print_time(uint64_t now_ms, char out[API_LIVE_STAMP]) {
+  return (size_t)snprintf(out, API_LIVE_STAMP, "at %llu\n", (unsigned long long)now_ms);
+}
+
 static void destroy_source(void *context) {
   free(context);
   atomic_fetch_sub(&sources, 1);
@@ -47,6 +58,7 @@ static api_live source(const char *key, double fps, uint64_t last, size_t paddin
                     .closing = "close\n",
                     .context = context,
                     .frame = print_number,
+                    .stamp = print_nothing,
                     .destroy = destroy_source};
 }
 
@@ -215,6 +227,93 @@ TEST_WITH(one_who_joins_begins_where_the_others_are, set_up, tear_down) {
   assert_int_equal(srv_live_look(*state).channels, 1);
   assert_true(strtol(c[1]->text + strlen("open\n"), NULL, 10) >= 4);
   end_all(*state, c, 2);
+}
+
+static double unix_ms(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_REALTIME, &now);
+  return (double)now.tv_sec * 1e3 + (double)now.tv_nsec / 1e6;
+}
+
+/* 50 frames a second, of which frame 0 is due so many milliseconds from now. */
+static api_live starting_in(double ms, uint64_t last) {
+  api_live from = source("a", 50, last, 0);
+  from.joins = from.has_start = true;
+  from.start_ms = unix_ms() + ms;
+  return from;
+}
+
+static long first_number(const client *c) {
+  return strtol(c->text + strlen("open\n"), NULL, 10);
+}
+
+TEST_WITH(a_frame_bears_the_time_at_which_it_is_sent, set_up, tear_down) {
+  api_live stamped[2] = {source("a", 50, 10, 3), source("a", 50, 10, 3)};
+  stamped[0].stamp = stamped[1].stamp = print_time;
+  client *c[2] = {join(*state, stamped[0])};
+  read_up_to(c[0], 2);
+  pause_ms(100);
+  double joined = unix_ms();
+  c[1] = join(*state, stamped[1]); /* gets frame 0 as it was printed, but now */
+  read_both(c[0], c[1]);
+  const char *line = strstr(c[1]->text, "0\n...at ");
+  assert_ptr_equal(line, c[1]->text + strlen("open\n"));
+  double at = strtod(line + strlen("0\n...at "), NULL);
+  assert_true(at >= floor(joined) && at <= unix_ms());
+  for (int i = 0; i < 2; i++) leave(c[i]);
+}
+
+TEST_WITH(a_start_in_the_past_begins_with_the_frame_that_is_due, set_up, tear_down) {
+  double now = unix_ms();
+  client *c = join(*state, starting_in(-1e6, UINT64_MAX));
+  read_up_to(c, 50010);
+  long first = first_number(c);
+  assert_true(first >= 50000 && (double)first <= 50000 + (unix_ms() - now) / 20);
+  assert_true(unix_ms() - now >= 199); /* frame 50,010 is not due before */
+  end_all(*state, &c, 1);
+}
+
+TEST_WITH(a_start_to_come_is_waited_for, set_up, tear_down) {
+  double now = unix_ms();
+  api_live from = starting_in(300, 5), same = starting_in(0, 5);
+  same.start_ms = from.start_ms;
+  client *c[2] = {join(*state, from)};
+  pause_ms(100);
+  c[1] = join(*state, same);
+  assert_int_equal(srv_live_look(*state).channels, 1);
+  pause_ms(100);
+  assert_int_equal(srv_live_look(*state).printed, 0);
+  read_up_to(c[0], 0);
+  assert_true(unix_ms() - now >= 299);
+  read_both(c[0], c[1]);
+  for (int i = 0; i < 2; i++) {
+    assert_whole(c[i], 0, 5);
+    leave(c[i]);
+  }
+}
+
+TEST_WITH(a_start_whose_clip_is_over_shows_its_last_frame, set_up, tear_down) {
+  client *c = join(*state, starting_in(-1e6, 7));
+  read_all(c);
+  assert_whole(c, 7, 7);
+  leave(c);
+}
+
+TEST_WITH(who_comes_again_to_a_start_does_not_see_the_present_frame_twice, set_up, tear_down) {
+  api_live from = starting_in(-1e6, UINT64_MAX), again = from, late = from;
+  from.fps = again.fps = late.fps = 0.5; /* frame 500 is the present one */
+  again.context = malloc(sizeof(size_t));
+  late.context = malloc(sizeof(size_t));
+  *(size_t *)again.context = *(size_t *)late.context = 0;
+  atomic_fetch_add(&sources, 2);
+  again.first = 501;
+  late.first = 400;
+  client *c[3] = {join(*state, from), join(*state, again), join(*state, late)};
+  for (int i = 0; i < 3; i++) read_up_to(c[i], 500);
+  assert_int_equal(first_number(c[0]), 500);
+  assert_int_equal(first_number(c[1]), 501);
+  assert_int_equal(first_number(c[2]), 500);
+  end_all(*state, c, 3);
 }
 
 TEST_WITH(what_cannot_be_shared_has_its_own_channel, set_up, tear_down) {
