@@ -71,6 +71,7 @@ static void print_track(tw_text *text, const tw_model *model, const tw_track_key
   tw_member_string(text, "kind", kind_names[keys->form]);
   tw_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
   tw_member_count(text, "keys", report->key_count);
+  tw_member_floats(text, "times", keys->times, keys->key_count);
   print_motion(text, report);
   print_gimbal(text, report);
   tw_member_open(text, "warnings", "[");

@@ -597,6 +597,9 @@ TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   assert_string_equal(json_member(track, "node")->valuestring, "base");
   assert_string_equal(json_member(track, "kind")->valuestring, "axis-angle");
   assert_int_equal(json_member(track, "keys")->valueint, 2);
+  const cJSON *times = json_member(track, "times");
+  assert_int_equal(cJSON_GetArraySize(times), 2);
+  assert_true(times->child->valuedouble < times->child->next->valuedouble);
   assert_true(fabs(json_member(track, "total_degrees")->valuedouble - 90) < 1e-3);
   const cJSON *gimbal = json_member(track, "gimbal");
   assert_true(json_member(gimbal, "cos_middle")->valuedouble > 0.999);
