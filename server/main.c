@@ -7,6 +7,7 @@
 #include "listen.h"
 #include "log.h"
 #include "machine.h"
+#include "page.h"
 #include "samples.h"
 #include "store_fs.h"
 #include "store_meter.h"
@@ -87,6 +88,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .parallel = {p->server.work, srv_work_parallel_for},
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
+                        .page = {{srv_page, srv_page_size}, srv_page_hash, srv_page_policy},
                         .cors_origins = config->cors_origins};
 }
 

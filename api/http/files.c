@@ -1,8 +1,10 @@
-/* The description of the interface, and the module that web clients load. A file changes with the daemon, so
- * that clients ask each time whether theirs is the present one. */
+/* The description of the interface, the module that web clients load, and the page. A file changes with the
+ * daemon, so that clients ask each time whether theirs is the present one. */
 #include "files.h"
 
 #include "handlers.h"
+#include "service.h"
+#include "upload.h"
 
 static api_outcome reply_file(api_call *call, const api_file *file) {
   api_outcome outcome = api_validate_file(call, file->hash);
@@ -22,4 +24,42 @@ api_outcome api_get_client(api_call *call) {
 
 api_outcome api_get_client_types(api_call *call) {
   return reply_file(call, &api_client_types);
+}
+
+/* The page as it is stored goes to clients that take gzip, before codings that they would have to wait for.
+ */
+static bool send_stored(const api_call *call) {
+  return call->coding != API_CODING_NONE &&
+         api_coding_allowed(api_call_header(call, "Accept-Encoding"), "gzip");
+}
+
+/* The page's bytes as they are sent, or as api_encode takes them. False without memory. */
+static bool copy_page(const api_page *page, bool is_stored, tw_text *out) {
+  enum { PAGE_MOST = 16 << 20 };
+  uint8_t *bytes;
+  size_t size;
+  if (is_stored) {
+    tw_text_bytes(out, (const char *)page->gzip.data, page->gzip.size);
+    return true;
+  }
+  if (api_decode(API_CODING_GZIP, page->gzip, PAGE_MOST, &bytes, &size, NULL) != TW_OK) return false;
+  *out = (tw_text){.data = (char *)bytes, .size = size, .capacity = size};
+  return true;
+}
+
+api_outcome api_get_page(api_call *call) {
+  const api_page *page = &call->service->page;
+  if (page->gzip.size == 0) return api_fail_with(call, 404, "this daemon has no page");
+  bool is_stored = send_stored(call);
+  if (is_stored) call->coding = API_CODING_GZIP;
+  api_answer_header(&call->answer, "Content-Security-Policy", page->policy);
+  api_outcome outcome = api_validate_file(call, page->hash);
+  if (outcome != API_CONTINUE) return outcome;
+  tw_text text = {0};
+  if (!copy_page(page, is_stored, &text)) return api_fail_without_memory(call);
+  if (is_stored) {
+    api_answer_header(&call->answer, "Content-Encoding", "gzip");
+    call->coding = API_CODING_NONE; /* nothing is left to code */
+  }
+  return api_reply(call, &text);
 }

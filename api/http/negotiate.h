@@ -45,6 +45,9 @@ api_coding api_coding_of(const char *content_encoding);
  * is coded where that is accepted, anything else only where it may not come as it is. */
 api_coding api_coding_accepted(const char *accept_encoding, bool is_text);
 
+/* Whether an Accept-Encoding takes this coding. */
+bool api_coding_allowed(const char *accept_encoding, const char *coding);
+
 /* Whether a media type is text that codings make much shorter. */
 bool api_type_is_text(const char *type);
 

@@ -29,6 +29,7 @@ static const char *const live_parameters[] = {"clip",  "speed",         "fps",  
                                               "nodes", "interpolation", "skinning", NULL};
 
 static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
+static const api_offer page_offers[] = {{"", "text/html"}, {0}};
 static const api_offer script_offers[] = {{"", "text/javascript"}, {0}};
 static const api_offer types_offers[] = {{"", "application/typescript"}, {0}};
 static const api_offer text_offers[] = {{"", "text/plain"}, {0}};
@@ -63,6 +64,7 @@ static const api_route routes[] = {
      api_get_version},
     {"GET", WHOLE("/openapi.json"), API_TAKES_NOTHING, API_OPEN, false, json_offers, no_parameters,
      api_get_openapi},
+    {"GET", WHOLE("/"), API_TAKES_NOTHING, API_OPEN, false, page_offers, no_parameters, api_get_page},
     {"GET", WHOLE("/tweend.js"), API_TAKES_NOTHING, API_OPEN, false, script_offers, no_parameters,
      api_get_client},
     {"GET", WHOLE("/tweend.d.ts"), API_TAKES_NOTHING, API_OPEN, false, types_offers, no_parameters,

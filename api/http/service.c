@@ -88,6 +88,7 @@ api_service *api_service_create(const api_settings *settings) {
   service->limits = settings->limits;
   service->store = settings->store;
   service->metrics = settings->metrics;
+  service->page = settings->page;
   service->threads = (tw_parallel_for){settings->parallel.owner, settings->parallel.run};
   service->parallel = service->threads.run ? &service->threads : NULL;
   atomic_init(&service->is_draining, false);

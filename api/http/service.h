@@ -35,6 +35,7 @@ struct api_service {
   tw_arena *arena;                 /* of the copied settings */
   api_keys *_Atomic keys;          /* in force; NULL without memory only */
   api_metrics metrics;
+  api_page page;
   const char *cors_origins;
   atomic_bool is_draining;
   api_budget *budget;

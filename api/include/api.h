@@ -113,12 +113,20 @@ typedef struct api_metrics {
   char *(*print)(void *owner, size_t *size); /* malloc'ed; NULL without memory */
 } api_metrics;
 
+/* The page at "/": HTML, coded by gzip. It lives as long as the service. */
+typedef struct api_page {
+  api_bytes gzip;     /* size 0: there is no page */
+  const char *hash;   /* tells these bytes from others */
+  const char *policy; /* its Content-Security-Policy */
+} api_page;
+
 typedef struct api_settings {
   api_limits limits;
   api_store store;
   api_parallel_for parallel;
   api_keyring keyring;
   api_metrics metrics;
+  api_page page;
   const char *cors_origins; /* a comma-separated list, "*" in it for all, "" for none */
 } api_settings;
 

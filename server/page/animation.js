@@ -1,0 +1,134 @@
+// A clip that plays in the viewport: by poses on the page's clock, or by the daemon's live stream.
+import { tweend, withKey } from './client.js';
+import { fail } from './notices.js';
+import { note, state, watch } from './state.js';
+
+const FPS = 60;
+const POSES_SIZE = 32e6; // bytes of poses that the page takes at once; longer clips get fewer a second
+
+export class Animation {
+  /** onTime(seconds) is called after each pose. */
+  constructor(viewport, onTime) {
+    this.viewport = viewport;
+    this.onTime = onTime;
+    this.playing = false;
+    this.live = false;
+    watch((names) => {
+      if (this.player && names.has('speed')) this.player.speed = Number(state('speed'));
+      if (this.player && names.has('loop')) this.player.loop = state('loop');
+      if (this.player && names.has('t') && !this.live) this.seek(Number(state('t')));
+      if (this.live && (names.has('speed') || names.has('loop'))) this.follow();
+    });
+  }
+
+  get duration() {
+    return this.clip?.duration ?? 0;
+  }
+
+  /** What of the viewport bears a node's transform: in the surface and in the cage, whichever are there. */
+  #target(name) {
+    const part = (member) => ({ set: (...values) => this.viewport.objectsOf(name).forEach((object) => object[member].set(...values)) });
+    return { position: part('position'), quaternion: part('quaternion'), scale: part('scale') };
+  }
+
+  /** Takes the poses of a clip of a model; null: none. */
+  async open(model, clip) {
+    this.close();
+    this.clip = clip;
+    this.model = model;
+    if (!clip) return;
+    const { signal } = (this.controller = new AbortController());
+    const fps = Math.max(2, Math.min(FPS, POSES_SIZE / 40 / model.nodes.length / Math.max(clip.duration, 0.1)));
+    try {
+      const player = await withKey(() => tweend.play(model, (name) => this.#target(name), {
+        clip: clip.name, fps, signal, playing: false, speed: Number(state('speed')), loop: state('loop'), time: Number(state('t')),
+      }));
+      if (signal.aborted) return;
+      this.player = player;
+      this.pose();
+    } catch (error) {
+      if (!signal.aborted) fail('The clip cannot be played', error);
+    }
+  }
+
+  close() {
+    this.controller?.abort();
+    this.pause();
+    this.unfollow();
+    this.player = this.clip = null;
+  }
+
+  /** Puts the pose of now into the viewport. */
+  pose() {
+    if (!this.player) return;
+    const time = this.player.update();
+    if (time === undefined) return;
+    this.time = time;
+    this.viewport.invalidate();
+    this.onTime(time);
+  }
+
+  #run() {
+    if (this.isRunning) return;
+    this.isRunning = true;
+    const step = () => {
+      this.isRunning = this.playing || this.live;
+      if (!this.isRunning) return;
+      this.pose();
+      const ends = this.playing && state('loop') === 'clamp' && this.time >= this.duration && Number(state('speed')) > 0;
+      if (ends) this.pause();
+      requestAnimationFrame(step);
+    };
+    requestAnimationFrame(step);
+  }
+
+  play() {
+    if (!this.player || this.live) return;
+    if (state('loop') === 'clamp' && this.player.time >= this.duration) this.player.time = 0;
+    this.player.update(); // the pause does not count
+    this.player.playing = this.playing = true;
+    this.onTime(this.player.time);
+    this.#run();
+  }
+
+  pause() {
+    if (!this.playing) return;
+    this.player.playing = this.playing = false;
+    this.onTime(this.player.time);
+    note('t', Math.round(this.player.time * 1000) / 1000);
+  }
+
+  seek(time) {
+    if (!this.player || this.live) return;
+    this.player.time = Math.min(Math.max(time, 0), this.duration);
+    this.pose();
+    if (!this.playing) note('t', Math.round(this.player.time * 1000) / 1000);
+  }
+
+  /** Shows the daemon's stream, as every other viewer sees it. */
+  async follow() {
+    this.pause();
+    this.own ??= this.player;
+    this.stream?.close();
+    this.live = true;
+    try {
+      const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
+        { clip: this.clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 }));
+      if (!this.live) return stream.close();
+      this.player = this.stream = stream;
+      this.#run();
+    } catch (error) {
+      this.unfollow();
+      fail('The live stream cannot be followed', error);
+    }
+  }
+
+  unfollow() {
+    if (!this.live) return;
+    this.live = false;
+    this.stream?.close();
+    if (this.own) this.player = this.own;
+    this.stream = this.own = null;
+    this.pose();
+  }
+}

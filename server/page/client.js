@@ -1,0 +1,71 @@
+// The daemon that the page came from, and the key that it may ask for. The key lives as long as the tab.
+import { Tweend, TweendError } from '../../api/client/tweend.js';
+
+import { ask, byId, make } from './dom.js';
+
+const KEPT = 'tweend-key';
+
+/** The daemon; relative to the page, which may lie behind a prefix. */
+export const tweend = new Tweend(new URL('.', document.baseURI).href, { key: sessionStorage.getItem(KEPT) ?? undefined });
+
+function keep(key) {
+  tweend.key = key || undefined;
+  if (key) sessionStorage.setItem(KEPT, key);
+  else sessionStorage.removeItem(KEPT);
+  byId('key').hidden = !key;
+}
+
+let asking = null;
+
+/** Asks for a key, once however many requests need one. True when there is another than before. */
+export function askForKey(why = '') {
+  const input = make('input', { type: 'password', autocomplete: 'off', required: true });
+  asking ??= ask({
+    title: 'API key',
+    content: [make('p', {}, why || 'This daemon asks for a key. It is kept for this tab alone.'),
+      make('label', { className: 'field' }, make('span', {}, 'Key'), input)],
+    confirm: 'Use key',
+    read: () => input.value.trim(),
+  }).finally(() => (asking = null));
+  return asking.then((key) => {
+    if (key === null) return false;
+    keep(key);
+    return true;
+  });
+}
+
+/** What `request` resolves with; where it is refused for want of a key, again with another. */
+export async function withKey(request) {
+  for (;;) {
+    try {
+      return await request();
+    } catch (error) {
+      if (!(error instanceof TweendError) || error.status !== 401) throw error;
+      if (!(await askForKey(tweend.key ? 'The daemon does not know this key.' : ''))) throw error;
+    }
+  }
+}
+
+/** The whole body of an answer, telling how much has come; with the server's milliseconds. */
+export async function download(url, { signal, onProgress } = {}) {
+  const response = await withKey(() => tweend.request(url, { signal }));
+  const total = Number(response.headers.get('Content-Length')) || undefined;
+  const chunks = [];
+  let size = 0;
+  for (const reader = response.body.getReader(); ; ) {
+    const { done, value } = await reader.read();
+    if (done) break;
+    chunks.push(value);
+    onProgress?.((size += value.length), total);
+  }
+  return { blob: new Blob(chunks), size, ms: serverTime(response), warning: response.headers.get('X-Tweend-Warning') };
+}
+
+/** What the server worked until it began to send. */
+export function serverTime(response) {
+  const parts = [...(response.headers.get('Server-Timing') ?? '').matchAll(/(\w+);dur=([\d.]+)/g)];
+  return parts.reduce((sum, [, name, ms]) => (name === 'work' ? sum + Number(ms) : sum), 0);
+}
+
+byId('key').hidden = !tweend.key;
+byId('key').addEventListener('click', () => askForKey('Another key for this tab; an empty one forgets it.'));

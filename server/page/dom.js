@@ -1,0 +1,69 @@
+// Making elements, and printing numbers for people.
+
+/** An element with properties (attributes where the name has a dash, or is `role`, `for`, `list`) and children. */
+export function make(tag, properties = {}, ...children) {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith('on')) element.addEventListener(name.slice(2), value);
+    else if (name.includes('-') || name === 'role' || name === 'for') element.setAttribute(name, value);
+    else element[name] = value;
+  }
+  element.append(...children.filter((child) => child !== null && child !== undefined));
+  return element;
+}
+
+const SVG = 'http://www.w3.org/2000/svg';
+
+export function draw(tag, attributes = {}, ...children) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  element.append(...children);
+  return element;
+}
+
+export const byId = (id) => document.getElementById(id);
+
+const grouped = new Intl.NumberFormat('en');
+export const count = (n) => grouped.format(n);
+
+export function bytes(n) {
+  if (n === null || n === undefined) return '–';
+  const units = ['B', 'kB', 'MB', 'GB', 'TB'];
+  let unit = 0;
+  while (n >= 1000 && unit < units.length - 1) [n, unit] = [n / 1000, unit + 1];
+  return `${unit === 0 || n >= 100 ? Math.round(n) : n.toFixed(1)} ${units[unit]}`;
+}
+
+export const seconds = (t) => `${t.toFixed(2)} s`;
+export const plural = (n, word) => `${count(n)} ${word}${n === 1 ? '' : 's'}`;
+
+/** A labelled select: options as [value, text]. */
+export function choice(label, options, value, onchange) {
+  const select = make('select', { onchange: () => onchange(select.value) },
+    ...options.map(([key, text]) => make('option', { value: key, selected: key === value }, text)));
+  return make('label', { className: 'field' }, make('span', {}, label), select);
+}
+
+/** Asks in a dialog; resolves with what `read` gives when it is confirmed, else with null. */
+export function ask({ title, content, confirm, read = () => true }) {
+  return new Promise((resolve) => {
+    const id = `dialog-${Math.random().toString(36).slice(2)}`;
+    const dialog = make('dialog', { 'aria-labelledby': id, onclose: () => {
+      resolve(dialog.returnValue === 'yes' ? read() : null);
+      dialog.remove();
+    } });
+    const form = make('form', { method: 'dialog' }, make('h2', { id }, title), ...content,
+      make('div', { className: 'actions' },
+        make('button', { type: 'submit', value: 'no', className: 'quiet', formNoValidate: true }, 'Cancel'),
+        make('button', { type: 'submit', value: 'yes', className: 'primary' }, confirm)));
+    // Enter in a field submits by the first button: it should confirm.
+    form.addEventListener('keydown', (event) => {
+      if (event.key !== 'Enter' || event.target.tagName !== 'INPUT') return;
+      event.preventDefault();
+      dialog.close('yes');
+    });
+    dialog.append(form);
+    document.body.append(dialog);
+    dialog.showModal();
+  });
+}

@@ -1,0 +1,229 @@
+// The page: puts its parts together, and loads what the state names.
+import { creaseColour, creasesOf, FEW, MANY } from './cage.js';
+import { Animation } from './animation.js';
+import { download, tweend, withKey } from './client.js';
+import { byId, bytes, count, make, plural } from './dom.js';
+import { Models } from './models.js';
+import { busy, fail } from './notices.js';
+import { RotationPanel } from './rotation_panel.js';
+import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
+import { change, shows, state, surfaceOptions, toggle, watch } from './state.js';
+import { SurfacePanel } from './surface_panel.js';
+import { Timeline } from './timeline.js';
+import { Cage, parse, Viewport } from './viewport.js';
+
+const CAGE_MOST = 200000; // edges that are drawn as a cage
+const SOURCE_MOST = 32e6; // bytes of a source that is read for its creases
+const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
+  ['skeleton', 'Skeleton'], ['uv', 'UV']];
+const TABS = [['models', 'Models'], ['surface', 'Surface'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
+
+// ---- tabs ----
+
+const panels = Object.fromEntries(TABS.map(([name]) => [name,
+  make('div', { role: 'tabpanel', id: `panel-${name}`, 'aria-labelledby': `tab-${name}`, className: 'pane' })]));
+const tabs = TABS.map(([name, text]) => {
+  const tab = make('button', { type: 'button', role: 'tab', id: `tab-${name}`, 'aria-controls': `panel-${name}`, onclick: () => change({ tab: name }) }, text);
+  tab.dataset.name = name;
+  return tab;
+});
+byId('tabs').append(...tabs);
+byId('tabs').addEventListener('keydown', (event) => {
+  const at = tabs.indexOf(document.activeElement);
+  const next = { ArrowRight: at + 1, ArrowLeft: at - 1, Home: 0, End: tabs.length - 1 }[event.key];
+  if (next === undefined || at < 0) return;
+  event.preventDefault();
+  const tab = tabs.at(next % tabs.length);
+  tab.focus();
+  change({ tab: tab.dataset.name });
+});
+byId('panel').append(...Object.values(panels));
+
+function showTab() {
+  for (const tab of tabs) {
+    const chosen = tab.dataset.name === state('tab');
+    tab.setAttribute('aria-selected', chosen);
+    tab.tabIndex = chosen ? 0 : -1;
+    panels[tab.dataset.name].hidden = !chosen;
+  }
+}
+
+// ---- parts ----
+
+const viewport = new Viewport(byId('view'));
+const animation = new Animation(viewport, (time) => {
+  timeline.show(time);
+  rotation.tick(time);
+});
+const timeline = new Timeline(animation);
+const models = new Models(panels.models);
+const surface = new SurfacePanel(panels.surface);
+const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
+const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
+
+// ---- theme ----
+
+const dark = matchMedia('(prefers-color-scheme: dark)');
+
+function showTheme() {
+  const theme = state('theme') || (dark.matches ? 'dark' : 'light');
+  document.documentElement.dataset.theme = theme;
+  byId('theme').setAttribute('aria-pressed', theme === 'dark');
+  viewport.setTheme(theme);
+}
+dark.addEventListener('change', showTheme);
+byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
+
+// ---- what is shown ----
+
+const chips = OVERLAYS.map(([name, text]) => {
+  const chip = make('button', { type: 'button', className: 'chip', onclick: () => toggle(name) }, text);
+  chip.dataset.name = name;
+  return chip;
+});
+byId('shown').append(...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => viewport.frame() }, 'Frame'));
+
+function showOverlays() {
+  for (const chip of chips) chip.setAttribute('aria-pressed', shows(chip.dataset.name));
+  viewport.show(new Set(OVERLAYS.map(([name]) => name).filter(shows)));
+  showLegend();
+}
+
+/** What the colours over the model mean: those that are there. */
+function showLegend() {
+  const { cage } = viewport;
+  const entries = [];
+  const entry = (colour, text) => {
+    const swatch = make('i');
+    swatch.style.backgroundColor = colour;
+    entries.push(make('li', {}, swatch, text));
+  };
+  if (cage && shows('points')) {
+    if (cage.valences.has('few')) entry(FEW, 'valence under 4');
+    if (cage.valences.has('many')) entry(MANY, 'valence over 4');
+  }
+  if (cage && shows('cage'))
+    for (const sharpness of [...cage.sharpnesses].sort((a, b) => a - b).slice(0, 5))
+      entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
+  byId('legend').replaceChildren(make('ul', {}, ...entries));
+  byId('legend').hidden = entries.length === 0;
+}
+
+// ---- loading ----
+
+let model = null; // the description of the one shown
+let loading = null;
+
+async function openModel() {
+  const id = state('model');
+  loading?.abort();
+  animation.close();
+  model = null;
+  viewport.setCage(null);
+  viewport.clearModel();
+  showLegend();
+  byId('facts').textContent = '';
+  byId('subject').textContent = '';
+  if (!id) return;
+  byId('empty').hidden = true;
+  try {
+    const described = await withKey(() => tweend.describe(id));
+    if (state('model') !== id) return;
+    model = described;
+  } catch (error) {
+    fail('The model cannot be opened', error);
+    return;
+  }
+  byId('subject').textContent = model.name || id;
+  document.title = `${model.name || id} – tweend`;
+  openClip();
+  await Promise.all([openSurface(true), openCage(model)]);
+}
+
+async function openSurface(isNew = false) {
+  if (!model) return;
+  loading?.abort();
+  const controller = (loading = new AbortController());
+  const { signal } = controller;
+  const options = surfaceOptions();
+  const task = busy(`Level ${options.level}`, controller);
+  try {
+    const counts = await withKey(() => tweend.surfaceCounts(model, options, { signal }));
+    const size = counts.bytes ?? (await withKey(() => tweend.surfaceCounts(model, { ...options, encoding: 'float' }, { signal }))).bytes;
+    if (!(await confirmLarge(size, `Level ${options.level}`))) return;
+    const onProgress = (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
+    const answer = await download(tweend.surfaceUrl(model, options), { signal, onProgress });
+    task.say(`Level ${options.level}: drawing`);
+    const parsed = await parse(await answer.blob.arrayBuffer());
+    if (signal.aborted) return;
+    viewport.setModel(parsed, { level: Number(options.level), scheme: options.scheme });
+    surface.tell(answer);
+    animation.pose();
+    rotation.makeGhosts();
+    if (isNew) viewport.frame();
+    byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
+    const { x, y, z } = viewport.controls.target;
+    byId('view').setAttribute('aria-label', `${model.name}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
+      'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
+    byId('view').dataset.level = options.level;
+  } catch (error) {
+    fail(`Level ${options.level} cannot be shown`, error);
+  } finally {
+    task.done();
+  }
+}
+
+async function openCage(described) {
+  const edges = described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
+  if (edges === 0 || edges > CAGE_MOST) return;
+  try {
+    const tagged = described.meshes.some(({ creases }) => creases > 0) && described.bytes < SOURCE_MOST && ['obj', 'tweend'].includes(described.format);
+    const [glb, source] = await Promise.all([
+      download(tweend.surfaceUrl(described, { level: 0, polygons: 'ngon', normals: 'none', clip: 'none' })),
+      tagged ? withKey(() => tweend.request(tweend.sourceUrl(described))).then((response) => response.text()) : '',
+    ]);
+    const parsed = await parse(await glb.blob.arrayBuffer());
+    if (model !== described) return;
+    viewport.setCage(new Cage(parsed, tagged ? creasesOf(described.format, source) : {}));
+    animation.pose();
+    showLegend();
+  } catch (error) {
+    fail('The cage cannot be shown', error);
+  }
+}
+
+function openClip() {
+  const clip = model.clips.find(({ name }) => name === state('clip')) ?? model.clips[0] ?? null;
+  const opened = animation.open(model, clip);
+  timeline.open(model, clip);
+  rotation.open();
+  return opened;
+}
+
+watch((names) => {
+  if (names.has('tab')) showTab();
+  if (names.has('theme')) showTheme();
+  if (names.has('show')) showOverlays();
+  if (names.has('model')) openModel();
+  else if (['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name))) openSurface();
+  if (names.has('clip') && !names.has('model') && model) openClip();
+});
+
+addEventListener('keydown', (event) => {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog')) return;
+  if (event.key === 'f' || event.key === 'F') viewport.frame();
+  else if (event.key === ' ' && !event.target.closest('button, a, [role=tab]')) timeline.toggle();
+  else return;
+  event.preventDefault();
+});
+
+showTab();
+showTheme();
+showOverlays();
+scripts.render();
+if (state('model')) {
+  surface.count();
+  openModel();
+}
+await models.load();
+if (!state('model') && models.first()) change({ model: models.first() });

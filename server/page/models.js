@@ -1,0 +1,137 @@
+// The list of models, and uploads: by choosing files, or by dropping them anywhere.
+import { tweend, withKey } from './client.js';
+import { byId, bytes, make } from './dom.js';
+import { explain, fail } from './notices.js';
+import { change, state, watch } from './state.js';
+
+const PAGE = 100;
+const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
+
+export class Models {
+  constructor(panel) {
+    this.input = make('input', { type: 'file', multiple: true, accept: SUFFIXES, className: 'hidden', tabIndex: -1, 'aria-label': 'Files to upload' });
+    this.input.addEventListener('change', () => {
+      this.upload([...this.input.files]);
+      this.input.value = '';
+    });
+    const choose = make('button', { type: 'button', className: 'primary', onclick: () => this.input.click() }, 'Upload');
+    this.progress = make('div', { className: 'uploads' });
+    this.list = make('ul', { className: 'models' });
+    this.more = make('button', { type: 'button', className: 'quiet wide', hidden: true, onclick: () => this.load(true) }, 'More');
+    panel.append(
+      make('div', { className: 'row' }, make('h2', {}, 'Models'), make('span', { className: 'space' }), choose, this.input),
+      make('p', { className: 'dim' }, 'Drop files anywhere: GLB, glTF with its files, OBJ, STL, PLY, tweend JSON.'),
+      this.progress, this.list, this.more);
+    byId('empty-choose').addEventListener('click', () => this.input.click());
+    this.catchDrops();
+    watch((names) => names.has('model') && this.mark());
+  }
+
+  catchDrops() {
+    const drop = byId('drop');
+    const hasFiles = (event) => [...(event.dataTransfer?.types ?? [])].includes('Files');
+    let depth = 0;
+    addEventListener('dragenter', (event) => {
+      if (!hasFiles(event)) return;
+      depth++;
+      drop.hidden = false;
+    });
+    addEventListener('dragleave', (event) => {
+      if (hasFiles(event) && --depth <= 0) drop.hidden = true;
+    });
+    addEventListener('dragover', (event) => hasFiles(event) && event.preventDefault());
+    addEventListener('drop', (event) => {
+      if (!hasFiles(event)) return;
+      event.preventDefault();
+      depth = 0;
+      drop.hidden = true;
+      this.upload([...event.dataTransfer.files]);
+    });
+  }
+
+  /** Several files are one model where one of them is a glTF, else a model each. */
+  upload(files) {
+    const isSet = files.length > 1 && files.some(({ name }) => /\.gltf$/i.test(name));
+    if (isSet) return this.send(files, files.find(({ name }) => /\.gltf$/i.test(name)).name);
+    return files.reduce((before, file) => before.then(() => this.send(file, file.name)), Promise.resolve());
+  }
+
+  async send(source, name) {
+    const controller = new AbortController();
+    const bar = make('progress', { max: 1, value: 0, 'aria-label': `Upload of ${name}` });
+    const said = make('span', { className: 'dim' }, 'sending');
+    const cancel = make('button', { type: 'button', className: 'small', onclick: () => controller.abort() }, 'Cancel');
+    const row = make('div', { className: 'upload' }, make('span', { className: 'name' }, name), said, cancel, bar);
+    this.progress.append(row);
+    change({ tab: 'models' });
+    const onProgress = (loaded, total) => {
+      bar.value = total ? loaded / total : 0;
+      said.textContent = loaded < total ? `${bytes(loaded)} of ${bytes(total)}` : 'reading';
+    };
+    try {
+      const model = await withKey(() => tweend.upload(source, { name, onProgress, signal: controller.signal }));
+      row.remove();
+      await this.load();
+      change({ model: model.id, t: 0, clip: '', node: '' });
+    } catch (error) {
+      row.remove();
+      if (error.name === 'AbortError') return;
+      const note = make('div', { className: 'problem', role: 'alert' }, make('h3', {}, `${name} was refused`), ...explain(error),
+        ...(await this.place(source, error)));
+      note.prepend(make('button', { type: 'button', className: 'close', 'aria-label': 'Close', onclick: () => note.remove() }, '×'));
+      this.progress.append(note);
+    }
+  }
+
+  /** The lines of a text file round the one that the error names. */
+  async place(source, { line }) {
+    if (!line || !(source instanceof Blob) || source.size > 32e6) return [];
+    const lines = (await source.text()).split('\n');
+    const rows = [];
+    for (let i = Math.max(1, line - 2); i <= Math.min(lines.length, line + 2); i++)
+      rows.push(make('div', { className: i === line ? 'here' : '' }, make('i', {}, String(i)), (lines[i - 1] ?? '').slice(0, 120) || ' '));
+    return [make('pre', { tabIndex: 0, 'aria-label': `Lines round line ${line}` }, ...rows)];
+  }
+
+  async load(more = false) {
+    try {
+      const models = await withKey(async () => {
+        const found = [];
+        const listed = tweend.list({ limit: PAGE, after: more ? this.last : undefined });
+        for await (const model of listed) {
+          found.push(model);
+          if (found.length === PAGE) break;
+        }
+        return found;
+      });
+      this.last = models.at(-1)?.id;
+      this.known = more ? [...this.known, ...models] : models;
+      this.more.hidden = models.length < PAGE;
+      this.list.replaceChildren(...this.known.map((model) => this.row(model)));
+      this.mark();
+    } catch (error) {
+      this.known ??= [];
+      fail('The models cannot be listed', error);
+    }
+    byId('empty').hidden = this.known.length > 0 || state('model') !== '';
+  }
+
+  row({ id, name, format, bytes: size }) {
+    const open = make('button', { type: 'button', className: 'model', onclick: () => change({ model: id, t: 0, clip: '', node: '' }) },
+      make('span', { className: 'name' }, name || id.slice(0, 8)), make('span', { className: 'dim' }, `${format} · ${bytes(size)}`));
+    open.dataset.id = id;
+    return make('li', {}, open);
+  }
+
+  mark() {
+    for (const button of this.list.querySelectorAll('.model')) {
+      if (button.dataset.id === state('model')) button.setAttribute('aria-current', 'true');
+      else button.removeAttribute('aria-current');
+    }
+  }
+
+  /** What to show first: the sample that moves, else the first model. */
+  first() {
+    return (this.known.find(({ name }) => name === 'tank.json') ?? this.known[0])?.id ?? '';
+  }
+}

@@ -1,0 +1,153 @@
+// What can be drawn over a surface: the edges of its faces, its normals, the tree of nodes, a checker along its UVs.
+import {
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Group, LineBasicMaterial, LineSegments, MeshStandardMaterial, NearestFilter,
+  Points, PointsMaterial, RepeatWrapping, SRGBColorSpace, Vector3,
+} from 'three';
+
+/** Lines that follow a mesh: its skin as well. The renderer skins whatever bears a skeleton. */
+export function linesOn(mesh, geometry, material) {
+  const lines = new LineSegments(geometry, material);
+  if (mesh.isSkinnedMesh) {
+    Object.assign(lines, { isSkinnedMesh: true, skeleton: mesh.skeleton, bindMatrix: mesh.bindMatrix,
+      bindMatrixInverse: mesh.bindMatrixInverse, bindMode: mesh.bindMode, frustumCulled: false });
+    for (const name of ['skinIndex', 'skinWeight'])
+      if (!geometry.attributes[name]) geometry.setAttribute(name, mesh.geometry.attributes[name]);
+  }
+  mesh.add(lines);
+  return lines;
+}
+
+const meshesOf = (root) => {
+  const meshes = [];
+  root.traverse((object) => object.isMesh && meshes.push(object));
+  return meshes;
+};
+
+/** Index pairs of the edges of a triangle list. quads: two triangles each make one face, without their common edge. */
+export function edgesOf(index, quads) {
+  const edges = [];
+  for (let i = 0; i + 2 < index.length; i += quads ? 6 : 3) {
+    const sides = [];
+    for (let t = i; t < Math.min(i + (quads ? 6 : 3), index.length); t += 3)
+      for (let k = 0; k < 3; k++) sides.push([index[t + k], index[t + ((k + 1) % 3)]]);
+    for (const [a, b] of sides) if (!sides.some(([c, d]) => c === b && d === a)) edges.push(a, b);
+  }
+  return edges;
+}
+
+class Overlay {
+  constructor(root) {
+    this.root = root;
+    this.parts = [];
+  }
+
+  show(visible) {
+    if (visible && this.parts.length === 0) this.parts = meshesOf(this.root).map((mesh) => this.make(mesh));
+    for (const part of this.parts) part.visible = visible;
+  }
+
+  dispose() {
+    this.material.dispose();
+    for (const part of this.parts) part.geometry.dispose();
+  }
+}
+
+export class Wireframe extends Overlay {
+  constructor(root, { quads }) {
+    super(root);
+    this.quads = quads;
+    this.material = new LineBasicMaterial({ transparent: true, opacity: 0.55 });
+  }
+
+  make(mesh) {
+    const geometry = new BufferGeometry();
+    geometry.setAttribute('position', mesh.geometry.attributes.position);
+    const { index, attributes } = mesh.geometry;
+    geometry.setIndex(edgesOf(index ? index.array : Uint32Array.from({ length: attributes.position.count }, (_, i) => i), this.quads));
+    mesh.material.polygonOffset = true;
+    mesh.material.polygonOffsetFactor = mesh.material.polygonOffsetUnits = 1;
+    return linesOn(mesh, geometry, this.material);
+  }
+
+  setTheme(name) {
+    this.material.color.set(name === 'dark' ? 0x0b0d10 : 0x2b3340);
+  }
+}
+
+const NORMALS_MOST = 20000;
+
+export class Normals extends Overlay {
+  constructor(root) {
+    super(root);
+    this.material = new LineBasicMaterial({ color: 0x2f9e6b });
+  }
+
+  make(mesh) {
+    const { position, normal, skinIndex, skinWeight } = mesh.geometry.attributes;
+    const geometry = new BufferGeometry();
+    if (!normal) return linesOn(mesh, geometry.setAttribute('position', new BufferAttribute(new Float32Array(0), 3)), this.material);
+    mesh.geometry.computeBoundingSphere();
+    const length = mesh.geometry.boundingSphere.radius / 25;
+    const step = Math.ceil(position.count / NORMALS_MOST);
+    const points = [];
+    const skins = { skinIndex: [], skinWeight: [] };
+    const [p, n] = [new Vector3(), new Vector3()];
+    for (let i = 0; i < position.count; i += step) {
+      p.fromBufferAttribute(position, i);
+      n.fromBufferAttribute(normal, i).normalize().multiplyScalar(length).add(p);
+      points.push(...p, ...n);
+      for (const [name, from] of [['skinIndex', skinIndex], ['skinWeight', skinWeight]])
+        if (from) for (let twice = 0; twice < 2; twice++) for (let k = 0; k < 4; k++) skins[name].push(from.getComponent(i, k));
+    }
+    geometry.setAttribute('position', new BufferAttribute(new Float32Array(points), 3));
+    if (skinIndex) geometry.setAttribute('skinIndex', new BufferAttribute(new Uint16Array(skins.skinIndex), 4));
+    if (skinWeight) geometry.setAttribute('skinWeight', new BufferAttribute(new Float32Array(skins.skinWeight), 4));
+    return linesOn(mesh, geometry, this.material);
+  }
+}
+
+/** Nodes as points, with a line from each to its parent; seen through the surface. */
+export class Skeleton {
+  constructor(nodes) {
+    const known = new Set(nodes.values());
+    this.joints = [...known];
+    this.bones = this.joints.filter((object) => known.has(object.parent)).map((object) => [object.parent, object]);
+    const geometry = (count) => new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(3 * count), 3));
+    this.lines = new LineSegments(geometry(2 * this.bones.length), new LineBasicMaterial({ color: 0xd9822b, depthTest: false, transparent: true }));
+    this.points = new Points(geometry(this.joints.length),
+      new PointsMaterial({ color: 0xd9822b, size: 6, sizeAttenuation: false, depthTest: false, transparent: true }));
+    this.object = new Group().add(this.lines, this.points);
+    for (const part of this.object.children) Object.assign(part, { frustumCulled: false, renderOrder: 3 });
+    this.object.visible = false;
+  }
+
+  update() {
+    if (!this.object.visible) return;
+    const at = new Vector3();
+    const place = (attribute, i, object) => attribute.setXYZ(i, ...at.setFromMatrixPosition(object.matrixWorld));
+    const [lines, points] = [this.lines.geometry.attributes.position, this.points.geometry.attributes.position];
+    this.joints.forEach((joint, i) => place(points, i, joint));
+    this.bones.forEach(([from, to], i) => [from, to].forEach((end, k) => place(lines, 2 * i + k, end)));
+    lines.needsUpdate = points.needsUpdate = true;
+  }
+}
+
+let checker = null;
+
+/** One material for all meshes with UVs: squares of an eighth, numbered along both axes by their colour. */
+export function checkered() {
+  if (checker) return checker;
+  const size = 16;
+  const canvas = Object.assign(document.createElement('canvas'), { width: size, height: size });
+  const context = canvas.getContext('2d');
+  const colour = new Color();
+  for (let x = 0; x < size; x++)
+    for (let y = 0; y < size; y++) {
+      context.fillStyle = `#${colour.setHSL(x / size, 0.45, (x + y) % 2 ? 0.42 + y / 60 : 0.68 + y / 80).getHexString()}`;
+      context.fillRect(x, y, 1, 1);
+    }
+  const map = new CanvasTexture(canvas);
+  Object.assign(map, { magFilter: NearestFilter, wrapS: RepeatWrapping, wrapT: RepeatWrapping, colorSpace: SRGBColorSpace, flipY: false });
+  checker = new MeshStandardMaterial({ map, roughness: 0.8, metalness: 0 });
+  return checker;
+}

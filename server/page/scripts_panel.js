@@ -1,0 +1,113 @@
+// The requests behind what is shown, as curl and JavaScript write them; and downloads in every form.
+import { download, tweend, withKey } from './client.js';
+import { ask, bytes, make } from './dom.js';
+import { busy, fail } from './notices.js';
+import { state, surfaceOptions, watch } from './state.js';
+
+export const LARGE = 100e6;
+const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
+
+/** Asks before more than LARGE bytes come. */
+export async function confirmLarge(size, what) {
+  if (size === null || size === undefined || size <= LARGE) return true;
+  return Boolean(await ask({
+    title: `${bytes(size)} to load`,
+    content: [make('p', {}, `${what} has ${bytes(size)}. A browser may run out of memory with it.`)],
+    confirm: 'Load it all',
+  }));
+}
+
+export class ScriptsPanel {
+  constructor(panel, { animation, surface }) {
+    Object.assign(this, { animation, surface });
+    this.content = make('div');
+    panel.append(make('h2', {}, 'For scripts'), this.content);
+    watch(() => state('tab') === 'scripts' && this.render());
+  }
+
+  /** [title, URL, file name, JavaScript after `tweend.`] of each request. */
+  requests() {
+    const id = state('model');
+    const options = surfaceOptions();
+    const list = [
+      ['This surface', tweend.surfaceUrl(id, options), `${id.slice(0, 8)}.glb`, `surface('${id}', ${JSON.stringify(options)})`],
+      ['Its counts', tweend.surfaceUrl(id, options, 'json'), '-', `surface('${id}', ${JSON.stringify(options)}, 'json')`],
+    ];
+    const { clip } = this.animation;
+    if (clip) {
+      const pose = { clip: clip.name, at: Math.round((this.animation.time ?? 0) * 1000) / 1000 };
+      const all = { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
+      const live = { clip: clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 };
+      const ofPose = (chosen, form) => [tweend.poseUrl(id, chosen, form), `request(tweend.poseUrl('${id}', ${JSON.stringify(chosen)}, '${form}'))`];
+      const [poseUrl, poseCode] = ofPose(pose, 'json');
+      const [allUrl, allCode] = ofPose(all, 'bin');
+      list.push(['This pose', poseUrl, '-', poseCode], ['The clip at 60 a second', allUrl, 'poses.bin', allCode],
+        ['The live stream', tweend.liveUrl(id, live), '-', `request(tweend.liveUrl('${id}', ${JSON.stringify(live)}))`]);
+    }
+    return list;
+  }
+
+  render() {
+    if (!state('model')) {
+      this.content.replaceChildren(make('p', { className: 'dim' }, 'Choose a model: its requests are shown here.'));
+      return;
+    }
+    const base = tweend.base;
+    const key = tweend.key ? ', { key }' : '';
+    const entries = this.requests().map(([title, url, file, code]) => {
+      const curl = `curl ${tweend.key ? '-H "Authorization: Bearer $KEY" ' : ''}${file === '-' ? '' : `-o ${file} `}${quote(url)}`;
+      const script = `const { Tweend } = await import('${base}tweend.js'); const tweend = new Tweend('${base}'${key}); ` +
+        `const bytes = await (await tweend.${code}).arrayBuffer();`;
+      return make('section', {}, make('h3', {}, title), this.line('curl', curl), this.line('JavaScript', script));
+    });
+    this.content.replaceChildren(
+      make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),
+      make('h3', {}, 'Downloads'), this.downloads(), ...entries);
+  }
+
+  line(label, text) {
+    const copy = make('button', { type: 'button', className: 'small', 'aria-label': `Copy the ${label} line`, onclick: async () => {
+      await navigator.clipboard?.writeText(text).catch(() => {});
+      copy.textContent = 'Copied';
+      setTimeout(() => (copy.textContent = 'Copy'), 1500);
+    } }, 'Copy');
+    return make('div', { className: 'code' }, make('span', {}, label), copy, make('pre', { tabIndex: 0, 'aria-label': label }, text));
+  }
+
+  downloads() {
+    const id = state('model');
+    const options = surfaceOptions();
+    const surface = (form, encoding) => [`${form} ${encoding ?? ''}`.trim(),
+      tweend.surfaceUrl(id, { ...options, encoding, download: 1 }, form), `${id.slice(0, 8)}.${form}`];
+    const list = [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('gltf', 'float'), surface('obj'),
+      ['source', tweend.sourceUrl(id, { download: 1 }), `${id.slice(0, 8)}`]];
+    const { clip } = this.animation;
+    const span = clip && { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
+    for (const form of clip ? ['json', 'ndjson', 'bin', 'csv'] : []) list.push([`pose ${form}`, tweend.poseUrl(id, span, form), `poses.${form}`]);
+    return make('ul', { className: 'downloads' }, ...list.map(([label, url, name]) => {
+      const anchor = make('a', { href: url, download: name, onclick: (event) => this.save(event, url, name, label) }, label);
+      return make('li', {}, anchor);
+    }));
+  }
+
+  /** A link cannot send a key: with one, the page fetches the bytes itself. */
+  async save(event, url, name, label) {
+    const size = /glb float|glb quantized|gltf/.test(label) ? this.surface.predicted(state('level')) : null;
+    if (!tweend.key && (size ?? 0) <= LARGE) return;
+    event.preventDefault();
+    if (!(await confirmLarge(size, `This ${label}`))) return;
+    const controller = new AbortController();
+    const task = busy(`Loading ${name}`, controller);
+    try {
+      const onProgress = (loaded, total) => task.say(`Loading ${name}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
+      const { blob } = await withKey(() => download(url, { signal: controller.signal, onProgress }));
+      const link = make('a', { href: URL.createObjectURL(blob), download: name });
+      link.click();
+      setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+    } catch (error) {
+      fail(`${name} cannot be loaded`, error);
+    } finally {
+      task.done();
+    }
+  }
+}

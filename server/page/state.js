@@ -1,0 +1,82 @@
+// The state of the page as its URL's fragment: who is sent the URL sees the same.
+
+const DEFAULTS = {
+  tab: 'models',
+  model: '',
+  level: '2',
+  scheme: 'catmull-clark',
+  boundary: 'edge-and-corner',
+  uv: 'corners-only',
+  creases: 'tags',
+  limit: 'false',
+  encoding: 'float',
+  show: 'surface,cage,points',
+  clip: '',
+  t: '0',
+  speed: '1',
+  loop: 'repeat',
+  node: '',
+  order: 'XYZ',
+  ghosts: 'off',
+  theme: '',
+};
+
+const listeners = new Set();
+let values = read();
+
+function read() {
+  const given = new URLSearchParams(location.hash.slice(1));
+  return Object.fromEntries(Object.entries(DEFAULTS).map(([name, value]) => [name, given.get(name) ?? value]));
+}
+
+function write() {
+  const changed = Object.entries(values).filter(([name, value]) => value !== DEFAULTS[name]);
+  const hash = new URLSearchParams(changed).toString();
+  history.replaceState(null, '', hash ? `#${hash}` : location.pathname + location.search);
+}
+
+function tell(next) {
+  const changed = new Set(Object.keys(DEFAULTS).filter((name) => next[name] !== values[name]));
+  if (changed.size === 0) return;
+  values = next;
+  for (const listener of listeners) listener(changed);
+}
+
+/** The value of a name. */
+export const state = (name) => values[name];
+
+/** Changes values and tells who listens. */
+export function change(next) {
+  const texts = Object.fromEntries(Object.entries(next).map(([name, value]) => [name, String(value)]));
+  const all = { ...values, ...texts };
+  tell(all);
+  write();
+}
+
+/** Keeps a value in the URL without telling anybody: the time while a clip plays. */
+export function note(name, value) {
+  values = { ...values, [name]: String(value) };
+  write();
+}
+
+/** Calls listener(names) after names have changed. */
+export function watch(listener) {
+  listeners.add(listener);
+}
+
+addEventListener('hashchange', () => tell(read()));
+
+export const shows = (name) => values.show.split(',').includes(name);
+
+export function toggle(name) {
+  const names = values.show.split(',').filter(Boolean);
+  change({ show: (shows(name) ? names.filter((n) => n !== name) : [...names, name]).join(',') });
+}
+
+/** The parameters of `surface` that differ from the interface's own defaults. */
+export function surfaceOptions() {
+  const options = { level: values.level };
+  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'])
+    if (values[name] !== DEFAULTS[name]) options[name] = values[name];
+  return options;
+}

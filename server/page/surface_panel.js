@@ -1,0 +1,111 @@
+// The parameters of the surface, and for each level what it has and costs.
+import { serverTime, tweend, withKey } from './client.js';
+import { bytes, choice, count, make } from './dom.js';
+import { change, state, surfaceOptions, watch } from './state.js';
+
+const LEVELS = 10;
+// More than a daemon with the usual limits makes. A level has four times the faces of the one before.
+const FACES_MOST = 80e6;
+const BYTES_MOST = 2 ** 32;
+const CHOICES = [
+  ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
+  ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
+  ['uv', 'UV rule', [['corners-only', 'Corners only'], ['none', 'None'], ['corners-plus1', 'Corners plus 1'],
+    ['corners-plus2', 'Corners plus 2'], ['boundaries', 'Boundaries'], ['all', 'All']]],
+  ['creases', 'Creases', [['tags', 'As tagged'], ['normals', 'From normals'], ['auto', 'Auto'], ['none', 'None']]],
+  ['encoding', 'Encoding', [['float', 'Float'], ['quantized', 'Quantized'], ['meshopt', 'Meshopt']]],
+];
+
+export class SurfacePanel {
+  constructor(panel) {
+    this.output = make('output', { className: 'value' });
+    this.slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, id: 'level', 'aria-label': 'Level' });
+    this.slider.addEventListener('input', () => (this.output.textContent = this.slider.value));
+    this.slider.addEventListener('change', () => change({ level: this.slider.value }));
+    this.fields = make('div', { className: 'fields' });
+    this.limit = make('input', { type: 'checkbox', onchange: () => change({ limit: this.limit.checked }) });
+    this.body = make('tbody');
+    panel.append(
+      make('h2', {}, 'Subdivision'),
+      make('div', { className: 'slider' }, make('span', {}, 'Level'), this.slider, this.output),
+      this.fields,
+      make('label', { className: 'check' }, this.limit, make('span', {}, 'Points on the limit surface')),
+      make('table', {},
+        make('caption', {}, 'What each level has'),
+        make('thead', {}, make('tr', {}, ...['Level', 'Points', 'Faces', 'Size', 'Server'].map((text) => make('th', { scope: 'col' }, text)))),
+        this.body));
+    this.measured = new Map();
+    watch((names) => {
+      const asked = ['model', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name));
+      if (asked || names.has('level')) this.render();
+      if (asked) this.count();
+    });
+    this.render();
+  }
+
+  render() {
+    this.slider.value = state('level');
+    this.output.textContent = state('level');
+    this.limit.checked = state('limit') === 'true';
+    const focused = document.activeElement?.closest?.('.fields label')?.firstChild?.textContent;
+    this.fields.replaceChildren(...CHOICES.map(([name, label, options]) => choice(label, options, state(name), (value) => change({ [name]: value }))));
+    for (const label of this.fields.children) if (focused && label.firstChild.textContent === focused) label.lastChild.focus();
+    for (const row of this.body.rows) row.toggleAttribute('aria-current', row.dataset.level === state('level'));
+  }
+
+  #key(level) {
+    return JSON.stringify([state('model'), { ...surfaceOptions(), level: String(level) }]);
+  }
+
+  /** What was seen when a level was made and loaded. */
+  tell({ size, ms }) {
+    this.measured.set(this.#key(state('level')), { size, ms });
+    this.fill();
+  }
+
+  /** Asks for the counts of all levels that the daemon would make. */
+  async count() {
+    this.controller?.abort();
+    const { signal } = (this.controller = new AbortController());
+    this.levels = [];
+    this.fill();
+    if (!state('model')) return;
+    for (let level = 0; level <= LEVELS; level++) {
+      const last = this.levels.at(-1);
+      if (last && (last.faces > FACES_MOST / 4 || last.bytes > BYTES_MOST / 4)) break;
+      try {
+        const url = tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level }, 'json');
+        const response = await withKey(() => tweend.request(url, { signal }));
+        this.levels.push({ level, ...(await response.json()), counted: serverTime(response) });
+      } catch (error) {
+        if (signal.aborted) return;
+        const over = error.problem?.predicted;
+        if (!over) break;
+        this.levels.push({ level, vertices: over.vertices, faces: over.faces, bytes: null, refused: error.detail });
+        break;
+      }
+    }
+    if (this.levels.length > 0) this.slider.max = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
+    this.render();
+    this.fill();
+  }
+
+  /** The size that an answer is said to have; null where that is not known. */
+  predicted(level) {
+    return this.levels?.find((entry) => entry.level === Number(level))?.bytes ?? null;
+  }
+
+  fill() {
+    const rows = (this.levels ?? []).map(({ level, vertices, faces, bytes: size, refused }) => {
+      const seen = this.measured.get(this.#key(level));
+      const open = make('button', { type: 'button', disabled: Boolean(refused), 'aria-label': `Show level ${level}`, onclick: () => change({ level }) }, String(level));
+      const row = make('tr', { title: refused ?? '', className: refused ? 'refused' : '' },
+        make('td', {}, open), make('td', {}, count(vertices)), make('td', {}, count(faces)),
+        make('td', {}, refused ? 'over limit' : bytes(size ?? seen?.size)), make('td', {}, seen ? `${seen.ms.toFixed(1)} ms` : '–'));
+      row.dataset.level = level;
+      row.toggleAttribute('aria-current', String(level) === state('level'));
+      return row;
+    });
+    this.body.replaceChildren(...rows);
+  }
+}

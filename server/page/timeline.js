@@ -1,0 +1,94 @@
+// The player's bar under the viewport: play, scrub, keys, clip, speed, loop, live.
+import { tweend, withKey } from './client.js';
+import { byId, draw, make, seconds } from './dom.js';
+import { change, state, watch } from './state.js';
+
+const KEYS_MOST = 2000;
+const ICONS = { play: 'M4 2.5v11l9.5-5.5z', pause: 'M4 2.5h3v11H4zM9 2.5h3v11H9z' };
+const icon = (name) => draw('svg', { viewBox: '0 0 16 16', width: 14, height: 14, 'aria-hidden': 'true' }, draw('path', { d: ICONS[name], fill: 'currentColor' }));
+
+export class Timeline {
+  constructor(animation) {
+    this.animation = animation;
+    this.play = make('button', { type: 'button', className: 'play', 'aria-label': 'Play', onclick: () => this.toggle() }, icon('play'));
+    this.range = make('input', { type: 'range', min: 0, step: 'any', 'aria-label': 'Time' });
+    this.range.addEventListener('input', () => animation.seek(Number(this.range.value)));
+    this.range.addEventListener('keydown', (event) => {
+      const steps = { ArrowLeft: -1, ArrowRight: 1, PageUp: 10, PageDown: -10 };
+      if (!(event.key in steps)) return;
+      event.preventDefault();
+      animation.seek((animation.time ?? 0) + steps[event.key] / 30);
+    });
+    this.ticks = draw('svg', { class: 'ticks', preserveAspectRatio: 'none', viewBox: '0 0 1000 20', 'aria-hidden': 'true' });
+    this.clock = make('output', { className: 'clock' });
+    this.clips = make('select', { 'aria-label': 'Clip', onchange: () => change({ clip: this.clips.value, t: 0 }) });
+    const list = (label, options, name) => make('select', { 'aria-label': label, onchange: (event) => change({ [name]: event.target.value }) },
+      ...options.map(([value, text]) => make('option', { value, selected: state(name) === value }, text)));
+    this.speed = list('Speed', [['0.25', '¼ ×'], ['0.5', '½ ×'], ['1', '1 ×'], ['2', '2 ×'], ['4', '4 ×']], 'speed');
+    this.loop = list('At the end', [['repeat', 'Repeat'], ['pingpong', 'Ping-pong'], ['clamp', 'Stop']], 'loop');
+    this.live = make('button', { type: 'button', className: 'chip', 'aria-pressed': 'false', onclick: () => this.follow() }, 'Live');
+    this.live.title = 'Follow the stream of the daemon';
+    byId('timeline').append(this.play, make('div', { className: 'track' }, this.ticks, this.range), this.clock,
+      make('div', { className: 'settings' }, this.clips, this.speed, this.loop, this.live));
+    watch((names) => {
+      if (names.has('node')) this.mark();
+      if (names.has('speed')) this.speed.value = state('speed');
+      if (names.has('loop')) this.loop.value = state('loop');
+    });
+  }
+
+  toggle() {
+    if (this.animation.playing) this.animation.pause();
+    else this.animation.play();
+  }
+
+  async follow() {
+    if (this.animation.live) this.animation.unfollow();
+    else await this.animation.follow();
+    this.show();
+  }
+
+  /** Shows the clips of a model; the bar is hidden where it has none. */
+  open(model, clip) {
+    byId('timeline').hidden = !clip;
+    this.tracks = null;
+    this.mark();
+    if (!clip) return;
+    this.clips.replaceChildren(...model.clips.map(({ name }) => make('option', { value: name, selected: name === clip.name }, name)));
+    this.range.max = clip.duration;
+    this.show();
+    this.fetchTracks(model, clip);
+  }
+
+  async fetchTracks(model, clip) {
+    this.tracksOf = withKey(() => tweend.tracks(model, { clip: clip.name })).catch(() => ({ tracks: [] }));
+    const { tracks } = await this.tracksOf;
+    if (this.animation.clip !== clip) return;
+    this.tracks = tracks;
+    this.mark();
+  }
+
+  /** Draws the keys: those of the selected node stand out. */
+  mark() {
+    const { duration } = this.animation;
+    const x = (time) => (duration > 0 ? (time / duration) * 1000 : 0);
+    const line = (time, own) => draw('line', { x1: x(time), x2: x(time), y1: own ? 0 : 5, y2: own ? 20 : 15, class: own ? 'own' : '' });
+    const times = (tracks) => [...new Set(tracks.flatMap((track) => track.times))].slice(0, KEYS_MOST);
+    const tracks = this.tracks ?? [];
+    this.ticks.replaceChildren(...times(tracks).map((time) => line(time, false)),
+      ...times(tracks.filter(({ node }) => node === state('node'))).map((time) => line(time, true)));
+  }
+
+  show(time = this.animation.time ?? 0) {
+    const { playing, live, duration } = this.animation;
+    this.range.value = time;
+    this.range.setAttribute('aria-valuetext', `${time.toFixed(2)} of ${seconds(duration)}`);
+    this.clock.textContent = `${time.toFixed(2)} / ${seconds(duration)}`;
+    this.range.disabled = this.play.disabled = live;
+    if (this.live.getAttribute('aria-pressed') !== String(live)) this.live.setAttribute('aria-pressed', live);
+    if (this.shownPlaying === playing) return;
+    this.shownPlaying = playing;
+    this.play.setAttribute('aria-label', playing ? 'Pause' : 'Play');
+    this.play.replaceChildren(icon(playing ? 'pause' : 'play'));
+  }
+}

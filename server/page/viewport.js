@@ -1,0 +1,263 @@
+// The picture: camera, lights, the model's surface and what is drawn over it. Draws only when something changed.
+import {
+  AmbientLight, BoxGeometry, Box3, Color, DirectionalLight, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
+  MeshStandardMaterial, PerspectiveCamera, PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
+import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
+import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
+
+import { Cage } from './cage.js';
+import { checkered, Normals, Skeleton, Wireframe } from './overlays.js';
+
+const THEMES = {
+  light: { background: 0xeef0f3, surface: 0xb9c0ca, sky: 0xffffff, ground: 0xa9a49c },
+  dark: { background: 0x15181d, surface: 0x8d96a3, sky: 0xdfe6f2, ground: 0x2c2a28 },
+};
+
+const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
+
+/** A GLB as {scene, nodes: objects by the file's node names}. */
+export async function parse(buffer) {
+  const gltf = await loader.parseAsync(buffer, '');
+  const nodes = new Map();
+  gltf.scene.traverse((object) => {
+    const index = gltf.parser.associations.get(object)?.nodes;
+    if (index === undefined || !gltf.parser.json.nodes[index]) return;
+    const name = gltf.parser.json.nodes[index].name ?? `node_${index}`;
+    if (!nodes.has(name)) nodes.set(name, object);
+  });
+  gltf.scene.traverse((object) => {
+    if (!object.isMesh) return;
+    const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
+    const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
+    object.userData = {
+      isPlain: primitive?.material === undefined, // the format's default is a metal, black without surroundings
+      mesh: gltf.parser.json.meshes[meshes]?.name,
+    };
+    if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those at rest
+  });
+  return { scene: gltf.scene, nodes };
+}
+
+function dispose(root) {
+  root.traverse((object) => {
+    object.geometry?.dispose();
+    for (const material of [object.material].flat().filter(Boolean)) {
+      for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
+      material.dispose();
+    }
+  });
+}
+
+export class Viewport {
+  constructor(canvas) {
+    this.canvas = canvas;
+    this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.renderer.outputColorSpace = SRGBColorSpace;
+    this.scene = new Scene();
+    this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
+    this.camera.position.set(1, 0.6, 1.4);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.addEventListener('change', () => this.invalidate());
+    this.hemisphere = new HemisphereLight(0xffffff, 0x888888, 1.6);
+    this.sun = new DirectionalLight(0xffffff, 2.2);
+    this.sun.position.set(-1, 2, 1.5);
+    const rim = new DirectionalLight(0xffffff, 0.5);
+    rim.position.set(2, 1, -2);
+    this.scene.add(this.hemisphere, new AmbientLight(0xffffff, 0.15), this.sun, rim);
+    this.model = null;
+    this.cage = null;
+    this.ghosts = new Group();
+    this.scene.add(this.ghosts);
+    this.shown = new Set();
+    this.onFrame = [];
+    canvas.addEventListener('keydown', (event) => this.key(event));
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.resize();
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.invalidate();
+  }
+
+  invalidate() {
+    if (this.isDue) return;
+    this.isDue = true;
+    requestAnimationFrame(() => {
+      this.isDue = false;
+      for (const update of this.onFrame) update();
+      this.scene.updateMatrixWorld();
+      this.skeleton?.update();
+      this.renderer.render(this.scene, this.camera);
+      this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
+    });
+  }
+
+  setTheme(name) {
+    const theme = THEMES[name];
+    this.theme = theme;
+    this.themeName = name;
+    this.scene.background = new Color(theme.background);
+    this.hemisphere.color.set(theme.sky);
+    this.hemisphere.groundColor.set(theme.ground);
+    this.plain?.color.set(theme.surface);
+    this.cage?.setTheme(name);
+    this.wireframe?.setTheme(name);
+    this.invalidate();
+  }
+
+  /** Shows a parsed GLB. The camera stays unless it is to frame. */
+  setModel({ scene, nodes }, { level, scheme }) {
+    this.clearModel();
+    this.model = { scene, nodes };
+    this.plain = new MeshStandardMaterial({ color: this.theme.surface, roughness: 0.62, metalness: 0 });
+    let metal = false;
+    scene.traverse((object) => {
+      if (!object.isMesh) return;
+      if (object.userData.isPlain) {
+        const { vertexColors, flatShading } = object.material;
+        object.material = vertexColors || flatShading ? Object.assign(this.plain.clone(), { vertexColors, flatShading }) : this.plain;
+        if (vertexColors) object.material.color.set(0xffffff);
+      } else if (object.material.metalness > 0) metal = true;
+      object.userData.own = object.material;
+    });
+    if (metal) this.surroundings();
+    this.wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
+    this.normals = new Normals(scene);
+    this.skeleton = new Skeleton(nodes);
+    this.wireframe.setTheme(this.themeName);
+    this.scene.add(scene, this.skeleton.object);
+    this.show(this.shown);
+  }
+
+  clearModel() {
+    if (!this.model) return;
+    this.wireframe.dispose();
+    this.normals.dispose();
+    this.scene.remove(this.model.scene, this.skeleton.object);
+    dispose(this.skeleton.object);
+    dispose(this.model.scene);
+    this.model = this.skeleton = this.wireframe = this.normals = null;
+    this.invalidate();
+  }
+
+  setCage(cage) {
+    if (this.cage) {
+      this.scene.remove(this.cage.object);
+      this.cage.dispose();
+    }
+    this.cage = cage;
+    if (cage) {
+      this.scene.add(cage.object);
+      cage.setTheme(this.themeName);
+    }
+    this.show(this.shown);
+  }
+
+  /** Light from all sides, for metals; made once, when the first metal comes. */
+  surroundings() {
+    if (this.scene.environment) return;
+    const room = new Scene();
+    const box = new BoxGeometry(10, 10, 10);
+    const side = (color) => new MeshBasicMaterial({ color, side: BackSide });
+    room.add(new Mesh(box, [side(0x909aa8), side(0x909aa8), side(0xffffff), side(0x55524e), side(0xb4bcc8), side(0x7e8794)]));
+    const generator = new PMREMGenerator(this.renderer);
+    this.scene.environment = generator.fromScene(room, 0.04).texture;
+    this.scene.environmentIntensity = 0.6;
+    generator.dispose();
+  }
+
+  /** names: of surface, cage, points, wireframe, normals, skeleton, uv. */
+  show(names) {
+    this.shown = names;
+    if (this.model) {
+      this.model.scene.traverse((object) => {
+        if (!object.isMesh || !object.userData.own) return;
+        object.material = names.has('uv') && object.geometry.attributes.uv ? checkered() : object.userData.own;
+        object.material.visible = names.has('surface');
+      });
+      this.wireframe.show(names.has('wireframe'));
+      this.normals.show(names.has('normals'));
+      this.skeleton.object.visible = names.has('skeleton');
+    }
+    if (this.cage) this.cage.show(names.has('cage'), names.has('points'));
+    this.invalidate();
+  }
+
+  /** Puts all of the model into the picture, seen from where the camera looks now. */
+  frame() {
+    const box = new Box3();
+    for (const part of [this.model?.scene, this.cage?.object]) if (part) box.expandByObject(part);
+    if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    const centre = box.getCenter(new Vector3());
+    const size = box.getSize(new Vector3());
+    const radius = Math.max(size.length() / 2, 1e-6);
+    const direction = this.camera.position.clone().sub(this.controls.target).normalize();
+    const distance = Math.max(this.#fit(centre, size, direction) * 1.08, radius / 10);
+    this.controls.target.copy(centre);
+    this.camera.position.copy(centre).addScaledVector(direction, distance);
+    this.camera.near = distance / 500;
+    this.camera.far = distance * 50;
+    this.controls.minDistance = radius / 50;
+    this.controls.maxDistance = distance * 20;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /** How far from its centre a box is seen whole. */
+  #fit(centre, size, direction) {
+    this.camera.position.copy(centre).add(direction);
+    this.camera.lookAt(centre);
+    const back = this.camera.quaternion.clone().invert();
+    const high = Math.tan((this.camera.fov * Math.PI) / 360);
+    let distance = 0;
+    for (let corner = 0; corner < 8; corner++) {
+      const at = new Vector3(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5).multiply(size).applyQuaternion(back);
+      distance = Math.max(distance, at.z + Math.abs(at.y) / high, at.z + Math.abs(at.x) / (high * this.camera.aspect));
+    }
+    return distance;
+  }
+
+  /** Arrows orbit, with Shift they pan; + and - zoom; F frames. */
+  key(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const turns = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+    const offset = this.camera.position.clone().sub(this.controls.target);
+    if (turns[event.key]) {
+      const [x, y] = turns[event.key];
+      if (event.shiftKey) {
+        const move = new Vector3(x, -y, 0).applyQuaternion(this.camera.quaternion).multiplyScalar(offset.length() / 20);
+        this.controls.target.add(move);
+        this.camera.position.add(move);
+      } else {
+        const polar = Math.acos(Math.max(-1, Math.min(1, offset.y / offset.length())));
+        const next = Math.max(0.05, Math.min(Math.PI - 0.05, polar + y * 0.12));
+        const round = Math.atan2(offset.x, offset.z) + x * 0.12;
+        const length = offset.length();
+        offset.set(Math.sin(next) * Math.sin(round), Math.cos(next), Math.sin(next) * Math.cos(round)).multiplyScalar(length);
+        this.camera.position.copy(this.controls.target).add(offset);
+      }
+    } else if (event.key === '+' || event.key === '=' || event.key === '-') {
+      offset.multiplyScalar(event.key === '-' ? 1.12 : 1 / 1.12);
+      this.camera.position.copy(this.controls.target).add(offset);
+    } else return;
+    event.preventDefault();
+    this.controls.update();
+    this.invalidate();
+  }
+
+  /** The objects that bear a node's transform: in the surface and in the cage. */
+  objectsOf(name) {
+    return [this.model?.nodes.get(name), this.cage?.nodes.get(name)].filter(Boolean);
+  }
+}
+
+export { Cage };
