@@ -12,7 +12,6 @@
 #include <sys/epoll.h>
 #include <unistd.h>
 
-static const uint64_t COMPLAINT_MS = 1000;
 /* Any client takes so much within a round trip: before the drain it is not waited for. */
 static const size_t UNSENT_LEAST = 64 << 10;
 
@@ -28,15 +27,6 @@ static void turn_away(const srv_loop *l, int fd, unsigned reason) {
   }
   close(fd);
   srv_metrics_refusal(l->http->server->metrics, reason);
-}
-
-/* All I/O threads together complain once in COMPLAINT_MS. */
-static void complain(srv_http *http, const char *what) {
-  int reason = errno;
-  uint64_t now = srv_now_ms(), before = atomic_load(&http->complained_ms);
-  if (before != 0 && now - before < COMPLAINT_MS) return;
-  if (!atomic_compare_exchange_strong(&http->complained_ms, &before, now)) return;
-  srv_log(SRV_LOG_ERROR, "%s: %s", what, strerror(reason));
 }
 
 void srv_connections_listen(srv_loop *l) {
@@ -93,7 +83,7 @@ static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address
     turn_away(l, fd, SRV_REFUSAL_ADDRESS_CONNECTIONS);
   } else if (MHD_add_connection(l->daemon, fd, &peer->any, peer->size) != MHD_YES) {
     leave(l, &client);
-    complain(l->http, "cannot serve a connection");
+    srv_log(SRV_LOG_ERROR, "cannot serve a connection: %s", strerror(errno));
   }
 }
 
@@ -105,7 +95,7 @@ void srv_connections_accept(srv_loop *l) {
     int fd = accept4(l->http->listener, &peer.any, &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
-      complain(l->http, "cannot accept"); /* out of descriptors or memory */
+      srv_log(SRV_LOG_ERROR, "cannot accept: %s", strerror(errno)); /* out of descriptors or memory */
       rest(l);
       return;
     }

@@ -73,7 +73,6 @@ struct srv_http {
   bool is_admin; /* of --admin-listen: not among the connections that are limited */
   atomic_bool stop;
   atomic_bool unfinished; /* a loop ended with requests at compute threads */
-  atomic_uint_fast64_t complained_ms;
   size_t loop_count;
   srv_loop loops[];
 };

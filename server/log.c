@@ -2,6 +2,9 @@
  * outside is cut where it would leave no room for the rest of the line: JSON stays well-formed. */
 #include "log.h"
 
+#include "machine.h"
+
+#include <pthread.h>
 #include <stdarg.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -94,13 +97,7 @@ static void finish(line *l) {
   (void)written; /* where standard error is gone there is nobody to tell */
 }
 
-void srv_log(srv_log_level level, const char *format, ...) {
-  if (level > atomic_load(&threshold)) return;
-  char message[1024];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(message, sizeof message, format, arguments);
-  va_end(arguments);
+static void write_message(srv_log_level level, const char *message) {
   line l;
   begin(&l, level);
   if (as_json) {
@@ -110,6 +107,93 @@ void srv_log(srv_log_level level, const char *format, ...) {
   }
   finish(&l);
 }
+
+/* ---- lines that repeat ----------------------------------------------------------------------- */
+
+enum { MESSAGE_SIZE = 1024, KINDS_MAX = 128 }; /* the program has fewer kinds */
+static const uint64_t SECOND_MS = 1000;
+
+typedef struct kind {
+  const char *format; /* NULL: none */
+  srv_log_level level;
+  uint64_t written; /* lines, less one for each second until settled_ms */
+  uint64_t settled_ms;
+  uint64_t hidden;         /* lines that were left out and not told of */
+  char last[MESSAGE_SIZE]; /* of those */
+} kind;
+
+static pthread_mutex_t kinds_lock = PTHREAD_MUTEX_INITIALIZER; /* guards kinds */
+static kind kinds[KINDS_MAX];
+
+static void tell_hidden(kind *k) {
+  char message[MESSAGE_SIZE + 64];
+  if (k->hidden == 0) return;
+  snprintf(message, sizeof message, "%llu more of these, the last: %s", (unsigned long long)k->hidden,
+           k->last);
+  write_message(k->level, message);
+  k->hidden = 0;
+}
+
+static kind *find_kind(const char *format) {
+  size_t i = 0;
+  while (i < KINDS_MAX && kinds[i].format != NULL && kinds[i].format != format) i++;
+  return i < KINDS_MAX ? &kinds[i] : NULL;
+}
+
+/* Takes off what the seconds since the last call allow. */
+static void settle(kind *k, uint64_t now_ms) {
+  uint64_t seconds = (now_ms - k->settled_ms) / SECOND_MS;
+  k->written -= k->written < seconds ? k->written : seconds;
+  k->settled_ms += seconds * SECOND_MS;
+}
+
+/* Whether a line may be written now; else it is counted. */
+static bool admit(srv_log_level level, const char *format, const char *message) {
+  if (level > SRV_LOG_WARN) return true;
+  uint64_t now_ms = srv_now_ms();
+  pthread_mutex_lock(&kinds_lock);
+  kind *k = find_kind(format);
+  if (k != NULL && k->format == NULL) *k = (kind){.format = format, .level = level, .settled_ms = now_ms};
+  if (k != NULL) settle(k, now_ms);
+  bool is_admitted = k == NULL || k->written < SRV_LOG_BURST;
+  if (k != NULL && is_admitted) {
+    tell_hidden(k);
+    k->written++;
+  } else if (!is_admitted) {
+    k->hidden++;
+    strcpy(k->last, message);
+  }
+  pthread_mutex_unlock(&kinds_lock);
+  return is_admitted;
+}
+
+static void tell_older(uint64_t age_ms) {
+  uint64_t now_ms = srv_now_ms();
+  pthread_mutex_lock(&kinds_lock);
+  for (size_t i = 0; i < KINDS_MAX && kinds[i].format != NULL; i++)
+    if (now_ms - kinds[i].settled_ms >= age_ms) tell_hidden(&kinds[i]);
+  pthread_mutex_unlock(&kinds_lock);
+}
+
+void srv_log_tell_hidden(void) {
+  tell_older(SECOND_MS);
+}
+
+void srv_log_tell_all_hidden(void) {
+  tell_older(0);
+}
+
+void srv_log(srv_log_level level, const char *format, ...) {
+  if (level > atomic_load(&threshold)) return;
+  char message[MESSAGE_SIZE];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(message, sizeof message, format, arguments);
+  va_end(arguments);
+  if (admit(level, format, message)) write_message(level, message);
+}
+
+/* ---- requests -------------------------------------------------------------------------------- */
 
 /* Without the signature of a signed URL: who reads the log could use the URL until its time is over. */
 static void append_query(line *l, const char *query) {

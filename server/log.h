@@ -14,8 +14,16 @@ void srv_log_configure(srv_log_level level, srv_log_format format);
 /* At any time. */
 void srv_log_set_level(srv_log_level level);
 
-/* One event, written at once. Any thread; lines never mix. */
+/* One event, written at once. Any thread; lines never mix. Of errors and warnings of one format SRV_LOG_BURST
+ * are written at once, and then one a second, which tells how many were left out. */
+enum { SRV_LOG_BURST = 10 };
 void srv_log(srv_log_level level, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Tells of the lines that were left out, a second after the last that was written: call it now and then. Any
+ * thread. */
+void srv_log_tell_hidden(void);
+/* The same of all. */
+void srv_log_tell_all_hidden(void);
 
 /* One finished request; logged as information. Text may hold anything, it is escaped. */
 typedef struct srv_log_request {

@@ -247,6 +247,7 @@ static void await_end(process *p, const sigset_t *taken) {
   uint64_t trimmed_at = 0;
   for (;;) {
     int number = sigtimedwait(taken, NULL, &STEP);
+    srv_log_tell_hidden();
     uint64_t ended = atomic_load(&p->server.ended);
     if (number > 0 && ends(number)) {
       srv_log(SRV_LOG_INFO, "signal %d: draining", number);
@@ -286,6 +287,7 @@ static int run(process *p) {
   if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
   if (unsent > 0) srv_log(SRV_LOG_WARN, "%zu clients have not taken all of their answers", unsent);
   bool freed = stop(p);
+  srv_log_tell_all_hidden();
   srv_log(SRV_LOG_INFO, "stopped");
   /* The store needs no farewell: it is whole at any moment. */
   if (!freed) _exit(EXIT_SUCCESS);

@@ -167,3 +167,16 @@ program=${TESTED_BINARY:-$root/build/tweend}
   get "/v1/models/$id/surface.glb?level=2"
   expect 200
 }
+
+@test "an error that repeats fills no log: the lines that are left out are counted" {
+  start_daemon --log-format json
+  rm -rf "$data"
+  curl --silent --output /dev/null "$url/v1/models?limit=[1-60]"
+  sleep 1.1
+  get /v1/models
+  problem 503
+  stop_daemon
+  written=$(grep -c 'cannot find the folder' "$log")
+  hidden=$(sed -n 's/.*"message":"\([0-9]*\) more of these, the last: store: cannot find.*/\1/p' "$log" | awk '{ n += $1 } END { print n }')
+  ((written <= 50 && written + hidden >= 61)) || { echo "$written lines, $hidden left out"; false; }
+}

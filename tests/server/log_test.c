@@ -65,6 +65,43 @@ TEST_WITH(lines_leave_at_once, redirect, restore) {
   assert_int_equal(count(written(*state), "careful"), 1);
 }
 
+static void complain(const char *what) {
+  srv_log(SRV_LOG_ERROR, "no use: %s", what);
+}
+
+TEST_WITH(errors_that_repeat_are_counted, redirect, restore) {
+  srv_log_tell_all_hidden();
+  for (int i = 0; i < SRV_LOG_BURST + 25; i++) complain("every time");
+  complain("the last one");
+  srv_log(SRV_LOG_ERROR, "another kind");
+  assert_int_equal(count(written(*state), "every time"), SRV_LOG_BURST);
+  assert_int_equal(count(text, "another kind"), 1);
+  srv_log_tell_hidden(); /* the second is not over */
+  assert_int_equal(count(written(*state), "more of these"), 0);
+  usleep(1100000);
+  srv_log_tell_hidden();
+  assert_int_equal(count(written(*state), "\"message\":\"26 more of these, the last: no use: the last one\""),
+                   1);
+  srv_log_tell_hidden();
+  complain("once more");
+  assert_int_equal(count(written(*state), "more of these"), 1);
+  assert_int_equal(count(text, "once more"), 1);
+}
+
+TEST_WITH(what_was_left_out_is_told_before_the_next_line, redirect, restore) {
+  srv_log_tell_all_hidden();
+  for (int i = 0; i < SRV_LOG_BURST + 1; i++) complain("every time");
+  usleep(1100000);
+  complain("later");
+  const char *told = strstr(written(*state), "1 more of these"), *later = strstr(text, "later");
+  assert_true(told != NULL && later != NULL && told < later);
+}
+
+TEST_WITH(what_is_no_error_is_never_left_out, redirect, restore) {
+  for (int i = 0; i < 10 * SRV_LOG_BURST; i++) srv_log(SRV_LOG_INFO, "listening");
+  assert_int_equal(count(written(*state), "listening"), 10 * SRV_LOG_BURST);
+}
+
 TEST_WITH(level_changes_at_any_time, redirect, restore) {
   srv_log_set_level(SRV_LOG_WARN);
   log_request("one", "");
