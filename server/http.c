@@ -157,6 +157,7 @@ static struct MHD_Daemon *start_daemon(srv_loop *l) {
     {MHD_OPTION_CLIENT_DISCIPLINE_LVL, 1, NULL},
 #endif
     {l->http->tls ? MHD_OPTION_HTTPS_CERT_CALLBACK : MHD_OPTION_END, 0, (void *)(intptr_t)srv_tls_choose},
+    {MHD_OPTION_HTTPS_PRIORITIES, 0, (void *)(uintptr_t)SRV_TLS_PRIORITIES},
     {MHD_OPTION_END, 0, NULL}
   };
   unsigned limit = (unsigned)l->http->server->config->max_connections + CONNECTION_SLACK;

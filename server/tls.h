@@ -7,6 +7,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+/* For GnuTLS: TLS 1.3, and of TLS 1.2 what keeps past connections secret when the key is lost later. */
+#define SRV_TLS_PRIORITIES "NORMAL:-VERS-ALL:+VERS-TLS1.3:+VERS-TLS1.2:-RSA"
+
 /* Reads certificate chain and key (PEM) and takes them for handshakes from here on. False with one line in
  * error; then those that were read before stay. One thread at a time. */
 bool srv_tls_read(const char *certificate_path, const char *key_path, char *error, size_t error_size);
