@@ -476,6 +476,8 @@ export interface Tracks {
     kind: "quaternion" | "euler" | "axis-angle";
     interpolation: "step" | "linear" | "cubicspline" | "nlerp" | "squad" | "euler";
     keys: number;
+    /** Of the keys, in seconds. */
+    times: number[];
     /** Time of the first key. */
     start: number;
     /** From the first key to the last. */
@@ -662,7 +664,7 @@ export interface SurfaceOptions {
    * keys at exactly those, which together may have no more bytes than an upload. */
   clip?: string;
   /** Times in seconds, separated by commas. */
-  at?: string;
+  at?: string | number | number[];
   /**
    * First of evenly spaced times; needs `fps`.
    * @default 0
@@ -727,11 +729,8 @@ export interface PoseOptions {
    * the later one of the list does. `none` is the rest pose. A value that is a clip's whole name, commas or `none`
    * included, means that clip. */
   clip?: string;
-  /**
-   * Times in seconds, separated by commas, in any order. Without `at` and `fps`: 0.
-   * @default 0
-   */
-  at?: string;
+  /** Times in seconds, separated by commas, in any order. Without `at` and `fps`: 0. */
+  at?: string | number | number[];
   /**
    * First of evenly spaced times; needs `fps`.
    * @default 0
@@ -764,7 +763,7 @@ export interface PoseOptions {
   unit?: "radians" | "degrees";
   /** Names of nodes, separated by commas, default all. The answer keeps the file's order. A name that several nodes
    * bear means all of them. */
-  nodes?: string;
+  nodes?: string | string[];
   /**
    * For every rotation track, default as stored. `linear` and `slerp` are the same. Keys become quaternions first,
    * but `euler` leaves Euler keys as they are and makes XYZ triples of others; `cubicspline` needs tangents in
@@ -837,7 +836,7 @@ export interface LiveOptions {
   unit?: "radians" | "degrees";
   /** Names of nodes, separated by commas, default all. The answer keeps the file's order. A name that several nodes
    * bear means all of them. */
-  nodes?: string;
+  nodes?: string | string[];
   /**
    * For every rotation track, default as stored. `linear` and `slerp` are the same. Keys become quaternions first,
    * but `euler` leaves Euler keys as they are and makes XYZ triples of others; `cubicspline` needs tangents in

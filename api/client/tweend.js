@@ -385,8 +385,9 @@ function apply(objects, a, b, t) {
 /** Plays poses that are there, on the local clock. */
 export class Player {
   #objects;
-  #last; // of update, ms
+  #last; // time of update, ms; undefined: time counts from the next one on
   #time; // seconds, not yet folded
+  #playing;
 
   constructor(objects, table, { time = 0, speed = 1, loop = 'repeat', playing = true } = {}) {
     if (table.header.as !== 'trs') throw new TypeError('a player takes poses as=trs');
@@ -396,7 +397,16 @@ export class Player {
     this.#time = time;
     this.speed = speed;
     this.loop = loop;
-    this.playing = playing;
+    this.#playing = playing;
+  }
+
+  get playing() {
+    return this.#playing;
+  }
+
+  set playing(value) {
+    this.#playing = value;
+    this.#last = undefined;
   }
 
   get duration() {
@@ -413,6 +423,7 @@ export class Player {
 
   set time(seconds) {
     this.#time = seconds;
+    this.#last = undefined;
   }
 
   update(now = performance.now()) {
@@ -444,7 +455,7 @@ class Least {
     if (at - this.#since > 15000) [this.#before, this.#now, this.#since] = [this.#now, Infinity, at];
     this.#now = Math.min(this.#now, value);
     const least = Math.min(this.#now, this.#before);
-    this.value = Math.abs(least - this.value) < 250 ? this.value + (least - this.value) / 8 : least;
+    this.value = Math.abs(least - this.value) < 250 ? this.value + (least - this.value) / 4 : least;
   }
 }
 

@@ -20,6 +20,9 @@ const OPTIONS = {
   TracksOptions: '/v1/models/{id}/tracks',
 };
 
+/** What may be a list too, which the module joins by commas. */
+const LISTS = { at: { type: 'number' }, nodes: { type: 'string' } };
+
 /** Comments as JSDoc wants them, in lines of some length. */
 function tidy(text) {
   const wrap = (line, head, words) => {
@@ -47,7 +50,8 @@ export async function generate() {
     const used = [...(paths[path].parameters ?? []), ...(paths[path].get.parameters ?? [])];
     const whole = used.map(({ $ref, ...own }) => ($ref ? components.parameters[$ref.split('/').at(-1)] : own));
     const queried = whole.filter((parameter) => parameter.in === 'query');
-    const properties = queried.map(({ name, schema, description }) => [name, { ...schema, description }]);
+    const typeOf = ({ name, schema }) => (LISTS[name] ? { oneOf: [schema, LISTS[name], { type: 'array', items: LISTS[name] }] } : schema);
+    const properties = queried.map((parameter) => [parameter.name, { ...typeOf(parameter), description: parameter.description }]);
     schemas[name] = { type: 'object', properties: Object.fromEntries(properties) };
   }
   const nodes = await openapiTS({ openapi, info, paths: {}, components: { schemas } }, { defaultNonNullable: false });

@@ -1,0 +1,405 @@
+// The client module in node, against the daemon with keys.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+import { setTimeout as pause } from 'node:timers/promises';
+
+import { Daemon, root } from '../node/daemon.mjs';
+import { Player, PoseTable, Tweend, TweendError } from '../../api/client/tweend.js';
+
+const daemon = new Daemon(['--api-keys', 'sesame', '--url-keys', 'seal']);
+const tankFile = readFileSync(join(root, 'server/samples/tank.json'));
+let tweend, tank;
+
+before(async () => {
+  await daemon.start();
+  tweend = new Tweend(daemon.url, { key: 'sesame' });
+  tank = await tweend.upload(tankFile, { name: 'tank' });
+});
+after(() => daemon.remove());
+
+const object = () => ({ position: { x: 0, y: 0, z: 0 }, quaternion: { x: 0, y: 0, z: 0, w: 1 }, scale: { x: 1, y: 1, z: 1 } });
+const turn = ({ quaternion: { x, y, z, w } }) => [x, y, z, w];
+
+function assertNear(actual, expected, tolerance, message) {
+  assert.equal(actual.length, expected.length);
+  expected.forEach((value, i) => assert.ok(Math.abs(actual[i] - value) <= tolerance, `${message ?? ''} ${actual} is not ${expected}`));
+}
+
+/** A table of one node's rotations at whole seconds. */
+function tableOf(rotations) {
+  const times = rotations.map((_, i) => i);
+  const rows = Float32Array.from(rotations.flatMap((q, i) => [...q, i, 2 * i, 3 * i, 1, 1, 1 + i]));
+  const header = { as: 'trs', duration: rotations.length - 1, nodes: ['a'], times, poses: rotations.length, stride: 10, node_stride: 10 };
+  return new PoseTable(header, rows);
+}
+
+// ---- requests ----
+
+test('a problem document is thrown as an error with its places', async () => {
+  const bad = JSON.stringify({ meshes: [{ positions: [[0, 0, 0]], faces: [[0, 1, 7]] }] });
+  await assert.rejects(tweend.upload(bad), (error) => {
+    assert.ok(error instanceof TweendError && error instanceof Error);
+    assert.equal(error.status, 422);
+    assert.match(error.errors[0].pointer, /^\/meshes\/0\/faces\/0/);
+    assert.ok(error.message.includes(error.errors[0].pointer) && error.detail === error.message);
+    assert.equal(error.requestId, error.problem.instance);
+    assert.ok(error.title);
+    return true;
+  });
+  await assert.rejects(tweend.upload('v 0 0 0\nv 1 x 0\n'), { name: 'TweendError', status: 400, line: 2 });
+  await assert.rejects(tweend.describe('0'.repeat(32)), { status: 404 });
+  await assert.rejects(tweend.surfaceCounts(tank, { level: 11 }), { status: 422, line: undefined, errors: [] });
+});
+
+test('what a proxy answers is an error too', async () => {
+  const headers = { 'Retry-After': '7', 'X-Request-Id': 'abc' };
+  const fetch = async () => new Response('<h1>no</h1>', { status: 502, statusText: 'Bad Gateway', headers });
+  await assert.rejects(new Tweend('http://a.example', { fetch }).describe('x'), {
+    message: '502 Bad Gateway',
+    status: 502,
+    retryAfter: 7,
+    requestId: 'abc',
+    errors: [],
+  });
+});
+
+test('the key goes to the daemon alone, and below a prefix all goes there', async () => {
+  const seen = [];
+  const fetch = async (url, { headers }) => {
+    seen.push([url, headers.Authorization]);
+    return Response.json({ url: '/v1/models/x/live?fps=3&exp=1&sig=2' });
+  };
+  const behind = new Tweend('https://a.example/apps/tweend?x#y', { key: 'k', fetch });
+  assert.equal(behind.base, 'https://a.example/apps/tweend/');
+  await behind.describe('x');
+  await behind.request('https://b.example/v1/models');
+  assert.deepEqual(seen, [
+    ['https://a.example/apps/tweend/v1/models/x', 'Bearer k'],
+    ['https://b.example/v1/models', undefined],
+  ]);
+  assert.equal(await behind.sign(behind.liveUrl('x', { fps: 3 })), 'https://a.example/apps/tweend/v1/models/x/live?fps=3&exp=1&sig=2');
+  const open = new Tweend('https://a.example', { fetch });
+  assert.equal(await open.sign(open.sourceUrl('x')), 'https://a.example/v1/models/x/source');
+  assert.equal(seen.length, 3);
+});
+
+test('a model goes up, is listed, and goes away', async () => {
+  const told = [];
+  const cube = await tweend.upload(readFileSync(join(root, 'server/samples/cube.obj'), 'utf8'), { name: 'a cube, ½', onProgress: (...of) => told.push(of) });
+  assert.equal(cube.name, 'a cube, ½');
+  assert.deepEqual(told, []); // node tells nothing
+  assert.deepEqual(await tweend.describe(cube), await tweend.describe(cube.id));
+  const ids = [];
+  for await (const { id } of tweend.list({ limit: 1 })) ids.push(id);
+  assert.deepEqual(ids, [cube.id, tank.id].sort());
+  assert.equal(await (await tweend.request(tweend.sourceUrl(tank))).text(), String(tankFile));
+  await tweend.remove(cube);
+  await assert.rejects(tweend.remove(cube), { status: 404 });
+});
+
+test('a file brings its name, a glTF its other files', async () => {
+  const positions = Float32Array.from([0, 0, 0, 1, 0, 0, 0, 1, 0]);
+  const gltf = {
+    asset: { version: '2.0' },
+    buffers: [{ uri: 'points.bin', byteLength: 36 }],
+    bufferViews: [{ buffer: 0, byteLength: 36 }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }],
+    nodes: [{ mesh: 0 }],
+  };
+  const file = new File([JSON.stringify(gltf)], 'corner.gltf');
+  const model = await tweend.upload([file, new File([positions], 'points.bin')]);
+  assert.deepEqual([model.name, model.format, model.meshes[0].faces], ['corner.gltf', 'glb', 1]);
+  const obj = await tweend.upload(new File(['v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n'], 'one.obj', { type: 'application/x-tgif' }));
+  assert.deepEqual([obj.name, obj.format], ['one.obj', 'obj']);
+  await assert.rejects(tweend.upload('{}', { type: 'image/png' }), { status: 415 });
+  await tweend.remove(model);
+  await tweend.remove(obj);
+});
+
+test('a request that is called off ends with the reason', async () => {
+  const signal = AbortSignal.abort(new Error('never mind'));
+  for (const asked of [tweend.upload('{}', { signal }), tweend.describe(tank, { signal }), tweend.poseTable(tank, {}, { signal })])
+    await assert.rejects(asked, { message: 'never mind' });
+});
+
+// ---- surfaces ----
+
+test('options make the query', async () => {
+  const url = tweend.surfaceUrl(tank, { level: 2, limit: true, at: [0, 0.5], clip: 'a&b é', fps: undefined }, 'obj');
+  assert.equal(url, `${daemon.url}/v1/models/${tank.id}/surface.obj?level=2&limit=true&at=0,0.5&clip=a%26b%20%C3%A9`);
+  assert.equal(tweend.surfaceUrl('x'), `${daemon.url}/v1/models/x/surface.glb`);
+  assert.equal(tweend.poseUrl('x', { at: Float32Array.of(0.5, 1) }, 'csv'), `${daemon.url}/v1/models/x/pose.csv?at=0.5,1`);
+  const counts = await tweend.surfaceCounts(tank, { level: 2 });
+  const answer = await tweend.surface(tank, { level: 2 });
+  assert.equal(answer.headers.get('Content-Type'), 'model/gltf-binary');
+  assert.equal((await answer.arrayBuffer()).byteLength, counts.bytes);
+});
+
+test('a signed URL needs no key', async () => {
+  const url = tweend.surfaceUrl(tank, { level: 0 }, 'json');
+  assert.equal((await fetch(url)).status, 401);
+  const signed = await tweend.sign(url, 60);
+  assert.deepEqual(await (await fetch(signed)).json(), await tweend.surfaceCounts(tank, { level: 0 }));
+});
+
+// ---- poses ----
+
+test('binary poses are those of JSON', async () => {
+  const options = { clip: 'drive', from: 0, fps: 30 };
+  const json = await tweend.pose(tank, options);
+  const table = await tweend.poseTable(tank, options);
+  assert.deepEqual(table.header.nodes, json.nodes);
+  assert.deepEqual(table.header.times, json.times);
+  assert.equal(table.rows.length, json.times.length * table.header.stride);
+  json.poses.forEach((pose, i) => {
+    assert.equal(table.row(i).buffer, table.rows.buffer); // a view
+    for (const part of ['rotation', 'translation', 'scale'])
+      pose[part].forEach((value, node) => assertNear(table.part(i, node, part), value.map(Math.fround), 0));
+  });
+  assert.deepEqual(table.part(3, 'turret', 'rotation'), table.part(3, json.nodes.indexOf('turret'), 'rotation'));
+});
+
+test('rows come as they arrive', async () => {
+  const options = { from: 0, to: 4, fps: 5000, nodes: ['hull', 'turret'] };
+  const whole = await tweend.poseTable(tank, options);
+  const stream = await tweend.poseStream(tank, options);
+  let row = 0;
+  for await (const values of stream) assert.deepEqual(values, whole.row(row++));
+  assert.equal(row, 20001);
+});
+
+test('rows do not wait for those after them, and breaking off cancels', async () => {
+  const header = new TextEncoder().encode('{"poses":3,"stride":2}  ');
+  const bytes = new Uint8Array(12 + header.length + 24);
+  bytes.set(new TextEncoder().encode('TWPB\x01\0\0\0'));
+  new DataView(bytes.buffer).setUint32(8, header.length, true);
+  bytes.set(header, 12);
+  bytes.set(new Uint8Array(Float32Array.of(1, 2, 3, 4, 5, 6).buffer), 12 + header.length);
+  let cancelled = false;
+  const answer = (upTo) => {
+    let sent = 0; // three bytes at a time, and then nothing more
+    return new ReadableStream({
+      pull: (out) => {
+        if (sent < upTo) out.enqueue(bytes.slice(sent, (sent += 3)));
+        else return upTo < bytes.length ? out.close() : new Promise(() => {});
+      },
+      cancel: () => (cancelled = true),
+    });
+  };
+  const ask = (upTo) => new Tweend('http://a.example', { fetch: async () => new Response(answer(upTo)) }).poseStream('x');
+  const rows = [];
+  for await (const row of await ask(bytes.length)) {
+    rows.push([...row]);
+    if (rows.length === 3) break;
+  }
+  assert.deepEqual(rows, [[1, 2], [3, 4], [5, 6]]);
+  assert.ok(cancelled);
+  const cut = await ask(bytes.length - 9);
+  await assert.rejects(cut.table(), TypeError);
+  await assert.rejects(ask(9), TypeError);
+  bytes[0]++;
+  await assert.rejects(ask(bytes.length), /pose.bin/);
+});
+
+test('more times than a URL holds go in a body', async () => {
+  const at = Array.from({ length: 3000 }, (_, i) => Math.fround(i / 777));
+  const table = await tweend.poseTable(tank, { clip: 'drive', nodes: 'turret', at });
+  assert.deepEqual(table.header.times, (await tweend.pose(tank, { clip: 'drive', nodes: 'turret', at })).times);
+  assert.equal(table.header.times.length, 3000);
+  assert.deepEqual(table.header.times.map(Math.fround), at);
+});
+
+test('tracks and rotations are there', async () => {
+  const { tracks } = await tweend.tracks(tank, { clip: 'drive' });
+  assert.ok(tracks.some(({ best_order }) => best_order));
+  const { rotations } = await tweend.rotations({ rotations: [{ axis_angle: [0, 0, 1, 90] }], unit: 'degrees', as: 'euler', order: 'XYZ' });
+  assertNear(rotations[0].euler, [0, 0, 90], 1e-4);
+});
+
+// ---- players ----
+
+test('between poses rotations take the short way at constant speed', () => {
+  const half = (degrees) => [0, 0, Math.sin((degrees * Math.PI) / 360), Math.cos((degrees * Math.PI) / 360)];
+  const to = (degrees) => half(degrees).map((value) => -value); // the same rotation, the other sign
+  const a = object();
+  const player = new Player({ a }, tableOf([half(0), to(170), half(170)]), { loop: 'clamp' });
+  for (const [time, degrees] of [[0, 0], [0.1, 17], [0.5, 85], [0.9, 153], [1, 170], [1.5, 170], [2, 170], [9, 170]]) {
+    player.time = time;
+    assert.equal(player.update(), Math.min(time, 2));
+    const sign = Math.sign(turn(a)[3]) * Math.sign(half(degrees)[3]);
+    assertNear(turn(a), half(degrees).map((value) => sign * value), 1e-6, `at ${time}:`);
+    const passed = Math.min(time, 2);
+    assertNear(Object.values(a.position), [passed, 2 * passed, 3 * passed], 1e-6);
+    assertNear(Object.values(a.scale), [1, 1, 1 + passed], 1e-6);
+  }
+});
+
+test('time passes, stops, turns and folds', () => {
+  const identity = [0, 0, 0, 1];
+  const a = object();
+  const player = new Player({ a }, tableOf([identity, identity, identity]));
+  assert.equal(player.update(1000), 0);
+  assert.equal(player.update(2500), 1.5);
+  player.playing = false;
+  assert.equal(player.update(3000), 1.5);
+  player.playing = true;
+  assert.equal(player.update(3000), 1.5); // what passed in between does not count
+  player.speed = -2;
+  assert.equal(player.update(4000), 1.5); // 0.5 before the start, and 2 s repeat
+  player.loop = 'pingpong';
+  player.time = 3.5;
+  assert.equal(player.update(4000), 0.5);
+  player.loop = 'clamp';
+  assert.equal(player.update(4000), 2);
+  player.time = -1;
+  assert.equal(player.update(4000), 0);
+  assert.deepEqual(Object.values(a.position), [0, 0, 0]);
+});
+
+test('objects are found in trees, scenes, lists and by functions', () => {
+  const table = tableOf([[0, 0, 0, 1], [0, 0, 0, 1]]);
+  const named = (name, userData) => ({ ...object(), name, userData });
+  const moved = (objects, a) => {
+    new Player(objects, table, { time: 0.5 }).update();
+    return a.position.x === 0.5;
+  };
+  const list = [named('b'), named('a'), named('a')];
+  assert.ok(moved(list, list[1]));
+  const renamed = [named('a', {}), named('a_1', { name: 'a' })]; // as three.js does
+  const tree = { traverse: (visit) => renamed.forEach(visit) };
+  assert.ok(moved(tree, renamed[1]));
+  assert.ok(moved({ getNodes: () => list }, list[1]));
+  assert.ok(moved((name, index) => name === 'a' && index === 0 && list[0], list[0]));
+  const root = Object.assign(named('a'), { getDescendants: () => list });
+  assert.ok(moved(root, root));
+  assert.deepEqual(new Player([], table).missing, ['a']);
+});
+
+test('objects may be like those of three.js, of Babylon.js, or bare', () => {
+  const s = Math.SQRT1_2;
+  const table = tableOf([[0, 0, 0, 1], [s, 0, 0, s]]);
+  class Vector {
+    set(...values) {
+      this.values = values;
+    }
+  }
+  const three = { position: new Vector(), quaternion: new Vector(), scale: new Vector() };
+  const babylon = { position: new Vector(), rotationQuaternion: null, rotation: { toQuaternion: () => new Vector() }, scaling: new Vector() };
+  const lists = { position: [], quaternion: new Float32Array(4), scale: [] };
+  for (const a of [three, babylon, lists]) new Player({ a }, table, { time: 1, loop: 'clamp' }).update();
+  for (const rotation of [three.quaternion.values, babylon.rotationQuaternion.values, [...lists.quaternion]]) assertNear(rotation, [s, 0, 0, s], 1e-6);
+  for (const position of [three.position.values, babylon.position.values, lists.position]) assert.deepEqual(position, [1, 2, 3]);
+  for (const scale of [three.scale.values, babylon.scaling.values, lists.scale]) assert.deepEqual(scale, [1, 1, 2]);
+});
+
+test('a player shows what the daemon computes', async () => {
+  const turret = object();
+  const player = await tweend.play(tank, { turret }, { clip: 'aim', fps: 30, loop: 'clamp' });
+  assert.equal(player.duration, 4);
+  assert.ok(player.missing.includes('hull') && !player.missing.includes('turret'));
+  const times = [0, 0.31, 1.234, 2.9, 3.999, 4];
+  const { poses } = await tweend.pose(tank, { clip: 'aim', nodes: 'turret', at: times });
+  times.forEach((time, i) => {
+    player.time = time;
+    player.update();
+    const [expected] = poses[i].rotation;
+    const sign = Math.sign(turn(turret).reduce((sum, value, k) => sum + value * expected[k], 0));
+    assertNear(turn(turret).map((value) => sign * value), expected, 1e-3, `at ${time}:`);
+  });
+});
+
+// ---- live ----
+
+/** Waits until a condition holds, while the player goes on. */
+async function until(player, condition) {
+  for (const end = performance.now() + 20000; performance.now() < end; await pause(5)) {
+    player.update();
+    if (condition()) return;
+  }
+  assert.fail('it did not come about');
+}
+
+test('a live player is in phase with the start that it was given', async () => {
+  const turret = object();
+  const start = Date.now() - 10000;
+  const player = await tweend.live(tank, { turret }, { clip: 'aim', fps: 50, loop: 'repeat', start, delay: 200 });
+  await pause(500);
+  const steps = [];
+  await until(player, () => {
+    const due = (((Date.now() - 200 - start) / 1000) % 4 + 4) % 4;
+    steps.push(Math.abs(player.time - due));
+    return steps.length >= 100;
+  });
+  const late = steps.sort((a, b) => a - b);
+  assert.ok(late[50] < 0.02, `${late[50]} s off`);
+  assert.ok(Math.abs(player.serverTime - Date.now()) < 50, 'the server’s clock is this one');
+  const { poses } = await tweend.pose(tank, { clip: 'aim', nodes: 'turret', at: player.time });
+  const [expected] = poses[0].rotation;
+  assertNear([Math.abs(turn(turret).reduce((sum, value, k) => sum + value * expected[k], 0))], [1], 1e-3);
+  player.close();
+  await player.done;
+});
+
+test('a stream that breaks goes on behind what was seen, and ends with its clip', async () => {
+  const asked = [];
+  const watching = new Tweend(daemon.url, {
+    key: 'sesame',
+    fetch: (url, init) => {
+      if (url.includes('/live')) asked.push(init.headers['Last-Event-ID']);
+      return fetch(url, init);
+    },
+  });
+  const hull = object();
+  const player = await watching.live(tank, { hull }, { clip: 'drive', fps: 20, speed: 0.8 });
+  await until(player, () => player.time > 0.3);
+  await daemon.stop();
+  const reached = player.time;
+  await daemon.start();
+  await until(player, () => player.ended && player.time === 4);
+  await player.done;
+  assert.equal(asked[0], undefined);
+  assert.ok(asked.length >= 2 && Number(asked.at(-1)) >= Math.floor((reached / 0.8) * 20), `${asked}`);
+  const { poses } = await tweend.pose(tank, { clip: 'drive', nodes: 'hull', at: 4 });
+  assertNear(Object.values(hull.position), poses[0].translation[0], 1e-5);
+});
+
+test('what cannot go on fails', async () => {
+  await assert.rejects(tweend.live(tank, {}, { clip: 'dance' }), { status: 404 });
+  await assert.rejects(tweend.live(tank, {}, { fps: 1000 }), { status: 400 });
+  const locked = new Tweend(daemon.url);
+  await assert.rejects(locked.live(tank, {}), { status: 401 });
+});
+
+test('the server’s clock is told by the events with least delay, whatever it says', async () => {
+  const ahead = 3.6e6; // an hour
+  const delays = [60, 5, 5, 5, 5, 90, 5, 5, 5, 5, 5]; // who waits behind another is late too
+  const began = performance.now();
+  const events = async function* () {
+    for (let n = 0; n < 40; n++) {
+      const delay = delays[n % delays.length];
+      const due = began + n * 20;
+      await pause(due + delay - performance.now());
+      const pose = { t: n / 50, rotation: [[0, 0, 0, 1]], translation: [[n, 0, 0]], scale: [[1, 1, 1]], now: Math.round(due + ahead) };
+      yield new TextEncoder().encode(`id: ${n}\ndata: ${JSON.stringify(pose)}\n\n`);
+    }
+    yield new TextEncoder().encode('event: end\ndata: {}\n\n');
+  };
+  const fetch = async (url) => (url.includes('/live') ? new Response(ReadableStream.from(events())) : Response.json({ nodes: ['a'] }));
+  const a = object();
+  const player = await new Tweend('http://a.example', { fetch }).live('x', { a }, { fps: 50, delay: 100 });
+  const off = [];
+  await until(player, () => {
+    const now = performance.now();
+    player.update(now);
+    const expected = (now - began - 100) / 20;
+    if (expected > 15 && expected < 38) off.push(Math.abs(a.position.x - expected) * 20);
+    return player.ended;
+  });
+  const clock = player.serverTime - performance.now() - ahead;
+  assert.ok(Math.abs(clock) < 12, `the clock is ${clock} ms off`);
+  off.sort((x, y) => x - y);
+  assert.ok(off.length > 20 && off[off.length >> 1] < 15, `${off.map(Math.round)} ms off`);
+});

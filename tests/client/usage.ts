@@ -1,0 +1,58 @@
+// What users of the types write; what may not compile says so.
+import { LivePlayer, Player, Tweend, TweendError, type PoseOptions, type SurfaceOptions } from '../../api/client/tweend.js';
+
+const tweend = new Tweend('https://models.example/', { key: 'k' });
+
+export async function surfaces(file: File): Promise<number> {
+  const model = await tweend.upload(file, { onProgress: (sent, total) => console.log(sent / total) });
+  const options: SurfaceOptions = { level: 2, scheme: 'loop', crease_sharpness: 'infinite', weld: 0.001, limit: true };
+  const faces: number = (await tweend.surfaceCounts(model, options)).faces;
+  const url: string = tweend.surfaceUrl(model.id, options, 'obj');
+  await tweend.sign(url, 60);
+  // @ts-expect-error: no such scheme
+  tweend.surfaceUrl(model, { scheme: 'cubic' });
+  // @ts-expect-error: no such parameter
+  tweend.surfaceUrl(model, { depth: 2 });
+  // @ts-expect-error: no such form
+  tweend.surfaceUrl(model, {}, 'stl');
+  // @ts-expect-error: a level is a number
+  tweend.surface(model, { level: '2' });
+  for await (const { id, name } of tweend.list({ limit: 10 })) console.log(id, name?.length);
+  return faces;
+}
+
+export async function poses(id: string): Promise<Float32Array> {
+  const options: PoseOptions = { clip: 'drive', at: [0, 0.5], nodes: ['hull'], space: 'world', interpolation: 'nlerp' };
+  for await (const row of await tweend.poseStream(id, options)) console.log(row.length);
+  // @ts-expect-error: the daemon knows no such order
+  await tweend.pose(id, { as: 'euler', order: 'XYX' });
+  const table = await tweend.poseTable(id, options, { signal: AbortSignal.timeout(1000) });
+  return table.part(0, 'hull', 'rotation');
+}
+
+class Vector3 {
+  x = 0;
+  y = 0;
+  z = 0;
+  set(x: number, y: number, z: number) {
+    return Object.assign(this, { x, y, z });
+  }
+}
+
+export async function players(id: string, scene: { traverse(visit: (object: object) => void): void }): Promise<number> {
+  const player: Player = await tweend.play(id, scene, { clip: 'drive', loop: 'pingpong', speed: 0.5 });
+  player.time = player.duration / 2;
+  const hull = { position: new Vector3(), scale: new Vector3(), quaternion: { x: 0, y: 0, z: 0, w: 1 } };
+  const live: LivePlayer = await tweend.live(id, { hull }, { fps: 60, start: Date.now(), delay: 50 });
+  // @ts-expect-error: a player decides what its poses are
+  await tweend.live(id, { hull }, { as: 'matrix' });
+  // @ts-expect-error: nothing to move
+  await tweend.play(id, { hull: { name: 'hull' } });
+  live.update(performance.now());
+  return player.update();
+}
+
+export function tell(error: unknown): string {
+  if (!(error instanceof TweendError)) return String(error);
+  return `${error.status} ${error.errors[0]?.pointer ?? error.line} ${error.problem.predicted?.faces} ${error.retryAfter ?? 0 + 1}`;
+}
