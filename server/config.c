@@ -2,6 +2,7 @@
  * follows from the flag's. */
 #include "config.h"
 
+#include "api.h"
 #include "disk.h"
 #include "machine.h"
 
@@ -338,30 +339,11 @@ static const setting *find_setting(const char *name, size_t size) {
   return NULL;
 }
 
-static size_t least(size_t a, size_t b) {
-  return a < b ? a : b;
-}
-
-/* Levenshtein's distance, by one row of his table. */
-static size_t distance(const char *a, size_t a_size, const char *b) {
-  size_t row[FLAG_SIZE], b_size = least(strlen(b), FLAG_SIZE - 1);
-  for (size_t j = 0; j <= b_size; j++) row[j] = j;
-  for (size_t i = 1; i <= a_size; i++) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b_size; j++) {
-      size_t swapped = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = least(swapped, least(row[j], row[j - 1]) + 1);
-    }
-  }
-  return row[b_size];
-}
-
 static const char *nearest(const char *name, size_t size) {
   const setting *best = &SETTINGS[0];
   for (size_t i = 1; i < SETTING_COUNT; i++)
-    if (distance(name, size, SETTINGS[i].flag) < distance(name, size, best->flag)) best = &SETTINGS[i];
+    if (api_name_distance(name, size, SETTINGS[i].flag) < api_name_distance(name, size, best->flag))
+      best = &SETTINGS[i];
   return best->flag;
 }
 

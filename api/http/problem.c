@@ -4,6 +4,7 @@
 #include "answer.h"
 #include "tweend/json_print.h"
 
+#include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -103,6 +104,7 @@ static void print_predicted(tw_text *text, const api_fault *fault) {
 
 static void print_place(tw_text *text, const api_fault *fault) {
   if (fault->error.line) tw_member_count(text, "line", fault->error.line);
+  if (fault->error.column) tw_member_count(text, "column", fault->error.column);
   if (!fault->in_document) return;
   tw_member_open(text, "errors", "[{");
   tw_member_string(text, "pointer", fault->error.pointer);
@@ -110,12 +112,17 @@ static void print_place(tw_text *text, const api_fault *fault) {
   tw_text_add(text, "}]");
 }
 
-/* The sentence, with its place in front: not every reader looks at `errors`. */
+/* The sentence, with its place in front: not every reader looks at `errors` and `line`. */
 static void print_detail(tw_text *text, const api_fault *fault) {
-  char detail[sizeof fault->error.pointer + sizeof fault->error.detail + 2];
-  bool has_place = fault->in_document && fault->error.pointer[0];
-  snprintf(detail, sizeof detail, "%s%s%s", has_place ? fault->error.pointer : "", has_place ? ": " : "",
-           fault->error.detail);
+  const tw_error *error = &fault->error;
+  char place[sizeof error->pointer] = "", detail[sizeof place + sizeof error->detail + 2];
+  if (fault->in_document)
+    strcpy(place, error->pointer);
+  else if (error->column)
+    snprintf(place, sizeof place, "line %" PRIu64 ", column %" PRIu64, error->line, error->column);
+  else if (error->line)
+    snprintf(place, sizeof place, "line %" PRIu64, error->line);
+  snprintf(detail, sizeof detail, "%s%s%s", place, place[0] ? ": " : "", error->detail);
   tw_member_string(text, "detail", detail);
 }
 

@@ -1,6 +1,7 @@
 /* Query strings: percent-decoding and typed values, every fault named. */
 #include "query.h"
 
+#include "near_names.h"
 #include "tweend/json_print.h"
 
 #include <math.h>
@@ -42,7 +43,8 @@ static tw_status fail_unknown(const char *name, const char *const *known, tw_err
   char list[220];
   tw_names_join(known, list, sizeof list);
   if (!list[0]) return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\": none is known here", name);
-  return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\"; known: %s", name, list);
+  return tw_fail(error, TW_SYNTAX, "unknown parameter \"%.60s\";%s known: %s", name,
+                 api_near_of(name, known).text, list);
 }
 
 /* exp and sig are of a signed URL (signed_url.h), whatever the route. */
@@ -143,5 +145,6 @@ tw_status api_query_choice(const api_query *query, const char *name, const char 
   }
   char list[200];
   tw_names_join(choices, list, sizeof list);
-  return tw_fail(error, TW_SYNTAX, "%s=%.60s: expected one of %s", name, text, list);
+  return tw_fail(error, TW_SYNTAX, "%s=%.60s:%s expected one of %s", name, text,
+                 api_near_of(text, choices).text, list);
 }

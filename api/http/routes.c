@@ -5,6 +5,7 @@
 #include "access.h"
 #include "encode.h"
 #include "models.h"
+#include "near_names.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -245,13 +246,54 @@ static api_outcome check_type(api_call *call) {
   return api_fail_with(call, 415, "Content-Type is none of: %s", call->fault.supported);
 }
 
+/* Considers the paths of a route as names that a client may have meant. */
+static void consider_route(api_near *near, const api_route *route) {
+  char path[API_NEAR_TEXT];
+  api_near_consider(near, route->path);
+  for (const api_offer *form = route->offers; route->has_extensions && form->type; form++) {
+    snprintf(path, sizeof path, "%s.%s", route->path, form->extension);
+    api_near_consider(near, path);
+  }
+}
+
+/* The path with "{id}" for ids, and for what stands in the place of one, which *has_false_id tells. */
+static void print_pattern(const char *path, char out[API_NEAR_TEXT], bool *has_false_id) {
+  static const char models[] = "/v1/models", pattern[] = "/{id}";
+  bool is_of_models = strncmp(path, models, sizeof models - 1) == 0;
+  size_t length = 0;
+  *has_false_id = false;
+  for (const char *segment = path; *segment && length < API_NEAR_TEXT;) {
+    size_t size = 1 + strcspn(segment + 1, "/");
+    bool is_id = size == 1 + ID_LENGTH && api_is_model_id(segment + 1, ID_LENGTH);
+    bool is_false = is_of_models && segment == path + sizeof models - 1 && size > 1 && !is_id;
+    *has_false_id |= is_false;
+    length += (size_t)snprintf(out + length, API_NEAR_TEXT - length, "%.*s",
+                               is_id || is_false ? (int)sizeof pattern - 1 : (int)size,
+                               is_id || is_false ? pattern : segment);
+    segment += size;
+  }
+}
+
+/* Nothing is at this path: names what is near. */
+static api_outcome fail_path(api_call *call) {
+  char pattern[API_NEAR_TEXT] = "";
+  bool has_false_id;
+  print_pattern(call->request->path, pattern, &has_false_id);
+  api_near near = {.name = pattern, .length = strlen(pattern)};
+  for (size_t i = 0; i < ROUTES; i++) consider_route(&near, &routes[i]);
+  if (has_false_id && near.count && near.names[0].distance == 0)
+    return api_fail_with(call, 404, "nothing is at this path: a model's id is 32 hex digits, in lower case");
+  return api_fail_with(call, 404, "nothing is at this path%s%s", near.count ? ";" : "",
+                       api_near_print(&near).text);
+}
+
 /* OPTIONS, or a method that the path does not have. */
 static api_outcome answer_methods(api_call *call) {
   const char *methods = list_methods(call, false);
   bool is_options = strcmp(call->request->method, "OPTIONS") == 0;
   if (!methods && is_options && strcmp(call->request->path, "*") == 0)
     methods = "GET, HEAD, POST, DELETE, OPTIONS"; /* of the server as a whole */
-  if (!methods) return api_fail_with(call, 404, "nothing is at this path");
+  if (!methods) return fail_path(call);
   if (is_options) {
     api_access_options(call, methods, list_methods(call, true));
     return API_DONE;

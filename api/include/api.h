@@ -337,6 +337,10 @@ void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
 /* The low-cardinality name of a path for logs and metrics, as "/v1/models/{id}/surface". */
 const char *api_route_name(const char *path);
 
+/* How many characters are put in, left out or exchanged from name[0..length) to `other`, without regard to case.
+ * Of `other` the first 63 count. O(length x 64). */
+size_t api_name_distance(const char *name, size_t length, const char *other);
+
 /* Stores a model as POST /v1/models would (the sample models at start). Returns the HTTP status. */
 int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_t size);
 

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "json_value.h"
+#include "near_names.h"
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
@@ -70,6 +71,13 @@ static uint32_t find_nameless(const names *all, const char *text) {
   return strcmp(made_up, text) == 0 ? (uint32_t)index : TW_NO_INDEX;
 }
 
+static tw_status fail_absent(const api_value *value, const names *all, const char *text) {
+  api_near near = {.name = text, .length = strlen(text)};
+  for (uint32_t i = 0; i < all->sorted_count; i++) api_near_consider(&near, all->sorted[i].text);
+  return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"%s%s", all->kind, text,
+                       near.count ? ";" : "", api_near_print(&near).text);
+}
+
 /* Reads a name that refers to one of `all`; one that is not there leaves *out alone. O(log n). */
 static tw_status read_reference(const api_value *value, const names *all, uint32_t *out) {
   if (!value->item) return TW_OK;
@@ -86,7 +94,7 @@ static tw_status read_reference(const api_value *value, const names *all, uint32
   uint32_t nameless = find_nameless(all, text), end = low;
   while (end < all->sorted_count && end < low + 2 && strcmp(all->sorted[end].text, text) == 0) end++;
   uint32_t found = end - low + (nameless != TW_NO_INDEX);
-  if (found == 0) return api_json_fail(value, TW_INVALID, "no %s is called \"%.60s\"", all->kind, text);
+  if (found == 0) return fail_absent(value, all, text);
   if (found > 1)
     return api_json_fail(value, TW_INVALID, "more than one %s is called \"%.60s\"", all->kind, text);
   *out = nameless != TW_NO_INDEX ? nameless : all->sorted[low].index;

@@ -1,6 +1,7 @@
 /* Typed values out of JSON. */
 #include "json_value.h"
 
+#include "near_names.h"
 #include "tweend/json_print.h"
 
 #include <math.h>
@@ -143,7 +144,8 @@ void api_json_close(api_value *value) {
 static tw_status fail_unknown(const api_value *object, const char *name, const char *const *names) {
   char list[200];
   tw_names_join(names, list, sizeof list);
-  return api_json_fail(object, TW_SYNTAX, "unknown member \"%.60s\"; known: %s", name, list);
+  return api_json_fail(object, TW_SYNTAX, "unknown member \"%.60s\";%s known: %s", name,
+                       api_near_of(name, names).text, list);
 }
 
 tw_status api_json_members(const api_value *object, const char *const *names, api_value *values) {
@@ -215,7 +217,9 @@ tw_status api_json_choice(const api_value *value, const char *const *choices, in
   }
   char list[200];
   tw_names_join(choices, list, sizeof list);
-  return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
+  if (!cJSON_IsString(item)) return api_json_fail(value, TW_SYNTAX, "expected one of %s", list);
+  return api_json_fail(value, TW_SYNTAX, "\"%.60s\":%s expected one of %s", item->valuestring,
+                       api_near_of(item->valuestring, choices).text, list);
 }
 
 static tw_status fail_number(const api_value *value) {

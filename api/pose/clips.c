@@ -2,6 +2,7 @@
 #include "clips.h"
 
 #include "models.h"
+#include "near_names.h"
 #include "service.h"
 
 #include <stdio.h>
@@ -17,17 +18,21 @@ enum {
 };
 
 static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
+  char buffer[24];
+  api_near near = {.name = name, .length = length};
+  for (uint32_t i = 0; i < model->clip_count; i++)
+    api_near_consider(&near, tw_model_clip_name(model, i, buffer));
   char list[160] = "";
   size_t used = 0;
   for (uint32_t i = 0; i < model->clip_count; i++) {
-    char buffer[24];
     int more = snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "",
                         tw_model_clip_name(model, i, buffer));
     if (more < 0 || (size_t)more >= sizeof list - used) break;
     used += (size_t)more;
   }
   list[used] = '\0';
-  return api_fail_with(call, 404, "no clip is called \"%.*s\"; %s%s", length < 60 ? (int)length : 60, name,
+  return api_fail_with(call, 404, "no clip is called \"%.*s\";%s %s%s", length < 60 ? (int)length : 60, name,
+                       api_near_print(&near).text,
                        model->clip_count ? "there are: " : "the model has no clips", list);
 }
 

@@ -1,6 +1,7 @@
 /* Requests for poses, up to what is to be evaluated. */
 #include "pose_request.h"
 
+#include "near_names.h"
 #include "service.h"
 
 #include <string.h>
@@ -81,13 +82,21 @@ static uint32_t find_listed(const tw_model *model, const char *list, size_t *len
   return TW_NO_INDEX;
 }
 
+static api_outcome fail_absent(api_call *call, const tw_model *model, const char *name, size_t length) {
+  char buffer[24];
+  api_near near = {.name = name, .length = length};
+  for (uint32_t i = 0; i < model->node_count; i++)
+    api_near_consider(&near, tw_model_node_name(model, i, buffer));
+  return api_fail_with(call, 404, "no node is called \"%.*s\"%s%s", length < 60 ? (int)length : 60, name,
+                       near.count ? ";" : "", api_near_print(&near).text);
+}
+
 static api_outcome choose_listed(api_call *call, const tw_model *model, const char *list, bool *chosen) {
   for (;;) {
     size_t length;
     uint32_t node = find_listed(model, list, &length);
     if (node == TW_NO_INDEX) {
-      length = strcspn(list, ",");
-      return api_fail_with(call, 404, "no node is called \"%.*s\"", length < 60 ? (int)length : 60, list);
+      return fail_absent(call, model, list, strcspn(list, ","));
     }
     const uint32_t *namesakes = NULL;
     uint32_t count = chosen[node] ? 0 : tw_model_namesakes(model, node, &namesakes);

@@ -27,6 +27,7 @@ static tw_status fail(tw_error *error, tw_status status, uint64_t line, const ch
   if (!error) return status;
   error->status = status;
   error->line = line;
+  error->column = 0;
   error->pointer[0] = '\0';
   int length = vsnprintf(error->detail, sizeof error->detail, format, arguments);
   if (length >= (int)sizeof error->detail) trim_partial_character(error->detail);

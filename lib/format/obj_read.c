@@ -19,7 +19,8 @@
 /* Lines end with LF, CRLF or a lone CR; a backslash just before a line end is a blank. */
 typedef struct obj_text {
   const uint8_t *at, *end;
-  uint64_t line; /* of `at`, from 1 */
+  uint64_t line;        /* of `at`, from 1 */
+  const uint8_t *first; /* of the file; NULL for names */
 } obj_text;
 
 /* A piece of the text. */
@@ -71,6 +72,33 @@ static obj_word read_word(obj_text *text) {
   const uint8_t *start = text->at;
   while (text->at < text->end && !ends_word(text->at, text->end)) text->at++;
   return (obj_word){(const char *)start, (size_t)(text->at - start)};
+}
+
+/* The beginning of a word for a sentence: printable characters, all others as question marks. */
+typedef struct obj_quote {
+  char text[44];
+} obj_quote;
+
+static obj_quote quote(obj_word word) {
+  static const char more[] = "...";
+  obj_quote out = {{0}};
+  size_t most = sizeof out.text - sizeof more, length = word.length < most ? word.length : most;
+  for (size_t i = 0; i < length; i++)
+    out.text[i] = (char)(word.text[i] > ' ' && word.text[i] < 0x7F ? word.text[i] : '?');
+  if (length < word.length) memcpy(out.text + length, more, sizeof more);
+  return out;
+}
+
+/* The word round `at` is not what is expected there. */
+static tw_status fail_word(const obj_text *text, const char *what, tw_error *error) {
+  obj_text from = *text;
+  while (from.at > from.first && from.at[-1] > ' ') from.at--;
+  uint64_t column = 1;
+  for (const uint8_t *c = from.at; c > from.first && !is_line_end(c[-1]); c--)
+    column += (c[-1] & 0xC0) != 0x80; /* not of bytes inside a UTF-8 character */
+  tw_fail_line(error, TW_SYNTAX, text->line, "\"%s\" is no %s", quote(read_word(&from)).text, what);
+  if (error) error->column = column;
+  return TW_SYNTAX;
 }
 
 /* The rest of the text without blanks at its ends. */
@@ -182,7 +210,7 @@ typedef struct obj_names {
 
 static obj_text text_of(obj_word word) {
   const uint8_t *start = (const uint8_t *)word.text;
-  return (obj_text){start, start + word.length, 0};
+  return (obj_text){start, start + word.length, 0, NULL};
 }
 
 /* FNV-1a over the words, a blank behind each. */
@@ -314,9 +342,11 @@ typedef struct obj_reader {
 
   bool is_tagged; /* has a `t` */
   int tag_boundary, tag_uv, tag_creasing, tag_triangles;
-  uint64_t painted_points;   /* by ZBrush's comments */
-  uint64_t ignored_elements; /* lines, points, free-form */
-  uint64_t first_ignored;    /* its line */
+  uint64_t painted_points;                    /* by ZBrush's comments */
+  uint64_t ignored_elements;                  /* lines, points, free-form */
+  uint64_t first_ignored;                     /* its line */
+  uint64_t unknown_statements, first_unknown; /* the line of the first one */
+  obj_word unknown_word;                      /* its first word */
   uint64_t ignored_tags, missing_uvs, long_groups, late_groups, bad_normals;
 } obj_reader;
 
@@ -339,8 +369,7 @@ static tw_status read_numbers(obj_text *text, float *out, size_t most, size_t *c
   *count = 0;
   while (*count < most && !statement_ends(text)) {
     double value;
-    if (!read_number(text, &value))
-      return tw_fail_line(error, TW_SYNTAX, text->line, "a number is malformed");
+    if (!read_number(text, &value)) return fail_word(text, "number", error);
     out[*count] = (float)value;
     if (!isfinite(out[*count]))
       return tw_fail_line(error, TW_INVALID, text->line, "a number is too large for a 32-bit float");
@@ -438,7 +467,7 @@ static void read_normal(obj_reader *reader, obj_text *text) {
 static tw_status read_index(obj_text *text, uint64_t so_far, uint64_t all, const char *what, uint32_t *out,
                             tw_error *error) {
   int64_t index;
-  if (!read_integer(text, &index)) return tw_fail_line(error, TW_SYNTAX, text->line, "an index is malformed");
+  if (!read_integer(text, &index)) return fail_word(text, "corner of a face", error);
   if (index == 0) return tw_fail_line(error, TW_INVALID, text->line, "index 0: they start from 1");
   if (index < 0 && (uint64_t)-index > so_far)
     return tw_fail_line(error, TW_INVALID, text->line, "index %lld is out of range: there are %llu so far",
@@ -479,7 +508,7 @@ static tw_status read_corner(const obj_reader *reader, obj_text *text, obj_corne
       status = read_index(text, read->normals, all->normals, "normals", &out->normal, error);
   }
   if (status != TW_OK || ends_corner(text)) return status;
-  return tw_fail_line(error, TW_SYNTAX, text->line, "a corner is malformed");
+  return fail_word(text, "corner of a face", error);
 }
 
 /* [count] elements in the arena that all say "none". */
@@ -651,7 +680,19 @@ static void begin_smoothing(obj_reader *reader, obj_text *text) {
   reader->smoothing_group = is_group ? (uint32_t)group : OBJ_NO_VALUE;
 }
 
-/* Statements of this kind that tweend has no use for, by their whole word. */
+/* Statements of the format that have nothing to do with a surface of polygons. */
+static bool is_known(obj_word word) {
+  static const char *const words[] = {
+      "bevel",      "bmat",   "bsp",    "bzp",  "c_interp", "call",      "cdc",  "cdp",    "con",
+      "csh",        "cstype", "ctech",  "curv", "curv2",    "d_interp",  "deg",  "end",    "hole",
+      "l",          "lod",    "maplib", "mg",   "mtllib",   "p",         "parm", "res",    "scrv",
+      "shadow_obj", "sp",     "stech",  "step", "surf",     "trace_obj", "trim", "usemap", "vp"};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (word_is(word, words[i])) return true;
+  return false;
+}
+
+/* Counts statements that shape no surface; what is no word is no OBJ file either. */
 static tw_status read_other(obj_reader *reader, const obj_text *text, obj_word word) {
   if (word_is(word, "l") || word_is(word, "p") || word_is(word, "curv") || word_is(word, "curv2") ||
       word_is(word, "surf")) {
@@ -661,8 +702,13 @@ static tw_status read_other(obj_reader *reader, const obj_text *text, obj_word w
     char c = word.text[i];
     bool letter = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || tw_is_digit(c) || c == '_';
     if (!letter)
-      return tw_fail_line(reader->error, TW_SYNTAX, text->line, "this is not a statement of an OBJ file");
+      return tw_fail_line(reader->error, TW_SYNTAX, text->line, "\"%s\" begins no statement of an OBJ file",
+                          quote(word).text);
   }
+  if (is_known(word)) return TW_OK;
+  if (reader->unknown_statements++ > 0) return TW_OK;
+  reader->first_unknown = text->line;
+  reader->unknown_word = word;
   return TW_OK;
 }
 
@@ -1262,6 +1308,10 @@ static void warn(const obj_reader *reader, tw_model *model) {
     tw_model_warn(
         model, "%llu lines, points or curves are left out, the first in line %llu: only faces have a surface",
         (unsigned long long)reader->ignored_elements, (unsigned long long)reader->first_ignored);
+  if (reader->unknown_statements > 0)
+    tw_model_warn(model, "%llu statements are left out, the first in line %llu: \"%s\" is none that is known",
+                  (unsigned long long)reader->unknown_statements, (unsigned long long)reader->first_unknown,
+                  quote(reader->unknown_word).text);
   if (reader->ignored_tags > 0)
     tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
                   (unsigned long long)reader->ignored_tags);
@@ -1326,7 +1376,8 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
                        .tag_creasing = TW_TAG_UNSET,
                        .tag_triangles = TW_TAG_UNSET};
   bool has_mark = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0;
-  tw_status status = read_statements(&reader, (obj_text){bytes + (has_mark ? 3 : 0), bytes + size, 1});
+  const uint8_t *start = bytes + (has_mark ? 3 : 0);
+  tw_status status = read_statements(&reader, (obj_text){start, bytes + size, 1, start});
   if (status == TW_OK) status = build_model(&reader, model);
   if (status == TW_OK) warn(&reader, model);
   if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);

@@ -91,6 +91,37 @@ TEST(bad_files_are_refused_at_their_line) {
     assert_refused(cases[i].text, cases[i].status, cases[i].line);
 }
 
+TEST(words_that_are_malformed_are_quoted_with_their_column) {
+  static const struct {
+    const char *text, *detail;
+    uint64_t column;
+  } cases[] = {
+      {"v 0 1.0f 0\n", "\"1.0f\" is no number", 5},
+      {"# one\r\nv 0 0\t0,5 # half\r\n", "\"0,5\" is no number", 7},
+      {"v 0 0 \\\n  0x10\n", "\"0x10\" is no number", 3},
+      {"g \xC3\xA4\nv \xC3\xA4 0 0\n", "\"??\" is no number", 3},
+      {"\xEF\xBB\xBFv - 0 0\n", "\"-\" is no number", 3},
+      {TRIANGLE "f 1/ 2/x/3 3\n", "\"2/x/3\" is no corner of a face", 6},
+      {TRIANGLE "f 1 2 3.5\n", "\"3.5\" is no corner of a face", 7},
+      {"v 0 0 12345678901234567890123456789012345678901234567890x\n",
+       "\"1234567890123456789012345678901234567890...\" is no number", 7},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    tw_model *model = NULL;
+    tw_error error = {0};
+    assert_int_equal(read_bytes(cases[i].text, strlen(cases[i].text), &model, &error), TW_SYNTAX);
+    assert_string_equal(error.detail, cases[i].detail);
+    assert_int_equal(error.column, cases[i].column);
+  }
+}
+
+TEST(a_line_without_a_malformed_word_has_no_column) {
+  tw_model *model = NULL;
+  tw_error error = {.column = 7};
+  assert_int_equal(read_bytes("v 0 0\n", 6, &model, &error), TW_SYNTAX);
+  assert_int_equal(error.column, 0);
+}
+
 TEST(bad_tags_are_refused_at_their_line) {
   static const struct {
     const char *tag;
@@ -240,6 +271,26 @@ TEST(lines_points_and_curves_are_left_out_with_one_warning_that_names_the_first)
   assert_int_equal(model->warning_count, 1);
   assert_non_null(strstr(model->warnings[0], "3 lines"));
   assert_non_null(strstr(model->warnings[0], "in line 5"));
+  tw_model_destroy(model);
+}
+
+TEST(unknown_statements_are_left_out_with_one_warning_that_names_the_first) {
+  tw_model *model = read_good(TRIANGLE "F 1 2 3\nf 1 2 3\nface 1 2 3\nvv 0 0 0\n");
+  assert_int_equal(model->meshes[0].face_count, 1);
+  assert_int_equal(model->warning_count, 1);
+  assert_string_equal(model->warnings[0],
+                      "3 statements are left out, the first in line 4: \"F\" is none that is known");
+  tw_model_destroy(model);
+}
+
+TEST(statements_without_a_surface_are_no_unknown_ones) {
+  tw_model *model =
+      read_good("mtllib a.mtl\no a\ng b\ns off\nmg 0\nlod 1\nbevel on\nc_interp off\nd_interp on\n"
+                "usemap a\nmaplib a\nshadow_obj a\ntrace_obj a\nctech cparm 1\nstech cparma 1\n"
+                "vp 0 0\ncstype bezier\ndeg 3\nbmat u 1\nstep 1\nparm u 0 1\ntrim 0 1 1\n"
+                "hole 0 1 1\nscrv 0 1 1\nsp 1\nend\ncon 1 0 1 1 2 0 1 1\nusemtl c\n" TRIANGLE
+                "vt 0 0\nvn 0 0 1\nf 1 2 3\nfo 1 2 3\n");
+  assert_int_equal(model->warning_count, 0);
   tw_model_destroy(model);
 }
 

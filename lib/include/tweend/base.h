@@ -25,6 +25,7 @@ typedef enum tw_status {
 typedef struct tw_error {
   tw_status status;
   uint64_t line;     /* OBJ: line number from 1; 0 where there is none */
+  uint64_t column;   /* of that line, in characters from 1; 0 where it is not known */
   char pointer[160]; /* JSON documents: RFC 6901 pointer; "" where there is none */
   char detail[320];  /* one sentence for a person, UTF-8, never cut inside a character */
 } tw_error;

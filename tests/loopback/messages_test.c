@@ -1,0 +1,154 @@
+/* What an error says: names that are near, paths that nearly exist, the word that is malformed. */
+#include "loopback.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "near_names.h"
+
+#define MODEL                                                                                                \
+  "{\"nodes\":[{\"name\":\"turret\"},{\"name\":\"wheel_left\"},{\"name\":\"wheel_right\"}],\"clips\":["      \
+  "{\"name\":\"drive\",\"tracks\":[]},{\"name\":\"aim\",\"tracks\":[]}]}"
+
+static int start(void **state) {
+  *state = one_model_start(NULL, MODEL);
+  return 0;
+}
+
+/* Asks for `format`, whose %s is the model's id. detail: NULL for any answer but an error. */
+static void ask(const one_model *one, const char *format, int status, const char *detail) {
+  char target[256];
+  snprintf(target, sizeof target, format, one->id);
+  reply r = loopback_get(one->loop, target);
+  cJSON *json = cJSON_Parse(r.body);
+  const char *said = cJSON_GetStringValue(cJSON_GetObjectItem(json, "detail"));
+  if (r.status != status || (detail && (!said || strcmp(said, detail) != 0)))
+    fail_msg("%s: %d %s", target, r.status, r.body);
+  cJSON_Delete(json);
+  reply_free(&r);
+}
+
+/* ---- names ----------------------------------------------------------------------------------------------
+ */
+
+TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_stop) {
+  ask(*state, "/v1/models/%s/pose?clip=Drvie", 404,
+      "no clip is called \"Drvie\"; did you mean drive? there are: drive, aim");
+  ask(*state, "/v1/models/%s/pose?clip=swim", 404,
+      "no clip is called \"swim\"; did you mean aim? there are: drive, aim");
+  ask(*state, "/v1/models/%s/pose?clip=jump", 404, "no clip is called \"jump\"; there are: drive, aim");
+  ask(*state, "/v1/models/%s/pose?nodes=wheel_left,turet", 404,
+      "no node is called \"turet\"; did you mean turret?");
+  ask(*state, "/v1/models/%s/pose?nodes=wheel", 404,
+      "no node is called \"wheel\"; did you mean wheel_left, wheel_right?");
+  ask(*state, "/v1/models/%s/pose?nodes=barrel", 404, "no node is called \"barrel\"");
+}
+
+TEST_WITH(unknown_parameters_and_values_name_the_nearest, start, one_model_stop) {
+  ask(*state, "/v1/models/%s/tracks?clp=aim", 400,
+      "unknown parameter \"clp\"; did you mean clip? known: clip");
+  ask(*state, "/v1/models/%s/tracks?frobnicate=1", 400, "unknown parameter \"frobnicate\"; known: clip");
+  ask(*state, "/v1/models/%s/surface?scheme=catmul-clark", 400,
+      "scheme=catmul-clark: did you mean catmull-clark? expected one of catmull-clark, loop, bilinear");
+  ask(*state, "/v1/models/%s/surface?scheme=butterfly", 400,
+      "scheme=butterfly: expected one of catmull-clark, loop, bilinear");
+}
+
+TEST_WITH(names_inside_a_document_have_near_ones_too, loopback_setup, loopback_teardown) {
+  static const struct {
+    const char *text;
+    int status;
+    const char *pointer, *word;
+  } cases[] = {
+      {"{\"meshes\":[{\"name\":\"hull\"}],\"nodes\":[{\"mesh\":\"hulk\"}]}", 422, "/nodes/0/mesh",
+       "no mesh is called \"hulk\"; did you mean hull?"},
+      {"{\"nodes\":[{\"name\":\"a\"},{\"parent\":\"base\"}]}", 422, "/nodes/1/parent",
+       "no node is called \"base\""},
+      {"{\"node\":[]}", 400, "", "unknown member \"node\"; did you mean nodes? known: meshes"},
+      {"{\"nodes\":[{\"name\":\"a\"}],\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotaton\",\"times\":"
+       "["
+       "0]}]}]}",
+       400, "/clips/0/tracks/0/path", "\"rotaton\": did you mean rotation? expected one of"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++)
+    assert_problem(loopback_post(*state, "/v1/models", "application/json", cases[i].text), cases[i].status,
+                   cases[i].pointer, cases[i].word);
+}
+
+TEST(the_distance_counts_edits_and_no_case) {
+  assert_int_equal(api_name_distance("", 0, "abc"), 3);
+  assert_int_equal(api_name_distance("abc", 3, "abc"), 0);
+  assert_int_equal(api_name_distance("ABC", 3, "abd"), 1);
+  assert_int_equal(api_name_distance("kitten", 6, "sitting"), 3);
+}
+
+TEST(at_most_three_names_are_near_the_nearest_first) {
+  const char *const names[] = {"levels", "label", "level", "lever", "bevel", "unit", NULL};
+  assert_string_equal(api_near_of("level", names).text, " did you mean level, levels, lever?");
+  assert_string_equal(api_near_of("x", names).text, "");
+}
+
+TEST(long_names_are_near_nothing) {
+  char name[API_NEAR_TEXT + 1];
+  memset(name, 'a', sizeof name - 1);
+  name[sizeof name - 1] = '\0';
+  const char *const longs[] = {name, NULL};
+  assert_string_equal(api_near_of(name, longs).text, "");
+  name[API_NEAR_TEXT - 1] = '\0';
+  assert_string_not_equal(api_near_of(name, longs).text, "");
+}
+
+/* ---- paths ------------------------------------------------------------------------------------------------
+ */
+
+TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop) {
+  static const char nothing[] = "nothing is at this path";
+  static const struct {
+    const char *target, *near;
+  } cases[] = {
+      {"/v1/model", "/v1/models"},
+      {"/models", "/v1/models"},
+      {"/v1/models/", "/v1/models"},
+      {"/v1/models/%s/", "/v1/models/{id}"},
+      {"/v1/models/%s/poses", "/v1/models/{id}/pose"},
+      {"/v1/models/%s/pose.jsn", "/v1/models/{id}/pose.json"},
+      {"/v1/models/%s/surface.gbl", "/v1/models/{id}/surface.glb"},
+      {"/v1/Models/%s/tracks", "/v1/models/{id}/tracks"},
+      {"/health", "/healthz"},
+  };
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    char detail[160];
+    snprintf(detail, sizeof detail, "%s; did you mean %s", nothing, cases[i].near);
+    char target[96];
+    snprintf(target, sizeof target, cases[i].target, ((const one_model *)*state)->id);
+    assert_problem(loopback_get(((const one_model *)*state)->loop, target), 404, NULL, detail);
+  }
+  ask(*state, "/frobnicate", 404, nothing);
+  ask(*state, "/v1/models/%s/frobnicate", 404, nothing);
+  ask(*state, "/v1/models/ABC/pose", 404,
+      "nothing is at this path: a model's id is 32 hex digits, in lower case");
+}
+
+/* ---- OBJ -------------------------------------------------------------------------------------------------
+ */
+
+TEST_WITH(a_malformed_number_is_quoted_with_line_and_column, loopback_setup, loopback_teardown) {
+  reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 1.0f\n");
+  assert_int_equal(r.status, 400);
+  cJSON *json = cJSON_Parse(r.body);
+  assert_string_equal(json_member(json, "detail")->valuestring, "line 2, column 7: \"1.0f\" is no number");
+  assert_int_equal(json_member(json, "line")->valueint, 2);
+  assert_int_equal(json_member(json, "column")->valueint, 7);
+  cJSON_Delete(json);
+  reply_free(&r);
+}
+
+TEST_WITH(a_line_without_a_column_stands_before_the_sentence, loopback_setup, loopback_teardown) {
+  reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nf 1 1\n");
+  cJSON *json = cJSON_Parse(r.body);
+  assert_string_equal(json_member(json, "detail")->valuestring, "line 2: a face needs at least 3 corners");
+  assert_null(cJSON_GetObjectItem(json, "column"));
+  cJSON_Delete(json);
+  reply_free(&r);
+}
