@@ -68,7 +68,8 @@ const dark = matchMedia('(prefers-color-scheme: dark)');
 function showTheme() {
   const theme = state('theme') || (dark.matches ? 'dark' : 'light');
   document.documentElement.dataset.theme = theme;
-  byId('theme').setAttribute('aria-pressed', theme === 'dark');
+  byId('theme').textContent = theme === 'dark' ? 'Light' : 'Dark';
+  byId('theme').setAttribute('aria-label', `Change to the ${theme === 'dark' ? 'light' : 'dark'} theme`);
   viewport.setTheme(theme);
 }
 dark.addEventListener('change', showTheme);

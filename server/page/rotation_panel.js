@@ -114,8 +114,9 @@ export class RotationPanel {
     this.nows = [q.now, e.now];
     this.legends = [legend(['x', 'y', 'z', 'w']), legend(['x', 'y', 'z'])];
     this.band = this.drawBand(distance);
-    const least = Math.min(...distance);
-    const at = (distance.indexOf(least) / Math.max(distance.length - 1, 1)) * this.animation.duration;
+    const nearest = Math.min(...distance);
+    const least = Math.min(nearest, track.orders[order] ?? 1); // the curve's samples may miss it
+    const at = (distance.indexOf(nearest) / Math.max(distance.length - 1, 1)) * this.animation.duration;
     const verdict = least < LOCKED ? 'locks' : least < NEAR ? 'comes near lock' : 'stays clear of lock';
     this.lockNow = make('output', { className: 'value' });
     const offersBetter = track.best_order !== order && (track.orders[track.best_order] ?? 0) > (track.orders[order] ?? 0) + 0.01;

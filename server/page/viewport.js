@@ -1,7 +1,7 @@
 // The picture: camera, lights, the model's surface and what is drawn over it. Draws only when something changed.
 import {
   AmbientLight, BoxGeometry, Box3, Color, DirectionalLight, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
-  MeshStandardMaterial, PerspectiveCamera, PMREMGenerator, Scene, SRGBColorSpace, Vector3, WebGLRenderer,
+  MeshStandardMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -14,6 +14,9 @@ const THEMES = {
   light: { background: 0xeef0f3, surface: 0xb9c0ca, sky: 0xffffff, ground: 0xa9a49c },
   dark: { background: 0x15181d, surface: 0x8d96a3, sky: 0xdfe6f2, ground: 0x2c2a28 },
 };
+
+const PLACES_MOST = 2000; // of a mesh, that framing looks at
+const MARGIN = 0.78; // of the picture, that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
@@ -54,7 +57,7 @@ export class Viewport {
   constructor(canvas) {
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.outputColorSpace = SRGBColorSpace;
+    this.renderer.debug.checkShaderErrors = false; // would wait for the compiler
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
     this.camera.position.set(1, 0.6, 1.4);
@@ -191,16 +194,42 @@ export class Viewport {
     this.invalidate();
   }
 
+  /** Places of the model in the world, some thousands of its points. */
+  #places() {
+    const places = [];
+    const roots = [this.model?.scene, this.cage?.object].filter(Boolean);
+    for (const root of roots) {
+      root.updateMatrixWorld(true);
+      root.traverse((object) => {
+        if (!object.isMesh || object.isLineSegments2) return;
+        const { position } = object.geometry.attributes;
+        for (let i = 0; i < position.count; i += Math.ceil(position.count / PLACES_MOST)) {
+          const at = new Vector3().fromBufferAttribute(position, i);
+          if (object.isSkinnedMesh) object.applyBoneTransform(i, at);
+          places.push(at.applyMatrix4(object.matrixWorld));
+        }
+      });
+    }
+    return places.length > 0 ? places : [new Vector3(-1, -1, -1), new Vector3(1, 1, 1)];
+  }
+
   /** Puts all of the model into the picture, seen from where the camera looks now. */
   frame() {
-    const box = new Box3();
-    for (const part of [this.model?.scene, this.cage?.object]) if (part) box.expandByObject(part);
-    if (box.isEmpty()) box.set(new Vector3(-1, -1, -1), new Vector3(1, 1, 1));
+    const places = this.#places();
+    const box = new Box3().setFromPoints(places);
     const centre = box.getCenter(new Vector3());
-    const size = box.getSize(new Vector3());
-    const radius = Math.max(size.length() / 2, 1e-6);
+    const radius = Math.max(box.getSize(new Vector3()).length() / 2, 1e-6);
     const direction = this.camera.position.clone().sub(this.controls.target).normalize();
-    const distance = Math.max(this.#fit(centre, size, direction) * 1.08, radius / 10);
+    this.camera.position.copy(centre).add(direction);
+    this.camera.lookAt(centre);
+    const back = this.camera.quaternion.clone().invert();
+    const high = Math.tan((this.camera.fov * Math.PI) / 360) * MARGIN;
+    const wide = high * this.camera.aspect;
+    let distance = radius / 10;
+    for (const place of places) {
+      const { x, y, z } = place.sub(centre).applyQuaternion(back);
+      distance = Math.max(distance, z + Math.abs(y) / high, z + Math.abs(x) / wide);
+    }
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(direction, distance);
     this.camera.near = distance / 500;
@@ -210,20 +239,6 @@ export class Viewport {
     this.camera.updateProjectionMatrix();
     this.controls.update();
     this.invalidate();
-  }
-
-  /** How far from its centre a box is seen whole. */
-  #fit(centre, size, direction) {
-    this.camera.position.copy(centre).add(direction);
-    this.camera.lookAt(centre);
-    const back = this.camera.quaternion.clone().invert();
-    const high = Math.tan((this.camera.fov * Math.PI) / 360);
-    let distance = 0;
-    for (let corner = 0; corner < 8; corner++) {
-      const at = new Vector3(corner & 1 ? 0.5 : -0.5, corner & 2 ? 0.5 : -0.5, corner & 4 ? 0.5 : -0.5).multiply(size).applyQuaternion(back);
-      distance = Math.max(distance, at.z + Math.abs(at.y) / high, at.z + Math.abs(at.x) / (high * this.camera.aspect));
-    }
-    return distance;
   }
 
   /** Arrows orbit, with Shift they pan; + and - zoom; F frames. */
