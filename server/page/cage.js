@@ -82,8 +82,12 @@ export class Cage {
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
-    this.dots = new PointsMaterial({ size: 9 * Math.min(devicePixelRatio, 2), sizeAttenuation: false, vertexColors: true,
+    this.dots = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
+    // A little before their places, or the surface would cut them in half.
+    this.dots.onBeforeCompile = (shader) => {
+      shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', '#include <project_vertex>\ngl_Position.z -= 0.0001 * gl_Position.w;');
+    };
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();

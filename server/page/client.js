@@ -34,14 +34,14 @@ export function askForKey(why = '') {
   });
 }
 
-/** What `request` resolves with; where it is refused for want of a key, again with another. */
+/** What `request` resolves with; where it is refused for want of a key or of its rights, again with another. */
 export async function withKey(request) {
   for (;;) {
     try {
       return await request();
     } catch (error) {
-      if (!(error instanceof TweendError) || error.status !== 401) throw error;
-      if (!(await askForKey(tweend.key ? 'The daemon does not know this key.' : ''))) throw error;
+      if (!(error instanceof TweendError) || ![401, 403].includes(error.status)) throw error;
+      if (!(await askForKey(tweend.key ? `The daemon says: ${error.detail}.` : ''))) throw error;
     }
   }
 }

@@ -125,7 +125,10 @@ async function openModel() {
   showLegend();
   byId('facts').textContent = '';
   byId('subject').textContent = '';
-  if (!id) return;
+  if (!id) {
+    if (models.first()) change({ model: models.first() });
+    return;
+  }
   byId('empty').hidden = true;
   try {
     const described = await withKey(() => tweend.describe(id));
@@ -139,6 +142,7 @@ async function openModel() {
   document.title = `${model.name || id} – tweend`;
   openClip();
   await Promise.all([openSurface(true), openCage(model)]);
+  if (model?.id === id) viewport.frame(); // the cage may be the larger
 }
 
 async function openSurface(isNew = false) {

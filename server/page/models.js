@@ -104,8 +104,8 @@ export class Models {
         }
         return found;
       });
-      this.last = models.at(-1)?.id;
-      this.known = more ? [...this.known, ...models] : models;
+      this.last = models.at(-1)?.id; // the daemon lists by id
+      this.known = (more ? [...this.known, ...models] : models).sort((a, b) => a.name.localeCompare(b.name));
       this.more.hidden = models.length < PAGE;
       this.list.replaceChildren(...this.known.map((model) => this.row(model)));
       this.mark();
@@ -132,6 +132,6 @@ export class Models {
 
   /** What to show first: the sample that moves, else the first model. */
   first() {
-    return (this.known.find(({ name }) => name === 'tank.json') ?? this.known[0])?.id ?? '';
+    return (this.known?.find(({ name }) => name === 'tank.json') ?? this.known?.[0])?.id ?? '';
   }
 }

@@ -64,8 +64,6 @@ export class Wireframe extends Overlay {
     geometry.setAttribute('position', mesh.geometry.attributes.position);
     const { index, attributes } = mesh.geometry;
     geometry.setIndex(edgesOf(index ? index.array : Uint32Array.from({ length: attributes.position.count }, (_, i) => i), this.quads));
-    mesh.material.polygonOffset = true;
-    mesh.material.polygonOffsetFactor = mesh.material.polygonOffsetUnits = 1;
     return linesOn(mesh, geometry, this.material);
   }
 
@@ -148,6 +146,6 @@ export function checkered() {
     }
   const map = new CanvasTexture(canvas);
   Object.assign(map, { magFilter: NearestFilter, wrapS: RepeatWrapping, wrapT: RepeatWrapping, colorSpace: SRGBColorSpace, flipY: false });
-  checker = new MeshStandardMaterial({ map, roughness: 0.8, metalness: 0 });
+  checker = new MeshStandardMaterial({ map, roughness: 0.8, metalness: 0, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
   return checker;
 }

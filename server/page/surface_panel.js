@@ -68,6 +68,7 @@ export class SurfacePanel {
     this.controller?.abort();
     const { signal } = (this.controller = new AbortController());
     this.levels = [];
+    this.refusal = '';
     this.fill();
     if (!state('model')) return;
     for (let level = 0; level <= LEVELS; level++) {
@@ -80,7 +81,10 @@ export class SurfacePanel {
       } catch (error) {
         if (signal.aborted) return;
         const over = error.problem?.predicted;
-        if (!over) break;
+        if (!over) {
+          if (this.levels.length === 0) this.refusal = error.detail ?? error.message;
+          break;
+        }
         this.levels.push({ level, vertices: over.vertices, faces: over.faces, bytes: null, refused: error.detail });
         break;
       }
@@ -106,6 +110,7 @@ export class SurfacePanel {
       row.toggleAttribute('aria-current', String(level) === state('level'));
       return row;
     });
+    if (this.refusal) rows.push(make('tr', { className: 'refused' }, make('td', { colSpan: 5 }, `Refused: ${this.refusal}`)));
     this.body.replaceChildren(...rows);
   }
 }

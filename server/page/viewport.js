@@ -129,6 +129,7 @@ export class Viewport {
         object.material = vertexColors || flatShading ? Object.assign(this.plain.clone(), { vertexColors, flatShading }) : this.plain;
         if (vertexColors) object.material.color.set(0xffffff);
       } else if (object.material.metalness > 0) metal = true;
+      Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // lines lie before it
       object.userData.own = object.material;
     });
     if (metal) this.surroundings();
