@@ -280,6 +280,14 @@ static void expire(srv_connection *c) {
   }
 }
 
+/* A client that closed its side while its last request was under way: the library does not look again. Asked
+ * only about connections that have become idle lately. */
+static bool has_left(const srv_connection *c, uint64_t now) {
+  uint64_t idle_ms = now - c->watch.since_ms;
+  return c->watch.phase == SRV_PHASE_IDLE && idle_ms >= SRV_SWEEP_MS && idle_ms < 4 * SRV_SWEEP_MS &&
+         !srv_raw_is_open(c->fd);
+}
+
 void srv_connections_sweep(srv_loop *l) {
   bool draining = atomic_load(&l->http->server->draining);
   uint64_t now = srv_now_ms();
@@ -290,7 +298,7 @@ void srv_connections_sweep(srv_loop *l) {
     if (draining) srv_note_unsent(c);
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
-    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)))
+    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)) || has_left(c, now))
       expire(c);
   }
   for (srv_lingering **link = &l->lingering; *link != NULL;) {

@@ -1,13 +1,16 @@
-/* Any text as a request to a service that stores one model: a line with the target, path and query, in which
- * "{id}" stands for the model; lines behind it are the body of a POST. It is answered, and the answer can be
- * read. Models, surfaces and poses in all their parameters. */
+/* Any text as a request to a service that stores one model: a head as HTTP has it, in which "{id}" stands for
+ * the model, and a body. It is answered, and the answer can be read. Models, surfaces and poses in all their
+ * parameters and with all fields. */
 #include "loopback.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size);
+
+enum { LINE_MAX = 1000, FIELDS_MAX = 3000 };
 
 static const char model[] =
     "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[2,0,1]],"
@@ -38,28 +41,63 @@ static void read_first_frames(const api_live *live) {
   }
 }
 
+/* The text up to the next line break, behind which *at comes to lie. */
+static char *take_line(char **at) {
+  char *line = *at;
+  size_t length = strcspn(line, "\n");
+  *at = line + length + (line[length] == '\n');
+  line[length] = '\0';
+  if (length > 0 && line[length - 1] == '\r') line[length - 1] = '\0';
+  return line;
+}
+
+/* "METHOD TARGET HTTP/1.1": the method is left in line. NULL where there is no target. */
+static char *cut_target(char *line, const char *id, char target[LINE_MAX + API_ID_TEXT]) {
+  char *from = strchr(line, ' ');
+  if (!from || strlen(from) > LINE_MAX) return NULL;
+  *from++ = '\0';
+  from[strcspn(from, " ")] = '\0';
+  const char *mark = strstr(from, "{id}");
+  if (mark)
+    snprintf(target, LINE_MAX + API_ID_TEXT, "%.*s%s%s", (int)(mark - from), from, id, mark + strlen("{id}"));
+  else
+    strcpy(target, from);
+  return target;
+}
+
+/* The fields up to an empty line, as the harness takes them. Lengths and codings of the transfer are the
+ * server's to judge. */
+static void take_fields(char **at, char fields[FIELDS_MAX]) {
+  size_t length = 0;
+  for (int count = 0; **at; count++) {
+    const char *line = take_line(at), *colon = strstr(line, ": ");
+    if (!*line) return;
+    bool fits = colon && colon != line && count < 12 && length + strlen(line) + 2 < FIELDS_MAX;
+    if (!fits || strncasecmp(line, "Content-Length", 14) == 0 || strncasecmp(line, "Transfer-", 9) == 0)
+      continue;
+    length += (size_t)sprintf(fields + length, "%s\n", line);
+  }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t size) {
-  enum { LINE_MAX = 1000 };
   static loopback *loop;
   static char id[API_ID_TEXT];
   if (!loop) loop = start(id);
-  const uint8_t *body = memchr(bytes, '\n', size);
-  size_t length = body ? (size_t)(body++ - bytes) : size;
-  if (length > LINE_MAX || memchr(bytes, '\0', length)) return 0;
-  char line[LINE_MAX + 1] = "", target[LINE_MAX + API_ID_TEXT];
-  memcpy(line, bytes, length);
-  const char *mark = strstr(line, "{id}");
-  if (mark)
-    snprintf(target, sizeof target, "%.*s%s%s", (int)(mark - line), line, id, mark + strlen("{id}"));
-  else
-    strcpy(target, line);
-  reply r =
-      loopback_ask(loop, body ? "POST" : "GET", target, body ? "Content-Type: application/json\n" : NULL,
-                   body, body ? size - length - 1 : 0);
-  if (r.status < 200 || r.status > 599) abort();
-  read_first_frames(&r.answer.live);
-  reply_free(&r);
-  if (body) { /* else the store would grow */
+  char *text = malloc(size + 1), *at = text, target[LINE_MAX + API_ID_TEXT], fields[FIELDS_MAX] = "";
+  if (!text) return 0;
+  memcpy(text, bytes, size);
+  text[size] = '\0';
+  char *method = take_line(&at);
+  if (cut_target(method, id, target)) {
+    take_fields(&at, fields);
+    size_t head = (size_t)(at - text);
+    reply r = loopback_ask(loop, method, target, fields, size > head ? at : NULL, size - head);
+    if (r.status < 200 || r.status > 599) abort();
+    read_first_frames(&r.answer.live);
+    reply_free(&r);
+  }
+  free(text);
+  if (loopback_store_count(loop) != 1) { /* the model is there, and the store does not grow */
     loopback_stop(loop);
     loop = NULL;
   }

@@ -733,6 +733,18 @@ TEST_WITH(reader_that_leaves_frees_the_answer, set_up, tear_down) {
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
+TEST_WITH(connection_that_its_client_has_half_closed_ends_with_the_answer, set_up, tear_down) {
+  fixture *f = *state;
+  int fd = connect_client(f);
+  say(fd, "GET /light HTTP/1.1\r\nHost: a\r\n\r\nGET /light HTTP/1.1\r\nHost: a\r\n\r\n");
+  shutdown(fd, SHUT_WR);
+  uint64_t begin_ms = clock_ms();
+  assert_true(read_all(f, fd));
+  assert_int_equal(answers(f), 2);
+  assert_true(clock_ms() - begin_ms < 10000); /* where idle ones are closed after a minute */
+  close(fd);
+}
+
 TEST_WITH(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
