@@ -15,7 +15,7 @@ void __wrap_free(void *memory);
 
 _Thread_local wrapped_memory test_memory = {.left = SIZE_MAX};
 
-static bool fails(size_t size) {
+bool test_memory_fails(size_t size) {
   test_memory.asked += size;
   return !test_memory.is_spared && test_memory.left != SIZE_MAX && test_memory.left-- == 0;
 }
@@ -26,15 +26,15 @@ static void *counted(void *memory) {
 }
 
 void *__wrap_malloc(size_t size) {
-  return fails(size) ? NULL : counted(__real_malloc(size));
+  return test_memory_fails(size) ? NULL : counted(__real_malloc(size));
 }
 
 void *__wrap_calloc(size_t count, size_t size) {
-  return fails(count * size) ? NULL : counted(__real_calloc(count, size));
+  return test_memory_fails(count * size) ? NULL : counted(__real_calloc(count, size));
 }
 
 void *__wrap_realloc(void *memory, size_t size) {
-  if (fails(size)) return NULL;
+  if (test_memory_fails(size)) return NULL;
   test_memory.held -= malloc_usable_size(memory);
   return counted(__real_realloc(memory, size));
 }

@@ -18,4 +18,7 @@ typedef struct wrapped_memory {
 
 extern _Thread_local wrapped_memory test_memory;
 
+/* Whether the allocation that is asked for now is the one that fails. */
+bool test_memory_fails(size_t size);
+
 #endif

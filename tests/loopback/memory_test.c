@@ -7,10 +7,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "answer.h"
 #include "tweend/base.h"
 #include "wrapped_memory.h"
+
+static const char *const key_field[] = {"Authorization", "Bearer k", NULL};
+static const api_key keys[] = {{.text = "k", .rights = API_MAY_READ}};
+static const char *const url_keys[] = {"a key that signs"};
+static const api_keyring keyring = {.keys = keys, .count = 1, .url_keys = url_keys, .url_count = 1};
 
 /* For a library that is linked already. */
 static int fail_json(void **state) {
@@ -25,8 +31,10 @@ static int mend_json(void **state) {
   return 0;
 }
 
-static const char *no_header(void *context, const char *name) {
-  (void)context;
+/* context: pairs of names and values, ended by NULL; or NULL. */
+static const char *find_field(void *context, const char *name) {
+  for (const char *const *pair = context; pair && *pair; pair += 2)
+    if (strcasecmp(*pair, name) == 0) return pair[1];
   return strcmp(name, "Content-Length") == 0 ? "100" : NULL;
 }
 
@@ -55,20 +63,25 @@ static int ask_failing(api_service *service, api_request *request, size_t n, boo
   return status;
 }
 
-/* Fails each allocation of a request in turn, on a service of its own that knows what `prepare` told it. */
-static void fail_each(const char *method, const char *path, const char *query, const char *body,
-                      const char *stored) {
+/* Fails each allocation of a request in turn, on a service of its own that has stored one model, or none. */
+static void fail_each_with(const char *const *fields, const char *method, const char *path, const char *query,
+                           const char *body, const char *stored) {
   const char *type = stored == flag ? "model/gltf+json" : "application/json";
   size_t n = 0;
   for (bool has_failed = true; has_failed && n < 5000; n++) {
     api_settings settings = loopback_settings();
     settings.limits.plan_cache = 0;
+    if (fields == key_field) settings.keyring = keyring;
     loopback *loop = loopback_start(&settings);
     char id[API_ID_TEXT] = "", full[128];
     if (stored) loopback_upload(loop, type, stored, id);
     snprintf(full, sizeof full, path, id);
-    api_request request = {
-        .method = method, .path = full, .query = query, .id = "request-1", .header = no_header};
+    api_request request = {.method = method,
+                           .path = full,
+                           .query = query,
+                           .id = "request-1",
+                           .header = find_field,
+                           .context = (void *)fields};
     if (body) request.body = (api_bytes){(const uint8_t *)body, strlen(body)};
     size_t count = loopback_store_count(loop);
     bool is_cut_off, none_failed;
@@ -76,12 +89,19 @@ static void fail_each(const char *method, const char *path, const char *query, c
     if (has_failed && status != 503 && !is_cut_off && status / 100 != 2)
       fail_msg("%s %s: allocation %zu gives %d", method, full, n, status);
     if (status == 503) assert_int_equal(loopback_store_count(loop), count);
+    bool is_gone = status == 204 && strcmp(method, "DELETE") == 0;
     status = ask_failing(loop->service, &request, SIZE_MAX, &is_cut_off, &none_failed);
-    if (status / 100 != 2 || is_cut_off) fail_msg("%s %s: afterwards %d", method, full, status);
+    if ((is_gone ? status != 404 : status / 100 != 2) || is_cut_off)
+      fail_msg("%s %s: afterwards %d", method, full, status);
     loopback_stop(loop);
   }
   print_message("%s %s: %zu allocations failed\n", method, path, n - 1);
-  assert_true(n > 3 && n < 5000);
+  assert_true(n > 1 && n < 5000);
+}
+
+static void fail_each(const char *method, const char *path, const char *query, const char *body,
+                      const char *stored) {
+  fail_each_with(NULL, method, path, query, body, stored);
 }
 
 static const char model[] =
@@ -97,8 +117,48 @@ static const char fan[] =
     "\"faces\":[[0,1,2],[0,2,3],[0,3,4],[0,4,1],[1,5,2]],"
     "\"creases\":[{\"edge\":[0,1],\"sharpness\":1}]}]}";
 
+static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nt crease 2/1/0 0 1 2\n";
+
 TEST_WITH(storing_survives, fail_json, mend_json) {
+  static const char *const form[] = {"Content-Type", "multipart/form-data; boundary=x", NULL};
   fail_each("POST", "/v1/models", "", model, NULL);
+  fail_each("POST", "/v1/models", "", flag, NULL);
+  fail_each("POST", "/v1/models", "name=a", triangle, NULL);
+  fail_each("POST", "/v1/models", "",
+            "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\n"
+            "endfacet\nendsolid\n",
+            NULL);
+  fail_each(
+      "POST", "/v1/models", "",
+      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+      "element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+      NULL);
+  fail_each_with(form, "POST", "/v1/models", "",
+                 "--x\r\nContent-Disposition: form-data; name=\"file\"; filename=\"a.obj\"\r\n\r\n"
+                 "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\r\n--x--\r\n",
+                 NULL);
+  fail_each_with(
+      form, "POST", "/v1/models", "",
+      "--x\r\nContent-Disposition: form-data; name=\"a\"; filename=\"a.gltf\"\r\n\r\n"
+      "{\"asset\":{\"version\":\"2.0\"},\"buffers\":[{\"uri\":\"a.bin\",\"byteLength\":4}]}\r\n"
+      "--x\r\nContent-Disposition: form-data; name=\"b\"; filename=\"a.bin\"\r\n\r\nabcd\r\n--x--\r\n",
+      NULL);
+}
+
+TEST_WITH(deleting_and_handing_back_survive, fail_json, mend_json) {
+  fail_each("DELETE", "/v1/models/%s", "", NULL, model);
+  fail_each("GET", "/v1/models/%s/source", "", NULL, model);
+  fail_each("OPTIONS", "/v1/models", "", NULL, NULL);
+}
+
+TEST_WITH(operations_survive, fail_json, mend_json) {
+  static const char *const packed[] = {"Accept-Encoding", "gzip", NULL};
+  static const char *const zstd[] = {"Accept-Encoding", "zstd", NULL};
+  fail_each("GET", "/version", "", NULL, NULL);
+  fail_each("GET", "/openapi.json", "", NULL, NULL);
+  fail_each_with(packed, "GET", "/openapi.json", "", NULL, NULL);
+  fail_each_with(zstd, "GET", "/openapi.json", "", NULL, NULL);
+  fail_each_with(key_field, "POST", "/v1/sign", "", "{\"url\":\"/v1/models?limit=1\"}", NULL);
 }
 
 TEST_WITH(describing_survives, fail_json, mend_json) {
@@ -114,6 +174,9 @@ TEST_WITH(surfaces_survive, fail_json, mend_json) {
   fail_each("GET", "/v1/models/%s/surface.obj", "at=1&skin=bake", NULL, model);
   fail_each("GET", "/v1/models/%s/surface.glb", "at=1&skin=bake&level=3", NULL, flag);
   fail_each("GET", "/v1/models/%s/surface.gltf", "at=1&meshes=none", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.glb", "level=2&encoding=quantized", NULL, model);
+  fail_each("GET", "/v1/models/%s/surface.glb", "level=1&encoding=meshopt", NULL, flag);
+  fail_each("GET", "/v1/models/%s/surface.glb", "level=1&polygons=ngon&creases=auto&weld=auto", NULL, flag);
   fail_each("POST", "/v1/surface.obj", "level=2", model, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=4&normals=none", fan, NULL);
   fail_each("POST", "/v1/surface.obj", "scheme=loop&level=2&normals=none", fan, NULL);
@@ -134,10 +197,38 @@ TEST_WITH(rotations_survive, fail_json, mend_json) {
       NULL);
 }
 
+/* A refusal takes memory as well: the answer is the refusal, or 503. */
+TEST_WITH(refusing_survives, fail_json, mend_json) {
+  static const char *const documents[] = {
+      "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"a name that is not "
+      "short\",\"children\":[7]}]}",
+      "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"children\":{}}],\"meshes\":[1]}",
+      "{\"meshes\":[{\"positions\":[[0,0]]}]}", "v 0 0 0\nf 1 2 3\n"};
+  for (size_t i = 0; i < sizeof documents / sizeof *documents; i++) {
+    bool has_failed = true;
+    for (size_t n = 0; has_failed; n++) {
+      api_settings settings = loopback_settings();
+      loopback *loop = loopback_start(&settings);
+      api_request request = {.method = "POST",
+                             .path = "/v1/models",
+                             .query = "",
+                             .id = "request-1",
+                             .header = find_field,
+                             .body = {(const uint8_t *)documents[i], strlen(documents[i])}};
+      bool is_cut_off;
+      int status = ask_failing(loop->service, &request, n, &is_cut_off, &has_failed);
+      if (has_failed ? status != 400 && status != 422 && status != 503 : status != 400 && status != 422)
+        fail_msg("%s: allocation %zu gives %d", documents[i], n, status);
+      assert_int_equal(loopback_store_count(loop), 0);
+      loopback_stop(loop);
+    }
+  }
+}
+
 /* Bytes that a request asks for in all until its answer is read, once the model is known. */
 static size_t allocation_of(loopback *loop, const char *path, const char *query) {
   api_request request = {
-      .method = "GET", .path = path, .query = query, .id = "request-1", .header = no_header};
+      .method = "GET", .path = path, .query = query, .id = "request-1", .header = find_field};
   bool is_cut_off, has_failed;
   size_t before = test_memory.asked;
   assert_int_equal(ask_failing(loop->service, &request, SIZE_MAX, &is_cut_off, &has_failed), 200);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 #include <memory>
+#include <new>
 
 #include "tweend/base.h"
 
@@ -81,23 +82,46 @@ tw_status report(const Refusal &refusal, tw_error *error) {
   return refusal.status;
 }
 
+// Whether an allocation of this thread has failed. The parser catches that itself and reports a document that
+// is not valid; the handler notes what really happened.
+thread_local bool is_out_of_memory;
+
+void note_no_memory() {
+  is_out_of_memory = true;
+  throw std::bad_alloc();
+}
+
+tw_status read_or_report(const Bytes &file, const tw_read_limits &limits, Document &document,
+                         tw_error *error) {
+  try {
+    read(file, limits, document);
+  } catch (const Refusal &refusal) {
+    if (is_out_of_memory) throw std::bad_alloc();
+    return report(refusal, error);
+  } catch (const std::bad_alloc &) {
+    throw;
+  } catch (const std::exception &exception) {
+    return report({TW_INVALID, "", parser_message(exception.what())}, error);
+  }
+  return TW_OK;
+}
+
 // The one place where exceptions end.
 tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &limits, tw_quads quads,
                      tw_weld weld, tw_model *model, tw_error *error) {
+  tw_status status = TW_OK;
+  std::set_new_handler(note_no_memory);
+  is_out_of_memory = false;
   try {
     auto document =
         std::make_unique<Document>(model, quads, weld, tw_reading_size(TW_FORMAT_GLB, size) - size);
-    read({bytes, size}, limits, *document);
-  } catch (const Refusal &refusal) {
-    return report(refusal, error);
+    status = read_or_report({bytes, size}, limits, *document, error);
   } catch (const std::bad_alloc &) {
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  } catch (const std::exception &exception) {
-    return report({TW_INVALID, "", parser_message(exception.what())}, error);
   } catch (...) {
     return tw_fail(error, TW_INVALID, "the document is not valid glTF");
   }
-  return tw_model_finish(model, error);
+  return status == TW_OK ? tw_model_finish(model, error) : status;
 }
 
 } // namespace
