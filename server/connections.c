@@ -265,6 +265,11 @@ void srv_note_unsent(srv_connection *c) {
   set_unsent(c->owner, &c->unsent, srv_raw_unsent(c->fd));
 }
 
+/* Its last answer, if there is one, is whole: the client may take what is unsent. */
+static void let_go(const srv_connection *c) {
+  shutdown(c->fd, SHUT_RDWR);
+}
+
 static void expire(srv_connection *c) {
   bool late_request =
       c->watch.phase == SRV_PHASE_BODY || (c->watch.phase == SRV_PHASE_HEAD && c->exchange.target != NULL);
@@ -274,18 +279,19 @@ static void expire(srv_connection *c) {
     return;
   }
   if (c->watch.phase == SRV_PHASE_IDLE) {
-    shutdown(c->fd, SHUT_RDWR); /* its last answer is whole: the client may take what is unsent */
+    let_go(c);
   } else {
     cut(c);
   }
 }
 
-/* A client that closed its side while its last request was under way: the library does not look again. Asked
- * only about connections that have become idle lately. */
+/* Whether its client closed just behind the last bytes that it sent: the library has read those and does not
+ * look again. Connections that have been idle for long are not asked about: there the library is told. */
 static bool has_left(const srv_connection *c, uint64_t now) {
-  uint64_t idle_ms = now - c->watch.since_ms;
-  return c->watch.phase == SRV_PHASE_IDLE && idle_ms >= SRV_SWEEP_MS && idle_ms < 4 * SRV_SWEEP_MS &&
-         !srv_raw_is_open(c->fd);
+  uint64_t age_ms = now - c->watch.since_ms;
+  bool awaits = c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY ||
+                (c->watch.phase == SRV_PHASE_IDLE && age_ms < 4 * SRV_SWEEP_MS);
+  return awaits && age_ms >= SRV_SWEEP_MS && srv_raw_is_read_out(c->fd);
 }
 
 void srv_connections_sweep(srv_loop *l) {
@@ -298,8 +304,10 @@ void srv_connections_sweep(srv_loop *l) {
     if (draining) srv_note_unsent(c);
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))
       srv_hand_back(c);
-    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)) || has_left(c, now))
+    else if (srv_watch_expired(&c->watch, &l->http->patience, draining, now, moved(c)))
       expire(c);
+    else if (has_left(c, now))
+      let_go(c);
   }
   for (srv_lingering **link = &l->lingering; *link != NULL;) {
     if (update_lingering(l, *link, now, draining)) {

@@ -28,6 +28,12 @@ bool srv_raw_is_open(int fd) {
   return poll(&state, 1, 0) <= 0 || (state.revents & (POLLRDHUP | POLLHUP | POLLERR)) == 0;
 }
 
+bool srv_raw_is_read_out(int fd) {
+  char next;
+  ssize_t got = recv(fd, &next, 1, MSG_PEEK | MSG_DONTWAIT);
+  return got == 0 || (got < 0 && errno != EAGAIN && errno != EINTR);
+}
+
 /* Of a connection that was reset the kernel still counts what it has forgotten. */
 static bool is_reset(int fd) {
   struct tcp_info info;

@@ -16,6 +16,9 @@ bool srv_raw_discard(int fd);
 /* Whether the client is still there, as far as the kernel knows. */
 bool srv_raw_is_open(int fd);
 
+/* Whether the client has closed, and all that it sent has been read. */
+bool srv_raw_is_read_out(int fd);
+
 /* Bytes sent that the client's kernel has not acknowledged; 0 where that is not known. */
 size_t srv_raw_unsent(int fd);
 

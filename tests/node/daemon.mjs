@@ -12,6 +12,9 @@ export const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
 export class Daemon {
   folder = mkdtempSync(join(tmpdir(), 'tweend-test-'));
   listen = '127.0.0.1:0';
+  /** What runs the daemon, as a command in front of it, and variables of its own. */
+  runner = [];
+  env = {};
 
   /** flags: besides those that every test needs. */
   constructor(flags = []) {
@@ -21,7 +24,8 @@ export class Daemon {
   async start() {
     const binary = process.env.TESTED_BINARY ?? join(root, 'build/tweend');
     const flags = ['--listen', this.listen, '--data', join(this.folder, 'data'), '--log-level', 'warn', ...this.flags];
-    this.process = spawn(binary, flags, { stdio: ['ignore', 'pipe', 'inherit'] });
+    const [command, ...rest] = [...this.runner, binary, ...flags];
+    this.process = spawn(command, rest, { stdio: ['ignore', 'pipe', 'inherit'], env: { ...process.env, ...this.env } });
     this.exit = once(this.process, 'exit');
     const ready = once(createInterface(this.process.stdout), 'line');
     const [line] = await Promise.race([ready, this.exit.then(([code]) => [`it ended with ${code}`])]);

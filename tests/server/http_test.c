@@ -745,6 +745,22 @@ TEST_WITH(connection_that_its_client_has_half_closed_ends_with_the_answer, set_u
   close(fd);
 }
 
+TEST_WITH(request_whose_client_closed_behind_a_part_of_it_ends_soon, set_up, tear_down) {
+  static const char *const PARTS[] = {"GET /light HTTP/1.1\r\nHos",
+                                      "POST /light HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\n",
+                                      "POST /light HTTP/1.1\r\nHost: a\r\nContent-Length: 100\r\n\r\nabc"};
+  fixture *f = *state;
+  for (size_t i = 0; i < sizeof PARTS / sizeof *PARTS; i++) {
+    int fd = connect_client(f);
+    say(fd, PARTS[i]);
+    close(fd);
+  }
+  uint64_t begin_ms = clock_ms(); /* where a request may take a minute */
+  pause_ms(500);                  /* by then they have been accepted */
+  while (atomic_load(&f->server.connections) > 0 && clock_ms() - begin_ms < 10000) pause_ms(10);
+  assert_int_equal(atomic_load(&f->server.connections), 0);
+}
+
 TEST_WITH(drain_closes_idle_connections_and_finishes_what_is_under_way, set_up, tear_down) {
   fixture *f = *state;
   fake_api_hold();
