@@ -1,6 +1,6 @@
 # The disk fills up, and turns read-only, under a running daemon. On a file system of its own, in a mount namespace.
 
-load ../e2e/helper
+load helper
 setup() {
   needs_process
   cd "$BATS_TEST_TMPDIR" || return
@@ -48,17 +48,17 @@ becomes() {
   model long 4000000 >model.obj
   post /v1/models model.obj
   problem 507
-  for id in "${stored[@]}"; do
-    get "/v1/models/$id/source"
+  for one in "${stored[@]}"; do
+    get "/v1/models/$one/source"
     expect 200
-    [ "$(sha256sum answer | head -c 32)" = "$id" ]
-    get "/v1/models/$id/surface.json"
+    [ "$(sha256sum answer | head -c 32)" = "$one" ]
+    get "/v1/models/$one/surface.json"
     expect 200
   done
   get '/v1/models?limit=1000'
   holds ".models | length == ${#stored[@]}"
-  for id in "${stored[@]:0:4}"; do
-    http DELETE "/v1/models/$id"
+  for one in "${stored[@]:0:4}"; do
+    http DELETE "/v1/models/$one"
     expect 204
   done
   becomes 200
