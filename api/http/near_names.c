@@ -42,6 +42,8 @@ void api_near_consider(api_near *near, const char *name) {
   bool begins = near->length >= BEGINNING_LEAST && strncasecmp(name, near->name, near->length) == 0;
   if (begins) distance = least(distance, most);
   if (distance > most) return;
+  for (size_t i = 0; i < near->count; i++)
+    if (strcmp(near->names[i].name, name) == 0) return;
   size_t at = near->count;
   while (at > 0 && near->names[at - 1].distance > distance) at--;
   if (at == API_NEAR_MOST) return;
@@ -54,7 +56,7 @@ void api_near_consider(api_near *near, const char *name) {
 api_near_sentence api_near_print(const api_near *near) {
   api_near_sentence out = {{0}};
   size_t length = 0;
-  for (size_t i = 0; i < near->count; i++)
+  for (size_t i = 0; i < near->count && near->names[i].distance <= near->names[0].distance + 1; i++)
     length += (size_t)snprintf(out.text + length, sizeof out.text - length, "%s%s",
                                i ? ", " : " did you mean ", near->names[i].name);
   if (length) strcpy(out.text + length, "?");

@@ -21,7 +21,7 @@ typedef struct api_near {
 /* Considers a name that is there. Those over 63 bytes, and those after many others, are passed over. */
 void api_near_consider(api_near *near, const char *name);
 
-/* " did you mean a, b?"; "" where nothing is near. */
+/* " did you mean a, b?", of names that are about as near as the nearest; "" where nothing is near. */
 typedef struct api_near_sentence {
   char text[API_NEAR_MOST * (API_NEAR_TEXT + 2) + 16];
 } api_near_sentence;

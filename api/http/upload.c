@@ -2,6 +2,7 @@
 #include "upload.h"
 
 #include "file_name.h"
+#include "foreign.h"
 #include "json_in.h"
 #include "service.h"
 
@@ -368,12 +369,30 @@ api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader
   return status == TW_OK ? API_DONE : api_fail_in_document(call);
 }
 
+/* What is in none of the formats is refused by what it looks like. Everything that does not begin like
+ * another format is taken for OBJ, which has no mark; what is declared as JSON is left to JSON's reader, for
+ * an error that says where. */
+static api_outcome refuse_foreign(api_call *call, api_bytes bytes, tw_format found,
+                                  api_upload_type declared) {
+  bool may_be_foreign = found == TW_FORMAT_OBJ || found == TW_FORMAT_GLB;
+  api_foreign foreign = may_be_foreign ? api_foreign_known(bytes) : (api_foreign){0};
+  if (!foreign.name && found == TW_FORMAT_OBJ && declared != API_TYPE_JSON)
+    foreign = api_foreign_other(bytes);
+  if (!foreign.name) return API_DONE;
+  call->fault.supported = api_upload_types;
+  return api_fail_with(call, 415,
+                       "the body looks like %s%s%s; a model is GLB, glTF, OBJ, STL, PLY or tweend JSON",
+                       foreign.name, foreign.advice ? ": " : "", foreign.advice ? foreign.advice : "");
+}
+
 api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   static const char *const shown[TW_FORMATS] = {
       "OBJ or other text", "tweend JSON (no \"asset\")", "glTF JSON", "GLB", "STL", "PLY"};
   tw_format found = tw_format_sniff(bytes.data, bytes.size);
   tw_format declared = found;
-  switch (api_upload_type_of(api_call_header(call, "Content-Type"))) {
+  api_upload_type type = api_upload_type_of(api_call_header(call, "Content-Type"));
+  if (refuse_foreign(call, bytes, found, type) != API_DONE) return API_FAILED;
+  switch (type) {
   case API_TYPE_GLB: declared = TW_FORMAT_GLB; break;
   case API_TYPE_GLTF: declared = TW_FORMAT_GLTF; break;
   case API_TYPE_OBJ: declared = TW_FORMAT_OBJ; break;

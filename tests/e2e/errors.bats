@@ -41,7 +41,58 @@ refused() {
 
 @test "OBJ: nothing but noise" {
   head -c 4000 /dev/urandom >bad
-  refused '400|422' model/obj '[a-z]'
+  refused 415 model/obj 'the body looks like'
+}
+
+@test "OBJ: a malformed number is quoted with its line and column" {
+  printf 'v 0 0 0\nv 1.0f 0 0\n' >bad
+  refused 400 model/obj line=2 'line 2, column 3: "1.0f" is no number'
+}
+
+@test "OBJ: statements that the format does not have are counted in a warning" {
+  printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nF 1 2 3\nf 1 2 3\nface 1 2 3\n' >odd.obj
+  upload odd.obj
+  holds '.warnings == ["2 statements are left out, the first in line 4: \"F\" is none that is known"]'
+  upload "$samples/cube.obj"
+  holds '.warnings == []'
+}
+
+# foreign PATTERN [CURL ARGUMENT...]: what curl sends is 415, says what it looks like, and lists what is read.
+foreign() {
+  http POST /v1/models "${@:2}"
+  problem 415 "$1"
+  holds '.supported | contains(["model/obj", "model/gltf-binary"])'
+}
+
+@test "curl -d drops line ends: an OBJ is refused with advice, JSON is read" {
+  foreign 'an OBJ without its line ends: curl -d drops them' -d "@$samples/cube.obj"
+  http POST /v1/models -d "@$samples/tank.json"
+  [[ $status == 201 || $status == 200 ]]
+}
+
+@test "files of other formats are 415, in a form too" {
+  gzip --stdout "$samples/cube.obj" >cube.obj.gz
+  foreign 'gzip: send it with Content-Encoding: gzip' --data-binary @cube.obj.gz
+  http POST /v1/models --data-binary @cube.obj.gz --header 'Content-Encoding: gzip'
+  [[ $status == 201 || $status == 200 ]]
+  printf 'Kaydara FBX Binary  \0' >model.fbx
+  foreign 'FBX' --form file=@model.fbx
+  printf '\x89PNG\r\n' >picture.png
+  foreign 'Content-Type is none of' --data-binary @picture.png --header 'Content-Type: image/png'
+  foreign 'looks like PNG' --data-binary @picture.png --header 'Content-Type: model/obj'
+}
+
+@test "names and paths that nearly exist name those that do" {
+  upload "$samples/tank.json"
+  get "/v1/models/$id/pose.json?clip=drvie"
+  problem 404 'did you mean drive\?'
+  get "/v1/models/$id/surface.glb?scheme=catmul-clark"
+  problem 400 'did you mean catmull-clark\?'
+  get "/v1/models/$id/poses"
+  problem 404 'did you mean /v1/models/\{id\}/pose'
+  get /v1/frobnicate
+  problem 404
+  [[ $(value .detail) != *'did you mean'* ]]
 }
 
 @test "JSON: an index out of range" {

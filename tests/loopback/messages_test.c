@@ -84,9 +84,15 @@ TEST(the_distance_counts_edits_and_no_case) {
 }
 
 TEST(at_most_three_names_are_near_the_nearest_first) {
-  const char *const names[] = {"levels", "label", "level", "lever", "bevel", "unit", NULL};
+  const char *const names[] = {"levels", "label", "level", "lever", "level", "bevel", "unit", NULL};
   assert_string_equal(api_near_of("level", names).text, " did you mean level, levels, lever?");
   assert_string_equal(api_near_of("x", names).text, "");
+}
+
+TEST(what_is_much_farther_than_the_nearest_is_not_named) {
+  const char *const names[] = {"translation", "translate", NULL};
+  assert_string_equal(api_near_of("translation", names).text, " did you mean translation?");
+  assert_string_equal(api_near_of("translatn", names).text, " did you mean translate, translation?");
 }
 
 TEST(long_names_are_near_nothing) {
@@ -151,4 +157,93 @@ TEST_WITH(a_line_without_a_column_stands_before_the_sentence, loopback_setup, lo
   assert_null(cJSON_GetObjectItem(json, "column"));
   cJSON_Delete(json);
   reply_free(&r);
+}
+
+/* ---- formats that are not read ----------------------------------------------------------------------------
+ */
+
+#define BYTES(text) text, sizeof(text) - 1
+
+static const struct {
+  const char *bytes;
+  size_t size;
+  const char *looks; /* in the detail; NULL: it is read, or refused by the reader of its format */
+} bodies[] = {
+    {BYTES("Kaydara FBX Binary  \0\x1A\0"), "FBX (binary): export it as GLB"},
+    {BYTES("; FBX 7.7.0 project file\n"), "FBX (text)"},
+    {BYTES("BLENDER-v402"), "Blender's own format"},
+    {BYTES("\x1F\x8B\x08\0\0\0\0\0\x02\xFF\x73\xF2\x71\xF5\x73\x71\x0D\xD2\x2D\x33\x31\x30\x02\0"),
+     "Blender's own format, packed"},
+    {BYTES("\x28\xB5\x2F\xFD\x04\x58\x61\0\0"
+           "BLENDER-v402"),
+     "Blender's own format, packed"},
+    {BYTES("\x1F\x8B\x08\0"), "gzip: send it with Content-Encoding: gzip"},
+    {BYTES("\x28\xB5\x2F\xFD\0"), "zstd: send it with Content-Encoding: zstd"},
+    {BYTES("PK\3\4\x0A\0\0\0\0\0\0\0\0\0model.usdc"), "USDZ"},
+    {BYTES("PK\3\4\x0A\0\0\0\0\0\0\0\0\0"
+           "3D/3dmodel.model"),
+     "3MF"},
+    {BYTES("PK\3\4\x0A\0\0\0\0\0\0\0\0\0model.obj"), "ZIP"},
+    {BYTES("PXR-USDC\0"), "USD (binary)"},
+    {BYTES("#usda 1.0\n"), "USD (text)"},
+    {BYTES("\x89PNG\r\n\x1A\n"), "PNG;"},
+    {BYTES("\xFF\xD8\xFF\xE0"), "JPEG"},
+    {BYTES("RIFF\x24\0\0\0WEBPVP8 "), "WebP"},
+    {BYTES("MM\x10\0\0\0\x02\0\x0A\0\0\0\3\0\0\0"), "3DS"},
+    {BYTES("<?xml version=\"1.0\"?>\n<COLLADA version=\"1.4.1\">"), "COLLADA"},
+    {BYTES("<?xml version=\"1.0\"?>\n<svg>"), "XML"},
+    {BYTES("\n<!doctype html>\n<title>Not found</title>"), "a web page"},
+    {BYTES("HIERARCHY\nROOT Hips\n"), "BVH"},
+    {BYTES("newmtl stone\nKd 1 1 1\n"), "MTL"},
+    {BYTES("version https://git-lfs.github.com/spec/v1\n"), "a pointer of Git LFS"},
+    {BYTES("\xFF\xFEv\0 \0"
+           "0\0"),
+     "text in UTF-16: save it as UTF-8"},
+    {BYTES("\xFE\xFF\0v\0 "), "text in UTF-16"},
+    {BYTES("v\0 \0"
+           "0\0 \0"),
+     "text in UTF-16"},
+    {BYTES("# cubev 0 0 0v 1 0 0v 0 1 0f 1 2 3"),
+     "an OBJ without its line ends: curl -d drops them, --data-binary keeps"},
+    {BYTES("v 0 0 0v -1 0 0v 0 .1 0f 1 2 3"), "an OBJ without its line ends"},
+    {BYTES("plyformat ascii 1.0element vertex 3"), "a PLY without its line ends"},
+    {BYTES("glTF\2\xB8\x09JSON{"), "a GLB without its zero bytes"},
+    {BYTES("hello, world\n"), "text that is no OBJ"},
+    {BYTES("V 0 0 0\nF 1 2 3\n"), "text that is no OBJ"},
+    {BYTES("\1\2\3\0\5"), "data of an unknown kind"},
+    {BYTES("\xEF\xBB\xBF# by hand\r\n\r\n  v 0 0 0\r\n"), NULL},
+    {BYTES("o a\rv 0 0 0\r"), NULL},
+    {BYTES("v 0 0 0"), NULL},
+    {BYTES("f 1 2 3\n"), NULL},
+    {BYTES("{\"nodes\":[{\"name\":\"<html\"}]}"), NULL},
+    {BYTES("glTF\2\0\0\0"), NULL},
+    {BYTES("solid a\nendsolid a\n"), NULL},
+};
+
+TEST_WITH(bodies_of_no_known_format_are_415_with_what_they_look_like, loopback_setup, loopback_teardown) {
+  for (size_t i = 0; i < sizeof bodies / sizeof *bodies; i++) {
+    reply r = loopback_ask(*state, "POST", "/v1/models", "Content-Type: application/octet-stream\n",
+                           bodies[i].bytes, bodies[i].size);
+    cJSON *json = cJSON_Parse(r.body);
+    const char *detail = cJSON_GetStringValue(cJSON_GetObjectItem(json, "detail"));
+    bool is_foreign = r.status == 415,
+         is_named = is_foreign && bodies[i].looks && strstr(detail, bodies[i].looks);
+    if (is_foreign != (bodies[i].looks != NULL) || is_foreign != is_named)
+      fail_msg("%.20s: %d %s", bodies[i].bytes, r.status, r.body);
+    if (is_foreign) assert_int_equal(cJSON_GetArraySize(json_member(json, "supported")), 8);
+    cJSON_Delete(json);
+    reply_free(&r);
+  }
+}
+
+TEST_WITH(a_declared_type_does_not_hide_what_the_bytes_are, loopback_setup, loopback_teardown) {
+  const char *const types[] = {"model/obj", "model/stl", "text/plain", "application/json",
+                               "model/gltf-binary"};
+  for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+    assert_problem(loopback_post(*state, "/v1/surface.glb", types[i], "\x89PNG\r\n"), 415, NULL,
+                   "looks like PNG");
+}
+
+TEST_WITH(what_is_declared_as_json_is_left_to_its_reader, loopback_setup, loopback_teardown) {
+  assert_problem(loopback_post(*state, "/v1/models", "application/json", "[1, 2]"), 400, "", NULL);
 }

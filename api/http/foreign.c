@@ -1,0 +1,189 @@
+/* Formats are told by how their files begin, as file(1) does. */
+#include "foreign.h"
+
+#include <string.h>
+#include <strings.h>
+#include <zlib.h>
+#include <zstd.h>
+
+static const char export_it[] = "export it as GLB";
+
+typedef struct mark {
+  size_t offset, length;
+  const char *bytes;
+  api_foreign is;
+} mark;
+
+#define MARK(offset, text, name, advice)                                                                     \
+  {                                                                                                          \
+    offset, sizeof text - 1, text, {                                                                         \
+      name, advice                                                                                           \
+    }                                                                                                        \
+  }
+
+static const mark marks[] = {
+    MARK(0, "Kaydara FBX Binary", "FBX (binary)", export_it),
+    MARK(0, "; FBX", "FBX (text)", export_it),
+    MARK(0, "BLENDER", "Blender's own format", export_it),
+    MARK(0, "PXR-USDC", "USD (binary)", export_it),
+    MARK(0, "#usda", "USD (text)", export_it),
+    MARK(0, "HIERARCHY", "BVH", NULL),
+    MARK(0, "newmtl ", "MTL, the materials of an OBJ", "send the OBJ itself"),
+    MARK(0, "#VRML", "VRML", export_it),
+    MARK(0, "ISO-10303-21", "STEP", export_it),
+    MARK(0, "DRACO", "Draco", "send a GLB without compression, or with EXT_meshopt_compression"),
+    MARK(0, "Ogawa", "Alembic", export_it),
+    MARK(0, "version https://git-lfs", "a pointer of Git LFS", "fetch the file itself, with git lfs pull"),
+    MARK(0, "\x89PNG", "PNG", NULL),
+    MARK(0, "\xFF\xD8\xFF", "JPEG", NULL),
+    MARK(0, "GIF8", "GIF", NULL),
+    MARK(8, "WEBP", "WebP", NULL),
+    MARK(0, "%PDF", "PDF", NULL),
+    MARK(0, "\xFF\xFE", "text in UTF-16", "save it as UTF-8"),
+    MARK(0, "\xFE\xFF", "text in UTF-16", "save it as UTF-8"),
+    MARK(0, "plyformat", "a PLY without its line ends", "curl -d drops them, --data-binary keeps them"),
+};
+
+static bool begins(api_bytes bytes, size_t offset, const char *text, size_t length) {
+  return bytes.size >= offset + length && memcmp(bytes.data + offset, text, length) == 0;
+}
+
+/* Whether a text, in any case, stands in the first kilobyte. */
+static bool holds(api_bytes bytes, const char *text) {
+  enum { LOOKED_AT = 1024 };
+  size_t length = strlen(text), size = bytes.size < LOOKED_AT ? bytes.size : LOOKED_AT;
+  for (size_t i = 0; i + length <= size; i++)
+    if (strncasecmp((const char *)bytes.data + i, text, length) == 0) return true;
+  return false;
+}
+
+/* ---- what is packed ------------------------------------------------------------------------------------ */
+
+enum { PEEK = 8 };
+
+static bool peek_gzip(api_bytes bytes, uint8_t out[PEEK]) {
+  enum { GZIP_ALONE = 16, READ_MOST = 4096 };
+  z_stream stream = {.next_in =
+                         (Bytef *)bytes.data, /* zlib's interface knows no const here, and reads only */
+                     .avail_in = bytes.size < READ_MOST ? (uInt)bytes.size : READ_MOST,
+                     .next_out = out,
+                     .avail_out = PEEK};
+  if (inflateInit2(&stream, MAX_WBITS + GZIP_ALONE) != Z_OK) return false;
+  inflate(&stream, Z_SYNC_FLUSH);
+  inflateEnd(&stream);
+  return stream.avail_out == 0;
+}
+
+static bool peek_zstd(api_bytes bytes, uint8_t out[PEEK]) {
+  ZSTD_DStream *stream = ZSTD_createDStream();
+  if (!stream) return false;
+  ZSTD_inBuffer input = {bytes.data, bytes.size, 0};
+  ZSTD_outBuffer output = {out, PEEK, 0};
+  for (size_t before = 1; output.pos < PEEK && before != input.pos;) {
+    before = input.pos;
+    if (ZSTD_isError(ZSTD_decompressStream(stream, &output, &input))) break;
+  }
+  ZSTD_freeDStream(stream);
+  return output.pos == PEEK;
+}
+
+/* Blender packs its files; all else that is packed wants a header. name NULL: it is not packed. */
+static api_foreign look_packed(api_bytes bytes) {
+  uint8_t first[PEEK];
+  bool is_gzip = begins(bytes, 0, "\x1F\x8B", 2), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD", 4);
+  if ((is_gzip && peek_gzip(bytes, first)) || (is_zstd && peek_zstd(bytes, first)))
+    if (memcmp(first, "BLENDER", 7) == 0) return (api_foreign){"Blender's own format, packed", export_it};
+  if (is_gzip) return (api_foreign){"gzip", "send it with Content-Encoding: gzip"};
+  if (is_zstd) return (api_foreign){"zstd", "send it with Content-Encoding: zstd"};
+  if (!begins(bytes, 0, "PK\3\4", 4)) return (api_foreign){0};
+  if (holds(bytes, ".usd")) return (api_foreign){"USDZ", export_it};
+  if (holds(bytes, "3D/")) return (api_foreign){"3MF", export_it};
+  return (api_foreign){"ZIP", "send the model that is in it"};
+}
+
+/* ---- XML and its kin ----------------------------------------------------------------------------------- */
+
+static api_foreign look_markup(api_bytes bytes) {
+  size_t at = begins(bytes, 0, "\xEF\xBB\xBF", 3) ? 3 : 0;
+  while (at < bytes.size && bytes.data[at] <= ' ') at++;
+  if (at == bytes.size || bytes.data[at] != '<') return (api_foreign){0};
+  if (holds(bytes, "<COLLADA")) return (api_foreign){"COLLADA", export_it};
+  if (holds(bytes, "<X3D")) return (api_foreign){"X3D", export_it};
+  if (holds(bytes, "<html") || holds(bytes, "<!DOCTYPE html")) return (api_foreign){"a web page", NULL};
+  return (api_foreign){"XML", NULL};
+}
+
+/* ---- what came to harm on its way --------------------------------------------------------------------- */
+
+/* An OBJ in one line has points right behind the word or number before them. */
+static bool is_stripped_obj(api_bytes bytes) {
+  if (memchr(bytes.data, '\n', bytes.size) || memchr(bytes.data, '\r', bytes.size)) return false;
+  int points = 0;
+  for (size_t i = 1; i + 2 < bytes.size && points < 2; i++) {
+    const uint8_t *c = bytes.data + i;
+    bool is_number = (c[2] >= '0' && c[2] <= '9') || c[2] == '-' || c[2] == '.';
+    points += c[0] == 'v' && c[1] == ' ' && c[-1] > ' ' && is_number;
+  }
+  return points == 2;
+}
+
+/* The version of a GLB is a number of four bytes. */
+static bool is_stripped_glb(api_bytes bytes) {
+  return begins(bytes, 0, "glTF\2", 5) && bytes.size >= 8 &&
+         (bytes.data[5] | bytes.data[6] | bytes.data[7]) != 0;
+}
+
+static bool is_utf16_without_mark(api_bytes bytes) {
+  if (bytes.size < 4) return false;
+  const uint8_t *b = bytes.data;
+  return (b[0] && !b[1] && b[2] && !b[3]) || (!b[0] && b[1] && !b[2] && b[3]);
+}
+
+/* A chunk of the whole file's length. */
+static bool is_3ds(api_bytes bytes) {
+  if (!begins(bytes, 0, "MM", 2) || bytes.size < 16) return false;
+  const uint8_t *b = bytes.data;
+  uint32_t length = b[2] | (uint32_t)b[3] << 8 | (uint32_t)b[4] << 16 | (uint32_t)b[5] << 24;
+  return length == bytes.size;
+}
+
+api_foreign api_foreign_known(api_bytes bytes) {
+  for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+    if (begins(bytes, marks[i].offset, marks[i].bytes, marks[i].length)) return marks[i].is;
+  api_foreign found = look_packed(bytes);
+  if (!found.name) found = look_markup(bytes);
+  if (found.name) return found;
+  if (is_3ds(bytes)) return (api_foreign){"3DS", export_it};
+  if (is_utf16_without_mark(bytes)) return (api_foreign){"text in UTF-16", "save it as UTF-8"};
+  if (is_stripped_obj(bytes))
+    return (api_foreign){"an OBJ without its line ends", "curl -d drops them, --data-binary keeps them"};
+  if (is_stripped_glb(bytes))
+    return (api_foreign){"a GLB without its zero bytes", "curl -d drops them, --data-binary keeps them"};
+  return (api_foreign){0};
+}
+
+/* ---- anything else --------------------------------------------------------------------------------------
+ */
+
+/* Whether a line begins as those of an OBJ do. */
+static bool is_obj_line(const uint8_t *line, size_t size) {
+  static const char *const words[] = {"v", "vt", "vn", "f", "fo", "o", "g", "usemtl", "mtllib"};
+  while (size > 0 && *line <= ' ') line++, size--;
+  size_t length = 0;
+  while (length < size && line[length] > ' ' && line[length] != '\\') length++;
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (strlen(words[i]) == length && memcmp(words[i], line, length) == 0) return true;
+  return false;
+}
+
+api_foreign api_foreign_other(api_bytes bytes) {
+  enum { LOOKED_AT = 1024 };
+  size_t mark = begins(bytes, 0, "\xEF\xBB\xBF", 3) ? 3 : 0;
+  for (size_t start = mark, at = mark; at <= bytes.size; at++) {
+    if (at < bytes.size && bytes.data[at] != '\n' && bytes.data[at] != '\r') continue;
+    if (is_obj_line(bytes.data + start, at - start)) return (api_foreign){0};
+    start = at + 1;
+  }
+  bool is_text = !memchr(bytes.data, '\0', bytes.size < LOOKED_AT ? bytes.size : LOOKED_AT);
+  return (api_foreign){is_text ? "text that is no OBJ" : "data of an unknown kind", NULL};
+}
