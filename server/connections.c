@@ -31,13 +31,18 @@ static void turn_away(const srv_loop *l, int fd, unsigned reason) {
 
 void srv_connections_listen(srv_loop *l) {
   /* One thread, not all, is woken for a connection. */
-  struct epoll_event interest = {.events = EPOLLIN | EPOLLEXCLUSIVE, .data.fd = l->http->listener};
-  l->accepting = epoll_ctl(l->epoll, EPOLL_CTL_ADD, l->http->listener, &interest) == 0;
+  l->accepting = true;
+  for (size_t i = 0; i < l->http->listeners.count; i++) {
+    struct epoll_event interest = {.events = EPOLLIN | EPOLLEXCLUSIVE, .data.fd = l->http->listeners.fds[i]};
+    bool is_watched = epoll_ctl(l->epoll, EPOLL_CTL_ADD, interest.data.fd, &interest) == 0 || errno == EEXIST;
+    l->accepting = l->accepting && is_watched;
+  }
 }
 
-/* Until the next sweep: the listening socket stays ready, so that the thread would spin. */
+/* Until the next sweep: a listening socket stays ready, so that the thread would spin. */
 static void rest(srv_loop *l) {
-  epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listener, NULL);
+  for (size_t i = 0; i < l->http->listeners.count; i++)
+    epoll_ctl(l->epoll, EPOLL_CTL_DEL, l->http->listeners.fds[i], NULL);
   l->accepting = false;
 }
 
@@ -87,12 +92,12 @@ static void take_connection(srv_loop *l, int fd, bool is_over, const srv_address
   }
 }
 
-void srv_connections_accept(srv_loop *l) {
+void srv_connections_accept(srv_loop *l, int listener) {
   const srv_server *server = l->http->server;
   bool is_full = false; /* then one at a time, as the library may count new ones later in the turn */
   for (size_t i = 0; i < SRV_ACCEPT_MAX && !is_full; i++) {
     srv_address peer = {.size = sizeof peer.local};
-    int fd = accept4(l->http->listener, &peer.any, &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
+    int fd = accept4(listener, &peer.any, &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC);
     if (fd < 0) {
       if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
       srv_log(SRV_LOG_ERROR, "cannot accept: %s", strerror(errno)); /* out of descriptors or memory */
@@ -299,7 +304,10 @@ void srv_connections_sweep(srv_loop *l) {
   uint64_t now = srv_now_ms();
   if (now - l->swept_ms < (draining ? SRV_DRAIN_SWEEP_MS : SRV_SWEEP_MS)) return;
   l->swept_ms = now;
-  if (!l->accepting) srv_connections_listen(l);
+  if (draining && l->http->listeners.is_passed)
+    rest(l);
+  else if (!l->accepting)
+    srv_connections_listen(l);
   for (srv_connection *c = l->connections; c != NULL; c = c->next) {
     if (draining) srv_note_unsent(c);
     if (c->watch.phase == SRV_PHASE_WORK && srv_exchange_give_up(&c->exchange))

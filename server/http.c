@@ -1,7 +1,7 @@
 /* The I/O threads; intake.c has requests on their way in, deliver.c those on their way out.
  *
  * Each I/O thread owns a daemon of the library and an epoll set: the library's own descriptor, an eventfd by
- * which compute threads and the main thread wake it, the listening socket that all share, and sockets that
+ * which compute threads and the main thread wake it, the listening sockets that all share, and sockets that
  * linger (connections.c).
  * The thread that is idle accepts; so a thread that computes a block of an answer gets no new connections.
  * A connection, its timers and its request are only touched by their thread. While a compute thread works
@@ -71,10 +71,16 @@ static int wait_ms(const srv_loop *l) {
                                                        : most;
 }
 
+static bool is_listener(const srv_http *http, int fd) {
+  for (size_t i = 0; i < http->listeners.count; i++)
+    if (http->listeners.fds[i] == fd) return true;
+  return false;
+}
+
 static void handle(srv_loop *l, const struct epoll_event *event) {
   int fd = event->data.fd;
-  if (fd == l->http->listener) {
-    srv_connections_accept(l);
+  if (is_listener(l->http, fd)) {
+    srv_connections_accept(l, fd);
   } else if (fd == l->event) {
     resume_done(l);
   } else if (fd != l->library) {
@@ -94,6 +100,7 @@ static void turn(srv_loop *l) {
   MHD_run(l->daemon);
   srv_connections_sweep(l);
   srv_work_outside(l->http->server->work, false);
+  atomic_store(&l->has_turned, true);
 }
 
 /* Streams have been handed back by now; a block that is under way takes no time to speak of. */
@@ -181,6 +188,7 @@ static bool start_loop(srv_http *http, srv_loop *l) {
   l->epoll = epoll_create1(EPOLL_CLOEXEC);
   l->event = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
   http->loop_count++;
+  atomic_init(&l->has_turned, true);
   if (l->epoll < 0 || l->event < 0) return false;
   l->daemon = start_daemon(l);
   if (l->daemon == NULL) return false;
@@ -199,18 +207,22 @@ static void panic(void *context, const char *file, unsigned line, const char *re
   abort();
 }
 
-srv_http *srv_http_start(srv_server *server, int listener, srv_http_kind kind, char *error,
+static void close_listeners(const srv_listeners *listeners) {
+  for (size_t i = 0; i < listeners->count; i++) close(listeners->fds[i]);
+}
+
+srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind, char *error,
                          size_t error_size) {
   const srv_config *config = server->config;
   size_t loops = kind == SRV_HTTP_ADMIN ? 1 : (size_t)config->io_threads;
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
   if (http == NULL) {
     snprintf(error, error_size, "out of memory");
-    close(listener);
+    close_listeners(listeners);
     return NULL;
   }
   http->server = server;
-  http->listener = listener;
+  http->listeners = *listeners;
   http->tls = kind == SRV_HTTP_TLS;
   http->is_admin = kind == SRV_HTTP_ADMIN;
   http->patience = (srv_patience){.header_ms = config->header_timeout,
@@ -225,6 +237,15 @@ srv_http *srv_http_start(srv_server *server, int listener, srv_http_kind kind, c
     return NULL;
   }
   return http;
+}
+
+bool srv_http_turns(srv_http *http) {
+  bool all = true;
+  for (size_t i = 0; i < http->loop_count; i++) {
+    all = atomic_exchange(&http->loops[i].has_turned, false) && all;
+    wake(&http->loops[i]);
+  }
+  return all;
 }
 
 void srv_http_drain(srv_http *http) {
@@ -255,7 +276,7 @@ bool srv_http_stop(srv_http *http) {
     if (l->event >= 0) close(l->event);
     pthread_mutex_destroy(&l->lock);
   }
-  close(http->listener);
+  close_listeners(&http->listeners);
   free(http);
   return true;
 }

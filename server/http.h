@@ -12,10 +12,23 @@ typedef enum srv_http_kind {
   SRV_HTTP_ADMIN /* probes and metrics alone, on one thread */
 } srv_http_kind;
 
-/* Serves on listener (owned from here on) until stopped. The server's config names
- * threads and limits. NULL with one line in error. */
-srv_http *srv_http_start(srv_server *server, int listener, srv_http_kind kind, char *error,
+enum { SRV_LISTENERS_MAX = 16 };
+
+/* Listening, non-blocking sockets. */
+typedef struct srv_listeners {
+  int fds[SRV_LISTENERS_MAX];
+  size_t count;
+  bool is_passed; /* by a supervisor that keeps them for the next process: no connection is taken any more
+                     while this one drains */
+} srv_listeners;
+
+/* Serves on the listeners (owned from here on) until stopped. The server's config names threads and limits.
+ * NULL with one line in error. */
+srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind, char *error,
                          size_t error_size);
+
+/* Whether every I/O thread has been at work since the last call; wakes them for the next one. */
+bool srv_http_turns(srv_http *http);
 
 /* Closes connections without a request, and others after their answer; call once server->draining is set. */
 void srv_http_drain(srv_http *http);

@@ -4,6 +4,7 @@
 #define SRV_IO_LOOP_H
 
 #include "exchange.h"
+#include "http.h"
 #include "log.h"
 #include "watch.h"
 
@@ -22,7 +23,6 @@ enum {
   SRV_DRAIN_SWEEP_MS = 10
 };
 
-typedef struct srv_http srv_http;
 typedef struct srv_loop srv_loop;
 typedef struct srv_lingering srv_lingering;
 typedef struct srv_trimmed srv_trimmed;
@@ -54,6 +54,7 @@ struct srv_loop {
   bool started;
   int epoll, event, library; /* library: its own epoll descriptor */
   bool accepting;
+  atomic_bool has_turned; /* since srv_http_turns asked */
   srv_connection *connections;
   size_t reserve; /* of them over --max-connections */
   srv_lingering *lingering;
@@ -68,7 +69,7 @@ struct srv_loop {
 struct srv_http {
   srv_server *server;
   srv_patience patience;
-  int listener;
+  srv_listeners listeners;
   bool tls;
   bool is_admin; /* of --admin-listen: not among the connections that are limited */
   atomic_bool stop;
@@ -90,9 +91,9 @@ bool srv_deliver(srv_connection *connection);
 
 /* ---- connections.c ------------------------------------------------------------------------------ */
 
-/* Watches the listening socket. */
+/* Watches the listening sockets. */
 void srv_connections_listen(srv_loop *loop);
-void srv_connections_accept(srv_loop *loop);
+void srv_connections_accept(srv_loop *loop, int listener);
 
 /* What the library calls where one comes or goes; context is the loop. */
 void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **socket_context,

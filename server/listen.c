@@ -120,7 +120,7 @@ int srv_address_listen(const srv_address *address, char *error, size_t error_siz
                    bind(fd, &address->any, address->size) == 0 && listen(fd, LISTEN_BACKLOG) == 0;
   if (listening) return fd;
   char place[sizeof address->local.sun_path + 8];
-  srv_address_print(address, -1, false, place, sizeof place);
+  srv_address_print(address, false, place, sizeof place);
   snprintf(error, error_size, "--listen: cannot listen on %s: %s", place, strerror(errno));
   if (fd >= 0) close(fd);
   return -1;
@@ -165,15 +165,20 @@ void srv_address_peer(const srv_address *peer, char *out, size_t out_size) {
   }
 }
 
-void srv_address_print(const srv_address *address, int fd, bool tls, char *out, size_t out_size) {
+srv_address srv_address_of(int fd) {
+  srv_address address = {.size = sizeof address.local};
+  getsockname(fd, &address.any, &address.size);
+  return address;
+}
+
+void srv_address_print(const srv_address *address, bool tls, char *out, size_t out_size) {
   if (address->family == AF_UNIX) {
-    snprintf(out, out_size, "unix:%s", address->local.sun_path);
+    const char *path = address->local.sun_path;
+    bool is_abstract = path[0] == '\0' && path[1] != '\0';
+    snprintf(out, out_size, "unix:%s%s", is_abstract ? "@" : "", path + is_abstract);
     return;
   }
-  srv_address bound = *address;
-  socklen_t size = sizeof bound.v6;
-  if (fd >= 0) getsockname(fd, &bound.any, &size);
   char place[INET6_ADDRSTRLEN + 16];
-  srv_address_peer(&bound, place, sizeof place);
+  srv_address_peer(address, place, sizeof place);
   snprintf(out, out_size, "%s://%s", tls ? "https" : "http", place);
 }

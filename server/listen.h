@@ -29,9 +29,11 @@ int srv_address_listen(const srv_address *address, char *error, size_t error_siz
 /* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
 int srv_address_connect(const srv_address *address, int timeout_ms);
 
-/* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH". fd: the listening
- * socket, for the port that a port 0 has been replaced by; or -1. */
-void srv_address_print(const srv_address *address, int fd, bool tls, char *out, size_t out_size);
+/* That of a socket: a port 0 has been replaced there. */
+srv_address srv_address_of(int fd);
+
+/* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract name. */
+void srv_address_print(const srv_address *address, bool tls, char *out, size_t out_size);
 
 /* The host and port of a client, "unix" for a local one. */
 void srv_address_peer(const srv_address *peer, char *out, size_t out_size);

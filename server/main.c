@@ -11,6 +11,7 @@
 #include "samples.h"
 #include "store_fs.h"
 #include "store_meter.h"
+#include "systemd.h"
 #include "tls.h"
 
 #include <errno.h>
@@ -30,8 +31,10 @@ typedef struct process {
   srv_store_fs *store;
   srv_store_meter store_meter;
   srv_server server;
-  srv_http *http, *admin;       /* admin: NULL without --admin-listen */
-  int listener, admin_listener; /* -1 once the above own them */
+  srv_systemd systemd;
+  uint64_t told_ms;                         /* when the watchdog was */
+  srv_http *http, *admin;                   /* admin: NULL without a listener of its own */
+  srv_listeners listeners, admin_listeners; /* count 0 once the above own them */
 } process;
 
 /* ---- signals --------------------------------------------------------------------------------- */
@@ -74,6 +77,32 @@ static bool has_admin(const process *p) {
   return p->config.admin_listen[0] != '\0';
 }
 
+/* Those that systemd passed, or one at the address. */
+static bool listen_at(const srv_address *address, const int *passed, size_t passed_count, srv_listeners *out,
+                      char *error) {
+  if (passed_count > 0) {
+    *out = (srv_listeners){.count = passed_count, .is_passed = true};
+    memcpy(out->fds, passed, passed_count * sizeof *passed);
+    return true;
+  }
+  int fd = srv_address_listen(address, error, ERROR_SIZE);
+  if (fd < 0) return false;
+  *out = (srv_listeners){.fds = {fd}, .count = 1};
+  return true;
+}
+
+static bool listen_everywhere(process *p, char *error) {
+  const srv_systemd *passed = &p->systemd;
+  if (passed->socket_count > 0)
+    srv_log(SRV_LOG_INFO, "serving on the sockets of systemd; --listen is left aside");
+  if (passed->admin_socket_count > 0 && has_admin(p))
+    srv_log(SRV_LOG_INFO, "probes and metrics are on the sockets of systemd; --admin-listen is left aside");
+  return listen_at(&p->address, passed->sockets, passed->socket_count, &p->listeners, error) &&
+         (!(has_admin(p) || passed->admin_socket_count > 0) ||
+          listen_at(&p->admin_address, passed->admin_sockets, passed->admin_socket_count, &p->admin_listeners,
+                    error));
+}
+
 static api_settings settings(process *p, const api_keyring *keyring) {
   const srv_config *config = &p->config;
   return (api_settings){.limits = {.max_upload = config->max_upload,
@@ -99,10 +128,7 @@ static bool prepare(process *p, char *error) {
   p->store = srv_store_fs_open(p->config.data, error, ERROR_SIZE);
   if (p->store == NULL) return false;
   srv_store_fs_limit(p->store, p->config.store_limit);
-  p->listener = srv_address_listen(&p->address, error, ERROR_SIZE);
-  if (p->listener < 0) return false;
-  if (has_admin(p)) p->admin_listener = srv_address_listen(&p->admin_address, error, ERROR_SIZE);
-  if (has_admin(p) && p->admin_listener < 0) return false;
+  if (!listen_everywhere(p, error)) return false;
   if (!srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE)) return false;
   snprintf(error, ERROR_SIZE, "out of memory");
   raise_descriptor_limit(p->config.max_connections);
@@ -138,30 +164,52 @@ static bool store_samples(process *p, char *error) {
   return true;
 }
 
-static bool serve_admin(process *p, char *error) {
-  int listener = p->admin_listener;
-  char place[ERROR_SIZE];
-  p->admin_listener = -1;
-  p->admin = srv_http_start(&p->server, listener, SRV_HTTP_ADMIN, error, ERROR_SIZE);
-  if (p->admin == NULL) return false;
-  srv_address_print(&p->admin_address, listener, false, place, sizeof place);
-  srv_log(SRV_LOG_INFO, "listening for probes and metrics on %s", place);
-  return true;
+/* "http://127.0.0.1:8080, unix:/run/tweend" */
+static void print_places(const srv_listeners *listeners, bool tls, char *out, size_t out_size) {
+  size_t size = 0;
+  for (size_t i = 0; i < listeners->count && size < out_size; i++) {
+    const srv_address address = srv_address_of(listeners->fds[i]);
+    char place[ERROR_SIZE];
+    srv_address_print(&address, tls, place, sizeof place);
+    size += (size_t)snprintf(out + size, out_size - size, "%s%s", i > 0 ? ", " : "", place);
+  }
+}
+
+/* Gives the listeners away. */
+static srv_http *serve_on(process *p, srv_listeners *listeners, srv_http_kind kind, char *error) {
+  const srv_listeners given = *listeners;
+  listeners->count = 0;
+  return srv_http_start(&p->server, &given, kind, error, ERROR_SIZE);
 }
 
 static bool serve(process *p, char *error) {
-  if (has_admin(p) && !serve_admin(p, error)) return false;
-  int listener = p->listener;
-  p->listener = -1;
-  p->http =
-      srv_http_start(&p->server, listener, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error, ERROR_SIZE);
+  char places[2048], admin_places[2048], state[2112];
+  bool has_admin_listener = p->admin_listeners.count > 0;
+  print_places(&p->listeners, has_tls(p), places, sizeof places);
+  print_places(&p->admin_listeners, false, admin_places, sizeof admin_places);
+  if (has_admin_listener) p->admin = serve_on(p, &p->admin_listeners, SRV_HTTP_ADMIN, error);
+  if (has_admin_listener && p->admin == NULL) return false;
+  p->http = serve_on(p, &p->listeners, has_tls(p) ? SRV_HTTP_TLS : SRV_HTTP_PLAIN, error);
   if (p->http == NULL) return false;
-  char place[ERROR_SIZE];
-  srv_address_print(&p->address, listener, has_tls(p), place, sizeof place);
-  printf("tweend %s listening on %s\n", TWEEND_VERSION, place);
+  if (has_admin_listener) srv_log(SRV_LOG_INFO, "listening for probes and metrics on %s", admin_places);
+  printf("tweend %s listening on %s\n", TWEEND_VERSION, places);
   fflush(stdout);
-  srv_log(SRV_LOG_INFO, "listening on %s", place);
+  srv_log(SRV_LOG_INFO, "listening on %s", places);
+  snprintf(state, sizeof state, "READY=1\nSTATUS=listening on %s", places);
+  srv_systemd_notify(&p->systemd, state);
   return true;
+}
+
+/* Tells the watchdog that all I/O threads go round, four times in its patience. */
+static void tell_alive(process *p) {
+  uint64_t now_ms = srv_now_ms();
+  if (p->systemd.watchdog_ms == 0 || now_ms - p->told_ms < p->systemd.watchdog_ms / 4) return;
+  p->told_ms = now_ms;
+  bool turns = srv_http_turns(p->http) && (p->admin == NULL || srv_http_turns(p->admin));
+  if (turns)
+    srv_systemd_notify(&p->systemd, "WATCHDOG=1");
+  else
+    srv_log(SRV_LOG_ERROR, "a socket thread does not go on: the watchdog is not told that all is well");
 }
 
 /* ---- settings read again --------------------------------------------------------------------- */
@@ -178,7 +226,9 @@ static bool reload_keys(process *p, char *error) {
 
 /* What cannot be read stays as it is; the others change nevertheless. */
 static void reload(process *p) {
-  char error[ERROR_SIZE];
+  char error[ERROR_SIZE], state[64];
+  snprintf(state, sizeof state, "RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)srv_now_ns() / 1000);
+  srv_systemd_notify(&p->systemd, state);
   srv_log_level level;
   bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
   if (has_level) srv_log_set_level(level);
@@ -187,14 +237,16 @@ static void reload(process *p) {
   if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE))
     srv_log(SRV_LOG_ERROR, "%s; the certificate stays", error);
   srv_log(SRV_LOG_INFO, "files of settings were read again");
+  srv_systemd_notify(&p->systemd, "READY=1");
 }
 
 /* ---- the end --------------------------------------------------------------------------------- */
 
 /* Waits a moment; true when a signal says that waiting is over. */
-static bool is_hurried(void) {
+static bool is_hurried(process *p) {
   static const struct timespec STEP = {.tv_nsec = 10000000};
   sigset_t ending;
+  tell_alive(p);
   sigemptyset(&ending);
   for (int number = 1; number < NSIG; number++)
     if (ends(number)) sigaddset(&ending, number);
@@ -209,17 +261,18 @@ static bool is_drained(const process *p) {
 /* First lets balancers find out; then waits for the requests in flight, until the time is over, or a second
  * signal says that it is. */
 static void drain(process *p) {
+  srv_systemd_notify(&p->systemd, "STOPPING=1\nSTATUS=draining");
   api_service_drain(p->server.service);
   uint64_t begin_ms = srv_now_ms() + p->config.drain_delay;
   while (srv_now_ms() < begin_ms)
-    if (is_hurried()) break;
+    if (is_hurried(p)) break;
   atomic_store(&p->server.draining, true);
   srv_live_end(p->server.live);
   srv_http_drain(p->http);
   if (p->admin != NULL) srv_http_drain(p->admin);
   uint64_t end_ms = srv_now_ms() + p->config.drain_timeout;
   while (!is_drained(p) && srv_now_ms() < end_ms)
-    if (is_hurried()) return;
+    if (is_hurried(p)) return;
 }
 
 /* False when compute threads are still at work: then nothing may be freed. */
@@ -235,18 +288,21 @@ static bool stop(process *p) {
   srv_peers_destroy(p->server.peers);
   srv_networks_deinit(&p->server.trusted);
   srv_store_fs_close(p->store);
-  if (p->listener >= 0) close(p->listener);
-  if (p->admin_listener >= 0) close(p->admin_listener);
+  for (size_t i = 0; i < p->listeners.count; i++) close(p->listeners.fds[i]);
+  for (size_t i = 0; i < p->admin_listeners.count; i++) close(p->admin_listeners.fds[i]);
   srv_tls_forget();
   return true;
 }
 
 /* Waits for the signal to end. Meanwhile, after load, gives memory back every few seconds. */
 static void await_end(process *p, const sigset_t *taken) {
-  static const struct timespec STEP = {.tv_sec = 5};
-  uint64_t trimmed_at = 0;
+  enum { STEP_MS = 5000 };
+  uint64_t trimmed_at = 0, quarter_ms = p->systemd.watchdog_ms / 4;
+  long step_ms = quarter_ms > 0 && quarter_ms < STEP_MS ? (long)quarter_ms : STEP_MS;
+  const struct timespec step = {.tv_sec = step_ms / 1000, .tv_nsec = step_ms % 1000 * 1000000};
   for (;;) {
-    int number = sigtimedwait(taken, NULL, &STEP);
+    int number = sigtimedwait(taken, NULL, &step);
+    tell_alive(p);
     srv_log_tell_hidden();
     uint64_t ended = atomic_load(&p->server.ended);
     if (number > 0 && ends(number)) {
@@ -273,7 +329,8 @@ static int run(process *p) {
   bool has_level = srv_config_log_level(&p->config, &level, error, ERROR_SIZE);
   srv_log_configure(level, (srv_log_format)p->config.log_format);
   srv_config_warn(environ);
-  bool serving = has_level && prepare(p, error) && store_samples(p, error) && serve(p, error);
+  bool serving = has_level && srv_systemd_read(&p->systemd, getenv, error, ERROR_SIZE) && prepare(p, error) &&
+                 store_samples(p, error) && serve(p, error);
   if (!serving) {
     fprintf(stderr, "tweend: %s\n", error);
     stop(p);
@@ -281,8 +338,8 @@ static int run(process *p) {
   }
   await_end(p, &taken);
   drain(p);
-  srv_address_unlink(&p->address);
-  if (has_admin(p)) srv_address_unlink(&p->admin_address);
+  if (!p->listeners.is_passed) srv_address_unlink(&p->address);
+  if (has_admin(p) && !p->admin_listeners.is_passed) srv_address_unlink(&p->admin_address);
   size_t left = atomic_load(&p->server.in_flight), unsent = atomic_load(&p->server.unsent);
   if (left > 0) srv_log(SRV_LOG_WARN, "%zu requests in flight are cut off", left);
   if (unsent > 0) srv_log(SRV_LOG_WARN, "%zu clients have not taken all of their answers", unsent);
@@ -314,8 +371,7 @@ static bool check(process *p) {
 }
 
 int main(int argc, char **argv) {
-  static process p = {.listener = -1,
-                      .admin_listener = -1}; /* static: compute threads may outlive main's frame, see stop */
+  static process p; /* compute threads may outlive main's frame, see stop */
   char error[ERROR_SIZE];
   int status = STATUS_USAGE;
   srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, error, sizeof error);

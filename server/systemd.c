@@ -1,0 +1,130 @@
+/* Passed sockets are the descriptors from 3 on. Variables that are meant for another process, as a shell in
+ * between inherits them, are left aside. */
+#include "systemd.h"
+
+#include "log.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { FIRST_PASSED = 3 };
+
+static bool read_number(const char *text, uint64_t most, uint64_t *out) {
+  size_t digits = strspn(text, "0123456789");
+  if (digits == 0 || digits > 18 || text[digits] != '\0') return false;
+  *out = strtoull(text, NULL, 10);
+  return *out <= most;
+}
+
+static bool complain(const char *name, const char *value, const char *expected, char *error,
+                     size_t error_size) {
+  snprintf(error, error_size, "%s: '%s' is not %s", name, value, expected);
+  return false;
+}
+
+/* Whether a variable is there and meant for this process; pid_name: of the one that tells for which. */
+static const char *find_own(char *(*environment)(const char *name), const char *name, const char *pid_name) {
+  const char *value = environment(name), *pid = environment(pid_name);
+  uint64_t number;
+  bool is_own = pid != NULL && read_number(pid, UINT64_MAX, &number) && number == (uint64_t)getpid();
+  return is_own ? value : NULL;
+}
+
+/* ---- sockets --------------------------------------------------------------------------------- */
+
+static bool is_listening(int fd) {
+  int accepts = 0, type = 0, family = 0;
+  socklen_t size = sizeof accepts;
+  return getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &accepts, &size) == 0 && accepts != 0 &&
+         getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_STREAM &&
+         getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &family, &size) == 0 &&
+         (family == AF_INET || family == AF_INET6 || family == AF_UNIX);
+}
+
+/* The name of a socket, cut off the list that names stand in. */
+static bool is_called(const char **names, const char *name) {
+  size_t size = strcspn(*names, ":");
+  bool is_same = size == strlen(name) && memcmp(*names, name, size) == 0;
+  *names += size + ((*names)[size] == ':');
+  return is_same;
+}
+
+static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name), char *error,
+                         size_t error_size) {
+  const char *value = find_own(environment, "LISTEN_FDS", "LISTEN_PID"),
+             *names = environment("LISTEN_FDNAMES");
+  uint64_t count = 0;
+  if (value == NULL) return true;
+  if (!read_number(value, SRV_PASSED_MAX, &count))
+    return complain("LISTEN_FDS", value, "a number of sockets up to 16", error, error_size);
+  if (names == NULL) names = "";
+  for (int fd = FIRST_PASSED; fd < FIRST_PASSED + (int)count; fd++) {
+    if (!is_listening(fd)) {
+      snprintf(
+          error, error_size,
+          "LISTEN_FDS: descriptor %d is not a listening stream socket; a socket unit needs ListenStream= "
+          "and Accept=no",
+          fd);
+      return false;
+    }
+    fcntl(fd, F_SETFD, FD_CLOEXEC);
+    fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
+    if (is_called(&names, "admin"))
+      out->admin_sockets[out->admin_socket_count++] = fd;
+    else
+      out->sockets[out->socket_count++] = fd;
+  }
+  return true;
+}
+
+/* ---- states ---------------------------------------------------------------------------------- */
+
+/* A path, or @ and an abstract name. */
+static bool read_notified(srv_systemd *out, const char *value, char *error, size_t error_size) {
+  size_t size = strlen(value);
+  if ((value[0] != '/' && value[0] != '@') || size < 2 || size >= sizeof out->notified.local.sun_path)
+    return complain("NOTIFY_SOCKET", value, "the path of a unix socket", error, error_size);
+  out->notified.local.sun_family = AF_UNIX;
+  memcpy(out->notified.local.sun_path, value, size);
+  if (value[0] == '@') out->notified.local.sun_path[0] = '\0';
+  out->notified.size = (socklen_t)(offsetof(struct sockaddr_un, sun_path) + size);
+  out->is_notified = true;
+  return true;
+}
+
+static bool read_watchdog(srv_systemd *out, char *(*environment)(const char *name), char *error,
+                          size_t error_size) {
+  const char *value = environment("WATCHDOG_PID") == NULL
+                          ? environment("WATCHDOG_USEC")
+                          : find_own(environment, "WATCHDOG_USEC", "WATCHDOG_PID");
+  uint64_t us = 0;
+  if (value == NULL) return true;
+  if (!read_number(value, UINT64_MAX, &us) || us < 1000)
+    return complain("WATCHDOG_USEC", value, "a number of microseconds from 1000 on", error, error_size);
+  out->watchdog_ms = us / 1000;
+  return true;
+}
+
+bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), char *error,
+                      size_t error_size) {
+  const char *notified = environment("NOTIFY_SOCKET");
+  *out = (srv_systemd){.is_notified = false};
+  return read_sockets(out, environment, error, error_size) &&
+         read_watchdog(out, environment, error, error_size) &&
+         (notified == NULL || read_notified(out, notified, error, error_size));
+}
+
+void srv_systemd_notify(const srv_systemd *systemd, const char *state) {
+  if (!systemd->is_notified) return;
+  int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  bool is_told = fd >= 0 && sendto(fd, state, strlen(state), MSG_NOSIGNAL, &systemd->notified.any,
+                                   systemd->notified.size) == (ssize_t)strlen(state);
+  if (!is_told) srv_log(SRV_LOG_WARN, "cannot tell the supervisor at NOTIFY_SOCKET: %s", strerror(errno));
+  if (fd >= 0) close(fd);
+}

@@ -1,0 +1,30 @@
+/* What a supervisor hands over and is told, in systemd's protocols: sockets (sd_listen_fds(3)), states
+ * (sd_notify(3)) and a watchdog (sd_watchdog_enabled(3)). Spoken here without libsystemd: the manual calls
+ * them stable for that, and they are a few variables and datagrams, where the library brings four others into
+ * every image. */
+#ifndef SRV_SYSTEMD_H
+#define SRV_SYSTEMD_H
+
+#include "listen.h"
+
+#include <stdint.h>
+
+enum { SRV_PASSED_MAX = 16 };
+
+/* A value that owns nothing: the sockets are for whoever serves on them. */
+typedef struct srv_systemd {
+  int sockets[SRV_PASSED_MAX], admin_sockets[SRV_PASSED_MAX]; /* passed, listening; admin: of that name */
+  size_t socket_count, admin_socket_count;
+  uint64_t watchdog_ms; /* 0: none */
+  bool is_notified;     /* at the address that follows */
+  srv_address notified;
+} srv_systemd;
+
+/* Reads what is meant for this process; environment answers as getenv does. False with one line in error. */
+bool srv_systemd_read(srv_systemd *out, char *(*environment)(const char *name), char *error,
+                      size_t error_size);
+
+/* Tells a state: lines NAME=VALUE, "READY=1". Does nothing where nobody asked for it. */
+void srv_systemd_notify(const srv_systemd *systemd, const char *state);
+
+#endif
