@@ -82,7 +82,7 @@ export class Cage {
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
-    this.dots = new PointsMaterial({ size: 9, sizeAttenuation: false, vertexColors: true,
+    this.dots = new PointsMaterial({ sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
     // A little before their places, or the surface would cut them in half.
     this.dots.onBeforeCompile = (shader) => {
@@ -94,6 +94,8 @@ export class Cage {
     const meshes = [];
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh, creases);
+    const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
+    this.dots.size = marks > 2000 ? 3 : marks > 300 ? 5 : 9;
     if (creases['']) this.parts.cage.push(this.creases(scene, creases['']));
   }
 

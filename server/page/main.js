@@ -15,7 +15,9 @@ import { Cage, parse, Viewport } from './viewport.js';
 const CAGE_MOST = 200000; // edges that are drawn as a cage
 const SOURCE_MOST = 32e6; // bytes of a source that is read for its creases
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
-  ['skeleton', 'Skeleton'], ['uv', 'UV']];
+  ['skeleton', 'Skeleton'], ['uv', 'UV'],
+  ['follow', 'Follow']];
+const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
 // ---- tabs ----
@@ -114,12 +116,13 @@ function showLegend() {
 
 let model = null; // the description of the one shown
 let loading = null;
+let shown = null; // what of the state makes the surface that is shown
 
 async function openModel() {
   const id = state('model');
   loading?.abort();
   animation.close();
-  model = null;
+  model = shown = null;
   viewport.setCage(null);
   viewport.clearModel();
   showLegend();
@@ -155,12 +158,14 @@ async function openSurface(isNew = false) {
   try {
     const counts = await withKey(() => tweend.surfaceCounts(model, options, { signal }));
     const size = counts.bytes ?? (await withKey(() => tweend.surfaceCounts(model, { ...options, encoding: 'float' }, { signal }))).bytes;
-    if (!(await confirmLarge(size, `Level ${options.level}`))) return;
+    if (!(await confirmLarge(size, `Level ${options.level}`))) controller.abort();
+    signal.throwIfAborted();
     const onProgress = (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
     const answer = await download(tweend.surfaceUrl(model, options), { signal, onProgress });
     task.say(`Level ${options.level}: drawing`);
     const parsed = await parse(await answer.blob.arrayBuffer());
-    if (signal.aborted) return;
+    signal.throwIfAborted();
+    shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
     viewport.setModel(parsed, { level: Number(options.level), scheme: options.scheme });
     surface.tell(answer);
     animation.pose();
@@ -173,6 +178,7 @@ async function openSurface(isNew = false) {
     byId('view').dataset.level = options.level;
   } catch (error) {
     fail(`Level ${options.level} cannot be shown`, error);
+    if (signal.aborted && loading === controller && shown) change(shown); // somebody cancelled
   } finally {
     task.done();
   }
@@ -210,7 +216,7 @@ watch((names) => {
   if (names.has('theme')) showTheme();
   if (names.has('show')) showOverlays();
   if (names.has('model')) openModel();
-  else if (['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name))) openSurface();
+  else if (SURFACE.some((name) => names.has(name))) openSurface();
   if (names.has('clip') && !names.has('model') && model) openClip();
 });
 

@@ -201,11 +201,19 @@ export class RotationPanel {
     for (const kind of state('ghosts') === 'both' ? ['slerp', 'euler'] : [state('ghosts')]) {
       const material = new MeshBasicMaterial({ color: GHOSTS[kind], transparent: true, opacity: 0.42, depthWrite: false });
       const object = new Group();
+      const followers = []; // [part of the ghost, what it follows]
       const copy = (from, into) => {
-        for (const child of from.children) if (child.isMesh || child.children.length > 0) copy(child, into.add(shell(child, material)).children.at(-1));
+        for (const child of from.children.filter(({ isMesh, children }) => isMesh || children.length > 0)) {
+          const part = shell(child, material);
+          followers.push([part, child]);
+          into.add(part);
+          copy(child, part);
+        }
       };
       const top = shell(node, material);
-      for (const member of ['position', 'quaternion', 'scale']) top[member].set(...(member === 'quaternion' ? [0, 0, 0, 1] : member === 'scale' ? [1, 1, 1] : [0, 0, 0]));
+      top.position.set(0, 0, 0);
+      top.quaternion.identity();
+      top.scale.set(1, 1, 1);
       object.add(top);
       copy(node, top);
       let hasMesh = false;
@@ -214,7 +222,7 @@ export class RotationPanel {
       object.matrixAutoUpdate = false;
       object.renderOrder = 4;
       this.viewport.ghosts.add(object);
-      this.ghosts.push({ kind, object });
+      this.ghosts.push({ kind, object, followers });
     }
     this.viewport.invalidate();
   }
@@ -223,7 +231,8 @@ export class RotationPanel {
     const node = this.ghosts.length > 0 && this.viewport.model?.nodes.get(this.data.node);
     if (!node) return;
     this.viewport.scene.updateMatrixWorld();
-    for (const { kind, object } of this.ghosts) {
+    for (const { kind, object, followers } of this.ghosts) {
+      for (const [part, of] of followers) for (const member of ['position', 'quaternion', 'scale']) part[member].copy(of[member]);
       const rotation = kind === 'slerp' ? this.slerped(this.animation.time ?? 0) : this.eulered(this.animation.time ?? 0);
       object.matrix.compose(node.position, rotation, node.scale).premultiply(node.parent?.matrixWorld ?? new Matrix4());
     }

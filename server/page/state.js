@@ -10,7 +10,7 @@ const DEFAULTS = {
   creases: 'tags',
   limit: 'false',
   encoding: 'float',
-  show: 'surface,cage,points',
+  show: 'surface,cage,points,follow',
   clip: '',
   t: '0',
   speed: '1',

@@ -97,10 +97,23 @@ export class Viewport {
       this.isDue = false;
       for (const update of this.onFrame) update();
       this.scene.updateMatrixWorld();
+      this.#follow();
       this.skeleton?.update();
       this.renderer.render(this.scene, this.camera);
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
     });
+  }
+
+  /** Moves the camera with the model's first node, which a clip may take out of the picture. */
+  #follow() {
+    const at = this.model?.scene.children[0] && new Vector3().setFromMatrixPosition(this.model.scene.children[0].matrixWorld);
+    if (at && this.followed && this.shown.has('follow')) {
+      const moved = at.clone().sub(this.followed);
+      this.camera.position.add(moved);
+      this.controls.target.add(moved);
+      this.camera.updateMatrixWorld();
+    }
+    this.followed = at;
   }
 
   setTheme(name) {
@@ -138,6 +151,7 @@ export class Viewport {
     this.skeleton = new Skeleton(nodes);
     this.wireframe.setTheme(this.themeName);
     this.scene.add(scene, this.skeleton.object);
+    this.followed = null; // a new one is not where the last one was
     this.show(this.shown);
   }
 

@@ -162,6 +162,7 @@ visits('a refused file is explained at its place', { refused: [422] }, async (vi
 visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surface` }, async (visit) => {
   await visit.level(2);
   const still = await visit.pixels();
+  assert.equal(await visit.page.locator('#shown [data-name=follow]').getAttribute('aria-pressed'), 'false');
   await visit.seek(2.6);
   assert.ok(difference(still, await visit.pixels()) > 0.01, 'the pose changed');
   assert.equal(await visit.time(), 2.6);
@@ -256,7 +257,9 @@ visits('a long download is announced and can be declined', { hash: '#tab=surface
   await visit.picture('large');
   await dialog.getByRole('button', { name: 'Cancel' }).click();
   await dialog.waitFor({ state: 'detached' });
+  await visit.wait(() => location.hash.includes('tab=surface') && !location.hash.includes('level'));
   assert.match(await visit.text('#facts'), /^Level 2/);
+  assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
 visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
@@ -270,6 +273,7 @@ visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   await visit.page.locator('#busy').waitFor({ state: 'hidden' });
   release();
   assert.match(await visit.text('#facts'), /^Level 2/);
+  assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
 visits('on a phone', { ...PHONE }, async (visit) => {
