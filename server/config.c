@@ -209,30 +209,107 @@ static void variable_name(const char *flag, char name[FLAG_SIZE]) {
   }
 }
 
+/* ---- what --help and the manual page say ------------------------------------------------------ */
+
+typedef struct section {
+  const char *title, *text; /* lines of at most 100 characters */
+} section;
+
+static const char PURPOSE[] = "subdivision surfaces and rotation tracks over HTTP";
+
+static const section SECTIONS[] = {
+    {"Signals",
+     "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
+     "SIGTERM,\n"
+     "SIGINT and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at\n"
+     "once."},
+    {"Limits",
+     "A request's target has at most 8 KiB and 32 arguments, its head 16 KiB, 64 fields and cookies, and\n"
+     "4 KiB of cookies."},
+    {"systemd",
+     "Sockets that systemd passes are served in place of --listen, those with FileDescriptorName=admin in "
+     "place\n"
+     "of --admin-listen. systemd is told when the daemon is ready, reads its files again and stops, and its\n"
+     "watchdog that all socket threads go on."},
+    {"Exit status",
+     "0 after the end that was asked for, 1 when the daemon cannot start, and where --check or\n"
+     "--healthcheck says no, 2 for a wrong flag or value."},
+};
+enum { SECTION_COUNT = sizeof SECTIONS / sizeof *SECTIONS };
+
+/* Flags that are no settings: each prints and ends. */
+static const section PRINTING[] = {
+    {"-h, --help", "this text"},
+    {"--man", "the same as a manual page"},
+    {"--version", "the version"},
+};
+enum { PRINTING_COUNT = sizeof PRINTING / sizeof *PRINTING };
+
+static bool tells_fallback(const setting *s) {
+  return s->fallback != NULL && s->fallback[0] != '\0' && s->kind != KIND_SWITCH;
+}
+
 static void print_help(FILE *out) {
-  fputs("Usage: tweend [flags]\n\n"
-        "Subdivision surfaces and rotation tracks over HTTP. Every flag but --help and --version is also\n"
-        "an environment variable, named beside it; flags win.\n\n",
-        out);
+  fprintf(out,
+          "Usage: tweend [flags]\n\n"
+          "tweend: %s. Every flag with a variable beside it is\n"
+          "that environment variable too; flags win.\n\n",
+          PURPOSE);
   for (size_t i = 0; i < SETTING_COUNT; i++) {
     const setting *s = &SETTINGS[i];
     char variable[FLAG_SIZE];
     variable_name(s->flag, variable);
     fprintf(out, "  --%s%s%s  (%s)\n      %s", s->flag, s->argument != NULL ? " " : "",
             s->argument != NULL ? s->argument : "", variable, s->help);
-    if (s->fallback != NULL && s->fallback[0] != '\0' && s->kind != KIND_SWITCH) {
-      fprintf(out, " (default: %s)", s->fallback);
-    }
+    if (tells_fallback(s)) fprintf(out, " (default: %s)", s->fallback);
     fputc('\n', out);
   }
-  fputs("  -h, --help\n      this text\n  --version\n      the version\n\n"
-        "SIGHUP reads the files of --api-keys, --url-keys, --log-level, --tls-cert and --tls-key again. "
-        "SIGTERM,\n"
-        "SIGINT and SIGQUIT end the daemon once requests in flight are answered; one more of them ends it at "
-        "once.\n"
-        "A request's target has at most 8 KiB and 32 arguments, its head 16 KiB, 64 fields and cookies, and\n"
-        "4 KiB of cookies.\n",
-        out);
+  for (size_t i = 0; i < PRINTING_COUNT; i++)
+    fprintf(out, "  %s\n      %s\n", PRINTING[i].title, PRINTING[i].text);
+  for (size_t i = 0; i < SECTION_COUNT; i++) fprintf(out, "\n%s:\n%s\n", SECTIONS[i].title, SECTIONS[i].text);
+}
+
+/* Text that roff takes as it is. */
+static void print_roff(FILE *out, const char *text) {
+  for (const char *at = text; *at != '\0'; at++) {
+    bool begins = at == text || at[-1] == '\n';
+    if (begins && (*at == '.' || *at == '\'')) fputs("\\&", out);
+    if (*at == '-')
+      fputs("\\-", out);
+    else if (*at == '\\')
+      fputs("\\e", out);
+    else
+      fputc(*at, out);
+  }
+}
+
+static void print_manual(FILE *out) {
+  fputs(".TH TWEEND 1 \"\" \"tweend " TWEEND_VERSION "\"\n.SH NAME\ntweend \\- ", out);
+  fprintf(out, "%s\n.SH SYNOPSIS\n.B tweend\n.RI [ flags ]\n.SH OPTIONS\n", PURPOSE);
+  fputs("Every flag with a variable beside it is that environment variable too; flags win.\n", out);
+  for (size_t i = 0; i < SETTING_COUNT; i++) {
+    const setting *s = &SETTINGS[i];
+    char variable[FLAG_SIZE];
+    variable_name(s->flag, variable);
+    fputs(".TP\n\\fB\\-\\-", out);
+    print_roff(out, s->flag);
+    fputs("\\fR", out);
+    if (s->argument != NULL) fprintf(out, " \\fI%s\\fR", s->argument);
+    fprintf(out, " (\\fB%s\\fR)\n", variable);
+    print_roff(out, s->help);
+    if (tells_fallback(s)) fputs(" (default: ", out), print_roff(out, s->fallback), fputs(")", out);
+    fputc('\n', out);
+  }
+  for (size_t i = 0; i < PRINTING_COUNT; i++) {
+    fputs(".TP\n.B ", out);
+    print_roff(out, PRINTING[i].title);
+    fprintf(out, "\n%s\n", PRINTING[i].text);
+  }
+  for (size_t i = 0; i < SECTION_COUNT; i++) {
+    fprintf(out, ".SH %s\n", SECTIONS[i].title);
+    print_roff(out, SECTIONS[i].text);
+    fputc('\n', out);
+  }
 }
 
 static bool parse_choice(const char *choices, const char *text, uint64_t *out) {
@@ -474,6 +551,10 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
       print_help(out);
+      return SRV_CONFIG_DONE;
+    }
+    if (strcmp(argv[i], "--man") == 0) {
+      print_manual(out);
       return SRV_CONFIG_DONE;
     }
     if (strcmp(argv[i], "--version") == 0) {

@@ -34,7 +34,7 @@ typedef struct srv_config {
 
 typedef enum srv_config_status {
   SRV_CONFIG_RUN,  /* go on with *config */
-  SRV_CONFIG_DONE, /* --help or --version has been printed to out */
+  SRV_CONFIG_DONE, /* --help, --man or --version has been printed to out */
   SRV_CONFIG_BAD   /* error holds one line */
 } srv_config_status;
 

@@ -209,3 +209,27 @@ trusts() { get /readyz --cacert "$1.pem" && [ "$status" = 200 ]; }
   daemon=""
   grep -q 'signal 3: draining' "$log"
 }
+
+@test "the manual page has every flag that --help has, and man has nothing to say about it" {
+  "$tweend" --man >tweend.1
+  MANWIDTH=200 man --warnings --local-file tweend.1 >page 2>warnings
+  [ ! -s warnings ]
+  "$tweend" --help | grep -oE '^  --[a-z-]+|TWEEND_[A-Z_]+' >names
+  (($(wc -l <names) > 60))
+  while read -r name; do grep -qF -- "$name" page || { echo "$name is missing"; false; }; done <names
+  for title in NAME SYNOPSIS OPTIONS Signals systemd "Exit status"; do grep -q "^$title$" page; done
+}
+
+@test "cmake --install brings the program, its manual page and its units" {
+  needs_plain_build
+  [[ -z ${TESTED_BINARY-} || $TESTED_BINARY -ef $root/build/tweend ]] || skip "looks at the tree's own build"
+  cmake --install "$root/build" --prefix "$PWD/installed" >install.log
+  (cd installed && find . -type f | sort) >files
+  diff files - <<'END'
+./bin/tweend
+./lib/systemd/system/tweend.service
+./lib/systemd/system/tweend.socket
+./share/man/man1/tweend.1
+END
+  "$tweend" --man | diff - installed/share/man/man1/tweend.1
+}
