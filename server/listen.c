@@ -112,6 +112,14 @@ static void remove_stale(const srv_address *address) {
   if (fd >= 0) close(fd);
 }
 
+/* Of errno. */
+static void complain(const srv_address *address, char *error, size_t error_size) {
+  int reason = errno;
+  char place[sizeof address->local.sun_path + 8];
+  srv_address_print(address, false, place, sizeof place);
+  snprintf(error, error_size, "--listen: cannot listen on %s: %s", place, strerror(reason));
+}
+
 int srv_address_listen(const srv_address *address, char *error, size_t error_size) {
   if (address->family == AF_UNIX) remove_stale(address);
   int fd = socket(address->family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
@@ -119,11 +127,41 @@ int srv_address_listen(const srv_address *address, char *error, size_t error_siz
   bool listening = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
                    bind(fd, &address->any, address->size) == 0 && listen(fd, LISTEN_BACKLOG) == 0;
   if (listening) return fd;
-  char place[sizeof address->local.sun_path + 8];
-  srv_address_print(address, false, place, sizeof place);
-  snprintf(error, error_size, "--listen: cannot listen on %s: %s", place, strerror(errno));
+  complain(address, error, error_size);
   if (fd >= 0) close(fd);
   return -1;
+}
+
+/* Whether a socket's file can be made, or is there already. */
+static bool can_make_file(const srv_address *address) {
+  char folder[sizeof address->local.sun_path];
+  struct stat facts;
+  if (stat(address->local.sun_path, &facts) == 0 && !S_ISSOCK(facts.st_mode)) {
+    errno = EADDRINUSE;
+    return false;
+  }
+  strcpy(folder, address->local.sun_path);
+  char *end = strrchr(folder, '/');
+  strcpy(end == NULL ? folder : end + 1, ".");
+  return access(folder, W_OK | X_OK) == 0;
+}
+
+bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size) {
+  bool can_listen;
+  *is_used = false;
+  if (address->family == AF_UNIX) {
+    can_listen = can_make_file(address);
+  } else {
+    int fd = socket(address->family, SOCK_STREAM | SOCK_CLOEXEC, 0), on = 1;
+    can_listen = fd >= 0 && setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on) == 0 &&
+                 bind(fd, &address->any, address->size) == 0;
+    *is_used = fd >= 0 && !can_listen && errno == EADDRINUSE;
+    int reason = errno;
+    if (fd >= 0) close(fd);
+    errno = reason;
+  }
+  if (!can_listen && !*is_used) complain(address, error, error_size);
+  return can_listen || *is_used;
 }
 
 static srv_address reachable(const srv_address *address) {

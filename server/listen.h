@@ -26,6 +26,10 @@ bool srv_address_parse(const char *text, srv_address *out, char *error, size_t e
  * listens; a unix socket that a dead process left is replaced. */
 int srv_address_listen(const srv_address *address, char *error, size_t error_size);
 
+/* Whether it could be listened on, without doing so. *is_used: somebody does, perhaps the daemon itself. False
+ * with one line in error. */
+bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size);
+
 /* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
 int srv_address_connect(const srv_address *address, int timeout_ms);
 

@@ -351,17 +351,34 @@ static int run(process *p) {
   return EXIT_SUCCESS;
 }
 
+/* Neither address where systemd passes sockets in its place. */
+static bool check_addresses(const process *p, char *error) {
+  const srv_address *const addresses[] = {
+      p->systemd.socket_count > 0 ? NULL : &p->address,
+      p->systemd.admin_socket_count > 0 || !has_admin(p) ? NULL : &p->admin_address};
+  for (size_t i = 0; i < 2; i++) {
+    bool is_used = false;
+    if (addresses[i] == NULL) continue;
+    if (!srv_address_check(addresses[i], &is_used, error, ERROR_SIZE)) return false;
+    char place[ERROR_SIZE];
+    srv_address_print(addresses[i], false, place, sizeof place);
+    if (is_used) printf("%s is in use at present, by a daemon that runs or by another program\n", place);
+  }
+  return true;
+}
+
 /* Looks at what a start would read and leaves nothing behind. Does not listen: the daemon may be running. */
 static bool check(process *p) {
   char error[ERROR_SIZE];
   srv_keyring keyring;
-  bool starts = (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) &&
+  bool starts = srv_systemd_read(&p->systemd, getenv, error, ERROR_SIZE) &&
+                (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) &&
                 srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE) &&
                 srv_keyring_read(&p->config, &keyring, error, ERROR_SIZE);
   if (starts) srv_keyring_deinit(&keyring);
   srv_networks_deinit(&p->server.trusted);
   srv_tls_forget();
-  starts = starts && srv_store_fs_check(p->config.data, error, ERROR_SIZE);
+  starts = starts && srv_store_fs_check(p->config.data, error, ERROR_SIZE) && check_addresses(p, error);
   if (starts) {
     puts("the daemon would start with these settings");
   } else {

@@ -317,11 +317,14 @@ static void destroy(srv_store_fs *store) {
   free(store);
 }
 
+static bool fits(const char *root, char *error, size_t error_size) {
+  if (strlen(root) < ROOT_MAX) return true;
+  snprintf(error, error_size, "--data: the path is longer than %d bytes", ROOT_MAX - 1);
+  return false;
+}
+
 srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size) {
-  if (strlen(root) >= ROOT_MAX) {
-    snprintf(error, error_size, "--data: the path is longer than %d bytes", ROOT_MAX - 1);
-    return NULL;
-  }
+  if (!fits(root, error, error_size)) return NULL;
   srv_store_fs *store = calloc(1, sizeof *store);
   verdict *verdicts = calloc(VERDICTS, sizeof *verdicts);
   if (store == NULL || verdicts == NULL) {
@@ -350,6 +353,7 @@ srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size
 
 bool srv_store_fs_check(const char *root, char *error, size_t error_size) {
   path nearest;
+  if (!fits(root, error, error_size)) return false;
   snprintf(nearest.text, sizeof nearest.text, "%s", root);
   while (access(nearest.text, F_OK) != 0 && errno == ENOENT) {
     char *end = strrchr(nearest.text, '/');

@@ -95,17 +95,57 @@ program=${TESTED_BINARY:-$root/build/tweend}
   daemon=""
 }
 
+# would_not_start PATTERN FLAG...: --check says so in one line that matches.
+would_not_start() {
+  run -1 "$program" --check "${@:2}"
+  [[ ${#lines[@]} == 1 && $output == *"$1"* ]] || { echo "$output"; false; }
+}
+
 @test "--check tells whether the daemon would start, and leaves nothing behind" {
-  run -0 "$program" --check --data "$PWD/a/b" --api-keys one,two
-  [[ $output == *"would start"* && ! -e a ]]
-  run -1 "$program" --check --data "$PWD/a" --api-keys @"$PWD/none"
-  [[ $output == *"$PWD/none"* ]]
+  run -0 "$program" --check --data "$PWD/a/b" --api-keys one,two --listen "unix:$PWD/socket" --admin-listen 127.0.0.1:0
+  [[ $output == "the daemon would start"* && ! -e a && ! -e socket ]]
   touch file
-  run -1 "$program" --check --data "$PWD/file/below"
-  run -1 "$program" --check --tls-cert file --tls-key file
-  run -1 "$program" --check --trusted-proxies 10.0.0.0/64
-  [[ $output == *10.0.0.0/64* ]]
+  mkdir sealed
+  chmod 500 sealed
+  would_not_start "$PWD/none" --data "$PWD/a" --api-keys @"$PWD/none"
+  would_not_start "$PWD/none" --data "$PWD/a" --api-keys one --url-keys @"$PWD/none"
+  printf 'key everything\n' >keys
+  would_not_start 'line 1' --data "$PWD/a" --api-keys @"$PWD/keys"
+  would_not_start --data --data "$PWD/file/below"
+  would_not_start "longer than" --data "$(printf '/%04000d' 0)"
+  would_not_start "file" --tls-cert file --tls-key file
+  would_not_start 10.0.0.0/64 --trusted-proxies 10.0.0.0/64
+  if [[ $EUID != 0 ]]; then would_not_start --data --data "$PWD/sealed/below"; fi
   run -2 "$program" --check --max-level 99
+  run -2 "$program" --check --listen nowhere
+  run -2 "$program" --check --log-level "@$PWD/none"
+  run -2 "$program" --check --tls-cert file
+}
+
+@test "--check looks at addresses without listening" {
+  would_not_start "192.0.2.1:80" --listen 192.0.2.1:80
+  would_not_start "192.0.2.1:81" --admin-listen 192.0.2.1:81
+  would_not_start "$PWD/none/socket" --listen "unix:$PWD/none/socket"
+  touch file
+  would_not_start "$PWD/file" --listen "unix:$PWD/file"
+  start_daemon
+  run -0 "$program" --check --data "$data" --listen "${url#http://}"
+  [[ ${lines[0]} == "$url is in use at present"* && ${lines[1]} == "the daemon would start"* ]]
+}
+
+@test "--check looks at what systemd sets" {
+  WATCHDOG_USEC=often would_not_start "WATCHDOG_USEC: 'often'"
+  NOTIFY_SOCKET=nowhere would_not_start "NOTIFY_SOCKET: 'nowhere'"
+  NOTIFY_SOCKET=@there WATCHDOG_USEC=1000000 run -0 "$program" --check
+}
+
+@test "an unknown flag is refused before anything is built or opened" {
+  run -2 "$program" --data "$PWD/new" --sampel
+  [[ $output == *--sample* && ! -e new ]]
+  for flag in --sampel -x --listne=127.0.0.1:0; do
+    PATH=/usr/bin:/bin TWEEND_INSTALL=no CMAKE_GENERATOR=none run -2 "$root/server/run" "$flag"
+    [[ ${#lines[@]} == 1 && $output == *"unknown argument '$flag'"* ]]
+  done
 }
 
 @test "a variable that is no setting is warned of, with the nearest, and starts the daemon nevertheless" {
