@@ -41,7 +41,18 @@ static tw_status check_together(const api_scene_query *query, tw_error *error) {
   return TW_OK;
 }
 
-api_outcome api_scene_read(api_call *call, api_scene_query *out) {
+/* Of a form that shows meshes and nothing else: what speaks of animations has no place, nor has what leaves
+ * the meshes out. */
+static tw_status check_meshes_alone(const api_scene_query *query, tw_error *error) {
+  if (query->is_bare) return tw_fail(error, TW_SYNTAX, "meshes=none leaves nothing of an OBJ");
+  bool keeps_clip = query->clips && strcmp(query->clips, "none") != 0;
+  if (!is_moment(query) && (keeps_clip || query->times.is_given || query->reduction.is_wide))
+    return tw_fail(error, TW_SYNTAX,
+                   "OBJ holds no clip: at=T shows the model at one time, .glb has animations");
+  return TW_OK;
+}
+
+api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *out) {
   static const char *const skins[] = {"keep", "bake", NULL};
   static const char *const meshes[] = {"all", "none", NULL};
   const api_query *query = &call->query;
@@ -56,6 +67,7 @@ api_outcome api_scene_read(api_call *call, api_scene_query *out) {
   out->is_baked = skin == 1;
   out->is_bare = mesh == 1;
   if (status == TW_OK) status = check_together(out, error);
+  if (status == TW_OK && meshes_alone) status = check_meshes_alone(out, error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 

@@ -39,7 +39,8 @@ typedef struct api_surface_scene {
   tw_clip_keys baked; /* the keys of `moving` at the times asked for */
 } api_surface_scene;
 
-api_outcome api_scene_read(api_call *call, api_scene_query *out);
+/* meshes_alone: the answer's form holds no clips and no nodes. */
+api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *out);
 
 /* Finds the clips, and takes what of them is to be compiled. is_stored as in api_clip_take. */
 api_outcome api_scene_take_clips(api_call *call, const tw_model *model, bool is_stored,

@@ -149,8 +149,8 @@ static surface_request *read_request(api_call *call) {
     api_fail(call);
     return NULL;
   }
-  if (api_scene_read(call, &request->scene.query) != API_DONE) return NULL;
   request->form = (surface_form)(call->offer - call->route->offers);
+  if (api_scene_read(call, request->form == FORM_OBJ, &request->scene.query) != API_DONE) return NULL;
   request->polygons = (tw_polygons)polygon;
   request->encoding = request->form == FORM_OBJ ? TW_ENCODING_FLOAT : (tw_encoding)encoding;
   return request;

@@ -105,6 +105,39 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
+/* ---- parameters that the form has no use for
+ * --------------------------------------------------------------- */
+
+TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
+  char *tank = loopback_file("server/samples/tank.json", NULL), id[API_ID_TEXT], target[128];
+  loopback_upload(*state, "application/json", tank, id);
+  free(tank);
+  const char *const refused[] = {"clip=drive", "at=0,1", "fps=10", "clip=none&tolerance=1",
+                                 "clip=aim&at=1,2"};
+  const char *const answered[] = {"clip=none", "at=1",      "clip=aim&at=1",
+                                  "level=0",   "skin=keep", "encoding=quantized"};
+  for (size_t i = 0; i < sizeof refused / sizeof *refused; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/surface.obj?%s", id, refused[i]);
+    assert_problem(loopback_get(*state, target), 400, NULL,
+                   "OBJ holds no clip: at=T shows the model at one time");
+    snprintf(target, sizeof target, "/v1/models/%s/surface?%s", id, refused[i]);
+    assert_problem(loopback_ask(*state, "GET", target, "Accept: model/obj\n", NULL, 0), 400, NULL,
+                   "OBJ holds no clip");
+    snprintf(target, sizeof target, "/v1/models/%s/surface.json?%s", id, refused[i]);
+    reply r = loopback_get(*state, target);
+    assert_null(strstr(r.body, "OBJ"));
+    reply_free(&r);
+  }
+  for (size_t i = 0; i < sizeof answered / sizeof *answered; i++) {
+    snprintf(target, sizeof target, "/v1/models/%s/surface.obj?%s", id, answered[i]);
+    reply r = loopback_get(*state, target);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  snprintf(target, sizeof target, "/v1/models/%s/surface.obj?meshes=none", id);
+  assert_problem(loopback_get(*state, target), 400, NULL, "meshes=none leaves nothing of an OBJ");
+}
+
 /* ---- paths ------------------------------------------------------------------------------------------------
  */
 

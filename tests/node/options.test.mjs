@@ -184,7 +184,14 @@ after(async () => {
   await four.remove();
 });
 
-const address = (daemon, { name, query }, form) => `${addresses.get(daemon)[name]}/surface.${form}?${query}`;
+/** An OBJ shows the same meshes, but holds no animation; one time poses the meshes. */
+function fitting(query, form) {
+  if (form !== 'obj' || /(^|&)at=[^,&]*(&|$)/.test(query)) return query;
+  return query.split('&').filter((part) => !/^(clip|at|from|to|fps|tolerance|tolerance_m)=/.test(part)).join('&');
+}
+
+const address = (daemon, { name, query }, form) =>
+  `${addresses.get(daemon)[name]}/surface.${form}?${fitting(query, form)}`;
 
 async function get(daemon, one, form) {
   const answer = await fetch(address(daemon, one, form));

@@ -181,7 +181,8 @@ for (const { name, file } of filesWith(Object.keys(READERS))) {
   test(`${name} keeps its faces`, async (t) => {
     const { status, description } = await upload(file);
     if (status >= 400) {
-      assert.ok(status === 422 || status === 400, description.detail);
+      const isForeign = status === 415 && name.includes('UTF16');
+      assert.ok(status === 422 || status === 400 || isForeign, description.detail);
       return t.skip(`refused: ${description.detail}`);
     }
     let before;

@@ -76,7 +76,8 @@ function* oddRequests(asked, sent) {
     yield { headers: { 'Last-Event-ID': '999999' } };
   }
   if (!sent.body) return;
-  if (asked.parameters.some(({ name }) => name === 'clip')) yield { query: 'clip=missing', ...sent };
+  const takes = (name) => asked.parameters.some((parameter) => parameter.name === name);
+  if (takes('clip')) yield { query: takes('at') ? 'clip=missing&at=0' : 'clip=missing', ...sent };
   for (const body of wrong) yield { headers: { 'Content-Type': 'application/json' }, body };
   yield { headers: { 'Content-Type': 'image/png' }, body: sent.body };
   yield { headers: { ...sent.headers, 'Content-Encoding': 'br' }, body: sent.body };
