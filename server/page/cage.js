@@ -12,9 +12,9 @@ const COLOURS = { light: { edge: 0x1f2933, dim: 0x1f2933 }, dark: { edge: 0xe4e9
 export const FEW = '#2f7de1';  // valence under 4
 export const MANY = '#e0533d'; // over 4
 
-/** The colour of a crease: from yellow (nearly smooth) to red (5 and more); purple where it is infinitely sharp. */
+/** The colour of a crease: from yellow (nearly smooth) to red (4 and more); purple where it is infinitely sharp. */
 export function creaseColour(sharpness) {
-  return sharpness >= 10 ? new Color(0xa3216f) : new Color().setHSL(0.14 - (0.14 * Math.min(sharpness, 5)) / 5, 0.88, 0.5);
+  return sharpness >= 10 ? new Color(0xa3216f) : new Color().setHSL(0.14 - (0.14 * Math.min(sharpness, 4)) / 4, 0.88, 0.5);
 }
 
 /** The polygons of a triangle list in FB_ngon_encoding: triangles in turn that begin with one vertex are a fan. */

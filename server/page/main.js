@@ -52,10 +52,22 @@ function showTab() {
 
 // ---- parts ----
 
-const viewport = new Viewport(byId('view'));
+function openViewport() {
+  try {
+    return new Viewport(byId('view'));
+  } catch (error) {
+    const says = [make('h2', {}, 'No picture'), make('p', {}, 'This browser has no WebGL 2, by which the page draws.')];
+    byId('empty').replaceChildren(...says);
+    byId('empty').hidden = false;
+    throw error;
+  }
+}
+
+const viewport = openViewport();
 const animation = new Animation(viewport, (time) => {
   timeline.show(time);
   rotation.tick(time);
+  if (!animation.playing && !animation.live && state('tab') === 'scripts') scripts.render();
 });
 const timeline = new Timeline(animation);
 const models = new Models(panels.models);
@@ -166,7 +178,7 @@ async function openSurface(isNew = false) {
     const parsed = await parse(await answer.blob.arrayBuffer());
     signal.throwIfAborted();
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
-    viewport.setModel(parsed, { level: Number(options.level), scheme: options.scheme });
+    viewport.setModel(parsed, { level: options.level, scheme: options.scheme });
     surface.tell(answer);
     animation.pose();
     rotation.makeGhosts();

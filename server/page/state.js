@@ -75,8 +75,9 @@ export function toggle(name) {
 
 /** The parameters of `surface` that differ from the interface's own defaults. */
 export function surfaceOptions() {
-  const options = { level: values.level };
-  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'])
+  const options = { level: Number(values.level) };
+  for (const name of ['scheme', 'boundary', 'uv', 'creases', 'encoding'])
     if (values[name] !== DEFAULTS[name]) options[name] = values[name];
+  if (values.limit === 'true') options.limit = true;
   return options;
 }

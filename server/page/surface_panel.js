@@ -54,7 +54,7 @@ export class SurfacePanel {
   }
 
   #key(level) {
-    return JSON.stringify([state('model'), { ...surfaceOptions(), level: String(level) }]);
+    return JSON.stringify([state('model'), { ...surfaceOptions(), level: Number(level) }]);
   }
 
   /** What was seen when a level was made and loaded. */

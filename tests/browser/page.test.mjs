@@ -140,6 +140,33 @@ visits('files are chosen, a glTF with what it names', {}, async (visit) => {
   await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
 });
 
+visits('a long upload tells how far it is, and can be cancelled', {}, async (visit) => {
+  await visit.level(2);
+  const network = await visit.page.context().newCDPSession(visit.page);
+  await network.send('Network.enable');
+  await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 400000 });
+  await drop(visit, { 'long.obj': PYRAMID + '# nothing\n'.repeat(300000) });
+  await visit.wait(() => document.querySelector('.upload progress')?.value > 0.05);
+  const bar = visit.page.getByRole('progressbar');
+  assert.ok((await bar.evaluate(({ value }) => value)) < 1);
+  assert.match(await visit.text('.upload'), /long\.obj[^]* of 3\.0 MB/);
+  await visit.picture('upload');
+  await visit.page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
+  await bar.waitFor({ state: 'detached' });
+  assert.equal(await visit.page.locator('.problem').count(), 0);
+});
+
+test('a browser without WebGL is told so', async () => {
+  const plain = await launch(['--disable-gpu', '--disable-software-rasterizer', '--disable-3d-apis']);
+  try {
+    const page = await plain.newPage();
+    await page.goto(`${daemon.url}/`);
+    await page.getByText('This browser has no WebGL 2').waitFor();
+  } finally {
+    await plain.close();
+  }
+});
+
 visits('a refused file is explained at its place', { refused: [422] }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'bad.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n' });
@@ -246,6 +273,8 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
     rmSync(folder, { recursive: true });
   }
   await visit.picture('scripts');
+  await visit.seek(1.5);
+  assert.match(await visit.text('section:has(h3:text-is("This pose")) pre'), /at=1\.5/);
 });
 
 visits('a long download is announced and can be declined', { hash: '#tab=surface' }, async (visit) => {
