@@ -228,6 +228,11 @@ visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=an
   await visit.page.getByRole('button', { name: /^Use XZY/ }).click();
   await visit.wait(() => document.querySelector('.verdict')?.textContent.startsWith('XZY stays clear'));
   assert.equal(await locked(), 0);
+  await visit.seek(2.5);
+  const asked = 'pose.json?clip=drive&at=2.5&nodes=antenna_euler&as=euler&order=XZY&unit=degrees';
+  const { poses } = await (await fetch(`${daemon.url}/v1/models/${models['tank.json']}/${asked}`)).json();
+  const said = await visit.page.locator('.chart + .keys').nth(1).locator('output').allInnerTexts();
+  poses[0].euler[0].forEach((angle, k) => assert.ok(Math.abs(angle - Number(said[k])) < 1, `${said} for ${poses[0].euler}`));
   await visit.page.getByLabel('Euler order').selectOption('XYZ');
   await visit.wait(() => document.querySelectorAll('.band [data-locked=true]').length > 3);
   const without = await visit.pixels();
