@@ -166,7 +166,7 @@ api_verdict api_open(api_service *service, const api_request *request, api_answe
   (void)service;
   static const char *const KNOWN[] = {"/light",   "/heavy",  "/echo",    "/pull",      "/endless",
                                       "/chunks",  "/broken", "/nothing", "/unchanged", "/readyz",
-                                      "/healthz", "/live",   "/header",  "/wide"};
+                                      "/healthz", "/live",   "/header",  "/wide",      "/stuck"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -181,7 +181,7 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
   if ((heavy || has_legs) && effort == API_LIGHT) return API_AGAIN_ON_THREAD;
   if (has_legs) return run_leg(request, answer);
   uint64_t size = strtoull(request->query, NULL, 10);
-  if (heavy) wait_at_gate();
+  if (heavy || is(request, "/stuck")) wait_at_gate();
   if (is(request, "/echo")) {
     answer_bytes(answer, 200, request->body.data, request->body.size);
   } else if (is(request, "/wide")) {

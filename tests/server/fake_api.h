@@ -2,6 +2,7 @@
  *
  *   /light        "light" at once
  *   /heavy        "heavy" on a compute thread; waits until fake_api_release when it is held
+ *   /stuck        "stuck" like that, on an I/O thread
  *   /echo         the body's bytes, on a compute thread
  *   /pull?N       N bytes, pulled; byte i is i % 251
  *   /legs?MS      10 bytes, pulled, after three calls of so many milliseconds each, between which it waits
@@ -20,13 +21,13 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-/* Heavy requests wait from here on; release lets them go. */
+/* Heavy requests, and stuck ones, wait from here on; release lets them go. */
 void fake_api_hold(void);
 void fake_api_release(void);
 
 void fake_api_fill_memory(bool is_full); /* nothing that can be done without fits from here on */
 
-size_t fake_api_started(void);     /* heavy requests that a compute thread has begun */
+size_t fake_api_started(void);     /* of these that a thread has begun */
 size_t fake_api_block_size(void);  /* bytes that were asked for last of a pulled body */
 size_t fake_api_open_bodies(void); /* pulled bodies that are not destroyed yet */
 

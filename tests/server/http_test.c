@@ -364,6 +364,34 @@ TEST_WITH(metrics_count_what_was_answered, set_up, tear_down) {
   free(text);
 }
 
+static bool comes_to_turn(fixture *f) {
+  bool turns = srv_http_turns(f->http);
+  for (int waited = 0; waited < PATIENCE_MS && !turns; waited++) {
+    pause_ms(1);
+    turns = srv_http_turns(f->http);
+  }
+  return turns;
+}
+
+TEST_WITH(a_thread_that_hangs_does_not_turn, set_up, tear_down) {
+  fixture *f = *state;
+  assert_true(comes_to_turn(f));
+  assert_true(comes_to_turn(f));
+  fake_api_hold();
+  size_t before = fake_api_started();
+  int fd = connect_client(f);
+  say(fd, "GET /stuck HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n");
+  while (fake_api_started() == before) pause_ms(1);
+  srv_http_turns(f->http);
+  pause_ms(100);
+  assert_false(srv_http_turns(f->http));
+  fake_api_release();
+  assert_true(comes_to_turn(f));
+  assert_true(read_all(f, fd));
+  assert_string_equal(body(f), "stuck");
+  close(fd);
+}
+
 /* ---- bodies ---------------------------------------------------------------------------------- */
 
 /* Echoes `size` bytes and looks at each. */
