@@ -207,7 +207,7 @@ export interface Problem {
   type: string;
   title: string;
   status: number;
-  /** What is wrong, for a person; begins with the pointer where there is one. */
+  /** What is wrong, for a person; begins with the pointer or the line where there is one. */
   detail: string;
   /** The request's id. */
   instance: string;
@@ -218,6 +218,8 @@ export interface Problem {
   }[];
   /** Of an OBJ, from 1. */
   line?: number;
+  /** Of that line, in characters from 1, where a word is no number or no corner. */
+  column?: number;
   /** What the result would have had. */
   predicted?: {
     vertices: number;
