@@ -264,9 +264,7 @@ typedef struct api_live {
 
 enum { API_HEADERS_MAX = 24 };
 
-/* Why a request is turned away that might be answered at another time, by another daemon or for somebody
- * else.
- */
+/* Why a request is turned away that is not wrong in itself. */
 typedef enum api_refusal {
   API_REFUSAL_NONE,
   API_REFUSAL_ACCESS, /* by its key, or by the page that it comes from */

@@ -22,6 +22,16 @@ counts() {
   [ "$value" = "$2" ] || { echo "$1 is $value, not $2"; return 1; }
 }
 
+# comes_to NAME VALUE: counts it before long.
+comes_to() {
+  local tries
+  for ((tries = 0; tries < 500; tries++)); do
+    ! counts "$@" >/dev/null || return 0
+    sleep 0.01
+  done
+  counts "$@"
+}
+
 # refused REASON COUNT
 refused() { counts "tweend_refusals_total{reason=\"$1\"}" "$2"; }
 
@@ -213,9 +223,24 @@ ask() { curl --silent --output /dev/null --write-out '%{http_code}' "$served$1" 
   counts tweend_compute_threads_busy 0
   grid 700 >large.obj
   curl --silent --output /dev/null --data-binary @large.obj "$served/v1/surface.glb?level=2" 3>&- &
-  until counts tweend_compute_threads_busy 1 >/dev/null; do sleep 0.01; done
+  comes_to tweend_compute_threads_busy 1
   [ "$(ask "/v1/surface.glb" --data-binary "@$samples/cube.obj")" = 503 ]
   refused queue 1
   wait $!
   counts tweend_jobs_waiting 0
+}
+
+@test "requests that come during the drain are refused and counted" {
+  start_watched
+  id=$(curl --silent --data-binary "@$samples/octopus.obj" "$served/v1/models" | jq -r .id)
+  curl --silent --limit-rate 20M --max-time 20 --output /dev/null "$served/v1/models/$id/surface.glb?level=6" 3>&- &
+  comes_to tweend_http_requests_in_flight 2
+  refused drain 0
+  kill -TERM "$daemon"
+  for ((tries = 0; tries < 100; tries++)); do
+    [ "$(ask /v1/models)" != 503 ] || break
+    sleep 0.02
+  done
+  refused drain 1
+  wait $!
 }
