@@ -18,7 +18,7 @@ export interface UploadOptions extends Abortable {
   name?: string;
   /** Media type; without one the bytes decide. */
   type?: string;
-  /** How many bytes are sent, of how many. In browsers alone. */
+  /** How many bytes are sent, of how many. In browsers alone, and not where the client was given a fetch of its own. */
   onProgress?(sent: number, total: number): void;
 }
 

@@ -74,7 +74,7 @@ export class Tweend {
     const url = base === undefined ? new URL('.', import.meta.url) : new URL(base, globalThis.document?.baseURI);
     this.base = url.origin + url.pathname.replace(/\/*$/, '/');
     this.key = key;
-    this.#fetch = fetch ?? ((...request) => globalThis.fetch(...request));
+    this.#fetch = fetch;
   }
 
   // ---- requests ----
@@ -88,9 +88,13 @@ export class Tweend {
     return this.key && url.startsWith(this.base) ? { Authorization: `Bearer ${this.key}`, ...headers } : { ...headers };
   }
 
+  #send(url, init) {
+    return this.#fetch ? this.#fetch(url, init) : fetch(url, init);
+  }
+
   async request(path, { headers, ...init } = {}) {
     const url = this.url(path);
-    return checked(await this.#fetch(url, { ...init, headers: this.#headers(url, headers) }));
+    return checked(await this.#send(url, { ...init, headers: this.#headers(url, headers) }));
   }
 
   async #json(path, init) {
@@ -117,8 +121,8 @@ export class Tweend {
     const url = this.url(`v1/models${queryOf({ name: name ?? (source.name || undefined) })}`);
     const headers = this.#headers(url, contentType && { 'Content-Type': contentType });
     const init = { method: 'POST', headers, body, signal };
-    const reports = onProgress && globalThis.XMLHttpRequest;
-    return (await checked(await (reports ? sendWithProgress(url, init, onProgress) : this.#fetch(url, init)))).json();
+    const reports = onProgress && !this.#fetch && globalThis.XMLHttpRequest;
+    return (await checked(await (reports ? sendWithProgress(url, init, onProgress) : this.#send(url, init)))).json();
   }
 
   describe(model, init) {
@@ -207,6 +211,7 @@ export class Tweend {
   async live(model, objects, options) {
     const player = new LivePlayer(this, model, objects, options);
     await player.begun;
+    options?.signal?.throwIfAborted();
     return player;
   }
 }
@@ -472,6 +477,18 @@ async function* readEvents(stream) {
   }
 }
 
+/** Ends early with the signal. */
+function pause(ms, signal) {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, ms);
+    const stop = () => {
+      clearTimeout(timer);
+      resolve();
+    };
+    signal.addEventListener('abort', stop, { once: true });
+  });
+}
+
 /** Statuses after which a later try may do. */
 const PASSING = [408, 429, 502, 503, 504];
 
@@ -489,12 +506,14 @@ export class LivePlayer {
   ended = false;
 
   constructor(tweend, model, objects, { delay, signal, ...options } = {}) {
-    const { fps = 30, speed = 1, start } = options;
+    const { as = 'trs', fps = 30, speed = 1, start } = options;
+    if (as !== 'trs') throw new TypeError('a player takes poses as=trs');
     this.#step = 1000 / fps;
     this.#start = start;
     this.speed = speed;
     this.delay = delay ?? 100 + this.#step;
     signal?.addEventListener('abort', () => this.close());
+    if (signal?.aborted) this.close();
     this.begun = new Promise((resolve, reject) => {
       this.done = this.#run(tweend, model, objects, options, resolve);
       this.done.then(resolve, reject);
@@ -518,7 +537,7 @@ export class LivePlayer {
       this.missing = pose.nodes.filter((_, i) => !this.#objects[i]);
       while (!this.ended) {
         const wait = await this.#connect(tweend, tweend.liveUrl(model, options), begun);
-        if (!this.ended) await new Promise((resolve) => setTimeout(resolve, wait));
+        if (!this.ended) await pause(wait, signal);
         signal.throwIfAborted();
       }
     } catch (error) {

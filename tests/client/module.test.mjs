@@ -369,8 +369,21 @@ test('a stream that breaks goes on behind what was seen, and ends with its clip'
 test('what cannot go on fails', async () => {
   await assert.rejects(tweend.live(tank, {}, { clip: 'dance' }), { status: 404 });
   await assert.rejects(tweend.live(tank, {}, { fps: 1000 }), { status: 400 });
+  await assert.rejects(tweend.live(tank, {}, { as: 'matrix' }), TypeError);
+  await assert.rejects(tweend.live(tank, {}, { signal: AbortSignal.abort(new Error('no more')) }), { message: 'no more' });
   const locked = new Tweend(daemon.url);
   await assert.rejects(locked.live(tank, {}), { status: 401 });
+});
+
+test('a busy daemon is asked again when it says, and one who leaves meanwhile does not wait', async () => {
+  const headers = { 'Retry-After': '30' };
+  let asked = 0;
+  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response('', { status: 503, headers })) : Response.json({ nodes: [] }));
+  const began = performance.now();
+  const signal = AbortSignal.timeout(1500);
+  await assert.rejects(new Tweend('http://a.example', { fetch }).live('x', {}, { signal }), { name: 'TimeoutError' });
+  assert.equal(asked, 1);
+  assert.ok(performance.now() - began < 10000);
 });
 
 test('the server’s clock is told by the events with least delay, whatever it says', async () => {
