@@ -64,6 +64,7 @@ export class Animation {
     const time = this.player.update();
     if (time === undefined) return;
     this.time = time;
+    this.viewport.morph(this.clip.name, time);
     this.viewport.invalidate();
     this.onTime(time);
   }
@@ -84,7 +85,7 @@ export class Animation {
 
   play() {
     if (!this.player || this.live) return;
-    if (state('loop') === 'clamp' && this.player.time >= this.duration) this.player.time = 0;
+    if (state('loop') === 'clamp' && this.player.time >= this.duration * (1 - 1e-6)) this.player.time = 0;
     this.player.update(); // the pause does not count
     this.player.playing = this.playing = true;
     this.onTime(this.player.time);
@@ -100,7 +101,8 @@ export class Animation {
 
   seek(time) {
     if (!this.player || this.live) return;
-    this.player.time = Math.min(Math.max(time, 0), this.duration);
+    // Just before the end: to a player that repeats, the end is the beginning.
+    this.player.time = Math.min(Math.max(time, 0), this.duration * (1 - 1e-6));
     this.pose();
     if (!this.playing) note('t', Math.round(this.player.time * 1000) / 1000);
   }

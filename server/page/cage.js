@@ -95,7 +95,7 @@ export class Cage {
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh, creases);
     const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
-    this.dots.size = marks > 2000 ? 3 : marks > 300 ? 5 : 9;
+    this.dots.size = marks > 10000 ? 2 : marks > 2000 ? 3 : marks > 300 ? 5 : 9;
     if (creases['']) this.parts.cage.push(this.creases(scene, creases['']));
   }
 

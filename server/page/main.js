@@ -89,6 +89,10 @@ function showTheme() {
 dark.addEventListener('change', showTheme);
 byId('theme').addEventListener('click', () => change({ theme: document.documentElement.dataset.theme === 'dark' ? 'light' : 'dark' }));
 
+let model = null; // the description of the one shown
+let loading = null;
+let shown = null; // what of the state makes the surface that is shown
+
 // ---- what is shown ----
 
 const chips = OVERLAYS.map(([name, text]) => {
@@ -103,6 +107,8 @@ function showOverlays() {
   viewport.show(new Set(OVERLAYS.map(([name]) => name).filter(shows)));
   showLegend();
 }
+
+const edgesOf = (described) => described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
 
 /** What the colours over the model mean: those that are there. */
 function showLegend() {
@@ -120,15 +126,12 @@ function showLegend() {
   if (cage && shows('cage'))
     for (const sharpness of [...cage.sharpnesses].sort((a, b) => a - b).slice(0, 5))
       entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
+  if (!cage && model && edgesOf(model) > CAGE_MOST && shows('cage')) entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`));
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
 }
 
 // ---- loading ----
-
-let model = null; // the description of the one shown
-let loading = null;
-let shown = null; // what of the state makes the surface that is shown
 
 async function openModel() {
   const id = state('model');
@@ -197,8 +200,8 @@ async function openSurface(isNew = false) {
 }
 
 async function openCage(described) {
-  const edges = described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
-  if (edges === 0 || edges > CAGE_MOST) return;
+  showLegend();
+  if (edgesOf(described) === 0 || edgesOf(described) > CAGE_MOST) return;
   try {
     const tagged = described.meshes.some(({ creases }) => creases > 0) && described.bytes < SOURCE_MOST && ['obj', 'tweend'].includes(described.format);
     const [glb, source] = await Promise.all([

@@ -1,6 +1,6 @@
 // The picture: camera, lights, the model's surface and what is drawn over it. Draws only when something changed.
 import {
-  AmbientLight, BoxGeometry, Box3, Color, DirectionalLight, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
+  AmbientLight, AnimationClip, AnimationMixer, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
   MeshStandardMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
@@ -20,7 +20,7 @@ const MARGIN = 0.78; // of the picture, that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
-/** A GLB as {scene, nodes: objects by the file's node names}. */
+/** A GLB as {scene, nodes: objects by the file's node names, weights: clips of morph targets by name}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -40,7 +40,12 @@ export async function parse(buffer) {
     };
     if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those at rest
   });
-  return { scene: gltf.scene, nodes };
+  const weights = new Map();
+  for (const { name, duration, tracks } of gltf.animations) {
+    const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
+    if (own.length > 0) weights.set(name, new AnimationClip(name, duration, own));
+  }
+  return { scene: gltf.scene, nodes, weights };
 }
 
 function dispose(root) {
@@ -130,10 +135,10 @@ export class Viewport {
   }
 
   /** Shows a parsed GLB. The camera stays unless it is to frame. */
-  setModel({ scene, nodes }, { level, scheme }) {
+  setModel({ scene, nodes, weights }, { level, scheme }) {
     this.clearModel();
-    this.model = { scene, nodes };
-    this.plain = new MeshStandardMaterial({ color: this.theme.surface, roughness: 0.62, metalness: 0 });
+    this.model = { scene, nodes, weights, mixer: new AnimationMixer(scene) };
+    this.plain = new MeshStandardMaterial({ color: this.theme.surface, roughness: 0.62, metalness: 0, side: DoubleSide });
     let metal = false;
     scene.traverse((object) => {
       if (!object.isMesh) return;
@@ -282,6 +287,17 @@ export class Viewport {
     event.preventDefault();
     this.controls.update();
     this.invalidate();
+  }
+
+  /** Gives morph targets the weights that a clip has at a time: poses do not tell them. */
+  morph(name, time) {
+    const clip = this.model?.weights.get(name);
+    if (!clip) return;
+    const { mixer } = this.model;
+    if (this.model.morphed !== name) mixer.stopAllAction();
+    this.model.morphed = name;
+    mixer.clipAction(clip).play();
+    mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // its end would be the beginning again
   }
 
   /** The objects that bear a node's transform: in the surface and in the cage. */

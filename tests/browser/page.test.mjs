@@ -209,6 +209,38 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
 
+visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' }, async (visit) => {
+  await visit.level(2);
+  // A square whose one target draws a corner out, and whose node turns.
+  const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, /* times */ 0, 1, /* weights */ 0, 1,
+    /* turns */ 0, 0, 0, 1, 0, 0, 0.5, 0.8660254];
+  const buffer = Buffer.concat([Buffer.from(new Float32Array(floats).buffer), Buffer.from(new Uint16Array([0, 1, 2, 0, 2, 3]).buffer)]);
+  const view = (byteOffset, byteLength) => ({ buffer: 0, byteOffset, byteLength });
+  const floatsAt = (bufferView, count, type, more) => ({ bufferView, componentType: 5126, count, type, ...more });
+  const document = {
+    asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0, name: 'sheet' }],
+    buffers: [{ byteLength: buffer.length, uri: `data:application/octet-stream;base64,${buffer.toString('base64')}` }],
+    bufferViews: [view(0, 48), view(48, 48), view(96, 8), view(104, 8), view(112, 32), view(144, 12)],
+    accessors: [floatsAt(0, 4, 'VEC3', { min: [0, 0, 0], max: [1, 1, 0] }), floatsAt(1, 4, 'VEC3', { min: [0, 0, 0], max: [2, 2, 0] }),
+      floatsAt(2, 2, 'SCALAR', { min: [0], max: [1] }), floatsAt(3, 2, 'SCALAR'), floatsAt(4, 2, 'VEC4'), { bufferView: 5, componentType: 5123, count: 6, type: 'SCALAR' }],
+    meshes: [{ weights: [0], primitives: [{ attributes: { POSITION: 0 }, targets: [{ POSITION: 1 }], indices: 5 }] }],
+    animations: [{ name: 'lift', samplers: [{ input: 2, output: 3 }], channels: [{ sampler: 0, target: { node: 0, path: 'weights' } }] },
+      { name: 'turn', samplers: [{ input: 2, output: 4 }], channels: [{ sampler: 0, target: { node: 0, path: 'rotation' } }] }],
+  };
+  await drop(visit, { 'sheet.gltf': JSON.stringify(document) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'sheet.gltf');
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+  await visit.drawn();
+  for (const clip of ['lift', 'turn']) {
+    await visit.page.getByLabel('Clip').selectOption(clip);
+    await visit.wait(() => document.querySelector('.clock').textContent === '0.00 / 1.00 s');
+    await visit.drawn();
+    const still = await visit.pixels();
+    await visit.seek(1);
+    assert.ok(difference(still, await visit.pixels()) > 0.02, clip);
+  }
+});
+
 visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=4&t=3.5' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Play' }).click();
