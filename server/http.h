@@ -3,6 +3,7 @@
 #define SRV_HTTP_H
 
 #include "exchange.h"
+#include "listen.h"
 
 typedef struct srv_http srv_http;
 
@@ -11,16 +12,6 @@ typedef enum srv_http_kind {
   SRV_HTTP_TLS,  /* as tls.h has it */
   SRV_HTTP_ADMIN /* probes and metrics alone, on one thread */
 } srv_http_kind;
-
-enum { SRV_LISTENERS_MAX = 16 };
-
-/* Listening, non-blocking sockets. */
-typedef struct srv_listeners {
-  int fds[SRV_LISTENERS_MAX];
-  size_t count;
-  bool is_passed; /* by a supervisor that keeps them for the next process: no connection is taken any more
-                     while this one drains */
-} srv_listeners;
 
 /* Serves on the listeners (owned from here on) until stopped. The server's config names threads and limits.
  * NULL with one line in error. */

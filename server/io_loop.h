@@ -4,7 +4,7 @@
 #define SRV_IO_LOOP_H
 
 #include "exchange.h"
-#include "http.h"
+#include "listen.h"
 #include "log.h"
 #include "watch.h"
 
@@ -23,6 +23,7 @@ enum {
   SRV_DRAIN_SWEEP_MS = 10
 };
 
+typedef struct srv_http srv_http;
 typedef struct srv_loop srv_loop;
 typedef struct srv_lingering srv_lingering;
 typedef struct srv_trimmed srv_trimmed;

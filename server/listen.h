@@ -26,8 +26,8 @@ bool srv_address_parse(const char *text, srv_address *out, char *error, size_t e
  * listens; a unix socket that a dead process left is replaced. */
 int srv_address_listen(const srv_address *address, char *error, size_t error_size);
 
-/* Whether it could be listened on, without doing so. *is_used: somebody does, perhaps the daemon itself. False
- * with one line in error. */
+/* Whether it could be listened on, without doing so. *is_used: somebody does, perhaps the daemon itself.
+ * False with one line in error. */
 bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size);
 
 /* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
@@ -35,6 +35,16 @@ int srv_address_connect(const srv_address *address, int timeout_ms);
 
 /* That of a socket: a port 0 has been replaced there. */
 srv_address srv_address_of(int fd);
+
+enum { SRV_LISTENERS_MAX = 16 };
+
+/* Listening, non-blocking sockets. */
+typedef struct srv_listeners {
+  int fds[SRV_LISTENERS_MAX];
+  size_t count;
+  bool is_passed; /* by a supervisor that keeps them for the next process: no connection is taken any more
+                     while this one drains */
+} srv_listeners;
 
 /* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract name. */
 void srv_address_print(const srv_address *address, bool tls, char *out, size_t out_size);
