@@ -78,29 +78,25 @@ static bool has_admin(const process *p) {
 }
 
 /* Those that systemd passed, or one at the address. */
-static bool listen_at(const srv_address *address, const int *passed, size_t passed_count, srv_listeners *out,
+static bool listen_at(const srv_address *address, const srv_listeners *passed, srv_listeners *out,
                       char *error) {
-  if (passed_count > 0) {
-    *out = (srv_listeners){.count = passed_count, .is_passed = true};
-    memcpy(out->fds, passed, passed_count * sizeof *passed);
-    return true;
-  }
+  *out = *passed;
+  if (passed->count > 0) return true;
   int fd = srv_address_listen(address, error, ERROR_SIZE);
-  if (fd < 0) return false;
-  *out = (srv_listeners){.fds = {fd}, .count = 1};
-  return true;
+  if (fd >= 0) out->fds[out->count++] = fd;
+  return fd >= 0;
 }
 
 static bool listen_everywhere(process *p, char *error) {
-  const srv_systemd *passed = &p->systemd;
-  if (passed->socket_count > 0)
+  const srv_systemd *systemd = &p->systemd;
+  if (systemd->sockets.count > 0)
     srv_log(SRV_LOG_INFO, "serving on the sockets of systemd; --listen is left aside");
-  if (passed->admin_socket_count > 0 && has_admin(p))
+  if (systemd->admin_sockets.count > 0 && has_admin(p))
     srv_log(SRV_LOG_INFO, "probes and metrics are on the sockets of systemd; --admin-listen is left aside");
-  return listen_at(&p->address, passed->sockets, passed->socket_count, &p->listeners, error) &&
-         (!(has_admin(p) || passed->admin_socket_count > 0) ||
-          listen_at(&p->admin_address, passed->admin_sockets, passed->admin_socket_count, &p->admin_listeners,
-                    error));
+  bool has_admin_listener = has_admin(p) || systemd->admin_sockets.count > 0;
+  return listen_at(&p->address, &systemd->sockets, &p->listeners, error) &&
+         (!has_admin_listener ||
+          listen_at(&p->admin_address, &systemd->admin_sockets, &p->admin_listeners, error));
 }
 
 static api_settings settings(process *p, const api_keyring *keyring) {
@@ -354,8 +350,8 @@ static int run(process *p) {
 /* Neither address where systemd passes sockets in its place. */
 static bool check_addresses(const process *p, char *error) {
   const srv_address *const addresses[] = {
-      p->systemd.socket_count > 0 ? NULL : &p->address,
-      p->systemd.admin_socket_count > 0 || !has_admin(p) ? NULL : &p->admin_address};
+      p->systemd.sockets.count > 0 ? NULL : &p->address,
+      p->systemd.admin_sockets.count > 0 || !has_admin(p) ? NULL : &p->admin_address};
   for (size_t i = 0; i < 2; i++) {
     bool is_used = false;
     if (addresses[i] == NULL) continue;

@@ -61,7 +61,7 @@ static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name
              *names = environment("LISTEN_FDNAMES");
   uint64_t count = 0;
   if (value == NULL) return true;
-  if (!read_number(value, SRV_PASSED_MAX, &count))
+  if (!read_number(value, SRV_LISTENERS_MAX, &count))
     return complain("LISTEN_FDS", value, "a number of sockets up to 16", error, error_size);
   if (names == NULL) names = "";
   for (int fd = FIRST_PASSED; fd < FIRST_PASSED + (int)count; fd++) {
@@ -75,10 +75,9 @@ static bool read_sockets(srv_systemd *out, char *(*environment)(const char *name
     }
     fcntl(fd, F_SETFD, FD_CLOEXEC);
     fcntl(fd, F_SETFL, fcntl(fd, F_GETFL) | O_NONBLOCK);
-    if (is_called(&names, "admin"))
-      out->admin_sockets[out->admin_socket_count++] = fd;
-    else
-      out->sockets[out->socket_count++] = fd;
+    srv_listeners *listeners = is_called(&names, "admin") ? &out->admin_sockets : &out->sockets;
+    listeners->fds[listeners->count++] = fd;
+    listeners->is_passed = true;
   }
   return true;
 }

@@ -9,14 +9,11 @@
 
 #include <stdint.h>
 
-enum { SRV_PASSED_MAX = 16 };
-
 /* A value that owns nothing: the sockets are for whoever serves on them. */
 typedef struct srv_systemd {
-  int sockets[SRV_PASSED_MAX], admin_sockets[SRV_PASSED_MAX]; /* passed, listening; admin: of that name */
-  size_t socket_count, admin_socket_count;
-  uint64_t watchdog_ms; /* 0: none */
-  bool is_notified;     /* at the address that follows */
+  srv_listeners sockets, admin_sockets; /* passed; admin: of that name */
+  uint64_t watchdog_ms;                 /* 0: none */
+  bool is_notified;                     /* at the address that follows */
   srv_address notified;
 } srv_systemd;
 

@@ -52,12 +52,12 @@ TEST(what_is_for_another_process_is_left_aside) {
   static const char *const OTHERS[] = {"LISTEN_FDS",   "1", "LISTEN_PID", "1", "WATCHDOG_USEC", "1000000",
                                        "WATCHDOG_PID", "1", NULL};
   assert_true(read_from(OTHERS, &systemd, error));
-  assert_int_equal(systemd.socket_count + systemd.admin_socket_count, 0);
+  assert_int_equal(systemd.sockets.count + systemd.admin_sockets.count, 0);
   assert_int_equal(systemd.watchdog_ms, 0);
   assert_false(systemd.is_notified);
   static const char *const NOBODYS[] = {"LISTEN_FDS", "1", "WATCHDOG_USEC", "1500000", NULL};
   assert_true(read_from(NOBODYS, &systemd, error));
-  assert_int_equal(systemd.socket_count, 0);
+  assert_int_equal(systemd.sockets.count, 0);
   assert_int_equal(systemd.watchdog_ms, 1500);
 }
 
