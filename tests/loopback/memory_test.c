@@ -200,8 +200,7 @@ TEST_WITH(rotations_survive, fail_json, mend_json) {
 /* A refusal takes memory as well: the answer is the refusal, or 503. */
 TEST_WITH(refusing_survives, fail_json, mend_json) {
   static const char *const documents[] = {
-      "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"a name that is not "
-      "short\",\"children\":[7]}]}",
+      "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"name\":\"no short name at all\",\"children\":[7]}]}",
       "{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{\"children\":{}}],\"meshes\":[1]}",
       "{\"meshes\":[{\"positions\":[[0,0]]}]}", "v 0 0 0\nf 1 2 3\n"};
   for (size_t i = 0; i < sizeof documents / sizeof *documents; i++) {
