@@ -155,6 +155,22 @@ would_not_start() {
   if grep -q 'TWEEND_MAX_LEVEL is no' "$log"; then false; fi
 }
 
+@test "--data makes the folders on the way, and no folder where a file lies" {
+  launch "$program" --listen 127.0.0.1:0 --data "$PWD/one/two/three"
+  [ -d one/two/three/objects ]
+  stop_daemon
+  touch file
+  run --separate-stderr -1 "$program" --listen 127.0.0.1:0 --data "$PWD/file/two"
+  [[ $stderr == *"$PWD/file/two"* ]]
+}
+
+@test "-h prints what --help does" {
+  [ "$("$program" -h)" = "$("$program" --help)" ]
+  "$program" -h | grep -q -- --listen
+  run --separate-stderr -2 "$program" -H
+  [[ $stderr == *"unknown argument '-H'"* ]]
+}
+
 @test "--listen takes a name" {
   port=$(free_port)
   launch "$program" --listen "localhost:$port" --data "$PWD/data"

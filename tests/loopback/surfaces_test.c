@@ -199,6 +199,8 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
                {"surface", "Accept: model/*\n", "model/gltf-binary"},
                {"surface", "Accept: application/json, model/obj;q=0.9\n", "application/json"},
                {"surface", "Accept: text/html,*/*;q=0.1\n", "model/gltf-binary"},
+               {"surface", "Accept: model/gltf-binary;q=0, */*\n", "model/gltf+json"},
+               {"surface", "Accept: application/json;q=0.3, model/*;q=0.2\n", "application/json"},
                {"surface.obj", NULL, "model/obj"}};
   for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
     reply r = ask_with(f, f->cube, cases[i].rest, cases[i].accept);
@@ -209,6 +211,7 @@ TEST_WITH(forms_follow_the_extension_then_accept, setup, teardown) {
     assert_int_equal(is_negotiated, !strchr(cases[i].rest, '.')); /* else Accept has nothing to choose */
     reply_free(&r);
   }
+  assert_problem(ask_with(f, f->cube, "surface", "Accept: */*;q=0\n"), 406, NULL, NULL);
   reply r = ask_with(f, f->cube, "surface", "Accept: image/png\n");
   assert_true(r.refused);
   assert_non_null(strstr(r.body, "\"model/gltf+json\""));
@@ -300,6 +303,23 @@ TEST_WITH(parts_of_a_glb_are_parts_of_the_whole, setup, teardown) {
   r = ask_with(f, f->tank, "surface.obj", "Range: bytes=0-1\n");
   assert_int_equal(r.status, 200);
   reply_free(&r);
+  const struct {
+    const char *ranges, *tag;
+    int status;
+  } conditions[] = {{"0-1,2-9", NULL, 206},
+                    {"0-1,5-9", NULL, 200},
+                    {"0-9", reply_header(&whole, "ETag"), 206},
+                    {"0-9", "\"another\"", 200}};
+  for (size_t i = 0; i < sizeof conditions / sizeof *conditions; i++) {
+    char headers[160];
+    int length = snprintf(headers, sizeof headers, "Range: bytes=%s\n", conditions[i].ranges);
+    if (conditions[i].tag)
+      snprintf(headers + length, sizeof headers - (size_t)length, "If-Range: %s\n", conditions[i].tag);
+    r = ask_with(f, f->tank, "surface.glb?level=2", headers);
+    assert_int_equal(r.status, conditions[i].status);
+    assert_int_equal(r.size, r.status == 206 ? 10 : whole.size);
+    reply_free(&r);
+  }
   reply_free(&whole);
 }
 
