@@ -26,6 +26,7 @@ test('answers of the end to end tests are documented', () => {
   for (const name of names) {
     const { method, target, status, type, body } = read(name);
     if (method === 'OPTIONS' && status === 204) continue;
+    if (status === 404 && body.includes('this listener has')) continue; // that of --admin-listen is another server
     const asked = find(method, target);
     const said = asked ? fault(asked, status, type, method === 'HEAD' ? '' : body) : elsewhere.includes(status) ? null : `${status} of no operation`;
     if (said) wrong.push(`${name}: ${method} ${target}: ${said}`);
