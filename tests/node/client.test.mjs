@@ -1,0 +1,50 @@
+// The client module moves what three.js made of an answer: every node is where the daemon says.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { join } from 'node:path';
+import { after, before, test } from 'node:test';
+
+import { Tweend } from '../../api/client/tweend.js';
+import { Daemon, root } from './daemon.mjs';
+import { load, nodesOf } from './player.mjs';
+
+const daemon = new Daemon();
+let tweend;
+
+before(async () => {
+  await daemon.start();
+  tweend = new Tweend(daemon.url);
+});
+after(() => daemon.remove());
+
+/** Plays the first clip on the model as three.js has it, and compares matrices of the world. */
+async function assertFollows(model, options) {
+  const gltf = await load(Buffer.from(await (await tweend.surface(model, { level: 1, ...options })).arrayBuffer()));
+  const nodes = await nodesOf(gltf);
+  const player = await tweend.play(model, gltf.scene, { loop: 'clamp' });
+  assert.deepEqual(player.missing, []);
+  const times = [0, 0.123, 1, 1.999, player.duration];
+  const { poses } = await tweend.pose(model, { at: times, space: 'world', as: 'matrix' });
+  times.forEach((time, i) => {
+    player.time = time;
+    player.update();
+    gltf.scene.updateMatrixWorld(true);
+    poses[i].matrix.forEach((wanted, node) => {
+      const found = nodes[node].matrixWorld.elements;
+      wanted.forEach((value, k) => assert.ok(Math.abs(found[k] - value) < 2e-3, `node ${node} at ${time} s: ${found} is not ${wanted}`));
+    });
+  });
+}
+
+test('the tank follows, in every encoding', async () => {
+  const tank = await tweend.upload(readFileSync(join(root, 'server/samples/tank.json')));
+  for (const encoding of ['float', 'quantized', 'meshopt']) await assertFollows(tank, { encoding });
+});
+
+test('nodes are found whose names three.js changes', async () => {
+  const names = ['a.b', 'with space', 'x[0]:y/z', 'Ünï', 'mesh', 'a_b'];
+  const square = { name: 'mesh', positions: [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], faces: [[0, 1, 2, 3]] };
+  const nodes = names.map((name, i) => ({ name, mesh: 'mesh', translation: [i, 0, 0], ...(i && { parent: names[i - 1] }) }));
+  const tracks = names.map((name, i) => ({ node: name, path: 'rotation', times: [0, 2], axis_angles: [[0, 0, 1, 0], [1, i, 0, 0.3 + i / 2]] }));
+  await assertFollows(await tweend.upload(JSON.stringify({ meshes: [square], nodes, clips: [{ name: 'turn', tracks }] })));
+});
