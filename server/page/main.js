@@ -7,7 +7,7 @@ import { Models } from './models.js';
 import { busy, fail } from './notices.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
-import { change, shows, state, surfaceOptions, toggle, watch } from './state.js';
+import { change, note, shows, state, surfaceOptions, toggle, watch } from './state.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
 import { Cage, parse, Viewport } from './viewport.js';
@@ -93,6 +93,21 @@ let model = null; // the description of the one shown
 let loading = null;
 let shown = null; // what of the state makes the surface that is shown
 
+// ---- the camera ----
+
+/** Shows what the URL says, or all of the model. */
+function frame() {
+  viewport.frame();
+  if (state('view')) viewport.view = state('view');
+}
+
+function frameAnew() {
+  note('view', '');
+  frame();
+}
+
+viewport.onView = () => note('view', viewport.view);
+
 // ---- what is shown ----
 
 const chips = OVERLAYS.map(([name, text]) => {
@@ -100,7 +115,7 @@ const chips = OVERLAYS.map(([name, text]) => {
   chip.dataset.name = name;
   return chip;
 });
-byId('shown').append(...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => viewport.frame() }, 'Frame'));
+byId('shown').append(...chips, make('button', { type: 'button', className: 'chip', id: 'frame', title: 'F', onclick: () => frameAnew() }, 'Frame'));
 
 function showOverlays() {
   for (const chip of chips) chip.setAttribute('aria-pressed', shows(chip.dataset.name));
@@ -138,6 +153,7 @@ async function openModel() {
   loading?.abort();
   animation.close();
   model = shown = null;
+  rotation.clearGhosts();
   viewport.setCage(null);
   viewport.clearModel();
   showLegend();
@@ -160,7 +176,7 @@ async function openModel() {
   document.title = `${model.name || id} – tweend`;
   openClip();
   await Promise.all([openSurface(true), openCage(model)]);
-  if (model?.id === id) viewport.frame(); // the cage may be the larger
+  if (model?.id === id) frame(); // the cage may be the larger
 }
 
 async function openSurface(isNew = false) {
@@ -185,7 +201,7 @@ async function openSurface(isNew = false) {
     surface.tell(answer);
     animation.pose();
     rotation.makeGhosts();
-    if (isNew) viewport.frame();
+    if (isNew) frame();
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
     byId('view').setAttribute('aria-label', `${model.name}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
@@ -232,12 +248,13 @@ watch((names) => {
   if (names.has('show')) showOverlays();
   if (names.has('model')) openModel();
   else if (SURFACE.some((name) => names.has(name))) openSurface();
+  if (names.has('view') && model && !names.has('model')) frame();
   if (names.has('clip') && !names.has('model') && model) openClip();
 });
 
 addEventListener('keydown', (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea, dialog')) return;
-  if (event.key === 'f' || event.key === 'F') viewport.frame();
+  if (event.key === 'f' || event.key === 'F') frameAnew();
   else if (event.key === ' ' && !event.target.closest('button, a, [role=tab]')) timeline.toggle();
   else return;
   event.preventDefault();

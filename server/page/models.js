@@ -72,7 +72,7 @@ export class Models {
       const model = await withKey(() => tweend.upload(source, { name, onProgress, signal: controller.signal }));
       row.remove();
       await this.load();
-      change({ model: model.id, t: 0, clip: '', node: '' });
+      change({ model: model.id, t: 0, clip: '', node: '', view: '' });
     } catch (error) {
       row.remove();
       if (error.name === 'AbortError') return;
@@ -117,7 +117,7 @@ export class Models {
   }
 
   row({ id, name, format, bytes: size }) {
-    const open = make('button', { type: 'button', className: 'model', onclick: () => change({ model: id, t: 0, clip: '', node: '' }) },
+    const open = make('button', { type: 'button', className: 'model', onclick: () => change({ model: id, t: 0, clip: '', node: '', view: '' }) },
       make('span', { className: 'name' }, name || id.slice(0, 8)), make('span', { className: 'dim' }, `${format} · ${bytes(size)}`));
     open.dataset.id = id;
     return make('li', {}, open);

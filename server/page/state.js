@@ -19,6 +19,7 @@ const DEFAULTS = {
   order: 'XYZ',
   ghosts: 'off',
   theme: '',
+  view: '',
 };
 
 const listeners = new Set();

@@ -68,6 +68,7 @@ export class Viewport {
     this.camera.position.set(1, 0.6, 1.4);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener('change', () => this.invalidate());
+    this.controls.addEventListener('end', () => this.onView());
     this.hemisphere = new HemisphereLight(0xffffff, 0x888888, 1.6);
     this.sun = new DirectionalLight(0xffffff, 2.2);
     this.sun.position.set(-1, 2, 1.5);
@@ -80,6 +81,7 @@ export class Viewport {
     this.scene.add(this.ghosts);
     this.shown = new Set();
     this.onFrame = [];
+    this.onView = () => {}; // called when somebody has moved the camera
     canvas.addEventListener('keydown', (event) => this.key(event));
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.resize();
@@ -162,6 +164,7 @@ export class Viewport {
 
   clearModel() {
     if (!this.model) return;
+    this.model.scene.traverse((object) => (object.material = object.userData.own ?? object.material));
     this.wireframe.dispose();
     this.normals.dispose();
     this.scene.remove(this.model.scene, this.skeleton.object);
@@ -285,6 +288,21 @@ export class Viewport {
       this.camera.position.copy(this.controls.target).add(offset);
     } else return;
     event.preventDefault();
+    this.controls.update();
+    this.invalidate();
+    this.onView();
+  }
+
+  /** Where the camera is and what it looks at, as six numbers. */
+  get view() {
+    return [...this.camera.position, ...this.controls.target].map((number) => Number(number.toPrecision(4))).join();
+  }
+
+  set view(text) {
+    const numbers = text.split(',').map(Number);
+    if (numbers.length !== 6 || !numbers.every(Number.isFinite)) return;
+    this.camera.position.set(...numbers.slice(0, 3));
+    this.controls.target.set(...numbers.slice(3));
     this.controls.update();
     this.invalidate();
   }

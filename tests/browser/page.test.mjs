@@ -283,6 +283,26 @@ visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encodi
   await visit.level(3);
   await visit.page.goto(here);
   await visit.level(1);
+  await visit.wait(() => !document.getElementById('legend').hidden);
+  await visit.drawn();
+  const still = await visit.pixels();
+  const box = await visit.page.locator('#view').boundingBox();
+  await visit.page.mouse.move(box.x + 300, box.y + 300);
+  await visit.page.mouse.down();
+  await visit.page.mouse.move(box.x + 420, box.y + 340, { steps: 4 });
+  await visit.page.mouse.up();
+  await visit.page.mouse.wheel(0, -200);
+  await visit.wait(() => location.hash.includes('view='));
+  await visit.drawn();
+  const turned = await visit.pixels();
+  const moved = difference(still, turned);
+  const other = await Visit.begin(browser, visit.page.url());
+  await other.level(1);
+  await other.wait(() => !document.getElementById('legend').hidden);
+  await other.drawn();
+  const apart = difference(turned, await other.pixels()); // the view is rounded, lines are thin
+  assert.ok(apart < moved / 3, `another visitor sees ${apart} otherwise, the turn changed ${moved}`);
+  await other.end();
 });
 
 visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
