@@ -36,3 +36,14 @@ bool srv_compute_limit(api_body *body, uint64_t left_ns) {
   *body = (api_body){body->size, limited, read_limited, destroy_limited};
   return true;
 }
+
+static _Thread_local uint64_t end_of_computing_ns;
+
+void srv_compute_until(uint64_t end_ns) {
+  end_of_computing_ns = end_ns;
+}
+
+bool srv_compute_is_over(void *owner) {
+  (void)owner;
+  return end_of_computing_ns != 0 && srv_now_ns() >= end_of_computing_ns;
+}

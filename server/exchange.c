@@ -269,10 +269,12 @@ static bool is_late(const srv_exchange *exchange, uint64_t now_ns) {
 
 /* Refuses an answer whose computing took longer than --compute-timeout, and limits what reading its body may
  * take by what is left. An answer without a body to compute is sent however long it took: it is complete, and
- * what the request stored stays stored. */
+ * what the request stored stays stored. What took too long may have been given up by then. */
 static void limit_computing(srv_exchange *exchange) {
   uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
-  if (limit_ns == 0 || exchange->answer.body.read == NULL) return;
+  bool is_given_up = exchange->answer.status == 503;
+  if (limit_ns == 0 || (exchange->answer.body.read == NULL && !is_given_up)) return;
+  if (exchange->computed_ns < limit_ns && is_given_up) return; /* for another reason */
   if (exchange->computed_ns < limit_ns &&
       srv_compute_limit(&exchange->answer.body, limit_ns - exchange->computed_ns))
     return;
@@ -284,9 +286,12 @@ static void limit_computing(srv_exchange *exchange) {
  * woken.
  */
 static api_progress handle(srv_exchange *exchange, api_effort effort) {
+  uint64_t limit_ns = exchange->server->config->compute_timeout * 1000000;
   exchange->leg_ns = srv_now_ns();
+  srv_compute_until(limit_ns == 0 ? 0 : exchange->leg_ns + limit_ns - exchange->computed_ns);
   api_progress progress =
       api_handle(exchange->server->service, &exchange->request, effort, &exchange->answer);
+  srv_compute_until(0);
   if (progress == API_WAITS) return progress;
   count_computing(exchange);
   if (progress != API_ANSWERED) return progress;

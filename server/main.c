@@ -1,4 +1,5 @@
 /* Puts the parts together, reads some settings again and takes all apart again on signals. */
+#include "compute_limit.h"
 #include "config.h"
 #include "exchange.h"
 #include "healthcheck.h"
@@ -110,7 +111,7 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                                    .max_memory = config->max_memory,
                                    .max_waiting = (size_t)config->queue},
                         .store = srv_store_metered(&p->store_meter),
-                        .parallel = {p->server.work, srv_work_parallel_for},
+                        .parallel = {p->server.work, srv_work_parallel_for, srv_compute_is_over},
                         .keyring = *keyring,
                         .metrics = {&p->server, srv_server_metrics},
                         .page = {{srv_page, srv_page_size}, srv_page_hash, srv_page_policy},

@@ -89,7 +89,8 @@ api_service *api_service_create(const api_settings *settings) {
   service->store = settings->store;
   service->metrics = settings->metrics;
   service->page = settings->page;
-  service->threads = (tw_parallel_for){settings->parallel.owner, settings->parallel.run};
+  service->threads =
+      (tw_parallel_for){settings->parallel.owner, settings->parallel.run, settings->parallel.is_cancelled};
   service->parallel = service->threads.run ? &service->threads : NULL;
   atomic_init(&service->is_draining, false);
   service->arena = tw_arena_create();

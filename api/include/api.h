@@ -79,10 +79,13 @@ typedef struct api_limits {
 } api_limits;
 
 /* How loops are shared among threads: run calls part(context, i) once for each i below count, in any order
- * and on any threads, and returns when all calls have. run NULL: there are no threads. */
+ * and on any threads, and returns when all calls have. run NULL: there are no threads. is_cancelled: whether
+ * the request that the thread works on has had its time, asked between the steps of what takes long: its
+ * answer is 503 then. NULL: none ever has. */
 typedef struct api_parallel_for {
   void *owner;
   void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+  bool (*is_cancelled)(void *owner);
 } api_parallel_for;
 
 /* What a key allows; added up. */
@@ -335,8 +338,8 @@ void api_answer_deinit(api_answer *answer); /* a zeroed one is fine */
 /* The low-cardinality name of a path for logs and metrics, as "/v1/models/{id}/surface". */
 const char *api_route_name(const char *path);
 
-/* How many characters are put in, left out or exchanged from name[0..length) to `other`, without regard to case.
- * Of `other` the first 63 count. O(length x 64). */
+/* How many characters are put in, left out or exchanged from name[0..length) to `other`, without regard to
+ * case. Of `other` the first 63 count. O(length x 64). */
 size_t api_name_distance(const char *name, size_t length, const char *other);
 
 /* Stores a model as POST /v1/models would (the sample models at start). Returns the HTTP status. */

@@ -27,3 +27,8 @@ void tw_parallel_for_run(const tw_parallel_for *parallel, uint32_t count, uint32
   else
     body(context, 0, 0, count);
 }
+
+tw_status tw_parallel_for_status(const tw_parallel_for *parallel) {
+  bool is_cancelled = parallel && parallel->is_cancelled && parallel->is_cancelled(parallel->owner);
+  return is_cancelled ? TW_CANCELLED : TW_OK;
+}

@@ -21,4 +21,7 @@ typedef void tw_parallel_for_body(void *context, uint32_t part, uint32_t begin, 
 void tw_parallel_for_run(const tw_parallel_for *parallel, uint32_t count, uint32_t least,
                          tw_parallel_for_body *body, void *context);
 
+/* Between two steps: TW_CANCELLED where the result is not wanted any more. */
+tw_status tw_parallel_for_status(const tw_parallel_for *parallel);
+
 #endif

@@ -646,15 +646,19 @@ tw_status tw_levels_refine(const tw_levels *levels, const tw_point *cage, const 
                            tw_point *out) {
   const tw_point *above = cage;
   tw_point *kept = NULL;
-  for (uint32_t step = 0; step < levels->level; step++) {
+  tw_status status = TW_OK;
+  for (uint32_t step = 0; step < levels->level && status == TW_OK; step++) {
     bool last = step + 1 == levels->level;
     tw_point *points = last ? out : tw_alloc(levels->at[step + 1].vertex_count, sizeof *points);
     if (points) refine_step(levels, step, above, parallel, points);
     free(kept);
     if (!points) return TW_NO_MEMORY;
-    above = kept = points;
+    above = points;
+    kept = last ? NULL : points;
+    status = tw_parallel_for_status(parallel);
   }
-  return TW_OK;
+  free(kept);
+  return status;
 }
 
 void tw_levels_limit(const tw_levels *levels, const tw_point *points, const tw_parallel_for *parallel,
@@ -984,6 +988,7 @@ static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_aren
   tw_status status = make_cage_tables(cage, wish->parallel, arena, levels);
   for (uint32_t p = 1; p <= wish->level; p++) {
     levels->at[p] = next_counts(&levels->at[p - 1]);
+    if (status == TW_OK) status = tw_parallel_for_status(wish->parallel);
     if (status == TW_OK && p + 2 <= wish->level)
       status = make_child_tables(&levels->at[p - 1], wish->parallel, arena, &levels->at[p]);
   }

@@ -196,7 +196,7 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
       morph < 0 && s->depth > 0 && s->options.creasing != TW_CREASE_CHAIKIN && s->quad_count > 0;
   tw_status status = start_shared(shared, tw_surface_row_count(s, shared->start.domain));
   if (status == TW_OK) {
-    const tw_parallel_for alone = {NULL, run_alone};
+    const tw_parallel_for alone = {.run = run_alone};
     if (!parallel) parallel = &alone;
     parallel->run(parallel->owner, shared->part_count, take_part, shared);
     status = end_shared(shared, bounds);

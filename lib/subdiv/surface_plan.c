@@ -710,8 +710,10 @@ static tw_status build_base(build *b) {
   tw_status status = start_base(b);
   uint32_t cage_vertices[1 + TW_UV_SETS_MAX] = {0};
   for (uint32_t f = 0; f < s->field_count; f++) cage_vertices[f] = b->topologies[f].vertex_count;
-  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++)
+  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) {
     status = refine_level(b, level == b->levels ? s->arena : b->arena);
+    if (status == TW_OK) status = tw_parallel_for_status(b->parallel);
+  }
   if (status == TW_OK && s->loop.levels > 0) status = keep_loop(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
   tw_face_order order = {b->mesh, b->cage.visible, b->source, s->loop.levels + b->levels};
@@ -726,7 +728,8 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   b->cage.arena = b->arena;
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
   if (status != TW_OK) return status;
-  status = choose(b, generic, error);
+  status = tw_parallel_for_status(b->parallel);
+  if (status == TW_OK) status = choose(b, generic, error);
   if (status == TW_OK) status = keep_cage(b);
   if (status == TW_OK) status = begin_smooth(b);
   if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? build_levels(b) : build_base(b);
@@ -788,6 +791,7 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
     status = create(mesh, &own, parallel, false, out, &too_irregular, error);
   }
   if (too_irregular) status = create(mesh, options, parallel, true, out, &too_irregular, error);
+  if (status == TW_CANCELLED) tw_fail(error, status, "the surface is not wanted any more");
   return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }
 

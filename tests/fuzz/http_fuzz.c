@@ -67,7 +67,7 @@ static served *start(void) {
   d->server.peers = srv_peers_create(0);
   d->server.work = srv_work_create((size_t)d->config.threads, (size_t)d->config.queue);
   d->server.live = srv_live_create((size_t)d->config.max_listeners, SRV_LIVE_PULSE_NS);
-  settings.parallel = (api_parallel_for){d->server.work, srv_work_parallel_for};
+  settings.parallel = (api_parallel_for){.owner = d->server.work, .run = srv_work_parallel_for};
   d->loop = loopback_start(&settings);
   d->server.service = d->loop->service;
   loopback_upload(d->loop, "application/json", model, d->id);

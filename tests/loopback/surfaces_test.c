@@ -625,7 +625,7 @@ static void count_parts(void *owner, uint32_t count, void (*part)(void *context,
 TEST(bounds_are_shared_out_once) {
   uint32_t parts = 0;
   api_settings settings = loopback_settings();
-  settings.parallel = (api_parallel_for){&parts, count_parts};
+  settings.parallel = (api_parallel_for){.owner = &parts, .run = count_parts};
   loopback *loop = loopback_start(&settings);
   char id[API_ID_TEXT], target[96], *cube = loopback_file("server/samples/cube.obj", NULL);
   loopback_upload(loop, "model/obj", cube, id);

@@ -203,7 +203,7 @@ static uint32_t check(const sheet *s, tw_surface_options options) {
   content alone = make(&s->mesh, &options, NULL);
   assert_true(alone.corner_count > 0);
   for (int threads = 0; threads < 2; threads++) {
-    const tw_parallel_for parallel = {&parts, threads ? run_on_threads : run_backwards};
+    const tw_parallel_for parallel = {.owner = &parts, .run = threads ? run_on_threads : run_backwards};
     check_same(make(&s->mesh, &options, &parallel), &alone);
     check_same(move(&s->mesh, options, &parallel), &alone);
   }
@@ -266,7 +266,7 @@ TEST(points_refined_in_double_are_the_same) {
 }
 
 TEST(loops_are_cut_into_even_parts_that_are_worth_it) {
-  const tw_parallel_for parallel = {NULL, run_backwards};
+  const tw_parallel_for parallel = {.run = run_backwards};
   assert_int_equal(tw_parallel_for_parts(NULL, 1000000, 10), 1);
   assert_int_equal(tw_parallel_for_parts(&parallel, 0, 10), 1);
   assert_int_equal(tw_parallel_for_parts(&parallel, 19, 10), 1);

@@ -361,7 +361,7 @@ TEST(bounds_do_not_depend_on_who_takes_which_part) {
                                   .creasing = flags & 4 ? TW_CREASE_CHAIKIN : TW_CREASE_UNIFORM};
     tw_surface *alone = surface_of(&mesh, options), *shared = surface_of(&mesh, options);
     uint32_t parts = 0;
-    const tw_parallel_for parallel = {&parts, run_backwards};
+    const tw_parallel_for parallel = {.owner = &parts, .run = run_backwards};
     float bounds[2][2][3];
     assert_int_equal(tw_surface_bounds(alone, -1, bounds[0][0], bounds[0][1]), TW_OK);
     assert_int_equal(tw_surface_bounds_by(shared, -1, &parallel, bounds[1][0], bounds[1][1]), TW_OK);

@@ -144,7 +144,7 @@ static void run_backwards(void *owner, uint32_t count, void (*part)(void *contex
   (void)owner;
   while (count-- > 0) part(context, count);
 }
-static const tw_parallel_for backwards = {NULL, run_backwards};
+static const tw_parallel_for backwards = {.run = run_backwards};
 
 /* Made of other positions, and moved to where the mesh is; then moved on, and back. */
 static void check_moves(const tw_mesh *mesh, tw_surface_options options, const tw_surface *expected) {

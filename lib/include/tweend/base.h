@@ -18,7 +18,8 @@ typedef enum tw_status {
   TW_UNSUPPORTED, /* well-formed, and needs something that tweend does not do */
   TW_LIMIT,       /* over a configured or built-in limit */
   TW_NOT_FOUND,   /* names a clip or node that the model does not have */
-  TW_NO_MEMORY
+  TW_NO_MEMORY,
+  TW_CANCELLED /* tw_parallel_for's is_cancelled said so */
 } tw_status;
 
 /* Where and why. Every function that takes one accepts NULL. */
@@ -77,10 +78,13 @@ void *tw_alloc_zero(size_t count, size_t size);
 /* ---- threads ------------------------------------------------------------------------------------------- */
 
 /* How loops are shared among threads. run calls part(context, i) once for each i below count, in any order
- * and on any threads, and returns when all calls have. */
+ * and on any threads, and returns when all calls have. is_cancelled: whether the result is not wanted any
+ * more; asked between the steps of what takes long, on the thread that it runs on. NULL: it always is wanted.
+ */
 typedef struct tw_parallel_for {
   void *owner;
   void (*run)(void *owner, uint32_t count, void (*part)(void *context, uint32_t index), void *context);
+  bool (*is_cancelled)(void *owner);
 } tw_parallel_for;
 
 /* ---- numbers as text ----------------------------------------------------------------------------------- */

@@ -83,7 +83,7 @@ tw_status tw_surface_create(const tw_mesh *mesh, const tw_surface_options *optio
                             tw_error *error);
 
 /* As tw_surface_create, its longer loops shared among threads. The same surface. parallel NULL: the calling
- * thread does it alone; it is not kept after the call. */
+ * thread does it alone; it is not kept after the call. TW_CANCELLED as well. */
 tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *options,
                                const tw_parallel_for *parallel, tw_surface **out, tw_error *error);
 
