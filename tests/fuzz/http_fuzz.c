@@ -76,7 +76,8 @@ static served *start(void) {
   int listener = srv_address_listen(&d->address, error, sizeof error);
   socklen_t length = sizeof d->address.v4;
   if (listener < 0 || getsockname(listener, &d->address.any, &length) != 0) give_up(error);
-  d->http = srv_http_start(&d->server, listener, SRV_HTTP_PLAIN, error, sizeof error);
+  const srv_listeners listeners = {.fds = {listener}, .count = 1};
+  d->http = srv_http_start(&d->server, &listeners, SRV_HTTP_PLAIN, error, sizeof error);
   if (!d->http) give_up(error);
   return d;
 }
