@@ -15,6 +15,7 @@ setup() {
 teardown() {
   stop_daemon
   [[ -z ${listener-} ]] || kill "$listener"
+  [[ ! -f pids ]] || xargs kill <pids 2>/dev/null || true # where the test failed
 }
 
 # activate OPTION... -- FLAG...: the daemon on passed sockets. It is started by its first connection, to $knock.
@@ -144,7 +145,7 @@ for run in (1, 2):
 END
   port=$(free_port)
   log=$PWD/log
-  python3 pass_on.py "$port" "$program" --data "$PWD/data" >ready 2>"$log" 3>&- &
+  timeout 60 python3 pass_on.py "$port" "$program" --data "$PWD/data" >ready 2>"$log" 3>&- &
   parent=$! url=http://127.0.0.1:$port
   has ready 1 listening
   upload "$samples/octopus.obj"
