@@ -16,8 +16,8 @@ typedef struct mark {
 
 #define MARK(offset, text, name, advice)                                                                     \
   {                                                                                                          \
-    offset, sizeof text - 1, text, {                                                                         \
-      name, advice                                                                                           \
+    (offset), sizeof(text) - 1, (text), {                                                                    \
+      (name), (advice)                                                                                       \
     }                                                                                                        \
   }
 

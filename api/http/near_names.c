@@ -50,7 +50,7 @@ void api_near_consider(api_near *near, const char *name) {
   near->count = least(near->count + 1, API_NEAR_MOST);
   memmove(&near->names[at + 1], &near->names[at], (near->count - 1 - at) * sizeof *near->names);
   near->names[at].distance = distance;
-  strcpy(near->names[at].name, name);
+  snprintf(near->names[at].name, API_NEAR_TEXT, "%s", name);
 }
 
 api_near_sentence api_near_print(const api_near *near) {
@@ -59,7 +59,7 @@ api_near_sentence api_near_print(const api_near *near) {
   for (size_t i = 0; i < near->count && near->names[i].distance <= near->names[0].distance + 1; i++)
     length += (size_t)snprintf(out.text + length, sizeof out.text - length, "%s%s",
                                i ? ", " : " did you mean ", near->names[i].name);
-  if (length) strcpy(out.text + length, "?");
+  if (length) out.text[length] = '?'; /* what follows is zero */
   return out;
 }
 
