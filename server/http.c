@@ -207,10 +207,6 @@ static void panic(void *context, const char *file, unsigned line, const char *re
   abort();
 }
 
-static void close_listeners(const srv_listeners *listeners) {
-  for (size_t i = 0; i < listeners->count; i++) close(listeners->fds[i]);
-}
-
 srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv_http_kind kind, char *error,
                          size_t error_size) {
   const srv_config *config = server->config;
@@ -218,7 +214,7 @@ srv_http *srv_http_start(srv_server *server, const srv_listeners *listeners, srv
   srv_http *http = calloc(1, sizeof *http + loops * sizeof *http->loops);
   if (http == NULL) {
     snprintf(error, error_size, "out of memory");
-    close_listeners(listeners);
+    srv_listeners_close(listeners);
     return NULL;
   }
   http->server = server;
@@ -276,7 +272,7 @@ bool srv_http_stop(srv_http *http) {
     if (l->event >= 0) close(l->event);
     pthread_mutex_destroy(&l->lock);
   }
-  close_listeners(&http->listeners);
+  srv_listeners_close(&http->listeners);
   free(http);
   return true;
 }

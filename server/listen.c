@@ -1,8 +1,9 @@
-/* One socket is shared by all I/O threads: the one that is idle takes the next connection. */
+/* All I/O threads share the listening sockets: the one that is idle takes the next connection. */
 #include "listen.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
+#include <libgen.h>
 #include <netdb.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -112,7 +113,7 @@ static void remove_stale(const srv_address *address) {
   if (fd >= 0) close(fd);
 }
 
-/* Of errno. */
+/* Says that listening failed, for the reason in errno. */
 static void complain(const srv_address *address, char *error, size_t error_size) {
   int reason = errno;
   char place[sizeof address->local.sun_path + 8];
@@ -141,9 +142,7 @@ static bool can_make_file(const srv_address *address) {
     return false;
   }
   strcpy(folder, address->local.sun_path);
-  char *end = strrchr(folder, '/');
-  strcpy(end == NULL ? folder : end + 1, ".");
-  return access(folder, W_OK | X_OK) == 0;
+  return access(dirname(folder), W_OK | X_OK) == 0;
 }
 
 bool srv_address_check(const srv_address *address, bool *is_used, char *error, size_t error_size) {
@@ -162,6 +161,10 @@ bool srv_address_check(const srv_address *address, bool *is_used, char *error, s
   }
   if (!can_listen && !*is_used) complain(address, error, error_size);
   return can_listen || *is_used;
+}
+
+void srv_listeners_close(const srv_listeners *listeners) {
+  for (size_t i = 0; i < listeners->count; i++) close(listeners->fds[i]);
 }
 
 static srv_address reachable(const srv_address *address) {
@@ -213,7 +216,8 @@ void srv_address_print(const srv_address *address, bool tls, char *out, size_t o
   if (address->family == AF_UNIX) {
     const char *path = address->local.sun_path;
     bool is_abstract = path[0] == '\0' && path[1] != '\0';
-    snprintf(out, out_size, "unix:%s%s", is_abstract ? "@" : "", path + is_abstract);
+    int most = (int)sizeof address->local.sun_path - is_abstract; /* the kernel terminates no abstract name */
+    snprintf(out, out_size, "unix:%s%.*s", is_abstract ? "@" : "", most, path + is_abstract);
     return;
   }
   char place[INET6_ADDRSTRLEN + 16];

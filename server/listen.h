@@ -33,7 +33,7 @@ bool srv_address_check(const srv_address *address, bool *is_used, char *error, s
 /* A blocking connected socket, -1 with errno. Wildcard addresses are asked over loopback. */
 int srv_address_connect(const srv_address *address, int timeout_ms);
 
-/* That of a socket: a port 0 has been replaced there. */
+/* The address that a socket is bound to: with the port that the kernel gave in place of 0. */
 srv_address srv_address_of(int fd);
 
 enum { SRV_LISTENERS_MAX = 16 };
@@ -45,6 +45,8 @@ typedef struct srv_listeners {
   bool is_passed; /* by a supervisor that keeps them for the next process: no connection is taken any more
                      while this one drains */
 } srv_listeners;
+
+void srv_listeners_close(const srv_listeners *listeners);
 
 /* As the ready line names it: "http://127.0.0.1:8080", "unix:PATH", with @ for an abstract name. */
 void srv_address_print(const srv_address *address, bool tls, char *out, size_t out_size);

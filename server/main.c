@@ -285,8 +285,8 @@ static bool stop(process *p) {
   srv_peers_destroy(p->server.peers);
   srv_networks_deinit(&p->server.trusted);
   srv_store_fs_close(p->store);
-  for (size_t i = 0; i < p->listeners.count; i++) close(p->listeners.fds[i]);
-  for (size_t i = 0; i < p->admin_listeners.count; i++) close(p->admin_listeners.fds[i]);
+  srv_listeners_close(&p->listeners);
+  srv_listeners_close(&p->admin_listeners);
   srv_tls_forget();
   return true;
 }
