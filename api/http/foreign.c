@@ -9,42 +9,36 @@
 static const char export_it[] = "export it as GLB";
 
 typedef struct mark {
-  size_t offset, length;
-  const char *bytes;
+  size_t offset;
+  const char *text;
   api_foreign is;
 } mark;
 
-#define MARK(offset, text, name, advice)                                                                     \
-  {                                                                                                          \
-    (offset), sizeof(text) - 1, (text), {                                                                    \
-      (name), (advice)                                                                                       \
-    }                                                                                                        \
-  }
-
 static const mark marks[] = {
-    MARK(0, "Kaydara FBX Binary", "FBX (binary)", export_it),
-    MARK(0, "; FBX", "FBX (text)", export_it),
-    MARK(0, "BLENDER", "Blender's own format", export_it),
-    MARK(0, "PXR-USDC", "USD (binary)", export_it),
-    MARK(0, "#usda", "USD (text)", export_it),
-    MARK(0, "HIERARCHY", "BVH", NULL),
-    MARK(0, "newmtl ", "MTL, the materials of an OBJ", "send the OBJ itself"),
-    MARK(0, "#VRML", "VRML", export_it),
-    MARK(0, "ISO-10303-21", "STEP", export_it),
-    MARK(0, "DRACO", "Draco", "send a GLB without compression, or with EXT_meshopt_compression"),
-    MARK(0, "Ogawa", "Alembic", export_it),
-    MARK(0, "version https://git-lfs", "a pointer of Git LFS", "fetch the file itself, with git lfs pull"),
-    MARK(0, "\x89PNG", "PNG", NULL),
-    MARK(0, "\xFF\xD8\xFF", "JPEG", NULL),
-    MARK(0, "GIF8", "GIF", NULL),
-    MARK(8, "WEBP", "WebP", NULL),
-    MARK(0, "%PDF", "PDF", NULL),
-    MARK(0, "\xFF\xFE", "text in UTF-16", "save it as UTF-8"),
-    MARK(0, "\xFE\xFF", "text in UTF-16", "save it as UTF-8"),
-    MARK(0, "plyformat", "a PLY without its line ends", "curl -d drops them, --data-binary keeps them"),
+    {0, "Kaydara FBX Binary", {"FBX (binary)", export_it}},
+    {0, "; FBX", {"FBX (text)", export_it}},
+    {0, "BLENDER", {"Blender's own format", export_it}},
+    {0, "PXR-USDC", {"USD (binary)", export_it}},
+    {0, "#usda", {"USD (text)", export_it}},
+    {0, "HIERARCHY", {"BVH", NULL}},
+    {0, "newmtl ", {"MTL, the materials of an OBJ", "send the OBJ itself"}},
+    {0, "#VRML", {"VRML", export_it}},
+    {0, "ISO-10303-21", {"STEP", export_it}},
+    {0, "DRACO", {"Draco", "send a GLB without compression, or with EXT_meshopt_compression"}},
+    {0, "Ogawa", {"Alembic", export_it}},
+    {0, "version https://git-lfs", {"a pointer of Git LFS", "fetch the file itself, with git lfs pull"}},
+    {0, "\x89PNG", {"PNG", NULL}},
+    {0, "\xFF\xD8\xFF", {"JPEG", NULL}},
+    {0, "GIF8", {"GIF", NULL}},
+    {8, "WEBP", {"WebP", NULL}},
+    {0, "%PDF", {"PDF", NULL}},
+    {0, "\xFF\xFE", {"text in UTF-16", "save it as UTF-8"}},
+    {0, "\xFE\xFF", {"text in UTF-16", "save it as UTF-8"}},
+    {0, "plyformat", {"a PLY without its line ends", "curl -d drops them, --data-binary keeps them"}},
 };
 
-static bool begins(api_bytes bytes, size_t offset, const char *text, size_t length) {
+static bool begins(api_bytes bytes, size_t offset, const char *text) {
+  size_t length = strlen(text);
   return bytes.size >= offset + length && memcmp(bytes.data + offset, text, length) == 0;
 }
 
@@ -90,12 +84,12 @@ static bool peek_zstd(api_bytes bytes, uint8_t out[PEEK]) {
 /* Blender packs its files; all else that is packed wants a header. name NULL: it is not packed. */
 static api_foreign look_packed(api_bytes bytes) {
   uint8_t first[PEEK];
-  bool is_gzip = begins(bytes, 0, "\x1F\x8B", 2), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD", 4);
+  bool is_gzip = begins(bytes, 0, "\x1F\x8B"), is_zstd = begins(bytes, 0, "\x28\xB5\x2F\xFD");
   if ((is_gzip && peek_gzip(bytes, first)) || (is_zstd && peek_zstd(bytes, first)))
     if (memcmp(first, "BLENDER", 7) == 0) return (api_foreign){"Blender's own format, packed", export_it};
   if (is_gzip) return (api_foreign){"gzip", "send it with Content-Encoding: gzip"};
   if (is_zstd) return (api_foreign){"zstd", "send it with Content-Encoding: zstd"};
-  if (!begins(bytes, 0, "PK\3\4", 4)) return (api_foreign){0};
+  if (!begins(bytes, 0, "PK\3\4")) return (api_foreign){0};
   if (holds(bytes, ".usd")) return (api_foreign){"USDZ", export_it};
   if (holds(bytes, "3D/")) return (api_foreign){"3MF", export_it};
   return (api_foreign){"ZIP", "send the model that is in it"};
@@ -104,7 +98,7 @@ static api_foreign look_packed(api_bytes bytes) {
 /* ---- XML and its kin ----------------------------------------------------------------------------------- */
 
 static api_foreign look_markup(api_bytes bytes) {
-  size_t at = begins(bytes, 0, "\xEF\xBB\xBF", 3) ? 3 : 0;
+  size_t at = begins(bytes, 0, "\xEF\xBB\xBF") ? 3 : 0;
   while (at < bytes.size && bytes.data[at] <= ' ') at++;
   if (at == bytes.size || bytes.data[at] != '<') return (api_foreign){0};
   if (holds(bytes, "<COLLADA")) return (api_foreign){"COLLADA", export_it};
@@ -129,7 +123,7 @@ static bool is_stripped_obj(api_bytes bytes) {
 
 /* The version of a GLB is a number of four bytes. */
 static bool is_stripped_glb(api_bytes bytes) {
-  return begins(bytes, 0, "glTF\2", 5) && bytes.size >= 8 &&
+  return begins(bytes, 0, "glTF\2") && bytes.size >= 8 &&
          (bytes.data[5] | bytes.data[6] | bytes.data[7]) != 0;
 }
 
@@ -141,7 +135,7 @@ static bool is_utf16_without_mark(api_bytes bytes) {
 
 /* A chunk of the whole file's length. */
 static bool is_3ds(api_bytes bytes) {
-  if (!begins(bytes, 0, "MM", 2) || bytes.size < 16) return false;
+  if (!begins(bytes, 0, "MM") || bytes.size < 16) return false;
   const uint8_t *b = bytes.data;
   uint32_t length = b[2] | (uint32_t)b[3] << 8 | (uint32_t)b[4] << 16 | (uint32_t)b[5] << 24;
   return length == bytes.size;
@@ -149,7 +143,7 @@ static bool is_3ds(api_bytes bytes) {
 
 api_foreign api_foreign_known(api_bytes bytes) {
   for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
-    if (begins(bytes, marks[i].offset, marks[i].bytes, marks[i].length)) return marks[i].is;
+    if (begins(bytes, marks[i].offset, marks[i].text)) return marks[i].is;
   api_foreign found = look_packed(bytes);
   if (!found.name) found = look_markup(bytes);
   if (found.name) return found;
@@ -162,8 +156,7 @@ api_foreign api_foreign_known(api_bytes bytes) {
   return (api_foreign){0};
 }
 
-/* ---- anything else --------------------------------------------------------------------------------------
- */
+/* ---- anything else ------------------------------------------------------------------------------------- */
 
 /* Whether a line begins as those of an OBJ do. */
 static bool is_obj_line(const uint8_t *line, size_t size) {
@@ -178,7 +171,7 @@ static bool is_obj_line(const uint8_t *line, size_t size) {
 
 api_foreign api_foreign_other(api_bytes bytes) {
   enum { LOOKED_AT = 1024 };
-  size_t mark = begins(bytes, 0, "\xEF\xBB\xBF", 3) ? 3 : 0;
+  size_t mark = begins(bytes, 0, "\xEF\xBB\xBF") ? 3 : 0;
   for (size_t start = mark, at = mark; at <= bytes.size; at++) {
     if (at < bytes.size && bytes.data[at] != '\n' && bytes.data[at] != '\r') continue;
     if (is_obj_line(bytes.data + start, at - start)) return (api_foreign){0};
