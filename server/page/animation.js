@@ -111,15 +111,17 @@ export class Animation {
   async follow() {
     this.pause();
     this.own ??= this.player;
-    this.stream?.close();
     this.live = true;
+    this.following?.abort();
+    const { signal } = (this.following = new AbortController()); // its abort closes the stream
     try {
       const stream = await withKey(() => tweend.live(this.model, (name) => this.#target(name),
-        { clip: this.clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 }));
-      if (!this.live) return stream.close();
-      this.player = this.stream = stream;
+        { clip: this.clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30, signal }));
+      if (signal.aborted) return;
+      this.player = stream;
       this.#run();
     } catch (error) {
+      if (signal.aborted) return;
       this.unfollow();
       fail('The live stream cannot be followed', error);
     }
@@ -128,9 +130,9 @@ export class Animation {
   unfollow() {
     if (!this.live) return;
     this.live = false;
-    this.stream?.close();
+    this.following.abort();
     if (this.own) this.player = this.own;
-    this.stream = this.own = null;
+    this.own = null;
     this.pose();
   }
 }

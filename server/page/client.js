@@ -18,8 +18,8 @@ function keep(key) {
 let asking = null;
 
 /** Asks for a key, once however many requests need one. True when there is another than before. */
-export function askForKey(why = '') {
-  const input = make('input', { type: 'password', autocomplete: 'off', required: true });
+function askForKey(why = '') {
+  const input = make('input', { type: 'password', autocomplete: 'off' });
   asking ??= ask({
     title: 'API key',
     content: [make('p', {}, why || 'This daemon asks for a key. It is kept for this tab alone.'),

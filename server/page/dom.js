@@ -1,6 +1,6 @@
 // Making elements, and printing numbers for people.
 
-/** An element with properties (attributes where the name has a dash, or is `role`, `for`, `list`) and children. */
+/** An element with properties (attributes where the name has a dash, or is `role` or `for`; listeners where it begins with `on`) and children. */
 export function make(tag, properties = {}, ...children) {
   const element = document.createElement(tag);
   for (const [name, value] of Object.entries(properties)) {

@@ -1,6 +1,6 @@
 // The page: puts its parts together, and loads what the state names.
-import { creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { Animation } from './animation.js';
+import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
 import { byId, bytes, count, make, plural } from './dom.js';
 import { Models } from './models.js';
@@ -10,13 +10,12 @@ import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
 import { change, note, shows, state, surfaceOptions, toggle, watch } from './state.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
-import { Cage, parse, Viewport } from './viewport.js';
+import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges that are drawn as a cage
 const SOURCE_MOST = 32e6; // bytes of a source that is read for its creases
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
-  ['skeleton', 'Skeleton'], ['uv', 'UV'],
-  ['follow', 'Follow']];
+  ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
@@ -236,10 +235,9 @@ async function openCage(described) {
 
 function openClip() {
   const clip = model.clips.find(({ name }) => name === state('clip')) ?? model.clips[0] ?? null;
-  const opened = animation.open(model, clip);
+  animation.open(model, clip);
   timeline.open(model, clip);
   rotation.open();
-  return opened;
 }
 
 watch((names) => {

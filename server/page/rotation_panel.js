@@ -11,7 +11,7 @@ const ORDERS = ['XYZ', 'XZY', 'YXZ', 'YZX', 'ZXY', 'ZYX'];
 const SAMPLES = 240;
 const KEYS_MOST = 2000;
 const [WIDTH, HEIGHT] = [320, 84];
-export const LOCKED = 0.1; // cosines of the middle angle: where an Euler rate is ten times the body's
+const LOCKED = 0.1; // cosines of the middle angle: where an Euler rate is ten times the body's
 const NEAR = 0.35;
 const GHOSTS = { slerp: '#2f7de1', euler: '#d9822b' };
 
@@ -188,7 +188,10 @@ export class RotationPanel {
   clearGhosts() {
     for (const { object } of this.ghosts) {
       this.viewport.ghosts.remove(object);
-      object.traverse((part) => part.material?.dispose());
+      object.traverse((part) => {
+        part.material?.dispose();
+        if (part.isLine) part.geometry.dispose(); // axes; the geometry of a mesh is the surface's
+      });
     }
     this.ghosts = [];
     this.viewport.invalidate();

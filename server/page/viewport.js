@@ -7,7 +7,6 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
 import { MeshoptDecoder } from 'three/addons/libs/meshopt_decoder.module.js';
 
-import { Cage } from './cage.js';
 import { checkered, Normals, Skeleton, Wireframe } from './overlays.js';
 
 const THEMES = {
@@ -51,6 +50,7 @@ export async function parse(buffer) {
 function dispose(root) {
   root.traverse((object) => {
     object.geometry?.dispose();
+    object.skeleton?.dispose(); // its texture of matrices
     for (const material of [object.material].flat().filter(Boolean)) {
       for (const value of Object.values(material)) if (value?.isTexture) value.dispose();
       material.dispose();
@@ -323,5 +323,3 @@ export class Viewport {
     return [this.model?.nodes.get(name), this.cage?.nodes.get(name)].filter(Boolean);
   }
 }
-
-export { Cage };
