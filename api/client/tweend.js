@@ -468,24 +468,29 @@ class Least {
 async function* readEvents(stream) {
   const reader = stream.pipeThrough(new TextDecoderStream()).getReader();
   let text = '';
-  for (;;) {
-    const { done, value } = await reader.read();
-    if (done) return;
-    const blocks = (text + value).split('\n\n');
-    text = blocks.pop();
-    for (const block of blocks) yield Object.fromEntries(block.split('\n').map((line) => line.split(/: ?(.*)/s)));
+  try {
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      const blocks = (text + value).split('\n\n');
+      text = blocks.pop();
+      for (const block of blocks) yield Object.fromEntries(block.split('\n').map((line) => line.split(/: ?(.*)/s)));
+    }
+  } finally {
+    await reader.cancel().catch(() => {}); // a stream that broke has nothing to cancel
   }
 }
 
 /** Ends early with the signal. */
 function pause(ms, signal) {
   return new Promise((resolve) => {
-    const timer = setTimeout(resolve, ms);
     const stop = () => {
       clearTimeout(timer);
+      signal.removeEventListener('abort', stop);
       resolve();
     };
-    signal.addEventListener('abort', stop, { once: true });
+    const timer = setTimeout(stop, ms);
+    signal.addEventListener('abort', stop);
   });
 }
 
@@ -502,6 +507,7 @@ export class LivePlayer {
   #offset = new Least(); // local clock less the server's
   #origin = new Least(); // server's time of frame 0, as heard
   #retry = 1000;
+  #last; // number of the last frame that came
   missing = [];
   ended = false;
 
@@ -566,7 +572,6 @@ export class LivePlayer {
     return this.#retry;
   }
 
-  #last;
   #take(number, data, begun) {
     const local = performance.now();
     const { now, t, rotation, translation, scale } = JSON.parse(data);

@@ -366,6 +366,26 @@ test('a stream that breaks goes on behind what was seen, and ends with its clip'
   assertNear(Object.values(hull.position), poses[0].translation[0], 1e-5);
 });
 
+test('a stream whose events cannot be read is let go before another is asked for', async () => {
+  let [open, most] = [0, 0];
+  const stream = () => {
+    most = Math.max(most, ++open);
+    return new ReadableStream({
+      start: (out) => out.enqueue(new TextEncoder().encode('retry: 1\n\ndata: {"rotation\n\n')),
+      cancel: () => void open--,
+    });
+  };
+  let asked = 0;
+  const fetch = async (url) => (url.includes('/live') ? (asked++, new Response(stream())) : Response.json({ nodes: [] }));
+  const end = new AbortController();
+  const live = new Tweend('http://a.example', { fetch }).live('x', {}, { signal: end.signal });
+  for (const until = performance.now() + 20000; asked < 5 && performance.now() < until; ) await pause(5);
+  end.abort(new Error('enough'));
+  await assert.rejects(live, { message: 'enough' });
+  assert.ok(asked >= 5, `asked ${asked} times`);
+  assert.equal(most, 1);
+});
+
 test('what cannot go on fails', async () => {
   await assert.rejects(tweend.live(tank, {}, { clip: 'dance' }), { status: 404 });
   await assert.rejects(tweend.live(tank, {}, { fps: 1000 }), { status: 400 });
