@@ -75,8 +75,8 @@ static served *start(void) {
   char error[256] = "";
   if (!srv_address_parse("127.0.0.1:0", &d->address, error, sizeof error)) give_up(error);
   int listener = srv_address_listen(&d->address, error, sizeof error);
-  socklen_t length = sizeof d->address.v4;
-  if (listener < 0 || getsockname(listener, &d->address.any, &length) != 0) give_up(error);
+  if (listener < 0) give_up(error);
+  d->address = srv_address_of(listener);
   const srv_listeners listeners = {.fds = {listener}, .count = 1};
   d->http = srv_http_start(&d->server, &listeners, SRV_HTTP_PLAIN, error, sizeof error);
   if (!d->http) give_up(error);

@@ -29,8 +29,7 @@ static void ask(const one_model *one, const char *format, int status, const char
   reply_free(&r);
 }
 
-/* ---- names ----------------------------------------------------------------------------------------------
- */
+/* ---- names --------------------------------------------------------------------------------------------- */
 
 TEST_WITH(names_that_are_not_there_list_those_that_are_near, start, one_model_stop) {
   ask(*state, "/v1/models/%s/pose?clip=Drvie", 404,
@@ -105,8 +104,7 @@ TEST(long_names_are_near_nothing) {
   assert_string_not_equal(api_near_of(name, longs).text, "");
 }
 
-/* ---- parameters that the form has no use for
- * --------------------------------------------------------------- */
+/* ---- parameters that the form has no use for ----------------------------------------------------------- */
 
 TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
   char *tank = loopback_file("server/samples/tank.json", NULL), id[API_ID_TEXT], target[128];
@@ -138,8 +136,7 @@ TEST_WITH(obj_holds_no_clip, loopback_setup, loopback_teardown) {
   assert_problem(loopback_get(*state, target), 400, NULL, "meshes=none leaves nothing of an OBJ");
 }
 
-/* ---- paths ------------------------------------------------------------------------------------------------
- */
+/* ---- paths --------------------------------------------------------------------------------------------- */
 
 TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop) {
   static const char nothing[] = "nothing is at this path";
@@ -169,8 +166,7 @@ TEST_WITH(paths_that_nearly_exist_name_the_one_that_does, start, one_model_stop)
       "nothing is at this path: a model's id is 32 hex digits, in lower case");
 }
 
-/* ---- OBJ -------------------------------------------------------------------------------------------------
- */
+/* ---- OBJ ----------------------------------------------------------------------------------------------- */
 
 TEST_WITH(a_malformed_number_is_quoted_with_line_and_column, loopback_setup, loopback_teardown) {
   reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 1.0f\n");
@@ -192,8 +188,7 @@ TEST_WITH(a_line_without_a_column_stands_before_the_sentence, loopback_setup, lo
   reply_free(&r);
 }
 
-/* ---- formats that are not read ----------------------------------------------------------------------------
- */
+/* ---- formats that are not read ------------------------------------------------------------------------- */
 
 #define BYTES(text) text, sizeof(text) - 1
 
