@@ -203,8 +203,17 @@ visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surfa
   assert.equal(await visit.time(), paused);
   await visit.page.getByRole('button', { name: 'Live' }).click();
   await visit.wait((from) => Math.abs(parseFloat(document.querySelector('.clock').textContent) - from) > 0.3, paused);
+  // Changes while a stream is asked for leave one stream, and none when it is left.
+  await visit.page.getByLabel('Speed').evaluate((select) => {
+    for (select.value of ['2', '4', '1']) select.dispatchEvent(new Event('change'));
+  });
+  const now = await visit.time();
+  await visit.wait((from) => Math.abs(parseFloat(document.querySelector('.clock').textContent) - from) > 0.6, now);
   await visit.page.getByRole('button', { name: 'Live' }).click();
   await visit.wait((at) => parseFloat(document.querySelector('.clock').textContent) === at, paused);
+  const listeners = async () => (await (await fetch(`${daemon.url}/metrics`)).text()).match(/^tweend_live_listeners (\d+)$/m)[1];
+  for (let waited = 0; waited < 100 && (await listeners()) !== '0'; waited++) await visit.page.waitForTimeout(100);
+  assert.equal(await listeners(), '0');
   await visit.page.getByLabel('Clip').selectOption('aim');
   await visit.wait(() => location.hash.includes('clip=aim'));
 });
