@@ -21,6 +21,7 @@ tw_surface_options api_surface_options(const api_surface_query *query, const tw_
       .limit = query->limit,
       .normals = query->normals,
       .own_normals = query->own_normals,
+      .tagged = query->tagged,
   };
 }
 
@@ -33,7 +34,8 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
       {"boundary", query->boundary},   {"uv", query->uv},
       {"creasing", query->creasing},   {"triangles", query->triangles},
       {"quads", query->reading.quads}, {"limit", query->limit},
-      {"normals", query->normals},     {"own", query->own_normals}};
+      {"normals", query->normals},     {"own", query->own_normals},
+      {"tagged", query->tagged}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);

@@ -150,6 +150,8 @@ static surface_request *read_request(api_call *call) {
     return NULL;
   }
   request->form = (surface_form)(call->offer - call->route->offers);
+  request->surface.tagged =
+      request->form == FORM_OBJ && request->surface.level == 0 && !request->surface.limit;
   if (api_scene_read(call, request->form == FORM_OBJ, &request->scene.query) != API_DONE) return NULL;
   request->polygons = (tw_polygons)polygon;
   request->encoding = request->form == FORM_OBJ ? TW_ENCODING_FLOAT : (tw_encoding)encoding;
@@ -298,6 +300,13 @@ static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface
   return size;
 }
 
+/* A tag has three numbers of at most 17 characters. */
+static uint64_t obj_tags_bound(const tw_surface *surface) {
+  enum { TAG = 72 };
+  const tw_surface_tags *tags = tw_surface_get_tags(surface);
+  return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count + tags->hole_count) : 0;
+}
+
 /* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an
  * index, of which a corner has three. Not counted much further than the limit. */
 static tw_status obj_size_bound(api_call *call, const surface_request *request, uint64_t *size) {
@@ -310,7 +319,7 @@ static tw_status obj_size_bound(api_call *call, const surface_request *request, 
     const tw_surface *surface = plan->surfaces[i];
     uint64_t rows = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
     of_mesh[i] = rows * 8 * 17 + tw_surface_get_counts(surface)->corners * 3 * 11 +
-                 obj_names_bound(model, surface, limit);
+                 obj_names_bound(model, surface, limit) + obj_tags_bound(surface);
   }
   *size = 0;
   for (uint32_t n = 0; n < model->node_count && *size <= limit; n++) {

@@ -1,5 +1,6 @@
-/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, then faces by material and
- * groups. Text is made in pieces; what the caller has no room for waits for the next call. */
+/* OBJ text, pulled: for each node with a mesh its name, points, UVs, normals, faces by material and groups,
+ * and the subdivision tags of a level 0 as obj_read.c reads them. Text is made in pieces; what the caller has
+ * no room for waits for the next call. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -13,13 +14,15 @@ enum {
   FACES_A_PIECE = 256,
   ROW_TEXT = 4 + 3 * (TW_NUMBER_TEXT + 1),
   CORNER_TEXT = 33, /* a space, three numbers of ten digits, two slashes */
+  TAGS_A_PIECE = 256,
+  TAG_TEXT = 72, /* a crease: "t crease 2/1/0", two numbers of ten digits, the sharpness */
   DOMAINS = 3
 };
 
 /* The columns of a face's corners, in their order. */
 static const tw_domain domains[DOMAINS] = {TW_DOMAIN_POINTS, TW_DOMAIN_UVS, TW_DOMAIN_VERTICES};
 
-typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, PART_END } part;
+typedef enum part { PART_NAME, PART_POINTS, PART_UVS, PART_NORMALS, PART_FACES, PART_TAGS, PART_END } part;
 
 struct tw_obj_stream {
   tw_scene scene;
@@ -34,6 +37,7 @@ struct tw_obj_stream {
   int32_t material;       /* the last one written, -1 before the first */
   uint32_t names;         /* likewise: set of groups, TW_NO_INDEX */
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
+  uint64_t base_face;     /* likewise */
 
   float floats[FLOATS_SCRATCH];
   char printed[ROWS_A_PIECE * (3 * TW_FLOAT_TEXT + 3)];
@@ -95,6 +99,22 @@ static char *write_index(char *out, uint64_t index) {
   size_t length = (size_t)(digits + sizeof digits - first);
   memcpy(out, first, length);
   return out + length;
+}
+
+/* The integers of a tag, then its sharpness, NULL for none. */
+static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int count,
+                           const float *sharpness) {
+  char *out = end_of(stream);
+  for (int i = 0; i < count; i++) {
+    if (i > 0) *out++ = ' ';
+    out = write_index(out, numbers[i]);
+  }
+  if (sharpness) {
+    *out++ = ' ';
+    out += tw_print_float(out, *sharpness);
+  }
+  *out++ = '\n';
+  stream->text_size = (size_t)(out - stream->text);
 }
 
 /* ---- nodes --------------------------------------------------------------------------------------------- */
@@ -262,6 +282,61 @@ static void put_faces(tw_obj_stream *stream) {
   stream->next += count;
 }
 
+/* ---- tags ---------------------------------------------------------------------------------------------- */
+
+static const tw_surface_tags *shown_tags(const tw_obj_stream *stream) {
+  static const tw_surface_tags none;
+  const tw_surface_tags *tags = tw_surface_get_tags(shown_surface(stream));
+  return tags ? tags : &none;
+}
+
+static uint64_t tag_count(const tw_surface_tags *tags) {
+  return (uint64_t)tags->crease_count + tags->sharp_point_count + tags->hole_count;
+}
+
+/* The tags of a node are numbered by creases, then points, then holes. Those of OBJ number the points and
+ * faces of the whole file, from 0. */
+static void put_tag(tw_obj_stream *stream, uint64_t tag) {
+  const tw_surface_tags *tags = shown_tags(stream);
+  uint64_t point = stream->base[0];
+  if (tag < tags->crease_count) {
+    const uint32_t *edge = tags->crease_edges + 2 * tag;
+    put_text(stream, "t crease 2/1/0 ");
+    put_tag_values(stream, (uint64_t[]){point + edge[0], point + edge[1]}, 2, &tags->crease_sharpness[tag]);
+  } else if ((tag -= tags->crease_count) < tags->sharp_point_count) {
+    put_text(stream, "t corner 1/1/0 ");
+    put_tag_values(stream, (uint64_t[]){point + tags->sharp_points[tag]}, 1, &tags->point_sharpness[tag]);
+  } else {
+    put_text(stream, "t hole 1/0/0 ");
+    put_tag_values(stream, (uint64_t[]){stream->base_face + tags->holes[tag - tags->sharp_point_count]}, 1,
+                   NULL);
+  }
+}
+
+static void put_tags(tw_obj_stream *stream) {
+  uint64_t left = tag_count(shown_tags(stream)) - stream->next;
+  for (uint64_t stop = stream->next + (left < TAGS_A_PIECE ? left : TAGS_A_PIECE); stream->next < stop;
+       stream->next++)
+    put_tag(stream, stream->next);
+}
+
+/* The rules of the surface, where they are not those of a file without tags; OBJ has no word for open
+ * borders. They hold for the whole file, whose surfaces all have the same. */
+static void put_rules(tw_obj_stream *stream, const tw_surface_options *options) {
+  static const char *const boundaries[] = {"", "t interpolateboundary 1/0/0 2\n",
+                                           "t interpolateboundary 1/0/0 0\n", ""};
+  static const char *const uvs[] = {"",
+                                    "t facevaryinginterpolateboundary 1/0/0 0\n",
+                                    "t facevaryinginterpolateboundary 1/0/0 2\n",
+                                    "t facevaryinginterpolateboundary 1/0/0 3\n",
+                                    "t facevaryinginterpolateboundary 1/0/0 4\n",
+                                    "t facevaryinginterpolateboundary 1/0/0 5\n"};
+  put_text(stream, boundaries[options->boundary]);
+  put_text(stream, uvs[options->uv]);
+  if (options->creasing == TW_CREASE_CHAIKIN) put_text(stream, "t creasemethod 0/0/1 chaikin\n");
+  if (options->triangles == TW_TRIANGLES_SMOOTH) put_text(stream, "t smoothtriangles 0/0/1 smooth\n");
+}
+
 /* ---- order --------------------------------------------------------------------------------------------- */
 
 static uint64_t part_count(const tw_obj_stream *stream) {
@@ -271,6 +346,7 @@ static uint64_t part_count(const tw_obj_stream *stream) {
   case PART_UVS: return listed_rows(surface, TW_DOMAIN_UVS);
   case PART_NORMALS: return listed_rows(surface, TW_DOMAIN_VERTICES);
   case PART_FACES: return tw_surface_get_counts(surface)->faces;
+  case PART_TAGS: return tag_count(shown_tags(stream));
   case PART_NAME:
   case PART_END: break;
   }
@@ -284,12 +360,14 @@ static void put_part(tw_obj_stream *stream) {
   case PART_UVS: put_uvs(stream); return;
   case PART_NORMALS: put_normals(stream); return;
   case PART_FACES: put_faces(stream); return;
+  case PART_TAGS: put_tags(stream); return;
   case PART_END: return;
   }
 }
 
 static void leave_node(tw_obj_stream *stream) {
   for (int i = 0; i < DOMAINS; i++) stream->base[i] += listed_rows(shown_surface(stream), domains[i]);
+  stream->base_face += tw_surface_get_counts(shown_surface(stream))->faces;
   stream->node++;
   stream->part = PART_NAME;
   stream->group = 0;
@@ -343,7 +421,8 @@ static size_t largest_piece(const tw_model *model, size_t corner_capacity) {
   for (uint32_t i = 0; i < model->group_count; i++) name = longer(name, model->group_names[i]);
   size_t rows = (size_t)ROWS_A_PIECE * ROW_TEXT;
   size_t faces = 2 * (name + 16) + corner_capacity * CORNER_TEXT + (size_t)FACES_A_PIECE * 2;
-  return rows > faces ? rows : faces;
+  size_t largest = rows > faces ? rows : faces, tags = (size_t)TAGS_A_PIECE * TAG_TEXT;
+  return largest > tags ? largest : tags;
 }
 
 static bool place_nodes(tw_obj_stream *stream) {
@@ -386,6 +465,9 @@ tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_er
     stream->names = TW_NO_INDEX;
     if (allocate(stream)) {
       put_name(stream, "# tweend ", tw_version());
+      const tw_surface_options *options =
+          scene->model->mesh_count > 0 ? tw_surface_get_options(scene->surfaces[0]) : NULL;
+      if (options && options->tagged) put_rules(stream, options);
       *out = stream;
       return TW_OK;
     }

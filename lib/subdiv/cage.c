@@ -59,6 +59,39 @@ static void apply_tags(const tw_mesh *mesh, tw_cage *c) {
   }
 }
 
+static uint32_t count_sharp(const float *sharpness, uint32_t count) {
+  uint32_t sharp = 0;
+  for (uint32_t i = 0; i < count; i++) sharp += sharpness[i] > 0;
+  return sharp;
+}
+
+/* Before sharpening: the tags that apply_tags found something to apply to. */
+static tw_status keep_tags(tw_cage *c) {
+  const tw_topology *t = &c->topology;
+  uint32_t creases = count_sharp(t->edge_sharpness, t->edge_count),
+           points = count_sharp(t->vertex_sharpness, t->vertex_count);
+  uint32_t *edges = tw_arena_alloc(c->arena, creases, 2 * sizeof *edges);
+  float *edge_sharpness = tw_arena_alloc(c->arena, creases, sizeof *edge_sharpness);
+  uint32_t *vertices = tw_arena_alloc(c->arena, points, sizeof *vertices);
+  float *vertex_sharpness = tw_arena_alloc(c->arena, points, sizeof *vertex_sharpness);
+  if (!edges || !edge_sharpness || !vertices || !vertex_sharpness) return TW_NO_MEMORY;
+  c->tags = (tw_surface_tags){.crease_edges = edges,
+                              .crease_sharpness = edge_sharpness,
+                              .sharp_points = vertices,
+                              .point_sharpness = vertex_sharpness};
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    if (!(t->edge_sharpness[e] > 0)) continue;
+    memcpy(edges + 2 * (size_t)c->tags.crease_count, t->edge_vertices[e], 2 * sizeof *edges);
+    edge_sharpness[c->tags.crease_count++] = t->edge_sharpness[e];
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    if (!(t->vertex_sharpness[v] > 0)) continue;
+    vertices[c->tags.sharp_point_count] = v;
+    vertex_sharpness[c->tags.sharp_point_count++] = t->vertex_sharpness[v];
+  }
+  return TW_OK;
+}
+
 /* Vertices with an edge on the border that no infinite crease holds: their faces have no surface. */
 static tw_status mark_loose(const tw_cage *c, uint8_t **loose) {
   const tw_topology *t = &c->topology;
@@ -86,6 +119,7 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
     if (status != TW_OK) return status;
   }
   for (uint32_t f = 0; f < mesh->face_count; f++) c->visible[f] = !loose || !touches(&c->topology, f, loose);
+  if (tw_keeps_tags(options)) return TW_OK;
   for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
   return TW_OK;
 }
@@ -119,7 +153,8 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;
   apply_tags(mesh, c);
-  status = choose_visible(mesh, options, c);
+  if (tw_keeps_tags(options)) status = keep_tags(c);
+  if (status == TW_OK) status = choose_visible(mesh, options, c);
   if (status != TW_OK) return status;
   tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);
   c->topology.smooth = mesh->crease_count == 0 && mesh->sharp_point_count == 0 && is_closed(&c->topology);

@@ -17,7 +17,15 @@ typedef struct tw_cage {
   uint8_t *visible;     /* [faces] */
   /* At the answer's level, with those that are left out of the answer; set by tw_cage_count. */
   uint64_t refined_faces;
+  /* Those of edges and vertices, where options->tagged asks for them: vertices are numbered as in the
+   * topology. */
+  tw_surface_tags tags;
 } tw_cage;
+
+/* Whether holes are answered, and tags. */
+static inline bool tw_keeps_tags(const tw_surface_options *options) {
+  return options->tagged && options->level == 0;
+}
 
 /* Whether the options fit the mesh at all: level in range, triangles for loop. */
 tw_status tw_cage_check_options(const tw_mesh *mesh, const tw_surface_options *options, tw_error *error);

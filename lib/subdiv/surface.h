@@ -146,6 +146,7 @@ struct tw_surface {
   uint32_t *face_first;                                /* [face_count] first cage corner */
   uint64_t *corners_before;                            /* [face_count + 1] */
   uint32_t cage_points, cage_uv_points, cage_vertices; /* rows of each domain at level 0 */
+  tw_surface_tags *tags;                               /* where a level 0 keeps them, else NULL */
 
   atomic_int *bounds_ready; /* [1 + morph_count] */
   float (*bounds)[2][3];

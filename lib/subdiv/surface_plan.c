@@ -722,6 +722,37 @@ static tw_status build_base(build *b) {
   return status == TW_OK ? plan_patches(b) : status;
 }
 
+/* Faces of the answer that are holes of the mesh, ascending. */
+static tw_status keep_holes(build *b, tw_surface_tags *tags) {
+  const tw_surface *s = b->surface;
+  uint8_t *begins_hole =
+      tw_arena_alloc(b->arena, b->mesh->corner_count, 1); /* by the first corner of a face */
+  uint32_t *holes = tw_arena_alloc(s->arena, b->mesh->hole_count, sizeof *holes);
+  if (!begins_hole || !holes) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < b->mesh->hole_count; i++)
+    begins_hole[b->mesh->face_offsets[b->mesh->holes[i]]] = 1;
+  for (uint32_t f = 0; f < s->face_count; f++)
+    if (begins_hole[s->face_first[f]]) holes[tags->hole_count++] = f;
+  tags->holes = holes;
+  return TW_OK;
+}
+
+/* All faces are visible: the rows of the points are the vertices of the cage. */
+static tw_status keep_tags(build *b) {
+  tw_surface *s = b->surface;
+  if (!tw_keeps_tags(&s->options)) return TW_OK;
+  tw_surface_tags *tags = s->tags = tw_arena_alloc(s->arena, 1, sizeof *tags);
+  if (!tags) return TW_NO_MEMORY;
+  *tags = b->cage.tags;
+  uint32_t creases = tags->crease_count, points = tags->sharp_point_count;
+  tags->crease_edges = gather(s->arena, tags->crease_edges, NULL, creases, 2 * sizeof(uint32_t));
+  tags->crease_sharpness = gather(s->arena, tags->crease_sharpness, NULL, creases, sizeof(float));
+  tags->sharp_points = gather(s->arena, tags->sharp_points, NULL, points, sizeof(uint32_t));
+  tags->point_sharpness = gather(s->arena, tags->point_sharpness, NULL, points, sizeof(float));
+  bool complete = tags->crease_edges && tags->crease_sharpness && tags->sharp_points && tags->point_sharpness;
+  return complete ? keep_holes(b, tags) : TW_NO_MEMORY;
+}
+
 static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
@@ -733,6 +764,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   if (status == TW_OK) status = keep_cage(b);
   if (status == TW_OK) status = begin_smooth(b);
   if (status == TW_OK) status = s->way == TW_WAY_LEVELS ? build_levels(b) : build_base(b);
+  if (status == TW_OK) status = keep_tags(b);
   if (status == TW_OK) status = prepare_bounds(s);
   if (status == TW_OK) status = check_fans(s, error);
   if (status != TW_OK) return status;
@@ -858,6 +890,12 @@ const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {
 }
 const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface) {
   return &surface->layout;
+}
+const tw_surface_tags *tw_surface_get_tags(const tw_surface *surface) {
+  return surface->tags;
+}
+const tw_surface_options *tw_surface_get_options(const tw_surface *surface) {
+  return &surface->options;
 }
 uint32_t tw_surface_group_count(const tw_surface *surface) {
   return surface->group_count;

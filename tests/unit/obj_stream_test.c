@@ -245,3 +245,101 @@ TEST(material_lasts_until_another) {
   free(text);
   fixture_deinit(&f);
 }
+
+/* ---- tags --------------------------------------------------------------------------------------------- */
+
+/* Level 0 with its tags. */
+static void refine_tagged(fixture *f) {
+  const tw_surface_options options = {.tagged = true};
+  fixture_refine(f, 0, false);
+  for (uint32_t i = 0; i < f->model->mesh_count; i++) {
+    tw_error error;
+    tw_surface_destroy(f->surfaces[i]);
+    if (tw_surface_create(&f->model->meshes[i], &options, &f->surfaces[i], &error) != TW_OK)
+      fail_msg("%s", error.detail);
+  }
+}
+
+static tw_model *read_tagged(const char *tags) {
+  char text[2 * sizeof cube_text];
+  snprintf(text, sizeof text, "%s%s", cube_text, tags);
+  return read_back(text);
+}
+
+TEST(tags_are_written_as_they_are_read) {
+  fixture f = {.model =
+                   read_tagged("t crease 4/2/0 0 1 4 5 2.5 99\nt corner 1/1/0 6 1.25\nt hole 1/0/0 1\n")};
+  refine_tagged(&f);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_string_equal(strstr(text, "f 4 1 5 8\n"),
+                      "f 4 1 5 8\nt crease 2/1/0 1 0 2.5\nt crease 2/1/0 4 5 10\n"
+                      "t corner 1/1/0 6 1.25\nt hole 1/0/0 1\n");
+  free(text);
+  fixture_deinit(&f);
+}
+
+TEST(tags_number_the_points_and_faces_of_the_file) {
+  fixture f = {.model = read_tagged("t crease 2/1/0 0 3 1\nt corner 1/1/0 7 2\nt hole 1/0/0 5\n")};
+  fixture_node(&f, "again", TW_NO_INDEX, 0);
+  refine_tagged(&f);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "\nt crease 2/1/0 0 3 1\nt corner 1/1/0 7 2\nt hole 1/0/0 5\n"));
+  assert_non_null(strstr(text, "\nt crease 2/1/0 8 11 1\nt corner 1/1/0 15 2\nt hole 1/0/0 11\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+TEST(of_two_tags_the_later_holds_and_none_of_what_is_not_there) {
+  fixture f = {.model = read_tagged("t crease 2/1/0 0 3 1\nt crease 2/1/0 3 0 2\nt crease 2/1/0 0 6 4\n"
+                                    "t crease 2/1/0 1 2 3\nt crease 2/1/0 1 2 0\n")};
+  refine_tagged(&f);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_string_equal(strstr(text, "f 4 1 5 8\n"), "f 4 1 5 8\nt crease 2/1/0 0 3 2\n");
+  free(text);
+  fixture_deinit(&f);
+}
+
+/* Points that no face uses are not written, and faces stand by material: the numbers of the file change. */
+TEST(tags_follow_what_the_answer_numbers_anew) {
+  fixture f;
+  fixture_init(&f, "v 9 9 9\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\n"
+                   "usemtl b\nf 2 3 4 5\nusemtl a\nf 3 6 7 4\nusemtl b\nf 2 3 7\n"
+                   "t crease 2/1/0 2 3 1.5\nt corner 1/1/0 6 3\nt hole 1/0/0 1\n");
+  refine_tagged(&f);
+  char *text = write_obj(&f.scene, 1 << 18);
+  assert_non_null(strstr(text, "v 2 1 0\nusemtl b\nf 1 2 3 4\nf 1 2 6\nusemtl a\nf 2 5 6 3\n"
+                               "t crease 2/1/0 1 2 1.5\nt corner 1/1/0 5 3\nt hole 1/0/0 2\n"));
+  free(text);
+  fixture_deinit(&f);
+}
+
+TEST(tags_in_blocks_of_any_size) {
+  static const size_t blocks[] = {1, 7, 333};
+  fixture f;
+  uint32_t edges[2 * 12];
+  float sharpness[12];
+  fixture_init(&f, cube_text);
+  tw_mesh *mesh = &f.model->meshes[0];
+  for (uint32_t e = 0; e < 12; e++) { /* the cube's bottom and top rows, then its columns */
+    uint32_t at = e % 4, ring = e / 4 % 2 * 4;
+    edges[2 * e] = e < 8 ? ring + at : at;
+    edges[2 * e + 1] = e < 8 ? ring + (at + 1) % 4 : at + 4;
+    sharpness[e] = 0.1234567f + (float)e / 7;
+  }
+  mesh->crease_count = 12;
+  mesh->crease_edges = edges;
+  mesh->crease_sharpness = sharpness;
+  for (uint32_t i = 0; i < 60; i++) fixture_node(&f, "again", TW_NO_INDEX, 0);
+  refine_tagged(&f);
+  char *whole = write_obj(&f.scene, 1 << 20);
+  for (size_t i = 0; i < sizeof blocks / sizeof *blocks; i++) {
+    char *parts = write_obj(&f.scene, blocks[i]);
+    assert_string_equal(parts, whole);
+    free(parts);
+  }
+  tw_model *model = read_back(whole);
+  assert_int_equal(model->meshes[0].crease_count, 61 * 12);
+  tw_model_destroy(model);
+  free(whole);
+  fixture_deinit(&f);
+}

@@ -173,8 +173,9 @@ void tw_gltf_stream_seek(tw_gltf_stream *stream, uint64_t offset);
 tw_status tw_gltf_stream_predict(const tw_scene *scene, tw_format container, uint64_t *size, tw_error *error);
 
 /* OBJ text: positions, UVs, normals and faces of every mesh, once for each node that shows it, in the
- * world space of the scene's pose (OBJ has no hierarchy). Size unknown until the end. The scene's
- * clips and polygons play no part: faces stay as they are. */
+ * world space of the scene's pose (OBJ has no hierarchy), and the tags of surfaces that were made `tagged`,
+ * as tw_obj_read reads them. Size unknown until the end. The scene's clips and polygons play no part: faces
+ * stay as they are. */
 typedef struct tw_obj_stream tw_obj_stream;
 tw_status tw_obj_stream_create(const tw_scene *scene, tw_obj_stream **out, tw_error *error);
 void tw_obj_stream_destroy(tw_obj_stream *stream); /* NULL accepted */
