@@ -1,7 +1,7 @@
 // Prints requests a second and times of small answers beside nginx, which sends the same bytes from files; the same
 // with 10,000 idle connections held; how the daemon fares under slowhttptest's attacks and under twice the work that
 // it can do; and its memory over millions of requests. All on loopback, in bounded time.
-// usage: node tests/bench/load.mjs BUILD-FOLDER [MILLIONS]    MILLIONS of requests in the last part: 10
+// usage: node tests/bench/load.mjs BUILD-FOLDER [small|idle|attacks|overload|soak=MILLIONS]...    without a part: all, 10
 import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { connect } from 'node:net';
@@ -10,7 +10,7 @@ import { join } from 'node:path';
 import { setTimeout as pause } from 'node:timers/promises';
 import { Daemon } from '../node/daemon.mjs';
 
-const [build = 'build-bench', millions = '10'] = process.argv.slice(2);
+const [build = 'build-bench', ...wanted] = process.argv.slice(2);
 const IDLE = 10000;
 const SECONDS = 4;
 process.env.TESTED_BINARY = join(build, 'tweend');
@@ -211,11 +211,17 @@ try {
   await daemon.start();
   const { models } = await (await fetch(`${daemon.url}/v1/models`)).json();
   const model = `/v1/models/${models.find(({ name }) => name.startsWith('tank')).id}`;
-  await small({ healthz: '/healthz', 'pose.json': `${model}/pose.json?at=0.5`, 'surface.glb': `${model}/surface.glb?level=1` });
-  await idle('/healthz');
-  await attacks(`${model}/surface.glb?level=6`);
-  await overload(`${model}/surface.glb?level=4`, '/healthz');
-  await soak(model, Number(millions));
+  const parts = {
+    small: () => small({ healthz: '/healthz', 'pose.json': `${model}/pose.json?at=0.5`, 'surface.glb': `${model}/surface.glb?level=1` }),
+    idle: () => idle('/healthz'),
+    attacks: () => attacks(`${model}/surface.glb?level=6`),
+    overload: () => overload(`${model}/surface.glb?level=4`, '/healthz'),
+    soak: (millions = 10) => soak(model, Number(millions)),
+  };
+  for (const part of wanted.length > 0 ? wanted : Object.keys(parts)) {
+    const [name, value] = part.split('=');
+    await parts[name](value);
+  }
 } finally {
   nginx?.kill('SIGTERM');
   await daemon.remove();
