@@ -402,7 +402,7 @@ static api_outcome run_stages(api_call *call) {
   api_outcome outcome = admit_route(call);
   if (outcome == API_CONTINUE) outcome = admit_rest(call);
   bool is_read = call->route && call->id[0] && strcmp(call->route->method, "DELETE") != 0;
-  if (outcome == API_CONTINUE && is_read) outcome = api_model_look(call);
+  if (outcome == API_CONTINUE && is_read) outcome = api_model_look(call, call->id);
   if (outcome == API_CONTINUE) outcome = call->route->handle(call);
   return outcome == API_DONE ? api_encode(call) : outcome;
 }

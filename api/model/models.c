@@ -76,18 +76,18 @@ static bool open_stored(api_service *service, const char *id, api_blob *out, api
   return false;
 }
 
-api_outcome api_model_look(api_call *call) {
+api_outcome api_model_look(api_call *call, const char *id) {
   const api_store *store = &call->service->store;
-  switch (store->look(store->context, call->id, call->effort != API_LIGHT)) {
+  switch (store->look(store->context, id, call->effort != API_LIGHT)) {
   case API_STORE_OK:
   case API_STORE_FULL:
   case API_STORE_UNAVAILABLE: return API_CONTINUE;
   case API_STORE_UNKNOWN: return API_NEEDS_LOOK;
-  case API_STORE_DAMAGED: fail_damaged(call->service, call->id, &call->fault); return API_FAILED;
+  case API_STORE_DAMAGED: fail_damaged(call->service, id, &call->fault); return API_FAILED;
   case API_STORE_ABSENT: break;
   }
-  api_cache_forget(call->service->cache, call->id);
-  return api_fail_with(call, 404, "no model has the id %s", call->id);
+  api_cache_forget(call->service->cache, id);
+  return api_fail_with(call, 404, "no model has the id %s", id);
 }
 
 /* All bytes of an open blob, malloc'ed; NULL: the fault says why. */

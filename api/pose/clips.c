@@ -46,7 +46,8 @@ static api_outcome find_borrowed(api_call *call, const char *name, size_t length
   name += API_ID_TEXT;
   length -= API_ID_TEXT;
   api_entry *entry;
-  api_outcome outcome = api_model_take(call, out->lender, NULL, &entry);
+  api_outcome outcome = api_model_look(call, out->lender);
+  if (outcome == API_CONTINUE) outcome = api_model_take(call, out->lender, NULL, &entry);
   if (outcome != API_DONE) return outcome;
   const tw_model *lender = api_entry_value(entry);
   out->index = tw_model_find_clip(lender, name, length);

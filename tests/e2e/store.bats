@@ -162,6 +162,41 @@ remove_folder() {
   [ "$(cat code-* | grep -cx 201)" = 12 ]
 }
 
+@test "what one daemon deletes, another on the same folder does not answer from memory" {
+  upload "$samples/octopus.obj"
+  borrower=$id
+  upload "$samples/tank.json"
+  lender=$id
+  targets=("$borrower/pose?at=0&clip=$lender%2Fdrive" "$lender" "$lender/surface.glb" "$lender/surface.json?level=1&at=0"
+    "$lender/pose" "$lender/pose.bin?fps=30" "$lender/source" "$lender/tracks" "$lender/live?fps=1&loop=repeat")
+  other=$url replicas=("$daemon")
+  # shellcheck disable=SC2086 # the runner may have arguments
+  launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data"
+  for _ in 1 2 3; do # answers are kept from the second time on
+    for target in "${targets[@]}"; do
+      get "/v1/models/$target" --max-time 1 # a stream has no end
+      expect 200
+    done
+  done
+  curl --silent --no-buffer "$url/v1/models/$lender/live?fps=10&loop=repeat" >live 3>&- &
+  reader=$!
+  for _ in $(seq 50); do
+    [ ! -s live ] || break
+    sleep 0.1
+  done
+  curl --silent --fail --request DELETE "$other/v1/models/$lender"
+  sleep 1.5
+  for target in "${targets[@]}"; do
+    get "/v1/models/$target" --max-time 1
+    problem 404 "$lender"
+  done
+  # The stream that had begun goes on.
+  frames=$(grep -c ^id: live)
+  sleep 0.5
+  [ "$(grep -c ^id: live)" -gt "$frames" ]
+  kill "$reader"
+}
+
 @test "what was acknowledged outlives twenty kills, and all that is listed is whole" {
   : >acknowledged
   for round in $(seq 20); do

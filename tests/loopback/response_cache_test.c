@@ -202,6 +202,46 @@ TEST_WITH(a_borrowed_clips_answers_go_with_its_lender, setup, one_model_stop) {
   assert_problem(ask(&borrower, rest, NULL), 404, NULL, NULL);
 }
 
+/* As another daemon on the same store does it. */
+static void delete_behind(const one_model *f, const char *id) {
+  const api_store *store = &f->loop->settings.store;
+  assert_int_equal(store->remove(store->context, id), API_STORE_OK);
+}
+
+TEST_WITH(what_another_daemon_deleted_is_not_answered_from_memory, setup, one_model_stop) {
+  one_model *f = *state;
+  static const char *const targets[] = {"pose.json?" MANY, "live?fps=1",           "tracks",
+                                        "source",          "surface.json?level=0", "pose?at=0"};
+  char model[64];
+  snprintf(model, sizeof model, "/v1/models/%s", f->id);
+  for (size_t i = 0; i < sizeof targets / sizeof *targets; i++) {
+    ask_times(f, targets[i], 3);
+  }
+  reply r = loopback_get(f->loop, model);
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
+  delete_behind(f, f->id);
+  for (size_t i = 0; i < sizeof targets / sizeof *targets; i++)
+    assert_problem(ask(f, targets[i], NULL), 404, NULL, f->id);
+  assert_problem(ask(f, targets[0], "If-None-Match: *\n"), 404, NULL, f->id);
+  assert_problem(loopback_get(f->loop, model), 404, NULL, f->id);
+  assert_int_equal(cached(f), 0);
+}
+
+TEST_WITH(a_clip_is_not_borrowed_from_what_another_daemon_deleted, setup, one_model_stop) {
+  one_model *f = *state;
+  one_model borrower = {.loop = f->loop};
+  char rest[128];
+  loopback_upload(f->loop, "application/json", "{\"nodes\":[{\"name\":\"wheel\"},{\"name\":\"axle\"}]}",
+                  borrower.id);
+  snprintf(rest, sizeof rest, "pose.json?clip=%s%%2Fturn&" MANY, f->id);
+  ask_times(&borrower, rest, 2);
+  delete_behind(f, f->id);
+  assert_problem(ask(&borrower, rest, NULL), 404, NULL, f->id);
+  snprintf(rest, sizeof rest, "live?fps=1&clip=%s%%2Fturn", f->id);
+  assert_problem(ask(&borrower, rest, NULL), 404, NULL, f->id);
+}
+
 TEST_WITH(times_in_a_body_are_another_request, setup, one_model_stop) {
   one_model *f = *state;
   ask_times(f, "pose.json?" MANY, 2);
