@@ -49,9 +49,9 @@ static const setting SETTINGS[] = {
     {"store-limit", KIND_SIZE, offsetof(srv_config, store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "bytes that stored models may take together, over which uploads are answered 507; 0: any number"},
     {"threads", KIND_COUNT, offsetof(srv_config, threads), NULL, 1, 1024, NULL, "COUNT",
-     "compute threads (default: one a core)"},
+     "compute threads (default: one a processor that affinity and cgroups allow)"},
     {"io-threads", KIND_COUNT, offsetof(srv_config, io_threads), NULL, 1, 1024, NULL, "COUNT",
-     "socket threads (default: one a core)"},
+     "socket threads (default: one a processor that affinity and cgroups allow)"},
     {"queue", KIND_COUNT, offsetof(srv_config, queue), NULL, 0, 1000000, NULL, "COUNT",
      "heavy requests that may wait before 503 (default: 4 a compute thread)"},
     {"max-connections", KIND_COUNT, offsetof(srv_config, max_connections), "1024", 1, 1000000, NULL, "COUNT",
@@ -478,8 +478,8 @@ static bool set_defaults(srv_config *config) {
     if (SETTINGS[i].fallback != NULL && !assign(config, &SETTINGS[i], SETTINGS[i].fallback)) return false;
   }
   /* The ones that depend on the machine; the queue follows once the threads are known. */
-  long cores = sysconf(_SC_NPROCESSORS_ONLN);
-  config->threads = cores < 1 ? 1 : cores > 1024 ? 1024 : (uint64_t)cores;
+  uint64_t cpus = srv_machine_cpus("");
+  config->threads = cpus > 1024 ? 1024 : cpus;
   config->io_threads = config->threads;
   config->queue = ANY;
   uint64_t limit = srv_machine_memory_limit("");

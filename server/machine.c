@@ -5,11 +5,15 @@
 #include <inttypes.h>
 #include <limits.h>
 #include <malloc.h>
+#include <sched.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
+#include <unistd.h>
+
+enum { LINE_SIZE = 64 };
 
 static const uint64_t NS_PER_S = 1000000000, NS_PER_MS = 1000000;
 
@@ -31,24 +35,53 @@ uint64_t srv_unix_ns(void) {
   return read_ns(CLOCK_REALTIME);
 }
 
-/* The number in a file of one; UINT64_MAX where it is "max", or there is no such file. */
-static uint64_t read_limit(const char *root, const char *hierarchy, const char *group, const char *name) {
-  char path[PATH_MAX], text[32] = "";
-  int size = snprintf(path, sizeof path, "%s/sys/fs/cgroup%s%s/%s", root, hierarchy, group, name);
+/* Reads the first line of a file in a group's folder. */
+static bool read_line(const char *folder, const char *name, char text[LINE_SIZE]) {
+  char path[PATH_MAX];
+  int size = snprintf(path, sizeof path, "%s/%s", folder, name);
   FILE *file = size > 0 && size < (int)sizeof path ? fopen(path, "re") : NULL;
-  if (file == NULL) return UINT64_MAX;
-  uint64_t limit = UINT64_MAX;
-  if (fgets(text, sizeof text, file) != NULL && text[0] >= '0' && text[0] <= '9')
-    limit = strtoull(text, NULL, 10);
+  if (file == NULL) return false;
+  bool is_read = fgets(text, LINE_SIZE, file) != NULL;
   fclose(file);
-  return limit;
+  return is_read;
+}
+
+/* The number that a line begins with; UINT64_MAX where it is "max" or -1. *end: what follows it. */
+static uint64_t number_in(const char *text, char **end) {
+  *end = NULL;
+  return text[0] >= '0' && text[0] <= '9' ? strtoull(text, end, 10) : UINT64_MAX;
+}
+
+/* The limit that one group sets; UINT64_MAX without one. */
+typedef uint64_t group_limit(const char *folder, bool is_version_1);
+
+static uint64_t memory_limit(const char *folder, bool is_version_1) {
+  char text[LINE_SIZE], *end;
+  const char *name = is_version_1 ? "memory.limit_in_bytes" : "memory.max";
+  return read_line(folder, name, text) ? number_in(text, &end) : UINT64_MAX;
+}
+
+/* Processor time in each period, in whole processors, rounded up. */
+static uint64_t cpu_limit(const char *folder, bool is_version_1) {
+  char text[LINE_SIZE], *end;
+  if (!read_line(folder, is_version_1 ? "cpu.cfs_quota_us" : "cpu.max", text)) return UINT64_MAX;
+  uint64_t quota = number_in(text, &end);
+  if (quota == UINT64_MAX) return UINT64_MAX;
+  if (is_version_1 && !read_line(folder, "cpu.cfs_period_us", text)) return UINT64_MAX;
+  uint64_t period = number_in(is_version_1 ? text : end + strspn(end, " "), &end);
+  if (period == 0 || period == UINT64_MAX) return UINT64_MAX;
+  uint64_t count = quota / period + (quota % period != 0);
+  return count == 0 ? 1 : count;
 }
 
 /* The least limit of a group and its parents. Cuts group. */
-static uint64_t least_limit(const char *root, const char *hierarchy, char *group, const char *name) {
+static uint64_t least_limit(const char *root, const char *hierarchy, char *group, group_limit *limit_of) {
   uint64_t least = UINT64_MAX;
   for (;;) {
-    uint64_t limit = read_limit(root, hierarchy, group, name);
+    char folder[PATH_MAX];
+    int size = snprintf(folder, sizeof folder, "%s/sys/fs/cgroup%s%s", root, hierarchy, group);
+    uint64_t limit =
+        size > 0 && size < (int)sizeof folder ? limit_of(folder, hierarchy[0] != '\0') : UINT64_MAX;
     if (limit < least) least = limit;
     char *slash = strrchr(group, '/');
     if (slash == NULL) return least;
@@ -66,7 +99,8 @@ static bool has_controller(const char *list, const char *name) {
   return false;
 }
 
-uint64_t srv_machine_memory_limit(const char *root) {
+/* The least limit of all groups. hierarchy: of version 1, "/" and the controller's name. */
+static uint64_t limit_of_groups(const char *root, const char *hierarchy, group_limit *limit_of) {
   char path[PATH_MAX], line[PATH_MAX];
   snprintf(path, sizeof path, "%s/proc/self/cgroup", root);
   FILE *file = fopen(path, "re");
@@ -81,13 +115,26 @@ uint64_t srv_machine_memory_limit(const char *root) {
     *controllers++ = *group++ = '\0';
     uint64_t limit = UINT64_MAX;
     if (*controllers == '\0')
-      limit = least_limit(root, "", group, "memory.max");
-    else if (has_controller(controllers, "memory"))
-      limit = least_limit(root, "/memory", group, "memory.limit_in_bytes");
+      limit = least_limit(root, "", group, limit_of);
+    else if (has_controller(controllers, hierarchy + 1))
+      limit = least_limit(root, hierarchy, group, limit_of);
     if (limit < least) least = limit;
   }
   fclose(file);
   return least;
+}
+
+uint64_t srv_machine_memory_limit(const char *root) {
+  return limit_of_groups(root, "/memory", memory_limit);
+}
+
+uint64_t srv_machine_cpus(const char *root) {
+  cpu_set_t set;
+  long online = sysconf(_SC_NPROCESSORS_ONLN); /* where there are more than the set holds */
+  uint64_t cpus = online < 1 ? 1 : (uint64_t)online;
+  if (sched_getaffinity(0, sizeof set, &set) == 0) cpus = (uint64_t)CPU_COUNT(&set);
+  uint64_t limit = limit_of_groups(root, "/cpu", cpu_limit);
+  return limit < cpus ? limit : cpus;
 }
 
 void srv_machine_share_arena(void) {

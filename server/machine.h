@@ -1,4 +1,5 @@
-/* What the machine gives: time, and the memory that it, or the container, lets this process have. */
+/* What the machine gives: time, and the memory and processors that it, or the container, lets this process
+ * have. */
 #ifndef SRV_MACHINE_H
 #define SRV_MACHINE_H
 
@@ -15,6 +16,10 @@ uint64_t srv_unix_ns(void);
 /* The least memory limit of the cgroups that this process is in (versions 1 and 2), in bytes; UINT64_MAX
  * without one. root: of the file system, "" but for tests. */
 uint64_t srv_machine_memory_limit(const char *root);
+
+/* How many processors this process may use: those of its affinity, or fewer where the quota of its cgroups
+ * (versions 1 and 2) is less, rounded up. root as above. */
+uint64_t srv_machine_cpus(const char *root);
 
 /* Before the first thread: all threads share one arena of glibc's. It trims the free memory at the end of
  * that one alone, and of the others keeps up to 64 MiB each. */

@@ -204,6 +204,16 @@ would_not_start() {
   done
 }
 
+@test "threads are as many as the processors that the daemon may use" {
+  data=$BATS_TEST_TMPDIR/data
+  # shellcheck disable=SC2086 # the runner may have arguments
+  launch taskset --cpu-list "$(taskset --cpu-list --pid $$ | grep -oE '[0-9]+$')" \
+    ${TESTED_RUNNER-} "$program" --listen 127.0.0.1:0 --data "$data"
+  get /metrics
+  grep -qx "tweend_compute_threads 1" answer
+  grep -qx "tweend_io_threads 1" answer
+}
+
 @test "pages of other origins can read why the daemon itself refuses" {
   start_daemon --rate-limit 1/h
   get /v1/models/00112233445566778899aabbccddeeff --header 'Origin: https://far.example'
