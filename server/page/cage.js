@@ -1,6 +1,6 @@
 // The control cage: its polygons' edges, creases coloured by sharpness, extraordinary points.
 import {
-  BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, Group, LineBasicMaterial, Points, PointsMaterial,
+  BufferAttribute, BufferGeometry, CanvasTexture, Color, Float32BufferAttribute, LineBasicMaterial, Points, PointsMaterial, Vector3,
 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
@@ -62,6 +62,34 @@ export function structure(polygons) {
   };
 }
 
+/** Some vertices of a mesh alone, with their skin. */
+function pick(mesh, vertices) {
+  const geometry = new BufferGeometry();
+  for (const name of mesh.isSkinnedMesh ? ['position', 'skinIndex', 'skinWeight'] : ['position']) {
+    const from = mesh.geometry.attributes[name];
+    const values = vertices.flatMap((i) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
+    geometry.setAttribute(name, name === 'skinIndex' ? new BufferAttribute(new Uint16Array(values), 4) : new Float32BufferAttribute(values, from.itemSize));
+  }
+  return geometry;
+}
+
+/** For each place the vertex that lies there, but for rounding. */
+function nearest(position, places) {
+  const at = new Vector3();
+  const size = Math.max(...places.map((place) => place.length()), 1e-30) / 5000;
+  const cells = new Map();
+  const cell = (...coordinates) => coordinates.map((value) => Math.round(value / size)).join();
+  for (let i = 0; i < position.count; i++) {
+    const key = cell(...at.fromBufferAttribute(position, i));
+    if (!cells.has(key)) cells.set(key, []);
+    cells.get(key).push(i);
+  }
+  const sides = [-0.1 * size, 0.1 * size]; // a place on the border of two cells
+  const found = ({ x, y, z }) => sides.flatMap((a) => sides.flatMap((b) => sides.flatMap((c) => cells.get(cell(x + a, y + b, z + c)) ?? [])));
+  const away = (place, i) => at.fromBufferAttribute(position, i).distanceToSquared(place);
+  return places.map((place) => found(place).reduce((best, i) => (away(place, i) < away(place, best) ? i : best), 0));
+}
+
 let dot = null;
 function round() {
   if (dot) return dot;
@@ -75,13 +103,14 @@ function round() {
 }
 
 export class Cage {
-  /** model: the GLB of level 0 with polygons=ngon, parsed. creases: {mesh name or '': [{a, b, sharpness}]} by places. */
+  /** model: the GLB of level 0 with polygons=ngon, parsed. creases: [[object of it, what creasesOf has of it]]. */
   constructor({ scene, nodes }, creases) {
     this.object = scene;
     this.nodes = nodes;
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
+    this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false });
     this.dots = new PointsMaterial({ sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
     // A little before their places, or the surface would cut them in half.
@@ -93,13 +122,14 @@ export class Cage {
     this.valences = new Set();
     const meshes = [];
     scene.traverse((object) => object.isMesh && meshes.push(object));
-    for (const mesh of meshes) this.add(mesh, creases);
+    for (const mesh of meshes) this.add(mesh);
+    scene.updateMatrixWorld(true);
+    for (const [object, list] of creases) if (list.length > 0) this.parts.cage.push(this.creases(object, list));
     const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
     this.dots.size = marks > 10000 ? 2 : marks > 2000 ? 3 : marks > 300 ? 5 : 9;
-    if (creases['']) this.parts.cage.push(this.creases(scene, creases['']));
   }
 
-  add(mesh, creases) {
+  add(mesh) {
     const { position } = mesh.geometry.attributes;
     const same = weld(position);
     const index = mesh.geometry.index?.array ?? Uint32Array.from({ length: position.count }, (_, i) => i);
@@ -112,19 +142,10 @@ export class Cage {
     hidden.renderOrder = 1;
     this.parts.cage.push(linesOn(mesh, geometry, this.lines), hidden);
     if (extraordinary.length > 0) this.parts.points.push(this.points(mesh, extraordinary));
-    const own = creases[mesh.userData.mesh];
-    if (own) this.parts.cage.push(this.creases(mesh, own));
   }
 
   points(mesh, extraordinary) {
-    const geometry = new BufferGeometry();
-    const pick = (name) => {
-      const from = mesh.geometry.attributes[name];
-      const values = extraordinary.flatMap(([i]) => Array.from({ length: from.itemSize }, (_, k) => from.getComponent(i, k)));
-      geometry.setAttribute(name, name === 'skinIndex' ? new BufferAttribute(new Uint16Array(values), 4) : new Float32BufferAttribute(values, from.itemSize));
-    };
-    pick('position');
-    if (mesh.isSkinnedMesh) ['skinIndex', 'skinWeight'].forEach(pick);
+    const geometry = pick(mesh, extraordinary.map(([i]) => i));
     const [few, many] = [new Color(FEW), new Color(MANY)];
     geometry.setAttribute('color', new Float32BufferAttribute(extraordinary.flatMap(([, n]) => (n < 4 ? few : many).toArray()), 3));
     for (const [, n] of extraordinary) this.valences.add(n < 4 ? 'few' : 'many');
@@ -137,11 +158,24 @@ export class Cage {
     return points;
   }
 
+  /** Wide lines; a skin, which those cannot follow, has thin ones. */
   creases(parent, list) {
-    const geometry = new LineSegmentsGeometry();
-    geometry.setPositions(list.flatMap(({ a, b }) => [...a, ...b]));
-    geometry.setColors(list.flatMap(({ sharpness }) => creaseColour(sharpness).toArray().flatMap((c, i, all) => (i ? [] : [...all, ...all]))));
+    const toLocal = parent.matrixWorld.clone().invert();
+    const places = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place).applyMatrix4(toLocal));
+    const colours = list.flatMap(({ sharpness }) => {
+      const colour = creaseColour(sharpness).toArray();
+      return [...colour, ...colour];
+    });
     for (const { sharpness } of list) this.sharpnesses.add(sharpness);
+    const skinned = parent.isSkinnedMesh ? parent : parent.children.find(({ isSkinnedMesh }) => isSkinnedMesh);
+    if (skinned) {
+      const geometry = pick(skinned, nearest(skinned.geometry.attributes.position, places));
+      geometry.setAttribute('color', new Float32BufferAttribute(colours, 3));
+      return linesOn(skinned, geometry, this.thin);
+    }
+    const geometry = new LineSegmentsGeometry();
+    geometry.setPositions(places.flatMap((place) => [...place]));
+    geometry.setColors(colours);
     const lines = new LineSegments2(geometry, this.sharp);
     lines.renderOrder = 1;
     parent.add(lines);
@@ -160,35 +194,21 @@ export class Cage {
 
   dispose() {
     this.object.traverse((object) => object.geometry?.dispose());
-    for (const material of [this.lines, this.hidden, this.sharp, this.dots]) material.dispose();
+    for (const material of [this.lines, this.hidden, this.sharp, this.thin, this.dots]) material.dispose();
   }
 }
 
-const finite = (points) => points.every((p) => p && p.length >= 3 && p.every(Number.isFinite));
-
-/** What an OBJ or tweend JSON says of creases, as places: {mesh name: [{a, b, sharpness}]}. An OBJ's bear no name. */
-export function creasesOf(format, text) {
-  const found = {};
-  const put = (name, a, b, sharpness) => {
-    if (sharpness > 0 && finite([a, b])) (found[name] ??= []).push({ a, b, sharpness });
-  };
-  if (format === 'tweend') {
-    for (const [i, { name, positions = [], creases = [] }] of (JSON.parse(text).meshes ?? []).entries())
-      for (const { edge, sharpness } of creases) put(name ?? `mesh_${i}`, positions[edge[0]], positions[edge[1]], sharpness);
-  } else if (format === 'obj') {
-    const points = [];
-    for (const line of text.split('\n')) {
-      const words = line.trim().split(/\s+/);
-      if (words[0] === 'v') points.push(words.slice(1, 4).map(Number));
-      else if (words[0] === 't' && words[1] === 'crease') {
-        const [ints, floats] = words[2].split('/').map(Number);
-        const ends = words.slice(3, 3 + ints).map(Number);
-        const sharpness = words.slice(3 + ints, 3 + ints + floats).map(Number);
-        // A tag is one edge, or a chain of them with a sharpness each.
-        for (let i = 0; i + 1 < ends.length; i++)
-          put('', points[ends[i]], points[ends[i + 1]], sharpness[Math.min(i, sharpness.length - 1)]);
-      }
-    }
+/** The creases of an OBJ of level 0: for each of its objects, which are the nodes that show faces, [{a, b, sharpness}] by
+ *  places in the world at rest. */
+export function creasesOf(text) {
+  const points = [];
+  const objects = [];
+  for (const line of text.split('\n')) {
+    const [word, ...values] = line.split(' ');
+    if (word === 'o') objects.push([]);
+    else if (word === 'v') points.push(values.map(Number));
+    else if (word === 't' && values[0] === 'crease')
+      objects.at(-1).push({ a: points[values[2]], b: points[values[3]], sharpness: Number(values[4]) });
   }
-  return found;
+  return objects;
 }

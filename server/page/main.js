@@ -13,7 +13,6 @@ import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges that are drawn as a cage
-const SOURCE_MOST = 32e6; // bytes of a source that is read for its creases
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
@@ -218,14 +217,17 @@ async function openCage(described) {
   showLegend();
   if (edgesOf(described) === 0 || edgesOf(described) > CAGE_MOST) return;
   try {
-    const tagged = described.meshes.some(({ creases }) => creases > 0) && described.bytes < SOURCE_MOST && ['obj', 'tweend'].includes(described.format);
-    const [glb, source] = await Promise.all([
-      download(tweend.surfaceUrl(described, { level: 0, polygons: 'ngon', normals: 'none', clip: 'none' })),
-      tagged ? withKey(() => tweend.request(tweend.sourceUrl(described))).then((response) => response.text()) : '',
+    const creases = state('creases');
+    const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
+    const cage = { level: 0, normals: 'none' };
+    const [glb, obj] = await Promise.all([
+      download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' })),
+      creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj')).then(({ blob }) => blob.text()) : '',
     ]);
     const parsed = await parse(await glb.blob.arrayBuffer());
-    if (model !== described) return;
-    viewport.setCage(new Cage(parsed, tagged ? creasesOf(described.format, source) : {}));
+    if (model !== described || state('creases') !== creases) return;
+    const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0).map(([object]) => object);
+    viewport.setCage(new Cage(parsed, creasesOf(obj).map((list, i) => [faced[i], list])));
     animation.pose();
     showLegend();
   } catch (error) {
@@ -246,6 +248,7 @@ watch((names) => {
   if (names.has('show')) showOverlays();
   if (names.has('model')) openModel();
   else if (SURFACE.some((name) => names.has(name))) openSurface();
+  if (names.has('creases') && !names.has('model') && model) openCage(model);
   if (names.has('view') && model && !names.has('model')) frame();
   if (names.has('clip') && !names.has('model') && model) openClip();
 });

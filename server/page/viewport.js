@@ -19,24 +19,25 @@ const MARGIN = 0.78; // of the picture, that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
-/** A GLB as {scene, nodes: objects by the file's node names, weights: clips of morph targets by name}. */
+/** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index] in the
+ *  file's order, weights: clips of morph targets by name}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
+  const bearers = [];
   gltf.scene.traverse((object) => {
     const index = gltf.parser.associations.get(object)?.nodes;
     if (index === undefined || !gltf.parser.json.nodes[index]) return;
     const name = gltf.parser.json.nodes[index].name ?? `node_${index}`;
     if (!nodes.has(name)) nodes.set(name, object);
+    const { mesh } = gltf.parser.json.nodes[index];
+    if (mesh !== undefined) bearers[index] = [object, mesh];
   });
   gltf.scene.traverse((object) => {
     if (!object.isMesh) return;
     const { meshes, primitives } = gltf.parser.associations.get(object) ?? {};
     const primitive = gltf.parser.json.meshes[meshes]?.primitives[primitives ?? 0];
-    object.userData = {
-      isPlain: primitive?.material === undefined, // the format's default is a metal, black without surroundings
-      mesh: gltf.parser.json.meshes[meshes]?.name,
-    };
+    object.userData = { isPlain: primitive?.material === undefined }; // the format's default is a metal, black without surroundings
     if (object.isSkinnedMesh) object.frustumCulled = false; // its bounds are those at rest
   });
   const weights = new Map();
@@ -44,7 +45,7 @@ export async function parse(buffer) {
     const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
     if (own.length > 0) weights.set(name, new AnimationClip(name, duration, own));
   }
-  return { scene: gltf.scene, nodes, weights };
+  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights };
 }
 
 function dispose(root) {
