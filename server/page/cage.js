@@ -110,7 +110,7 @@ export class Cage {
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
     this.sharp = new LineMaterial({ linewidth: 3, vertexColors: true, depthWrite: false, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
-    this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false });
+    this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false, transparent: true }); // after the edges
     this.dots = new PointsMaterial({ sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
     // A little before their places, or the surface would cut them in half.
@@ -171,7 +171,7 @@ export class Cage {
     if (skinned) {
       const geometry = pick(skinned, nearest(skinned.geometry.attributes.position, places));
       geometry.setAttribute('color', new Float32BufferAttribute(colours, 3));
-      return linesOn(skinned, geometry, this.thin);
+      return Object.assign(linesOn(skinned, geometry, this.thin), { renderOrder: 1 });
     }
     const geometry = new LineSegmentsGeometry();
     geometry.setPositions(places.flatMap((place) => [...place]));

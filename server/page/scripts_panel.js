@@ -77,9 +77,10 @@ export class ScriptsPanel {
   downloads() {
     const id = state('model');
     const options = surfaceOptions();
-    const surface = (form, encoding) => [`${form} ${encoding ?? ''}`.trim(),
-      tweend.surfaceUrl(id, { ...options, encoding, download: 1 }, form), `${id.slice(0, 8)}.${form}`];
-    const list = [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('gltf', 'float'), surface('obj'),
+    const surface = (form, kind) => [`${form} ${kind ?? ''}`.trim(),
+      tweend.surfaceUrl(id, { ...options, ...(kind === 'ngon' ? { encoding: 'float', polygons: kind } : { encoding: kind }), download: 1 }, form),
+      `${id.slice(0, 8)}.${form}`];
+    const list = [surface('glb', 'float'), surface('glb', 'quantized'), surface('glb', 'meshopt'), surface('glb', 'ngon'), surface('gltf', 'float'), surface('obj'),
       ['source', tweend.sourceUrl(id, { download: 1 }), `${id.slice(0, 8)}`]];
     const { clip } = this.animation;
     const span = clip && { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
@@ -90,20 +91,35 @@ export class ScriptsPanel {
     }));
   }
 
-  /** A link cannot send a key: with one, the page fetches the bytes itself. */
+  /** The URL signed for a minute; null where the daemon signs none. */
+  async sign(url) {
+    if (this.signsNone) return null;
+    try {
+      return await withKey(() => tweend.sign(url, 60));
+    } catch (error) {
+      this.signsNone = error.status === 404;
+      if (!this.signsNone) fail('The download cannot be signed', error);
+      return null;
+    }
+  }
+
+  /** A link cannot send a key: with one, the daemon signs the URL, or the page fetches the bytes itself. */
   async save(event, url, name, label) {
-    const size = /glb float|glb quantized|gltf/.test(label) ? this.surface.predicted(state('level')) : null;
+    const size = /glb (float|quantized|ngon)|gltf/.test(label) ? this.surface.predicted(state('level')) : null;
     if (!tweend.key && (size ?? 0) <= LARGE) return;
     event.preventDefault();
     if (!(await confirmLarge(size, `This ${label}`))) return;
+    const follow = (href) => make('a', { href, download: name }).click();
+    const signed = tweend.key ? await this.sign(url) : url;
+    if (signed) return follow(signed);
     const controller = new AbortController();
     const task = busy(`Loading ${name}`, controller);
     try {
       const onProgress = (loaded, total) => task.say(`Loading ${name}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
       const { blob } = await withKey(() => download(url, { signal: controller.signal, onProgress }));
-      const link = make('a', { href: URL.createObjectURL(blob), download: name });
-      link.click();
-      setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+      const href = URL.createObjectURL(blob);
+      follow(href);
+      setTimeout(() => URL.revokeObjectURL(href), 60000);
     } catch (error) {
       fail(`${name} cannot be loaded`, error);
     } finally {

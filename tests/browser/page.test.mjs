@@ -81,6 +81,77 @@ visits('the tank is there, its cage over it', {}, async (visit) => {
   assert.match(await visit.text('#facts'), /^Level 2 · 3,530 points · 3,520 faces · 136 kB · [\d.]+ ms$/);
 });
 
+visits('creases of a glTF are found, and stay on its edges', { hash: '#show=cage&tab=surface' }, async (visit) => {
+  await visit.level(2);
+  // The sample cube as glTF, its node turned and moved; then the same under a joint that bends it.
+  const cube = await (await fetch(`${daemon.url}/v1/models/${models['cube.obj']}/surface.gltf?level=0&polygons=ngon&normals=none`)).json();
+  cube.nodes[0] = { ...cube.nodes[0], translation: [1, 2, 3], rotation: [0, 0.6, 0, 0.8] };
+  const open = async (name, document) => {
+    await drop(visit, { [name]: JSON.stringify(document) });
+    await visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+    await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+    await visit.tab('Surface');
+    for (;;) {
+      await visit.drawn();
+      const pixels = await visit.pixels();
+      if (covered(pixels) > 0.002) return pixels; // its cage is there
+    }
+  };
+  const isPurple = (pixels, i) => pixels[i] > pixels[i + 1] + 40 && pixels[i + 2] > pixels[i + 1] + 10;
+  const purple = (pixels) => {
+    let count = 0;
+    for (let i = 0; i < pixels.length; i += 4) if (isPurple(pixels, i)) count++;
+    return count;
+  };
+  const smooth = await open('cube.gltf', cube);
+  assert.equal(purple(smooth), 0);
+  await visit.page.getByLabel('Creases').selectOption('auto');
+  await visit.wait(() => document.getElementById('legend').textContent.includes('crease, infinite'));
+  await visit.drawn();
+  const creased = await visit.pixels();
+  assert.ok(purple(creased) > 500, `${purple(creased)} pixels of creases`);
+  await visit.picture('creases');
+  // All edges of the cube are creases: these reach as far as the cage.
+  const { width } = await visit.page.locator('#stage').boundingBox();
+  const reach = (pixels, is) => {
+    const found = { left: Infinity, right: 0, top: Infinity, bottom: 0 };
+    for (let i = 0; i < pixels.length; i += 4) {
+      if (!is(pixels, i)) continue;
+      const [x, y] = [(i / 4) % width, Math.floor(i / 4 / width)];
+      found.left = Math.min(found.left, x);
+      found.right = Math.max(found.right, x);
+      found.top = Math.min(found.top, y);
+      found.bottom = Math.max(found.bottom, y);
+    }
+    return found;
+  };
+  const cage = reach(smooth, (pixels, i) => pixels[i] < 120);
+  const found = reach(creased, isPurple);
+  for (const side of Object.keys(cage)) assert.ok(Math.abs(cage[side] - found[side]) < 5, `${side}: ${cage[side]} of the cage, ${found[side]} of creases`);
+  await visit.page.getByLabel('Creases').selectOption('none');
+  await visit.wait(() => document.getElementById('legend').hidden || !document.getElementById('legend').textContent.includes('crease'));
+  await visit.page.getByLabel('Creases').selectOption('auto');
+  // Joints: one that holds all points, moved up.
+  const places = Buffer.from(cube.buffers[0].uri.split(',')[1], 'base64');
+  const count = cube.accessors[cube.meshes[0].primitives[0].attributes.POSITION].count;
+  const skin = Buffer.concat([Buffer.alloc(4 * count), Buffer.from(new Float32Array(Array.from({ length: 4 * count }, (_, i) => (i % 4 ? 0 : 1))).buffer)]);
+  const start = places.length;
+  cube.buffers[0] = { byteLength: start + skin.length, uri: `data:application/octet-stream;base64,${Buffer.concat([places, skin]).toString('base64')}` };
+  cube.bufferViews.push({ buffer: 0, byteOffset: start, byteLength: 4 * count }, { buffer: 0, byteOffset: start + 4 * count, byteLength: 16 * count });
+  cube.accessors.push({ bufferView: cube.bufferViews.length - 2, componentType: 5121, count, type: 'VEC4' }, { bufferView: cube.bufferViews.length - 1, componentType: 5126, count, type: 'VEC4' });
+  Object.assign(cube.meshes[0].primitives[0].attributes, { JOINTS_0: cube.accessors.length - 2, WEIGHTS_0: cube.accessors.length - 1 });
+  cube.nodes = [{ mesh: 0, skin: 0, translation: [1, 2, 3] }, { name: 'joint', translation: [0, 5, 0], scale: [1, 2, 1] }];
+  cube.skins = [{ joints: [1] }];
+  cube.scenes = [{ nodes: [0, 1] }];
+  cube.extensionsRequired = cube.extensionsUsed = undefined;
+  await open('skin.gltf', cube);
+  await visit.wait(() => document.getElementById('legend').textContent.includes('crease, infinite'));
+  await visit.drawn();
+  const skinned = await visit.pixels();
+  await visit.picture('creases of a skin');
+  assert.ok(purple(skinned) > 150, `${purple(skinned)} pixels of creases`);
+});
+
 visits('each overlay changes the picture, and goes again', {}, async (visit) => {
   await visit.level(2);
   const usual = await visit.pixels();
@@ -343,6 +414,46 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
   assert.match(await visit.text('section:has(h3:text-is("This pose")) pre'), /at=1\.5/);
 });
 
+visits('each form and encoding can be downloaded', { hash: '#tab=scripts&level=1' }, async (visit) => {
+  await visit.level(1);
+  const links = visit.page.locator('.downloads a');
+  const named = ['glb float', 'glb quantized', 'glb meshopt', 'glb ngon', 'gltf float', 'obj', 'source', 'pose json', 'pose ndjson', 'pose bin', 'pose csv'];
+  assert.deepEqual(await links.allInnerTexts(), named);
+  const found = {};
+  for (const name of named) {
+    const link = visit.page.getByRole('link', { name, exact: true });
+    const saved = visit.page.waitForEvent('download');
+    await link.click();
+    found[name] = readFileSync(await (await saved).path());
+    const wanted = Buffer.from(await (await fetch(await link.evaluate(({ href }) => href))).arrayBuffer());
+    assert.ok(found[name].equals(wanted), name);
+  }
+  const json = (name) => JSON.parse(found[name].subarray(20, 20 + found[name].readUInt32LE(12)));
+  assert.equal(json('glb float').extensionsUsed, undefined);
+  assert.deepEqual(json('glb quantized').extensionsRequired, ['KHR_mesh_quantization']);
+  assert.ok(json('glb meshopt').extensionsRequired.includes('EXT_meshopt_compression'));
+  assert.ok(json('glb ngon').extensionsUsed.includes('FB_ngon_encoding'));
+});
+
+test('with a key, a signed URL is what is downloaded', async () => {
+  const locked = new Daemon(['--sample', '--api-keys', 's3cret', '--url-keys', 'another']);
+  await locked.start();
+  try {
+    const visit = await Visit.begin(browser, `${locked.url}/`, { hash: '#level=1&tab=scripts', refused: [401] });
+    await visit.page.getByRole('dialog').getByLabel('Key').fill('s3cret');
+    await visit.page.keyboard.press('Enter');
+    await visit.level(1);
+    const saved = visit.page.waitForEvent('download');
+    await visit.page.getByRole('link', { name: 'glb ngon' }).click();
+    const answer = await saved;
+    assert.match(answer.url(), /^http.*polygons=ngon.*exp=\d+&sig=/);
+    assert.equal(readFileSync(await answer.path()).subarray(0, 4).toString(), 'glTF');
+    await visit.end();
+  } finally {
+    await locked.remove();
+  }
+});
+
 visits('a long download is announced and can be declined', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   await visit.page.getByRole('button', { name: 'Show level 7' }).click();
@@ -436,7 +547,7 @@ test('a key is asked for and kept for the tab', async () => {
   const locked = new Daemon(['--sample', '--api-keys', 's3cret']);
   await locked.start();
   try {
-    const visit = await Visit.begin(browser, `${locked.url}/`, { refused: [401, 403] });
+    const visit = await Visit.begin(browser, `${locked.url}/`, { refused: [401, 403, 404] }); // it signs nothing
     const dialog = visit.page.getByRole('dialog');
     await dialog.waitFor();
     await visit.picture('key');
