@@ -13,6 +13,7 @@ import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges that are drawn as a cage
+const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
@@ -172,8 +173,9 @@ async function openModel() {
   }
   byId('subject').textContent = model.name || id;
   document.title = `${model.name || id} – tweend`;
+  const opened = Promise.all([openSurface(true), openCage(model)]); // first: a browser has six connections
   openClip();
-  await Promise.all([openSurface(true), openCage(model)]);
+  await opened;
   if (model?.id === id) frame(); // the cage may be the larger
 }
 
@@ -185,12 +187,17 @@ async function openSurface(isNew = false) {
   const options = surfaceOptions();
   const task = busy(`Level ${options.level}`, controller);
   try {
-    const counts = await withKey(() => tweend.surfaceCounts(model, options, { signal }));
-    const size = counts.bytes ?? (await withKey(() => tweend.surfaceCounts(model, { ...options, encoding: 'float' }, { signal }))).bytes;
-    if (!(await confirmLarge(size, `Level ${options.level}`))) controller.abort();
-    signal.throwIfAborted();
+    const asked = withKey(() => tweend.surfaceCounts(model, options, { signal }));
     const onProgress = (loaded, total) => task.say(`Level ${options.level}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
-    const answer = await download(tweend.surfaceUrl(model, options), { signal, onProgress });
+    const load = () => download(tweend.surfaceUrl(model, options), { signal, onProgress });
+    const isSmall = edgesOf(model) * 4 ** options.level < SMALL;
+    const [counts, early] = await Promise.all([asked, isSmall ? load() : null]);
+    if (!early) {
+      const size = counts.bytes ?? (await withKey(() => tweend.surfaceCounts(model, { ...options, encoding: 'float' }, { signal }))).bytes;
+      if (!(await confirmLarge(size, `Level ${options.level}`))) controller.abort();
+      signal.throwIfAborted();
+    }
+    const answer = early ?? (await load());
     task.say(`Level ${options.level}: drawing`);
     const parsed = await parse(await answer.blob.arrayBuffer());
     signal.throwIfAborted();

@@ -468,6 +468,19 @@ visits('a long download is announced and can be declined', { hash: '#tab=surface
   assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
+visits('what is surely small is loaded while its counts are asked for', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  let release;
+  const held = new Promise((resolve) => (release = resolve));
+  await visit.page.route('**/surface.json?level=1', (route) => held.then(() => route.continue()));
+  const loaded = visit.page.waitForResponse((response) => response.url().endsWith('surface.glb?level=1'));
+  await visit.page.getByRole('button', { name: 'Show level 1' }).click();
+  await loaded;
+  assert.match(await visit.text('#facts'), /^Level 2/);
+  release();
+  await visit.level(1);
+});
+
 visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   await visit.level(2);
   let release;
