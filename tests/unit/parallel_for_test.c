@@ -1,5 +1,5 @@
 /* A surface has the same bytes whoever took part in making it: by one thread, by parts in another order, by
- * four threads at once. */
+ * four threads at once. One that is not wanted any more is given up. */
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -9,9 +9,9 @@
 #include "parallel_for.h"
 #include "test.h"
 #include "tweend/subdiv.h"
+#include "wrapped_memory.h"
 
-/* ---- ways to run parts ----------------------------------------------------------------------------------
- */
+/* ---- ways to run parts --------------------------------------------------------------------------------- */
 
 static void run_backwards(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                           void *context) {
@@ -262,6 +262,60 @@ TEST(points_refined_in_double_are_the_same) {
   sheet s = new_sheet(24, MIXED, false);
   crease(&s, 24);
   assert_true(check(&s, (tw_surface_options){.level = 3, .boundary = TW_BOUNDARY_OPEN, .normals = true}) > 1);
+  free_sheet(&s);
+}
+
+/* ---- giving up ------------------------------------------------------------------------------------------
+ */
+
+typedef struct patience {
+  uint32_t left; /* questions whose answer is to go on */
+  bool is_over;
+} patience;
+
+static bool is_over(void *owner) {
+  patience *p = owner;
+  p->is_over = p->left == 0;
+  if (!p->is_over) p->left--;
+  return p->is_over;
+}
+
+static void run_in_order(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
+                         void *context) {
+  (void)owner;
+  for (uint32_t i = 0; i < count; i++) part(context, i);
+}
+
+/* Gives up at each step in turn; returns how many there are. */
+static uint32_t cancel_each(const tw_mesh *mesh, const tw_surface_options *options) {
+  content first = make(mesh, options, NULL); /* what is allocated once is there from here on */
+  free_content(&first);
+  tw_status status = TW_CANCELLED;
+  uint32_t steps = 0;
+  for (; status == TW_CANCELLED; steps++) {
+    patience p = {.left = steps};
+    const tw_parallel_for parallel = {&p, run_in_order, is_over};
+    tw_surface *surface = NULL;
+    tw_error error = {0};
+    size_t held = test_memory.held;
+    status = tw_surface_create_by(mesh, options, &parallel, &surface, &error);
+    assert_int_equal(status, p.is_over ? TW_CANCELLED : TW_OK);
+    assert_int_equal(error.status, status);
+    assert_int_equal(surface != NULL, status == TW_OK);
+    tw_surface_destroy(surface);
+    assert_int_equal(test_memory.held, held);
+  }
+  return steps - 1;
+}
+
+TEST(a_surface_that_is_not_wanted_any_more_is_given_up_between_two_steps) {
+  static const tw_surface_options options[] = {
+      {.level = 2}, {.level = 4}, {.level = 3, .scheme = TW_LOOP}, {.level = 3, .scheme = TW_BILINEAR}};
+  static const uint32_t least[] = {7, 2, 4, 2};
+  sheet s = new_sheet(24, TRIANGLES, false);
+  map(&s);
+  for (size_t i = 0; i < sizeof options / sizeof *options; i++)
+    assert_true(cancel_each(&s.mesh, &options[i]) >= least[i]);
   free_sheet(&s);
 }
 
