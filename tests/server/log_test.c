@@ -17,6 +17,7 @@ static char text[64 << 10];
 static int redirect(void **state) {
   static fixture f;
   char path[] = "/tmp/tweend-log-XXXXXX";
+  srv_log_tell_all_hidden(); /* of other tests */
   f = (fixture){.saved = dup(STDERR_FILENO), .file = mkstemp(path)};
   unlink(path);
   dup2(f.file, STDERR_FILENO);
@@ -70,7 +71,6 @@ static void complain(const char *what) {
 }
 
 TEST_WITH(errors_that_repeat_are_counted, redirect, restore) {
-  srv_log_tell_all_hidden();
   for (int i = 0; i < SRV_LOG_BURST + 25; i++) complain("every time");
   complain("the last one");
   srv_log(SRV_LOG_ERROR, "another kind");
@@ -89,7 +89,6 @@ TEST_WITH(errors_that_repeat_are_counted, redirect, restore) {
 }
 
 TEST_WITH(what_was_left_out_is_told_before_the_next_line, redirect, restore) {
-  srv_log_tell_all_hidden();
   for (int i = 0; i < SRV_LOG_BURST + 1; i++) complain("every time");
   usleep(1100000);
   complain("later");
