@@ -104,7 +104,8 @@ void srv_connections_notify(void *context, struct MHD_Connection *mhd, void **so
  * has what was sent. */
 void srv_connections_discard(srv_loop *loop, int fd);
 
-/* Ends those that have had their time, every SRV_SWEEP_MS; listens again where descriptors had run out. */
+/* Ends those that have had their time or whose client has left, every SRV_SWEEP_MS; listens again where
+ * descriptors had run out. */
 void srv_connections_sweep(srv_loop *loop);
 
 /* Closes those that linger. */
