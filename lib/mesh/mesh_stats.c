@@ -259,8 +259,12 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *ar
 
 static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *facts) {
   tw_topology topology;
-  tw_status status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
-                                       mesh->face_offsets, mesh->corner_count, mesh->corners);
+  tw_status status = describe_faces(mesh, facts);
+  if (status != TW_OK) return status;
+  /* Faces of one size need no map from corners to faces. */
+  bool is_even = facts->triangles == facts->faces || facts->quads == facts->faces;
+  status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
+                             is_even ? NULL : mesh->face_offsets, mesh->corner_count, mesh->corners);
   if (status != TW_OK) return status;
   facts->nonmanifold_edge_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_edge_points);
   facts->nonmanifold_vertex_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_vertex_points);
@@ -269,12 +273,12 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *f
   describe_edges(&topology, facts);
   status = describe_seams(mesh, &topology, facts);
   if (status == TW_OK) status = describe_valences(&topology, facts);
-  if (status == TW_OK) status = describe_faces(mesh, facts);
   if (status == TW_OK) status = describe_groups(mesh, facts);
+  if (status == TW_OK) status = count_components(&topology, &facts->components);
+  /* Before the tags, which the arena keeps: it takes most beside the topology. */
+  if (status == TW_OK && facts->boundary_edges > 0) status = count_loops(&topology, &facts->boundary_loops);
   if (status == TW_OK) status = describe_tags(mesh, &topology, arena, facts);
   if (status == TW_OK) status = tw_hard_edges_count(mesh, &topology, &facts->hard_edges);
-  if (status == TW_OK) status = count_components(&topology, &facts->components);
-  if (status == TW_OK) status = count_loops(&topology, &facts->boundary_loops);
   facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;
   return status;
 }

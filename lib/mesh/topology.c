@@ -211,19 +211,20 @@ static void link_fans(tw_topology *t) {
 static tw_status link(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
   uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
   half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
-  tw_status status = TW_NO_MEMORY;
-  if (buckets && halves) {
+  bool has_room = buckets && halves;
+  if (has_room) {
     file_half_edges(t, known_edges, buckets, halves);
     for (uint32_t v = 0; v < t->vertex_count; v++)
       join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
-    status = tw_topology_allocate_fans(t, arena);
   }
+  /* Before the fans, which take nearly as much. */
+  free(buckets);
+  free(halves);
+  tw_status status = has_room ? tw_topology_allocate_fans(t, arena) : TW_NO_MEMORY;
   if (status == TW_OK) {
     file_corners(t);
     link_fans(t);
   }
-  free(buckets);
-  free(halves);
   return status;
 }
 
