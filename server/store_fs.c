@@ -11,6 +11,9 @@
  * Processes, containers and hosts may share the folder. They agree through names alone, without locks: names
  * in tmp/ are random, and a rename either makes a name or finds it taken.
  *
+ * What the folder's group may do in it, it may do in all that is made below, so that processes of several
+ * users share it.
+ *
  * Paths are looked up for each call, so that a folder that vanished and came back is used again. */
 #include "store_fs.h"
 
@@ -63,7 +66,8 @@ typedef struct verdict {
 struct srv_store_fs {
   char root[ROOT_MAX];
   char temporary[PATH_MAX];
-  dev_t device; /* of the root */
+  dev_t device;      /* of the root */
+  mode_t group_mode; /* what the root lets its group do: so does all that is made below it */
   srv_store_quota quota;
   pthread_mutex_t verdicts_lock;
   verdict *verdicts;          /* [VERDICTS], each at the place that its id tells */
@@ -145,8 +149,10 @@ static bool sync_folder(const char *folder) {
   return synced;
 }
 
-static bool make_folder(const char *folder) {
-  return mkdir(folder, 0700) == 0 || errno == EEXIST;
+/* Like the root, the folder is for its group or not, whatever the umask. */
+static bool make_folder(const srv_store_fs *store, const char *folder) {
+  if (mkdir(folder, 0700) != 0) return errno == EEXIST;
+  return store->group_mode == 0 || chmod(folder, 0700 | store->group_mode) == 0;
 }
 
 /* Makes what is missing below the root. Only on the file system that the root was on at first: where a volume
@@ -159,7 +165,7 @@ static bool make_folders(const srv_store_fs *store) {
   for (size_t i = 0; i < sizeof NAMES / sizeof *NAMES; i++) {
     path folder = folder_path(store, NAMES[i]);
     if (access(folder.text, F_OK) == 0) continue;
-    if (root.st_dev != store->device || !make_folder(folder.text)) return false;
+    if (root.st_dev != store->device || !make_folder(store, folder.text)) return false;
     made = true;
   }
   return !made || sync_folder(store->root);
@@ -307,6 +313,7 @@ static bool prepare_root(srv_store_fs *store) {
   if (!make_path(store->root)) return false;
   if (stat(store->root, &root) != 0) return false;
   store->device = root.st_dev;
+  store->group_mode = root.st_mode & (S_ISGID | S_IRWXG);
   return true;
 }
 
@@ -404,7 +411,8 @@ static placed place(const srv_store_fs *store, const char *name, api_bytes bytes
   int fd = srv_create_temporary(store->temporary, temporary);
   if (fd < 0) return PLACE_FAILED;
   placed outcome = PLACE_FAILED;
-  if (srv_write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0) {
+  bool is_open = store->group_mode == 0 || fchmod(fd, 0600 | (store->group_mode & 0060)) == 0;
+  if (is_open && srv_write_all(fd, bytes.data, bytes.size) && fsync(fd) == 0) {
     if (!replaces)
       outcome = rename_new(temporary, name);
     else if (rename(temporary, name) == 0)
@@ -460,7 +468,7 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
   path folder = prefix_path(store, "summaries", id), name = summary_path(store, id);
   char *known = read_summary(store, id);
   api_bytes text = {(const uint8_t *)summary, strlen(summary)};
-  if (known == NULL && (!make_folder(folder.text) || place(store, name.text, text, true) != PLACED))
+  if (known == NULL && (!make_folder(store, folder.text) || place(store, name.text, text, true) != PLACED))
     srv_log(SRV_LOG_WARN, "store: cannot write the summary of model %s: %s", id, strerror(errno));
   free(known);
 }
@@ -471,7 +479,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (!is_id(id)) return API_STORE_UNAVAILABLE;
   path objects = folder_path(store, "objects"), folder = prefix_path(store, "objects", id);
   path name = object_path(store, id);
-  if (!make_folders(store) || !make_folder(folder.text)) return unavailable("cannot make a folder");
+  if (!make_folders(store) || !make_folder(store, folder.text)) return unavailable("cannot make a folder");
   found before = find_object(name.text, bytes);
   if (before == FIND_FAILED) return unavailable("cannot open a model");
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;

@@ -197,6 +197,41 @@ remove_folder() {
   kill "$reader"
 }
 
+@test "daemons of different users share a folder that their group may write" {
+  [ "$(id --user)" = 0 ] || skip "only root can start daemons of other users"
+  stop_daemon
+  shared=$(mktemp --directory /tmp/tweend-shared-XXXXXX)
+  chmod 755 "$shared"
+  mkdir "$shared/models"
+  chown 0:20000 "$shared/models"
+  chmod 2770 "$shared/models"
+  program=$shared/program # others may not be let in where it was built
+  cp "${TESTED_BINARY:-$root/build/tweend}" "$program"
+  chmod 755 "$program"
+  for user in 20001 20002; do
+    # shellcheck disable=SC2086 # the runner may have arguments
+    launch setpriv --reuid "$user" --regid 20000 --clear-groups \
+      ${TESTED_RUNNER-} "$program" --listen 127.0.0.1:0 --data "$shared/models"
+    replicas+=("$daemon")
+    urls+=("$url")
+  done
+  daemon=""
+  for n in $(seq 24); do
+    { cat "$samples/cube.obj"; echo "# $n"; } >model.obj
+    url=${urls[n % 2]}
+    upload model.obj
+    url=${urls[(n + 1) % 2]}
+    post /v1/models model.obj
+    expect 200
+    http DELETE "/v1/models/$id"
+    expect 204
+  done
+  [ -z "$(find "$shared/models" -perm /007)" ]
+  stop_replicas
+  replicas=()
+  rm -r "$shared"
+}
+
 @test "what was acknowledged outlives twenty kills, and all that is listed is whole" {
   : >acknowledged
   for round in $(seq 20); do
