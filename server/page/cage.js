@@ -8,7 +8,7 @@ import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js
 
 import { linesOn } from './overlays.js';
 
-const COLOURS = { light: { edge: 0x1f2933, dim: 0x1f2933 }, dark: { edge: 0xe4e9f0, dim: 0xe4e9f0 } };
+const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
 export const FEW = '#2f7de1';  // valence under 4
 export const MANY = '#e0533d'; // over 4
 
@@ -18,7 +18,7 @@ export function creaseColour(sharpness) {
 }
 
 /** The polygons of a triangle list in FB_ngon_encoding: triangles in turn that begin with one vertex are a fan. */
-export function polygonsOf(index) {
+function polygonsOf(index) {
   const polygons = [];
   for (let i = 0; i < index.length; i += 3) {
     const [a, b, c] = [index[i], index[i + 1], index[i + 2]];
@@ -40,7 +40,7 @@ function weld(position) {
 }
 
 /** Edges (index pairs) of all polygons, and for each point its valence where it lies inside. */
-export function structure(polygons) {
+function structure(polygons) {
   const edges = new Map();
   for (const polygon of polygons)
     polygon.forEach((a, i) => {
@@ -183,8 +183,8 @@ export class Cage {
   }
 
   setTheme(name) {
-    this.lines.color.set(COLOURS[name].edge);
-    this.hidden.color.set(COLOURS[name].dim);
+    this.lines.color.set(COLOURS[name]);
+    this.hidden.color.set(COLOURS[name]);
   }
 
   show(cage, points) {
@@ -193,7 +193,10 @@ export class Cage {
   }
 
   dispose() {
-    this.object.traverse((object) => object.geometry?.dispose());
+    this.object.traverse((object) => {
+      object.geometry?.dispose();
+      object.skeleton?.dispose();
+    });
     for (const material of [this.lines, this.hidden, this.sharp, this.thin, this.dots]) material.dispose();
   }
 }

@@ -4,7 +4,7 @@ import { ask, bytes, make } from './dom.js';
 import { busy, fail } from './notices.js';
 import { state, surfaceOptions, watch } from './state.js';
 
-export const LARGE = 100e6;
+const LARGE = 100e6;
 const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
 
 /** Asks before more than LARGE bytes come. */
@@ -67,8 +67,8 @@ export class ScriptsPanel {
 
   line(label, text) {
     const copy = make('button', { type: 'button', className: 'small', 'aria-label': `Copy the ${label} line`, onclick: async () => {
-      await navigator.clipboard?.writeText(text).catch(() => {});
-      copy.textContent = 'Copied';
+      const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
+      copy.textContent = isCopied ? 'Copied' : 'Not allowed';
       setTimeout(() => (copy.textContent = 'Copy'), 1500);
     } }, 'Copy');
     return make('div', { className: 'code' }, make('span', {}, label), copy, make('pre', { tabIndex: 0, 'aria-label': label }, text));
@@ -116,7 +116,7 @@ export class ScriptsPanel {
     const task = busy(`Loading ${name}`, controller);
     try {
       const onProgress = (loaded, total) => task.say(`Loading ${name}: ${bytes(loaded)}${total ? ` of ${bytes(total)}` : ''}`);
-      const { blob } = await withKey(() => download(url, { signal: controller.signal, onProgress }));
+      const { blob } = await download(url, { signal: controller.signal, onProgress });
       const href = URL.createObjectURL(blob);
       follow(href);
       setTimeout(() => URL.revokeObjectURL(href), 60000);

@@ -1,6 +1,7 @@
 // The player's bar under the viewport: play, scrub, keys, clip, speed, loop, live.
 import { tweend, withKey } from './client.js';
 import { byId, draw, make, seconds } from './dom.js';
+import { fail } from './notices.js';
 import { change, state, watch } from './state.js';
 
 const KEYS_MOST = 2000;
@@ -61,7 +62,10 @@ export class Timeline {
   }
 
   async fetchTracks(model, clip) {
-    this.tracksOf = withKey(() => tweend.tracks(model, { clip: clip.name })).catch(() => ({ tracks: [] }));
+    this.tracksOf = withKey(() => tweend.tracks(model, { clip: clip.name })).catch((error) => {
+      fail('The keys of the clip cannot be read', error);
+      return { tracks: [] };
+    });
     const { tracks } = await this.tracksOf;
     if (this.animation.clip !== clip) return;
     this.tracks = tracks;
