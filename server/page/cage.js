@@ -7,6 +7,7 @@ import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
 
 import { linesOn } from './overlays.js';
+import { polygonsOf, structure } from './polygons.js';
 
 const COLOURS = { light: 0x1f2933, dark: 0xe4e9f0 };
 export const FEW = '#2f7de1';  // valence under 4
@@ -17,18 +18,6 @@ export function creaseColour(sharpness) {
   return sharpness >= 10 ? new Color(0xa3216f) : new Color().setHSL(0.14 - (0.14 * Math.min(sharpness, 4)) / 4, 0.88, 0.5);
 }
 
-/** The polygons of a triangle list in FB_ngon_encoding: triangles in turn that begin with one vertex are a fan. */
-function polygonsOf(index) {
-  const polygons = [];
-  for (let i = 0; i < index.length; i += 3) {
-    const [a, b, c] = [index[i], index[i + 1], index[i + 2]];
-    const last = polygons.at(-1);
-    if (last && last[0] === a && last.at(-1) === b) last.push(c);
-    else polygons.push([a, b, c]);
-  }
-  return polygons;
-}
-
 /** One number for all vertices of a mesh that lie at one place: files split them along seams. */
 function weld(position) {
   const known = new Map();
@@ -37,29 +26,6 @@ function weld(position) {
     if (!known.has(key)) known.set(key, i);
     return known.get(key);
   });
-}
-
-/** Edges (index pairs) of all polygons, and for each point its valence where it lies inside. */
-function structure(polygons) {
-  const edges = new Map();
-  for (const polygon of polygons)
-    polygon.forEach((a, i) => {
-      const b = polygon[(i + 1) % polygon.length];
-      if (a === b) return;
-      const key = a < b ? a * 2 ** 26 + b : b * 2 ** 26 + a;
-      edges.set(key, (edges.get(key) ?? 0) + 1);
-    });
-  const valence = new Map();
-  const border = new Set();
-  for (const [key, faces] of edges)
-    for (const point of [Math.floor(key / 2 ** 26), key % 2 ** 26]) {
-      valence.set(point, (valence.get(point) ?? 0) + 1);
-      if (faces !== 2) border.add(point);
-    }
-  return {
-    edges: [...edges.keys()].flatMap((key) => [Math.floor(key / 2 ** 26), key % 2 ** 26]),
-    extraordinary: [...valence].filter(([point, n]) => n !== 4 && !border.has(point)),
-  };
 }
 
 /** Some vertices of a mesh alone, with their skin. */
