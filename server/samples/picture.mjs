@@ -5,6 +5,8 @@
 
 import { readFileSync } from 'node:fs';
 
+import { hex, minus, pathsOf, readObj, Styles } from './picture_paths.mjs';
+
 const daemon = process.argv[2];
 
 async function ask(path, sample) {
@@ -15,21 +17,12 @@ async function ask(path, sample) {
 }
 
 /** The faces of an OBJ, each with its points and its object's name. */
-function readObj(text) {
-  const points = [];
-  const faces = [];
-  let name;
-  for (const line of text.split('\n')) {
-    const [word, ...rest] = line.trim().split(/\s+/);
-    if (word === 'o') name = rest.join(' ');
-    else if (word === 'v') points.push(rest.slice(0, 3).map(Number));
-    else if (word === 'f') faces.push({ name, points: rest.map((corner) => points[parseInt(corner, 10) - 1]) });
-  }
-  return faces;
+function facesOf(text) {
+  const { points, objects } = readObj(text);
+  return objects.flatMap(({ name, faces }) => faces.map((face) => ({ name, points: face.map((i) => points[i]) })));
 }
 
 const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-const minus = (a, b) => a.map((x, i) => x - b[i]);
 const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
 
@@ -43,13 +36,7 @@ function seen([x, y, z], { yaw, pitch }) {
 const SHADES = 32;
 const LIGHT = unit([-0.45, 0.75, 0.6]);
 
-/** The class that paints a colour, made once. */
-const classes = new Map();
-function paint(fill, edges) {
-  const rule = `fill:${fill};stroke:${edges ?? fill}`;
-  if (!classes.has(rule)) classes.set(rule, `c${classes.size.toString(36)}`);
-  return classes.get(rule);
-}
+const styles = new Styles();
 
 /** Faces { points, colour, inside?, behind? } as paths of an SVG, in a box [left, top, width, height]. */
 function draw(faces, view, [left, top, width, height], edges) {
@@ -71,20 +58,12 @@ function draw(faces, view, [left, top, width, height], edges) {
     if (away) normal = normal.map((x) => -x);
     const light = 0.38 + 0.62 * Math.max(0, dot(normal, LIGHT));
     const shade = Math.round(light * SHADES) / SHADES;
-    const fill = `#${(away ? inside : colour).map((x) => Math.round(x * shade).toString(16).padStart(2, '0')).join('')}`;
-    painted.push({ depth: points.reduce((s, p) => s + p[2], 0) / points.length - behind, fill, corners: points.map(at) });
+    const fill = hex((away ? inside : colour).map((x) => x * shade));
+    const style = styles.of(`fill:${fill};stroke:${edges ?? fill}`);
+    painted.push({ depth: points.reduce((s, p) => s + p[2], 0) / points.length - behind, style, corners: points.map(at) });
   }
   painted.sort((a, b) => a.depth - b.depth);
-  const paths = [];
-  let last;
-  for (const { fill, corners } of painted) {
-    const steps = corners.slice(1).map((p, i) => minus(p, corners[i]).join(' ')).join(' ').replace(/ -/g, '-');
-    const outline = `M${corners[0].join(' ')}l${steps}z`;
-    if (fill === last && !edges) paths[paths.length - 1] += outline;
-    else paths.push(`<path class="${paint(fill, edges)}" d="${outline}`);
-    last = fill;
-  }
-  return paths.map((path) => `${path}"/>`).join('\n');
+  return pathsOf(painted, !edges);
 }
 
 const octopus = { colour: [216, 106, 88], inside: [120, 48, 52] };
@@ -93,9 +72,9 @@ const tank = {
 };
 
 const octopusFaces = async (level) =>
-  readObj(await ask(`/v1/surface.obj?level=${level}`, 'octopus.obj')).map((face) => ({ ...face, ...octopus }));
+  facesOf(await ask(`/v1/surface.obj?level=${level}`, 'octopus.obj')).map((face) => ({ ...face, ...octopus }));
 const tankFaces = async (time) =>
-  readObj(await ask(`/v1/surface.obj?level=1&clip=drive&at=${time}`, 'tank.json'))
+  facesOf(await ask(`/v1/surface.obj?level=1&clip=drive&at=${time}`, 'tank.json'))
     .map((face) => ({ ...face, colour: tank[face.name], behind: face.name === 'hull' ? 0.1 : 0 })); // its faces are large
 
 const front = { yaw: 0.6, pitch: 0.35 };
@@ -108,6 +87,6 @@ const drawing = [
 ].join('\n');
 console.log(`<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1600 1150" stroke-linejoin="round">
 <title>An octopus as it was uploaded and its subdivision surface; a tank in two poses of its clip</title>
-<style>${[...classes].map(([rule, name]) => `.${name}{${rule}}`).join('')}</style>
+<style>${styles}</style>
 ${drawing}
 </svg>`);
