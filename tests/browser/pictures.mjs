@@ -11,24 +11,16 @@ const PICTURES = [
   { name: 'surface', title: 'The page, light: the surface of a tank under its control cage, and the counts of each level', hash: '#tab=surface', options: DESKTOP },
   { name: 'rotation', title: 'The page, dark: the curves of a rotation, and how near it comes to gimbal lock', hash: '#tab=animation', options: TABLET },
 ];
+const VIEW = [4.278, 3.755, 6.189, 0, 1.188, 0.2]; // where the camera stands, what it looks at: all of the tank is seen
 const folder = process.argv[2] ?? join(root, 'server/page/pictures');
 const tank = readFileSync(join(root, 'server/samples/tank.json'), 'utf8');
 
-/** Where the camera stands: the page tells it when somebody has moved the camera. */
-async function viewOf({ page }) {
-  await page.locator('#view').press('+');
-  await page.locator('#view').press('-');
-  await page.evaluate(() => document.activeElement.blur());
-  return new URLSearchParams(new URL(page.url()).hash.slice(1)).get('view').split(',').map(Number);
-}
-
 async function draw(browser, daemon, model, { title, hash, options }) {
-  const visit = await Visit.begin(browser, `${daemon.url}/`, { ...options, hash, deviceScaleFactor: DENSITY });
+  const visit = await Visit.begin(browser, `${daemon.url}/`, { ...options, hash: `${hash}&view=${VIEW}`, deviceScaleFactor: DENSITY });
   await visit.level(2);
   await visit.wait(() => document.querySelectorAll('#legend li').length > 2);
   await visit.wait(() => document.querySelectorAll('.ticks line').length > 0);
   if (hash.includes('animation')) await visit.wait(() => document.querySelector('.chart'));
-  const view = await viewOf(visit);
   await visit.drawn();
   const { parts, canvas, family } = await visit.page.evaluate(drawPage);
   const colours = await visit.page.evaluate(() =>
@@ -42,7 +34,7 @@ async function draw(browser, daemon, model, { title, hash, options }) {
   const creases = JSON.parse(tank).meshes.flatMap((mesh) =>
     (mesh.creases ?? []).map(({ edge, sharpness }) => ({ object: mesh.name, edge, colour: colours[`crease ${sharpness}`] })));
   const { width, height } = canvas;
-  const drawing = drawView({ surface: await obj(2), cage: await obj(0), view, size: [width, height], pixels, creases,
+  const drawing = drawView({ surface: await obj(2), cage: await obj(0), view: VIEW, size: [width, height], pixels, creases,
     few: colours['valence under 4'], many: colours['valence over 4'], edge: theme === 'dark' ? '#e4e9f0' : '#1f2933' });
   const page = options.viewport;
   return `<svg xmlns="http://www.w3.org/2000/svg" width="${page.width}" height="${page.height}" viewBox="0 0 ${page.width} ${page.height}" font-family="${family}">
