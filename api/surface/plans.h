@@ -16,7 +16,7 @@ typedef struct api_surface_query {
   api_reading reading; /* of the model */
   bool limit, normals;
   bool own_normals; /* those of the file, at level 0 */
-  bool tagged;      /* with the tags of the cage, at level 0, and its holes as faces */
+  bool tagged;      /* with the tags of the cage, at level 0 */
   tw_creases creases;
   double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
   float crease_sharpness; /* of the edges that creases adds, else 0 */

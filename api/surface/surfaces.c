@@ -304,7 +304,7 @@ static uint64_t obj_names_bound(const tw_model *model, const tw_surface *surface
 static uint64_t obj_tags_bound(const tw_surface *surface) {
   enum { TAG = 72 };
   const tw_surface_tags *tags = tw_surface_get_tags(surface);
-  return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count + tags->hole_count) : 0;
+  return tags ? TAG * ((uint64_t)tags->crease_count + tags->sharp_point_count) : 0;
 }
 
 /* OBJ tells its size at its end only; this is more than it can have: 17 characters a number and 11 an

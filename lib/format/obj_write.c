@@ -37,7 +37,6 @@ struct tw_obj_stream {
   int32_t material;       /* the last one written, -1 before the first */
   uint32_t names;         /* likewise: set of groups, TW_NO_INDEX */
   uint64_t base[DOMAINS]; /* rows of earlier nodes */
-  uint64_t base_face;     /* likewise */
 
   float floats[FLOATS_SCRATCH];
   char printed[ROWS_A_PIECE * (3 * TW_FLOAT_TEXT + 3)];
@@ -101,18 +100,15 @@ static char *write_index(char *out, uint64_t index) {
   return out + length;
 }
 
-/* The integers of a tag, then its sharpness, NULL for none. */
-static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int count,
-                           const float *sharpness) {
+/* The integers of a tag, then its sharpness. */
+static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int count, float sharpness) {
   char *out = end_of(stream);
   for (int i = 0; i < count; i++) {
     if (i > 0) *out++ = ' ';
     out = write_index(out, numbers[i]);
   }
-  if (sharpness) {
-    *out++ = ' ';
-    out += tw_print_float(out, *sharpness);
-  }
+  *out++ = ' ';
+  out += tw_print_float(out, sharpness);
   *out++ = '\n';
   stream->text_size = (size_t)(out - stream->text);
 }
@@ -291,25 +287,22 @@ static const tw_surface_tags *shown_tags(const tw_obj_stream *stream) {
 }
 
 static uint64_t tag_count(const tw_surface_tags *tags) {
-  return (uint64_t)tags->crease_count + tags->sharp_point_count + tags->hole_count;
+  return (uint64_t)tags->crease_count + tags->sharp_point_count;
 }
 
-/* The tags of a node are numbered by creases, then points, then holes. Those of OBJ number the points and
- * faces of the whole file, from 0. */
+/* The tags of a node are numbered by creases, then points. Those of OBJ number the points of the whole file,
+ * from 0. */
 static void put_tag(tw_obj_stream *stream, uint64_t tag) {
   const tw_surface_tags *tags = shown_tags(stream);
   uint64_t point = stream->base[0];
   if (tag < tags->crease_count) {
     const uint32_t *edge = tags->crease_edges + 2 * tag;
     put_text(stream, "t crease 2/1/0 ");
-    put_tag_values(stream, (uint64_t[]){point + edge[0], point + edge[1]}, 2, &tags->crease_sharpness[tag]);
-  } else if ((tag -= tags->crease_count) < tags->sharp_point_count) {
-    put_text(stream, "t corner 1/1/0 ");
-    put_tag_values(stream, (uint64_t[]){point + tags->sharp_points[tag]}, 1, &tags->point_sharpness[tag]);
+    put_tag_values(stream, (uint64_t[]){point + edge[0], point + edge[1]}, 2, tags->crease_sharpness[tag]);
   } else {
-    put_text(stream, "t hole 1/0/0 ");
-    put_tag_values(stream, (uint64_t[]){stream->base_face + tags->holes[tag - tags->sharp_point_count]}, 1,
-                   NULL);
+    tag -= tags->crease_count;
+    put_text(stream, "t corner 1/1/0 ");
+    put_tag_values(stream, (uint64_t[]){point + tags->sharp_points[tag]}, 1, tags->point_sharpness[tag]);
   }
 }
 
@@ -367,7 +360,6 @@ static void put_part(tw_obj_stream *stream) {
 
 static void leave_node(tw_obj_stream *stream) {
   for (int i = 0; i < DOMAINS; i++) stream->base[i] += listed_rows(shown_surface(stream), domains[i]);
-  stream->base_face += tw_surface_get_counts(shown_surface(stream))->faces;
   stream->node++;
   stream->part = PART_NAME;
   stream->group = 0;

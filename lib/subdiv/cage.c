@@ -119,7 +119,6 @@ static tw_status choose_visible(const tw_mesh *mesh, const tw_surface_options *o
     if (status != TW_OK) return status;
   }
   for (uint32_t f = 0; f < mesh->face_count; f++) c->visible[f] = !loose || !touches(&c->topology, f, loose);
-  if (tw_keeps_tags(options)) return TW_OK;
   for (uint32_t i = 0; i < mesh->hole_count; i++) c->visible[mesh->holes[i]] = 0;
   return TW_OK;
 }
@@ -153,7 +152,7 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
   if (status == TW_OK) status = tw_topology_soften(&c->topology, arena);
   if (status != TW_OK) return status;
   apply_tags(mesh, c);
-  if (tw_keeps_tags(options)) status = keep_tags(c);
+  if (tw_keeps_tags(mesh, options)) status = keep_tags(c);
   if (status == TW_OK) status = choose_visible(mesh, options, c);
   if (status != TW_OK) return status;
   tw_topology_sharpen(&c->topology, options->boundary == TW_BOUNDARY_EDGE_AND_CORNER);

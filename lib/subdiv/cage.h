@@ -22,9 +22,8 @@ typedef struct tw_cage {
   tw_surface_tags tags;
 } tw_cage;
 
-/* Whether holes are answered, and tags. */
-static inline bool tw_keeps_tags(const tw_surface_options *options) {
-  return options->tagged && options->level == 0;
+static inline bool tw_keeps_tags(const tw_mesh *mesh, const tw_surface_options *options) {
+  return options->tagged && options->level == 0 && mesh->hole_count == 0;
 }
 
 /* Whether the options fit the mesh at all: level in range, triangles for loop. */

@@ -722,25 +722,10 @@ static tw_status build_base(build *b) {
   return status == TW_OK ? plan_patches(b) : status;
 }
 
-/* Faces of the answer that are holes of the mesh, ascending. */
-static tw_status keep_holes(build *b, tw_surface_tags *tags) {
-  const tw_surface *s = b->surface;
-  uint8_t *begins_hole =
-      tw_arena_alloc(b->arena, b->mesh->corner_count, 1); /* by the first corner of a face */
-  uint32_t *holes = tw_arena_alloc(s->arena, b->mesh->hole_count, sizeof *holes);
-  if (!begins_hole || !holes) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < b->mesh->hole_count; i++)
-    begins_hole[b->mesh->face_offsets[b->mesh->holes[i]]] = 1;
-  for (uint32_t f = 0; f < s->face_count; f++)
-    if (begins_hole[s->face_first[f]]) holes[tags->hole_count++] = f;
-  tags->holes = holes;
-  return TW_OK;
-}
-
 /* All faces are visible: the rows of the points are the vertices of the cage. */
 static tw_status keep_tags(build *b) {
   tw_surface *s = b->surface;
-  if (!tw_keeps_tags(&s->options)) return TW_OK;
+  if (!tw_keeps_tags(b->mesh, &s->options)) return TW_OK;
   tw_surface_tags *tags = s->tags = tw_arena_alloc(s->arena, 1, sizeof *tags);
   if (!tags) return TW_NO_MEMORY;
   *tags = b->cage.tags;
@@ -750,7 +735,7 @@ static tw_status keep_tags(build *b) {
   tags->sharp_points = gather(s->arena, tags->sharp_points, NULL, points, sizeof(uint32_t));
   tags->point_sharpness = gather(s->arena, tags->point_sharpness, NULL, points, sizeof(float));
   bool complete = tags->crease_edges && tags->crease_sharpness && tags->sharp_points && tags->point_sharpness;
-  return complete ? keep_holes(b, tags) : TW_NO_MEMORY;
+  return complete ? TW_OK : TW_NO_MEMORY;
 }
 
 static tw_status build_surface(build *b, bool generic, tw_error *error) {

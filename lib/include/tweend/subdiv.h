@@ -53,8 +53,7 @@ typedef struct tw_surface_options {
   /* At level 0 the normals, and tangents, that the mesh has at its corners, made unit, in place of those;
    * they split rows as seams do. Where a corner has none, those of the limit. Not with limit or movable. */
   bool own_normals;
-  /* At level 0: holes are faces of the answer like others, and tw_surface_get_tags tells the tags of the
-   * mesh. */
+  /* At level 0 of a mesh without holes: tw_surface_get_tags tells its tags. */
   bool tagged;
   bool movable; /* keeps what tw_surface_with_positions needs */
   /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
@@ -158,7 +157,7 @@ const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface);
 uint32_t tw_surface_group_count(const tw_surface *surface);
 const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group);
 
-/* Tags of a level 0 in its own numbers: rows of TW_DOMAIN_POINTS, and faces. Where a mesh tags an edge or
+/* Tags of a level 0 in its own numbers, rows of TW_DOMAIN_POINTS. Where a mesh tags an edge or
  * point twice, the later tag; only what its faces have, and what is sharp. */
 typedef struct tw_surface_tags {
   uint32_t crease_count;
@@ -167,11 +166,9 @@ typedef struct tw_surface_tags {
   uint32_t sharp_point_count;
   const uint32_t *sharp_points; /* [sharp_point_count] rows, ascending */
   const float *point_sharpness; /* [sharp_point_count], over 0, to 10 */
-  uint32_t hole_count;
-  const uint32_t *holes; /* [hole_count] faces, ascending */
 } tw_surface_tags;
 
-/* NULL unless the surface is a level 0 that was made `tagged`. */
+/* NULL unless the surface is a level 0 that was made `tagged`, of a mesh without holes. */
 const tw_surface_tags *tw_surface_get_tags(const tw_surface *surface);
 /* As the surface was made. */
 const tw_surface_options *tw_surface_get_options(const tw_surface *surface);
