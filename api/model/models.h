@@ -20,8 +20,9 @@ void api_model_key(const char *id, const api_reading *reading, char out[API_MODE
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out);
 
 /* Looks whether a model is stored and whole, before anything of it is answered from the cache: 404 and 500
- * where it is not, as another daemon on the same store may have deleted it. A store that cannot be reached is no reason to refuse what is cached.
- * API_NEEDS_LOOK in a call with API_LIGHT when nobody has looked of late. */
+ * where it is not, as another daemon on the same store may have deleted it. A store that cannot be reached is
+ * no reason to refuse what is cached. API_NEEDS_LOOK in a call with API_LIGHT when nobody has looked of late.
+ */
 api_outcome api_model_look(api_call *call, const char *id);
 
 /* The model in the request's body, parsed for this request alone. */

@@ -210,8 +210,8 @@ static void delete_behind(const one_model *f, const char *id) {
 
 TEST_WITH(what_another_daemon_deleted_is_not_answered_from_memory, setup, one_model_stop) {
   one_model *f = *state;
-  static const char *const targets[] = {("pose.json?" MANY), "live?fps=1",           "tracks",
-                                        "source",          "surface.json?level=0", "pose?at=0"};
+  static const char *const targets[] = {("pose.json?" MANY),    "live?fps=1", "tracks", "source",
+                                        "surface.json?level=0", "pose?at=0"};
   char model[64];
   snprintf(model, sizeof model, "/v1/models/%s", f->id);
   for (size_t i = 0; i < sizeof targets / sizeof *targets; i++) {
