@@ -485,7 +485,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (before == NOTHING && !srv_store_quota_take(&store->quota, bytes.size)) return API_STORE_FULL;
   placed outcome =
       before == WHOLE_BEFORE ? PLACED_BEFORE : place(store, name.text, bytes, before == DAMAGED_BEFORE);
-  if (before == NOTHING && outcome != PLACED) srv_store_quota_give_back(&store->quota, bytes.size);
+  if (before == NOTHING) srv_store_quota_settle(&store->quota, bytes.size, outcome == PLACED);
   if (outcome == PLACE_FAILED) return unavailable("cannot write a model");
   /* Also what others made: they may be killed before they sync it. */
   if (!sync_folder(folder.text) || !sync_folder(objects.text)) return unavailable("cannot sync");

@@ -33,7 +33,7 @@ static uint64_t count_folder(DIR *listing) {
   return size;
 }
 
-/* Under the lock. Uploads under way may count twice until the next time. */
+/* Under the lock. What is in the folder and not settled yet counts twice until the next time. */
 static void count(srv_store_quota *quota, uint64_t now_ns) {
   uint64_t size = 0;
   for (unsigned prefix = 0; prefix <= 0xff; prefix++) {
@@ -54,8 +54,9 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
   pthread_mutex_lock(&quota->lock);
   bool is_old = quota->counted_ns == 0 || now_ns - quota->counted_ns > RECOUNT_NS;
   if (is_old) count(quota, now_ns);
-  bool fits = size <= quota->limit && quota->used <= quota->limit - size;
-  if (fits) quota->used += size;
+  uint64_t used = quota->used + quota->under_way;
+  bool fits = size <= quota->limit && used <= quota->limit - size;
+  if (fits) quota->under_way += size;
   pthread_mutex_unlock(&quota->lock);
   return fits;
 }
@@ -63,6 +64,14 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
 void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit) {
   quota->limit = limit;
   srv_store_quota_take(quota, 0);
+}
+
+void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_stored) {
+  if (quota->limit == 0) return;
+  pthread_mutex_lock(&quota->lock);
+  quota->under_way -= size;
+  if (is_stored) quota->used += size;
+  pthread_mutex_unlock(&quota->lock);
 }
 
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size) {

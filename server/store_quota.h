@@ -11,6 +11,7 @@ typedef struct srv_store_quota {
   pthread_mutex_t lock;
   uint64_t limit; /* 0: none, and nothing is counted */
   uint64_t used;
+  uint64_t under_way;    /* of models that are being stored */
   uint64_t counted_ns;   /* when the folder was counted last, 0: never */
   char folder[PATH_MAX]; /* of objects */
 } srv_store_quota;
@@ -21,10 +22,12 @@ void srv_store_quota_deinit(srv_store_quota *quota);
 /* Sets the limit and counts. Before anything is taken. */
 void srv_store_quota_limit(srv_store_quota *quota, uint64_t limit);
 
-/* Counts a model that is about to be stored; false where it does not fit. Any thread. */
+/* Counts a model that is about to be stored, until it is settled; false where it does not fit. Any thread. */
 bool srv_store_quota_take(srv_store_quota *quota, uint64_t size);
-/* It was not stored, or is removed. */
+void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_stored);
+/* A stored model was removed. */
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size);
+/* Of stored models. */
 uint64_t srv_store_quota_used(srv_store_quota *quota);
 
 #endif
