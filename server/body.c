@@ -11,15 +11,32 @@
 
 enum { FIRST_CAPACITY = 16 << 10, SPOOL_FROM = 1 << 20 };
 
-void srv_body_init(srv_body *body, uint64_t limit, const char *folder) {
-  *body = (srv_body){.limit = limit, .folder = folder};
+void srv_body_init(srv_body *body, uint64_t limit, srv_spool *spool) {
+  *body = (srv_body){.limit = limit, .spool = spool};
 }
 
 void srv_body_deinit(srv_body *body) {
   free(body->memory);
   if (body->mapping != NULL) munmap(body->mapping, (size_t)body->size);
   if (body->spooled) close(body->file);
+  if (body->taken > 0) atomic_fetch_sub(&body->spool->used, body->taken);
   *body = (srv_body){0};
+}
+
+/* Takes of the spool what a body of this size needs and does not have yet. False: others have it. */
+static bool take(srv_body *body, uint64_t size) {
+  if (size <= SPOOL_FROM || size <= body->taken) return true;
+  srv_spool *spool = body->spool;
+  uint64_t more = size - body->taken, used = atomic_load(&spool->used);
+  do {
+    if (spool->limit > 0 && more > spool->limit - used) return false;
+  } while (!atomic_compare_exchange_weak(&spool->used, &used, used + more));
+  body->taken = size;
+  return true;
+}
+
+srv_body_status srv_body_expect(srv_body *body, uint64_t size) {
+  return take(body, size) ? SRV_BODY_OK : SRV_BODY_CROWDED;
 }
 
 /* A file that vanishes with its descriptor, however the process ends. */
@@ -32,7 +49,7 @@ static int open_nameless(const char *folder) {
 
 /* Moves what memory holds to a file. */
 static bool spool(srv_body *body) {
-  int file = open_nameless(body->folder);
+  int file = open_nameless(body->spool->folder);
   if (file < 0) return false;
   body->file = file;
   body->spooled = true;
@@ -64,6 +81,7 @@ static bool append_memory(srv_body *body, const void *data, size_t size) {
 
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size) {
   if (size > body->limit - body->size) return SRV_BODY_TOO_LONG;
+  if (!take(body, body->size + size)) return SRV_BODY_CROWDED;
   if (!body->spooled && body->size + size > SPOOL_FROM && !spool(body)) return SRV_BODY_FAILED;
   if (!(body->spooled ? srv_write_all(body->file, data, size) : append_memory(body, data, size)))
     return SRV_BODY_FAILED;

@@ -4,16 +4,27 @@
 
 #include "api.h"
 
+#include <stdatomic.h>
+
 typedef enum srv_body_status {
   SRV_BODY_OK,
   SRV_BODY_TOO_LONG, /* over the limit */
+  SRV_BODY_CROWDED,  /* other bodies leave no room in the spool */
   SRV_BODY_FAILED    /* no memory or no disk */
 } srv_body_status;
+
+/* Where the long bodies of all threads go. */
+typedef struct srv_spool {
+  const char *folder;        /* path, not owned */
+  uint64_t limit;            /* most bytes that bodies take together, 0 for any number */
+  atomic_uint_fast64_t used; /* also what is expected and has not come yet */
+} srv_spool;
 
 /* A value; a zeroed one may be deinited. */
 typedef struct srv_body {
   uint64_t limit;
-  const char *folder; /* where the file would be, not owned */
+  srv_spool *spool; /* not owned */
+  uint64_t taken;   /* of the spool */
   uint64_t size;
   uint8_t *memory; /* NULL once spooled */
   size_t capacity;
@@ -22,9 +33,14 @@ typedef struct srv_body {
   void *mapping;
 } srv_body;
 
-/* limit: most bytes to take. folder: path of the folder for long bodies, which outlives the body. */
-void srv_body_init(srv_body *body, uint64_t limit, const char *folder);
+/* limit: most bytes to take. spool: outlives the body. */
+void srv_body_init(srv_body *body, uint64_t limit, srv_spool *spool);
 void srv_body_deinit(srv_body *body);
+
+/* Before the first byte, where the size of the body is known: takes what it needs of the spool. OK or
+ * CROWDED.
+ */
+srv_body_status srv_body_expect(srv_body *body, uint64_t size);
 
 /* After anything but SRV_BODY_OK only deinit may follow. */
 srv_body_status srv_body_append(srv_body *body, const void *data, size_t size);

@@ -48,6 +48,9 @@ static const setting SETTINGS[] = {
      "where models are stored; what is missing of the path is made"},
     {"store-limit", KIND_SIZE, offsetof(srv_config, store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "bytes that stored models may take together, over which uploads are answered 507; 0: any number"},
+    {"spool-limit", KIND_SIZE, offsetof(srv_config, spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
+     "bytes on disk of request bodies under way together, over which more are answered 503; at least "
+     "--max-upload, or 0: any number"},
     {"threads", KIND_COUNT, offsetof(srv_config, threads), NULL, 1, 1024, NULL, "COUNT",
      "compute threads (default: one a processor that affinity and cgroups allow)"},
     {"io-threads", KIND_COUNT, offsetof(srv_config, io_threads), NULL, 1, 1024, NULL, "COUNT",
@@ -537,6 +540,10 @@ static bool check_together(srv_config *config, char *error, size_t error_size) {
   }
   if (config->data[0] == '\0') {
     snprintf(error, error_size, "--data: the folder has no name");
+    return false;
+  }
+  if (config->spool_limit > 0 && config->spool_limit < config->max_upload) {
+    snprintf(error, error_size, "--spool-limit is less than --max-upload, the longest body");
     return false;
   }
   srv_log_level level;

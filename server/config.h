@@ -14,7 +14,7 @@
 typedef struct srv_config {
   char *listen, *admin_listen; /* "" without one */
   char *data;
-  uint64_t store_limit; /* 0: none */
+  uint64_t store_limit, spool_limit; /* 0: none */
   uint64_t threads, io_threads, queue, max_connections, max_connections_per_address, max_listeners;
   api_rate rate_limit;   /* of one address */
   char *trusted_proxies; /* networks, see client.h */

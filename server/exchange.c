@@ -15,7 +15,7 @@
 
 /* A refused body up to this size is read and dropped, which keeps the connection usable. */
 static const uint64_t DROP_MAX = 64 << 10;
-static const unsigned RETRY_S = 1, DRAIN_RETRY_S = 5;
+static const unsigned RETRY_S = 1, BODY_RETRY_S = 5, DRAIN_RETRY_S = 5;
 
 static double milliseconds(uint64_t from_ns, uint64_t to_ns) {
   return to_ns > from_ns ? (double)(to_ns - from_ns) / 1e6 : 0;
@@ -28,6 +28,7 @@ char *srv_server_metrics(void *context, size_t *size) {
                        .live = srv_live_look(server->live)};
   srv_work_load(server->work, &gauges.jobs_waiting, &gauges.threads_busy);
   api_service_usage(server->service, &gauges.usage);
+  gauges.spool_bytes = atomic_load(&server->spool.used);
   if (server->config->store_limit > 0) gauges.store_bytes = srv_store_fs_used(server->store);
   return srv_metrics_print(server->metrics, server->config, &gauges, size);
 }
@@ -169,6 +170,11 @@ static void refuse_long_body(srv_exchange *exchange) {
   srv_exchange_refuse(exchange, API_REFUSAL_BODY, 413, detail, 0);
 }
 
+static void refuse_crowded_body(srv_exchange *exchange) {
+  srv_exchange_refuse(exchange, SRV_REFUSAL_SPOOL, 503,
+                      "the long bodies under way have as many bytes as the daemon takes", BODY_RETRY_S);
+}
+
 /* Terminated, and cut where it does not fit. */
 static void copy_cut(char *out, size_t capacity, const char *text) {
   size_t size = strnlen(text, capacity - 1);
@@ -217,6 +223,8 @@ static bool refused(srv_exchange *exchange, const srv_framing *framing) {
   } else if ((framing->chunked || framing->length > 0) &&
              api_open(exchange->server->service, &exchange->request, &exchange->answer) == API_REFUSED) {
     answered(exchange);
+  } else if (framing->has_length && srv_body_expect(&exchange->body, framing->length) != SRV_BODY_OK) {
+    refuse_crowded_body(exchange);
   }
   return exchange->answered;
 }
@@ -235,7 +243,7 @@ srv_exchange_step srv_exchange_open(srv_exchange *exchange, const char *method, 
     copy_cut(exchange->traceparent, sizeof exchange->traceparent, trace);
   const char *id = header(context, "X-Request-Id");
   if (id != NULL && sane_id(id)) copy_cut(exchange->id, sizeof exchange->id, id);
-  srv_body_init(&exchange->body, exchange->server->config->max_upload, exchange->server->temporary);
+  srv_body_init(&exchange->body, exchange->server->config->max_upload, &exchange->server->spool);
   if (!refused(exchange, framing)) return SRV_EXCHANGE_MORE;
   bool droppable = !framing->chunked && !framing->continues && framing->length <= DROP_MAX;
   if (exchange->close || !droppable) {
@@ -253,10 +261,11 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   switch (status) {
   case SRV_BODY_OK: count_body(exchange); return SRV_EXCHANGE_MORE;
   case SRV_BODY_TOO_LONG: refuse_long_body(exchange); break;
+  case SRV_BODY_CROWDED: refuse_crowded_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
     srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, is_disk_full ? 507 : 503,
-                        "there is no room for the body at present", DRAIN_RETRY_S);
+                        "there is no room for the body at present", BODY_RETRY_S);
     break;
   }
   exchange->close = true;
@@ -366,7 +375,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
     srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, 503, "there is no room for the body at present",
-                        DRAIN_RETRY_S);
+                        BODY_RETRY_S);
   } else {
     switch (handle(exchange, API_LIGHT)) {
     case API_ANSWERED: break;

@@ -27,9 +27,9 @@ typedef struct srv_server {
   srv_metrics *metrics;
   srv_rates *rates;
   srv_peers *peers;
-  srv_store_fs *store;        /* whose bytes /metrics tells, with --store-limit */
-  srv_networks trusted;       /* proxies */
-  const char *temporary;      /* path of the folder for long bodies */
+  srv_store_fs *store;  /* whose bytes /metrics tells, with --store-limit */
+  srv_networks trusted; /* proxies */
+  srv_spool spool;
   atomic_bool draining;       /* new requests get 503 */
   atomic_bool stopping;       /* nothing may be queued any more */
   atomic_size_t connections;  /* open ones */

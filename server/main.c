@@ -130,7 +130,8 @@ static bool prepare(process *p, char *error) {
   snprintf(error, ERROR_SIZE, "out of memory");
   raise_descriptor_limit(p->config.max_connections);
   p->server.config = &p->config;
-  p->server.temporary = srv_store_fs_temporary(p->store);
+  p->server.spool.folder = srv_store_fs_temporary(p->store);
+  p->server.spool.limit = p->config.spool_limit;
   p->server.metrics = srv_metrics_create();
   if (p->server.metrics == NULL) return false;
   p->store_meter = (srv_store_meter){srv_store_fs_api(p->store), p->server.metrics};

@@ -145,6 +145,7 @@ static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
     [SRV_REFUSAL_FRAMING] = "framing",
     [SRV_REFUSAL_SLOW] = "slow",
     [SRV_REFUSAL_ROOM] = "room",
+    [SRV_REFUSAL_SPOOL] = "spool",
     [SRV_REFUSAL_QUEUE] = "queue",
     [SRV_REFUSAL_WAIT] = "wait",
     [SRV_REFUSAL_COMPUTE_TIMEOUT] = "compute_timeout",
@@ -297,6 +298,10 @@ static void print_load(FILE *out, const srv_config *config, const srv_gauges *ga
   print_number(out, "http_connections_limit", "gauge", "--max-connections.", config->max_connections);
   print_number(out, "http_requests_in_flight", "gauge", "Requests being answered.",
                gauges->requests_in_flight);
+  print_number(out, "spool_bytes", "gauge", "Bytes on disk of request bodies under way, announced ones too.",
+               gauges->spool_bytes);
+  if (config->spool_limit > 0)
+    print_number(out, "spool_limit_bytes", "gauge", "--spool-limit.", config->spool_limit);
   print_number(out, "io_threads", "gauge", "Socket threads.", config->io_threads);
   print_number(out, "compute_threads", "gauge", "Threads for heavy requests.", config->threads);
   print_number(out, "compute_threads_busy", "gauge", "Those at work.", gauges->threads_busy);

@@ -17,6 +17,7 @@ enum {
   SRV_REFUSAL_FRAMING,         /* its head is malformed */
   SRV_REFUSAL_SLOW,            /* it did not arrive in time */
   SRV_REFUSAL_ROOM,            /* there is no memory or disk for its body */
+  SRV_REFUSAL_SPOOL,           /* other bodies have --spool-limit */
   SRV_REFUSAL_QUEUE,           /* too many wait */
   SRV_REFUSAL_WAIT,            /* it waited too long */
   SRV_REFUSAL_COMPUTE_TIMEOUT, /* before its answer began */
@@ -58,6 +59,7 @@ void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint
 typedef struct srv_gauges {
   uint64_t connections, requests_in_flight;
   size_t jobs_waiting, threads_busy;
+  uint64_t spool_bytes;
   uint64_t store_bytes; /* with --store-limit */
   srv_live_load live;
   api_usage usage;

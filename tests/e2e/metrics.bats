@@ -31,7 +31,7 @@ counts() {
 refused() { counts "tweend_refusals_total{reason=\"$1\"}" "$2"; }
 
 @test "promtool finds nothing to say after traffic of every kind" {
-  start_daemon --store-limit 1MiB
+  start_daemon --store-limit 1MiB --spool-limit 256MiB
   upload "$samples/tank.json"
   for path in "" /source /tracks /surface.glb /surface.gltf /surface.obj /surface.json /pose.json /pose.csv /nothing; do
     get "/v1/models/$id$path"

@@ -129,3 +129,107 @@ health_median() {
   problem 503 'too long'
   [ -n "$(header retry-after)" ]
 }
+
+# long_obj NUMBER: a model of 2 MiB in the file long-NUMBER.
+long_obj() {
+  { cat "$samples/cube.obj"; printf '# %s\n' "$1"; head -c 2M /dev/zero | tr '\0' '\n'; } | head -c 2M >"long-$1"
+}
+
+# send_slowly NUMBER [CURL ARGUMENT...]: uploads it within seconds; its status comes into code-NUMBER.
+send_slowly() {
+  curl --silent --limit-rate 400k --dump-header "head-$1" --output "out-$1" --write-out '%{http_code}\n' \
+    --header 'Expect: 100-continue' --data-binary "@long-$1" "${@:2}" "$url/v1/models" >"code-$1" 3>&- &
+  senders+=($!)
+}
+
+# spooled BYTES: before long, so many are.
+spooled() {
+  local tries
+  for ((tries = 0; tries < 300; tries++)); do
+    ! curl --silent "$url/metrics" | grep -qx "tweend_spool_bytes $1" || return 0
+    sleep 0.05
+  done
+  curl --silent "$url/metrics" | grep tweend_spool
+  return 1
+}
+
+@test "of racing slow uploads those over --spool-limit are 503, the others are stored, and the room comes back" {
+  needs_process
+  start_daemon --max-upload 2MiB --spool-limit 8MiB
+  for round in 1 2; do
+    for i in $(seq 12); do long_obj "$round-$i"; done
+    senders=()
+    for i in $(seq 12); do
+      way=()
+      ((i % 2)) || way=(--header 'Transfer-Encoding: chunked')
+      send_slowly "$round-$i" "${way[@]}"
+    done
+    upload "$samples/cube.obj" # short bodies stay in memory
+    wait "${senders[@]}"
+    cat code-"$round"-* | sort | uniq -c
+    stored=$(cat code-"$round"-* | grep -cx 201)
+    ((stored >= 1 && stored <= 4))
+    [ "$(sort -u code-"$round"-* | tr '\n' ' ')" = "201 503 " ]
+    for i in $(seq 12); do
+      grep -qx 201 "code-$round-$i" || grep -qi '^Retry-After: ' "head-$round-$i"
+    done
+    spooled 0
+  done
+}
+
+@test "an upload that --spool-limit refuses is refused on its headers, and other requests go on" {
+  needs_process
+  start_daemon --max-upload 2MiB --spool-limit 4MiB
+  for i in 1 2 3; do long_obj $i; done
+  senders=()
+  send_slowly 1
+  send_slowly 2
+  spooled $((4 << 20))
+  status=$(curl --silent --output answer --dump-header headers --write-out '%{http_code} %{size_upload}' \
+    --data-binary @long-3 --header 'Expect: 100-continue' --expect100-timeout 10 "$url/v1/models")
+  [ "${status##* }" = 0 ]
+  status=${status%% *}
+  problem 503 'under way'
+  [ -n "$(header retry-after)" ]
+  curl --silent "$url/metrics" | grep -qx 'tweend_refusals_total{reason="spool"} 1'
+  post "/v1/surface.glb" "$samples/cube.obj"
+  expect 200
+  wait "${senders[@]}"
+  [ "$(cat code-1 code-2)" = $'201\n201' ]
+  post /v1/models long-3
+  expect 201
+}
+
+@test "uploads whose clients vanish, stall or send what is no model leave their room" {
+  needs_process
+  start_daemon --max-upload 2MiB --spool-limit 4MiB --request-timeout 3s --min-rate 0
+  for i in 1 2; do long_obj $i; done
+  for framing in 'Content-Type: model/obj' 'Transfer-Encoding: chunked'; do # with Content-Length, without
+    senders=()
+    send_slowly 1 --header "$framing"
+    send_slowly 2 --header "$framing"
+    for ((tries = 0; tries < 200; tries++)); do
+      (($(curl --silent "$url/metrics" | sed -n 's/^tweend_spool_bytes //p') <= 2 << 20)) || break
+      sleep 0.05
+    done
+    ((tries < 200))
+    kill "${senders[@]}"
+    spooled 0
+  done
+  senders=()
+  send_slowly 1 --limit-rate 200k
+  wait "${senders[@]}" || true
+  grep -q 408 code-1
+  spooled 0
+  head -c 2M /dev/zero | tr '\0' '\n' >nothing
+  post /v1/models nothing
+  [[ $status == 4?? ]]
+  http POST /v1/models --form "file=@long-1;filename=long.obj" # with the form round it too long
+  problem 413
+  spooled 0
+  long_obj 3
+  head -c 1900k long-3 >shorter.obj
+  http POST /v1/models --form "file=@shorter.obj"
+  expect 201
+  spooled 0
+}

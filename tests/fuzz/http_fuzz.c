@@ -62,7 +62,7 @@ static served *start(void) {
                            .header_timeout = PATIENCE_MS,
                            .idle_timeout = PATIENCE_MS,
                            .request_timeout = PATIENCE_MS};
-  d->server = (srv_server){.config = &d->config, .temporary = "/tmp"};
+  d->server = (srv_server){.config = &d->config, .spool.folder = "/tmp"};
   d->server.metrics = srv_metrics_create();
   d->server.rates = srv_rates_create();
   d->server.peers = srv_peers_create(0);

@@ -80,6 +80,7 @@ TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   assert_bad(f, "--data", "s3://bucket/prefix", "s3://bucket/prefix");
   assert_bad(f, "--data", "", "--data");
   assert_bad(f, "--tls-cert", "cert.pem", "--tls-key");
+  assert_bad(f, "--spool-limit", "255MiB", "--max-upload");
 }
 
 TEST_WITH(bad_variable_is_named, set_up, tear_down) {

@@ -31,7 +31,7 @@ void start(fixture *f) {
   assert_true(listener >= 0);
   socklen_t size = sizeof f->address.v4;
   assert_int_equal(getsockname(listener, &f->address.any, &size), 0);
-  f->server = (srv_server){.config = &f->config, .temporary = "/tmp"};
+  f->server = (srv_server){.config = &f->config, .spool.folder = "/tmp"};
   f->server.metrics = srv_metrics_create();
   f->server.rates = srv_rates_create();
   f->server.peers = srv_peers_create(f->config.max_connections_per_address);

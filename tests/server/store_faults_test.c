@@ -244,12 +244,13 @@ TEST_WITH(bodies_are_whole_or_told_of_whichever_call_fails, set_up, tear_down) {
   const fixture *f = *state;
   enum { PIECE = 400000, PIECES = 4 };
   static char piece[PIECE];
+  srv_spool spool = {.folder = srv_store_fs_temporary(f->opened)};
   for (size_t r = 0; r < REASON_COUNT; r++) {
     bool has_failed = true;
     for (unsigned n = 0; has_failed; n++) {
       srv_body body;
       api_bytes view = {0};
-      srv_body_init(&body, PIECE * PIECES, srv_store_fs_temporary(f->opened));
+      srv_body_init(&body, PIECE * PIECES, &spool);
       srv_body_status status = SRV_BODY_OK;
       arm(n, REASONS[r]);
       for (int i = 0; i < PIECES && status == SRV_BODY_OK; i++) {
@@ -265,6 +266,7 @@ TEST_WITH(bodies_are_whole_or_told_of_whichever_call_fails, set_up, tear_down) {
         assert_memory_equal(view.data + i * PIECE, piece, PIECE);
       }
       srv_body_deinit(&body);
+      assert_int_equal(spool.used, 0);
       assert_int_equal(leftovers(f), 0);
     }
   }
