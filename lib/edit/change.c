@@ -1,0 +1,721 @@
+/* A change told by parents, and the mesh that it makes: what points, corners, faces and edges bear is carried
+ * along by one rule each. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "editor.h"
+#include "weld.h"
+
+static uint64_t most(uint64_t a, uint64_t b) {
+  return a > b ? a : b;
+}
+
+static bool allocate(tw_change *c, tw_arena *arena, const tw_change_size *size) {
+  c->point_parents = tw_arena_alloc_raw(arena, size->points, sizeof(uint32_t));
+  c->point_flags = tw_arena_alloc_raw(arena, size->points, 1);
+  c->face_offsets = tw_arena_alloc(arena, size->faces + 1, sizeof(uint32_t));
+  c->face_parents = tw_arena_alloc_raw(arena, size->faces, sizeof(uint32_t));
+  c->face_flags = tw_arena_alloc_raw(arena, size->faces, 1);
+  c->corners = tw_arena_alloc_raw(arena, size->corners, sizeof(uint32_t));
+  c->corner_parents = tw_arena_alloc_raw(arena, size->corners, sizeof(uint32_t));
+  c->corner_edges = tw_arena_alloc_raw(arena, size->corners, sizeof(uint32_t));
+  c->corner_flags = tw_arena_alloc_raw(arena, size->corners, 1);
+  c->mix_offsets = tw_arena_alloc(arena, size->mixes + 1, sizeof(uint32_t));
+  c->terms = tw_arena_alloc_raw(arena, size->terms, sizeof(tw_term));
+  return c->point_parents && c->point_flags && c->face_offsets && c->face_parents && c->face_flags &&
+         c->corners && c->corner_parents && c->corner_edges && c->corner_flags && c->mix_offsets && c->terms;
+}
+
+tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_change_size *size) {
+  const tw_edit_limits *limits = editor->limits;
+  const tw_mesh *mesh = &editor->mesh;
+  *change = (tw_change){.editor = editor};
+  bool is_over =
+      size->points > limits->points || size->faces > limits->faces || size->corners > limits->corners;
+  /* Parents number mixes behind points or corners. */
+  uint64_t widest = most(most(size->points, size->faces), most(size->corners, size->terms)) + size->mixes +
+                    most(mesh->point_count, mesh->corner_count);
+  if (is_over || widest >= UINT32_MAX)
+    return tw_editor_fail(editor, TW_LIMIT, "",
+                          "there would be up to %llu points, %llu faces and %llu corners: more than allowed",
+                          (unsigned long long)size->points, (unsigned long long)size->faces,
+                          (unsigned long long)size->corners);
+  return allocate(change, editor->arena, size) ? TW_OK : tw_editor_no_memory(editor);
+}
+
+uint32_t tw_change_mix(tw_change *change, const tw_term *terms, uint32_t count) {
+  memcpy(change->terms + change->term_count, terms, count * sizeof *terms);
+  change->term_count += count;
+  change->mix_offsets[change->mix_count + 1] = change->term_count;
+  return change->mix_count++;
+}
+
+uint32_t tw_change_point(tw_change *change, uint32_t parent, uint8_t flags) {
+  change->point_parents[change->point_count] = parent;
+  change->point_flags[change->point_count] = flags;
+  return change->point_count++;
+}
+
+void tw_change_corner(tw_change *change, uint32_t point, uint32_t parent, uint32_t edge, uint8_t flags) {
+  uint32_t corner = change->corner_count++;
+  change->corners[corner] = point;
+  change->corner_parents[corner] = parent;
+  change->corner_edges[corner] = edge;
+  change->corner_flags[corner] = flags;
+}
+
+void tw_change_face(tw_change *change, uint32_t parent, uint8_t flags) {
+  uint32_t face = change->face_count++;
+  change->face_parents[face] = parent;
+  change->face_flags[face] = flags;
+  change->face_offsets[face + 1] = change->corner_count;
+}
+
+void tw_change_keep_points(tw_change *change) {
+  for (uint32_t p = 0; p < change->editor->mesh.point_count; p++) tw_change_point(change, p, 0);
+}
+
+void tw_change_keep_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags) {
+  const tw_mesh *mesh = &change->editor->mesh;
+  for (uint32_t c = mesh->face_offsets[face]; c < mesh->face_offsets[face + 1]; c++) {
+    uint32_t point = mesh->corners[c];
+    tw_change_corner(change, point_of ? point_of[point] : point, c, change->editor->topology->corner_edge[c],
+                     0);
+  }
+  tw_change_face(change, face, flags);
+}
+
+static uint32_t corner_behind(const tw_change *c, uint32_t face, uint32_t corner) {
+  return corner + 1 < c->face_offsets[face + 1] ? corner + 1 : c->face_offsets[face];
+}
+
+/* ---- the mesh that is made ----------------------------------------------------------------------------- */
+
+typedef struct maker {
+  const tw_change *change;
+  const tw_mesh *from;
+  tw_mesh *to;
+  tw_arena *arena;
+  const tw_editor *editor;
+} maker;
+
+/* Rows of one size by their parents, which are none of mixes. NULL for NULL, and without memory. */
+static void *gather(const maker *m, const void *rows, size_t size, const uint32_t *parents, uint32_t count) {
+  char *out = rows ? tw_arena_alloc_raw(m->arena, count, size) : NULL;
+  for (uint32_t i = 0; out && i < count; i++)
+    memcpy(out + size * i, (const char *)rows + size * parents[i], size);
+  return out;
+}
+
+/* The terms of a parent; `single` is room for one that is none of mixes. */
+static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t before, tw_term *single,
+                               uint32_t *count) {
+  if (parent < before) {
+    *single = (tw_term){parent, 1};
+    *count = 1;
+    return single;
+  }
+  const uint32_t *offsets = c->mix_offsets + (parent - before);
+  *count = offsets[1] - offsets[0];
+  return c->terms + offsets[0];
+}
+
+/* Numbers of points. NULL without memory. */
+static float *mix_points(const maker *m, const float *rows, uint32_t width) {
+  const tw_change *c = m->change;
+  float *out = tw_arena_alloc_raw(m->arena, (size_t)c->point_count * width, sizeof *out);
+  for (uint32_t p = 0; out && p < c->point_count; p++) {
+    uint32_t count;
+    tw_term single;
+    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    for (uint32_t k = 0; k < width; k++) {
+      double sum = 0;
+      for (uint32_t i = 0; i < count; i++)
+        sum += terms[i].weight * (double)rows[(size_t)width * terms[i].index + k];
+      out[(size_t)width * p + k] = (float)sum;
+    }
+  }
+  return out;
+}
+
+/* ---- skin weights -------------------------------------------------------------------------------------- */
+
+typedef struct pull {
+  uint32_t joint;
+  double weight;
+} pull;
+
+static int compare_joints(const void *left, const void *right) {
+  const pull *a = left, *b = right;
+  return a->joint < b->joint ? -1 : a->joint > b->joint;
+}
+
+static int compare_weights(const void *left, const void *right) {
+  const pull *a = left, *b = right;
+  if (a->weight != b->weight) return a->weight > b->weight ? -1 : 1;
+  return compare_joints(left, right);
+}
+
+/* The four joints that pull most. pulls: [count], written over. */
+static void keep_four(pull *pulls, uint32_t count, uint16_t *joints, float *weights) {
+  uint32_t different = 0;
+  qsort(pulls, count, sizeof *pulls, compare_joints);
+  for (uint32_t i = 0; i < count; i++)
+    if (different > 0 && pulls[different - 1].joint == pulls[i].joint)
+      pulls[different - 1].weight += pulls[i].weight;
+    else
+      pulls[different++] = pulls[i];
+  qsort(pulls, different, sizeof *pulls, compare_weights);
+  double sum = 0;
+  if (different > 4) different = 4;
+  for (uint32_t i = 0; i < different; i++) sum += pulls[i].weight;
+  for (uint32_t i = 0; i < 4; i++) {
+    joints[i] = i < different ? (uint16_t)pulls[i].joint : 0;
+    weights[i] = i < different && sum > 0 ? (float)(pulls[i].weight / sum) : 0;
+  }
+}
+
+static bool mix_skin(const maker *m) {
+  const tw_change *c = m->change;
+  const tw_skin_weights *skin = &m->from->skin;
+  if (!skin->joints) return true;
+  uint16_t *joints = tw_arena_alloc(m->arena, c->point_count, sizeof(uint16_t[4]));
+  float *weights = tw_arena_alloc(m->arena, c->point_count, sizeof(float[4]));
+  pull *pulls = tw_alloc((size_t)c->term_count + 1, 4 * sizeof *pulls);
+  bool has_room = joints && weights && pulls;
+  for (uint32_t p = 0; has_room && p < c->point_count; p++) {
+    uint32_t count, pull_count = 0;
+    tw_term single;
+    const tw_term *terms = terms_of(c, c->point_parents[p], m->from->point_count, &single, &count);
+    if (count == 1) {
+      memcpy(joints + 4 * (size_t)p, skin->joints + 4 * (size_t)terms->index, sizeof(uint16_t[4]));
+      memcpy(weights + 4 * (size_t)p, skin->weights + 4 * (size_t)terms->index, sizeof(float[4]));
+      continue;
+    }
+    for (uint32_t i = 0; i < 4 * count; i++) {
+      size_t at = 4 * (size_t)terms[i / 4].index + i % 4;
+      double weight = terms[i / 4].weight * (double)skin->weights[at];
+      if (weight > 0) pulls[pull_count++] = (pull){skin->joints[at], weight};
+    }
+    keep_four(pulls, pull_count, joints + 4 * (size_t)p, weights + 4 * (size_t)p);
+  }
+  free(pulls);
+  m->to->skin = (tw_skin_weights){joints, weights};
+  return has_room;
+}
+
+/* ---- points -------------------------------------------------------------------------------------------- */
+
+static bool make_points(const maker *m) {
+  const tw_mesh *from = m->from;
+  tw_mesh *to = m->to;
+  to->point_count = m->change->point_count;
+  to->positions = mix_points(m, from->positions, 3);
+  tw_attribute *attributes = tw_arena_alloc(m->arena, from->attribute_count, sizeof *attributes);
+  const float **morphs = tw_arena_alloc(m->arena, from->morph_count, sizeof *morphs);
+  bool has_room = to->positions && attributes && morphs && mix_skin(m);
+  for (uint32_t i = 0; has_room && i < from->attribute_count; i++) {
+    attributes[i] = from->attributes[i];
+    attributes[i].values = mix_points(m, from->attributes[i].values, from->attributes[i].width);
+    has_room = attributes[i].values != NULL;
+  }
+  for (uint32_t i = 0; has_room && i < from->morph_count; i++) {
+    morphs[i] = mix_points(m, from->morphs[i], 3);
+    has_room = morphs[i] != NULL;
+  }
+  to->attributes = attributes;
+  to->morphs = morphs;
+  return has_room;
+}
+
+/* ---- faces --------------------------------------------------------------------------------------------- */
+
+static bool make_faces(const maker *m) {
+  const tw_change *c = m->change;
+  const tw_mesh *from = m->from;
+  tw_mesh *to = m->to;
+  uint32_t *offsets = tw_arena_alloc_raw(m->arena, (size_t)c->face_count + 1, sizeof *offsets);
+  uint32_t *corners = tw_arena_alloc_raw(m->arena, c->corner_count, sizeof *corners);
+  if (!offsets || !corners) return false;
+  memcpy(offsets, c->face_offsets, ((size_t)c->face_count + 1) * sizeof *offsets);
+  if (c->corner_count > 0) memcpy(corners, c->corners, c->corner_count * sizeof *corners);
+  to->face_count = c->face_count;
+  to->corner_count = c->corner_count;
+  to->face_offsets = offsets;
+  to->corners = corners;
+  to->face_materials = gather(m, from->face_materials, sizeof(int32_t), c->face_parents, c->face_count);
+  to->face_groups = gather(m, from->face_groups, sizeof(uint32_t), c->face_parents, c->face_count);
+  to->face_smoothing = gather(m, from->face_smoothing, sizeof(uint32_t), c->face_parents, c->face_count);
+  to->tangent_uvs = gather(m, from->tangent_uvs, 1, c->face_parents, c->face_count);
+  return (to->face_materials || !from->face_materials) && (to->face_groups || !from->face_groups) &&
+         (to->face_smoothing || !from->face_smoothing) && (to->tangent_uvs || !from->tangent_uvs);
+}
+
+/* ---- texture coordinates ------------------------------------------------------------------------------- */
+
+/* A value times a weight. */
+typedef struct share {
+  uint32_t value;
+  double weight;
+} share;
+
+static int compare_shares(const void *left, const void *right) {
+  const share *a = left, *b = right;
+  if (a->value != b->value) return a->value < b->value ? -1 : 1;
+  return a->weight < b->weight ? -1 : a->weight > b->weight;
+}
+
+/* The mean of a mix, the same to the last bit in whatever order the terms stand: so the sides of an edge get
+ * one value where they had one at its ends. Returns the value of before where all terms have it, or
+ * UINT32_MAX. */
+static uint32_t mix_value(const tw_uv_set *set, const tw_term *terms, uint32_t count, share *shares,
+                          float out[2]) {
+  double sum[2] = {0, 0};
+  bool is_one = true;
+  for (uint32_t i = 0; i < count; i++) {
+    shares[i] = (share){set->corners[terms[i].index], terms[i].weight};
+    is_one &= shares[i].value == shares[0].value;
+  }
+  if (is_one) return shares[0].value;
+  qsort(shares, count, sizeof *shares, compare_shares);
+  for (uint32_t i = 0; i < count; i++)
+    for (size_t k = 0; k < 2; k++)
+      sum[k] += shares[i].weight * (double)set->values[2 * (size_t)shares[i].value + k];
+  for (size_t k = 0; k < 2; k++) out[k] = (float)sum[k];
+  return UINT32_MAX;
+}
+
+/* Values under way: of a corner the value of before, or that count and the number of a row more. */
+typedef struct values {
+  uint32_t *of_corner; /* [corner_count] */
+  uint32_t row_count;
+  float (*rows)[4]; /* [row_count] a new value and the point that it is at, in halves: equal ones are one */
+  uint32_t *first;  /* [row_count] the first equal row */
+  uint32_t *number; /* [value_count + row_count] in the new mesh */
+  share *shares;
+} values;
+
+static void values_deinit(values *v) {
+  free(v->of_corner);
+  free(v->rows);
+  free(v->first);
+  free(v->number);
+  free(v->shares);
+}
+
+static bool values_init(const maker *m, const tw_uv_set *set, values *v) {
+  const tw_change *c = m->change;
+  uint32_t rows = 0;
+  for (uint32_t i = 0; i < c->corner_count; i++) rows += c->corner_parents[i] >= m->from->corner_count;
+  v->of_corner = tw_alloc(c->corner_count, sizeof *v->of_corner);
+  v->rows = tw_alloc(rows, sizeof *v->rows);
+  v->first = tw_alloc(rows, sizeof *v->first);
+  v->number = tw_alloc((size_t)set->value_count + rows, sizeof *v->number);
+  v->shares = tw_alloc((size_t)c->term_count + 1, sizeof *v->shares);
+  return v->of_corner && v->rows && v->first && v->number && v->shares;
+}
+
+static void find_values(const maker *m, const tw_uv_set *set, values *v) {
+  const tw_change *c = m->change;
+  for (uint32_t i = 0; i < c->corner_count; i++) {
+    uint32_t count;
+    tw_term single;
+    const tw_term *terms = terms_of(c, c->corner_parents[i], m->from->corner_count, &single, &count);
+    float *row = v->rows[v->row_count];
+    if (count == 1) {
+      v->of_corner[i] = set->corners[terms->index];
+      continue;
+    }
+    v->of_corner[i] = mix_value(set, terms, count, v->shares, row);
+    if (v->of_corner[i] != UINT32_MAX) continue;
+    row[2] = (float)(c->corners[i] & 0xFFFF);
+    row[3] = (float)(c->corners[i] >> 16);
+    v->of_corner[i] = set->value_count + v->row_count++;
+  }
+}
+
+/* Numbers the values that corners have: those of before in their order, then the new ones. */
+static bool number_values(const maker *m, const tw_uv_set *from, values *v, tw_uv_set *to) {
+  const tw_change *c = m->change;
+  memset(v->number, 0xFF, ((size_t)from->value_count + v->row_count) * sizeof *v->number);
+  for (uint32_t i = 0; i < c->corner_count; i++)
+    if (v->of_corner[i] < from->value_count) v->number[v->of_corner[i]] = 0;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < from->value_count; i++)
+    if (v->number[i] == 0) v->number[i] = count++;
+  for (uint32_t i = 0; i < v->row_count; i++)
+    v->number[from->value_count + i] =
+        v->first[i] == i ? count++ : v->number[from->value_count + v->first[i]];
+  uint32_t *corners = tw_arena_alloc_raw(m->arena, c->corner_count, sizeof *corners);
+  float *out = tw_arena_alloc_raw(m->arena, count, sizeof(float[2]));
+  if (!corners || !out) return false;
+  for (uint32_t i = 0; i < from->value_count; i++)
+    if (v->number[i] != UINT32_MAX)
+      memcpy(out + 2 * (size_t)v->number[i], from->values + 2 * (size_t)i, sizeof(float[2]));
+  for (uint32_t i = 0; i < v->row_count; i++)
+    memcpy(out + 2 * (size_t)v->number[from->value_count + i], v->rows[i], sizeof(float[2]));
+  for (uint32_t i = 0; i < c->corner_count; i++) corners[i] = v->number[v->of_corner[i]];
+  *to = (tw_uv_set){count, out, corners};
+  return true;
+}
+
+static bool make_uvs(const maker *m) {
+  bool has_room = true;
+  for (uint32_t s = 0; s < m->from->uv_set_count && has_room; s++) {
+    const tw_uv_set *set = &m->from->uv_sets[s];
+    values v = {0};
+    has_room = values_init(m, set, &v);
+    if (has_room) find_values(m, set, &v);
+    has_room = has_room && tw_find_equal_rows(v.rows[0], 4, v.row_count, v.first, NULL) == TW_OK &&
+               number_values(m, set, &v, &m->to->uv_sets[s]);
+    values_deinit(&v);
+  }
+  return has_room;
+}
+
+/* ---- tags ---------------------------------------------------------------------------------------------- */
+
+typedef struct crease {
+  uint32_t ends[2]; /* the lesser first */
+  float sharpness;
+} crease;
+
+static int compare_creases(const void *left, const void *right) {
+  const crease *a = left, *b = right;
+  for (int k = 0; k < 2; k++)
+    if (a->ends[k] != b->ends[k]) return a->ends[k] < b->ends[k] ? -1 : 1;
+  return a->sharpness > b->sharpness ? -1 : a->sharpness < b->sharpness;
+}
+
+/* Creases of all edges of the change whose edge of before is sharp. creases: NULL, to count them. */
+static uint32_t list_creases(const tw_change *c, const float *sharpness, crease *creases) {
+  uint32_t count = 0;
+  for (uint32_t f = 0; f < c->face_count; f++)
+    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) {
+      uint32_t edge = c->corner_edges[i];
+      if (edge == UINT32_MAX || !(sharpness[edge] > 0)) continue;
+      uint32_t a = c->corners[i], b = c->corners[corner_behind(c, f, i)];
+      if (creases) creases[count] = (crease){{a < b ? a : b, a < b ? b : a}, sharpness[edge]};
+      count++;
+    }
+  return count;
+}
+
+static bool store_creases(const maker *m, crease *creases, uint32_t count) {
+  uint32_t kept = 0;
+  qsort(creases, count, sizeof *creases, compare_creases);
+  for (uint32_t i = 0; i < count; i++)
+    if (i == 0 || memcmp(creases[i].ends, creases[i - 1].ends, sizeof creases->ends) != 0)
+      creases[kept++] = creases[i];
+  uint32_t *edges = tw_arena_alloc_raw(m->arena, kept, sizeof(uint32_t[2]));
+  float *sharpness = tw_arena_alloc_raw(m->arena, kept, sizeof *sharpness);
+  if (!edges || !sharpness) return false;
+  for (uint32_t i = 0; i < kept; i++) {
+    memcpy(edges + 2 * (size_t)i, creases[i].ends, sizeof creases->ends);
+    sharpness[i] = creases[i].sharpness;
+  }
+  m->to->crease_count = kept;
+  m->to->crease_edges = edges;
+  m->to->crease_sharpness = sharpness;
+  return true;
+}
+
+static bool carry_creases(const maker *m) {
+  const tw_topology *t = m->editor->topology;
+  if (m->from->crease_count == 0) return true;
+  float *sharpness = tw_alloc_zero(t->edge_count, sizeof *sharpness);
+  for (uint32_t i = 0; sharpness && i < m->from->crease_count; i++) {
+    const uint32_t *ends = m->from->crease_edges + 2 * (size_t)i;
+    uint32_t edge = tw_topology_find_edge(t, ends[0], ends[1]);
+    if (edge != UINT32_MAX) sharpness[edge] = m->from->crease_sharpness[i];
+  }
+  uint32_t count = sharpness ? list_creases(m->change, sharpness, NULL) : 0;
+  crease *creases = tw_alloc(count, sizeof *creases);
+  bool has_room = sharpness && creases;
+  if (has_room) {
+    list_creases(m->change, sharpness, creases);
+    has_room = store_creases(m, creases, count);
+  }
+  free(creases);
+  free(sharpness);
+  return has_room;
+}
+
+/* A point that is one of before is as sharp as that. */
+static bool carry_sharp_points(const maker *m) {
+  const tw_change *c = m->change;
+  if (m->from->sharp_point_count == 0) return true;
+  float *sharpness = tw_alloc_zero(m->from->point_count, sizeof *sharpness);
+  uint32_t count = 0;
+  for (uint32_t i = 0; sharpness && i < m->from->sharp_point_count; i++)
+    sharpness[m->from->sharp_points[i]] = m->from->point_sharpness[i];
+  for (uint32_t p = 0; sharpness && p < c->point_count; p++)
+    count += c->point_parents[p] < m->from->point_count && sharpness[c->point_parents[p]] > 0;
+  uint32_t *points = tw_arena_alloc_raw(m->arena, count, sizeof *points);
+  float *out = tw_arena_alloc_raw(m->arena, count, sizeof *out);
+  bool has_room = sharpness && points && out;
+  count = 0;
+  for (uint32_t p = 0; has_room && p < c->point_count; p++) {
+    uint32_t parent = c->point_parents[p];
+    if (parent >= m->from->point_count || !(sharpness[parent] > 0)) continue;
+    points[count] = p;
+    out[count++] = sharpness[parent];
+  }
+  free(sharpness);
+  m->to->sharp_point_count = count;
+  m->to->sharp_points = points;
+  m->to->point_sharpness = out;
+  return has_room;
+}
+
+/* Parts of a hole are holes. */
+static bool carry_holes(const maker *m) {
+  const tw_change *c = m->change;
+  if (m->from->hole_count == 0) return true;
+  uint8_t *is_hole = tw_alloc_zero(m->from->face_count, 1);
+  uint32_t count = 0;
+  for (uint32_t i = 0; is_hole && i < m->from->hole_count; i++) is_hole[m->from->holes[i]] = 1;
+  for (uint32_t f = 0; is_hole && f < c->face_count; f++)
+    count += is_hole[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW);
+  uint32_t *holes = tw_arena_alloc_raw(m->arena, count, sizeof *holes);
+  bool has_room = is_hole && holes;
+  count = 0;
+  for (uint32_t f = 0; has_room && f < c->face_count; f++)
+    if (is_hole[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW)) holes[count++] = f;
+  free(is_hole);
+  m->to->hole_count = count;
+  m->to->holes = holes;
+  return has_room;
+}
+
+/* ---- names --------------------------------------------------------------------------------------------- */
+
+/* What became of each element of before. */
+typedef struct heirs {
+  uint32_t *offsets; /* [count before + 1] */
+  uint32_t *items;   /* ascending in each run */
+} heirs;
+
+/* parents: [count], UINT32_MAX and others from `before` on are passed over; NULL: skip those that are NEW. */
+static bool find_heirs(const uint32_t *parents, const uint8_t *flags, uint32_t count, uint32_t before,
+                       heirs *out) {
+  out->offsets = tw_alloc_zero((size_t)before + 2, sizeof *out->offsets);
+  out->items = tw_alloc(count, sizeof *out->items);
+  if (!out->offsets || !out->items) return false;
+  for (int pass = 0; pass < 2; pass++) {
+    for (uint32_t i = 0; i < count; i++) {
+      if (parents[i] >= before || (flags[i] & TW_CHANGE_NEW)) continue;
+      if (pass == 0)
+        out->offsets[parents[i] + 2]++;
+      else
+        out->items[out->offsets[parents[i] + 1]++] = i;
+    }
+    if (pass == 0)
+      for (uint32_t i = 0; i < before; i++) out->offsets[i + 2] += out->offsets[i + 1];
+  }
+  return true;
+}
+
+static void heirs_deinit(heirs *h) {
+  free(h->offsets);
+  free(h->items);
+}
+
+static int compare_indices(const void *left, const void *right) {
+  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
+  return a < b ? -1 : a > b;
+}
+
+static int compare_pairs(const void *left, const void *right) {
+  const uint32_t *a = left, *b = right;
+  if (a[0] != b[0]) return a[0] < b[0] ? -1 : 1;
+  return a[1] < b[1] ? -1 : a[1] > b[1];
+}
+
+static bool carry_list(const maker *m, const heirs *h, uint32_t **items, uint32_t *count) {
+  uint64_t total = 0;
+  for (uint32_t i = 0; i < *count; i++) total += h->offsets[(*items)[i] + 1] - h->offsets[(*items)[i]];
+  uint32_t *out = tw_arena_alloc_raw(m->arena, total, sizeof *out), next = 0;
+  if (!out) return false;
+  for (uint32_t i = 0; i < *count; i++)
+    for (uint32_t k = h->offsets[(*items)[i]]; k < h->offsets[(*items)[i] + 1]; k++)
+      out[next++] = h->items[k];
+  qsort(out, next, sizeof *out, compare_indices);
+  *items = out;
+  *count = next;
+  return true;
+}
+
+/* Sorts pairs of points and drops those that come again. */
+static uint32_t sort_pairs(uint32_t (*pairs)[2], uint32_t count) {
+  uint32_t kept = 0;
+  qsort(pairs, count, sizeof *pairs, compare_pairs);
+  for (uint32_t i = 0; i < count; i++)
+    if (i == 0 || memcmp(pairs[i], pairs[i - 1], sizeof *pairs) != 0)
+      memmove(pairs[kept++], pairs[i], sizeof *pairs);
+  return kept;
+}
+
+static void put_pair(const tw_change *c, uint32_t corner, uint32_t behind, uint32_t out[2]) {
+  uint32_t a = c->corners[corner], b = c->corners[behind];
+  out[0] = a < b ? a : b;
+  out[1] = a < b ? b : a;
+}
+
+/* next: [corner_count] the corner behind each. */
+static bool carry_edges(const maker *m, const heirs *h, const uint32_t *next, tw_named *named) {
+  const tw_topology *t = m->editor->topology;
+  uint32_t *edges = tw_alloc(named->edge_count, sizeof *edges), count = 0;
+  uint64_t total = 0;
+  if (!edges) return false;
+  for (uint32_t i = 0; i < named->edge_count; i++) {
+    edges[i] = tw_topology_find_edge(t, named->edges[i][0], named->edges[i][1]);
+    if (edges[i] != UINT32_MAX) total += h->offsets[edges[i] + 1] - h->offsets[edges[i]];
+  }
+  uint32_t(*pairs)[2] = tw_arena_alloc_raw(m->arena, total, sizeof *pairs);
+  for (uint32_t i = 0; pairs && i < named->edge_count; i++) {
+    if (edges[i] == UINT32_MAX) continue;
+    for (uint32_t k = h->offsets[edges[i]]; k < h->offsets[edges[i] + 1]; k++)
+      put_pair(m->change, h->items[k], next[h->items[k]], pairs[count++]);
+  }
+  free(edges);
+  if (!pairs) return false;
+  named->edge_count = sort_pairs(pairs, count);
+  named->edges = pairs;
+  return true;
+}
+
+static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
+  const tw_change *c = m->change;
+  heirs faces = {0}, points = {0}, edges = {0};
+  uint32_t *next = tw_alloc(c->corner_count, sizeof *next);
+  bool has_room =
+      next && find_heirs(c->face_parents, c->face_flags, c->face_count, m->from->face_count, &faces) &&
+      find_heirs(c->point_parents, c->point_flags, c->point_count, m->from->point_count, &points) &&
+      find_heirs(c->corner_edges, c->corner_flags, c->corner_count, m->editor->topology->edge_count, &edges);
+  for (uint32_t f = 0; has_room && f < c->face_count; f++)
+    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++) next[i] = corner_behind(c, f, i);
+  for (uint32_t i = 0; has_room && i < named_count; i++)
+    has_room = carry_list(m, &faces, &named[i].faces, &named[i].face_count) &&
+               carry_list(m, &points, &named[i].points, &named[i].point_count) &&
+               carry_edges(m, &edges, next, &named[i]);
+  heirs_deinit(&faces);
+  heirs_deinit(&points);
+  heirs_deinit(&edges);
+  free(next);
+  return has_room;
+}
+
+uint32_t *tw_list_flagged(tw_arena *arena, const uint8_t *flags, uint8_t mask, uint32_t count,
+                          uint32_t *listed) {
+  uint32_t next = 0;
+  for (uint32_t i = 0; i < count; i++) next += (flags[i] & mask) != 0;
+  uint32_t *out = tw_arena_alloc_raw(arena, next, sizeof *out);
+  *listed = out ? next : 0;
+  next = 0;
+  for (uint32_t i = 0; out && i < count; i++)
+    if (flags[i] & mask) out[next++] = i;
+  return out;
+}
+
+static bool name_made(const maker *m, tw_named *named) {
+  const tw_change *c = m->change;
+  named->faces = tw_list_flagged(m->arena, c->face_flags, TW_CHANGE_MADE, c->face_count, &named->face_count);
+  named->points =
+      tw_list_flagged(m->arena, c->point_flags, TW_CHANGE_MADE, c->point_count, &named->point_count);
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < c->corner_count; i++) count += (c->corner_flags[i] & TW_CHANGE_MADE) != 0;
+  named->edges = tw_arena_alloc_raw(m->arena, count, sizeof *named->edges);
+  if (!named->faces || !named->points || !named->edges) return false;
+  count = 0;
+  for (uint32_t f = 0; f < c->face_count; f++)
+    for (uint32_t i = c->face_offsets[f]; i < c->face_offsets[f + 1]; i++)
+      if (c->corner_flags[i] & TW_CHANGE_MADE) put_pair(c, i, corner_behind(c, f, i), named->edges[count++]);
+  named->edge_count = sort_pairs(named->edges, count);
+  return true;
+}
+
+/* ---- all of it ----------------------------------------------------------------------------------------- */
+
+static void drop_normals(tw_mesh *mesh) {
+  memset(&mesh->normals, 0, sizeof mesh->normals);
+  mesh->morph_normals = NULL;
+}
+
+static bool make_mesh(const maker *m) {
+  *m->to = *m->from;
+  drop_normals(m->to);
+  return make_points(m) && make_faces(m) && make_uvs(m) && carry_creases(m) && carry_sharp_points(m) &&
+         carry_holes(m);
+}
+
+tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
+  tw_mesh mesh;
+  maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor};
+  tw_named *named = tw_editor_name(editor);
+  uint32_t older = named ? editor->named_count - 1 : editor->named_count;
+  bool has_room = m.arena && make_mesh(&m);
+  if (has_room && older > 0) has_room = carry_named(&m, editor->named, older);
+  if (has_room && named) has_room = name_made(&m, named);
+  if (!has_room) {
+    tw_arena_destroy(m.arena);
+    return tw_editor_no_memory(editor);
+  }
+  tw_arena_destroy(editor->arena);
+  editor->mesh = mesh;
+  editor->arena = m.arena;
+  editor->topology = NULL;
+  return TW_OK;
+}
+
+tw_status tw_editor_loosen(tw_editor *editor) {
+  size_t size = (size_t)editor->mesh.point_count * sizeof(float[3]);
+  float *positions = tw_arena_alloc_raw(editor->arena, size, 1);
+  if (!positions) return tw_editor_no_memory(editor);
+  if (size > 0) memcpy(positions, editor->mesh.positions, size);
+  editor->mesh.positions = positions;
+  drop_normals(&editor->mesh);
+  return TW_OK;
+}
+
+tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
+  const tw_mesh *mesh = &editor->mesh;
+  const tw_change_size size = {
+      .points = mesh->point_count, .faces = mesh->face_count, .corners = mesh->corner_count};
+  tw_change change = {.editor = editor};
+  tw_mesh made;
+  tw_status status = tw_editor_need_topology(editor);
+  if (status != TW_OK) return status;
+  if (!allocate(&change, editor->arena, &size)) return tw_editor_no_memory(editor);
+  tw_change_keep_points(&change);
+  for (uint32_t f = 0; f < mesh->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
+  maker m = {&change, mesh, &made, arena, editor};
+  if (!make_mesh(&m)) return tw_editor_no_memory(editor);
+  made.normals = mesh->normals;
+  made.morph_normals = mesh->morph_normals;
+  *out = made;
+  return TW_OK;
+}
+
+tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3]) {
+  float *out = tw_editor_positions(editor) + 3 * (size_t)point;
+  for (int i = 0; i < 3; i++) {
+    if (!(fabs(at[i]) <= (double)TW_COORDINATE_MAX))
+      return tw_editor_fail(editor, TW_INVALID, "", "the edit moves point %u beyond 1e18", point);
+    out[i] = (float)at[i];
+  }
+  return TW_OK;
+}
+
+tw_named *tw_editor_name(tw_editor *editor) {
+  const char *name = editor->edit->name;
+  if (!name) return NULL;
+  uint32_t kept = 0;
+  editor->is_named = true;
+  for (uint32_t i = 0; i < editor->named_count; i++)
+    if (strcmp(editor->named[i].name, name) != 0) editor->named[kept++] = editor->named[i];
+  editor->named[kept] = (tw_named){.name = name};
+  editor->named_count = kept + 1;
+  return &editor->named[kept];
+}

@@ -1,0 +1,189 @@
+/* The list of edits: each finds the mesh that the one before it left. */
+#include "tweend/edit.h"
+
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "editor.h"
+
+const char *const tw_edit_element_names[3] = {"faces", "edges", "vertices"};
+const char *const tw_edit_names[TW_EDIT_KINDS] = {
+    "extrude", "inset", "loop_cut", "subdivide", "delete", "merge", "fill",   "mirror",      "move",
+    "rotate",  "scale", "crease",   "corner",    "hole",   "flip",  "orient", "triangulate", "quads"};
+
+tw_status tw_editor_no_memory(const tw_editor *editor) {
+  return tw_fail(editor->error, TW_NO_MEMORY, "out of memory");
+}
+
+tw_status tw_editor_fail(const tw_editor *editor, tw_status status, const char *place, const char *format,
+                         ...) {
+  char detail[256];
+  va_list arguments;
+  va_start(arguments, format);
+  vsnprintf(detail, sizeof detail, format, arguments);
+  va_end(arguments);
+  tw_fail(editor->error, status, "%s", detail);
+  tw_error_at(editor->error, "/%u%s", editor->index, place);
+  return status;
+}
+
+tw_status tw_editor_need_topology(tw_editor *editor) {
+  if (editor->topology) return TW_OK;
+  const tw_mesh *mesh = &editor->mesh;
+  tw_topology *topology = tw_arena_alloc(editor->arena, 1, sizeof *topology);
+  tw_status status = topology
+                         ? tw_topology_build(topology, editor->arena, mesh->point_count, mesh->face_count,
+                                             mesh->face_offsets, mesh->corner_count, mesh->corners)
+                         : TW_NO_MEMORY;
+  if (status != TW_OK) return tw_editor_no_memory(editor);
+  editor->topology = topology;
+  return TW_OK;
+}
+
+/* ---- geometry ------------------------------------------------------------------------------------------ */
+
+double tw_unit3(double *vector) {
+  double length = sqrt(tw_dot3(vector, vector));
+  bool has_length = length > 0 && isfinite(length);
+  for (int i = 0; i < 3; i++) vector[i] = has_length ? vector[i] / length : 0;
+  return has_length ? length : 0;
+}
+
+void tw_editor_face_normal(const tw_editor *editor, uint32_t face, double out[3]) {
+  const tw_mesh *mesh = &editor->mesh;
+  uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
+  const float *first = tw_editor_point(editor, mesh->corners[begin]);
+  double before[3] = {0}, side[3], part[3];
+  out[0] = out[1] = out[2] = 0;
+  for (uint32_t c = begin + 1; c < end; c++) {
+    const float *at = tw_editor_point(editor, mesh->corners[c]);
+    for (int i = 0; i < 3; i++) side[i] = (double)at[i] - (double)first[i];
+    tw_cross3(before, side, part);
+    for (int i = 0; i < 3; i++) out[i] += part[i];
+    memcpy(before, side, sizeof before);
+  }
+  tw_unit3(out);
+}
+
+/* ---- the list ------------------------------------------------------------------------------------------ */
+
+enum { FACES = 1 << TW_EDIT_FACES, EDGES = 1 << TW_EDIT_EDGES, VERTICES = 1 << TW_EDIT_VERTICES, ALL = 8 };
+
+/* What each edit is applied to; ALL: the whole mesh where it does not say. 0: it selects nothing. */
+static const uint8_t applies_to[TW_EDIT_KINDS] = {[TW_EDIT_EXTRUDE] = FACES,
+                                                  [TW_EDIT_INSET] = FACES,
+                                                  [TW_EDIT_SUBDIVIDE] = FACES | EDGES,
+                                                  [TW_EDIT_DELETE] = FACES | EDGES | VERTICES,
+                                                  [TW_EDIT_MERGE] = VERTICES,
+                                                  [TW_EDIT_MOVE] = FACES | EDGES | VERTICES,
+                                                  [TW_EDIT_ROTATE] = FACES | EDGES | VERTICES,
+                                                  [TW_EDIT_SCALE] = FACES | EDGES | VERTICES,
+                                                  [TW_EDIT_CREASE] = EDGES,
+                                                  [TW_EDIT_CORNER] = VERTICES,
+                                                  [TW_EDIT_HOLE] = FACES,
+                                                  [TW_EDIT_FLIP] = FACES | ALL,
+                                                  [TW_EDIT_ORIENT] = FACES | ALL,
+                                                  [TW_EDIT_TRIANGULATE] = FACES | ALL,
+                                                  [TW_EDIT_QUADS] = FACES | ALL};
+
+static tw_status check_selection(const tw_editor *e) {
+  const tw_selection *s = &e->edit->selection;
+  uint8_t to = applies_to[e->edit->kind];
+  if (to == 0) return TW_OK;
+  if (s->by == TW_SELECT_NOTHING) {
+    if (to & ALL) return TW_OK;
+    return tw_editor_fail(e, TW_INVALID, "", "the edit does not say what it is applied to");
+  }
+  if (to & 1 << s->of) return TW_OK;
+  char place[32];
+  snprintf(place, sizeof place, "/%s", tw_edit_element_names[s->of]);
+  return tw_editor_fail(e, TW_INVALID, place, "the edit is not applied to %s", tw_edit_element_names[s->of]);
+}
+
+static tw_status apply_kind(tw_editor *e) {
+  switch (e->edit->kind) {
+  case TW_EDIT_MOVE:
+  case TW_EDIT_ROTATE:
+  case TW_EDIT_SCALE: return tw_edit_transform(e);
+  case TW_EDIT_CREASE: return tw_edit_crease(e);
+  case TW_EDIT_CORNER: return tw_edit_corner(e);
+  case TW_EDIT_HOLE: return tw_edit_hole(e);
+  case TW_EDIT_EXTRUDE:
+  case TW_EDIT_INSET:
+  case TW_EDIT_LOOP_CUT:
+  case TW_EDIT_SUBDIVIDE:
+  case TW_EDIT_DELETE:
+  case TW_EDIT_MERGE:
+  case TW_EDIT_FILL:
+  case TW_EDIT_MIRROR:
+  case TW_EDIT_FLIP:
+  case TW_EDIT_ORIENT:
+  case TW_EDIT_TRIANGULATE:
+  case TW_EDIT_QUADS: break;
+  }
+  return tw_editor_fail(e, TW_UNSUPPORTED, "/edit", "there is no such edit yet");
+}
+
+static tw_status apply_edit(tw_editor *e) {
+  tw_status status = check_selection(e);
+  e->is_named = false;
+  if (status == TW_OK) status = apply_kind(e);
+  /* What did nothing made nothing. */
+  if (status == TW_OK && !e->is_named) tw_editor_name(e);
+  return status;
+}
+
+static tw_status apply_all(tw_editor *e, const tw_edit *edits, uint32_t edit_count) {
+  uint64_t work = 0;
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < edit_count && status == TW_OK; i++) {
+    e->edit = &edits[i];
+    e->index = i;
+    work += (uint64_t)e->mesh.point_count + e->mesh.corner_count;
+    for (uint32_t n = 0; n < e->named_count; n++)
+      work += (uint64_t)e->named[n].face_count + e->named[n].point_count + e->named[n].edge_count;
+    if (work > e->limits->work) return tw_editor_fail(e, TW_LIMIT, "", "too many edits of too large a mesh");
+    status = apply_edit(e);
+  }
+  return status;
+}
+
+/* Hands out what has a name, of the finished mesh. */
+static tw_status hand_out_named(const tw_editor *e, tw_arena *arena, tw_made *made, uint32_t *made_count) {
+  *made_count = e->named_count;
+  for (uint32_t i = 0; i < e->named_count; i++) {
+    const tw_named *named = &e->named[i];
+    uint32_t *faces = tw_arena_alloc_raw(arena, named->face_count, sizeof *faces);
+    uint32_t *vertices = tw_arena_alloc_raw(arena, named->point_count, sizeof *vertices);
+    if (!faces || !vertices) return tw_editor_no_memory(e);
+    if (named->face_count > 0) memcpy(faces, named->faces, named->face_count * sizeof *faces);
+    if (named->point_count > 0) memcpy(vertices, named->points, named->point_count * sizeof *vertices);
+    made[i] = (tw_made){named->name, named->face_count, named->point_count, faces, vertices};
+  }
+  return TW_OK;
+}
+
+tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit *edits, uint32_t edit_count,
+                       const tw_edit_limits *limits, tw_arena *arena, tw_mesh *out, tw_made *made,
+                       uint32_t *made_count, tw_error *error) {
+  if (made) *made_count = 0;
+  if (edit_count == 0) {
+    *out = *mesh;
+    return TW_OK;
+  }
+  tw_editor e = {.mesh = *mesh,
+                 .arena = tw_arena_create(),
+                 .model = model,
+                 .limits = limits,
+                 .named = tw_alloc_zero(edit_count, sizeof(tw_named)),
+                 .error = error};
+  tw_status status = e.arena && e.named ? apply_all(&e, edits, edit_count) : tw_editor_no_memory(&e);
+  if (status == TW_OK && made) status = hand_out_named(&e, arena, made, made_count);
+  if (status == TW_OK) status = tw_editor_copy(&e, arena, out);
+  free(e.named);
+  tw_arena_destroy(e.arena);
+  return status;
+}

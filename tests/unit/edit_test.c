@@ -1,0 +1,257 @@
+/* Lists of edits: selections, what moves points, tags, names, limits. */
+#include "edited.h"
+
+static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
+static const tw_selection all_edges = {.of = TW_EDIT_EDGES, .by = TW_SELECT_ALL};
+static const tw_selection all_vertices = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
+
+/* ---- refused ------------------------------------------------------------------------------------------- */
+
+static void refuse_selection(tw_edit_kind kind, tw_selection selection, const char *pointer) {
+  tw_mesh mesh = cube();
+  tw_edit edits[2] = {{.kind = TW_EDIT_MOVE, .selection = all_faces}, {.kind = kind, .selection = selection}};
+  edit_refused(&mesh, edits, 2, TW_INVALID, pointer);
+}
+
+TEST(indices_out_of_range_are_refused_where_they_stand) {
+  refuse_selection(TW_EDIT_MOVE, (tw_selection)LIST(TW_EDIT_FACES, 0, 5, 6), "/1/faces/2");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection)LIST(TW_EDIT_VERTICES, 8), "/1/vertices/0");
+  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 1, 1, 8), "/1/edges/1/1");
+  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, UINT32_MAX, 1), "/1/edges/0/0");
+}
+
+TEST(points_that_no_face_joins_are_no_edge) {
+  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 1, 0, 6), "/1/edges/1");
+  refuse_selection(TW_EDIT_CREASE, (tw_selection)LIST(TW_EDIT_EDGES, 0, 0), "/1/edges/0");
+}
+
+TEST(empty_selections_are_refused) {
+  tw_selection above = {.of = TW_EDIT_FACES, .by = TW_SELECT_INSIDE, .min = {2, 2, 2}, .max = {3, 3, 3}};
+  refuse_selection(TW_EDIT_MOVE, above, "/1/faces");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_LIST}, "/1/vertices");
+  refuse_selection(TW_EDIT_CREASE, (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_BORDER}, "/1/edges");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.by = TW_SELECT_NOTHING}, "/1");
+}
+
+TEST(optional_edits_may_find_nothing) {
+  tw_mesh mesh = cube();
+  tw_edit move = {.kind = TW_EDIT_MOVE,
+                  .selection = {.of = TW_EDIT_EDGES, .by = TW_SELECT_BORDER},
+                  .is_optional = true,
+                  .name = "rim",
+                  .move.by = {1, 0, 0}};
+  edited e = edit(&mesh, &move, 1);
+  assert_memory_equal(e.mesh.positions, mesh.positions, 24 * sizeof(float));
+  assert_int_equal(e.made_count, 1);
+  assert_int_equal(e.made[0].face_count + e.made[0].vertex_count, 0);
+  edited_deinit(&e);
+}
+
+TEST(names_that_nothing_has_are_refused) {
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_MADE, .name = "deck"},
+                   "/1/faces/made");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_GROUP, .name = "deck"},
+                   "/1/faces/group");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_MATERIAL},
+                   "/1/faces/material");
+}
+
+TEST(directions_and_angles_are_checked) {
+  tw_selection facing = {.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .degrees = 10};
+  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/facing");
+  facing.direction[0] = NAN;
+  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/facing");
+  facing.direction[0] = 1;
+  facing.degrees = 181;
+  refuse_selection(TW_EDIT_MOVE, facing, "/1/faces/within");
+  tw_selection sharp = {.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = NAN};
+  refuse_selection(TW_EDIT_CREASE, sharp, "/1/edges/sharper_than");
+}
+
+TEST(edits_are_refused_what_they_are_not_applied_to) {
+  refuse_selection(TW_EDIT_CREASE, all_faces, "/1/faces");
+  refuse_selection(TW_EDIT_CORNER, all_edges, "/1/edges");
+  refuse_selection(TW_EDIT_HOLE, all_vertices, "/1/vertices");
+  refuse_selection(TW_EDIT_MOVE, (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_BORDER},
+                   "/1/vertices");
+}
+
+TEST(points_stay_where_float_can_hold_them) {
+  tw_mesh mesh = cube();
+  tw_edit move = {.kind = TW_EDIT_MOVE, .selection = all_faces, .move.by = {0, 2e18, 0}};
+  edit_refused(&mesh, &move, 1, TW_INVALID, "/0");
+  move.move.by[1] = NAN;
+  edit_refused(&mesh, &move, 1, TW_INVALID, "/0");
+  tw_edit turn = {.kind = TW_EDIT_ROTATE, .selection = all_faces, .rotate.degrees = 30};
+  edit_refused(&mesh, &turn, 1, TW_INVALID, "/0/axis");
+  tw_edit crease = {.kind = TW_EDIT_CREASE, .selection = all_edges, .sharpness = 11};
+  edit_refused(&mesh, &crease, 1, TW_INVALID, "/0/sharpness");
+}
+
+TEST(too_much_work_is_refused) {
+  tw_mesh mesh = cube(), out;
+  tw_edit edits[4];
+  tw_arena *arena = tw_arena_create();
+  tw_error error = {0};
+  const tw_edit_limits limits = {100, 100, 100, 3 * 32};
+  for (int i = 0; i < 4; i++) edits[i] = (tw_edit){.kind = TW_EDIT_MOVE, .selection = all_faces};
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 3, &limits, arena, &out, NULL, NULL, &error), TW_OK);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 4, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
+  assert_string_equal(error.pointer, "/3");
+  tw_arena_destroy(arena);
+}
+
+/* ---- selections ---------------------------------------------------------------------------------------- */
+
+/* How many points, edges or faces a selection of the cube's is of, by what a name then means. */
+static void assert_selects(tw_selection selection, uint32_t faces, uint32_t vertices) {
+  tw_mesh mesh = cube();
+  tw_edit move = {.kind = TW_EDIT_MOVE, .selection = selection, .name = "it"};
+  edited e = edit(&mesh, &move, 1);
+  assert_int_equal(e.made_count, 1);
+  assert_string_equal(e.made[0].name, "it");
+  assert_int_equal(e.made[0].face_count, faces);
+  assert_int_equal(e.made[0].vertex_count, vertices);
+  edited_deinit(&e);
+}
+
+TEST(selections_of_a_cube) {
+  assert_selects(all_faces, 6, 8);
+  assert_selects(all_edges, 0, 8);
+  assert_selects(all_vertices, 0, 8);
+  assert_selects((tw_selection)LIST(TW_EDIT_FACES, 2, 2), 1, 4);
+  assert_selects((tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .direction = {0, 3, 0}}, 1, 4);
+  assert_selects(
+      (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_FACING, .direction = {0, 1, 0}, .degrees = 90}, 5,
+      8);
+  assert_selects(
+      (tw_selection){.of = TW_EDIT_FACES, .by = TW_SELECT_INSIDE, .min = {-1, 1, -1}, .max = {1, 1, 1}}, 1,
+      4);
+  assert_selects(
+      (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_INSIDE, .min = {-1, 1, 1}, .max = {1, 1, 1}}, 0, 2);
+  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = 89}, 0, 8);
+  uint32_t edge[2] = {0, 1};
+  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_RING, .indices = edge}, 0, 8);
+  assert_selects((tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_LOOP, .indices = edge}, 0, 2);
+}
+
+TEST(an_angle_that_is_reached_is_not_passed) {
+  refuse_selection(TW_EDIT_CREASE,
+                   (tw_selection){.of = TW_EDIT_EDGES, .by = TW_SELECT_SHARPER, .degrees = 90}, "/1/edges");
+}
+
+TEST(groups_and_materials_are_found_by_their_names) {
+  tw_mesh mesh = cube();
+  const uint32_t groups[6] = {0, 1, 2, UINT32_MAX, 1, 1};
+  const int32_t materials[6] = {0, 1, -1, 2, 1, 1};
+  const char *group_names[3] = {"hull", "hull deck", "hul"}, *material_names[2] = {"steel", "steel"};
+  const tw_material_slot slot = {.material = 0};
+  const tw_model model = {.group_count = 3,
+                          .group_names = group_names,
+                          .material_count = 2,
+                          .material_names = material_names,
+                          .slot_count = 1,
+                          .slots = &slot};
+  mesh.face_groups = groups;
+  mesh.face_materials = materials;
+  const struct {
+    tw_selection selection;
+    uint32_t faces;
+  } cases[] = {{{.of = TW_EDIT_FACES, .by = TW_SELECT_GROUP, .name = "hull"}, 4},
+               {{.of = TW_EDIT_FACES, .by = TW_SELECT_GROUP, .name = "deck"}, 3},
+               {{.of = TW_EDIT_FACES, .by = TW_SELECT_GROUP, .name = "hul"}, 1},
+               {{.of = TW_EDIT_FACES, .by = TW_SELECT_MATERIAL, .name = "steel"}, 5},
+               {{.of = TW_EDIT_FACES, .by = TW_SELECT_MATERIAL, .material = 0}, 2}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    tw_edit move = {.kind = TW_EDIT_MOVE, .selection = cases[i].selection, .name = "it"};
+    edited e = edit_with(&mesh, &model, &move, 1);
+    assert_int_equal(e.made[0].face_count, cases[i].faces);
+    edited_deinit(&e);
+  }
+}
+
+/* ---- moved points -------------------------------------------------------------------------------------- */
+
+TEST(a_quarter_turn_takes_x_to_y) {
+  tw_mesh mesh = cube();
+  tw_edit turn = {.kind = TW_EDIT_ROTATE,
+                  .selection = all_vertices,
+                  .rotate = {.axis = {0, 0, 7}, .degrees = 90, .has_about = true, .about = {1, -1, 0}}};
+  edited e = edit(&mesh, &turn, 1);
+  for (uint32_t p = 0; p < 8; p++) {
+    const float *from = point_of(&mesh, p), *to = point_of(&e.mesh, p);
+    assert_true(fabsf(to[0] - (1 - (from[1] + 1))) < 1e-6f);
+    assert_true(fabsf(to[1] - (-1 + (from[0] - 1))) < 1e-6f);
+    assert_true(to[2] == from[2]);
+  }
+  edited_deinit(&e);
+}
+
+TEST(scale_is_about_the_mean_of_the_vertices) {
+  tw_mesh mesh = cube();
+  tw_edit edits[2] = {{.kind = TW_EDIT_MOVE, .selection = all_faces, .move.by = {5, 6, 7}},
+                      {.kind = TW_EDIT_SCALE, .selection = all_faces, .scale.by = {2, 3, -1}}};
+  edited e = edit(&mesh, edits, 2);
+  for (uint32_t p = 0; p < 8; p++) {
+    const float *from = point_of(&mesh, p), *to = point_of(&e.mesh, p);
+    assert_true(to[0] == 5 + 2 * from[0] && to[1] == 6 + 3 * from[1] && to[2] == 7 - from[2]);
+  }
+  edited_deinit(&e);
+}
+
+TEST(moved_points_have_no_normals_of_before) {
+  tw_mesh mesh = cube();
+  const float normal[3] = {0, 0, 1};
+  const uint32_t corners[24] = {0};
+  mesh.normals = (tw_corner_normals){.value_count = 1, .values = normal, .corners = corners};
+  tw_edit edits[2] = {{.kind = TW_EDIT_CREASE, .selection = all_edges, .sharpness = 1},
+                      {.kind = TW_EDIT_MOVE, .selection = all_faces, .move.by = {1, 1, 1}}};
+  edited e = edit(&mesh, edits, 1);
+  assert_non_null(e.mesh.normals.corners);
+  edited_deinit(&e);
+  e = edit(&mesh, edits, 2);
+  assert_null(e.mesh.normals.corners);
+  edited_deinit(&e);
+}
+
+/* ---- tags ---------------------------------------------------------------------------------------------- */
+
+TEST(tags_replace_those_of_before) {
+  tw_mesh mesh = cube();
+  const uint32_t creases[4] = {0, 1, 6, 7}, sharp[1] = {3}, holes[1] = {5};
+  const float crease_sharpness[2] = {1, 2}, point_sharpness[1] = {4};
+  mesh.crease_count = 2;
+  mesh.crease_edges = creases;
+  mesh.crease_sharpness = crease_sharpness;
+  mesh.sharp_point_count = mesh.hole_count = 1;
+  mesh.sharp_points = sharp;
+  mesh.point_sharpness = point_sharpness;
+  mesh.holes = holes;
+  tw_edit edits[3] = {
+      {.kind = TW_EDIT_CREASE, .selection = LIST(TW_EDIT_EDGES, 1, 0, 1, 2), .sharpness = 2.5},
+      {.kind = TW_EDIT_CORNER, .selection = LIST(TW_EDIT_VERTICES, 3, 5), .sharpness = 3},
+      {.kind = TW_EDIT_HOLE, .selection = LIST(TW_EDIT_FACES, 2), .sharpness = 10}};
+  edited e = edit(&mesh, edits, 3);
+  assert_int_equal(e.mesh.crease_count, 3);
+  for (uint32_t i = 0; i < 3; i++) {
+    const uint32_t *ends = e.mesh.crease_edges + 2 * i;
+    assert_true(e.mesh.crease_sharpness[i] == (ends[0] == 6 ? 2 : 2.5f));
+  }
+  assert_int_equal(e.mesh.sharp_point_count, 2);
+  assert_true(e.mesh.point_sharpness[0] == 3 && e.mesh.point_sharpness[1] == 3);
+  assert_int_equal(e.mesh.hole_count, 2);
+  edited_deinit(&e);
+  for (int i = 0; i < 3; i++) edits[i].sharpness = 0;
+  e = edit(&mesh, edits, 3);
+  assert_int_equal(e.mesh.crease_count, 1);
+  assert_int_equal(e.mesh.sharp_point_count, 0);
+  assert_int_equal(e.mesh.hole_count, 1);
+  edited_deinit(&e);
+}
+
+TEST(no_edits_leave_the_mesh_as_it_is) {
+  tw_mesh mesh = cube();
+  edited e = edit(&mesh, NULL, 0);
+  assert_ptr_equal(e.mesh.positions, mesh.positions);
+  edited_deinit(&e);
+}
