@@ -141,6 +141,8 @@ tw_status tw_edit_transform(tw_editor *editor); /* move, rotate, scale */
 tw_status tw_edit_crease(tw_editor *editor);
 tw_status tw_edit_corner(tw_editor *editor);
 tw_status tw_edit_hole(tw_editor *editor);
+tw_status tw_edit_loop_cut(tw_editor *editor);
+tw_status tw_edit_subdivide(tw_editor *editor);
 
 /* ---- geometry ------------------------------------------------------------------------------------------ */
 

@@ -104,6 +104,117 @@ static inline void measure(const tw_mesh *mesh, double *volume, double *area) {
   }
 }
 
+/* ---- all that a mesh may bear, as linear functions of where its points are ----------------------------- */
+
+enum { DRESSED_POINTS = 64, DRESSED_CORNERS = 256 };
+
+typedef struct dressed {
+  float weight[DRESSED_POINTS], color[DRESSED_POINTS][4], pulls[DRESSED_POINTS][4], morph[DRESSED_POINTS][3];
+  float joined[DRESSED_POINTS][2], apart[DRESSED_CORNERS][2];
+  uint16_t joints[DRESSED_POINTS][4];
+  uint32_t apart_corners[DRESSED_CORNERS];
+  int32_t materials[DRESSED_CORNERS];
+  uint32_t groups[DRESSED_CORNERS], smoothing[DRESSED_CORNERS];
+  const float *morphs[1];
+  tw_attribute attributes[2];
+} dressed;
+
+static inline double weight_at(const float *p) {
+  return (double)p[0] + 2 * (double)p[1] + 3 * (double)p[2];
+}
+
+static inline double share_at(const float *p) {
+  return 0.5 + 0.1 * (double)p[0] + 0.2 * (double)p[1] + 0.1 * (double)p[2];
+}
+
+/* Coordinates within -1 to 1. The first UV set has a value a point, the second a value a corner: seams
+ * everywhere, 10 more a face. A face's material, groups and smoothing are its index. */
+static inline void dress(tw_mesh *mesh, dressed *d) {
+  assert_true(mesh->point_count <= DRESSED_POINTS && mesh->corner_count <= DRESSED_CORNERS);
+  for (uint32_t p = 0; p < mesh->point_count; p++) {
+    const float *at = point_of(mesh, p);
+    d->weight[p] = (float)weight_at(at);
+    for (int i = 0; i < 4; i++) d->color[p][i] = i < 3 ? at[i] : 1;
+    for (int i = 0; i < 3; i++) d->morph[p][i] = at[(i + 1) % 3];
+    d->joints[p][p % 2] = 3; /* two in either order */
+    d->joints[p][1 - p % 2] = 7;
+    d->pulls[p][p % 2] = (float)share_at(at);
+    d->pulls[p][1 - p % 2] = (float)(1 - share_at(at));
+    memcpy(d->joined[p], at, sizeof d->joined[p]);
+  }
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    d->materials[f] = (int32_t)f;
+    d->groups[f] = d->smoothing[f] = f;
+    for (uint32_t c = mesh->face_offsets[f]; c < mesh->face_offsets[f + 1]; c++) {
+      d->apart_corners[c] = c;
+      d->apart[c][0] = point_of(mesh, mesh->corners[c])[1] + 10 * (float)f;
+      d->apart[c][1] = point_of(mesh, mesh->corners[c])[2];
+    }
+  }
+  d->attributes[0] = (tw_attribute){"_WEIGHT", 1, false, d->weight};
+  d->attributes[1] = (tw_attribute){"COLOR_0", 4, true, d->color[0]};
+  d->morphs[0] = d->morph[0];
+  mesh->attribute_count = 2;
+  mesh->attributes = d->attributes;
+  mesh->skin = (tw_skin_weights){d->joints[0], d->pulls[0]};
+  mesh->morph_count = 1;
+  mesh->morphs = d->morphs;
+  mesh->uv_set_count = 2;
+  mesh->uv_sets[0] = (tw_uv_set){mesh->point_count, d->joined[0], mesh->corners};
+  mesh->uv_sets[1] = (tw_uv_set){mesh->corner_count, d->apart[0], d->apart_corners};
+  mesh->face_materials = d->materials;
+  mesh->face_groups = d->groups;
+  mesh->face_smoothing = d->smoothing;
+}
+
+static inline void assert_near(double a, double b) {
+  if (!(fabs(a - b) < 1e-5)) print_error("%g is not %g\n", a, b);
+  assert_true(fabs(a - b) < 1e-5);
+}
+
+/* Of a dressed mesh that edits cut without moving its surface: all is where it belongs. */
+static inline void assert_dressed(const tw_mesh *mesh) {
+  for (uint32_t p = 0; p < mesh->point_count; p++) {
+    const float *at = point_of(mesh, p);
+    double sum = 0;
+    assert_near((double)mesh->attributes[0].values[p], weight_at(at));
+    for (uint32_t i = 0; i < 3; i++) {
+      assert_near((double)mesh->attributes[1].values[4 * p + i], (double)at[i]);
+      assert_near((double)mesh->morphs[0][3 * p + i], (double)at[(i + 1) % 3]);
+    }
+    for (uint32_t i = 4 * p; i < 4 * p + 4; i++)
+      if (mesh->skin.joints[i] == 3) sum += (double)mesh->skin.weights[i];
+    assert_near(sum, share_at(at));
+  }
+  for (uint32_t f = 0; f < mesh->face_count; f++) {
+    int32_t parent = mesh->face_materials[f];
+    assert_int_equal(mesh->face_groups[f], parent);
+    assert_int_equal(mesh->face_smoothing[f], parent);
+    for (uint32_t c = mesh->face_offsets[f]; c < mesh->face_offsets[f + 1]; c++) {
+      const float *at = point_of(mesh, mesh->corners[c]);
+      const float *joined = mesh->uv_sets[0].values + 2 * mesh->uv_sets[0].corners[c];
+      const float *apart = mesh->uv_sets[1].values + 2 * mesh->uv_sets[1].corners[c];
+      assert_near((double)joined[0], (double)at[0]);
+      assert_near((double)joined[1], (double)at[1]);
+      assert_near((double)apart[0], (double)at[1] + 10 * parent);
+      assert_near((double)apart[1], (double)at[2]);
+    }
+  }
+}
+
+static inline tw_mesh mesh_of(const float *points, uint32_t point_count, const uint32_t *corners,
+                              const uint32_t *offsets, uint32_t face_count) {
+  tw_mesh mesh;
+  tw_mesh_init(&mesh);
+  mesh.point_count = point_count;
+  mesh.positions = points;
+  mesh.face_count = face_count;
+  mesh.corner_count = offsets[face_count];
+  mesh.face_offsets = offsets;
+  mesh.corners = corners;
+  return mesh;
+}
+
 #define LIST(what, ...)                                                                                      \
   {                                                                                                          \
     .of = what, .by = TW_SELECT_LIST,                                                                        \
