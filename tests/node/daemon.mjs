@@ -10,15 +10,15 @@ import { fileURLToPath } from 'node:url';
 export const root = join(dirname(fileURLToPath(import.meta.url)), '../..');
 
 export class Daemon {
-  folder = mkdtempSync(join(tmpdir(), 'tweend-test-'));
   listen = '127.0.0.1:0';
   /** What runs the daemon, as a command in front of it, and variables of its own. */
   runner = [];
   env = {};
 
-  /** flags: besides those that every test needs. */
-  constructor(flags = []) {
+  /** flags: besides those that every test needs. folder: where the models are, its own unless others share it. */
+  constructor(flags = [], folder = mkdtempSync(join(tmpdir(), 'tweend-test-'))) {
     this.flags = flags;
+    this.folder = folder;
   }
 
   async start() {
