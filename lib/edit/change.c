@@ -5,8 +5,6 @@
 #include <string.h>
 
 #include "editor.h"
-#include "weld.h"
-
 static uint64_t most(uint64_t a, uint64_t b) {
   return a > b ? a : b;
 }
@@ -254,109 +252,106 @@ static bool make_faces(const maker *m) {
 
 /* ---- texture coordinates ------------------------------------------------------------------------------- */
 
-/* A value times a weight. */
-typedef struct share {
-  uint32_t value;
-  double weight;
-} share;
+/* A mean of values at a corner. Corners of one point have one value where the first and the last corners that
+ * theirs are means of had: so a seam goes on, and the sides of an edge that is none stay joined. */
+typedef struct mean {
+  uint32_t point, first, last, corner;
+} mean;
 
-static int compare_shares(const void *left, const void *right) {
-  const share *a = left, *b = right;
-  if (a->value != b->value) return a->value < b->value ? -1 : 1;
-  return a->weight < b->weight ? -1 : a->weight > b->weight;
+static int compare_means(const void *left, const void *right) {
+  const mean *a = left, *b = right;
+  if (a->point != b->point) return a->point < b->point ? -1 : 1;
+  if (a->first != b->first) return a->first < b->first ? -1 : 1;
+  if (a->last != b->last) return a->last < b->last ? -1 : 1;
+  return a->corner < b->corner ? -1 : a->corner > b->corner;
 }
 
-/* The mean of a mix, the same to the last bit in whatever order the terms stand: so the sides of an edge get
- * one value where they had one at its ends. Returns the value of before where all terms have it, or
- * UINT32_MAX. */
-static uint32_t mix_value(const tw_uv_set *set, const tw_term *terms, uint32_t count, share *shares,
-                          float out[2]) {
-  double sum[2] = {0, 0};
-  bool is_one = true;
-  for (uint32_t i = 0; i < count; i++) {
-    shares[i] = (share){set->corners[terms[i].index], terms[i].weight};
-    is_one &= shares[i].value == shares[0].value;
-  }
-  if (is_one) return shares[0].value;
-  qsort(shares, count, sizeof *shares, compare_shares);
-  for (uint32_t i = 0; i < count; i++)
-    for (size_t k = 0; k < 2; k++)
-      sum[k] += shares[i].weight * (double)set->values[2 * (size_t)shares[i].value + k];
-  for (size_t k = 0; k < 2; k++) out[k] = (float)sum[k];
-  return UINT32_MAX;
-}
-
-/* Values under way: of a corner the value of before, or that count and the number of a row more. */
+/* Values under way: of each corner the value of before, or that count and the number of a new one more. */
 typedef struct values {
   uint32_t *of_corner; /* [corner_count] */
-  uint32_t row_count;
-  float (*rows)[4]; /* [row_count] a new value and the point that it is at, in halves: equal ones are one */
-  uint32_t *first;  /* [row_count] the first equal row */
-  uint32_t *number; /* [value_count + row_count] in the new mesh */
-  share *shares;
+  uint32_t *number;    /* [value_count of before] in the new mesh, UINT32_MAX: gone */
+  mean *means;         /* [mean_count] */
+  uint32_t mean_count, new_count;
+  float (*fresh)[2]; /* [new_count] */
 } values;
 
 static void values_deinit(values *v) {
   free(v->of_corner);
-  free(v->rows);
-  free(v->first);
   free(v->number);
-  free(v->shares);
+  free(v->means);
+  free(v->fresh);
 }
 
-static bool values_init(const maker *m, const tw_uv_set *set, values *v) {
+/* Whether a mean's corners all have one value. */
+static bool is_one_value(const tw_uv_set *set, const tw_term *terms, uint32_t count) {
+  for (uint32_t i = 1; i < count; i++)
+    if (set->corners[terms[i].index] != set->corners[terms[0].index]) return false;
+  return true;
+}
+
+static bool find_values(const maker *m, const tw_uv_set *set, values *v) {
   const tw_change *c = m->change;
-  uint32_t rows = 0;
-  for (uint32_t i = 0; i < c->corner_count; i++) rows += c->corner_parents[i] >= m->from->corner_count;
+  uint32_t mixes = 0;
+  for (uint32_t i = 0; i < c->corner_count; i++) mixes += c->corner_parents[i] >= m->from->corner_count;
   v->of_corner = tw_alloc(c->corner_count, sizeof *v->of_corner);
-  v->rows = tw_alloc(rows, sizeof *v->rows);
-  v->first = tw_alloc(rows, sizeof *v->first);
-  v->number = tw_alloc((size_t)set->value_count + rows, sizeof *v->number);
-  v->shares = tw_alloc((size_t)c->term_count + 1, sizeof *v->shares);
-  return v->of_corner && v->rows && v->first && v->number && v->shares;
-}
-
-static void find_values(const maker *m, const tw_uv_set *set, values *v) {
-  const tw_change *c = m->change;
+  v->number = tw_alloc(set->value_count, sizeof *v->number);
+  v->means = tw_alloc(mixes, sizeof *v->means);
+  v->fresh = tw_alloc(mixes, sizeof *v->fresh);
+  if (!v->of_corner || !v->number || !v->means || !v->fresh) return false;
   for (uint32_t i = 0; i < c->corner_count; i++) {
     uint32_t count;
     tw_term single;
     const tw_term *terms = terms_of(c, c->corner_parents[i], m->from->corner_count, &single, &count);
-    float *row = v->rows[v->row_count];
-    if (count == 1) {
-      v->of_corner[i] = set->corners[terms->index];
-      continue;
+    uint32_t first = set->corners[terms[0].index], last = set->corners[terms[count - 1].index];
+    if (is_one_value(set, terms, count))
+      v->of_corner[i] = first;
+    else
+      v->means[v->mean_count++] = (mean){c->corners[i], first, last, i};
+  }
+  return true;
+}
+
+static void join_values(const maker *m, const tw_uv_set *set, values *v) {
+  const tw_change *c = m->change;
+  qsort(v->means, v->mean_count, sizeof *v->means, compare_means);
+  for (uint32_t i = 0; i < v->mean_count; i++) {
+    const mean *a = &v->means[i], *b = i > 0 ? a - 1 : NULL;
+    if (!b || a->point != b->point || a->first != b->first || a->last != b->last) {
+      uint32_t count;
+      tw_term single;
+      const tw_term *terms =
+          terms_of(c, c->corner_parents[a->corner], m->from->corner_count, &single, &count);
+      double sum[2] = {0, 0};
+      for (uint32_t k = 0; k < 2 * count; k++)
+        sum[k % 2] +=
+            terms[k / 2].weight * (double)set->values[2 * (size_t)set->corners[terms[k / 2].index] + k % 2];
+      for (int k = 0; k < 2; k++) v->fresh[v->new_count][k] = (float)sum[k];
+      v->new_count++;
     }
-    v->of_corner[i] = mix_value(set, terms, count, v->shares, row);
-    if (v->of_corner[i] != UINT32_MAX) continue;
-    row[2] = (float)(c->corners[i] & 0xFFFF);
-    row[3] = (float)(c->corners[i] >> 16);
-    v->of_corner[i] = set->value_count + v->row_count++;
+    v->of_corner[a->corner] = set->value_count + v->new_count - 1;
   }
 }
 
-/* Numbers the values that corners have: those of before in their order, then the new ones. */
+/* The values of before that corners still have, in their order, then the new ones. */
 static bool number_values(const maker *m, const tw_uv_set *from, values *v, tw_uv_set *to) {
-  const tw_change *c = m->change;
-  memset(v->number, 0xFF, ((size_t)from->value_count + v->row_count) * sizeof *v->number);
-  for (uint32_t i = 0; i < c->corner_count; i++)
+  uint32_t corner_count = m->change->corner_count, kept = 0;
+  memset(v->number, 0xFF, from->value_count * sizeof *v->number);
+  for (uint32_t i = 0; i < corner_count; i++)
     if (v->of_corner[i] < from->value_count) v->number[v->of_corner[i]] = 0;
-  uint32_t count = 0;
   for (uint32_t i = 0; i < from->value_count; i++)
-    if (v->number[i] == 0) v->number[i] = count++;
-  for (uint32_t i = 0; i < v->row_count; i++)
-    v->number[from->value_count + i] =
-        v->first[i] == i ? count++ : v->number[from->value_count + v->first[i]];
-  uint32_t *corners = tw_arena_alloc_raw(m->arena, c->corner_count, sizeof *corners);
-  float *out = tw_arena_alloc_raw(m->arena, count, sizeof(float[2]));
+    if (v->number[i] == 0) v->number[i] = kept++;
+  uint32_t *corners = tw_arena_alloc_raw(m->arena, corner_count, sizeof *corners);
+  float *out = tw_arena_alloc_raw(m->arena, (size_t)kept + v->new_count, sizeof(float[2]));
   if (!corners || !out) return false;
   for (uint32_t i = 0; i < from->value_count; i++)
     if (v->number[i] != UINT32_MAX)
       memcpy(out + 2 * (size_t)v->number[i], from->values + 2 * (size_t)i, sizeof(float[2]));
-  for (uint32_t i = 0; i < v->row_count; i++)
-    memcpy(out + 2 * (size_t)v->number[from->value_count + i], v->rows[i], sizeof(float[2]));
-  for (uint32_t i = 0; i < c->corner_count; i++) corners[i] = v->number[v->of_corner[i]];
-  *to = (tw_uv_set){count, out, corners};
+  if (v->new_count > 0) memcpy(out + 2 * (size_t)kept, v->fresh, v->new_count * sizeof *v->fresh);
+  for (uint32_t i = 0; i < corner_count; i++) {
+    uint32_t value = v->of_corner[i];
+    corners[i] = value < from->value_count ? v->number[value] : kept + (value - from->value_count);
+  }
+  *to = (tw_uv_set){kept + v->new_count, out, corners};
   return true;
 }
 
@@ -365,10 +360,11 @@ static bool make_uvs(const maker *m) {
   for (uint32_t s = 0; s < m->from->uv_set_count && has_room; s++) {
     const tw_uv_set *set = &m->from->uv_sets[s];
     values v = {0};
-    has_room = values_init(m, set, &v);
-    if (has_room) find_values(m, set, &v);
-    has_room = has_room && tw_find_equal_rows(v.rows[0], 4, v.row_count, v.first, NULL) == TW_OK &&
-               number_values(m, set, &v, &m->to->uv_sets[s]);
+    has_room = find_values(m, set, &v);
+    if (has_room) {
+      join_values(m, set, &v);
+      has_room = number_values(m, set, &v, &m->to->uv_sets[s]);
+    }
     values_deinit(&v);
   }
   return has_room;
@@ -650,6 +646,18 @@ static bool make_mesh(const maker *m) {
          carry_holes(m);
 }
 
+static tw_status shift_points(const maker *m) {
+  float *positions = (float *)m->to->positions;
+  for (uint32_t p = 0; m->change->shifts && p < m->to->point_count; p++)
+    for (uint32_t i = 0; i < 3; i++) {
+      double to = (double)positions[3 * (size_t)p + i] + m->change->shifts[p][i];
+      if (!(fabs(to) <= (double)TW_COORDINATE_MAX))
+        return tw_editor_fail(m->editor, TW_INVALID, "", "the edit moves a point beyond 1e18");
+      positions[3 * (size_t)p + i] = (float)to;
+    }
+  return TW_OK;
+}
+
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   tw_mesh mesh;
   maker m = {change, &editor->mesh, &mesh, tw_arena_create(), editor};
@@ -658,9 +666,10 @@ tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   bool has_room = m.arena && make_mesh(&m);
   if (has_room && older > 0) has_room = carry_named(&m, editor->named, older);
   if (has_room && named) has_room = name_made(&m, named);
-  if (!has_room) {
+  tw_status status = has_room ? shift_points(&m) : tw_editor_no_memory(editor);
+  if (status != TW_OK) {
     tw_arena_destroy(m.arena);
-    return tw_editor_no_memory(editor);
+    return status;
   }
   tw_arena_destroy(editor->arena);
   editor->mesh = mesh;
@@ -702,7 +711,7 @@ tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3])
   float *out = tw_editor_positions(editor) + 3 * (size_t)point;
   for (int i = 0; i < 3; i++) {
     if (!(fabs(at[i]) <= (double)TW_COORDINATE_MAX))
-      return tw_editor_fail(editor, TW_INVALID, "", "the edit moves point %u beyond 1e18", point);
+      return tw_editor_fail(editor, TW_INVALID, "", "the edit moves a point beyond 1e18");
     out[i] = (float)at[i];
   }
   return TW_OK;

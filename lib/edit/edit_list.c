@@ -111,10 +111,10 @@ static tw_status apply_kind(tw_editor *e) {
   case TW_EDIT_CREASE: return tw_edit_crease(e);
   case TW_EDIT_CORNER: return tw_edit_corner(e);
   case TW_EDIT_HOLE: return tw_edit_hole(e);
+  case TW_EDIT_EXTRUDE: return tw_edit_extrude(e);
+  case TW_EDIT_INSET: return tw_edit_inset(e);
   case TW_EDIT_LOOP_CUT: return tw_edit_loop_cut(e);
   case TW_EDIT_SUBDIVIDE: return tw_edit_subdivide(e);
-  case TW_EDIT_EXTRUDE:
-  case TW_EDIT_INSET:
   case TW_EDIT_DELETE:
   case TW_EDIT_MERGE:
   case TW_EDIT_FILL:

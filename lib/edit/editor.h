@@ -74,12 +74,14 @@ typedef struct tw_change {
   uint8_t *corner_flags;    /* [corner_count] MADE: the edge behind it */
   uint32_t *mix_offsets;    /* [mix_count + 1] */
   tw_term *terms;           /* [term_count] */
+  double (*shifts)[3];      /* [point_count] by how much points are moved, or NULL */
 } tw_change;
 
 /* Checks the size against the limits and allocates. The editor has its topology. TW_LIMIT, TW_NO_MEMORY. */
 tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_change_size *most);
 
-/* A mean of points, or of corners; returns its number. Weights sum to 1. */
+/* A mean of points, or of corners; returns its number. Weights sum to 1. Means of corners at one new point
+ * have one texture coordinate where their first and their last terms had. */
 uint32_t tw_change_mix(tw_change *change, const tw_term *terms, uint32_t count);
 /* Returns the new point. */
 uint32_t tw_change_point(tw_change *change, uint32_t parent, uint8_t flags);
@@ -141,6 +143,8 @@ tw_status tw_edit_transform(tw_editor *editor); /* move, rotate, scale */
 tw_status tw_edit_crease(tw_editor *editor);
 tw_status tw_edit_corner(tw_editor *editor);
 tw_status tw_edit_hole(tw_editor *editor);
+tw_status tw_edit_extrude(tw_editor *editor);
+tw_status tw_edit_inset(tw_editor *editor);
 tw_status tw_edit_loop_cut(tw_editor *editor);
 tw_status tw_edit_subdivide(tw_editor *editor);
 

@@ -131,20 +131,8 @@ TEST(rings_end_at_triangles) {
 
 TEST(rings_end_at_borders) {
   enum { A = 3, B = 2 };
-  float points[(A + 1) * (B + 1)][3];
-  uint32_t corners[4 * A * B], offsets[A * B + 1] = {0};
-  for (uint32_t i = 0; i < (A + 1) * (B + 1); i++) {
-    points[i][0] = (float)(i % (A + 1));
-    points[i][1] = (float)(i / (A + 1));
-    points[i][2] = 0;
-  }
-  for (uint32_t i = 0; i < A * B; i++) {
-    uint32_t p = i / A * (A + 1) + i % A;
-    const uint32_t quad[4] = {p, p + 1, p + A + 2, p + A + 1};
-    memcpy(corners + 4 * i, quad, sizeof quad);
-    offsets[i + 1] = 4 * i + 4;
-  }
-  tw_mesh mesh = mesh_of(points[0], (A + 1) * (B + 1), corners, offsets, A * B);
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, A, B);
   tw_edit edit_ = loop_cut(5, 6, 1, NULL); /* inside */
   edited e = edit(&mesh, &edit_, 1);
   assert_counts(&e, (A + 2) * (B + 1), (A + 1) * (B + 1) + (A + 2) * B, (A + 1) * B, 2 * (A + 1 + B));

@@ -215,6 +215,29 @@ static inline tw_mesh mesh_of(const float *points, uint32_t point_count, const u
   return mesh;
 }
 
+/* Quads over (a + 1) by (b + 1) points in the plane of x and y, a point for each whole number. */
+enum { GRID_MOST = 16 };
+typedef struct grid_mesh {
+  float points[(GRID_MOST + 1) * (GRID_MOST + 1)][3];
+  uint32_t corners[4 * GRID_MOST * GRID_MOST], offsets[GRID_MOST * GRID_MOST + 1];
+} grid_mesh;
+
+static inline tw_mesh grid_of(grid_mesh *g, uint32_t a, uint32_t b) {
+  for (uint32_t i = 0; i < (a + 1) * (b + 1); i++) {
+    g->points[i][0] = (float)(i % (a + 1));
+    g->points[i][1] = (float)(i / (a + 1));
+    g->points[i][2] = 0;
+  }
+  for (uint32_t i = 0; i < a * b; i++) {
+    uint32_t p = i / a * (a + 1) + i % a;
+    const uint32_t quad[4] = {p, p + 1, p + a + 2, p + a + 1};
+    memcpy(g->corners + 4 * i, quad, sizeof quad);
+    g->offsets[i + 1] = 4 * i + 4;
+  }
+  g->offsets[0] = 0;
+  return mesh_of(g->points[0], (a + 1) * (b + 1), g->corners, g->offsets, a * b);
+}
+
 #define LIST(what, ...)                                                                                      \
   {                                                                                                          \
     .of = what, .by = TW_SELECT_LIST,                                                                        \

@@ -1,0 +1,252 @@
+/* Extruded and inset faces. */
+#include "edited.h"
+
+static const tw_selection all_faces = {.of = TW_EDIT_FACES, .by = TW_SELECT_ALL};
+
+static tw_edit extrude(tw_selection faces, double distance) {
+  return (tw_edit){.kind = TW_EDIT_EXTRUDE, .selection = faces, .name = "deck", .extrude.distance = distance};
+}
+
+static tw_edit inset(tw_selection faces, double amount) {
+  return (tw_edit){.kind = TW_EDIT_INSET, .selection = faces, .name = "pane", .inset.amount = amount};
+}
+
+static double volume_of(const tw_mesh *mesh) {
+  double volume, area;
+  measure(mesh, &volume, &area);
+  return volume;
+}
+
+static double area_of(const tw_mesh *mesh) {
+  double volume, area;
+  measure(mesh, &volume, &area);
+  return area;
+}
+
+TEST(lengths_must_be_finite) {
+  tw_mesh mesh = cube();
+  tw_edit edit = extrude(all_faces, NAN);
+  edit_refused(&mesh, &edit, 1, TW_INVALID, "/0/distance");
+  edit = inset(all_faces, INFINITY);
+  edit_refused(&mesh, &edit, 1, TW_INVALID, "/0/amount");
+  edit = extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 2e18);
+  edit_refused(&mesh, &edit, 1, TW_INVALID, "/0");
+  edit.extrude.has_by = true;
+  edit.extrude.by[1] = NAN;
+  edit_refused(&mesh, &edit, 1, TW_INVALID, "/0");
+}
+
+/* ---- extrude ------------------------------------------------------------------------------------------- */
+
+TEST(a_face_of_a_cube_gets_walls) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 0.5);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 12, 20, 10, 0);
+  assert_near(volume_of(&e.mesh), 8 + 2);
+  /* The face stays in its place, the others as they were; walls come last. */
+  assert_memory_equal(e.mesh.corners, cube_corners, 4 * sizeof(uint32_t));
+  assert_memory_equal(e.mesh.corners + 8, cube_corners + 8, 16 * sizeof(uint32_t));
+  assert_int_equal(e.made[0].face_count, 1);
+  assert_int_equal(e.made[0].faces[0], 1);
+  for (uint32_t i = 0; i < 4; i++) {
+    assert_int_equal(e.made[0].vertices[i], 8 + i);
+    assert_true(point_of(&e.mesh, 8 + i)[2] == 1.5f);
+  }
+  edited_deinit(&e);
+}
+
+TEST(a_vector_moves_faces_as_they_are) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 0);
+  edit_.extrude.has_by = true;
+  edit_.extrude.by[0] = 3;
+  edit_.extrude.by[2] = 1;
+  edited e = edit(&mesh, &edit_, 1);
+  assert_near(volume_of(&e.mesh), 8 + 4);
+  assert_true(point_of(&e.mesh, 8)[0] == 2 && point_of(&e.mesh, 8)[2] == 2);
+  edited_deinit(&e);
+}
+
+TEST(neighbours_have_no_wall_between_them) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 14, 24, 12, 0);
+  for (uint32_t p = 8; p < 14; p++) { /* both faces move by the distance */
+    const float *at = point_of(&e.mesh, p);
+    assert_true(fabsf(at[1] - 1.25f) < 1e-6f || fabsf(at[2] - 1.25f) < 1e-6f);
+  }
+  assert_near(volume_of(&e.mesh), 2 * 2.25 * 2.25);
+  edited_deinit(&e);
+}
+
+TEST(a_closed_region_moves_whole) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = extrude(all_faces, 0.5);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 8, 12, 6, 0);
+  assert_memory_equal(e.mesh.corners, cube_corners, sizeof cube_corners);
+  assert_near(volume_of(&e.mesh), 27);
+  assert_int_equal(e.made[0].vertex_count, 8);
+  edited_deinit(&e);
+}
+
+TEST(an_open_border_gets_walls) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 3, 3);
+  tw_edit edit_ = extrude(all_faces, 2);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 16 + 12, 24 + 24, 9 + 12, 12);
+  assert_near(area_of(&e.mesh), 9 + 12 * 2);
+  assert_true(point_of(&e.mesh, 5)[2] == 2 && point_of(&e.mesh, 0)[2] == 0); /* 5 is inside: it moves */
+  edited_deinit(&e);
+}
+
+TEST(faces_that_meet_in_a_point_part_there) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 2, 2);
+  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 0, 3), 1);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 9 + 8, 12 + 16, 4 + 8, 8);
+  edited_deinit(&e);
+}
+
+TEST(each_face_on_its_own) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = extrude(all_faces, 0.5);
+  edit_.extrude.is_individual = true;
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 8 + 24, 12 + 48, 6 + 24, 0);
+  assert_near(volume_of(&e.mesh), 8 + 6 * 2);
+  edited_deinit(&e);
+}
+
+TEST(creases_stay_below_and_go_along) {
+  tw_mesh mesh = cube();
+  tw_edit edits[4] = {{.kind = TW_EDIT_CREASE, .selection = LIST(TW_EDIT_EDGES, 4, 5), .sharpness = 3},
+                      {.kind = TW_EDIT_CORNER, .selection = LIST(TW_EDIT_VERTICES, 4), .sharpness = 3},
+                      {.kind = TW_EDIT_HOLE, .selection = LIST(TW_EDIT_FACES, 1), .sharpness = 1},
+                      extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 1)};
+  edited e = edit(&mesh, edits, 4);
+  assert_int_equal(e.stats.creases, 2);
+  assert_int_equal(e.stats.sharp_points, 2);
+  assert_int_equal(e.stats.holes, 1);
+  edited_deinit(&e);
+}
+
+/* The face's own texture coordinates are as long as it is. */
+TEST(walls_lie_unfolded_in_the_texture) {
+  tw_mesh mesh = cube();
+  dressed d = {0};
+  dress(&mesh, &d);
+  tw_edit edit_ = extrude((tw_selection)LIST(TW_EDIT_FACES, 3), 0.5);
+  edited e = edit(&mesh, &edit_, 1);
+  const tw_uv_set *set = &e.mesh.uv_sets[1];
+  for (uint32_t f = 6; f < 10; f++) {
+    double area = 0;
+    for (uint32_t i = 0; i < 4; i++) {
+      const float *a = set->values + 2 * set->corners[e.mesh.face_offsets[f] + i],
+                  *b = set->values + 2 * set->corners[e.mesh.face_offsets[f] + (i + 1) % 4];
+      area += ((double)a[0] * (double)b[1] - (double)a[1] * (double)b[0]) / 2;
+    }
+    assert_near(area, 1);
+    assert_int_equal(e.mesh.face_materials[f], 3);
+  }
+  assert_int_equal(set->value_count, 24 + 8);
+  edited_deinit(&e);
+}
+
+/* ---- inset --------------------------------------------------------------------------------------------- */
+
+TEST(a_rim_lies_in_its_face) {
+  tw_mesh mesh = cube();
+  dressed d = {0};
+  dress(&mesh, &d);
+  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 1), 0.25);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 12, 20, 10, 0);
+  assert_near(volume_of(&e.mesh), 8);
+  assert_near(area_of(&e.mesh), 24);
+  for (uint32_t p = 8; p < 12; p++)
+    for (int i = 0; i < 2; i++) assert_true(fabsf(fabsf(point_of(&e.mesh, p)[i]) - 0.75f) < 1e-6f);
+  assert_dressed(&e.mesh);
+  assert_int_equal(e.mesh.uv_sets[0].value_count, 12);
+  assert_int_equal(e.mesh.uv_sets[1].value_count, 28);
+  edited_deinit(&e);
+}
+
+TEST(neighbours_keep_their_edge) {
+  grid_mesh grid;
+  tw_mesh mesh = grid_of(&grid, 4, 4);
+  for (uint32_t p = 0; p < 25; p++)
+    for (int i = 0; i < 2; i++) grid.points[p][i] = grid.points[p][i] / 2 - 1;
+  dressed d = {0};
+  dress(&mesh, &d);
+  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 5, 6, 9, 10), 0.125);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 25 + 8, 40 + 16, 16 + 8, 16);
+  assert_near(area_of(&e.mesh), 4);
+  double area = 0;
+  for (uint32_t i = 0; i < 4; i++) {
+    tw_mesh face = e.mesh;
+    face.face_offsets += e.made[0].faces[i];
+    face.face_count = 1;
+    area += area_of(&face);
+  }
+  assert_near(area, 0.75 * 0.75);
+  assert_dressed(&e.mesh);
+  assert_int_equal(e.mesh.uv_sets[0].value_count, 33);
+  edited_deinit(&e);
+}
+
+TEST(a_rim_runs_over_the_edges_of_a_box) {
+  tw_mesh mesh = cube();
+  dressed d = {0};
+  dress(&mesh, &d);
+  tw_edit edit_ = inset((tw_selection)LIST(TW_EDIT_FACES, 1, 4), 0.25);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 14, 24, 12, 0);
+  assert_near(volume_of(&e.mesh), 8);
+  assert_near(area_of(&e.mesh), 24);
+  assert_dressed(&e.mesh);
+  assert_int_equal(e.mesh.uv_sets[0].value_count, 14);
+  edited_deinit(&e);
+}
+
+TEST(rims_of_each_face) {
+  tw_mesh mesh = cube();
+  dressed d = {0};
+  dress(&mesh, &d);
+  tw_edit edit_ = inset(all_faces, 0.5);
+  edit_.inset.is_individual = true;
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 8 + 24, 12 + 48, 6 + 24, 0);
+  assert_near(area_of(&e.mesh), 24);
+  assert_dressed(&e.mesh);
+  edited_deinit(&e);
+}
+
+TEST(made_faces_and_rims_have_the_name) {
+  tw_mesh mesh = cube();
+  const tw_selection deck = {.of = TW_EDIT_FACES, .by = TW_SELECT_MADE, .name = "deck"},
+                     rim = {.of = TW_EDIT_EDGES, .by = TW_SELECT_MADE, .name = "pane"};
+  tw_edit edits[4] = {extrude((tw_selection)LIST(TW_EDIT_FACES, 1), 0.5),
+                      inset(deck, 0.25),
+                      extrude(deck, -0.25),
+                      {.kind = TW_EDIT_CREASE, .selection = rim, .sharpness = 2}};
+  edited e = edit(&mesh, edits, 4);
+  assert_counts(&e, 20, 36, 18, 0);
+  assert_near(volume_of(&e.mesh), 8 + 2 - 1.5 * 1.5 * 0.25);
+  assert_int_equal(e.stats.creases, 8); /* the rim of the pane, above and below its walls */
+  edited_deinit(&e);
+}
+
+TEST(an_inset_of_all_that_is_closed_changes_nothing) {
+  tw_mesh mesh = cube();
+  tw_edit edit_ = inset(all_faces, 0.5);
+  edited e = edit(&mesh, &edit_, 1);
+  assert_counts(&e, 8, 12, 6, 0);
+  assert_memory_equal(e.mesh.positions, mesh.positions, 24 * sizeof(float));
+  edited_deinit(&e);
+}
