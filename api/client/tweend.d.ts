@@ -539,6 +539,145 @@ export interface Tracks {
     warnings: string[];
   }[];
 }
+/** A cage centred on the origin, closed but for `grid` and open caps, faces outward, points by y, then z, then x.
+ * Its UVs are those of three.js. What all shapes of a document make is limited by `--max-faces` and `--max-memory`.
+ * */
+export type Shape = {
+  /** @constant */
+  kind: "grid";
+  /**
+   * Along x and z.
+   * @default [
+   *       1,
+   *       1
+   *     ]
+   */
+  size?: number[];
+  /**
+   * @default [
+   *       1,
+   *       1
+   *     ]
+   */
+  segments?: number[];
+} | {
+  /** @constant */
+  kind: "box";
+  /**
+   * @default [
+   *       1,
+   *       1,
+   *       1
+   *     ]
+   */
+  size?: number[];
+  /**
+   * @default [
+   *       1,
+   *       1,
+   *       1
+   *     ]
+   */
+  segments?: number[];
+} | {
+  /** @constant */
+  kind: "quad_sphere";
+  /** @default 1 */
+  radius?: number;
+  /** @default 16 */
+  segments?: number;
+} | {
+  /** @constant */
+  kind: "uv_sphere";
+  /** @default 1 */
+  radius?: number;
+  /** @default 16 */
+  segments?: number;
+  /**
+   * Bands from pole to pole.
+   * @default 8
+   */
+  rings?: number;
+} | {
+  /** @constant */
+  kind: "icosphere";
+  /** @default 1 */
+  radius?: number;
+  /** @default 1 */
+  level?: number;
+} | {
+  /** @constant */
+  kind: "ellipsoid";
+  /**
+   * @default [
+   *       1,
+   *       1,
+   *       1
+   *     ]
+   */
+  radii?: number[];
+  /** @default 16 */
+  segments?: number;
+} | {
+  /** @constant */
+  kind: "cylinder";
+  /** @default 1 */
+  radius?: number;
+  /** @default 1 */
+  height?: number;
+  /** @default 16 */
+  segments?: number;
+  /**
+   * Bands from top to bottom.
+   * @default 1
+   */
+  rings?: number;
+  /**
+   * @default ngon
+   */
+  caps?: "ngon" | "fan" | "none";
+} | {
+  /** @constant */
+  kind: "cone";
+  /** @default 1 */
+  radius?: number;
+  /** @default 1 */
+  height?: number;
+  /** @default 16 */
+  segments?: number;
+  /**
+   * Bands from top to bottom.
+   * @default 1
+   */
+  rings?: number;
+  /**
+   * @default ngon
+   */
+  caps?: "ngon" | "fan" | "none";
+} | {
+  /** @constant */
+  kind: "torus";
+  /**
+   * To the middle of the tube.
+   * @default 1
+   */
+  radius?: number;
+  /**
+   * Radius of the tube, less than the other.
+   * @default 0.4
+   */
+  tube?: number;
+  /**
+   * About the y axis.
+   * @default 16
+   */
+  segments?: number;
+  /**
+   * About the tube.
+   * @default 8
+   */
+  sides?: number;
+};
 export interface Health {
   status: string;
 }

@@ -417,15 +417,15 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   return API_DONE;
 }
 
-bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, tw_model **out,
-                    api_fault *fault) {
+bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
+                    tw_model **out, api_fault *fault) {
   tw_status status = TW_OK;
   switch (format) {
   case TW_FORMAT_OBJ: status = tw_obj_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
   case TW_FORMAT_STL: status = tw_stl_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
   case TW_FORMAT_PLY: status = tw_ply_read(bytes.data, bytes.size, reading.weld, out, &fault->error); break;
   case TW_FORMAT_JSON:
-    status = api_model_from_json((const char *)bytes.data, bytes.size, out, &fault->error);
+    status = api_model_from_json((const char *)bytes.data, bytes.size, making, out, &fault->error);
     break;
   case TW_FORMAT_GLTF:
   case TW_FORMAT_GLB:
@@ -439,6 +439,7 @@ bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, tw_m
     if (status != TW_OK) tw_model_destroy(*out);
   }
   if (status == TW_OK) return true;
+  if (fault->stall != API_STALL_NONE) return false;
   api_fault_complete(fault);
   bool is_json = format == TW_FORMAT_JSON || format == TW_FORMAT_GLTF || format == TW_FORMAT_GLB;
   fault->in_document = is_json && status != TW_NO_MEMORY;

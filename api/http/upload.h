@@ -3,6 +3,7 @@
 #define API_UPLOAD_H
 
 #include "call.h"
+#include "json_in.h"
 #include "json_value.h"
 #include "tweend/format.h"
 
@@ -32,8 +33,9 @@ typedef struct api_reading {
 } api_reading;
 
 /* The model that the bytes make. Its format is theirs alone: stored bytes read back the same.
- * False: the fault says why. */
-bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, tw_model **out, api_fault *fault);
+ * False: the fault says why; it stalls where making->grant had it stall. */
+bool api_model_read(api_bytes bytes, tw_format format, api_reading reading, const api_making *making,
+                    tw_model **out, api_fault *fault);
 
 /* The largest window that a zstd body may ask for is 8 MiB, which RFC 9659 sets for content codings. */
 enum { API_ZSTD_WINDOW_LOG = 23 };

@@ -8,6 +8,7 @@
 
 #include "json_value.h"
 #include "near_names.h"
+#include "shape_in.h"
 
 /* ---- names ----------------------------------------------------------------------------------- */
 
@@ -105,6 +106,7 @@ static tw_status read_reference(const api_value *value, const names *all, uint32
 
 enum {
   MESH_NAME,
+  MESH_SHAPE,
   MESH_POSITIONS,
   MESH_FACES,
   MESH_UVS,
@@ -114,8 +116,14 @@ enum {
   MESH_HOLES,
   MESH_MEMBERS
 };
-static const char *const mesh_members[] = {"name",    "positions", "faces", "uvs", "face_uvs",
-                                           "creases", "corners",   "holes", NULL};
+static const char *const mesh_members[] = {"name",     "shape",   "positions", "faces", "uvs",
+                                           "face_uvs", "creases", "corners",   "holes", NULL};
+
+typedef struct mesh_reader {
+  tw_model *model;
+  const api_making *making;
+  uint64_t faces, bytes; /* that shapes have made so far */
+} mesh_reader;
 
 /* [count] elements in the arena; NULL for none and without memory, which *status tells apart. */
 static void *allocate(const api_json *json, size_t count, size_t size, tw_status *status) {
@@ -245,14 +253,40 @@ static tw_status read_topology(const api_value *members, tw_mesh *mesh) {
   return TW_OK;
 }
 
+/* Limits are checked on what the shape will have, before there is any of it. */
+static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_mesh *mesh) {
+  const api_value *value = &members[MESH_SHAPE];
+  const api_making *making = reader->making;
+  static const int others[] = {MESH_POSITIONS, MESH_FACES, MESH_UVS, MESH_FACE_UVS};
+  for (size_t i = 0; i < sizeof others / sizeof *others; i++)
+    if (members[others[i]].item)
+      return api_json_fail(&members[others[i]], TW_SYNTAX, "a mesh with a shape has no %s of its own",
+                           mesh_members[others[i]]);
+  tw_shape shape;
+  tw_shape_counts counts;
+  tw_status status = api_shape_in(value, &shape, &counts);
+  if (status != TW_OK) return status;
+  if (counts.faces > making->faces_max - reader->faces)
+    return api_json_fail(value, TW_LIMIT,
+                         "the shape would have %llu points and %llu faces; shapes may have %llu faces in all",
+                         (unsigned long long)counts.points, (unsigned long long)counts.faces,
+                         (unsigned long long)making->faces_max);
+  reader->faces += counts.faces;
+  reader->bytes += counts.bytes;
+  if (making->grant && !making->grant(making->context, reader->bytes)) return api_json_no_memory(value->json);
+  return tw_shape_make(&shape, value->json->arena, mesh, value->json->error);
+}
+
 static tw_status read_mesh(void *context, const api_value *object) {
-  tw_mesh *mesh = &((tw_model *)context)->meshes[object->at.index];
+  mesh_reader *reader = context;
+  tw_mesh *mesh = &reader->model->meshes[object->at.index];
   api_value members[MESH_MEMBERS];
   tag_list creases = {0}, corners = {0};
   tw_mesh_init(mesh);
   tw_status status = api_json_members(object, mesh_members, members);
+  if (status == TW_OK)
+    status = members[MESH_SHAPE].item ? read_shape(reader, members, mesh) : read_topology(members, mesh);
   if (status == TW_OK) status = api_json_text(&members[MESH_NAME], &mesh->name);
-  if (status == TW_OK) status = read_topology(members, mesh);
   if (status == TW_OK && (members[MESH_UVS].item || members[MESH_FACE_UVS].item))
     status = read_uvs(members, mesh);
   if (status == TW_OK)
@@ -494,7 +528,8 @@ static tw_status open_document(const api_value *root, api_value *parts, tw_model
 }
 
 /* scratch: for names. */
-static tw_status read_parts(const api_value *parts, tw_arena *scratch, tw_model *model) {
+static tw_status read_parts(const api_value *parts, const api_making *making, tw_arena *scratch,
+                            tw_model *model) {
   names meshes, nodes;
   tw_status status = read_names(&parts[MESHES], model->mesh_count, "mesh", scratch, &meshes);
   if (status != TW_OK) return status;
@@ -502,31 +537,33 @@ static tw_status read_parts(const api_value *parts, tw_arena *scratch, tw_model 
   bool has_nodes = model->node_count > 0;
   status = read_names(&parts[has_nodes ? NODES : MESHES], has_nodes ? model->node_count : model->mesh_count,
                       "node", scratch, &nodes);
-  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, model);
+  if (status == TW_OK) status = api_json_each(&parts[MESHES], read_mesh, &(mesh_reader){model, making, 0, 0});
   if (status == TW_OK)
     status = api_json_each(&parts[NODES], read_node, &(node_reader){&meshes, &nodes, model});
   if (status == TW_OK) status = api_json_each(&parts[CLIPS], read_clip, &(clip_reader){&nodes, model, 0});
   return status;
 }
 
-static tw_status read_document(const char *text, size_t size, tw_model *model, tw_error *error) {
+static tw_status read_document(const char *text, size_t size, const api_making *making, tw_model *model,
+                               tw_error *error) {
   api_json json = {model->arena, error, NULL};
   api_value root, parts[PARTS];
   tw_status status = api_json_open(&json, text, size, API_JSON_VALUES_MAX, &root);
   if (status != TW_OK) return status;
   tw_arena *scratch = tw_arena_create();
   status = scratch ? open_document(&root, parts, model) : api_json_no_memory(&json);
-  if (status == TW_OK) status = read_parts(parts, scratch, model);
+  if (status == TW_OK) status = read_parts(parts, making, scratch, model);
   tw_arena_destroy(scratch);
   api_json_close(&root);
   return status;
 }
 
-tw_status api_model_from_json(const char *text, size_t size, tw_model **out, tw_error *error) {
+tw_status api_model_from_json(const char *text, size_t size, const api_making *making, tw_model **out,
+                              tw_error *error) {
   tw_model *model = tw_model_create();
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_JSON;
-  tw_status status = read_document(text, size, model, error);
+  tw_status status = read_document(text, size, making, model, error);
   if (status == TW_OK) status = tw_model_finish(model, error);
   if (status != TW_OK) {
     tw_model_destroy(model);

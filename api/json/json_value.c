@@ -49,6 +49,14 @@ tw_status api_json_fail(const api_value *value, tw_status status, const char *fo
   return status;
 }
 
+tw_status api_json_fail_within(const api_value *value, tw_status status) {
+  tw_error *error = value->json->error;
+  char place[sizeof error->pointer], pointer[sizeof error->pointer];
+  memcpy(pointer, error->pointer, sizeof pointer);
+  tw_error_at(error, "%s%s", print_place(&value->at, place, sizeof place), pointer);
+  return status;
+}
+
 tw_status api_json_no_memory(const api_json *json) {
   return tw_fail(json->error, TW_NO_MEMORY, "out of memory");
 }
@@ -192,6 +200,17 @@ tw_status api_json_each(const api_value *array, api_json_reader *read, void *con
     api_json_close(&object);
     more = tw_json_next(end, &element);
   }
+  return status;
+}
+
+tw_status api_json_object(const api_value *value, api_json_reader *read, void *context) {
+  api_value object = *value;
+  const char *end;
+  if (!cJSON_IsObject(value->item)) return api_json_fail(value, TW_SYNTAX, "an object is expected");
+  tw_status status = parse_object(&object, source_of(value), &end);
+  if (status != TW_OK) return status;
+  status = read(context, &object);
+  api_json_close(&object);
   return status;
 }
 

@@ -37,6 +37,8 @@ tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t 
 void api_json_close(api_value *root);
 
 tw_status api_json_fail(const api_value *value, tw_status status, const char *format, ...) TW_PRINTF(3, 4);
+/* The same where a function of the library has filled the error, whose pointer is relative to the value. */
+tw_status api_json_fail_within(const api_value *value, tw_status status);
 tw_status api_json_no_memory(const api_json *json);
 
 /* Spreads the members of an object: values[i] becomes the member called names[i]. names: NULL-terminated;
@@ -49,6 +51,9 @@ tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count)
 /* Calls read(context, object) for each element of an array of objects, until one fails. */
 typedef tw_status api_json_reader(void *context, const api_value *object);
 tw_status api_json_each(const api_value *array, api_json_reader *read, void *context);
+
+/* Calls read(context, object) for a value that has to be an object. */
+tw_status api_json_object(const api_value *value, api_json_reader *read, void *context);
 
 /* A text, copied into the arena. */
 tw_status api_json_text(const api_value *value, const char **out);

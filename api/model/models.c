@@ -136,8 +136,33 @@ static bool take_name(api_service *service, const char *id, const char *given, t
   return !name || model->name;
 }
 
-static bool grant_reading(api_call *call, tw_format format, uint64_t size, api_fault *fault) {
-  return api_grant(call->service, call->request->ticket, tw_reading_size(format, size), fault);
+/* Who reads a model, and what the request was granted for its bytes. */
+typedef struct model_reader {
+  api_call *call;
+  api_fault *fault;
+  uint64_t granted;
+} model_reader;
+
+static bool grant_making(void *context, uint64_t bytes) {
+  const model_reader *reader = context;
+  const api_call *call = reader->call;
+  return api_grant(call->service, call->request->ticket, reader->granted + bytes, reader->fault);
+}
+
+/* Faces that may be made of a small document: no shape may take more memory than there is, and making a face
+ * takes up to MADE_FACE bytes. */
+static uint64_t made_faces_max(const api_limits *limits) {
+  enum { MADE_FACE = 256 };
+  uint64_t most = limits->max_memory / MADE_FACE;
+  return most < limits->max_faces ? most : limits->max_faces;
+}
+
+/* Reads a model of bytes, for which memory is granted first. */
+static bool read_granted(api_call *call, api_bytes bytes, tw_format format, api_reading reading,
+                         tw_model **out, api_fault *fault) {
+  model_reader reader = {call, fault, tw_reading_size(format, bytes.size)};
+  const api_making making = {made_faces_max(&call->service->limits), grant_making, &reader};
+  return grant_making(&reader, 0) && api_model_read(bytes, format, reading, &making, out, fault);
 }
 
 static bool build_model(void *context, api_built *out, api_fault *fault) {
@@ -145,13 +170,14 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   api_service *service = source->call->service;
   api_blob blob;
   if (!open_stored(service, source->id, &blob, fault)) return false;
-  bool is_granted = grant_reading(source->call, TW_FORMAT_GLTF, blob.size, fault);
+  bool is_granted =
+      api_grant(service, source->call->request->ticket, tw_reading_size(TW_FORMAT_GLTF, blob.size), fault);
   uint8_t *data = is_granted ? read_whole(service, source->id, &blob, fault) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
   tw_model *model = NULL;
-  bool is_read =
-      data && api_model_read(bytes, tw_format_sniff(data, bytes.size), source->reading, &model, fault);
+  bool is_read = data && read_granted(source->call, bytes, tw_format_sniff(data, bytes.size), source->reading,
+                                      &model, fault);
   free(data);
   if (!is_read) return false;
   *out = built_model(model);
@@ -181,8 +207,7 @@ static api_outcome read_body(api_call *call, const api_reading *reading, api_upl
   if (outcome != API_DONE) return outcome;
   bool is_read =
       api_upload_format(call, upload->bytes, &format) == API_DONE &&
-      grant_reading(call, format, upload->bytes.size, &call->fault) &&
-      api_model_read(upload->bytes, format, reading ? *reading : (api_reading){0}, out, &call->fault);
+      read_granted(call, upload->bytes, format, reading ? *reading : (api_reading){0}, out, &call->fault);
   if (is_read) return API_DONE;
   api_upload_deinit(upload);
   return API_FAILED;
@@ -313,9 +338,10 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   tw_model *model = NULL;
   bool existed = false;
   api_fault fault = {0};
-  bool is_stored = api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &model, &fault) &&
-                   take_name(service, id, name, model) &&
-                   store_model(service, given, id, model, &existed, &fault);
+  const api_making making = {.faces_max = made_faces_max(&service->limits)};
+  bool is_stored =
+      api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &fault) &&
+      take_name(service, id, name, model) && store_model(service, given, id, model, &existed, &fault);
   tw_model_destroy(model);
   return !is_stored ? fault.status : existed ? 200 : 201;
 }

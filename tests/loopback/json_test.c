@@ -108,6 +108,34 @@ static const bad_document not_tweend[] = {
     {MESH(",\"holes\":[true]"), 400, "/meshes/0/holes/0", "number"},
 };
 
+#define SHAPE(members) "{\"meshes\":[{\"shape\":{" members "}}]}"
+
+static const bad_document bad_shapes[] = {
+    {"{\"meshes\":[{\"shape\":\"box\"}]}", 400, "/meshes/0/shape", "object"},
+    {SHAPE(""), 400, "/meshes/0/shape", "grid, box"},
+    {SHAPE("\"kind\":7"), 400, "/meshes/0/shape/kind", "torus"},
+    {SHAPE("\"kind\":\"boks\""), 400, "/meshes/0/shape/kind", "did you mean box"},
+    {SHAPE("\"kind\":\"box\",\"radius\":1"), 400, "/meshes/0/shape", "known: kind, size, segments"},
+    {SHAPE("\"kind\":\"box\",\"sizes\":[1,1,1]"), 400, "/meshes/0/shape", "did you mean size"},
+    {SHAPE("\"kind\":\"box\",\"size\":[1,1]"), 400, "/meshes/0/shape/size", "3 numbers"},
+    {SHAPE("\"kind\":\"box\",\"size\":[1,0,1]"), 422, "/meshes/0/shape/size/1", "above 0"},
+    {SHAPE("\"kind\":\"box\",\"size\":2"), 400, "/meshes/0/shape/size", "array"},
+    {SHAPE("\"kind\":\"box\",\"segments\":[1,1]"), 400, "/meshes/0/shape/segments", "3 numbers"},
+    {SHAPE("\"kind\":\"box\",\"segments\":[1,1,0]"), 422, "/meshes/0/shape/segments/2", "at least 1"},
+    {SHAPE("\"kind\":\"box\",\"segments\":[1,1.5,1]"), 400, "/meshes/0/shape/segments/1", "whole"},
+    {SHAPE("\"kind\":\"box\",\"segments\":[1000000000,1000000000,1000000000]"), 422, "/meshes/0/shape",
+     "faces"},
+    {SHAPE("\"kind\":\"grid\",\"size\":[1,1,1]"), 400, "/meshes/0/shape/size", "2 numbers"},
+    {SHAPE("\"kind\":\"icosphere\",\"level\":4000000000"), 422, "/meshes/0/shape", "faces"},
+    {SHAPE("\"kind\":\"uv_sphere\",\"segments\":[3,4]"), 400, "/meshes/0/shape/segments", "number"},
+    {SHAPE("\"kind\":\"uv_sphere\",\"rings\":1"), 422, "/meshes/0/shape/rings", "at least 2"},
+    {SHAPE("\"kind\":\"torus\",\"tube\":1"), 422, "/meshes/0/shape/tube", "less than"},
+    {SHAPE("\"kind\":\"cone\",\"caps\":\"open\""), 400, "/meshes/0/shape/caps", "none"},
+    {"{\"meshes\":[{\"positions\":[],\"shape\":{\"kind\":\"box\"}}]}", 400, "/meshes/0/positions", "shape"},
+    {"{\"meshes\":[{\"shape\":{\"kind\":\"box\"},\"faces\":[]}]}", 400, "/meshes/0/faces", "shape"},
+    {"{\"meshes\":[{\"shape\":{\"kind\":\"box\"},\"holes\":[6]}]}", 422, "/meshes/0/holes/0", NULL},
+};
+
 static const bad_document bad_tracks[] = {
     {"{\"clips\":[{\"tracks\":[{\"path\":\"rotation\"}]}]}", 400, "/clips/0/tracks/0", "node"},
     {"{\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\"}]}]}", 422, "/clips/0/tracks/0/node",
@@ -172,6 +200,10 @@ TEST_WITH(what_is_no_model_is_refused_with_its_place, loopback_setup, loopback_t
   refuse_all(*state, not_tweend, sizeof not_tweend / sizeof *not_tweend);
 }
 
+TEST_WITH(bad_shapes_are_refused_with_their_place, loopback_setup, loopback_teardown) {
+  refuse_all(*state, bad_shapes, sizeof bad_shapes / sizeof *bad_shapes);
+}
+
 TEST_WITH(bad_tracks_are_refused_with_their_place, loopback_setup, loopback_teardown) {
   refuse_all(*state, bad_tracks, sizeof bad_tracks / sizeof *bad_tracks);
 }
@@ -216,7 +248,8 @@ TEST_WITH(line_and_column_are_told, loopback_setup, loopback_teardown) {
 static tw_model *read_model(const char *text) {
   tw_model *model = NULL;
   tw_error error;
-  if (api_model_from_json(text, strlen(text), &model, &error) != TW_OK)
+  const api_making making = {.faces_max = 1000};
+  if (api_model_from_json(text, strlen(text), &making, &model, &error) != TW_OK)
     fail_msg("%s: %s", error.pointer, error.detail);
   return model;
 }
@@ -252,6 +285,45 @@ TEST(a_mesh_comes_with_all_its_parts) {
   assert_int_equal(mesh->holes[0], 1);
   assert_int_equal(model->node_count, 1); /* made for the mesh */
   tw_model_destroy(model);
+}
+
+TEST(a_shape_takes_name_and_tags_like_any_mesh) {
+  tw_model *model = read_model("{\"meshes\":[{\"name\":\"b\",\"shape\":{\"kind\":\"box\",\"size\":[2,1,4],"
+                               "\"segments\":[2,1,3]},\"creases\":[{\"edge\":[0,1],\"sharpness\":2}],"
+                               "\"corners\":[{\"vertex\":0,\"sharpness\":10}],\"holes\":[21]},"
+                               "{\"shape\":{\"kind\":\"grid\",\"size\":[6,2],\"segments\":[3,1]}}]}");
+  const tw_mesh *box = &model->meshes[0], *grid = &model->meshes[1];
+  assert_string_equal(box->name, "b");
+  assert_int_equal(box->point_count, 24);
+  assert_int_equal(box->face_count, 22);
+  assert_int_equal(box->crease_count + box->sharp_point_count + box->hole_count, 3);
+  assert_int_equal(grid->face_count, 3);
+  assert_true(grid->positions[0] == -3 && grid->positions[2] == -1);
+  assert_int_equal(model->node_count, 2); /* made for the meshes */
+  tw_model_destroy(model);
+}
+
+TEST(the_faces_of_all_shapes_together_are_limited) {
+  static const char text[] = "{\"meshes\":[{\"shape\":{\"kind\":\"grid\",\"segments\":[10,10]}},"
+                             "{\"shape\":{\"kind\":\"grid\",\"segments\":[10,11]}}]}";
+  tw_model *model = NULL;
+  tw_error error;
+  for (uint64_t faces_max = 209; faces_max <= 210; faces_max++) {
+    const api_making making = {.faces_max = faces_max};
+    tw_status status = api_model_from_json(text, strlen(text), &making, &model, &error);
+    assert_int_equal(status, faces_max == 210 ? TW_OK : TW_LIMIT);
+  }
+  tw_model_destroy(model);
+}
+
+TEST_WITH(sixty_bytes_make_a_surface, loopback_setup, loopback_teardown) {
+  reply r = loopback_post(*state, "/v1/surface.json?level=2", "application/json", SHAPE("\"kind\":\"box\""));
+  assert_int_equal(r.status, 200);
+  assert_non_null(strstr(r.body, "\"vertices\":98,"));
+  reply_free(&r);
+  r = loopback_post(*state, "/v1/surface.glb", "application/json", SHAPE("\"kind\":\"torus\""));
+  assert_int_equal(r.status, 200);
+  reply_free(&r);
 }
 
 TEST(uvs_without_faces_belong_to_the_points) {

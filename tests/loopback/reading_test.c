@@ -204,6 +204,8 @@ typedef struct outcome {
   size_t model_size, model_held;
 } outcome;
 
+static const api_making making = {.faces_max = 1000};
+
 /* What the upload of a document holds, with `size` bytes of it held already. */
 static outcome read_document(api_bytes bytes, api_upload_type type) {
   api_fault fault = {0};
@@ -212,7 +214,8 @@ static outcome read_document(api_bytes bytes, api_upload_type type) {
   peak = held;
   double start = seconds();
   tw_format format = type == API_TYPE_OBJ ? TW_FORMAT_OBJ : tw_format_sniff(bytes.data, bytes.size);
-  bool is_read = api_model_read(bytes, format, (api_reading){.quads = TW_QUADS_AUTO}, &model, &fault);
+  bool is_read =
+      api_model_read(bytes, format, (api_reading){.quads = TW_QUADS_AUTO}, &making, &model, &fault);
   outcome out = {.status = is_read ? 200 : fault.status,
                  .format = format,
                  .peak = peak - before + bytes.size,
@@ -1038,7 +1041,7 @@ TEST(all_nodes_are_found_by_their_names_in_little_time) {
   tw_model *model = NULL;
   api_fault fault;
   assert_true(api_model_read((api_bytes){(const uint8_t *)t.bytes, t.size}, TW_FORMAT_JSON, (api_reading){0},
-                             &model, &fault));
+                             &making, &model, &fault));
   double start = seconds();
   for (uint32_t i = 0; i < NODES; i++) {
     char buffer[24];

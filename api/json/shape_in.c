@@ -1,0 +1,111 @@
+/* Shapes in tweend JSON: each kind has its own parameters. */
+#include "shape_in.h"
+
+#include "tweend/json_print.h"
+
+enum { KIND, SIZE, RADIUS, RADII, HEIGHT, TUBE, SEGMENTS, RINGS, SIDES, LEVEL, CAPS, MEMBERS };
+static const char *const names[MEMBERS] = {"kind",     "size",  "radius", "radii", "height", "tube",
+                                           "segments", "rings", "sides",  "level", "caps"};
+#define HAS(member) (1u << (member))
+static const unsigned members_of[TW_SHAPES] = {
+    HAS(SIZE) | HAS(SEGMENTS),
+    HAS(SIZE) | HAS(SEGMENTS),
+    HAS(RADIUS) | HAS(SEGMENTS),
+    HAS(RADIUS) | HAS(SEGMENTS) | HAS(RINGS),
+    HAS(RADIUS) | HAS(LEVEL),
+    HAS(RADII) | HAS(SEGMENTS),
+    HAS(RADIUS) | HAS(HEIGHT) | HAS(SEGMENTS) | HAS(RINGS) | HAS(CAPS),
+    HAS(RADIUS) | HAS(HEIGHT) | HAS(SEGMENTS) | HAS(RINGS) | HAS(CAPS),
+    HAS(RADIUS) | HAS(TUBE) | HAS(SEGMENTS) | HAS(SIDES),
+};
+
+/* The kind is read first: it says what else there may be. */
+static tw_status read_kind(const api_value *object, int *kind) {
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, names[KIND]);
+  const api_value value = {object->json, item, {&object->at, names[KIND], 0}};
+  if (item) return api_json_choice(&value, tw_shape_names, kind);
+  char list[200];
+  tw_names_join(tw_shape_names, list, sizeof list);
+  return api_json_fail(object, TW_SYNTAX, "a shape needs a kind: %s", list);
+}
+
+/* values: [MEMBERS]; what the kind does not have is without an item. */
+static tw_status spread(const api_value *object, unsigned members, api_value *values) {
+  const char *known[MEMBERS + 1] = {0};
+  int members_at[MEMBERS];
+  size_t count = 0;
+  for (int i = 0; i < MEMBERS; i++) {
+    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
+    if (i != KIND && !(members & HAS(i))) continue;
+    members_at[count] = i;
+    known[count++] = names[i];
+  }
+  api_value found[MEMBERS];
+  tw_status status = api_json_members(object, known, found);
+  for (size_t i = 0; i < count && status == TW_OK; i++) values[members_at[i]] = found[i];
+  return status;
+}
+
+static tw_status read_length(const api_value *value, float *out) {
+  return value->item ? api_json_float(value, out) : TW_OK;
+}
+
+static tw_status read_parts(const api_value *value, uint32_t *out) {
+  return value->item ? api_json_index(value, out) : TW_OK;
+}
+
+/* Of a box and a grid, which has no y: as many numbers as axes. */
+static tw_status read_axes(const api_value *values, tw_shape *shape) {
+  bool is_grid = shape->kind == TW_SHAPE_GRID;
+  uint32_t width = is_grid ? 2 : 3, count, parts[3] = {1, 1, 1};
+  float size[3] = {1, 1, 1};
+  tw_status status = api_json_floats(&values[SIZE], width, size);
+  if (status == TW_OK) status = api_json_count(&values[SEGMENTS], UINT32_MAX, &count);
+  if (status == TW_OK && values[SEGMENTS].item && count != width)
+    status = api_json_fail(&values[SEGMENTS], TW_SYNTAX, "%u numbers are expected, not %u", width, count);
+  if (status == TW_OK) status = api_json_index_list(&values[SEGMENTS], parts);
+  for (uint32_t i = 0; i < width; i++) {
+    uint32_t axis = is_grid ? 2 * i : i;
+    shape->size[axis] = size[i];
+    shape->segments[axis] = parts[i];
+  }
+  return status;
+}
+
+typedef struct shape_reader {
+  tw_shape *shape;
+  tw_shape_counts *counts;
+} shape_reader;
+
+static tw_status read_shape(void *context, const api_value *object) {
+  static const char *const caps[] = {"ngon", "fan", "none", NULL};
+  const shape_reader *reader = context;
+  tw_shape *shape = reader->shape;
+  api_value values[MEMBERS];
+  int kind = TW_SHAPE_GRID;
+  tw_status status = read_kind(object, &kind);
+  if (status == TW_OK) status = spread(object, members_of[kind], values);
+  if (status != TW_OK) return status;
+  tw_shape_init(shape, (tw_shape_kind)kind);
+  int cap = shape->caps;
+  if (kind == TW_SHAPE_GRID || kind == TW_SHAPE_BOX)
+    status = read_axes(values, shape);
+  else
+    status = read_parts(&values[SEGMENTS], &shape->segments[0]);
+  if (status == TW_OK) status = read_length(&values[RADIUS], &shape->radii[0]);
+  if (status == TW_OK) status = api_json_floats(&values[RADII], 3, shape->radii);
+  if (status == TW_OK) status = read_length(&values[HEIGHT], &shape->height);
+  if (status == TW_OK) status = read_length(&values[TUBE], &shape->tube);
+  if (status == TW_OK) status = read_parts(&values[RINGS], &shape->rings);
+  if (status == TW_OK) status = read_parts(&values[SIDES], &shape->sides);
+  if (status == TW_OK) status = read_parts(&values[LEVEL], &shape->level);
+  if (status == TW_OK) status = api_json_choice(&values[CAPS], caps, &cap);
+  shape->caps = (tw_caps)cap;
+  if (status != TW_OK) return status;
+  status = tw_shape_count(shape, reader->counts, object->json->error);
+  return status == TW_OK ? TW_OK : api_json_fail_within(object, status);
+}
+
+tw_status api_shape_in(const api_value *value, tw_shape *out, tw_shape_counts *counts) {
+  return api_json_object(value, read_shape, &(shape_reader){out, counts});
+}
