@@ -44,8 +44,23 @@ static const setting SETTINGS[] = {
      "address:port, [::]:port, name:port or unix:PATH; port 0 takes a free one"},
     {"admin-listen", KIND_TEXT, offsetof(srv_config, admin_listen), "", 0, 0, NULL, "ADDRESS",
      "serves probes, /version and /metrics here too, without keys and TLS, whatever happens at --listen"},
-    {"data", KIND_TEXT, offsetof(srv_config, data), "./tweend-data", 0, 0, NULL, "FOLDER",
-     "where models are stored; what is missing of the path is made"},
+    {"data", KIND_TEXT, offsetof(srv_config, data), "./tweend-data", 0, 0, NULL, "PLACE",
+     "where models are stored: a folder, of whose path is made what is missing, or s3://BUCKET/PREFIX"},
+    {"s3-endpoint", KIND_TEXT, offsetof(srv_config, s3_endpoint), "", 0, 0, NULL, "URL",
+     "the object store, as https://HOST:PORT (default: that of Amazon in the region)"},
+    {"s3-region", KIND_TEXT, offsetof(srv_config, s3_region), "", 0, 0, NULL, "REGION",
+     "its region (default: AWS_REGION, AWS_DEFAULT_REGION, else us-east-1)"},
+    {"s3-style", KIND_CHOICE, offsetof(srv_config, s3_style), "auto", 0, 0, "auto|path|virtual", "STYLE",
+     "the bucket stands in the path or in the host's name of URLs; auto: in the path with --s3-endpoint"},
+    {"s3-credentials", KIND_TEXT, offsetof(srv_config, s3_credentials), "", 0, 0, NULL, "FILE",
+     "of the form of ~/.aws/credentials, may be replaced at any time (default: AWS_ACCESS_KEY_ID and "
+     "AWS_SECRET_ACCESS_KEY, else the file AWS_SHARED_CREDENTIALS_FILE or ~/.aws/credentials)"},
+    {"s3-timeout", KIND_DURATION, offsetof(srv_config, s3_timeout), "60s", 1, DAY_MS, NULL, "DURATION",
+     "for reading a model from the object store, or storing it there"},
+    {"cache-dir", KIND_TEXT, offsetof(srv_config, cache_dir), "./tweend-cache", 0, 0, NULL, "FOLDER",
+     "with s3://, where copies of models are kept, and long uploads on their way"},
+    {"cache-size", KIND_SIZE, offsetof(srv_config, cache_size), "1GiB", 0, UINT64_C(1) << 60, NULL, "SIZE",
+     "disk that the copies in --cache-dir may take"},
     {"store-limit", KIND_SIZE, offsetof(srv_config, store_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
      "bytes that stored models may take together, over which uploads are answered 507; 0: any number"},
     {"spool-limit", KIND_SIZE, offsetof(srv_config, spool_limit), "0", 0, UINT64_C(1) << 60, NULL, "SIZE",
@@ -528,14 +543,29 @@ bool srv_config_log_level(const srv_config *config, srv_log_level *out, char *er
   return is_level;
 }
 
+bool srv_config_is_s3(const srv_config *config) {
+  return strncmp(config->data, "s3://", 5) == 0;
+}
+
 static bool check_together(srv_config *config, char *error, size_t error_size) {
   if (config->queue == ANY) config->queue = 4 * config->threads;
   if ((config->tls_cert[0] == '\0') != (config->tls_key[0] == '\0')) {
     snprintf(error, error_size, "--tls-cert and --tls-key go together");
     return false;
   }
-  if (strncmp(config->data, "s3://", 5) == 0) {
-    snprintf(error, error_size, "--data: '%s': object stores are not supported, name a folder", config->data);
+#ifndef TWEEND_S3
+  if (srv_config_is_s3(config)) {
+    snprintf(error, error_size, "--data: '%s': this tweend is built without object stores, name a folder",
+             config->data);
+    return false;
+  }
+#endif
+  if (srv_config_is_s3(config) && config->store_limit > 0) {
+    snprintf(error, error_size, "--store-limit: an object store has quotas of its own");
+    return false;
+  }
+  if (srv_config_is_s3(config) && config->cache_dir[0] == '\0') {
+    snprintf(error, error_size, "--cache-dir: the folder has no name");
     return false;
   }
   if (config->data[0] == '\0') {
@@ -583,6 +613,10 @@ void srv_config_deinit(srv_config *config) {
   free(config->admin_listen);
   free(config->trusted_proxies);
   free(config->data);
+  free(config->s3_endpoint);
+  free(config->s3_region);
+  free(config->s3_credentials);
+  free(config->cache_dir);
   free(config->api_keys);
   free(config->url_keys);
   free(config->cors_origins);

@@ -9,11 +9,19 @@
 #include <stdint.h>
 #include <stdio.h>
 
+/* Where a bucket's name stands in its URLs. AUTO: in the path with an endpoint that is given. */
+typedef enum srv_s3_style { SRV_S3_AUTO, SRV_S3_PATH, SRV_S3_VIRTUAL } srv_s3_style;
+
 /* A value: deinit frees it. Numbers are in bytes, milliseconds or plain counts, checked against the
  * ranges of their flags. */
 typedef struct srv_config {
-  char *listen, *admin_listen; /* "" without one */
-  char *data;
+  char *listen, *admin_listen;                    /* "" without one */
+  char *data;                                     /* a folder, or s3://BUCKET/PREFIX */
+  char *s3_endpoint, *s3_region, *s3_credentials; /* "" for the usual ones, see s3_request.h */
+  uint64_t s3_style;                              /* srv_s3_style */
+  uint64_t s3_timeout;
+  char *cache_dir; /* with s3:// what `data` is otherwise: the folder of this daemon */
+  uint64_t cache_size;
   uint64_t store_limit, spool_limit; /* 0: none */
   uint64_t threads, io_threads, queue, max_connections, max_connections_per_address, max_listeners;
   api_rate rate_limit;   /* of one address */
@@ -44,6 +52,9 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
                                   char *(*environment)(const char *name), FILE *out, char *error,
                                   size_t error_size);
 void srv_config_deinit(srv_config *config);
+
+/* Whether models go to an object store. */
+bool srv_config_is_s3(const srv_config *config);
 
 /* Warns of each TWEEND_ variable that is no setting and names the nearest. environment: as environ. */
 void srv_config_warn(char *const *environment);

@@ -29,7 +29,14 @@ char *srv_server_metrics(void *context, size_t *size) {
   srv_work_load(server->work, &gauges.jobs_waiting, &gauges.threads_busy);
   api_service_usage(server->service, &gauges.usage);
   gauges.spool_bytes = atomic_load(&server->spool.used);
-  if (server->config->store_limit > 0) gauges.store_bytes = srv_store_fs_used(server->store);
+  if (server->config->store_limit > 0) gauges.store_bytes = srv_store_fs_used(server->folder);
+#ifdef TWEEND_S3
+  srv_store_s3_load bucket;
+  if (server->bucket != NULL) {
+    bucket = srv_store_s3_look(server->bucket);
+    gauges.bucket = &bucket;
+  }
+#endif
   return srv_metrics_print(server->metrics, server->config, &gauges, size);
 }
 

@@ -13,7 +13,7 @@
 #include "metrics.h"
 #include "peers.h"
 #include "rate.h"
-#include "store_fs.h"
+#include "store_s3.h"
 #include "work.h"
 
 #include <stdatomic.h>
@@ -27,7 +27,8 @@ typedef struct srv_server {
   srv_metrics *metrics;
   srv_rates *rates;
   srv_peers *peers;
-  srv_store_fs *store;  /* whose bytes /metrics tells, with --store-limit */
+  srv_store_fs *folder; /* whose bytes /metrics tells, with --store-limit */
+  srv_store_s3 *bucket; /* whose state it tells; NULL without one */
   srv_networks trusted; /* proxies */
   srv_spool spool;
   atomic_bool draining;       /* new requests get 503 */

@@ -12,6 +12,7 @@
 #include "samples.h"
 #include "store_fs.h"
 #include "store_meter.h"
+#include "store_s3.h"
 #include "systemd.h"
 #include "tls.h"
 
@@ -29,7 +30,8 @@ enum { STATUS_FAILED = 1, STATUS_USAGE = 2, ERROR_SIZE = 512 };
 typedef struct process {
   srv_config config;
   srv_address address, admin_address;
-  srv_store_fs *store;
+  srv_store_fs *folder;
+  srv_store_s3 *bucket; /* NULL: the folder is the store */
   srv_store_meter store_meter;
   srv_server server;
   srv_systemd systemd;
@@ -118,24 +120,60 @@ static api_settings settings(process *p, const api_keyring *keyring) {
                         .cors_origins = config->cors_origins};
 }
 
+/* The folder of this daemon: of the models, or of copies of those in a bucket. */
+static const char *folder_of(const srv_config *config) {
+  return srv_config_is_s3(config) ? config->cache_dir : config->data;
+}
+
+static bool open_store(process *p, char *error) {
+  p->folder = srv_store_fs_open(folder_of(&p->config), error, ERROR_SIZE);
+  if (p->folder == NULL) return false;
+  srv_store_fs_limit(p->folder, p->config.store_limit);
+#ifdef TWEEND_S3
+  if (srv_config_is_s3(&p->config)) p->bucket = srv_store_s3_open(&p->config, p->folder, error, ERROR_SIZE);
+#endif
+  return !srv_config_is_s3(&p->config) || p->bucket != NULL;
+}
+
+static api_store store_api(process *p) {
+#ifdef TWEEND_S3
+  if (p->bucket != NULL) return srv_store_s3_api(p->bucket);
+#endif
+  return srv_store_fs_api(p->folder);
+}
+
+static void close_store(process *p) {
+#ifdef TWEEND_S3
+  srv_store_s3_close(p->bucket);
+#endif
+  srv_store_fs_close(p->folder);
+}
+
+static bool check_store(const process *p, char *error) {
+  bool is_usable = srv_store_fs_check(folder_of(&p->config), error, ERROR_SIZE);
+#ifdef TWEEND_S3
+  if (is_usable && srv_config_is_s3(&p->config)) return srv_store_s3_check(&p->config, error, ERROR_SIZE);
+#endif
+  return is_usable;
+}
+
 /* False with one line in error; what was made is left to stop. */
 static bool prepare(process *p, char *error) {
   if (has_tls(p) && !srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) return false;
   snprintf(error, ERROR_SIZE, "out of memory");
-  p->store = srv_store_fs_open(p->config.data, error, ERROR_SIZE);
-  if (p->store == NULL) return false;
-  srv_store_fs_limit(p->store, p->config.store_limit);
+  if (!open_store(p, error)) return false;
   if (!listen_everywhere(p, error)) return false;
   if (!srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE)) return false;
   snprintf(error, ERROR_SIZE, "out of memory");
   raise_descriptor_limit(p->config.max_connections);
   p->server.config = &p->config;
-  p->server.spool.folder = srv_store_fs_temporary(p->store);
+  p->server.spool.folder = srv_store_fs_temporary(p->folder);
   p->server.spool.limit = p->config.spool_limit;
   p->server.metrics = srv_metrics_create();
   if (p->server.metrics == NULL) return false;
-  p->store_meter = (srv_store_meter){srv_store_fs_api(p->store), p->server.metrics};
-  p->server.store = p->store;
+  p->store_meter = (srv_store_meter){store_api(p), p->server.metrics};
+  p->server.folder = p->folder;
+  p->server.bucket = p->bucket;
   p->server.rates = srv_rates_create();
   p->server.peers = srv_peers_create(p->config.max_connections_per_address);
   p->server.work = srv_work_create((size_t)p->config.threads, (size_t)p->config.queue);
@@ -285,7 +323,7 @@ static bool stop(process *p) {
   srv_rates_destroy(p->server.rates);
   srv_peers_destroy(p->server.peers);
   srv_networks_deinit(&p->server.trusted);
-  srv_store_fs_close(p->store);
+  close_store(p);
   srv_listeners_close(&p->listeners);
   srv_listeners_close(&p->admin_listeners);
   srv_tls_forget();
@@ -376,7 +414,7 @@ static bool check(process *p) {
   if (starts) srv_keyring_deinit(&keyring);
   srv_networks_deinit(&p->server.trusted);
   srv_tls_forget();
-  starts = starts && srv_store_fs_check(p->config.data, error, ERROR_SIZE) && check_addresses(p, error);
+  starts = starts && check_store(p, error) && check_addresses(p, error);
   if (starts) {
     puts("the daemon would start with these settings");
   } else {

@@ -165,7 +165,18 @@ static const char *const OPERATIONS[SRV_STORE_COUNT] = {
     [SRV_STORE_REMOVE] = "remove", [SRV_STORE_SUMMARY] = "summary", [SRV_STORE_LIST] = "list",
 };
 
-static void print_store(FILE *out, srv_metrics *metrics, const srv_config *config, uint64_t bytes) {
+static void print_bucket(FILE *out, const srv_store_s3_load *bucket) {
+  print_number(out, "store_up", "gauge", "1 while the object store can be reached, as far as is known.",
+               bucket->is_reachable);
+  print_number(out, "store_retries_total", "counter", "Requests to it that were tried again.",
+               bucket->retries);
+  print_number(out, "store_cache_bytes", "gauge", "Disk that copies of models take.", bucket->cache.bytes);
+  print_number(out, "store_cache_limit_bytes", "gauge", "--cache-size.", bucket->cache.limit);
+  print_number(out, "store_cache_hits_total", "counter", "Models read from a copy.", bucket->cache.hits);
+  print_number(out, "store_cache_misses_total", "counter", "Models read without one.", bucket->cache.misses);
+}
+
+static void print_store(FILE *out, srv_metrics *metrics, const srv_config *config, const srv_gauges *gauges) {
   static const char COUNT[] = "store_operations_total", ERRORS[] = "store_errors_total",
                     SECONDS[] = "store_seconds_total";
   print_family(out, COUNT, "counter", "Operations of the store.");
@@ -178,8 +189,9 @@ static void print_store(FILE *out, srv_metrics *metrics, const srv_config *confi
   for (size_t i = 0; i < SRV_STORE_COUNT; i++)
     print_labelled(out, SECONDS, "operation", OPERATIONS[i],
                    (double)atomic_load(&metrics->store[i].ns) / 1e9);
+  if (gauges->bucket != NULL) print_bucket(out, gauges->bucket);
   if (config->store_limit == 0) return;
-  print_number(out, "store_bytes", "gauge", "Bytes of stored models, as last counted.", bytes);
+  print_number(out, "store_bytes", "gauge", "Bytes of stored models, as last counted.", gauges->store_bytes);
   print_number(out, "store_limit_bytes", "gauge", "--store-limit.", config->store_limit);
 }
 
@@ -340,7 +352,7 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const sr
   print_live(out, &gauges->live, config->max_listeners);
   print_cache(out, &gauges->usage);
   print_memory(out, config, &gauges->usage);
-  print_store(out, metrics, config, gauges->store_bytes);
+  print_store(out, metrics, config, gauges);
   print_process(out, (double)metrics->started_s);
   if (fclose(out) == 0) return text;
   free(text);

@@ -4,6 +4,7 @@
 
 #include "config.h"
 #include "live.h"
+#include "store_s3.h"
 
 #include <stddef.h>
 #include <stdint.h>
@@ -60,7 +61,8 @@ typedef struct srv_gauges {
   uint64_t connections, requests_in_flight;
   size_t jobs_waiting, threads_busy;
   uint64_t spool_bytes;
-  uint64_t store_bytes; /* with --store-limit */
+  uint64_t store_bytes;            /* with --store-limit */
+  const srv_store_s3_load *bucket; /* NULL: the store is a folder */
   srv_live_load live;
   api_usage usage;
 } srv_gauges;

@@ -77,10 +77,21 @@ TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   assert_bad(f, "--log-level", "", "--log-level");
   assert_bad(f, "--log-level", "@/no/such/file", "/no/such/file");
   assert_bad(f, "--sample=perhaps", NULL, "--sample");
-  assert_bad(f, "--data", "s3://bucket/prefix", "s3://bucket/prefix");
+  assert_bad(f, "--s3-style", "dns", "auto|path|virtual");
   assert_bad(f, "--data", "", "--data");
   assert_bad(f, "--tls-cert", "cert.pem", "--tls-key");
   assert_bad(f, "--spool-limit", "255MiB", "--max-upload");
+}
+
+TEST_WITH(an_object_store_has_no_store_limit_and_needs_a_folder, set_up, tear_down) {
+  fixture *f = *state;
+  assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket", "--store-limit=1GiB"}),
+                   SRV_CONFIG_BAD);
+  assert_non_null(strstr(f->error, "--store-limit"));
+  assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket", "--cache-dir="}),
+                   SRV_CONFIG_BAD);
+  assert_non_null(strstr(f->error, "--cache-dir"));
+  assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket"}), SRV_CONFIG_RUN);
 }
 
 TEST_WITH(bad_variable_is_named, set_up, tear_down) {

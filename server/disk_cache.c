@@ -1,0 +1,168 @@
+/* A folder of the file store keeps the copies: it writes them whole, and judges by their hash what it reads.
+ * The time of a summary's file says when its model was used last. Once the copies take more than they may,
+ * the folder is counted and the oldest go, a tenth more than must, so that counting is rare. The folder needs
+ * no list in memory, and outlives the daemon. */
+#include "disk_cache.h"
+
+#include "log.h"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+struct srv_disk_cache {
+  api_store folder;
+  const char *root;
+  uint64_t limit;
+  atomic_uint_fast64_t bytes, hits, misses;
+  pthread_mutex_t counting; /* held by the one thread that counts and removes */
+};
+
+typedef struct copy {
+  char id[API_ID_TEXT];
+  uint64_t bytes;
+  int64_t used_ns; /* Unix time */
+} copy;
+
+typedef struct copies {
+  copy *list;
+  size_t count, capacity;
+  uint64_t bytes;
+} copies;
+
+/* What a file takes, its own entry not counted. */
+static uint64_t disk_size(const struct stat *facts) {
+  return (uint64_t)facts->st_blocks * 512;
+}
+
+static void summary_path(const srv_disk_cache *cache, const char *id, char path[PATH_MAX]) {
+  snprintf(path, PATH_MAX, "%s/summaries/%.2s/%s", cache->root, id, id + 2);
+}
+
+/* A copy without a summary counts as the oldest. */
+static bool add_copy(const srv_disk_cache *cache, const char *id, uint64_t bytes, copies *all) {
+  if (all->count == all->capacity) {
+    size_t capacity = all->capacity > 0 ? 2 * all->capacity : 1024;
+    copy *longer = realloc(all->list, capacity * sizeof *longer);
+    if (longer == NULL) return false;
+    all->list = longer;
+    all->capacity = capacity;
+  }
+  copy *c = &all->list[all->count++];
+  char path[PATH_MAX];
+  struct stat facts;
+  *c = (copy){.bytes = bytes};
+  memcpy(c->id, id, sizeof c->id);
+  summary_path(cache, id, path);
+  if (stat(path, &facts) == 0) {
+    c->bytes += disk_size(&facts);
+    c->used_ns = (int64_t)facts.st_mtim.tv_sec * 1000000000 + facts.st_mtim.tv_nsec;
+  }
+  all->bytes += c->bytes;
+  return true;
+}
+
+static bool count_folder(const srv_disk_cache *cache, DIR *listing, copies *all) {
+  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
+    struct stat facts;
+    bool is_copy = strlen(entry->d_name) == API_ID_TEXT - 1 &&
+                   fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
+                   S_ISREG(facts.st_mode);
+    if (is_copy && !add_copy(cache, entry->d_name, disk_size(&facts), all)) return false;
+  }
+  return true;
+}
+
+/* False without memory. */
+static bool count(const srv_disk_cache *cache, copies *all) {
+  for (unsigned prefix = 0; prefix <= 0xff; prefix++) {
+    char path[PATH_MAX];
+    snprintf(path, sizeof path, "%s/objects/%02x", cache->root, prefix);
+    DIR *listing = opendir(path);
+    if (listing == NULL) continue;
+    bool is_counted = count_folder(cache, listing, all);
+    closedir(listing);
+    if (!is_counted) return false;
+  }
+  return true;
+}
+
+static int compare_use(const void *a, const void *b) {
+  int64_t first = ((const copy *)a)->used_ns, second = ((const copy *)b)->used_ns;
+  return (first > second) - (first < second);
+}
+
+/* Counts anew, and removes the oldest where there is too much. One thread does at a time; others go on
+ * meanwhile. */
+static void shrink(srv_disk_cache *cache) {
+  copies all = {0};
+  if (pthread_mutex_trylock(&cache->counting) != 0) return;
+  if (count(cache, &all)) {
+    uint64_t bytes = all.bytes, aim = cache->limit - cache->limit / 10;
+    if (bytes > cache->limit) qsort(all.list, all.count, sizeof *all.list, compare_use);
+    for (size_t i = 0; all.bytes > cache->limit && i < all.count && bytes > aim; i++) {
+      cache->folder.remove(cache->folder.context, all.list[i].id);
+      bytes -= all.list[i].bytes;
+    }
+    atomic_store(&cache->bytes, bytes);
+  }
+  free(all.list);
+  pthread_mutex_unlock(&cache->counting);
+}
+
+srv_disk_cache *srv_disk_cache_create(srv_store_fs *folder, const char *root, uint64_t limit) {
+  srv_disk_cache *cache = calloc(1, sizeof *cache);
+  if (cache == NULL) return NULL;
+  cache->folder = srv_store_fs_api(folder);
+  cache->root = root;
+  cache->limit = limit;
+  pthread_mutex_init(&cache->counting, NULL);
+  shrink(cache);
+  return cache;
+}
+
+void srv_disk_cache_destroy(srv_disk_cache *cache) {
+  if (cache == NULL) return;
+  pthread_mutex_destroy(&cache->counting);
+  free(cache);
+}
+
+void srv_disk_cache_put(srv_disk_cache *cache, const char *id, api_bytes bytes, const char *summary) {
+  enum { SUMMARY_ROOM = 4096 };
+  bool existed = false;
+  if (cache->limit < SUMMARY_ROOM || bytes.size > cache->limit - SUMMARY_ROOM) return;
+  api_store_status status =
+      cache->folder.put(cache->folder.context, id, bytes, summary != NULL ? summary : "", &existed);
+  if (status != API_STORE_OK || existed) return;
+  uint64_t added = (bytes.size + 4095) / 4096 * 4096 + SUMMARY_ROOM;
+  if (atomic_fetch_add(&cache->bytes, added) + added > cache->limit) shrink(cache);
+}
+
+bool srv_disk_cache_open(srv_disk_cache *cache, const char *id, api_blob *out) {
+  bool is_hit = cache->folder.open(cache->folder.context, id, out) == API_STORE_OK;
+  atomic_fetch_add(is_hit ? &cache->hits : &cache->misses, 1);
+  if (!is_hit) return false;
+  char path[PATH_MAX];
+  summary_path(cache, id, path);
+  utimensat(AT_FDCWD, path, NULL, 0);
+  return true;
+}
+
+char *srv_disk_cache_summary(srv_disk_cache *cache, const char *id) {
+  return cache->folder.summary(cache->folder.context, id);
+}
+
+void srv_disk_cache_forget(srv_disk_cache *cache, const char *id) {
+  cache->folder.remove(cache->folder.context, id);
+}
+
+srv_disk_cache_load srv_disk_cache_look(srv_disk_cache *cache) {
+  return (srv_disk_cache_load){atomic_load(&cache->bytes), cache->limit, atomic_load(&cache->hits),
+                               atomic_load(&cache->misses)};
+}

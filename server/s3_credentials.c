@@ -1,0 +1,111 @@
+/* Files are small and read anew for each request that is signed, so that whoever rotates keys only replaces
+ * the file. */
+#include "s3_credentials.h"
+
+#include "disk.h"
+
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+enum { FILE_MAX = 64 << 10 };
+
+/* False where it does not fit. */
+static bool copy(const char *text, char *out, size_t out_size) {
+  size_t size = strlen(text);
+  if (size >= out_size) return false;
+  memcpy(out, text, size + 1);
+  return true;
+}
+
+/* Cuts blanks off both ends. */
+static char *trim(char *text) {
+  static const char BLANKS[] = " \t\r\n";
+  text += strspn(text, BLANKS);
+  size_t size = strlen(text);
+  while (size > 0 && strchr(BLANKS, text[size - 1]) != NULL) size--;
+  text[size] = '\0';
+  return text;
+}
+
+/* One "name = value"; false where the value is too long. */
+static bool read_assignment(char *line, srv_s3_credentials *out) {
+  char *equals = strchr(line, '=');
+  if (equals == NULL) return true;
+  *equals = '\0';
+  const char *name = trim(line), *value = trim(equals + 1);
+  if (strcmp(name, "aws_access_key_id") == 0) return copy(value, out->key, sizeof out->key);
+  if (strcmp(name, "aws_secret_access_key") == 0) return copy(value, out->secret, sizeof out->secret);
+  if (strcmp(name, "aws_session_token") == 0) return copy(value, out->token, sizeof out->token);
+  return true;
+}
+
+static bool read_profile(char *text, const char *profile, srv_s3_credentials *out) {
+  bool is_in = true;
+  char *rest = NULL;
+  for (char *line = strtok_r(text, "\n", &rest); line != NULL; line = strtok_r(NULL, "\n", &rest)) {
+    line = trim(line);
+    size_t size = strlen(line);
+    if (line[0] == '#' || line[0] == ';') continue;
+    if (line[0] == '[' && line[size - 1] == ']') {
+      line[size - 1] = '\0';
+      is_in = strcmp(trim(line + 1), profile) == 0;
+    } else if (is_in && !read_assignment(line, out)) {
+      return false;
+    }
+  }
+  return true;
+}
+
+static bool read_file(const char *path, const char *profile, srv_s3_credentials *out, char *error,
+                      size_t error_size) {
+  char *text = srv_read_text(path, FILE_MAX);
+  if (text == NULL) {
+    snprintf(error, error_size, "cannot read credentials of '%s': %s", path, strerror(errno));
+    return false;
+  }
+  bool is_read = read_profile(text, profile, out) && out->key[0] != '\0' && out->secret[0] != '\0';
+  explicit_bzero(text, strlen(text));
+  free(text);
+  if (!is_read)
+    snprintf(error, error_size,
+             "'%s' has no usable aws_access_key_id and aws_secret_access_key for profile '%s'", path,
+             profile);
+  return is_read;
+}
+
+static const char *variable(char *(*environment)(const char *name), const char *name) {
+  const char *text = environment(name);
+  return text != NULL ? text : "";
+}
+
+bool srv_s3_credentials_read(const char *file, char *(*environment)(const char *name),
+                             srv_s3_credentials *out, char *error, size_t error_size) {
+  const char *key = variable(environment, "AWS_ACCESS_KEY_ID");
+  const char *profile = variable(environment, "AWS_PROFILE");
+  *out = (srv_s3_credentials){0};
+  if (profile[0] == '\0') profile = "default";
+  if (file[0] != '\0') return read_file(file, profile, out, error, error_size);
+  if (key[0] != '\0') {
+    bool is_read = copy(key, out->key, sizeof out->key) &&
+                   copy(variable(environment, "AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
+                   copy(variable(environment, "AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
+                   out->secret[0] != '\0';
+    if (!is_read)
+      snprintf(error, error_size, "AWS_ACCESS_KEY_ID needs an AWS_SECRET_ACCESS_KEY of usual length");
+    return is_read;
+  }
+  const char *shared = variable(environment, "AWS_SHARED_CREDENTIALS_FILE");
+  if (shared[0] != '\0') return read_file(shared, profile, out, error, error_size);
+  const char *home = variable(environment, "HOME");
+  char path[PATH_MAX];
+  int length = snprintf(path, sizeof path, "%s/.aws/credentials", home);
+  bool is_there = home[0] != '\0' && length < PATH_MAX && access(path, F_OK) == 0;
+  if (is_there) return read_file(path, profile, out, error, error_size);
+  snprintf(error, error_size,
+           "no credentials: give --s3-credentials, or AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY");
+  return false;
+}

@@ -1,0 +1,620 @@
+/* Layout of the bucket, below the prefix:
+ *   objects/ab/ID   the bytes of a model as they are, where ab begins ID; its summary is the metadata
+ * `summary`, percent-encoded
+ *
+ * An object appears whole or not at all, and is never replaced but where it is damaged. Of several daemons
+ * that store the same model one does, by If-None-Match; the stores that lack it let all do, with the same
+ * bytes.
+ *
+ * An object is whole where its bytes have the hash that is its name. It is hashed once for each ETag: when
+ * this daemon stores it, or reads it first. Copies on the local disk are judged by their own hash, and are as
+ * good as the object where they are as long.
+ *
+ * A bucket that fails is left alone until a thread, which tries it once a second, has reached it: so
+ * an outage holds no compute thread for longer than the first requests take to notice. Meanwhile copies are
+ * served, and the rest is API_STORE_UNAVAILABLE at once. */
+#include "store_s3.h"
+
+#include "disk.h"
+#include "log.h"
+#include "machine.h"
+#include "s3_list.h"
+
+#include <errno.h>
+#include <nettle/md5.h>
+#include <nettle/sha2.h>
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+enum { ID_SIZE = API_ID_TEXT - 1, VERDICTS = 1 << 14, KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
+
+static const uint64_t LOOK_NS = 1000000000, SHORT_MS = 8000, TRY_MS = 5000;
+
+typedef enum wholeness { UNJUDGED, WHOLE, DAMAGED } wholeness;
+
+/* What is known of a model's object. */
+typedef struct verdict {
+  char id[API_ID_TEXT]; /* "": of none */
+  char etag[SRV_S3_ETAG_SIZE];
+  uint64_t size;
+  wholeness wholeness;
+  uint64_t seen_ns; /* when it was last found there, and not damaged; 0: it was not */
+} verdict;
+
+struct srv_store_s3 {
+  srv_s3 *s3;
+  char *place;           /* "s3://BUCKET/PREFIX" */
+  const char *temporary; /* folder for objects on their way */
+  uint64_t timeout_ms;   /* of reading or storing a model */
+  srv_disk_cache *cache;
+  pthread_mutex_t verdicts_lock;
+  verdict *verdicts;       /* [VERDICTS], each at the place that its id tells */
+  atomic_bool is_plain;    /* the store knows no If-None-Match */
+  atomic_bool is_down;     /* guarded for changes by the lock below */
+  atomic_bool was_reached; /* once */
+  pthread_t watcher;       /* with is_watched */
+  pthread_mutex_t lock;    /* guards what follows */
+  pthread_cond_t wake;
+  bool is_watched, is_closing;
+};
+
+static bool is_id(const char *text) {
+  return strspn(text, "0123456789abcdef") == ID_SIZE && text[ID_SIZE] == '\0';
+}
+
+static void print_key(const char *id, char key[KEY_SIZE]) {
+  snprintf(key, KEY_SIZE, "objects/%.2s/%s", id, id);
+}
+
+/* ---- outages ---------------------------------------------------------------------------------- */
+
+static bool drop_key(void *context, const char *key, uint64_t size) {
+  (void)context, (void)key, (void)size;
+  return true;
+}
+
+/* Asks for one key: what takes the rights that listing takes. */
+static bool try_bucket(srv_s3 *s3, srv_s3_answer *answer) {
+  atomic_bool is_once = true;
+  srv_s3_list(s3, "objects/", "", 1, TRY_MS, &is_once, drop_key, NULL, answer);
+  return answer->status == 200;
+}
+
+static void *watch(void *context) {
+  srv_store_s3 *store = context;
+  pthread_mutex_lock(&store->lock);
+  while (!store->is_closing) {
+    if (!atomic_load(&store->is_down)) {
+      pthread_cond_wait(&store->wake, &store->lock);
+      continue;
+    }
+    pthread_mutex_unlock(&store->lock);
+    srv_s3_answer answer;
+    bool is_reached = try_bucket(store->s3, &answer);
+    pthread_mutex_lock(&store->lock);
+    if (is_reached) {
+      srv_log(SRV_LOG_INFO, "store: %s can be reached again", store->place);
+      atomic_store(&store->was_reached, true);
+      atomic_store(&store->is_down, false);
+    } else if (!store->is_closing) {
+      uint64_t due_ns = srv_now_ns() + 1000000000;
+      const struct timespec due = {(time_t)(due_ns / 1000000000), (long)(due_ns % 1000000000)};
+      pthread_cond_timedwait(&store->wake, &store->lock, &due);
+    }
+  }
+  pthread_mutex_unlock(&store->lock);
+  return NULL;
+}
+
+static void note_outage(srv_store_s3 *store, const char *reason) {
+  pthread_mutex_lock(&store->lock);
+  bool was_down = atomic_exchange(&store->is_down, store->is_watched);
+  if (!was_down) srv_log(SRV_LOG_ERROR, "store: %s cannot be used: %s", store->place, reason);
+  pthread_cond_signal(&store->wake);
+  pthread_mutex_unlock(&store->lock);
+}
+
+/* Whether the bucket says no, which waiting does not change. */
+static bool is_refusal(const srv_s3_answer *answer) {
+  return answer->status >= 300 && answer->status < 500 && answer->status != 408 && answer->status != 429;
+}
+
+/* What an answer means. answer: its summary is freed where the status is not 2xx. */
+static api_store_status judge(srv_store_s3 *store, srv_s3_answer *answer) {
+  if (answer->status >= 200 && answer->status < 300) return API_STORE_OK;
+  free(answer->summary);
+  answer->summary = NULL;
+  if (answer->status == 404 && strcmp(answer->code, "NoSuchBucket") != 0) return API_STORE_ABSENT;
+  if (answer->status == 507 || strcmp(answer->code, "QuotaExceeded") == 0) {
+    srv_log(SRV_LOG_ERROR, "store: %s is full: %s", store->place, answer->reason);
+    return API_STORE_FULL;
+  }
+  if (is_refusal(answer))
+    srv_log(SRV_LOG_ERROR, "store: %s refuses: %s", store->place, answer->reason);
+  else
+    note_outage(store, answer->reason);
+  return API_STORE_UNAVAILABLE;
+}
+
+/* Sends, unless the bucket is known to be out of reach. */
+static api_store_status ask(srv_store_s3 *store, srv_s3_request request, srv_s3_answer *answer) {
+  *answer = (srv_s3_answer){0};
+  if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
+  request.stops = &store->is_down;
+  srv_s3_send(store->s3, &request, answer);
+  return judge(store, answer);
+}
+
+static api_store_status ask_head(srv_store_s3 *store, const char *id, srv_s3_answer *answer) {
+  char key[KEY_SIZE];
+  print_key(id, key);
+  return ask(store, (srv_s3_request){.method = SRV_S3_HEAD, .key = key, .timeout_ms = SHORT_MS}, answer);
+}
+
+/* ---- verdicts --------------------------------------------------------------------------------- */
+
+/* Of a model in the table. */
+static verdict *place_of(const srv_store_s3 *store, const char *id) {
+  const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
+  return &store->verdicts[strtoul(first, NULL, 16) % VERDICTS];
+}
+
+/* A zeroed one where nothing is known. */
+static verdict recall(srv_store_s3 *store, const char *id) {
+  pthread_mutex_lock(&store->verdicts_lock);
+  verdict v = *place_of(store, id);
+  pthread_mutex_unlock(&store->verdicts_lock);
+  return strcmp(v.id, id) == 0 ? v : (verdict){0};
+}
+
+/* The object is there, as the answer tells. */
+static void note(srv_store_s3 *store, const char *id, const char *etag, uint64_t size, wholeness wholeness) {
+  verdict v = {.size = size, .wholeness = wholeness, .seen_ns = wholeness == DAMAGED ? 0 : srv_now_ns()};
+  memcpy(v.id, id, sizeof v.id);
+  memcpy(v.etag, etag, sizeof v.etag);
+  pthread_mutex_lock(&store->verdicts_lock);
+  *place_of(store, id) = v;
+  pthread_mutex_unlock(&store->verdicts_lock);
+}
+
+/* The object is not there: nor may its copy be served. */
+static void forget(srv_store_s3 *store, const char *id) {
+  pthread_mutex_lock(&store->verdicts_lock);
+  verdict *v = place_of(store, id);
+  if (strcmp(v->id, id) == 0) *v = (verdict){0};
+  pthread_mutex_unlock(&store->verdicts_lock);
+  srv_disk_cache_forget(store->cache, id);
+}
+
+static bool is_fresh(const verdict *v) {
+  return v->seen_ns != 0 && srv_now_ns() - v->seen_ns < LOOK_NS;
+}
+
+/* ---- reading an object whole ------------------------------------------------------------------ */
+
+/* An object on its way, in a file without a name, hashed as it comes. */
+typedef struct arrival {
+  int file;
+  uint64_t size;
+  struct sha256_ctx hash;
+} arrival;
+
+static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size_t size) {
+  arrival *a = context;
+  if (offset == 0) {
+    if (lseek(a->file, 0, SEEK_SET) != 0 || ftruncate(a->file, 0) != 0) return false;
+    sha256_init(&a->hash);
+    a->size = 0;
+  }
+  sha256_update(&a->hash, size, data);
+  a->size += size;
+  return srv_write_all(a->file, data, size);
+}
+
+static bool has_hash(arrival *a, const char *id) {
+  uint8_t digest[ID_SIZE / 2];
+  char text[API_ID_TEXT];
+  sha256_digest(&a->hash, sizeof digest, digest);
+  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 2 * i, 3, "%02x", digest[i]);
+  return strcmp(text, id) == 0;
+}
+
+static bool read_mapping(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
+  memcpy(out, (const uint8_t *)blob->owner + offset, size);
+  return true;
+}
+
+static void close_mapping(api_blob *blob) {
+  if (blob->size > 0) munmap(blob->owner, (size_t)blob->size);
+  *blob = (api_blob){0};
+}
+
+/* Nobody else has the file, so nobody cuts it under the mapping; all its blocks were written. */
+static bool map_arrival(const arrival *a, api_blob *out) {
+  void *bytes = a->size > 0 && a->size <= SIZE_MAX
+                    ? mmap(NULL, (size_t)a->size, PROT_READ, MAP_PRIVATE, a->file, 0)
+                    : NULL;
+  if (bytes == MAP_FAILED || a->size > SIZE_MAX) return false;
+  *out = (api_blob){.size = a->size, .owner = bytes, .read = read_mapping, .close = close_mapping};
+  return true;
+}
+
+static api_store_status fail_locally(const char *what) {
+  srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
+  return API_STORE_UNAVAILABLE;
+}
+
+static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a, api_blob *out) {
+  char key[KEY_SIZE];
+  srv_s3_answer answer;
+  print_key(id, key);
+  sha256_init(&a->hash);
+  api_store_status status = ask(store,
+                                (srv_s3_request){.method = SRV_S3_GET,
+                                                 .key = key,
+                                                 .timeout_ms = store->timeout_ms,
+                                                 .take = take_piece,
+                                                 .context = a},
+                                &answer);
+  if (status == API_STORE_ABSENT) forget(store, id);
+  if (status != API_STORE_OK) return status;
+  if (!has_hash(a, id)) {
+    srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its object are not those uploaded",
+            id, (unsigned long long)a->size);
+    forget(store, id);
+    note(store, id, answer.etag, a->size, DAMAGED);
+    status = API_STORE_DAMAGED;
+  } else if (!map_arrival(a, out)) {
+    status = fail_locally("cannot map a model");
+  } else {
+    note(store, id, answer.etag, a->size, WHOLE);
+    srv_disk_cache_put(store->cache, id, (api_bytes){out->owner, (size_t)out->size}, answer.summary);
+  }
+  free(answer.summary);
+  return status;
+}
+
+/* Reads and judges the object, and keeps a copy. */
+static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out) {
+  char path[PATH_MAX];
+  arrival a = {.file = srv_create_temporary(store->temporary, path)};
+  if (a.file < 0) return fail_locally("cannot write a file in --cache-dir");
+  unlink(path);
+  api_store_status status = receive(store, id, &a, out);
+  close(a.file);
+  return status;
+}
+
+/* ---- looking and opening ---------------------------------------------------------------------- */
+
+/* Asks for the object. Where it is not the one that was judged before, it is judged now: what was made of the
+ * earlier one may be in memory. */
+static api_store_status examine(srv_store_s3 *store, const char *id) {
+  srv_s3_answer answer;
+  api_store_status status = ask_head(store, id, &answer);
+  if (status == API_STORE_ABSENT) forget(store, id);
+  if (status != API_STORE_OK) return status;
+  free(answer.summary);
+  verdict known = recall(store, id);
+  bool is_same = strcmp(known.etag, answer.etag) == 0;
+  if (known.wholeness == UNJUDGED || is_same) {
+    if (known.wholeness == DAMAGED)
+      srv_log(SRV_LOG_ERROR,
+              "store: model %s is damaged: the %llu bytes of its object are not those uploaded", id,
+              (unsigned long long)answer.size);
+    note(store, id, answer.etag, answer.size, known.wholeness);
+    return known.wholeness == DAMAGED ? API_STORE_DAMAGED : API_STORE_OK;
+  }
+  api_blob blob;
+  status = fetch(store, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  return status;
+}
+
+/* Once a second at most for a model that is there. */
+static api_store_status look(void *context, const char *id, bool may_wait) {
+  srv_store_s3 *store = context;
+  if (!is_id(id)) return API_STORE_ABSENT;
+  verdict known = recall(store, id);
+  if (is_fresh(&known)) return API_STORE_OK;
+  if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
+  return may_wait ? examine(store, id) : API_STORE_UNKNOWN;
+}
+
+/* A copy is as good as the object where it is as long; out of reach, it is all that there is. */
+static bool open_copy(srv_store_s3 *store, const char *id, bool is_reachable, api_blob *out) {
+  if (!srv_disk_cache_open(store->cache, id, out)) return false;
+  verdict known = recall(store, id);
+  if (is_reachable && known.wholeness == UNJUDGED) {
+    if (known.size != out->size) {
+      out->close(out);
+      return false;
+    }
+    note(store, id, known.etag, known.size, WHOLE);
+  }
+  return true;
+}
+
+static api_store_status open_object(void *context, const char *id, api_blob *out) {
+  srv_store_s3 *store = context;
+  api_store_status status = look(store, id, true);
+  bool is_reachable = status == API_STORE_OK;
+  if (!is_reachable && status != API_STORE_UNAVAILABLE) return status;
+  if (open_copy(store, id, is_reachable, out)) return API_STORE_OK;
+  return is_reachable ? fetch(store, id, out) : API_STORE_UNAVAILABLE;
+}
+
+static char *summary_of(void *context, const char *id) {
+  srv_store_s3 *store = context;
+  srv_s3_answer answer;
+  if (!is_id(id)) return NULL;
+  api_store_status status = ask_head(store, id, &answer);
+  return status == API_STORE_UNAVAILABLE ? srv_disk_cache_summary(store->cache, id) : answer.summary;
+}
+
+/* ---- storing and removing --------------------------------------------------------------------- */
+
+/* Whether this ETag is of these bytes, as it is of what is stored in one piece and not encrypted. */
+static bool is_md5_of(const char *etag, api_bytes bytes) {
+  struct md5_ctx hash;
+  uint8_t digest[MD5_DIGEST_SIZE];
+  char text[2 * MD5_DIGEST_SIZE + 3] = "\"";
+  md5_init(&hash);
+  md5_update(&hash, bytes.size, bytes.data);
+  md5_digest(&hash, sizeof digest, digest);
+  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 1 + 2 * i, 3, "%02x", digest[i]);
+  strcat(text, "\"");
+  return strcmp(text, etag) == 0;
+}
+
+/* Whether the object that is there is whole. */
+static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_bytes bytes,
+                                     const srv_s3_answer *head) {
+  verdict known = recall(store, id);
+  bool is_known = known.wholeness == WHOLE && strcmp(known.etag, head->etag) == 0;
+  if (head->size != bytes.size) return API_STORE_DAMAGED;
+  if (is_known || is_md5_of(head->etag, bytes)) return API_STORE_OK;
+  api_blob blob;
+  api_store_status status = fetch(store, id, &blob);
+  if (status == API_STORE_OK) blob.close(&blob);
+  return status;
+}
+
+/* ABSENT: OK was meant, but somebody else was first. */
+static api_store_status send_object(srv_store_s3 *store, const char *id, api_bytes bytes, const char *summary,
+                                    bool is_new) {
+  char key[KEY_SIZE];
+  srv_s3_answer answer = {0};
+  print_key(id, key);
+  srv_s3_request request = {.method = SRV_S3_PUT,
+                            .key = key,
+                            .body = bytes,
+                            .summary = summary,
+                            .is_new = is_new && !atomic_load(&store->is_plain),
+                            .timeout_ms = store->timeout_ms,
+                            .stops = &store->is_down};
+  if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
+  srv_s3_send(store->s3, &request, &answer);
+  if (answer.status == 501 && request.is_new) {
+    srv_log(SRV_LOG_INFO, "store: %s knows no If-None-Match: racing uploads of a model are all stored",
+            store->place);
+    atomic_store(&store->is_plain, true);
+    request.is_new = false;
+    srv_s3_send(store->s3, &request, &answer);
+  }
+  if (answer.status == 412 && request.is_new) return API_STORE_ABSENT;
+  api_store_status status = judge(store, &answer);
+  free(answer.summary);
+  if (status == API_STORE_ABSENT) status = API_STORE_UNAVAILABLE; /* of PUT it tells nothing */
+  if (status == API_STORE_OK) note(store, id, answer.etag, bytes.size, WHOLE);
+  return status;
+}
+
+static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
+                            bool *existed) {
+  enum { ROUNDS = 4 }; /* each but the first after somebody stored or removed it meanwhile */
+  srv_store_s3 *store = context;
+  api_store_status status = API_STORE_UNAVAILABLE;
+  if (!is_id(id)) return status;
+  for (int round = 0; round < ROUNDS; round++) {
+    srv_s3_answer head;
+    status = ask_head(store, id, &head);
+    free(head.summary);
+    *existed = status == API_STORE_OK;
+    if (status == API_STORE_OK) status = judge_stored(store, id, bytes, &head);
+    if (status == API_STORE_DAMAGED) {
+      *existed = false;
+      status = send_object(store, id, bytes, summary, false);
+      if (status == API_STORE_OK)
+        srv_log(SRV_LOG_WARN, "store: the damaged object of model %s is replaced by a whole one", id);
+    } else if (status == API_STORE_ABSENT) {
+      *existed = false;
+      status = send_object(store, id, bytes, summary, true);
+    } else if (status == API_STORE_OK) {
+      note(store, id, head.etag, bytes.size, WHOLE);
+    }
+    if (status != API_STORE_ABSENT) break;
+  }
+  if (status == API_STORE_ABSENT) return API_STORE_UNAVAILABLE;
+  if (status == API_STORE_OK) srv_disk_cache_put(store->cache, id, bytes, summary);
+  return status;
+}
+
+static api_store_status drop(void *context, const char *id) {
+  srv_store_s3 *store = context;
+  srv_s3_answer answer;
+  char key[KEY_SIZE];
+  if (!is_id(id)) return API_STORE_ABSENT;
+  api_store_status status = ask_head(store, id, &answer); /* DELETE does not tell whether it was there */
+  free(answer.summary);
+  print_key(id, key);
+  if (status == API_STORE_OK) {
+    status =
+        ask(store, (srv_s3_request){.method = SRV_S3_DELETE, .key = key, .timeout_ms = SHORT_MS}, &answer);
+    free(answer.summary);
+  }
+  if (status == API_STORE_OK || status == API_STORE_ABSENT) forget(store, id);
+  return status;
+}
+
+/* ---- listing ---------------------------------------------------------------------------------- */
+
+/* A page of the listing, and what is still to be read of it. */
+typedef struct listing {
+  srv_store_s3 *store;
+  api_listed *out;
+  size_t limit, count;
+  bool more;
+  atomic_size_t next; /* the one whose summary is read next */
+} listing;
+
+/* "objects/ab/ID": others are left out. */
+static bool take_key(void *context, const char *key, uint64_t size) {
+  listing *l = context;
+  const char *id = strrchr(key, '/');
+  char expected[KEY_SIZE];
+  if (id == NULL || !is_id(id + 1)) return true;
+  print_key(id + 1, expected);
+  if (strcmp(expected, key) != 0) return true;
+  l->more = l->count == l->limit;
+  if (l->more) return false;
+  l->out[l->count] = (api_listed){.size = size};
+  memcpy(l->out[l->count++].id, id + 1, API_ID_TEXT);
+  return true;
+}
+
+static void *read_summaries(void *context) {
+  listing *l = context;
+  for (size_t i = atomic_fetch_add(&l->next, 1); i < l->count; i = atomic_fetch_add(&l->next, 1))
+    l->out[i].summary = summary_of(l->store, l->out[i].id);
+  return NULL;
+}
+
+/* Some at a time: each waits for the store, and needs no processor. */
+static void read_all_summaries(listing *l) {
+  pthread_t readers[READERS];
+  size_t count = 0;
+  while (count < READERS && count + 1 < l->count &&
+         pthread_create(&readers[count], NULL, read_summaries, l) == 0)
+    count++;
+  read_summaries(l);
+  while (count > 0) pthread_join(readers[--count], NULL);
+}
+
+static api_store_status list(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
+                             bool *more) {
+  srv_store_s3 *store = context;
+  if (after[0] != '\0' && !is_id(after)) return API_STORE_UNAVAILABLE;
+  if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
+  listing l = {.store = store, .out = out, .limit = limit};
+  char key[KEY_SIZE] = "";
+  srv_s3_answer answer;
+  if (after[0] != '\0') print_key(after, key);
+  srv_s3_list(store->s3, "objects/", key, limit < PAGE_MAX ? (unsigned)limit + 1 : PAGE_MAX, SHORT_MS,
+              &store->is_down, take_key, &l, &answer);
+  api_store_status status = judge(store, &answer);
+  if (status == API_STORE_ABSENT) status = API_STORE_UNAVAILABLE;
+  if (status != API_STORE_OK) return status;
+  read_all_summaries(&l);
+  *count = l.count;
+  *more = l.more;
+  return API_STORE_OK;
+}
+
+static api_store_status probe(void *context) {
+  srv_store_s3 *store = context;
+  return atomic_load(&store->was_reached) ? API_STORE_OK : API_STORE_UNAVAILABLE;
+}
+
+/* ---- opening and closing the store ------------------------------------------------------------ */
+
+static void init_watch(srv_store_s3 *store) {
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_mutex_init(&store->lock, NULL);
+  pthread_cond_init(&store->wake, &monotonic);
+  pthread_condattr_destroy(&monotonic);
+  pthread_mutex_init(&store->verdicts_lock, NULL);
+}
+
+srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, char *error,
+                                size_t error_size) {
+  srv_store_s3 *store = calloc(1, sizeof *store);
+  snprintf(error, error_size, "out of memory");
+  if (store == NULL) return NULL;
+  init_watch(store);
+  store->place = strdup(config->data);
+  store->verdicts = calloc(VERDICTS, sizeof *store->verdicts);
+  store->cache = srv_disk_cache_create(folder, config->cache_dir, config->cache_size);
+  store->temporary = srv_store_fs_temporary(folder);
+  store->timeout_ms = config->s3_timeout;
+  bool has_memory = store->place != NULL && store->verdicts != NULL && store->cache != NULL;
+  store->s3 = has_memory ? srv_s3_open(config, error, error_size) : NULL;
+  srv_s3_answer answer = {0};
+  if (store->s3 == NULL) {
+    srv_store_s3_close(store);
+    return NULL;
+  }
+  bool is_reached = try_bucket(store->s3, &answer);
+  if (!is_reached && is_refusal(&answer)) {
+    snprintf(error, error_size, "--data: '%s' cannot be used: %s", config->data, answer.reason);
+    srv_store_s3_close(store);
+    return NULL;
+  }
+  atomic_store(&store->was_reached, is_reached);
+  store->is_watched = pthread_create(&store->watcher, NULL, watch, store) == 0;
+  if (!is_reached) note_outage(store, answer.reason);
+  return store;
+}
+
+bool srv_store_s3_check(const srv_config *config, char *error, size_t error_size) {
+  srv_s3 *s3 = srv_s3_open(config, error, error_size);
+  if (s3 == NULL) return false;
+  srv_s3_answer answer;
+  bool is_reached = try_bucket(s3, &answer);
+  if (!is_reached)
+    snprintf(error, error_size, "--data: '%s' cannot be used: %s", config->data, answer.reason);
+  srv_s3_close(s3);
+  return is_reached;
+}
+
+void srv_store_s3_close(srv_store_s3 *store) {
+  if (store == NULL) return;
+  struct timespec end;
+  clock_gettime(CLOCK_REALTIME, &end);
+  end.tv_sec++;
+  pthread_mutex_lock(&store->lock);
+  store->is_closing = true;
+  pthread_cond_signal(&store->wake);
+  pthread_mutex_unlock(&store->lock);
+  /* Where a try hangs, the thread stays, and what it uses. */
+  if (store->is_watched && pthread_timedjoin_np(store->watcher, NULL, &end) != 0) return;
+  pthread_mutex_destroy(&store->lock);
+  pthread_cond_destroy(&store->wake);
+  pthread_mutex_destroy(&store->verdicts_lock);
+  srv_s3_close(store->s3);
+  srv_disk_cache_destroy(store->cache);
+  free(store->verdicts);
+  free(store->place);
+  free(store);
+}
+
+srv_store_s3_load srv_store_s3_look(srv_store_s3 *store) {
+  return (srv_store_s3_load){!atomic_load(&store->is_down), srv_s3_retries(store->s3),
+                             srv_disk_cache_look(store->cache)};
+}
+
+api_store srv_store_s3_api(srv_store_s3 *store) {
+  return (api_store){.context = store,
+                     .put = put,
+                     .open = open_object,
+                     .look = look,
+                     .remove = drop,
+                     .summary = summary_of,
+                     .list = list,
+                     .probe = probe};
+}

@@ -1,0 +1,30 @@
+/* The shared store: a bucket of any S3-compatible object store, with copies on a local disk. */
+#ifndef SRV_STORE_S3_H
+#define SRV_STORE_S3_H
+
+#include "config.h"
+#include "disk_cache.h"
+
+typedef struct srv_store_s3 srv_store_s3;
+
+/* Tries the bucket. One that refuses (credentials, name, region) is an error; one that cannot be reached is
+ * tried until it can. folder: at --cache-dir, outlives the store. NULL with one line in error. */
+srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, char *error,
+                                size_t error_size);
+void srv_store_s3_close(srv_store_s3 *store); /* NULL accepted; blobs opened from it stay valid */
+
+/* Whether it could be opened; keeps nothing. False with one line in error. */
+bool srv_store_s3_check(const srv_config *config, char *error, size_t error_size);
+
+/* The store as api/ sees it; valid until close. Its probe says yes once the bucket has been reached: what is
+ * copied is served without it, and no replica would do better. */
+api_store srv_store_s3_api(srv_store_s3 *store);
+
+typedef struct srv_store_s3_load {
+  bool is_reachable; /* as far as is known */
+  uint64_t retries;
+  srv_disk_cache_load cache;
+} srv_store_s3_load;
+srv_store_s3_load srv_store_s3_look(srv_store_s3 *store); /* any thread */
+
+#endif
