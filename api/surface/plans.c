@@ -239,7 +239,7 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
  * the cage, of which the deeper levels keep a part of their points. */
 static uint64_t building_cost(const plan_source *source) {
-  static const uint64_t per_corner[] = {64, 112, 320, 464};
+  static const uint64_t per_corner[] = {64, 112, 368, 656};
   uint32_t level = source->query->level < 3 ? source->query->level : 3;
   const api_plan_meshes *all = source->meshes;
   uint64_t cost = 0;

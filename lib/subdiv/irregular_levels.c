@@ -1,7 +1,5 @@
 /* Loops over the children of faces, edges and vertices. A step keeps the numbers of existing vertices:
- * their edges and faces at a later level are those of their first level, shifted.
- *
- * The last step has no tables of its own level, and reads those of the level above. */
+ * their edges and faces at a later level are those of their first level, shifted. */
 #include "irregular_levels.h"
 
 #include <math.h>
@@ -281,14 +279,13 @@ INLINE void centres(const pass *p, uint32_t size, operation op, uint32_t born, u
   }
 }
 
-/* ---- vertices that the first step makes: limits and normals ---------------------------------- */
+/* ---- vertices that the step makes: limits and normals ---------------------------------------- */
 
 INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
                       uint32_t end) {
-  const tw_level *l = &p->levels->at[0];
+  const tw_level *l = &p->levels->at[born - 1];
   const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
   const uint32_t *half = l->corner_half;
-  (void)born;
   for (uint32_t edge = begin; edge < end; edge++) {
     if (edge + AHEAD < end)
       for (int i = 0; i < 2; i++) {
@@ -311,103 +308,24 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born,
 
 INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
                       uint32_t end) {
-  const tw_level *l = &p->levels->at[0];
+  const tw_level *l = &p->levels->at[born - 1];
   const tw_point *Q = p->points, *E = edge_points(p);
-  (void)born;
   for (uint32_t f = begin; f < end; f++) {
     uint32_t c = face_begin(l, size, f), n = face_end(l, size, f) - c,
              v = l->vertex_count + l->edge_count + f;
     ring r = start_ring(p, op, v, n);
-    for (uint32_t i = 0; i < n; i++)
-      add_to_ring(&r, op, i, E[l->corner_half[c + (i ? i : n) - 1] / 2], Q[l->corner_vertex[c + i]]);
-    end_ring(p, op, v, &r);
-  }
-}
-
-/* ---- vertices that a later last step makes: likewise, without tables of its level ------------ */
-
-/* What the last step's own points are found by. */
-typedef struct last_step {
-  const tw_level *l;                 /* the level above */
-  const tw_point *Q, *M, *E, *I, *F; /* all; middles of l's edges; halves; spokes; faces */
-} last_step;
-
-INLINE last_step last_of(const pass *p) {
-  const tw_level *l = &p->levels->at[p->step - 1];
-  const tw_point *E = edge_points(p);
-  return (last_step){
-      l, p->points, p->points + l->vertex_count, E, E + 2 * (size_t)l->edge_count, face_points(p)};
-}
-
-/* Halves of the level above's edges: two for each edge. */
-INLINE void halves(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  last_step s = last_of(p);
-  const tw_level *l = s.l;
-  const uint32_t *half = l->corner_half;
-  uint32_t base = p->levels->at[p->step].vertex_count;
-  (void)born;
-  for (uint32_t h = begin; h < end; h++) {
-    uint32_t later = h / 2 + 2 * AHEAD, soon = h / 2 + AHEAD;
-    if (2 * later < end && h % 2 == 0)
-      for (int i = 0; i < 2; i++) {
-        uint32_t c = l->edge_corners[later][i], d = l->edge_corners[soon][i], n = corner_next(l, size, d);
-        __builtin_prefetch(half + c);
-        __builtin_prefetch(l->corner_vertex + c);
-        __builtin_prefetch(s.F + d);
-        __builtin_prefetch(s.F + n);
-        __builtin_prefetch(s.I + d);
-        __builtin_prefetch(s.Q + l->corner_vertex[d]);
-        __builtin_prefetch(s.E + half[n]);
-        __builtin_prefetch(s.E + half[corner_previous(l, size, d)]);
-      }
-    uint32_t edge = h / 2, along = l->edge_corners[edge][h % 2], against = l->edge_corners[edge][1 - h % 2];
-    /* The half at the start of `along`: the other one is the same from the other side. */
-    uint32_t next = corner_next(l, size, against);
-    const tw_point edges[4] = {s.M[edge], s.F[along], s.Q[l->corner_vertex[along]], s.F[next]},
-                   faces[4] = {s.I[along], s.E[half[corner_previous(l, size, along)] ^ 1], s.E[half[next]],
-                               s.I[against]};
-    take_four(p, op, base + h, edges, faces);
-  }
-}
-
-/* Spokes from the middles of edges to those of faces: one for each corner. */
-INLINE void spokes(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  last_step s = last_of(p);
-  const tw_level *l = s.l;
-  const uint32_t *half = l->corner_half;
-  uint32_t base = p->levels->at[p->step].vertex_count + 2 * l->edge_count;
-  (void)born;
-  for (uint32_t c = begin; c < end; c++) {
-    if (c + 2 * AHEAD < end) {
-      __builtin_prefetch(s.E + half[c + 2 * AHEAD]);
-      __builtin_prefetch(s.M + half[c + 2 * AHEAD] / 2);
+    tw_point edges[4], faces[4];
+    for (uint32_t i = 0; i < n; i++) {
+      tw_point edge = E[l->corner_half[c + (i ? i : n) - 1] / 2], face = Q[l->corner_vertex[c + i]];
+      if (size == 4)
+        edges[i] = edge, faces[i] = face;
+      else
+        add_to_ring(&r, op, i, edge, face);
     }
-    uint32_t next = corner_next(l, size, c), before = corner_previous(l, size, c);
-    const tw_point edges[4] = {s.M[l->edge_count + corner_face(l, size, c)], s.F[c], s.M[half[c] / 2],
-                               s.F[next]},
-                   faces[4] = {s.I[before], s.E[half[c]], s.E[half[c] ^ 1], s.I[next]};
-    take_four(p, op, base + c, edges, faces);
-  }
-}
-
-/* Middles of the quads: one for each corner. */
-INLINE void quads(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  last_step s = last_of(p);
-  const tw_level *l = s.l;
-  const uint32_t *half = l->corner_half;
-  uint32_t base = p->levels->at[p->step].vertex_count + p->levels->at[p->step].edge_count;
-  (void)born;
-  for (uint32_t c = begin; c < end; c++) {
-    if (c + 2 * AHEAD < end) {
-      __builtin_prefetch(s.E + half[c + 2 * AHEAD]);
-      __builtin_prefetch(s.M + half[c + 2 * AHEAD] / 2);
-      __builtin_prefetch(s.Q + l->corner_vertex[c + 2 * AHEAD]);
-    }
-    uint32_t before = corner_previous(l, size, c);
-    const tw_point edges[4] = {s.E[half[before] ^ 1], s.E[half[c]], s.I[c], s.I[before]},
-                   faces[4] = {s.Q[l->corner_vertex[c]], s.M[half[c] / 2],
-                               s.M[l->edge_count + corner_face(l, size, c)], s.M[half[before] / 2]};
-    take_four(p, op, base + c, edges, faces);
+    if (size == 4)
+      take_four(p, op, v, edges, faces);
+    else
+      end_ring(p, op, v, &r);
   }
 }
 
@@ -435,29 +353,16 @@ INLINE void by_size(class_loop *loop, const pass *p, uint32_t table, uint32_t bo
     by_operation(loop, p, 0, born, begin, end);
 }
 
-/* Vertices of a level, in order: the cage's, then edge and face points of each step. Those of the last step
- * are NEW_EDGES and NEW_FACES at level 1, else HALVES, SPOKES and QUADS. */
-typedef enum vertex_class {
-  CAGE,
-  MIDDLES,
-  CENTRES,
-  NEW_EDGES,
-  NEW_FACES,
-  HALVES,
-  SPOKES,
-  QUADS
-} vertex_class;
+/* Vertices of a level, in order: the cage's, then edge and face points of each step. */
+typedef enum vertex_class { CAGE, MIDDLES, CENTRES, NEW_EDGES, NEW_FACES } vertex_class;
 
 static void run_class(const pass *p, vertex_class class, uint32_t born, uint32_t begin, uint32_t end) {
   switch (class) {
   case CAGE: by_size(cage_vertices, p, 0, born, begin, end); return;
   case MIDDLES: by_size(middles, p, born - 1, born, begin, end); return;
   case CENTRES: by_size(centres, p, born - 1, born, begin, end); return;
-  case NEW_EDGES: by_size(new_edges, p, 0, born, begin, end); return;
-  case NEW_FACES: by_size(new_faces, p, 0, born, begin, end); return;
-  case HALVES: by_size(halves, p, p->step - 1, born, begin, end); return;
-  case SPOKES: by_size(spokes, p, p->step - 1, born, begin, end); return;
-  case QUADS: by_size(quads, p, p->step - 1, born, begin, end); return;
+  case NEW_EDGES: by_size(new_edges, p, born - 1, born, begin, end); return;
+  case NEW_FACES: by_size(new_faces, p, born - 1, born, begin, end); return;
   }
 }
 
@@ -478,15 +383,8 @@ static void run_vertices(const pass *p, uint32_t first, uint32_t end) {
     run_part(p, MIDDLES, born, at[born - 1].edge_count, &base, first, end);
     run_part(p, CENTRES, born, at[born - 1].face_count, &base, first, end);
   }
-  if (p->step == 0) {
-    run_part(p, NEW_EDGES, 1, at[0].edge_count, &base, first, end);
-    run_part(p, NEW_FACES, 1, at[0].face_count, &base, first, end);
-    return;
-  }
-  const tw_level *above = &at[p->step - 1];
-  run_part(p, HALVES, p->step + 1, 2 * above->edge_count, &base, first, end);
-  run_part(p, SPOKES, p->step + 1, above->corner_count, &base, first, end);
-  run_part(p, QUADS, p->step + 1, above->corner_count, &base, first, end);
+  run_part(p, NEW_EDGES, p->step + 1, at[p->step].edge_count, &base, first, end);
+  run_part(p, NEW_FACES, p->step + 1, at[p->step].face_count, &base, first, end);
 }
 
 /* ---- new points of a step ------------------------------------------------------------------- */
@@ -521,55 +419,6 @@ INLINE void make_edges(const pass *p, const tw_level *l, uint32_t size, uint32_t
   }
 }
 
-/* Face points of the last step: one a corner of the level above. */
-INLINE void make_quads(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
-  const tw_point *P = p->above, *M = P + l->vertex_count;
-  tw_point *F = p->points + p->levels->at[p->step].vertex_count + p->levels->at[p->step].edge_count;
-  for (uint32_t c = begin; c < end; c++) {
-    if (c + 2 * AHEAD < end) {
-      __builtin_prefetch(M + l->corner_half[c + 2 * AHEAD] / 2);
-      __builtin_prefetch(P + l->corner_vertex[c + 2 * AHEAD]);
-    }
-    F[c] = all(0.25f) * ((P[l->corner_vertex[c]] + M[l->edge_count + corner_face(l, size, c)]) +
-                         (M[l->corner_half[c] / 2] + M[l->corner_half[corner_previous(l, size, c)] / 2]));
-  }
-}
-
-/* Edge points of halves. */
-INLINE void make_halves(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
-  const tw_point *P = p->above, *M = P + l->vertex_count;
-  tw_point *E = p->points + p->levels->at[p->step].vertex_count;
-  const tw_point *F = E + p->levels->at[p->step].edge_count;
-  bool linear = p->levels->linear;
-  for (uint32_t edge = begin; edge < end; edge++) {
-    if (edge + AHEAD < end)
-      for (int i = 0; i < 2; i++) {
-        uint32_t c = l->edge_corners[edge + AHEAD][i];
-        __builtin_prefetch(F + c);
-        __builtin_prefetch(F + corner_next(l, size, c));
-        __builtin_prefetch(P + l->corner_vertex[c]);
-      }
-    uint32_t along = l->edge_corners[edge][0], against = l->edge_corners[edge][1],
-             after = corner_next(l, size, along), far = linear ? after : against;
-    E[2 * edge] =
-        edge_point(linear, P[l->corner_vertex[along]], M[edge], F[along], F[corner_next(l, size, against)]);
-    E[2 * edge + 1] = edge_point(linear, P[l->corner_vertex[far]], M[edge], F[against], F[after]);
-  }
-}
-
-/* Edge points of spokes. */
-INLINE void make_spokes(const pass *p, const tw_level *l, uint32_t size, uint32_t begin, uint32_t end) {
-  const tw_point *M = p->above + l->vertex_count;
-  tw_point *E = p->points + p->levels->at[p->step].vertex_count, *I = E + 2 * (size_t)l->edge_count;
-  const tw_point *F = E + p->levels->at[p->step].edge_count;
-  bool linear = p->levels->linear;
-  for (uint32_t c = begin; c < end; c++) {
-    if (c + 2 * AHEAD < end) __builtin_prefetch(M + l->corner_half[c + 2 * AHEAD] / 2);
-    I[c] = edge_point(linear, M[l->edge_count + corner_face(l, size, c)], M[l->corner_half[c] / 2], F[c],
-                      F[corner_next(l, size, c)]);
-  }
-}
-
 INLINE void points_by_size(point_loop *loop, const pass *p, const tw_level *l, uint32_t begin, uint32_t end) {
   if (l->face_size == 4)
     loop(p, l, 4, begin, end);
@@ -588,21 +437,6 @@ static void run_edges(void *context, uint32_t part, uint32_t begin, uint32_t end
   const pass *p = context;
   (void)part;
   points_by_size(make_edges, p, &p->levels->at[p->step], begin, end);
-}
-static void run_quads(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const pass *p = context;
-  (void)part;
-  points_by_size(make_quads, p, &p->levels->at[p->step - 1], begin, end);
-}
-static void run_halves(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const pass *p = context;
-  (void)part;
-  points_by_size(make_halves, p, &p->levels->at[p->step - 1], begin, end);
-}
-static void run_spokes(void *context, uint32_t part, uint32_t begin, uint32_t end) {
-  const pass *p = context;
-  (void)part;
-  points_by_size(make_spokes, p, &p->levels->at[p->step - 1], begin, end);
 }
 static void run_any(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   (void)part;
@@ -627,14 +461,8 @@ static void refine_step(const tw_levels *levels, uint32_t step, const tw_point *
                         const tw_parallel_for *parallel, tw_point *points) {
   pass p = {.levels = levels, .operation = POINT, .step = step, .above = above, .points = points};
   const tw_level *l = &levels->at[step];
-  if (l->corner_half) {
-    tw_parallel_for_run(parallel, l->face_count, TW_PARALLEL_FOR_LEAST, run_faces, &p);
-    tw_parallel_for_run(parallel, l->edge_count, TW_PARALLEL_FOR_LEAST, run_edges, &p);
-  } else {
-    tw_parallel_for_run(parallel, l[-1].corner_count, TW_PARALLEL_FOR_LEAST, run_quads, &p);
-    tw_parallel_for_run(parallel, l[-1].edge_count, TW_PARALLEL_FOR_LEAST, run_halves, &p);
-    tw_parallel_for_run(parallel, l[-1].corner_count, TW_PARALLEL_FOR_LEAST, run_spokes, &p);
-  }
+  tw_parallel_for_run(parallel, l->face_count, TW_PARALLEL_FOR_LEAST, run_faces, &p);
+  tw_parallel_for_run(parallel, l->edge_count, TW_PARALLEL_FOR_LEAST, run_edges, &p);
   if (levels->linear)
     memcpy(points, above, l->vertex_count * sizeof *points);
   else
@@ -787,52 +615,23 @@ void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t coun
   for (uint32_t i = 0; i < count; i++) out[i] = vertex_cage_face(levels, first + i);
 }
 
-INLINE void quads_of_corner(const tw_levels *levels, uint32_t size, uint32_t c, uint32_t out[16]) {
-  const tw_level *l = &levels->at[levels->level - 2], *parent = l + 1;
-  uint32_t V = l->vertex_count, H = parent->vertex_count, I = H + 2 * l->edge_count,
-           F = H + parent->edge_count, before = corner_previous(l, size, c);
-  uint32_t half = l->corner_half[c], half_before = l->corner_half[before];
-  const uint32_t vertices[4] = {l->corner_vertex[c], V + half / 2,
-                                V + l->edge_count + corner_face(l, size, c), V + half_before / 2},
-                 edges[4] = {H + half, I + c, I + before, H + (half_before ^ 1)};
-  for (uint32_t k = 0; k < 4; k++, out += 4) {
-    out[0] = vertices[k];
-    out[1] = edges[k];
-    out[2] = F + c;
-    out[3] = edges[(k + 3) % 4];
-  }
-}
-
-INLINE void faces_by_size(const tw_levels *levels, uint32_t size, uint32_t first, uint32_t end,
-                          uint32_t *out) {
-  if (levels->level == 1) {
-    const tw_level *l = &levels->at[0];
-    for (uint32_t c = first; c < end; c++, out += 4) {
-      out[0] = l->corner_vertex[c];
-      out[1] = l->vertex_count + l->corner_half[c] / 2;
-      out[2] = l->vertex_count + l->edge_count + corner_face(l, size, c);
-      out[3] = l->vertex_count + l->corner_half[corner_previous(l, size, c)] / 2;
-    }
-    return;
-  }
-  while (first < end) {
-    uint32_t k = first % 4, count = 4 - k < end - first ? 4 - k : end - first, some[16];
-    uint32_t *whole = count == 4 ? out : some;
-    quads_of_corner(levels, size, first / 4, whole);
-    if (count < 4) memcpy(out, some + 4 * k, 4 * count * sizeof *out);
-    first += count;
-    out += 4 * (size_t)count;
+INLINE void faces_by_size(const tw_level *l, uint32_t size, uint32_t first, uint32_t end, uint32_t *out) {
+  for (uint32_t c = first; c < end; c++, out += 4) {
+    out[0] = l->corner_vertex[c];
+    out[1] = l->vertex_count + l->corner_half[c] / 2;
+    out[2] = l->vertex_count + l->edge_count + corner_face(l, size, c);
+    out[3] = l->vertex_count + l->corner_half[corner_previous(l, size, c)] / 2;
   }
 }
 
 void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
-  uint32_t size = levels->at[levels->level < 2 ? 0 : levels->level - 2].face_size;
-  if (size == 4)
-    faces_by_size(levels, 4, first, first + count, out);
-  else if (size == 3)
-    faces_by_size(levels, 3, first, first + count, out);
+  const tw_level *l = &levels->at[levels->level - 1];
+  if (l->face_size == 4)
+    faces_by_size(l, 4, first, first + count, out);
+  else if (l->face_size == 3)
+    faces_by_size(l, 3, first, first + count, out);
   else
-    faces_by_size(levels, 0, first, first + count, out);
+    faces_by_size(l, 0, first, first + count, out);
 }
 
 /* ---- the plan ------------------------------------------------------------------------------- */
@@ -989,7 +788,7 @@ static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_aren
   for (uint32_t p = 1; p <= wish->level; p++) {
     levels->at[p] = next_counts(&levels->at[p - 1]);
     if (status == TW_OK) status = tw_parallel_for_status(wish->parallel);
-    if (status == TW_OK && p + 2 <= wish->level)
+    if (status == TW_OK && p < wish->level)
       status = make_child_tables(&levels->at[p - 1], wish->parallel, arena, &levels->at[p]);
   }
   return status;

@@ -15,7 +15,7 @@
 
 enum { TW_LEVELS_MAX = 3 };
 
-/* One level of one field. Only the cage and levels up to level - 2 have arrays. */
+/* One level of one field. The last level has no arrays. */
 typedef struct tw_level {
   uint32_t vertex_count, edge_count, face_count, corner_count;
   uint32_t face_size;            /* 3 or 4; 0 where faces differ */
