@@ -103,34 +103,29 @@ static tw_status check_selection(const tw_editor *e) {
   return tw_editor_fail(e, TW_INVALID, place, "the edit is not applied to %s", tw_edit_element_names[s->of]);
 }
 
-static tw_status apply_kind(tw_editor *e) {
-  switch (e->edit->kind) {
-  case TW_EDIT_MOVE:
-  case TW_EDIT_ROTATE:
-  case TW_EDIT_SCALE: return tw_edit_transform(e);
-  case TW_EDIT_CREASE: return tw_edit_crease(e);
-  case TW_EDIT_CORNER: return tw_edit_corner(e);
-  case TW_EDIT_HOLE: return tw_edit_hole(e);
-  case TW_EDIT_EXTRUDE: return tw_edit_extrude(e);
-  case TW_EDIT_INSET: return tw_edit_inset(e);
-  case TW_EDIT_LOOP_CUT: return tw_edit_loop_cut(e);
-  case TW_EDIT_SUBDIVIDE: return tw_edit_subdivide(e);
-  case TW_EDIT_DELETE:
-  case TW_EDIT_MERGE:
-  case TW_EDIT_FILL:
-  case TW_EDIT_MIRROR:
-  case TW_EDIT_FLIP:
-  case TW_EDIT_ORIENT:
-  case TW_EDIT_TRIANGULATE:
-  case TW_EDIT_QUADS: break;
-  }
-  return tw_editor_fail(e, TW_UNSUPPORTED, "/edit", "there is no such edit yet");
-}
+static tw_status (*const apply[TW_EDIT_KINDS])(tw_editor *) = {[TW_EDIT_EXTRUDE] = tw_edit_extrude,
+                                                               [TW_EDIT_INSET] = tw_edit_inset,
+                                                               [TW_EDIT_LOOP_CUT] = tw_edit_loop_cut,
+                                                               [TW_EDIT_SUBDIVIDE] = tw_edit_subdivide,
+                                                               [TW_EDIT_DELETE] = tw_edit_delete,
+                                                               [TW_EDIT_MERGE] = tw_edit_merge,
+                                                               [TW_EDIT_FILL] = tw_edit_fill,
+                                                               [TW_EDIT_MIRROR] = tw_edit_mirror,
+                                                               [TW_EDIT_MOVE] = tw_edit_transform,
+                                                               [TW_EDIT_ROTATE] = tw_edit_transform,
+                                                               [TW_EDIT_SCALE] = tw_edit_transform,
+                                                               [TW_EDIT_CREASE] = tw_edit_crease,
+                                                               [TW_EDIT_CORNER] = tw_edit_corner,
+                                                               [TW_EDIT_HOLE] = tw_edit_hole,
+                                                               [TW_EDIT_FLIP] = tw_edit_flip,
+                                                               [TW_EDIT_ORIENT] = tw_edit_orient,
+                                                               [TW_EDIT_TRIANGULATE] = tw_edit_triangulate,
+                                                               [TW_EDIT_QUADS] = tw_edit_quads};
 
 static tw_status apply_edit(tw_editor *e) {
   tw_status status = check_selection(e);
   e->is_named = false;
-  if (status == TW_OK) status = apply_kind(e);
+  if (status == TW_OK) status = apply[e->edit->kind](e);
   /* What did nothing made nothing. */
   if (status == TW_OK && !e->is_named) tw_editor_name(e);
   return status;

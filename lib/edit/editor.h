@@ -147,6 +147,14 @@ tw_status tw_edit_extrude(tw_editor *editor);
 tw_status tw_edit_inset(tw_editor *editor);
 tw_status tw_edit_loop_cut(tw_editor *editor);
 tw_status tw_edit_subdivide(tw_editor *editor);
+tw_status tw_edit_delete(tw_editor *editor);
+tw_status tw_edit_merge(tw_editor *editor);
+tw_status tw_edit_fill(tw_editor *editor);
+tw_status tw_edit_mirror(tw_editor *editor);
+tw_status tw_edit_flip(tw_editor *editor);
+tw_status tw_edit_orient(tw_editor *editor);
+tw_status tw_edit_triangulate(tw_editor *editor);
+tw_status tw_edit_quads(tw_editor *editor);
 
 /* ---- geometry ------------------------------------------------------------------------------------------ */
 

@@ -107,6 +107,13 @@ static shape find_shape(const tw_mesh *mesh, const uint32_t quad[4]) {
   return out;
 }
 
+double tw_pair_quality(const tw_mesh *mesh, uint32_t face, uint32_t other, uint32_t quad[4]) {
+  junction j;
+  if (!find_junction(mesh, face, other, &j)) return 0;
+  memcpy(quad, j.quad, sizeof j.quad);
+  return find_shape(mesh, j.quad).quality;
+}
+
 /* ---- neighbours in the file ------------------------------------------------------------------- */
 
 /* What pairs are chosen by. */

@@ -17,7 +17,12 @@ extern "C" {
  * arena; only meshes without tags, named groups and a choice of UVs for tangents. O(n log n). */
 tw_status tw_pair_triangles(tw_mesh *mesh, tw_arena *arena, tw_error *error);
 
-/* The most bytes that it takes, those of the arena included. */
+/* How good a quad two triangles make, up to 1 for a flat rectangle; 0: they share no whole edge, or one that
+ * has to stay (of two materials, a UV seam, a hard edge), or the quad is not convex or bent by more than 60
+ * degrees. quad: its corners of the mesh. */
+double tw_pair_quality(const tw_mesh *mesh, uint32_t face, uint32_t other, uint32_t quad[4]);
+
+/* The most bytes that tw_pair_triangles takes, those of the arena included. */
 size_t tw_pair_size(const tw_mesh *mesh);
 
 #ifdef __cplusplus

@@ -1,0 +1,100 @@
+/* Adds a mirror image: of each point in their order, of each face in their order. What had a name has it of
+ * its image too. */
+#include <math.h>
+#include <string.h>
+
+#include "editor.h"
+
+typedef struct mirror {
+  tw_editor *editor;
+  const tw_topology *t;
+  tw_change change;
+  int axis;
+  uint8_t *is_on;            /* [vertex_count] on the plane: its own image */
+  uint8_t *is_flat;          /* [face_count] all on the plane: it would lie on its image */
+  uint32_t *points, *images; /* [vertex_count] of the change */
+} mirror;
+
+static void measure(mirror *m) {
+  double weld = m->editor->edit->mirror.weld;
+  for (uint32_t p = 0; p < m->t->vertex_count; p++)
+    m->is_on[p] = fabs((double)tw_editor_point(m->editor, p)[m->axis]) <= weld;
+  memset(m->is_flat, 1, m->t->face_count);
+  for (uint32_t c = 0; c < m->t->corner_count; c++)
+    if (!m->is_on[m->t->corner_vertex[c]]) m->is_flat[m->t->corner_face[c]] = 0;
+}
+
+/* Points that only faces on the plane have go with them. */
+static bool put_points(mirror *m) {
+  const tw_topology *t = m->t;
+  uint8_t *is_used = tw_arena_alloc(m->editor->arena, t->vertex_count, 1);
+  if (!is_used) return false;
+  for (uint32_t c = 0; c < t->corner_count; c++)
+    if (!m->is_flat[t->corner_face[c]]) is_used[t->corner_vertex[c]] = 1;
+  for (uint32_t p = 0; p < t->vertex_count; p++) {
+    if (!is_used[p] && t->fan_offsets[p] != t->fan_offsets[p + 1]) continue;
+    m->points[p] = m->images[p] = tw_change_point(&m->change, p, 0);
+    if (m->is_on[p])
+      m->change.shifts[m->points[p]][m->axis] = -(double)tw_editor_point(m->editor, p)[m->axis];
+  }
+  for (uint32_t p = 0; p < t->vertex_count; p++) {
+    if (!is_used[p] || m->is_on[p]) continue;
+    m->images[p] = tw_change_point(&m->change, p, TW_CHANGE_MADE);
+    m->change.shifts[m->images[p]][m->axis] = -2 * (double)tw_editor_point(m->editor, p)[m->axis];
+  }
+  return true;
+}
+
+/* From the same corner the other way round. */
+static void put_image(mirror *m, uint32_t face) {
+  const tw_topology *t = m->t;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  for (uint32_t i = 0; i < size; i++) {
+    uint32_t corner = begin + (size - i) % size, before = tw_corner_previous(t, corner);
+    tw_change_corner(&m->change, m->images[t->corner_vertex[corner]], corner, t->corner_edge[before], 0);
+  }
+  tw_change_face(&m->change, face, TW_CHANGE_MADE);
+}
+
+/* Displacements of images are images. first: the first point that is one. */
+static void turn_morphs(tw_editor *e, int axis, uint32_t first) {
+  for (uint32_t i = 0; i < e->mesh.morph_count; i++) {
+    float *displacements = (float *)e->mesh.morphs[i];
+    for (size_t p = first; p < e->mesh.point_count; p++) displacements[3 * p + (size_t)axis] *= -1;
+  }
+}
+
+tw_status tw_edit_mirror(tw_editor *editor) {
+  const tw_edit *edit = editor->edit;
+  if (edit->mirror.axis < 0 || edit->mirror.axis > 2)
+    return tw_editor_fail(editor, TW_INVALID, "/axis", "an axis is x, y or z");
+  if (!isfinite(edit->mirror.weld))
+    return tw_editor_fail(editor, TW_INVALID, "/weld", "the distance is not a finite number");
+  tw_status status = tw_editor_need_topology(editor);
+  if (status != TW_OK) return status;
+  mirror m = {.editor = editor, .t = editor->topology, .axis = edit->mirror.axis};
+  const tw_change_size size = {.points = 2 * (uint64_t)m.t->vertex_count,
+                               .faces = 2 * (uint64_t)m.t->face_count,
+                               .corners = 2 * (uint64_t)m.t->corner_count};
+  status = tw_change_init(&m.change, editor, &size);
+  if (status != TW_OK) return status;
+  m.is_on = tw_arena_alloc(editor->arena, m.t->vertex_count, 1);
+  m.is_flat = tw_arena_alloc(editor->arena, m.t->face_count, 1);
+  m.points = tw_arena_alloc_raw(editor->arena, m.t->vertex_count, sizeof *m.points);
+  m.images = tw_arena_alloc_raw(editor->arena, m.t->vertex_count, sizeof *m.images);
+  m.change.shifts = tw_arena_alloc(editor->arena, size.points, sizeof *m.change.shifts);
+  if (!m.is_on || !m.is_flat || !m.points || !m.images || !m.change.shifts)
+    return tw_editor_no_memory(editor);
+  measure(&m);
+  if (!put_points(&m)) return tw_editor_no_memory(editor);
+  uint32_t first = m.change.point_count;
+  for (uint32_t p = 0; p < m.change.point_count; p++)
+    if (m.change.point_flags[p] && p < first) first = p;
+  for (uint32_t f = 0; f < m.t->face_count; f++)
+    if (!m.is_flat[f]) tw_change_keep_face(&m.change, f, m.points, 0);
+  for (uint32_t f = 0; f < m.t->face_count; f++)
+    if (!m.is_flat[f]) put_image(&m, f);
+  status = tw_editor_apply(editor, &m.change);
+  if (status == TW_OK) turn_morphs(editor, edit->mirror.axis, first);
+  return status;
+}

@@ -1,0 +1,277 @@
+/* Triangulate and quads: faces to triangles, and pairs of triangles to quads. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "editor.h"
+#include "quad_pairing.h"
+
+typedef struct cutter {
+  tw_editor *editor;
+  const tw_topology *t;
+  tw_change change;
+  const uint8_t *selected;
+  uint32_t (*triangles)[3];  /* of a face under way: places of its corners */
+  uint32_t *next, *previous; /* [largest face] the corners that are left, in a ring */
+  double (*flat)[2];         /* [largest face] corners in the plane of the face */
+  uint8_t *is_reflex;        /* [largest face] */
+} cutter;
+
+/* ---- a quad: the shorter diagonal ---------------------------------------------------------------------- */
+
+static void triangle_normal(const tw_editor *e, const uint32_t corners[3], double out[3]) {
+  const float *at[3];
+  double a[3], b[3];
+  for (int k = 0; k < 3; k++) at[k] = tw_editor_point(e, e->mesh.corners[corners[k]]);
+  for (int i = 0; i < 3; i++) {
+    a[i] = (double)at[1][i] - (double)at[0][i];
+    b[i] = (double)at[2][i] - (double)at[0][i];
+  }
+  tw_cross3(a, b, out);
+}
+
+static double distance(const tw_editor *e, uint32_t a, uint32_t b) {
+  double sum = 0;
+  for (int i = 0; i < 3; i++) {
+    double side =
+        (double)tw_editor_point(e, e->mesh.corners[a])[i] - (double)tw_editor_point(e, e->mesh.corners[b])[i];
+    sum += side * side;
+  }
+  return sum;
+}
+
+/* Whether the halves at a diagonal from corner `first` (0 or 1) look the same way. */
+static bool is_inside(const tw_editor *e, uint32_t begin, uint32_t first) {
+  double a[3], b[3];
+  triangle_normal(e, (uint32_t[]){begin + first, begin + first + 1, begin + first + 2}, a);
+  triangle_normal(e, (uint32_t[]){begin + first, begin + first + 2, begin + (first + 3) % 4}, b);
+  return tw_dot3(a, b) > 0;
+}
+
+static void cut_quad(cutter *k, uint32_t begin) {
+  const tw_editor *e = k->editor;
+  bool first = is_inside(e, begin, 0), second = is_inside(e, begin, 1);
+  bool is_second =
+      first == second ? distance(e, begin + 1, begin + 3) < distance(e, begin, begin + 2) : second;
+  const uint32_t triangles[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{0, 1, 3}, {1, 2, 3}}};
+  memcpy(k->triangles, triangles[is_second], sizeof triangles[0]);
+}
+
+/* ---- larger faces: ears -------------------------------------------------------------------------------- */
+
+/* Twice the area of a triangle of corners in the plane. */
+static double area(const cutter *k, uint32_t a, uint32_t b, uint32_t c) {
+  return (k->flat[b][0] - k->flat[a][0]) * (k->flat[c][1] - k->flat[a][1]) -
+         (k->flat[b][1] - k->flat[a][1]) * (k->flat[c][0] - k->flat[a][0]);
+}
+
+/* Corners without the coordinate along which the face's normal is longest, wound counter-clockwise. */
+static void flatten(cutter *k, uint32_t face) {
+  uint32_t begin = tw_face_begin(k->t, face), size = tw_face_size(k->t, face), axis = 0;
+  double normal[3];
+  tw_editor_face_normal(k->editor, face, normal);
+  for (uint32_t i = 1; i < 3; i++)
+    if (fabs(normal[i]) > fabs(normal[axis])) axis = i;
+  uint32_t u = (axis + 1) % 3, v = (axis + 2) % 3;
+  if (normal[axis] < 0) {
+    u = (axis + 2) % 3;
+    v = (axis + 1) % 3;
+  }
+  for (uint32_t i = 0; i < size; i++) {
+    const float *at = tw_editor_point(k->editor, k->t->corner_vertex[begin + i]);
+    k->flat[i][0] = (double)at[u];
+    k->flat[i][1] = (double)at[v];
+    k->next[i] = (i + 1) % size;
+    k->previous[i] = (i + size - 1) % size;
+  }
+}
+
+static bool is_reflex(const cutter *k, uint32_t i) {
+  return area(k, k->previous[i], i, k->next[i]) <= 0;
+}
+
+/* Whether no reflex corner lies in the triangle of a corner and its neighbours. *budget: corners that may be
+ * looked at yet. */
+static bool is_ear(const cutter *k, uint32_t ear, uint64_t *budget) {
+  uint32_t a = k->previous[ear], b = k->next[ear];
+  if (k->is_reflex[ear]) return false;
+  for (uint32_t i = k->next[b]; i != a && *budget > 0; i = k->next[i], --*budget)
+    if (k->is_reflex[i] && area(k, a, ear, i) >= 0 && area(k, ear, b, i) >= 0 && area(k, b, a, i) >= 0)
+      return false;
+  return true;
+}
+
+/* Cuts ears off one after the other, not twice at the same place where that can be. A face so large, or so
+ * folded, that the budget is used up is cut without looking. */
+static void cut_ears(cutter *k, uint32_t face) {
+  enum { LOOKS = 256 };
+  uint32_t left = tw_face_size(k->t, face), at = 0, misses = 0, count = 0;
+  uint64_t budget = LOOKS * (uint64_t)left;
+  flatten(k, face);
+  for (uint32_t i = 0; i < left; i++) k->is_reflex[i] = is_reflex(k, i);
+  while (left > 3) {
+    if (misses < left && budget > 0 && !is_ear(k, at, &budget)) {
+      at = k->next[at];
+      misses++;
+      continue;
+    }
+    uint32_t a = k->previous[at], b = k->next[at];
+    const uint32_t triangle[3] = {a, at, b};
+    memcpy(k->triangles[count++], triangle, sizeof triangle);
+    k->next[a] = b;
+    k->previous[b] = a;
+    k->is_reflex[a] = is_reflex(k, a);
+    k->is_reflex[b] = is_reflex(k, b);
+    at = k->next[b];
+    left--;
+    misses = 0;
+  }
+  const uint32_t triangle[3] = {k->previous[at], at, k->next[at]};
+  memcpy(k->triangles[count], triangle, sizeof triangle);
+}
+
+/* ---- triangulate --------------------------------------------------------------------------------------- */
+
+static void put_triangle(cutter *k, uint32_t face, const uint32_t places[3]) {
+  const tw_topology *t = k->t;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  for (int i = 0; i < 3; i++) {
+    uint32_t corner = begin + places[i];
+    bool is_side = (places[i] + 1) % size == places[(i + 1) % 3];
+    tw_change_corner(&k->change, t->corner_vertex[corner], corner,
+                     is_side ? t->corner_edge[corner] : UINT32_MAX, is_side ? 0 : TW_CHANGE_MADE);
+  }
+  tw_change_face(&k->change, face, TW_CHANGE_MADE);
+}
+
+/* The first triangle of a face, or all the others. */
+static void put_face(cutter *k, uint32_t face, bool is_first) {
+  uint32_t size = tw_face_size(k->t, face);
+  if (!k->selected[face] || size == 3) {
+    if (is_first) tw_change_keep_face(&k->change, face, NULL, k->selected[face] ? TW_CHANGE_MADE : 0);
+    return;
+  }
+  if (size == 4)
+    cut_quad(k, tw_face_begin(k->t, face));
+  else
+    cut_ears(k, face);
+  for (uint32_t i = is_first ? 0 : 1; i < (is_first ? 1 : size - 2); i++)
+    put_triangle(k, face, k->triangles[i]);
+}
+
+tw_status tw_edit_triangulate(tw_editor *editor) {
+  uint8_t *selected;
+  tw_status status = tw_editor_select(editor, &selected);
+  if (status != TW_OK || !selected) return status;
+  cutter k = {.editor = editor, .t = editor->topology, .selected = selected};
+  tw_change_size size = {.points = k.t->vertex_count, .faces = k.t->face_count, .corners = k.t->corner_count};
+  uint32_t largest = 4;
+  for (uint32_t f = 0; f < k.t->face_count; f++) {
+    uint32_t corners = tw_face_size(k.t, f);
+    if (!selected[f]) continue;
+    if (corners > largest) largest = corners;
+    size.faces += corners - 3;
+    size.corners += 2 * ((uint64_t)corners - 3);
+  }
+  k.triangles = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.triangles);
+  k.next = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.next);
+  k.previous = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.previous);
+  k.flat = tw_arena_alloc_raw(editor->arena, largest, sizeof *k.flat);
+  k.is_reflex = tw_arena_alloc_raw(editor->arena, largest, 1);
+  if (!k.triangles || !k.next || !k.previous || !k.flat || !k.is_reflex) return tw_editor_no_memory(editor);
+  status = tw_change_init(&k.change, editor, &size);
+  if (status != TW_OK) return status;
+  tw_change_keep_points(&k.change);
+  for (uint32_t f = 0; f < k.t->face_count; f++) put_face(&k, f, true);
+  for (uint32_t f = 0; f < k.t->face_count; f++) put_face(&k, f, false);
+  return tw_editor_apply(editor, &k.change);
+}
+
+/* ---- quads --------------------------------------------------------------------------------------------- */
+
+typedef struct candidate {
+  double quality;
+  uint32_t edge, faces[2], quad[4];
+} candidate;
+
+static int compare_candidates(const void *left, const void *right) {
+  const candidate *a = left, *b = right;
+  if (a->quality != b->quality) return a->quality > b->quality ? -1 : 1;
+  return a->edge < b->edge ? -1 : a->edge > b->edge;
+}
+
+static bool same_groups(const tw_mesh *mesh, const uint32_t faces[2]) {
+  return (!mesh->face_groups || mesh->face_groups[faces[0]] == mesh->face_groups[faces[1]]) &&
+         (!mesh->face_smoothing || mesh->face_smoothing[faces[0]] == mesh->face_smoothing[faces[1]]);
+}
+
+/* Edges at which two selected triangles make a quad, but creases and those between groups. */
+static uint32_t find_candidates(const tw_editor *e, const uint8_t *selected, const uint8_t *is_kept,
+                                candidate *out) {
+  const tw_topology *t = e->topology;
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < t->edge_count; i++) {
+    candidate c = {
+        .edge = i,
+        .faces = {tw_corner_face(t, t->edge_corner[i]), tw_corner_face(t, t->sibling[t->edge_corner[i]])}};
+    if (t->edge_flags[i] || is_kept[i] || !selected[c.faces[0]] || !selected[c.faces[1]] ||
+        !same_groups(&e->mesh, c.faces))
+      continue;
+    c.quality = tw_pair_quality(&e->mesh, c.faces[0], c.faces[1], c.quad);
+    if (c.quality > 0) out[count++] = c;
+  }
+  return count;
+}
+
+/* A quad stands where the first of its halves did. */
+static void put_pair(tw_change *change, const tw_topology *t, const candidate *c) {
+  for (int i = 0; i < 4; i++) {
+    uint32_t corner = c->quad[i], edge = t->corner_edge[corner];
+    /* A quad's corner may stand for the shared edge in its own triangle; the side is of the other one then.
+     */
+    if (edge == c->edge) {
+      uint32_t other = t->sibling[corner];
+      edge = t->corner_edge[tw_corner_next(t, other)];
+    }
+    tw_change_corner(change, t->corner_vertex[corner], corner, edge, 0);
+  }
+  tw_change_face(change, c->faces[0] < c->faces[1] ? c->faces[0] : c->faces[1], TW_CHANGE_MADE);
+}
+
+tw_status tw_edit_quads(tw_editor *editor) {
+  uint8_t *selected;
+  tw_status status = tw_editor_select(editor, &selected);
+  if (status != TW_OK || !selected) return status;
+  const tw_mesh *mesh = &editor->mesh;
+  const tw_topology *t = editor->topology;
+  uint8_t *is_kept = tw_arena_alloc(editor->arena, t->edge_count, 1);
+  candidate *candidates = tw_arena_alloc_raw(editor->arena, t->edge_count, sizeof *candidates);
+  uint32_t *pair_of = tw_arena_alloc_raw(editor->arena, t->face_count, sizeof *pair_of);
+  if (!is_kept || !candidates || !pair_of) return tw_editor_no_memory(editor);
+  for (uint32_t i = 0; i < mesh->crease_count; i++) {
+    uint32_t edge =
+        tw_topology_find_edge(t, mesh->crease_edges[2 * (size_t)i], mesh->crease_edges[2 * (size_t)i + 1]);
+    if (edge != UINT32_MAX && mesh->crease_sharpness[i] > 0) is_kept[edge] = 1;
+  }
+  uint32_t count = find_candidates(editor, selected, is_kept, candidates);
+  qsort(candidates, count, sizeof *candidates, compare_candidates);
+  memset(pair_of, 0xFF, t->face_count * sizeof *pair_of);
+  for (uint32_t i = 0; i < count; i++) {
+    const candidate *c = &candidates[i];
+    if (pair_of[c->faces[0]] == UINT32_MAX && pair_of[c->faces[1]] == UINT32_MAX)
+      pair_of[c->faces[0]] = pair_of[c->faces[1]] = i;
+  }
+  tw_change change;
+  const tw_change_size size = {.points = t->vertex_count, .faces = t->face_count, .corners = t->corner_count};
+  status = tw_change_init(&change, editor, &size);
+  if (status != TW_OK) return status;
+  tw_change_keep_points(&change);
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    const candidate *c = pair_of[f] == UINT32_MAX ? NULL : &candidates[pair_of[f]];
+    if (!c)
+      tw_change_keep_face(&change, f, NULL, 0);
+    else if (f < c->faces[0] || f < c->faces[1])
+      put_pair(&change, t, c);
+  }
+  return tw_editor_apply(editor, &change);
+}
