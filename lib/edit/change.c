@@ -119,6 +119,11 @@ static const tw_term *terms_of(const tw_change *c, uint32_t parent, uint32_t bef
   return c->terms + offsets[0];
 }
 
+/* Means may lie outside of what they are means of. */
+static float within_limits(double value) {
+  return (float)fmax(-(double)TW_COORDINATE_MAX, fmin(value, (double)TW_COORDINATE_MAX));
+}
+
 /* Numbers of points. NULL without memory. */
 static float *mix_points(const maker *m, const float *rows, uint32_t width) {
   const tw_change *c = m->change;
@@ -131,7 +136,7 @@ static float *mix_points(const maker *m, const float *rows, uint32_t width) {
       double sum = 0;
       for (uint32_t i = 0; i < count; i++)
         sum += terms[i].weight * (double)rows[(size_t)width * terms[i].index + k];
-      out[(size_t)width * p + k] = (float)sum;
+      out[(size_t)width * p + k] = within_limits(sum);
     }
   }
   return out;
@@ -325,7 +330,7 @@ static void join_values(const maker *m, const tw_uv_set *set, values *v) {
       for (uint32_t k = 0; k < 2 * count; k++)
         sum[k % 2] +=
             terms[k / 2].weight * (double)set->values[2 * (size_t)set->corners[terms[k / 2].index] + k % 2];
-      for (int k = 0; k < 2; k++) v->fresh[v->new_count][k] = (float)sum[k];
+      for (int k = 0; k < 2; k++) v->fresh[v->new_count][k] = within_limits(sum[k]);
       v->new_count++;
     }
     v->of_corner[a->corner] = set->value_count + v->new_count - 1;

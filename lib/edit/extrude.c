@@ -170,6 +170,9 @@ static void find_shift(const parting *p, uint32_t fan, double out[3]) {
 
 /* ---- texture coordinates ------------------------------------------------------------------------------- */
 
+/* Lengths of a face's sides over which its values still say something. */
+#define SLIDE_MAX 1e6
+
 /* The mean of a face's corners whose values are those of the face, taken as flat, at a place off one of its
  * corners. last: the corner that tells such means at one point apart. Returns the parent. */
 static uint32_t slide(parting *p, uint32_t corner, uint32_t last, const double *by) {
@@ -183,6 +186,7 @@ static uint32_t slide(parting *p, uint32_t corner, uint32_t last, const double *
   double det = aa * bb - ab * ab, x = tw_dot3(by, ahead), y = tw_dot3(by, back);
   if (!(det > 1e-4 * aa * bb)) return corner;
   double a = (x * bb - y * ab) / det, b = (y * aa - x * ab) / det;
+  if (!(fabs(a) <= SLIDE_MAX && fabs(b) <= SLIDE_MAX)) return corner;
   tw_term terms[4] = {{corner, 1 - a - b}, {next, a}, {previous, b}, {last, 0}};
   return t->corner_count + tw_change_mix(&p->change, terms, 4);
 }

@@ -48,13 +48,18 @@ static bool is_inside(const tw_editor *e, uint32_t begin, uint32_t first) {
   return tw_dot3(a, b) > 0;
 }
 
-static void cut_quad(cutter *k, uint32_t begin) {
+/* False where the face comes to each of its points again. */
+static bool cut_quad(cutter *k, uint32_t begin) {
   const tw_editor *e = k->editor;
+  const uint32_t *points = k->t->corner_vertex + begin;
   bool first = is_inside(e, begin, 0), second = is_inside(e, begin, 1);
   bool is_second =
       first == second ? distance(e, begin + 1, begin + 3) < distance(e, begin, begin + 2) : second;
   const uint32_t triangles[2][2][3] = {{{0, 1, 2}, {0, 2, 3}}, {{0, 1, 3}, {1, 2, 3}}};
+  if (points[0] == points[2]) is_second = true;
+  if (points[1] == points[3]) is_second = false;
   memcpy(k->triangles, triangles[is_second], sizeof triangles[0]);
+  return points[is_second] != points[is_second + 2];
 }
 
 /* ---- larger faces: ears -------------------------------------------------------------------------------- */
@@ -101,20 +106,33 @@ static bool is_ear(const cutter *k, uint32_t ear, uint64_t *budget) {
   return true;
 }
 
-/* Cuts ears off one after the other, not twice at the same place where that can be. A face so large, or so
- * folded, that the budget is used up is cut without looking. */
-static void cut_ears(cutter *k, uint32_t face) {
+/* The next corner to cut off from `at` on, or UINT32_MAX: where a face comes to a point again, a corner
+ * between two corners at one point is none. A face so large, or so folded, that the budget is used up is cut
+ * without looking. */
+static uint32_t find_ear(const cutter *k, const uint32_t *points, uint32_t at, uint32_t left,
+                         uint64_t *budget) {
+  uint32_t any = UINT32_MAX;
+  for (uint32_t tried = 0; tried < left; tried++, at = k->next[at]) {
+    if (*budget > 0) --*budget;
+    if (points[k->previous[at]] == points[k->next[at]]) continue;
+    if (*budget == 0 || is_ear(k, at, budget)) return at;
+    if (any == UINT32_MAX) any = at;
+  }
+  return any;
+}
+
+/* Cuts ears off one after the other, not twice at the same place where that can be. False where none is left
+ * before the face is cut up. */
+static bool cut_ears(cutter *k, uint32_t face) {
   enum { LOOKS = 256 };
-  uint32_t left = tw_face_size(k->t, face), at = 0, misses = 0, count = 0;
-  uint64_t budget = LOOKS * (uint64_t)left;
+  const uint32_t *points = k->t->corner_vertex + tw_face_begin(k->t, face);
+  uint32_t at = 0, count = 0;
+  uint64_t budget = LOOKS * (uint64_t)tw_face_size(k->t, face);
   flatten(k, face);
-  for (uint32_t i = 0; i < left; i++) k->is_reflex[i] = is_reflex(k, i);
-  while (left > 3) {
-    if (misses < left && budget > 0 && !is_ear(k, at, &budget)) {
-      at = k->next[at];
-      misses++;
-      continue;
-    }
+  for (uint32_t i = 0; i < tw_face_size(k->t, face); i++) k->is_reflex[i] = is_reflex(k, i);
+  for (uint32_t left = tw_face_size(k->t, face); left >= 3; left--) {
+    at = find_ear(k, points, at, left, &budget);
+    if (at == UINT32_MAX) return false;
     uint32_t a = k->previous[at], b = k->next[at];
     const uint32_t triangle[3] = {a, at, b};
     memcpy(k->triangles[count++], triangle, sizeof triangle);
@@ -123,11 +141,8 @@ static void cut_ears(cutter *k, uint32_t face) {
     k->is_reflex[a] = is_reflex(k, a);
     k->is_reflex[b] = is_reflex(k, b);
     at = k->next[b];
-    left--;
-    misses = 0;
   }
-  const uint32_t triangle[3] = {k->previous[at], at, k->next[at]};
-  memcpy(k->triangles[count], triangle, sizeof triangle);
+  return true;
 }
 
 /* ---- triangulate --------------------------------------------------------------------------------------- */
@@ -147,14 +162,12 @@ static void put_triangle(cutter *k, uint32_t face, const uint32_t places[3]) {
 /* The first triangle of a face, or all the others. */
 static void put_face(cutter *k, uint32_t face, bool is_first) {
   uint32_t size = tw_face_size(k->t, face);
-  if (!k->selected[face] || size == 3) {
+  bool is_cut = k->selected[face] && size > 3 &&
+                (size == 4 ? cut_quad(k, tw_face_begin(k->t, face)) : cut_ears(k, face));
+  if (!is_cut) {
     if (is_first) tw_change_keep_face(&k->change, face, NULL, k->selected[face] ? TW_CHANGE_MADE : 0);
     return;
   }
-  if (size == 4)
-    cut_quad(k, tw_face_begin(k->t, face));
-  else
-    cut_ears(k, face);
   for (uint32_t i = is_first ? 0 : 1; i < (is_first ? 1 : size - 2); i++)
     put_triangle(k, face, k->triangles[i]);
 }
