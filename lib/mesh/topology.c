@@ -14,32 +14,33 @@ static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
   }
 }
 
-/* A corner on its way to an edge, filed under the lower of its two vertices. */
-typedef struct half_edge {
-  uint32_t corner, upper, known_edge;
-} half_edge;
-
 static void join_edge(tw_topology *t, uint32_t edge, uint32_t corner, uint32_t from) {
   uint32_t first = t->edge_corner[edge];
   bool already_paired = t->sibling[first] != first;
-  bool same_direction = t->edge_vertices[edge][0] == from;
+  bool same_direction = t->corner_vertex[first] == from;
   if (already_paired || same_direction) t->edge_flags[edge] |= TW_EDGE_NONMANIFOLD;
+  t->edge_flags[edge] &= (uint8_t)~TW_EDGE_BORDER;
   t->sibling[corner] = t->sibling[first];
   t->sibling[first] = corner;
-  t->corner_edge[corner] = edge;
 }
 
-static void start_edge(tw_topology *t, uint32_t corner, uint32_t from, uint32_t to) {
+static void start_edge(tw_topology *t, uint32_t corner) {
   uint32_t edge = t->edge_count++;
-  t->edge_vertices[edge][0] = from;
-  t->edge_vertices[edge][1] = to;
   t->edge_corner[edge] = corner;
+  t->edge_flags[edge] = TW_EDGE_BORDER;
   t->sibling[corner] = corner;
-  t->corner_edge[corner] = edge;
 }
 
 static uint32_t following_vertex(const tw_topology *t, uint32_t begin, uint32_t end, uint32_t corner) {
   return t->corner_vertex[corner + 1 == end ? begin : corner + 1];
+}
+
+/* A corner on its way to an edge, filed under the lower of its two vertices: the corner, and above it what
+ * tells its edge from the others there, the upper vertex or the known edge. */
+typedef uint64_t half_edge;
+
+static uint32_t key_of(half_edge half) {
+  return (uint32_t)(half >> 32);
 }
 
 /* Files every corner under its lower vertex. known_edges: as in tw_topology_build_parted, or NULL. buckets:
@@ -51,12 +52,11 @@ static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, u
       uint32_t begin = tw_face_begin(t, face), end = begin + tw_face_size(t, face);
       for (uint32_t corner = begin; corner < end; corner++) {
         uint32_t a = t->corner_vertex[corner], b = following_vertex(t, begin, end, corner);
-        uint32_t lower = a < b ? a : b;
+        uint32_t lower = a < b ? a : b, upper = a < b ? b : a;
         if (pass == 0)
           buckets[lower + 1]++;
         else
-          halves[buckets[lower]++] =
-              (half_edge){corner, a < b ? b : a, known_edges ? known_edges[corner] : 0};
+          halves[buckets[lower]++] = (uint64_t)(known_edges ? known_edges[corner] : upper) << 32 | corner;
       }
     }
     if (pass == 0)
@@ -66,16 +66,9 @@ static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, u
   buckets[0] = 0;
 }
 
-static int compare_edges(const half_edge *a, const half_edge *b) {
-  if (a->upper != b->upper) return a->upper < b->upper ? -1 : 1;
-  return a->known_edge < b->known_edge ? -1 : a->known_edge > b->known_edge;
-}
-
 static int compare_half_edges(const void *left, const void *right) {
-  const half_edge *a = left, *b = right;
-  int edges = compare_edges(a, b);
-  if (edges != 0) return edges;
-  return a->corner < b->corner ? -1 : a->corner > b->corner;
+  half_edge a = *(const half_edge *)left, b = *(const half_edge *)right;
+  return a < b ? -1 : a > b;
 }
 
 /* By edge, then corner. Buckets hold a handful but for great poles. */
@@ -88,25 +81,23 @@ static void sort_bucket(half_edge *halves, uint32_t count) {
   for (uint32_t i = 1; i < count; i++) {
     half_edge half = halves[i];
     uint32_t place = i;
-    for (; place > 0 && compare_edges(&halves[place - 1], &half) > 0; place--)
-      halves[place] = halves[place - 1];
+    for (; place > 0 && halves[place - 1] > half; place--) halves[place] = halves[place - 1];
     halves[place] = half;
   }
 }
 
-/* Joins the half-edges of one bucket that end in the same vertex, and are not known to be apart. A face that
- * runs along an edge again has a second one there, as OpenSubdiv has it. Edges so come out sorted by their
- * lower and then their upper vertex, which tw_topology_find_edge relies on. */
-static void join_bucket(tw_topology *t, uint32_t lower, half_edge *halves, uint32_t count) {
+/* Joins the half-edges of one bucket that end in the same vertex, or are of the same known edge. A face that
+ * runs along an edge again has a second one there, as OpenSubdiv has it. Edges that are not known so come out
+ * sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
+static void join_bucket(tw_topology *t, half_edge *halves, uint32_t count) {
   sort_bucket(halves, count);
   for (uint32_t i = 0; i < count; i++) {
-    uint32_t upper = halves[i].upper, corner = halves[i].corner;
-    uint32_t from = t->corner_vertex[corner];
-    bool same_edge = i > 0 && compare_edges(&halves[i - 1], &halves[i]) == 0;
-    if (same_edge && tw_corner_face(t, halves[i - 1].corner) != tw_corner_face(t, corner))
-      join_edge(t, t->edge_count - 1, corner, from);
+    uint32_t corner = (uint32_t)halves[i];
+    bool same_edge = i > 0 && key_of(halves[i - 1]) == key_of(halves[i]);
+    if (same_edge && tw_corner_face(t, (uint32_t)halves[i - 1]) != tw_corner_face(t, corner))
+      join_edge(t, t->edge_count - 1, corner, t->corner_vertex[corner]);
     else
-      start_edge(t, corner, from, from == lower ? upper : lower);
+      start_edge(t, corner);
   }
 }
 
@@ -186,14 +177,11 @@ static void file_corners(tw_topology *t) {
   t->fan_offsets[0] = 0;
 }
 
-/* Fills rings, orders fans and sets flags from corner_vertex, corner_edge, sibling, the edge arrays and the
- * filed corners. */
+/* Fills rings, orders fans and sets flags of vertices from all that there is of edges and the filed corners.
+ */
 static void link_fans(tw_topology *t) {
-  for (uint32_t e = 0; e < t->edge_count; e++) {
-    t->ring_offsets[t->edge_vertices[e][0]]++;
-    t->ring_offsets[t->edge_vertices[e][1]]++;
-    if (t->sibling[t->edge_corner[e]] == t->edge_corner[e]) t->edge_flags[e] |= TW_EDGE_BORDER;
-  }
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    for (int end = 0; end < 2; end++) t->ring_offsets[t->edge_vertices[e][end]]++;
   counts_to_offsets(t->ring_offsets, t->vertex_count);
   for (uint32_t e = 0; e < t->edge_count; e++)
     for (int end = 0; end < 2; end++) t->ring_edges[t->ring_offsets[t->edge_vertices[e][end]]++] = e;
@@ -207,31 +195,54 @@ static void link_fans(tw_topology *t) {
   }
 }
 
-/* Edges, siblings, fans and rings. known_edges: NULL, or as tw_topology_build_parted has them. */
-static tw_status link(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
+/* Edges and siblings. known_edges: NULL, or as tw_topology_build_parted has them. */
+static tw_status pair(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
+  t->sibling = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  /* At most one edge a corner; the unused tails cost address space only. */
+  t->edge_corner = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  t->edge_flags = tw_arena_alloc_raw(arena, t->corner_count, 1);
   uint32_t *buckets = tw_alloc_zero((size_t)t->vertex_count + 1, sizeof *buckets);
   half_edge *halves = tw_alloc(t->corner_count, sizeof *halves);
-  bool has_room = buckets && halves;
+  bool has_room = map_corners(t, arena) && t->sibling && t->edge_corner && t->edge_flags && buckets && halves;
   if (has_room) {
     file_half_edges(t, known_edges, buckets, halves);
     for (uint32_t v = 0; v < t->vertex_count; v++)
-      join_bucket(t, v, halves + buckets[v], buckets[v + 1] - buckets[v]);
+      join_bucket(t, halves + buckets[v], buckets[v + 1] - buckets[v]);
   }
-  /* Before the fans, which take nearly as much. */
   free(buckets);
   free(halves);
-  tw_status status = has_room ? tw_topology_allocate_fans(t, arena) : TW_NO_MEMORY;
-  if (status == TW_OK) {
-    file_corners(t);
-    link_fans(t);
-  }
-  return status;
+  return has_room ? TW_OK : TW_NO_MEMORY;
 }
 
-/* Allocates all whose size does not depend on the edges. */
-static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
-                                const uint32_t *face_offsets, uint32_t corner_count,
-                                const uint32_t *corners) {
+/* Numbers the edges at the corners, and the vertices at the edges. */
+static tw_status name_edges(tw_topology *t, tw_arena *arena) {
+  t->corner_edge = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t));
+  t->edge_vertices = tw_arena_alloc_raw(arena, t->edge_count, sizeof *t->edge_vertices);
+  if (!t->corner_edge || !t->edge_vertices) return TW_NO_MEMORY;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    uint32_t first = t->edge_corner[e], corner = first;
+    t->edge_vertices[e][0] = tw_edge_start(t, e);
+    t->edge_vertices[e][1] = tw_edge_stop(t, e);
+    do {
+      t->corner_edge[corner] = e;
+      corner = t->sibling[corner];
+    } while (corner != first);
+  }
+  return TW_OK;
+}
+
+static tw_status link(tw_topology *t, const uint32_t *known_edges, tw_arena *arena) {
+  tw_status status = pair(t, known_edges, arena);
+  if (status == TW_OK) status = name_edges(t, arena);
+  if (status == TW_OK) status = tw_topology_allocate_fans(t, arena);
+  if (status != TW_OK) return status;
+  file_corners(t);
+  link_fans(t);
+  return TW_OK;
+}
+
+static void start_topology(tw_topology *t, uint32_t vertex_count, uint32_t face_count,
+                           const uint32_t *face_offsets, uint32_t corner_count, const uint32_t *corners) {
   memset(t, 0, sizeof *t);
   t->vertex_count = vertex_count;
   t->face_count = face_count;
@@ -239,31 +250,26 @@ static tw_status start_topology(tw_topology *t, tw_arena *arena, uint32_t vertex
   t->face_offsets = face_offsets;
   if (!face_offsets) t->face_size = corner_count == 3 * (uint64_t)face_count ? 3 : 4;
   t->corner_vertex = (uint32_t *)corners; /* never written through */
-  t->corner_edge = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
-  t->sibling = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
-  /* At most one edge a corner; the unused tail costs address space only. */
-  t->edge_vertices = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t[2]));
-  t->edge_corner = tw_arena_alloc_raw(arena, corner_count, sizeof(uint32_t));
-  t->edge_flags = tw_arena_alloc(arena, corner_count, 1);
-  bool complete = map_corners(t, arena) && t->corner_edge && t->sibling && t->edge_vertices &&
-                  t->edge_corner && t->edge_flags;
-  return complete ? TW_OK : TW_NO_MEMORY;
+}
+
+tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
+                           const uint32_t *face_offsets, uint32_t corner_count, const uint32_t *corners) {
+  start_topology(topology, vertex_count, face_count, face_offsets, corner_count, corners);
+  return pair(topology, NULL, arena);
 }
 
 tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners) {
-  tw_status status =
-      start_topology(topology, arena, vertex_count, face_count, face_offsets, corner_count, corners);
-  return status == TW_OK ? link(topology, NULL, arena) : status;
+  start_topology(topology, vertex_count, face_count, face_offsets, corner_count, corners);
+  return link(topology, NULL, arena);
 }
 
 tw_status tw_topology_build_parted(tw_topology *topology, tw_arena *arena, uint32_t vertex_count,
                                    uint32_t face_count, uint32_t face_size, const uint32_t *corners,
                                    const uint32_t *known_edges) {
-  tw_status status =
-      start_topology(topology, arena, vertex_count, face_count, NULL, face_size * face_count, corners);
-  return status == TW_OK ? link(topology, known_edges, arena) : status;
+  start_topology(topology, vertex_count, face_count, NULL, face_size * face_count, corners);
+  return link(topology, known_edges, arena);
 }
 
 tw_status tw_topology_soften(tw_topology *topology, tw_arena *arena) {
@@ -326,8 +332,8 @@ tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, 
 }
 
 /* -1, 0 or 1 as the edge comes before, at or after the pair. */
-static int compare_edge(const uint32_t *ends, uint32_t lower, uint32_t upper) {
-  uint32_t low = ends[0] < ends[1] ? ends[0] : ends[1], high = ends[0] < ends[1] ? ends[1] : ends[0];
+static int compare_edge(const tw_topology *t, uint32_t edge, uint32_t lower, uint32_t upper) {
+  uint32_t a = tw_edge_start(t, edge), b = tw_edge_stop(t, edge), low = a < b ? a : b, high = a < b ? b : a;
   if (low != lower) return low < lower ? -1 : 1;
   return high < upper ? -1 : high > upper;
 }
@@ -337,7 +343,7 @@ uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t
   uint32_t begin = 0, end = topology->edge_count;
   while (begin < end) {
     uint32_t middle = begin + (end - begin) / 2;
-    int order = compare_edge(topology->edge_vertices[middle], lower, upper);
+    int order = compare_edge(topology, middle, lower, upper);
     if (order == 0) return middle;
     if (order < 0)
       begin = middle + 1;

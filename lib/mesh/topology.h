@@ -59,6 +59,11 @@ tw_status tw_topology_build(tw_topology *topology, tw_arena *arena, uint32_t ver
                             uint32_t face_count, const uint32_t *face_offsets, uint32_t corner_count,
                             const uint32_t *corners);
 
+/* The same, but for what is not needed to know the edges: there are no corner_edge, edge_vertices, flags of
+ * vertices, fans and rings. Takes a third of the memory. */
+tw_status tw_topology_pair(tw_topology *topology, tw_arena *arena, uint32_t vertex_count, uint32_t face_count,
+                           const uint32_t *face_offsets, uint32_t corner_count, const uint32_t *corners);
+
 /* Allocates the fan, ring and vertex flag arrays for the counts that are set. */
 tw_status tw_topology_allocate_fans(tw_topology *topology, tw_arena *arena);
 
@@ -83,7 +88,8 @@ tw_status tw_topology_sum_semi(tw_topology *topology, tw_arena *arena);
  * of its own side of a seam. */
 tw_status tw_topology_copy_semi(tw_topology *topology, const tw_topology *from, tw_arena *arena);
 
-/* Edge between two vertices of a topology that tw_topology_build made, or UINT32_MAX. O(log edges). */
+/* Edge between two vertices of a topology that tw_topology_build or tw_topology_pair made, or UINT32_MAX.
+ * O(log edges). */
 uint32_t tw_topology_find_edge(const tw_topology *topology, uint32_t a, uint32_t b);
 
 /* Whether one of some faces is at a vertex, or at an edge. faces: [face_count] flags, NULL for all. */
@@ -140,6 +146,14 @@ static inline uint32_t tw_corner_previous(const tw_topology *t, uint32_t corner)
   if (t->face_size == 3) return tw_triangle_previous(corner);
   uint32_t face = t->corner_face[corner];
   return (corner == t->face_offsets[face] ? t->face_offsets[face + 1] : corner) - 1;
+}
+
+/* What edge_vertices holds, where there are none. */
+static inline uint32_t tw_edge_start(const tw_topology *t, uint32_t edge) {
+  return t->corner_vertex[t->edge_corner[edge]];
+}
+static inline uint32_t tw_edge_stop(const tw_topology *t, uint32_t edge) {
+  return t->corner_vertex[tw_corner_next(t, t->edge_corner[edge])];
 }
 
 #endif
