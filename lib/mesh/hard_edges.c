@@ -24,9 +24,9 @@ static turn turn_of(double degrees) {
 typedef struct finder {
   const tw_mesh *mesh;
   const tw_topology *t;
-  double (*face_normals)[3]; /* [face_count], of any length; 0 0 0 of a face without area */
-  uint32_t *pieces;          /* [vertex_count] sets of the points that faces join */
-  uint8_t *is_told;          /* [vertex_count] of the root of a piece: its normals tell what is hard */
+  float (*face_normals)[3]; /* [face_count], of length 1; 0 0 0 of a face without area */
+  uint32_t *pieces;         /* [vertex_count] sets of the points that faces join */
+  uint8_t *is_told;         /* [vertex_count] of the root of a piece: its normals tell what is hard */
 } finder;
 
 static void finder_deinit(finder *f) {
@@ -54,18 +54,19 @@ static bool turns_by_more(const double *a, const double *b, turn most) {
 }
 
 /* The sum of the triangles round the first corner: Newell's normal, without large numbers that cancel. */
-static void find_face_normal(const tw_mesh *mesh, uint32_t face, double out[3]) {
+static void find_face_normal(const tw_mesh *mesh, uint32_t face, float out[3]) {
   uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
   const float *first = mesh->positions + 3 * (size_t)mesh->corners[begin];
-  double before[3] = {0}, side[3], part[3];
-  memset(out, 0, 3 * sizeof *out);
+  double before[3] = {0}, sum[3] = {0}, side[3], part[3];
   for (uint32_t c = begin + 1; c < end; c++) {
     const float *p = mesh->positions + 3 * (size_t)mesh->corners[c];
     for (int i = 0; i < 3; i++) side[i] = (double)p[i] - (double)first[i];
     cross(before, side, part);
-    for (int i = 0; i < 3; i++) out[i] += part[i];
+    for (int i = 0; i < 3; i++) sum[i] += part[i];
     memcpy(before, side, sizeof before);
   }
+  double length = sqrt(dot(sum, sum));
+  for (int i = 0; i < 3; i++) out[i] = length > 0 ? (float)(sum[i] / length) : 0;
 }
 
 static tw_status find_face_normals(finder *f) {
@@ -157,14 +158,16 @@ static tw_status prepare(finder *f, tw_creases creases) {
 
 static bool is_bent(const finder *f, uint32_t edge, turn most) {
   uint32_t corner = f->t->edge_corner[edge], twin = f->t->sibling[corner];
-  return turns_by_more(f->face_normals[tw_corner_face(f->t, corner)],
-                       f->face_normals[tw_corner_face(f->t, twin)], most);
+  const float *a = f->face_normals[tw_corner_face(f->t, corner)],
+              *b = f->face_normals[tw_corner_face(f->t, twin)];
+  return turns_by_more((double[]){(double)a[0], (double)a[1], (double)a[2]},
+                       (double[]){(double)b[0], (double)b[1], (double)b[2]}, most);
 }
 
 static bool is_hard(const finder *f, uint32_t edge, tw_creases creases, turn most) {
   if (f->t->edge_flags[edge] != 0) return false;
   if (creases == TW_CREASES_AUTO) {
-    uint32_t root = tw_union_find_root(f->pieces, f->t->edge_vertices[edge][0]);
+    uint32_t root = tw_union_find_root(f->pieces, tw_edge_start(f->t, edge));
     creases = f->is_told[root] ? TW_CREASES_NORMALS : TW_CREASES_ANGLE;
   }
   return creases == TW_CREASES_NORMALS ? normals_part(f, edge) : is_bent(f, edge, most);
@@ -217,7 +220,8 @@ static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t 
   size_t next = mesh->crease_count;
   for (uint32_t edge = 0; edge < f->t->edge_count; edge++) {
     if (!is_found[edge]) continue;
-    memcpy(edges + 2 * next, f->t->edge_vertices[edge], 2 * sizeof *edges);
+    edges[2 * next] = tw_edge_start(f->t, edge);
+    edges[2 * next + 1] = tw_edge_stop(f->t, edge);
     sharp[next++] = sharpness;
   }
   out->crease_count = (uint32_t)all;
@@ -229,8 +233,8 @@ static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t 
 static tw_status find_and_add(const tw_mesh *mesh, tw_creases creases, double degrees, float sharpness,
                               tw_arena *scratch, tw_arena *arena, tw_mesh *out) {
   tw_topology topology;
-  tw_status status = tw_topology_build(&topology, scratch, mesh->point_count, mesh->face_count,
-                                       mesh->face_offsets, mesh->corner_count, mesh->corners);
+  tw_status status = tw_topology_pair(&topology, scratch, mesh->point_count, mesh->face_count,
+                                      mesh->face_offsets, mesh->corner_count, mesh->corners);
   if (status != TW_OK) return status;
   finder f = {.mesh = mesh, .t = &topology};
   uint8_t *is_found = tw_arena_alloc(scratch, topology.edge_count, 1);

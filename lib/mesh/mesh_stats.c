@@ -9,6 +9,9 @@
 
 enum { LISTED_MAX = 64 };
 
+/* Beside the topology's flags of a vertex. */
+enum { VERTEX_USED = 4 };
+
 /* ---- pieces ----------------------------------------------------------------------------------- */
 
 static uint32_t *new_sets(uint32_t count) {
@@ -17,13 +20,12 @@ static uint32_t *new_sets(uint32_t count) {
   return sets;
 }
 
-static tw_status count_components(const tw_topology *t, uint32_t *out) {
+static tw_status count_components(const tw_topology *t, const uint8_t *flags, uint32_t *out) {
   uint32_t *sets = new_sets(t->vertex_count);
   if (!sets) return TW_NO_MEMORY;
   for (uint32_t e = 0; e < t->edge_count; e++)
-    tw_union_find_join(sets, t->edge_vertices[e][0], t->edge_vertices[e][1]);
-  for (uint32_t v = 0; v < t->vertex_count; v++)
-    *out += t->fan_offsets[v + 1] > t->fan_offsets[v] && sets[v] == v;
+    tw_union_find_join(sets, tw_edge_start(t, e), tw_edge_stop(t, e));
+  for (uint32_t v = 0; v < t->vertex_count; v++) *out += (flags[v] & VERTEX_USED) && sets[v] == v;
   free(sets);
   return TW_OK;
 }
@@ -35,47 +37,89 @@ static uint32_t corner_at(const tw_topology *t, uint32_t corner, uint32_t vertex
 
 /* Joins the corners at each end of an edge: their faces hang together there. */
 static void join_across(const tw_topology *t, uint32_t *sets, uint32_t edge) {
-  uint32_t first = t->edge_corner[edge];
-  for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other])
-    for (int end = 0; end < 2; end++) {
-      uint32_t vertex = t->edge_vertices[edge][end];
-      tw_union_find_join(sets, corner_at(t, first, vertex), corner_at(t, other, vertex));
-    }
+  uint32_t first = t->edge_corner[edge], next = tw_corner_next(t, first);
+  for (uint32_t other = t->sibling[first]; other != first; other = t->sibling[other]) {
+    tw_union_find_join(sets, first, corner_at(t, other, t->corner_vertex[first]));
+    tw_union_find_join(sets, next, corner_at(t, other, t->corner_vertex[next]));
+  }
 }
 
 /* Walks round the border turn at a point with the faces that hang together: two loops that meet in a mere
- * point are two. */
-static tw_status count_loops(const tw_topology *t, uint32_t *out) {
-  uint32_t *sets = new_sets(t->corner_count);
-  if (!sets) return TW_NO_MEMORY;
-  for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, sets, e);
-  uint32_t sectors = 0, joined = 0;
+ * point are two. sectors: of corners. */
+static tw_status count_loops(const tw_topology *t, uint32_t *sectors, uint32_t *out) {
+  uint32_t count = 0, joined = 0;
   uint8_t *met = tw_alloc_zero(t->corner_count, 1);
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
     uint32_t ends[2] = {t->edge_corner[e], tw_corner_next(t, t->edge_corner[e])};
     for (int i = 0; i < 2; i++) {
-      uint32_t sector = tw_union_find_root(sets, ends[i]);
-      sectors += !met[sector];
+      uint32_t sector = tw_union_find_root(sectors, ends[i]);
+      count += !met[sector];
       met[sector] = 1;
     }
   }
   for (uint32_t e = 0; met && e < t->edge_count; e++) {
     if (!(t->edge_flags[e] & TW_EDGE_BORDER)) continue;
-    joined += tw_union_find_join(sets, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
+    joined += tw_union_find_join(sectors, t->edge_corner[e], tw_corner_next(t, t->edge_corner[e]));
   }
-  *out = sectors - joined;
-  free(sets);
+  *out = count - joined;
   free(met);
   return met ? TW_OK : TW_NO_MEMORY;
 }
 
+/* ---- points ----------------------------------------------------------------------------------- */
+
+/* Flags by edges, and by faces that have a point twice. last: [vertex_count] scratch, zeros. */
+static void flag_points(const tw_topology *t, uint32_t *last, uint8_t *flags) {
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    unsigned edge = t->edge_flags[e], found = (edge & TW_EDGE_BORDER ? TW_VERTEX_BORDER : 0u) |
+                                              (edge & TW_EDGE_NONMANIFOLD ? TW_VERTEX_NONMANIFOLD : 0u);
+    flags[tw_edge_start(t, e)] |= (uint8_t)found;
+    flags[tw_edge_stop(t, e)] |= (uint8_t)found;
+  }
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    uint32_t v = t->corner_vertex[c], face = tw_corner_face(t, c) + 1;
+    flags[v] |= (uint8_t)(VERTEX_USED | (last[v] == face ? TW_VERTEX_NONMANIFOLD : 0));
+    last[v] = face;
+  }
+}
+
+/* Where the faces of a point make several sectors, they are not one fan. last: as above. */
+static void flag_sectors(const tw_topology *t, uint32_t *sectors, uint32_t *last, uint8_t *flags) {
+  memset(last, 0, t->vertex_count * sizeof *last);
+  for (uint32_t c = 0; c < t->corner_count; c++) {
+    uint32_t v = t->corner_vertex[c], sector = tw_union_find_root(sectors, c) + 1;
+    if (last[v] != 0 && last[v] != sector) flags[v] |= TW_VERTEX_NONMANIFOLD;
+    last[v] = sector;
+  }
+}
+
+/* Finds what tw_topology_build finds with fans and rings, in less memory, and the loops of the border.
+ * flags: [vertex_count], zeros. */
+static tw_status look_round_points(const tw_topology *t, uint8_t *flags, tw_mesh_stats *facts) {
+  uint32_t *sectors = new_sets(t->corner_count), *last = tw_alloc_zero(t->vertex_count, sizeof *last);
+  tw_status status = sectors && last ? TW_OK : TW_NO_MEMORY;
+  if (status == TW_OK) {
+    for (uint32_t e = 0; e < t->edge_count; e++) join_across(t, sectors, e);
+    flag_points(t, last, flags);
+    flag_sectors(t, sectors, last, flags);
+  }
+  free(last);
+  if (status == TW_OK && facts->boundary_edges > 0) status = count_loops(t, sectors, &facts->boundary_loops);
+  free(sectors);
+  return status;
+}
+
 /* ---- seams ------------------------------------------------------------------------------------ */
+
+static void copy_ends(const tw_topology *t, uint32_t edge, uint32_t out[2]) {
+  out[0] = tw_edge_start(t, edge);
+  out[1] = tw_edge_stop(t, edge);
+}
 
 static void list_reversed(const tw_topology *t, uint32_t edge, tw_mesh_stats *facts) {
   if (facts->listed_reversed_edges < LISTED_MAX)
-    memcpy(facts->reversed_edge_points[facts->listed_reversed_edges++], t->edge_vertices[edge],
-           sizeof *t->edge_vertices);
+    copy_ends(t, edge, facts->reversed_edge_points[facts->listed_reversed_edges++]);
 }
 
 static void count_reversed(const tw_topology *t, tw_mesh_stats *facts) {
@@ -106,7 +150,7 @@ static void match_borders(const tw_topology *t, const uint32_t *places, border *
                           tw_mesh_stats *facts) {
   uint32_t count = 0;
   for (uint32_t e = 0; e < t->edge_count; e++) {
-    uint32_t from = places[t->edge_vertices[e][0]], to = places[t->edge_vertices[e][1]];
+    uint32_t from = places[tw_edge_start(t, e)], to = places[tw_edge_stop(t, e)];
     if ((t->edge_flags[e] & TW_EDGE_BORDER) && from != to)
       borders[count++] = from < to ? (border){from, to, e, false} : (border){to, from, e, true};
   }
@@ -161,16 +205,14 @@ static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32
   return TW_OK;
 }
 
-static bool is_extraordinary(const tw_topology *t, uint32_t v, uint32_t *valence) {
-  uint32_t faces = t->fan_offsets[v + 1] - t->fan_offsets[v];
-  *valence = t->ring_offsets[v + 1] - t->ring_offsets[v];
-  if (faces == 0 || (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) return false;
-  return t->vertex_flags[v] & TW_VERTEX_BORDER ? *valence != 3 && *valence != 2 : *valence != 4;
+static bool is_extraordinary(uint8_t flags, uint32_t valence) {
+  if (!(flags & VERTEX_USED) || (flags & TW_VERTEX_NONMANIFOLD)) return false;
+  return flags & TW_VERTEX_BORDER ? valence != 3 && valence != 2 : valence != 4;
 }
 
-static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_stats *facts) {
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    if (t->fan_offsets[v + 1] == t->fan_offsets[v]) {
+static void describe_points(const tw_mesh *mesh, const uint8_t *flags, tw_mesh_stats *facts) {
+  for (uint32_t v = 0; v < mesh->point_count; v++) {
+    if (!(flags[v] & VERTEX_USED)) {
       facts->unused_points++;
       continue;
     }
@@ -180,7 +222,7 @@ static void describe_points(const tw_mesh *mesh, const tw_topology *t, tw_mesh_s
       if (facts->vertices == 0 || p[i] > facts->max[i]) facts->max[i] = p[i];
     }
     facts->vertices++;
-    if (!(t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) continue;
+    if (!(flags[v] & TW_VERTEX_NONMANIFOLD)) continue;
     facts->nonmanifold_vertices++;
     if (facts->listed_nonmanifold_vertices < LISTED_MAX)
       facts->nonmanifold_vertex_points[facts->listed_nonmanifold_vertices++] = v;
@@ -194,17 +236,19 @@ static void describe_edges(const tw_topology *t, tw_mesh_stats *facts) {
     if (!(t->edge_flags[e] & TW_EDGE_NONMANIFOLD)) continue;
     facts->nonmanifold_edges++;
     if (facts->listed_nonmanifold_edges < LISTED_MAX)
-      memcpy(facts->nonmanifold_edge_points[facts->listed_nonmanifold_edges++], t->edge_vertices[e],
-             sizeof *t->edge_vertices);
+      copy_ends(t, e, facts->nonmanifold_edge_points[facts->listed_nonmanifold_edges++]);
   }
 }
 
-static tw_status describe_valences(const tw_topology *t, tw_mesh_stats *facts) {
-  uint32_t *values = tw_alloc(t->vertex_count, sizeof *values);
+static tw_status describe_valences(const tw_topology *t, const uint8_t *flags, tw_mesh_stats *facts) {
+  uint32_t *values = tw_alloc_zero(t->vertex_count, sizeof *values);
   if (!values) return TW_NO_MEMORY;
-  uint32_t valence;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    values[tw_edge_start(t, e)]++;
+    values[tw_edge_stop(t, e)]++;
+  }
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    if (is_extraordinary(t, v, &valence)) values[facts->extraordinary_vertices++] = valence;
+    if (is_extraordinary(flags[v], values[v])) values[facts->extraordinary_vertices++] = values[v];
   tw_status status = tally(values, facts->extraordinary_vertices, &facts->valences, &facts->valence_vertices,
                            &facts->valence_count);
   free(values);
@@ -239,7 +283,8 @@ static tw_status describe_groups(const tw_mesh *mesh, tw_mesh_stats *facts) {
 }
 
 /* Of tags on edges, points and faces that are there; the last of several on one holds. */
-static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *arena, tw_mesh_stats *facts) {
+static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, const uint8_t *flags, tw_arena *arena,
+                               tw_mesh_stats *facts) {
   uint8_t *is_hole = tw_arena_alloc(arena, mesh->face_count, 1);
   if (!is_hole || tw_topology_soften(t, arena) != TW_OK) return TW_NO_MEMORY;
   for (uint32_t i = 0; i < mesh->crease_count; i++) {
@@ -252,7 +297,7 @@ static tw_status describe_tags(const tw_mesh *mesh, tw_topology *t, tw_arena *ar
   for (uint32_t i = 0; i < mesh->hole_count; i++) is_hole[mesh->holes[i]] = 1;
   for (uint32_t e = 0; e < t->edge_count; e++) facts->creases += t->edge_sharpness[e] > 0;
   for (uint32_t v = 0; v < t->vertex_count; v++)
-    facts->sharp_points += t->vertex_sharpness[v] > 0 && t->fan_offsets[v + 1] > t->fan_offsets[v];
+    facts->sharp_points += t->vertex_sharpness[v] > 0 && (flags[v] & VERTEX_USED);
   for (uint32_t f = 0; f < mesh->face_count; f++) facts->holes += is_hole[f];
   return TW_OK;
 }
@@ -263,22 +308,24 @@ static tw_status describe(const tw_mesh *mesh, tw_arena *arena, tw_mesh_stats *f
   if (status != TW_OK) return status;
   /* Faces of one size need no map from corners to faces. */
   bool is_even = facts->triangles == facts->faces || facts->quads == facts->faces;
-  status = tw_topology_build(&topology, arena, mesh->point_count, mesh->face_count,
-                             is_even ? NULL : mesh->face_offsets, mesh->corner_count, mesh->corners);
+  status = tw_topology_pair(&topology, arena, mesh->point_count, mesh->face_count,
+                            is_even ? NULL : mesh->face_offsets, mesh->corner_count, mesh->corners);
   if (status != TW_OK) return status;
   facts->nonmanifold_edge_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_edge_points);
   facts->nonmanifold_vertex_points = tw_alloc(LISTED_MAX, sizeof *facts->nonmanifold_vertex_points);
-  if (!facts->nonmanifold_edge_points || !facts->nonmanifold_vertex_points) return TW_NO_MEMORY;
-  describe_points(mesh, &topology, facts);
+  uint8_t *flags = tw_arena_alloc(arena, mesh->point_count, 1);
+  if (!facts->nonmanifold_edge_points || !facts->nonmanifold_vertex_points || !flags) return TW_NO_MEMORY;
   describe_edges(&topology, facts);
+  status = look_round_points(&topology, flags, facts);
+  if (status != TW_OK) return status;
+  describe_points(mesh, flags, facts);
   status = describe_seams(mesh, &topology, facts);
-  if (status == TW_OK) status = describe_valences(&topology, facts);
+  if (status == TW_OK) status = describe_valences(&topology, flags, facts);
   if (status == TW_OK) status = describe_groups(mesh, facts);
-  if (status == TW_OK) status = count_components(&topology, &facts->components);
+  if (status == TW_OK) status = count_components(&topology, flags, &facts->components);
   /* Before the tags, which the arena keeps: it takes most beside the topology. */
-  if (status == TW_OK && facts->boundary_edges > 0) status = count_loops(&topology, &facts->boundary_loops);
-  if (status == TW_OK) status = describe_tags(mesh, &topology, arena, facts);
   if (status == TW_OK) status = tw_hard_edges_count(mesh, &topology, &facts->hard_edges);
+  if (status == TW_OK) status = describe_tags(mesh, &topology, flags, arena, facts);
   facts->euler_characteristic = (int64_t)facts->vertices - facts->edges + facts->faces;
   return status;
 }
