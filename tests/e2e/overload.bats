@@ -2,7 +2,10 @@
 
 load helper
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
-teardown() { stop_daemon; }
+teardown() {
+  stop_daemon || return
+  [[ ! -d ${group-} ]] || rmdir "$group"
+}
 
 # resident PEAK|NOW: megabytes.
 resident() {
@@ -32,6 +35,60 @@ resident() {
   [ "$(sort -u code-*)" = 200 ]
   [ "$(head -n 1 order)" = cube ]
   for i in $(seq 2 6); do cmp out-1 "out-$i"; done
+}
+
+# mesh_obj NUMBER N: N x N points as programs write them, two triangles a cell, in the file mesh-NUMBER.
+mesh_obj() {
+  awk -v number="$1" -v n="$2" 'BEGIN {
+    print "#", number
+    for (y = 0; y < n; y++) for (x = 0; x < n; x++) printf "v %.6f %.6f %.6f\n", x / n, (x * y) % 7 / n, y / n
+    for (y = 0; y < n - 1; y++) for (x = 1; x < n; x++) {
+      a = y * n + x
+      printf "f %d %d %d\nf %d %d %d\n", a, a + 1, a + n + 1, a, a + n + 1, a + n
+    }
+  }' >"mesh-$1"
+}
+
+@test "an upload of OBJ holds at most twice its bytes beside its file" {
+  needs_process
+  needs_plain_build
+  start_daemon
+  mesh_obj 1 900
+  size=$(($(stat -c %s mesh-1) >> 20))
+  before=$(resident PEAK)
+  upload mesh-1
+  grown=$(($(resident PEAK) - before))
+  echo "$size MB, $grown MB more resident"
+  ((size > 50 && grown < 3 * size)) # once the file's own pages, which are mapped
+}
+
+@test "in a group of 512 MB four large uploads at once are stored or told to come again" {
+  needs_process
+  needs_plain_build
+  group=/sys/fs/cgroup/memory/tweend-test-$$
+  mkdir "$group" 2>/dev/null || skip "no group of memory can be made here"
+  echo $((512 << 20)) >"$group/memory.limit_in_bytes"
+  TESTED_RUNNER="$BATS_TEST_TMPDIR/in_group"
+  printf '#!/bin/sh\necho $$ >%s/cgroup.procs\nexec "$@"\n' "$group" >"$TESTED_RUNNER"
+  chmod +x "$TESTED_RUNNER"
+  start_daemon
+  curl --silent "$url/metrics" | grep -qx "tweend_memory_limit_bytes $((384 << 20))"
+  for i in 1 2 3 4; do mesh_obj "$i" 1000; done
+  senders=()
+  for i in 1 2 3 4; do
+    curl --silent --dump-header "head-$i" --output "out-$i" --write-out '%{http_code}\n' --data-binary "@mesh-$i" \
+      "$url/v1/models" >"code-$i" 3>&- &
+    senders+=($!)
+  done
+  wait "${senders[@]}"
+  cat code-*
+  grep -qx 201 code-*
+  for i in 1 2 3 4; do
+    grep -qx 201 "code-$i" || { grep -qx 503 "code-$i" && grep -qi '^Retry-After: ' "head-$i"; }
+  done
+  mesh_obj 5 1000
+  upload mesh-5
+  stop_daemon # with status 0: it was not killed
 }
 
 # Median of the seconds that a health check on a connection of its own takes, of 15.
