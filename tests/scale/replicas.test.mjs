@@ -150,6 +150,7 @@ test('replicas that are replaced one after another fail no request, and cut no s
     hash.update(Buffer.from(await (await fetch(`${fleet.url}${served[0]}${path}`)).arrayBuffer()));
     const whole = hash.digest('hex');
     const traffic = new Traffic();
+    t.after(() => traffic.stop());
     const started = Date.now();
     for (const [i, replica] of replicas.entries()) {
       const stream = slowly(`${fleet.url}${served[i]}${path}`);
@@ -171,6 +172,7 @@ test('replicas that are replaced one after another fail no request, and cut no s
 
 test('a replica that is killed and one that hangs fail no request', async (t) => {
   const traffic = new Traffic();
+  t.after(() => traffic.stop());
   await pause(1000);
   await replicas[0].kill();
   await pause(3000);
