@@ -114,15 +114,16 @@ enum {
   MESH_CREASES,
   MESH_CORNERS,
   MESH_HOLES,
+  MESH_EDITS,
   MESH_MEMBERS
 };
-static const char *const mesh_members[] = {"name",     "shape",   "positions", "faces", "uvs",
-                                           "face_uvs", "creases", "corners",   "holes", NULL};
+static const char *const mesh_members[] = {"name",    "shape",   "positions", "faces", "uvs", "face_uvs",
+                                           "creases", "corners", "holes",     "edits", NULL};
 
 typedef struct mesh_reader {
   tw_model *model;
   const api_making *making;
-  uint64_t faces, bytes; /* that shapes have made so far */
+  uint64_t faces, bytes; /* that shapes have made so far, and the memory for it */
 } mesh_reader;
 
 /* [count] elements in the arena; NULL for none and without memory, which *status tells apart. */
@@ -277,6 +278,16 @@ static tw_status read_shape(mesh_reader *reader, const api_value *members, tw_me
   return tw_shape_make(&shape, value->json->arena, mesh, value->json->error);
 }
 
+static tw_status edit_mesh(const mesh_reader *reader, const api_value *object, const api_value *edits,
+                           tw_mesh *mesh) {
+  tw_mesh before = *mesh;
+  if (!edits->item) return TW_OK;
+  tw_status status = tw_mesh_check(&before, object->json->error, NULL);
+  if (status != TW_OK) return api_json_fail_within(object, status);
+  const api_edit_call call = {&before, NULL, reader->making, reader->bytes};
+  return api_edits_apply(edits, &call, mesh, NULL, NULL);
+}
+
 static tw_status read_mesh(void *context, const api_value *object) {
   mesh_reader *reader = context;
   tw_mesh *mesh = &reader->model->meshes[object->at.index];
@@ -297,7 +308,8 @@ static tw_status read_mesh(void *context, const api_value *object) {
   mesh->crease_sharpness = creases.sharpness;
   mesh->sharp_points = corners.points;
   mesh->point_sharpness = corners.sharpness;
-  return status == TW_OK ? read_holes(&members[MESH_HOLES], mesh) : status;
+  if (status == TW_OK) status = read_holes(&members[MESH_HOLES], mesh);
+  return status == TW_OK ? edit_mesh(reader, object, &members[MESH_EDITS], mesh) : status;
 }
 
 /* ---- clips ----------------------------------------------------------------------------------- */

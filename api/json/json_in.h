@@ -2,23 +2,15 @@
 #ifndef API_JSON_IN_H
 #define API_JSON_IN_H
 
+#include "edits_in.h"
 #include "tweend/model.h"
 
 /* Values of any kind in one document. */
 enum { API_JSON_VALUES_MAX = 10000000 };
 
-/* What the shapes of a document may make, and the memory for it. */
-typedef struct api_making {
-  uint64_t faces_max; /* of all meshes */
-  /* Grants `bytes` in all beside what reading the text takes; false ends the reading with TW_NO_MEMORY. NULL:
-   * there is memory. */
-  bool (*grant)(void *context, uint64_t bytes);
-  void *context;
-} api_making;
-
 /* Reads a document of tweend JSON. *out: a finished model. Errors bear a pointer: TW_SYNTAX for what
  * is no such document, TW_INVALID for one that makes no usable model, TW_LIMIT for one of too many parts, or
- * whose shapes have too many faces. */
+ * whose shapes and edits make too many faces. */
 tw_status api_model_from_json(const char *text, size_t size, const api_making *making, tw_model **out,
                               tw_error *error);
 

@@ -263,6 +263,23 @@ tw_status api_json_float(const api_value *value, float *out) {
   return cJSON_IsNumber(value->item) ? to_float(value, value->item->valuedouble, out) : fail_number(value);
 }
 
+static tw_status to_double(const api_value *at, double number, double *out) {
+  if (!isfinite(number)) return api_json_fail(at, TW_INVALID, "the number is too large");
+  *out = number;
+  return TW_OK;
+}
+
+tw_status api_json_double(const api_value *value, double *out) {
+  return cJSON_IsNumber(value->item) ? to_double(value, value->item->valuedouble, out) : fail_number(value);
+}
+
+tw_status api_json_flag(const api_value *value, bool *out) {
+  if (!value->item) return TW_OK;
+  if (!cJSON_IsBool(value->item)) return api_json_fail(value, TW_SYNTAX, "true or false is expected");
+  *out = cJSON_IsTrue(value->item);
+  return TW_OK;
+}
+
 tw_status api_json_index(const api_value *value, uint32_t *out) {
   return cJSON_IsNumber(value->item) ? to_index(value, value->item->valuedouble, out) : fail_number(value);
 }
@@ -283,7 +300,7 @@ static tw_status put_number(const api_value *at, double number, number_sink *sin
   switch (sink->kind) {
   case FLOATS: return to_float(at, number, sink->floats++);
   case INDICES: return to_index(at, number, sink->indices++);
-  case DOUBLES: *sink->doubles++ = number; break;
+  case DOUBLES: return to_double(at, number, sink->doubles++);
   }
   return TW_OK;
 }
@@ -333,12 +350,19 @@ static tw_status read_row(const api_value *row, const char *text, uint32_t width
   return status;
 }
 
-tw_status api_json_floats(const api_value *value, uint32_t width, float *out) {
+static tw_status read_numbers(const api_value *value, uint32_t width, number_sink sink) {
   if (!value->item) return TW_OK;
   if (!cJSON_IsArray(value->item)) return api_json_fail(value, TW_SYNTAX, "an array is expected");
   const char *end;
-  number_sink sink = {.kind = FLOATS, .floats = out};
   return read_row(value, source_of(value), width, &sink, &end);
+}
+
+tw_status api_json_floats(const api_value *value, uint32_t width, float *out) {
+  return read_numbers(value, width, (number_sink){.kind = FLOATS, .floats = out});
+}
+
+tw_status api_json_doubles(const api_value *value, uint32_t width, double *out) {
+  return read_numbers(value, width, (number_sink){.kind = DOUBLES, .doubles = out});
 }
 
 static tw_status read_whole(const api_value *array, number_sink sink) {

@@ -63,11 +63,14 @@ tw_status api_json_choice(const api_value *value, const char *const *choices, in
 
 /* A number that a float holds; it has to be there. */
 tw_status api_json_float(const api_value *value, float *out);
+tw_status api_json_double(const api_value *value, double *out); /* finite; it has to be there */
+tw_status api_json_flag(const api_value *value, bool *out);
 /* A whole number from 0 to 2^32 - 2; it has to be there. */
 tw_status api_json_index(const api_value *value, uint32_t *out);
 
 /* An array of exactly `width` numbers, at most 4. */
 tw_status api_json_floats(const api_value *value, uint32_t width, float *out);
+tw_status api_json_doubles(const api_value *value, uint32_t width, double *out);
 
 /* ---- arrays of numbers, already found to be arrays ---------------------------------------------- */
 

@@ -149,19 +149,22 @@ static bool grant_making(void *context, uint64_t bytes) {
   return api_grant(call->service, call->request->ticket, reader->granted + bytes, reader->fault);
 }
 
-/* Faces that may be made of a small document: no shape may take more memory than there is, and making a face
- * takes up to MADE_FACE bytes. */
-static uint64_t made_faces_max(const api_limits *limits) {
+/* What a small document may make: no more than there is memory for. Making a face takes up to MADE_FACE
+ * bytes. */
+static api_making making_of(const api_limits *limits) {
   enum { MADE_FACE = 256 };
   uint64_t most = limits->max_memory / MADE_FACE;
-  return most < limits->max_faces ? most : limits->max_faces;
+  return (api_making){.faces_max = most < limits->max_faces ? most : limits->max_faces,
+                      .bytes_max = limits->max_memory};
 }
 
 /* Reads a model of bytes, for which memory is granted first. */
 static bool read_granted(api_call *call, api_bytes bytes, tw_format format, api_reading reading,
                          tw_model **out, api_fault *fault) {
   model_reader reader = {call, fault, tw_reading_size(format, bytes.size)};
-  const api_making making = {made_faces_max(&call->service->limits), grant_making, &reader};
+  api_making making = making_of(&call->service->limits);
+  making.grant = grant_making;
+  making.context = &reader;
   return grant_making(&reader, 0) && api_model_read(bytes, format, reading, &making, out, fault);
 }
 
@@ -338,7 +341,7 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   tw_model *model = NULL;
   bool existed = false;
   api_fault fault = {0};
-  const api_making making = {.faces_max = made_faces_max(&service->limits)};
+  const api_making making = making_of(&service->limits);
   bool is_stored =
       api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &fault) &&
       take_name(service, id, name, model) && store_model(service, given, id, model, &existed, &fault);

@@ -1,6 +1,7 @@
 /* tweend JSON: what is refused, with the place, and what a good document becomes. */
 #include "loopback.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -136,6 +137,81 @@ static const bad_document bad_shapes[] = {
     {"{\"meshes\":[{\"shape\":{\"kind\":\"box\"},\"holes\":[6]}]}", 422, "/meshes/0/holes/0", NULL},
 };
 
+#define EDITED(edits) "{\"meshes\":[{},{\"shape\":{\"kind\":\"box\"},\"edits\":[" edits "]}]}"
+#define FACING_UP     "\"faces\":{\"facing\":[0,1,0],\"within\":10}"
+
+static const bad_document bad_edits[] = {
+    {EDITED("7"), 400, "/meshes/1/edits/0", "object"},
+    {EDITED("{}"), 400, "/meshes/1/edits/0", "extrude"},
+    {EDITED("{\"edit\":\"extrud\"}"), 400, "/meshes/1/edits/0/edit", "did you mean extrude"},
+    {EDITED("{\"edit\":7}"), 400, "/meshes/1/edits/0/edit", "expected one of"},
+    {EDITED("{\"edit\":\"smooth\"}"), 422, "/meshes/1/edits/0/edit", "not there yet"},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\"}"), 400, "/meshes/1/edits/0/by", "needs by"},
+    {EDITED("{\"edit\":\"move\",\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0", "applied to"},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"by\":[0,1]}"), 400, "/meshes/1/edits/0/by", "3 numbers"},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"by\":[0,1e999,0]}"), 422, "/meshes/1/edits/0/by/1",
+     "too large"},
+    {EDITED("{\"edit\":\"move\",\"faces\":[6],\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/faces/0", NULL},
+    {EDITED("{\"edit\":\"move\",\"faces\":[0.5],\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/faces/0", "whole"},
+    {EDITED("{\"edit\":\"move\",\"faces\":[],\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/faces", NULL},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"al\",\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/faces",
+     "did you mean all"},
+    {EDITED("{\"edit\":\"move\",\"faces\":7,\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/faces", "all"},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"edges\":\"all\",\"by\":[0,1,0]}"), 400,
+     "/meshes/1/edits/0/edges", "faces are given already"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{},\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/faces",
+     "selected by"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"loop\":[0,1]},\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/faces",
+     "known: group"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"within\":3},\"by\":[0,1,0]}"), 400,
+     "/meshes/1/edits/0/faces/within", "facing"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"facing\":[0,1,0],\"made\":\"a\"},\"by\":[0,1,0]}"), 400,
+     "/meshes/1/edits/0/faces/made", "one thing"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"facing\":[0,0,0]},\"by\":[0,1,0]}"), 422,
+     "/meshes/1/edits/0/faces/facing", "length 0"},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"facing\":[0,1,0],\"within\":181},\"by\":[0,1,0]}"), 422,
+     "/meshes/1/edits/0/faces/within", "180"},
+    {EDITED("{\"edit\":\"move\",\"vertices\":{\"inside\":{\"min\":[0,0,0]}},\"by\":[0,1,0]}"), 400,
+     "/meshes/1/edits/0/vertices/inside", "min and max"},
+    {EDITED("{\"edit\":\"move\",\"edges\":[[0,1],[0,1,2]],\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/edges/1",
+     "two vertices"},
+    {EDITED("{\"edit\":\"move\",\"edges\":[[0,7]],\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/edges/0", NULL},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"made\":\"a\"},\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/faces/made",
+     NULL},
+    {EDITED("{\"edit\":\"crease\",\"faces\":\"all\"}"), 400, "/meshes/1/edits/0",
+     "known: edit, name, optional, edges, sharpness"},
+    {EDITED("{\"edit\":\"crease\",\"edges\":\"all\",\"sharpness\":-1}"), 422, "/meshes/1/edits/0/sharpness",
+     "0 or more"},
+    {EDITED("{\"edit\":\"flip\",\"optional\":1}"), 400, "/meshes/1/edits/0/optional", "true or false"},
+    {EDITED("{\"edit\":\"extrude\"," FACING_UP "}"), 400, "/meshes/1/edits/0/distance", "needs distance"},
+    {EDITED("{\"edit\":\"extrude\"," FACING_UP ",\"distance\":1,\"by\":[0,1,0]}"), 400,
+     "/meshes/1/edits/0/distance", "or by a vector"},
+    {EDITED("{\"edit\":\"inset\"," FACING_UP "}"), 400, "/meshes/1/edits/0/amount", "needs amount"},
+    {EDITED("{\"edit\":\"loop_cut\"}"), 400, "/meshes/1/edits/0/edge", "needs edge"},
+    {EDITED("{\"edit\":\"loop_cut\",\"edge\":[0]}"), 400, "/meshes/1/edits/0/edge", "two vertices"},
+    {EDITED("{\"edit\":\"loop_cut\",\"edge\":[0,7]}"), 422, "/meshes/1/edits/0/edge", NULL},
+    {EDITED("{\"edit\":\"loop_cut\",\"edge\":[0,1],\"cuts\":2,\"at\":[0.5]}"), 422, "/meshes/1/edits/0/at",
+     "1 places"},
+    {EDITED("{\"edit\":\"loop_cut\",\"edge\":[0,1],\"cuts\":4000000000}"), 422, "/meshes/1/edits/0/cuts",
+     NULL},
+    {EDITED("{\"edit\":\"subdivide\",\"faces\":\"all\",\"cuts\":9999}"), 422, "/meshes/1/edits/0", NULL},
+    {EDITED("{\"edit\":\"fill\",\"method\":\"fair\"}"), 422, "/meshes/1/edits/0/method", "not there yet"},
+    {EDITED("{\"edit\":\"merge\",\"vertices\":\"all\",\"distance\":1,\"to\":[0,0,0]}"), 400,
+     "/meshes/1/edits/0/to", "or to a point"},
+    {EDITED("{\"edit\":\"merge\",\"vertices\":\"all\",\"distance\":-1}"), 422, "/meshes/1/edits/0/distance",
+     "0 or more"},
+    {EDITED("{\"edit\":\"mirror\",\"axis\":\"w\"}"), 400, "/meshes/1/edits/0/axis", "x, y, z"},
+    {EDITED("{\"edit\":\"rotate\",\"faces\":\"all\",\"axis\":[0,0,0],\"degrees\":1}"), 422,
+     "/meshes/1/edits/0/axis", "length 0"},
+    {EDITED("{\"edit\":\"rotate\",\"faces\":\"all\",\"axis\":\"y\"}"), 400, "/meshes/1/edits/0/degrees",
+     "needs degrees"},
+    {EDITED("{\"edit\":\"scale\",\"faces\":\"all\",\"by\":\"2\"}"), 400, "/meshes/1/edits/0/by", "array"},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"by\":[0,0,0]},{\"edit\":\"move\",\"vertices\":[9],\"by\":[0,0,0]}"), 422,
+     "/meshes/1/edits/1/vertices/0", NULL},
+    {"{\"meshes\":[{\"positions\":[[0,0,0]],\"faces\":[[0,1,2]],\"edits\":[]}]}", 422, "/meshes/0/faces/0/1",
+     NULL},
+};
+
 static const bad_document bad_tracks[] = {
     {"{\"clips\":[{\"tracks\":[{\"path\":\"rotation\"}]}]}", 400, "/clips/0/tracks/0", "node"},
     {"{\"clips\":[{\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\"}]}]}", 422, "/clips/0/tracks/0/node",
@@ -204,6 +280,10 @@ TEST_WITH(bad_shapes_are_refused_with_their_place, loopback_setup, loopback_tear
   refuse_all(*state, bad_shapes, sizeof bad_shapes / sizeof *bad_shapes);
 }
 
+TEST_WITH(bad_edits_are_refused_with_their_place, loopback_setup, loopback_teardown) {
+  refuse_all(*state, bad_edits, sizeof bad_edits / sizeof *bad_edits);
+}
+
 TEST_WITH(bad_tracks_are_refused_with_their_place, loopback_setup, loopback_teardown) {
   refuse_all(*state, bad_tracks, sizeof bad_tracks / sizeof *bad_tracks);
 }
@@ -248,7 +328,7 @@ TEST_WITH(line_and_column_are_told, loopback_setup, loopback_teardown) {
 static tw_model *read_model(const char *text) {
   tw_model *model = NULL;
   tw_error error;
-  const api_making making = {.faces_max = 1000};
+  const api_making making = {.faces_max = 1000, .bytes_max = 1 << 24};
   if (api_model_from_json(text, strlen(text), &making, &model, &error) != TW_OK)
     fail_msg("%s: %s", error.pointer, error.detail);
   return model;
@@ -300,6 +380,30 @@ TEST(a_shape_takes_name_and_tags_like_any_mesh) {
   assert_int_equal(grid->face_count, 3);
   assert_true(grid->positions[0] == -3 && grid->positions[2] == -1);
   assert_int_equal(model->node_count, 2); /* made for the meshes */
+  tw_model_destroy(model);
+}
+
+TEST(edits_are_applied_in_order) {
+  tw_model *model = read_model(
+      EDITED("{\"edit\":\"extrude\"," FACING_UP ",\"distance\":0.4,\"name\":\"deck\"},"
+             "{\"edit\":\"move\",\"faces\":{\"made\":\"deck\"},\"by\":[0,0.1,0]},"
+             "{\"edit\":\"rotate\",\"vertices\":\"all\",\"axis\":\"y\",\"degrees\":90,\"about\":[0,0,0]},"
+             "{\"edit\":\"scale\",\"edges\":{\"inside\":{\"min\":[-9,0.9,-9],\"max\":[9,9,9]}},\"by\":2},"
+             "{\"edit\":\"crease\",\"edges\":{\"sharper_than\":60},\"sharpness\":2},"
+             "{\"edit\":\"corner\",\"vertices\":[0]},{\"edit\":\"hole\",\"faces\":[0]},"
+             "{\"edit\":\"move\",\"edges\":\"border\",\"by\":[1,0,0],\"optional\":true}"));
+  const tw_mesh *mesh = &model->meshes[1];
+  assert_int_equal(mesh->point_count, 12);
+  assert_int_equal(mesh->face_count, 10);
+  assert_int_equal(mesh->sharp_point_count, 1);
+  assert_int_equal(mesh->hole_count, 1);
+  assert_true(mesh->crease_count >= 12);
+  float top = 0, wide = 0;
+  for (uint32_t i = 0; i < 12; i++) {
+    top = fmaxf(top, mesh->positions[3 * i + 1]);
+    wide = fmaxf(wide, mesh->positions[3 * i]);
+  }
+  assert_true(fabsf(top - 1) < 1e-6f && fabsf(wide - 1) < 1e-6f);
   tw_model_destroy(model);
 }
 

@@ -204,7 +204,7 @@ typedef struct outcome {
   size_t model_size, model_held;
 } outcome;
 
-static const api_making making = {.faces_max = 1000};
+static const api_making making = {.faces_max = 1000, .bytes_max = 1 << 24};
 
 /* What the upload of a document holds, with `size` bytes of it held already. */
 static outcome read_document(api_bytes bytes, api_upload_type type) {

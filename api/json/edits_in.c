@@ -1,0 +1,470 @@
+/* Edits in tweend JSON: each kind has its own members. */
+#include "edits_in.h"
+
+#include <string.h>
+
+#include "tweend/json_print.h"
+
+/* ---- selections ---------------------------------------------------------------------------------------- */
+
+enum { BY_GROUP, BY_MATERIAL, BY_FACING, BY_WITHIN, BY_INSIDE, BY_MADE, BY_LOOP, BY_RING, BY_SHARPER, BYS };
+
+static tw_status read_box(void *context, const api_value *object) {
+  static const char *const names[] = {"min", "max", NULL};
+  tw_selection *out = context;
+  api_value corners[2];
+  tw_status status = api_json_members(object, names, corners);
+  for (int i = 0; i < 2 && status == TW_OK; i++) {
+    if (!corners[i].item) return api_json_fail(object, TW_SYNTAX, "a box needs min and max");
+    status = api_json_doubles(&corners[i], 3, i == 0 ? out->min : out->max);
+  }
+  return status;
+}
+
+/* Two vertices. out: [2] */
+static tw_status read_edge(const api_value *value, uint32_t *out) {
+  uint32_t count;
+  tw_status status = api_json_count(value, UINT32_MAX, &count);
+  if (status == TW_OK && count != 2)
+    status = api_json_fail(value, TW_SYNTAX, "the two vertices of an edge are expected");
+  return status == TW_OK ? api_json_index_list(value, out) : status;
+}
+
+static tw_status read_loop(const api_value *value, tw_selection *out) {
+  uint32_t *edge = tw_arena_alloc(value->json->arena, 2, sizeof *edge);
+  out->indices = edge;
+  out->count = 1;
+  return edge ? read_edge(value, edge) : api_json_no_memory(value->json);
+}
+
+static tw_status read_degrees(const api_value *value, double *out) {
+  tw_status status = api_json_double(value, out);
+  if (status == TW_OK && !(*out >= 0 && *out <= 180))
+    return api_json_fail(value, TW_INVALID, "an angle from 0 to 180 degrees is expected");
+  return status;
+}
+
+static tw_status read_facing(const api_value *values, tw_selection *out) {
+  out->degrees = 45;
+  tw_status status = api_json_doubles(&values[BY_FACING], 3, out->direction);
+  if (status == TW_OK && values[BY_WITHIN].item) status = read_degrees(&values[BY_WITHIN], &out->degrees);
+  const double *d = out->direction;
+  if (status == TW_OK && d[0] == 0 && d[1] == 0 && d[2] == 0)
+    return api_json_fail(&values[BY_FACING], TW_INVALID, "a direction of length 0");
+  return status;
+}
+
+/* By its index, or its name. */
+static tw_status read_material(const api_value *value, tw_selection *out) {
+  return cJSON_IsString(value->item) ? api_json_text(value, &out->name)
+                                     : api_json_index(value, &out->material);
+}
+
+static tw_status read_by(const api_value *values, int by, tw_selection *out) {
+  switch (by) {
+  case BY_GROUP: out->by = TW_SELECT_GROUP; return api_json_text(&values[by], &out->name);
+  case BY_MATERIAL: out->by = TW_SELECT_MATERIAL; return read_material(&values[by], out);
+  case BY_FACING: out->by = TW_SELECT_FACING; return read_facing(values, out);
+  case BY_INSIDE: out->by = TW_SELECT_INSIDE; return api_json_object(&values[by], read_box, out);
+  case BY_MADE: out->by = TW_SELECT_MADE; return api_json_text(&values[by], &out->name);
+  case BY_LOOP: out->by = TW_SELECT_LOOP; return read_loop(&values[by], out);
+  case BY_RING: out->by = TW_SELECT_RING; return read_loop(&values[by], out);
+  default: out->by = TW_SELECT_SHARPER; return read_degrees(&values[by], &out->degrees);
+  }
+}
+
+static tw_status read_selection_object(void *context, const api_value *object) {
+  static const char *const names[3][BYS + 1] = {
+      {"group", "material", "facing", "within", "inside", "made", NULL},
+      {"inside", "made", "loop", "ring", "sharper_than", NULL},
+      {"inside", "made", NULL}};
+  static const int bys[3][BYS] = {{BY_GROUP, BY_MATERIAL, BY_FACING, BY_WITHIN, BY_INSIDE, BY_MADE},
+                                  {BY_INSIDE, BY_MADE, BY_LOOP, BY_RING, BY_SHARPER},
+                                  {BY_INSIDE, BY_MADE}};
+  tw_selection *out = context;
+  api_value found[BYS], values[BYS] = {0};
+  int chosen = -1;
+  tw_status status = api_json_members(object, names[out->of], found);
+  if (status != TW_OK) return status;
+  for (size_t i = 0; names[out->of][i]; i++) {
+    int by = bys[out->of][i];
+    values[by] = found[i];
+    if (!found[i].item || by == BY_WITHIN) continue;
+    if (chosen >= 0) return api_json_fail(&found[i], TW_SYNTAX, "a selection is by one thing alone");
+    chosen = by;
+  }
+  if (values[BY_WITHIN].item && chosen != BY_FACING)
+    return api_json_fail(&values[BY_WITHIN], TW_SYNTAX, "within is for facing");
+  char list[200];
+  tw_names_join(names[out->of], list, sizeof list);
+  if (chosen < 0)
+    return api_json_fail(object, TW_SYNTAX, "%s are selected by one of %s", tw_edit_element_names[out->of],
+                         list);
+  return read_by(values, chosen, out);
+}
+
+static tw_status read_pairs(const api_value *array, tw_selection *out) {
+  tw_arena *arena = array->json->arena;
+  uint32_t *offsets = tw_arena_alloc_raw(arena, (size_t)out->count + 1, sizeof *offsets);
+  uint32_t *pairs = tw_arena_alloc_raw(arena, out->count, 2 * sizeof *pairs);
+  if (!offsets || !pairs) return api_json_no_memory(array->json);
+  tw_status status = api_json_index_offsets(array, offsets);
+  for (uint32_t i = 0; i < out->count && status == TW_OK; i++) {
+    if (offsets[i + 1] == 2 * (i + 1)) continue;
+    const api_value pair = {array->json, NULL, {&array->at, NULL, i}};
+    status = api_json_fail(&pair, TW_SYNTAX, "the two vertices of an edge are expected");
+  }
+  out->indices = pairs;
+  return status == TW_OK ? api_json_index_rows(array, pairs) : status;
+}
+
+static tw_status read_selection_list(const api_value *array, tw_selection *out) {
+  out->by = TW_SELECT_LIST;
+  tw_status status = api_json_count(array, UINT32_MAX, &out->count);
+  if (status != TW_OK || out->count == 0) return status;
+  if (out->of == TW_EDIT_EDGES) return read_pairs(array, out);
+  uint32_t *indices = tw_arena_alloc_raw(array->json->arena, out->count, sizeof *indices);
+  if (!indices) return api_json_no_memory(array->json);
+  out->indices = indices;
+  return api_json_index_list(array, indices);
+}
+
+static tw_status read_selection(const api_value *value, tw_edit_element of, tw_selection *out) {
+  static const char *const words[] = {"all", "border", NULL}, *const all[] = {"all", NULL};
+  if (!value->item) return TW_OK;
+  if (out->by != TW_SELECT_NOTHING)
+    return api_json_fail(value, TW_SYNTAX, "an edit has one selection: %s are given already",
+                         tw_edit_element_names[out->of]);
+  out->of = of;
+  if (cJSON_IsArray(value->item)) return read_selection_list(value, out);
+  if (cJSON_IsObject(value->item)) return api_json_object(value, read_selection_object, out);
+  int word = 0;
+  tw_status status = api_json_choice(value, of == TW_EDIT_EDGES ? words : all, &word);
+  out->by = word == 0 ? TW_SELECT_ALL : TW_SELECT_BORDER;
+  return status;
+}
+
+/* ---- members ------------------------------------------------------------------------------------------- */
+
+enum {
+  EDIT,
+  NAME,
+  OPTIONAL,
+  FACES,
+  EDGES,
+  VERTICES,
+  DISTANCE,
+  BY,
+  INDIVIDUAL,
+  AMOUNT,
+  EDGE,
+  CUTS,
+  AT,
+  TO,
+  BORDER,
+  MAX_EDGES,
+  METHOD,
+  AXIS,
+  WELD,
+  DEGREES,
+  ABOUT,
+  SHARPNESS,
+  MEMBERS
+};
+static const char *const names[MEMBERS] = {
+    "edit",       "name",   "optional", "faces",   "edges", "vertices", "distance", "by",
+    "individual", "amount", "edge",     "cuts",    "at",    "to",       "border",   "max_edges",
+    "method",     "axis",   "weld",     "degrees", "about", "sharpness"};
+
+#define HAS(member) (1u << (member))
+#define ANY         (HAS(FACES) | HAS(EDGES) | HAS(VERTICES))
+/* Beside edit, name and optional. */
+static const uint32_t members_of[TW_EDIT_KINDS] = {
+    [TW_EDIT_EXTRUDE] = HAS(FACES) | HAS(DISTANCE) | HAS(BY) | HAS(INDIVIDUAL),
+    [TW_EDIT_INSET] = HAS(FACES) | HAS(AMOUNT) | HAS(INDIVIDUAL),
+    [TW_EDIT_LOOP_CUT] = HAS(EDGE) | HAS(CUTS) | HAS(AT),
+    [TW_EDIT_SUBDIVIDE] = HAS(FACES) | HAS(EDGES) | HAS(CUTS),
+    [TW_EDIT_DELETE] = ANY,
+    [TW_EDIT_MERGE] = HAS(VERTICES) | HAS(DISTANCE) | HAS(TO),
+    [TW_EDIT_FILL] = HAS(BORDER) | HAS(MAX_EDGES) | HAS(METHOD),
+    [TW_EDIT_MIRROR] = HAS(AXIS) | HAS(WELD),
+    [TW_EDIT_MOVE] = ANY | HAS(BY),
+    [TW_EDIT_ROTATE] = ANY | HAS(AXIS) | HAS(DEGREES) | HAS(ABOUT),
+    [TW_EDIT_SCALE] = ANY | HAS(BY) | HAS(ABOUT),
+    [TW_EDIT_CREASE] = HAS(EDGES) | HAS(SHARPNESS),
+    [TW_EDIT_CORNER] = HAS(VERTICES) | HAS(SHARPNESS),
+    [TW_EDIT_HOLE] = HAS(FACES) | HAS(SHARPNESS),
+    [TW_EDIT_FLIP] = HAS(FACES),
+    [TW_EDIT_ORIENT] = HAS(FACES),
+    [TW_EDIT_TRIANGULATE] = HAS(FACES),
+    [TW_EDIT_QUADS] = HAS(FACES)};
+
+/* `weld` is a merge of all vertices; the others are not there yet. */
+enum { WELD_ALL = TW_EDIT_KINDS, DROP_PIECES, DESPIKE, SMOOTH, KINDS };
+
+static tw_status read_kind(const api_value *object, int *kind) {
+  const char *kinds[KINDS + 1] = {
+      [WELD_ALL] = "weld", [DROP_PIECES] = "drop_pieces", [DESPIKE] = "despike", [SMOOTH] = "smooth"};
+  memcpy(kinds, tw_edit_names, sizeof tw_edit_names);
+  const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, names[EDIT]);
+  const api_value value = {object->json, item, {&object->at, names[EDIT], 0}};
+  char list[280];
+  tw_names_join(kinds, list, sizeof list);
+  if (!item) return api_json_fail(object, TW_SYNTAX, "an edit needs a kind, edit: %s", list);
+  tw_status status = api_json_choice(&value, kinds, kind);
+  if (status == TW_OK && *kind > WELD_ALL)
+    return api_json_fail(&value, TW_UNSUPPORTED, "the edit \"%s\" is not there yet", kinds[*kind]);
+  return status;
+}
+
+/* values: [MEMBERS]; what the kind does not have is without an item. */
+static tw_status spread(const api_value *object, uint32_t members, api_value *values) {
+  const char *known[MEMBERS + 1] = {0};
+  api_value found[MEMBERS];
+  int members_at[MEMBERS];
+  size_t count = 0;
+  for (int i = 0; i < MEMBERS; i++) {
+    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
+    if (i > OPTIONAL && !(members & HAS(i))) continue;
+    members_at[count] = i;
+    known[count++] = names[i];
+  }
+  tw_status status = api_json_members(object, known, found);
+  for (size_t i = 0; i < count && status == TW_OK; i++) values[members_at[i]] = found[i];
+  return status;
+}
+
+static tw_status need(const api_value *value) {
+  if (value->item) return TW_OK;
+  return api_json_fail(value, TW_SYNTAX, "the edit needs %s", value->at.name);
+}
+
+/* The default stays where there is no value. */
+static tw_status read_number(const api_value *value, double *out) {
+  return value->item ? api_json_double(value, out) : TW_OK;
+}
+
+static tw_status read_count(const api_value *value, uint32_t *out) {
+  return value->item ? api_json_index(value, out) : TW_OK;
+}
+
+static tw_status read_vector(const api_value *value, bool *has, double *out) {
+  if (has) *has = value->item;
+  return api_json_doubles(value, 3, out);
+}
+
+/* ---- kinds --------------------------------------------------------------------------------------------- */
+
+static tw_status read_extrude(const api_value *values, tw_edit *edit) {
+  tw_status status = read_vector(&values[BY], &edit->extrude.has_by, edit->extrude.by);
+  if (status == TW_OK && edit->extrude.has_by && values[DISTANCE].item)
+    return api_json_fail(&values[DISTANCE], TW_SYNTAX, "an extrusion goes by a distance or by a vector");
+  if (status == TW_OK && !edit->extrude.has_by) status = need(&values[DISTANCE]);
+  if (status == TW_OK) status = read_number(&values[DISTANCE], &edit->extrude.distance);
+  return status == TW_OK ? api_json_flag(&values[INDIVIDUAL], &edit->extrude.is_individual) : status;
+}
+
+static tw_status read_inset(const api_value *values, tw_edit *edit) {
+  tw_status status = need(&values[AMOUNT]);
+  if (status == TW_OK) status = read_number(&values[AMOUNT], &edit->inset.amount);
+  return status == TW_OK ? api_json_flag(&values[INDIVIDUAL], &edit->inset.is_individual) : status;
+}
+
+static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
+  uint32_t at_count;
+  edit->loop_cut.cuts = 1;
+  tw_status status = need(&values[EDGE]);
+  if (status == TW_OK) status = read_edge(&values[EDGE], edit->loop_cut.edge);
+  if (status == TW_OK) status = api_json_count(&values[AT], TW_EDIT_CUTS_MAX, &at_count);
+  if (status == TW_OK && values[AT].item) edit->loop_cut.cuts = at_count;
+  if (status == TW_OK) status = read_count(&values[CUTS], &edit->loop_cut.cuts);
+  if (status != TW_OK || !values[AT].item) return status;
+  if (at_count != edit->loop_cut.cuts)
+    return api_json_fail(&values[AT], TW_INVALID, "there are %u places for %u cuts", at_count,
+                         edit->loop_cut.cuts);
+  double *at = tw_arena_alloc(values[AT].json->arena, at_count, sizeof *at);
+  if (!at) return api_json_no_memory(values[AT].json);
+  edit->loop_cut.at = at;
+  return api_json_double_list(&values[AT], at);
+}
+
+static tw_status read_subdivide(const api_value *values, tw_edit *edit) {
+  edit->subdivide.cuts = 1;
+  return read_count(&values[CUTS], &edit->subdivide.cuts);
+}
+
+/* distance, unless vertices of any distance become one. */
+static tw_status read_merge(const api_value *values, tw_edit *edit) {
+  edit->merge.distance = -1;
+  if (values[DISTANCE].item && values[TO].item)
+    return api_json_fail(&values[TO], TW_SYNTAX, "vertices are merged within a distance, or to a point");
+  tw_status status = read_number(&values[DISTANCE], &edit->merge.distance);
+  if (status == TW_OK && values[DISTANCE].item && edit->merge.distance < 0)
+    return api_json_fail(&values[DISTANCE], TW_INVALID, "a distance is 0 or more");
+  return status == TW_OK ? read_vector(&values[TO], &edit->merge.has_to, edit->merge.to) : status;
+}
+
+static tw_status read_fill(const api_value *values, tw_edit *edit) {
+  static const char *const methods[] = {"ngon", "triangles", "fair", NULL};
+  int method = 0;
+  edit->fill.has_border = values[BORDER].item;
+  tw_status status = edit->fill.has_border ? read_edge(&values[BORDER], edit->fill.border) : TW_OK;
+  if (status == TW_OK) status = read_count(&values[MAX_EDGES], &edit->fill.max_edges);
+  if (status == TW_OK) status = api_json_choice(&values[METHOD], methods, &method);
+  if (status == TW_OK && method > 0)
+    return api_json_fail(&values[METHOD], TW_UNSUPPORTED, "the method \"%s\" is not there yet",
+                         methods[method]);
+  return status;
+}
+
+static const char *const axes[] = {"x", "y", "z", NULL};
+
+static tw_status read_mirror(const api_value *values, tw_edit *edit) {
+  edit->mirror.weld = 1e-6;
+  tw_status status = need(&values[AXIS]);
+  if (status == TW_OK) status = api_json_choice(&values[AXIS], axes, &edit->mirror.axis);
+  return status == TW_OK ? read_number(&values[WELD], &edit->mirror.weld) : status;
+}
+
+static tw_status read_move(const api_value *values, tw_edit *edit) {
+  tw_status status = need(&values[BY]);
+  return status == TW_OK ? read_vector(&values[BY], NULL, edit->move.by) : status;
+}
+
+/* The axis is a letter or a vector. */
+static tw_status read_rotate(const api_value *values, tw_edit *edit) {
+  tw_status status = need(&values[AXIS]);
+  if (status == TW_OK) status = need(&values[DEGREES]);
+  double *axis = edit->rotate.axis;
+  if (status == TW_OK && cJSON_IsString(values[AXIS].item)) {
+    int letter = 0;
+    status = api_json_choice(&values[AXIS], axes, &letter);
+    axis[letter] = 1;
+  } else if (status == TW_OK) {
+    status = read_vector(&values[AXIS], NULL, axis);
+    if (status == TW_OK && axis[0] == 0 && axis[1] == 0 && axis[2] == 0)
+      return api_json_fail(&values[AXIS], TW_INVALID, "an axis of length 0");
+  }
+  if (status == TW_OK) status = read_number(&values[DEGREES], &edit->rotate.degrees);
+  return status == TW_OK ? read_vector(&values[ABOUT], &edit->rotate.has_about, edit->rotate.about) : status;
+}
+
+/* By one number, or one for each axis. */
+static tw_status read_scale(const api_value *values, tw_edit *edit) {
+  tw_status status = need(&values[BY]);
+  double *by = edit->scale.by;
+  if (status == TW_OK && cJSON_IsNumber(values[BY].item)) {
+    status = api_json_double(&values[BY], by);
+    by[1] = by[2] = by[0];
+  } else if (status == TW_OK) {
+    status = read_vector(&values[BY], NULL, by);
+  }
+  return status == TW_OK ? read_vector(&values[ABOUT], &edit->scale.has_about, edit->scale.about) : status;
+}
+
+static tw_status read_sharpness(const api_value *values, tw_edit *edit) {
+  edit->sharpness = (double)TW_SHARPNESS_INFINITE;
+  tw_status status = read_number(&values[SHARPNESS], &edit->sharpness);
+  if (status == TW_OK && edit->sharpness < 0)
+    return api_json_fail(&values[SHARPNESS], TW_INVALID, "sharpness is 0 or more");
+  if (edit->sharpness > (double)TW_SHARPNESS_INFINITE) edit->sharpness = (double)TW_SHARPNESS_INFINITE;
+  return status;
+}
+
+static tw_status read_parameters(const api_value *values, tw_edit *edit) {
+  switch (edit->kind) {
+  case TW_EDIT_EXTRUDE: return read_extrude(values, edit);
+  case TW_EDIT_INSET: return read_inset(values, edit);
+  case TW_EDIT_LOOP_CUT: return read_loop_cut(values, edit);
+  case TW_EDIT_SUBDIVIDE: return read_subdivide(values, edit);
+  case TW_EDIT_MERGE: return read_merge(values, edit);
+  case TW_EDIT_FILL: return read_fill(values, edit);
+  case TW_EDIT_MIRROR: return read_mirror(values, edit);
+  case TW_EDIT_MOVE: return read_move(values, edit);
+  case TW_EDIT_ROTATE: return read_rotate(values, edit);
+  case TW_EDIT_SCALE: return read_scale(values, edit);
+  case TW_EDIT_CREASE:
+  case TW_EDIT_CORNER:
+  case TW_EDIT_HOLE: return read_sharpness(values, edit);
+  case TW_EDIT_DELETE:
+  case TW_EDIT_FLIP:
+  case TW_EDIT_ORIENT:
+  case TW_EDIT_TRIANGULATE:
+  case TW_EDIT_QUADS: break;
+  }
+  return TW_OK;
+}
+
+/* Vertices at one place, or nearer than a distance, become one. */
+static tw_status read_weld(const api_value *values, tw_edit *edit) {
+  edit->kind = TW_EDIT_MERGE;
+  edit->selection = (tw_selection){.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL};
+  tw_status status = read_merge(values, edit);
+  if (!values[DISTANCE].item) edit->merge.distance = 0;
+  return status;
+}
+
+static tw_status read_edit(void *context, const api_value *object) {
+  static const int selections[3] = {FACES, EDGES, VERTICES};
+  tw_edit *edit = (tw_edit *)context + object->at.index;
+  api_value values[MEMBERS];
+  int kind = 0;
+  tw_status status = read_kind(object, &kind);
+  bool is_weld = kind == WELD_ALL;
+  if (status == TW_OK) status = spread(object, is_weld ? HAS(DISTANCE) : members_of[kind], values);
+  if (status != TW_OK) return status;
+  *edit = (tw_edit){.kind = is_weld ? TW_EDIT_MERGE : (tw_edit_kind)kind};
+  status = api_json_text(&values[NAME], &edit->name);
+  if (status == TW_OK) status = api_json_flag(&values[OPTIONAL], &edit->is_optional);
+  for (int of = 0; of < 3 && status == TW_OK; of++)
+    status = read_selection(&values[selections[of]], (tw_edit_element)of, &edit->selection);
+  if (status != TW_OK) return status;
+  return is_weld ? read_weld(values, edit) : read_parameters(values, edit);
+}
+
+tw_status api_edits_in(const api_value *array, tw_edit **out, uint32_t *count) {
+  tw_status status = api_json_count(array, API_EDITS_MAX, count);
+  if (status != TW_OK) return status;
+  *out = tw_arena_alloc(array->json->arena, *count, sizeof **out);
+  if (!*out) return api_json_no_memory(array->json);
+  return api_json_each(array, read_edit, *out);
+}
+
+/* ---- applying ------------------------------------------------------------------------------------------ */
+
+/* Memory that edits hold for each point and corner of the meshes that they find. */
+enum { EDIT_BYTES = 256, FIRST_WORK = 1 << 16 };
+
+/* How much edits make shows when they are applied: they begin with a small grant, and begin again with a
+ * greater one where it does not do. */
+tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_mesh *out, tw_made **made,
+                          uint32_t *made_count) {
+  const api_json *json = array->json;
+  const api_making *making = call->making;
+  tw_edit *edits;
+  uint32_t count, named;
+  tw_status status = api_edits_in(array, &edits, &count);
+  if (status != TW_OK) return status;
+  tw_made *list = tw_arena_alloc(json->arena, count, sizeof *list);
+  if (!list) return api_json_no_memory(json);
+  uint64_t most = making->bytes_max / EDIT_BYTES;
+  uint64_t work = FIRST_WORK + 4 * ((uint64_t)call->mesh->point_count + call->mesh->corner_count);
+  do {
+    if (work > most) work = most;
+    const tw_edit_limits limits = {.points = work,
+                                   .faces = work < making->faces_max ? work : making->faces_max,
+                                   .corners = work,
+                                   .work = work};
+    if (making->grant && !making->grant(making->context, call->granted + EDIT_BYTES * work))
+      return api_json_no_memory(json);
+    status = tw_mesh_edit(call->mesh, call->model, edits, count, &limits, json->arena, out, list, &named,
+                          json->error);
+    if (work == most) break;
+    work *= 8;
+  } while (status == TW_LIMIT);
+  if (status != TW_OK) return status == TW_NO_MEMORY ? status : api_json_fail_within(array, status);
+  if (!made) return TW_OK;
+  *made = list;
+  *made_count = named;
+  return TW_OK;
+}
