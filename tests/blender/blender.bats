@@ -1,4 +1,4 @@
-# What Blender exports comes back into Blender, and surfaces are those of its own modifier.
+# What Blender exports comes back into Blender, surfaces are those of its own modifier, edits those of its operators.
 
 # shellcheck disable=SC2154 # the helper sets them
 load ../e2e/helper
@@ -94,4 +94,9 @@ look() {
     get "/v1/models/$id"
     holds ".meshes[0].paired_quads == $((right + others))"
   done
+}
+
+@test "shapes and edits are those that Blender's operators make" {
+  in_blender edits.py "$BATS_TEST_TMPDIR"
+  node "$root/tests/blender/edits.mjs" "$url" edits.json
 }
