@@ -197,6 +197,68 @@ remove_folder() {
   kill "$reader"
 }
 
+# race_all NAME: 150 models of that name and 50 uploads of one, to all of urls at once; their codes in NAME-*.
+race_all() {
+  local i clients=()
+  for i in $(seq 200); do
+    ((i > 150)) || { cat "$samples/cube.obj"; echo "# $1 $i"; } >"$1.obj-$i"
+    curl --silent --output /dev/null --max-time 60 --write-out '%{http_code}\n' \
+      --data-binary "@$1.obj-$((i > 150 ? 150 : i))" "${urls[i % ${#urls[@]}]}/v1/models" >"$1-$i" 3>&- &
+    clients+=($!)
+  done
+  wait "${clients[@]}"
+  cat "$1"-* | sort | uniq -c
+  [ "$(cat "$1"-* | grep -cvxE '200|201')" = 0 ]
+}
+
+# forgotten ID URL...: each says 404 within two seconds.
+forgotten() {
+  local place end=$((SECONDS + 3)) # seconds are counted whole
+  for place in "${@:2}"; do
+    until [[ $(curl --silent --output /dev/null --write-out '%{http_code}' "$place/v1/models/$1") == 404 ]]; do
+      ((SECONDS < end)) || { echo "$place still has $1"; return 1; }
+      sleep 0.05
+    done
+  done
+}
+
+@test "of three daemons on one folder one freezes and one is killed: the others store, delete and serve" {
+  urls=("$url") replicas=("$daemon")
+  for _ in 1 2; do
+    # shellcheck disable=SC2086 # the runner may have arguments
+    launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" --queue 200
+    urls+=("$url") replicas+=("$daemon")
+  done
+  all=("${urls[@]}")
+  daemon=""
+  race_all three
+  id=$(sha256sum three.obj-150 | head -c 32)
+  for url in "${all[@]}"; do
+    get "/v1/models/$id/surface.glb"
+    expect 200
+  done
+  curl --silent --fail --request DELETE "${all[0]}/v1/models/$id"
+  forgotten "$id" "${all[@]}"
+  frozen=$(sha256sum three.obj-1 | head -c 32)
+  url=${all[1]}
+  get "/v1/models/$frozen/surface.glb"
+  expect 200
+  kill -STOP "${replicas[1]}"
+  kill -KILL "${replicas[2]}"
+  urls=("${all[0]}")
+  race_all one
+  curl --silent --fail --request DELETE "${all[0]}/v1/models/$frozen"
+  forgotten "$frozen" "${all[0]}"
+  kill -CONT "${replicas[1]}"
+  forgotten "$frozen" "${all[1]}"
+  id=$(sha256sum one.obj-7 | head -c 32)
+  get "/v1/models/$id/source"
+  cmp answer one.obj-7
+  replicas=("${replicas[@]:0:2}")
+  stop_replicas
+  replicas=()
+}
+
 @test "daemons of different users share a folder that their group may write" {
   [ "$(id --user)" = 0 ] || skip "only root can start daemons of other users"
   stop_daemon
