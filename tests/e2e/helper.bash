@@ -50,15 +50,38 @@ launch() {
 # stop_daemon: by SIGTERM; it must end with status 0, and the sanitizers must have had nothing to say.
 stop_daemon() {
   [[ -z ${TESTED_URL-} && -n ${daemon-} ]] || return 0
-  kill -TERM "$daemon" 2>/dev/null
+  kill -TERM "$daemon" 2>/dev/null || true # it may have ended by itself
   local status=0
   wait "$daemon" || status=$?
   daemon=""
+  [[ -z ${group-} ]] || rmdir "$group"
+  group=""
   if ((status != 0)) || grep -qE 'ERROR: AddressSanitizer|LeakSanitizer|runtime error:|ThreadSanitizer' "$log"; then
     echo "the daemon ended with status $status:"
     tail -n 60 "$log"
     return 1
   fi
+}
+
+# limit_group CONTROLLER FILE=VALUE...: the daemons of this test run in a group of processes with that limit, whose file
+# versions 1 and 2 of cgroups name differently. stop_daemon removes the group.
+limit_group() {
+  local parent limit file
+  for parent in "/sys/fs/cgroup/$1" /sys/fs/cgroup; do
+    group=$parent/tweend-test-$$
+    if [[ ! -e $parent/cgroup.procs ]] || ! mkdir "$group" 2>/dev/null; then continue; fi
+    for limit in "${@:2}"; do
+      file=$group/${limit%%=*}
+      if [[ ! -e $file ]] || ! echo "${limit#*=}" >"$file"; then continue; fi
+      printf '#!/bin/sh\necho $$ >%s/cgroup.procs\nexec %s "$@"\n' "$group" "${TESTED_RUNNER-}" >in_group
+      chmod +x in_group
+      TESTED_RUNNER=$PWD/in_group
+      return
+    done
+    rmdir "$group"
+  done
+  group=""
+  skip "no group of processes with a limit of $1 can be made here"
 }
 
 # free_port: one that nobody listens on.

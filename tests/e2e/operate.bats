@@ -215,19 +215,11 @@ would_not_start() {
 }
 
 @test "threads are as many as the quota of the group of processes pays for" {
-  group=/sys/fs/cgroup/cpu/tweend-test-$$
-  mkdir "$group" 2>/dev/null || skip "no group with a quota of processors can be made here"
-  cp "$group/cpu.cfs_period_us" period
-  cp period "$group/cpu.cfs_quota_us" # one processor
-  data=$BATS_TEST_TMPDIR/data
-  # shellcheck disable=SC2016,SC2086 # the inner shell's own; the runner may have arguments
-  launch sh -c 'echo $$ >"$0/cgroup.procs"; exec "$@"' "$group" \
-    ${TESTED_RUNNER-} "$program" --listen 127.0.0.1:0 --data "$data"
+  limit_group cpu cpu.cfs_quota_us=100000 'cpu.max=100000 100000' # one processor
+  start_daemon
   get /metrics
   grep -qx "tweend_compute_threads 1" answer
   grep -qx "tweend_io_threads 1" answer
-  stop_daemon
-  rmdir "$group"
 }
 
 @test "pages of other origins can read why the daemon itself refuses" {

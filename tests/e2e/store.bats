@@ -18,8 +18,22 @@ stop_replicas() {
   for one in "${replicas[@]}"; do
     inner=$(pgrep --parent "$one") || inner=$one
     kill -TERM "$inner"
+    kill -CONT "$inner" 2>/dev/null || true # it may be frozen
     wait "$one"
   done
+  replicas=()
+}
+
+# start_replicas COUNT FLAG...: so many daemons on the folder in place of the one; sets $replicas and $urls.
+start_replicas() {
+  local _
+  stop_daemon
+  urls=()
+  for _ in $(seq "$1"); do
+    start_daemon "${@:2}"
+    urls+=("$url") replicas+=("$daemon")
+  done
+  daemon=""
 }
 
 # files: what the data folder holds, temporary names included.
@@ -169,9 +183,8 @@ remove_folder() {
   lender=$id
   targets=("$borrower/pose?at=0&clip=$lender%2Fdrive" "$lender" "$lender/surface.glb" "$lender/surface.json?level=1&at=0"
     "$lender/pose" "$lender/pose.bin?fps=30" "$lender/source" "$lender/tracks" "$lender/live?fps=1&loop=repeat")
-  other=$url replicas=("$daemon")
-  # shellcheck disable=SC2086 # the runner may have arguments
-  launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data"
+  start_replicas 2
+  other=${urls[0]}
   for _ in 1 2 3; do # answers are kept from the second time on
     for target in "${targets[@]}"; do
       get "/v1/models/$target" --max-time 1 # a stream has no end
@@ -223,14 +236,8 @@ forgotten() {
 }
 
 @test "of three daemons on one folder one freezes and one is killed: the others store, delete and serve" {
-  urls=("$url") replicas=("$daemon")
-  for _ in 1 2; do
-    # shellcheck disable=SC2086 # the runner may have arguments
-    launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" --queue 200
-    urls+=("$url") replicas+=("$daemon")
-  done
+  start_replicas 3 --queue 200
   all=("${urls[@]}")
-  daemon=""
   race_all three
   id=$(sha256sum three.obj-150 | head -c 32)
   for url in "${all[@]}"; do
@@ -245,6 +252,7 @@ forgotten() {
   expect 200
   kill -STOP "${replicas[1]}"
   kill -KILL "${replicas[2]}"
+  replicas=("${replicas[@]:0:2}")
   urls=("${all[0]}")
   race_all one
   curl --silent --fail --request DELETE "${all[0]}/v1/models/$frozen"
@@ -254,9 +262,6 @@ forgotten() {
   id=$(sha256sum one.obj-7 | head -c 32)
   get "/v1/models/$id/source"
   cmp answer one.obj-7
-  replicas=("${replicas[@]:0:2}")
-  stop_replicas
-  replicas=()
 }
 
 @test "daemons of different users share a folder that their group may write" {
@@ -290,7 +295,6 @@ forgotten() {
   done
   [ -z "$(find "$shared/models" -perm /007)" ]
   stop_replicas
-  replicas=()
   rm -r "$shared"
 }
 
