@@ -14,6 +14,7 @@ import { parse, Viewport } from './viewport.js';
 
 const CAGE_MOST = 200000; // edges that are drawn as a cage
 const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
+const COUNTS_AFTER = 1000; // ms
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
@@ -175,6 +176,8 @@ async function openModel() {
   document.title = `${model.name || id} – tweend`;
   const opened = Promise.all([openSurface(true), openCage(model)]); // first: a browser has six connections
   openClip();
+  await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
+  if (state('model') === id) surface.count(); // the picture goes first
   await opened;
   if (model?.id === id) frame(); // the cage may be the larger
 }
@@ -272,9 +275,6 @@ showTab();
 showTheme();
 showOverlays();
 scripts.render();
-if (state('model')) {
-  surface.count();
-  openModel();
-}
+if (state('model')) openModel();
 await models.load();
 if (!state('model') && models.first()) change({ model: models.first() });

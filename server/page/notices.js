@@ -39,7 +39,7 @@ export function busy(text, controller) {
     byId('busy-text').textContent = own.text;
     byId('busy').hidden = false;
   };
-  const timer = setTimeout(show, 250);
+  const timer = setTimeout(show, 500);
   return {
     say: (next) => {
       own.text = next;

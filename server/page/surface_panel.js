@@ -36,7 +36,8 @@ export class SurfacePanel {
         this.body));
     this.measured = new Map();
     watch((names) => {
-      const asked = ['model', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name));
+      if (names.has('model')) this.clear();
+      const asked = ['scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name));
       if (asked || names.has('level')) this.render();
       if (asked) this.count();
     });
@@ -63,14 +64,18 @@ export class SurfacePanel {
     this.fill();
   }
 
-  /** Asks for the counts of all levels that the daemon would make. */
-  async count() {
+  clear() {
     this.controller?.abort();
-    const { signal } = (this.controller = new AbortController());
     this.levels = [];
     this.refusal = '';
     this.fill();
+  }
+
+  /** Asks for the counts of all levels that the daemon would make. */
+  async count() {
+    this.clear();
     if (!state('model')) return;
+    const { signal } = (this.controller = new AbortController());
     for (let level = 0; level <= LEVELS; level++) {
       const last = this.levels.at(-1);
       if (last && (last.faces > FACES_MOST / 4 || last.bytes > BYTES_MOST / 4)) break;

@@ -1,7 +1,7 @@
 // The picture: camera, lights, the model's surface and what is drawn over it. Draws only when something changed.
 import {
   AmbientLight, AnimationClip, AnimationMixer, BoxGeometry, Box3, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, Mesh, MeshBasicMaterial, BackSide,
-  MeshStandardMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
+  MeshLambertMaterial, PerspectiveCamera, PMREMGenerator, Scene, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';
@@ -62,6 +62,8 @@ function dispose(root) {
 export class Viewport {
   constructor(canvas) {
     this.canvas = canvas;
+    const { width, height, ratio } = this.#size();
+    Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // to change it later costs a clear
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.debug.checkShaderErrors = false; // would wait for the compiler
     this.scene = new Scene();
@@ -88,11 +90,15 @@ export class Viewport {
     this.resize();
   }
 
-  resize() {
+  #size() {
     const { clientWidth: width, clientHeight: height } = this.canvas.parentElement;
+    return { width, height, ratio: Math.min(devicePixelRatio, 2) };
+  }
+
+  resize() {
+    const { width, height, ratio } = this.#size();
     if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(width, height, false);
+    this.renderer.setDrawingBufferSize(width, height, ratio);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.invalidate();
@@ -103,6 +109,7 @@ export class Viewport {
     this.isDue = true;
     requestAnimationFrame(() => {
       this.isDue = false;
+      if (!this.model && !this.cage && !this.canvas.dataset.frames) return; // the stage has the background's colour
       for (const update of this.onFrame) update();
       this.scene.updateMatrixWorld();
       this.#follow();
@@ -141,7 +148,7 @@ export class Viewport {
   setModel({ scene, nodes, weights }, { level, scheme }) {
     this.clearModel();
     this.model = { scene, nodes, weights, mixer: new AnimationMixer(scene) };
-    this.plain = new MeshStandardMaterial({ color: this.theme.surface, roughness: 0.62, metalness: 0, side: DoubleSide });
+    this.plain = new MeshLambertMaterial({ color: this.theme.surface, side: DoubleSide });
     let metal = false;
     scene.traverse((object) => {
       if (!object.isMesh) return;
