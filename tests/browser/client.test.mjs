@@ -5,9 +5,8 @@ import http from 'node:http';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { chromium } from 'playwright-core';
-
 import { Daemon, root } from '../node/daemon.mjs';
+import { launch } from './chromium.mjs';
 
 // An upload that is called off is in flight until the daemon's time for it is over.
 const daemon = new Daemon(['--api-keys', 'sesame', '--url-keys', 'seal', '--drain-timeout', '1s']);
@@ -36,7 +35,7 @@ before(async () => {
   server = http.createServer(answer);
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   far = `http://127.0.0.1:${server.address().port}`;
-  browser = await chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: ['--no-sandbox'] });
+  browser = await launch([]);
   page = await browser.newPage();
   await page.goto(far);
   await page.evaluate(

@@ -4,9 +4,8 @@ import { readFileSync } from 'node:fs';
 import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 
-import { chromium } from 'playwright-core';
-
 import { Daemon, root } from '../node/daemon.mjs';
+import { launch } from './chromium.mjs';
 
 const daemon = new Daemon();
 let browser, page, tank;
@@ -14,10 +13,7 @@ let browser, page, tank;
 before(async () => {
   await daemon.start();
   tank = await daemon.upload(readFileSync(join(root, 'server/samples/tank.json')));
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox'],
-  });
+  browser = await launch([]);
   page = await browser.newPage(); // about:blank: another origin than the daemon's
 });
 

@@ -2,17 +2,15 @@
 import assert from 'node:assert/strict';
 import { mkdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';
+import { after, before, test } from 'node:test';
 
-import { chromium } from 'playwright-core';
-
-import { root } from '../node/daemon.mjs';
+import { Daemon, root } from '../node/daemon.mjs';
+import { launch } from './chromium.mjs';
 
 const pictures = join(dirname(process.env.TESTED_BINARY ?? join(root, 'build/tweend')), 'screenshots');
 mkdirSync(pictures, { recursive: true });
 
-export const launch = (drawing = ['--use-angle=swiftshader', '--enable-unsafe-swiftshader']) =>
-  chromium.launch({ executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium', args: ['--no-sandbox', ...drawing] });
-
+const USUAL = { viewport: { width: 1120, height: 640 }, reducedMotion: 'reduce' }; // software draws each pixel
 export const DESKTOP = { viewport: { width: 1280, height: 800 } };
 export const TABLET = { viewport: { width: 900, height: 700 }, colorScheme: 'dark' };
 export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor: 2, hasTouch: true, isMobile: true };
@@ -20,7 +18,7 @@ export const PHONE = { viewport: { width: 390, height: 844 }, deviceScaleFactor:
 export class Visit {
   /** refused: statuses that the visit provokes, which Chromium logs as errors. */
   static async begin(browser, url, { hash = '', refused = [], ...options } = {}) {
-    const context = await browser.newContext({ ...DESKTOP, ...options });
+    const context = await browser.newContext({ ...USUAL, ...options });
     const visit = new Visit();
     visit.page = await context.newPage();
     visit.faults = [];
@@ -34,7 +32,6 @@ export class Visit {
       const own = request.url().startsWith(visit.origin) || /^(data|blob):/.test(request.url());
       if (!own) visit.faults.push(`asks ${request.url()}`);
     });
-    visit.started = Date.now();
     await visit.page.goto(url + hash);
     return visit;
   }
@@ -55,10 +52,16 @@ export class Visit {
     await this.drawn();
   }
 
-  /** Until what is asked for is drawn, twice. */
+  /** Until nothing new is drawn for some frames. */
   async drawn() {
-    await this.page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
-    await this.page.waitForTimeout(150);
+    await this.page.evaluate(async () => {
+      const { dataset } = document.querySelector('canvas');
+      for (let still = 0, frames; still < 4; still++) {
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+        if (dataset.frames !== frames) still = 0;
+        frames = dataset.frames;
+      }
+    });
   }
 
   tab(name) {
@@ -114,6 +117,50 @@ export class Visit {
     return Buffer.from(values, 'base64');
   }
 }
+
+/** The daemon and the browser of a file of tests. */
+export function open() {
+  const site = { daemon: new Daemon(['--sample']) };
+  before(async () => {
+    await site.daemon.start();
+    site.browser = await launch();
+  });
+  after(async () => {
+    await site.browser?.close();
+    await site.daemon.remove();
+  });
+
+  /** The id of a sample. */
+  site.model = async (wanted) => {
+    const { models } = await (await fetch(`${site.daemon.url}/v1/models`)).json();
+    return models.find(({ name }) => name === wanted).id;
+  };
+
+  /** A test that visits the page; options as for Visit.begin. */
+  site.visits = (name, options, use) =>
+    test(name, async () => {
+      const visit = await Visit.begin(site.browser, `${site.daemon.url}/`, options);
+      try {
+        await use(visit);
+      } catch (error) {
+        await visit.picture(`failed ${name}`).catch(() => {});
+        throw error;
+      }
+      await visit.end();
+    });
+  return site;
+}
+
+export const PYRAMID = 'v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1.5 0\nf 1 2 3 4\nf 2 1 5\nf 3 2 5\nf 4 3 5\nf 1 4 5\n';
+
+/** Drops files on the page, as a hand would: {name: text or bytes}. */
+export const drop = (visit, files) =>
+  visit.page.evaluate((given) => {
+    const dataTransfer = new DataTransfer();
+    for (const [name, text] of Object.entries(given)) dataTransfer.items.add(new File([text], name));
+    for (const type of ['dragenter', 'dragover', 'drop'])
+      document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
+  }, files);
 
 /** The part of the pixels whose colours differ. */
 export function difference(a, b) {

@@ -3,7 +3,8 @@ import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { join } from 'node:path';
 
 import { Daemon, root } from '../node/daemon.mjs';
-import { DESKTOP, launch, TABLET, Visit } from './page_driver.mjs';
+import { launch } from './chromium.mjs';
+import { DESKTOP, TABLET, Visit } from './page_driver.mjs';
 import { drawPage } from './picture_page.mjs';
 import { DENSITY, drawView } from './picture_view.mjs';
 

@@ -8,7 +8,7 @@ import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
 import { root } from '../node/daemon.mjs';
-import { launch } from './page_driver.mjs';
+import { launch } from './chromium.mjs';
 
 const readme = readFileSync(join(root, 'README.md'), 'utf8');
 let browser, page, folder;

@@ -7,9 +7,8 @@ import { join } from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 
-import { chromium } from 'playwright-core';
-
 import { Daemon, root } from '../node/daemon.mjs';
+import { launch } from './chromium.mjs';
 
 const packages = fileURLToPath(new URL('./node_modules/', import.meta.url));
 const readme = readFileSync(join(root, 'README.md'), 'utf8');
@@ -43,10 +42,7 @@ before(async () => {
   });
   await new Promise((resolve) => server.listen(0, '127.0.0.1', resolve));
   url = `http://127.0.0.1:${server.address().port}`;
-  browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-  });
+  browser = await launch();
 });
 
 after(async () => {

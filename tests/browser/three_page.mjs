@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import { dirname, join } from 'node:path';
 import { fileURLToPath } from 'node:url';
 
-import { chromium } from 'playwright-core';
+import { launch } from './chromium.mjs';
 
 const THREE = join(dirname(fileURLToPath(import.meta.url)), 'node_modules/three');
 const PAGE = `<link rel="icon" href="data:,"><script type="importmap">
@@ -11,10 +11,7 @@ const PAGE = `<link rel="icon" href="data:,"><script type="importmap">
 
 /** {browser, page}; the test closes the browser. */
 export async function openPage(daemon) {
-  const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-    args: ['--no-sandbox', '--use-angle=swiftshader', '--enable-unsafe-swiftshader'],
-  });
+  const browser = await launch();
   const page = await browser.newPage();
   await page.route(`${daemon.url}/page`, (route) => route.fulfill({ contentType: 'text/html', body: PAGE }));
   await page.route(`${daemon.url}/three/**`, (route) => {

@@ -1,0 +1,269 @@
+// The page at /: uploads, long work, downloads, keys, and the lines for scripts.
+import assert from 'node:assert/strict';
+import { execFileSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
+import { createServer, request as ask } from 'node:http';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { test } from 'node:test';
+
+import { Daemon, root } from '../node/daemon.mjs';
+import { covered, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+
+visits('a dropped OBJ is shown, and its level moves', {}, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'pyramid.obj': PYRAMID });
+  await visit.wait(() => document.getElementById('subject').textContent === 'pyramid.obj');
+  await visit.wait(() => document.getElementById('facts').textContent.includes(' 64 faces'));
+  await visit.drawn();
+  const seen = covered(await visit.pixels());
+  assert.ok(seen > 0.02 && seen < 0.8, `${seen} of the picture is covered`);
+  assert.equal(await visit.text('.model[aria-current] .name'), 'pyramid.obj');
+  await visit.tab('Surface');
+  await visit.page.getByRole('slider', { name: 'Level' }).focus();
+  await visit.page.keyboard.press('ArrowRight');
+  await visit.level(3);
+  assert.match(await visit.text('#facts'), /^Level 3 · 258 points · 256 faces/);
+  assert.match(await visit.text('tr[aria-current]'), /^3\s+258\s+256\s+[\d.]+ kB\s+[\d.]+ ms$/);
+  assert.match(visit.page.url(), /level=3/);
+  await visit.page.getByLabel('Encoding').selectOption('meshopt');
+  await visit.wait(() => /^Level 3 .* kB/.test(document.getElementById('facts').textContent) && location.hash.includes('meshopt'));
+  await visit.page.getByLabel('Scheme').selectOption('bilinear');
+  await visit.wait(() => location.hash.includes('bilinear') && !document.querySelector('.busy:not([hidden])'));
+});
+
+visits('files are chosen, a glTF with what it names', {}, async (visit) => {
+  await visit.level(2);
+  const bin = Buffer.from(new Float32Array([0, 0, 0, 1, 0, 0, 0, 1, 0]).buffer);
+  const gltf = {
+    asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0 }], buffers: [{ uri: 'a.bin', byteLength: 36 }],
+    meshes: [{ primitives: [{ attributes: { POSITION: 0 } }] }], bufferViews: [{ buffer: 0, byteLength: 36 }],
+    accessors: [{ bufferView: 0, componentType: 5126, count: 3, type: 'VEC3', min: [0, 0, 0], max: [1, 1, 0] }],
+  };
+  await visit.page.getByLabel('Files to upload').setInputFiles([
+    { name: 'a.bin', mimeType: 'application/octet-stream', buffer: bin },
+    { name: 'a.gltf', mimeType: 'model/gltf+json', buffer: Buffer.from(JSON.stringify(gltf)) },
+  ]);
+  await visit.wait(() => document.getElementById('subject').textContent === 'a.gltf');
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+});
+
+visits('a long upload tells how far it is, and can be cancelled', {}, async (visit) => {
+  await visit.level(2);
+  const network = await visit.page.context().newCDPSession(visit.page);
+  await network.send('Network.enable');
+  await network.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: 400000 });
+  await drop(visit, { 'long.obj': PYRAMID + '# nothing\n'.repeat(300000) });
+  await visit.wait(() => document.querySelector('.upload progress')?.value > 0.05);
+  const bar = visit.page.getByRole('progressbar');
+  assert.ok((await bar.evaluate(({ value }) => value)) < 1);
+  assert.match(await visit.text('.upload'), /long\.obj[^]* of 3\.0 MB/);
+  await visit.picture('upload');
+  await visit.page.locator('.upload').getByRole('button', { name: 'Cancel' }).click();
+  await bar.waitFor({ state: 'detached' });
+  assert.equal(await visit.page.locator('.problem').count(), 0);
+});
+
+visits('a refused file is explained at its place', { refused: [422] }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'bad.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 9\n' });
+  const problem = visit.page.locator('.problem');
+  await problem.waitFor();
+  const text = await problem.innerText();
+  assert.match(text, /bad\.obj was refused[^]*422[^]*index 9 is out of range: the file has 3 points/);
+  assert.match(await visit.text('.problem .here'), /4\s*f 1 2 9/);
+  await visit.picture('error');
+  await problem.getByRole('button', { name: 'Close' }).click();
+  await drop(visit, { 'bad.json': '{"meshes": [{"positions": [[0, 0, 0]], "faces": [[0, 1, 2]]}]}' });
+  await visit.page.getByText('/meshes/0/faces/0/1').first().waitFor();
+  await visit.page.getByLabel('Scheme').waitFor({ state: 'attached' });
+  await visit.tab('Surface');
+  await visit.page.getByLabel('Scheme').selectOption('loop');
+  await visit.page.locator('.notice', { hasText: 'triangles' }).waitFor();
+  await visit.picture('notice');
+});
+
+visits('a long download is announced and can be declined', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  await visit.page.getByRole('button', { name: 'Show level 7' }).click();
+  const dialog = visit.page.getByRole('dialog');
+  await dialog.waitFor();
+  assert.match(await dialog.innerText(), /173 MB to load/);
+  await visit.picture('large');
+  await dialog.getByRole('button', { name: 'Cancel' }).click();
+  await dialog.waitFor({ state: 'detached' });
+  await visit.wait(() => location.hash.includes('tab=surface') && !location.hash.includes('level'));
+  assert.match(await visit.text('#facts'), /^Level 2/);
+  assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
+});
+
+visits('what is surely small is loaded while its counts are asked for', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  let release;
+  const held = new Promise((resolve) => (release = resolve));
+  await visit.page.route('**/surface.json?level=1', (route) => held.then(() => route.continue()));
+  const loaded = visit.page.waitForResponse((response) => response.url().endsWith('surface.glb?level=1'));
+  await visit.page.getByRole('button', { name: 'Show level 1' }).click();
+  await loaded;
+  assert.match(await visit.text('#facts'), /^Level 2/);
+  release();
+  await visit.level(1);
+});
+
+visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  let release;
+  await visit.page.route('**/surface.glb?level=5', (route) => new Promise((resolve) => (release = resolve)).then(() => route.abort()));
+  await visit.page.getByRole('button', { name: 'Show level 5' }).click();
+  await visit.page.locator('#busy').waitFor();
+  await visit.picture('busy');
+  await visit.page.locator('#cancel').click();
+  await visit.page.locator('#busy').waitFor({ state: 'hidden' });
+  release();
+  assert.match(await visit.text('#facts'), /^Level 2/);
+  assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
+});
+
+visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
+  await visit.level(1);
+  const surface = visit.page.locator('section', { hasText: 'This surface' });
+  const [curl, script] = await surface.locator('pre').allInnerTexts();
+  const folder = mkdtempSync(join(tmpdir(), 'tweend-curl-'));
+  try {
+    execFileSync('bash', ['-c', `${curl} --silent`], { cwd: folder });
+    const [, file] = curl.match(/-o (\S+)/);
+    const bytes = readFileSync(join(folder, file));
+    assert.equal(bytes.subarray(0, 4).toString(), 'glTF');
+    const other = await visit.page.context().newPage(); // of no origin, as any page may be
+    await other.goto(`${daemon.url}/version`);
+    const base64 = await other.evaluate(async (line) => {
+      const bytes = await new (async () => {}).constructor(`${line} return bytes;`)();
+      return btoa(String.fromCharCode(...new Uint8Array(bytes)));
+    }, script);
+    assert.ok(bytes.equals(Buffer.from(base64, 'base64')));
+    await other.close();
+    const saved = visit.page.waitForEvent('download');
+    await visit.page.getByRole('link', { name: 'glb float' }).click();
+    assert.ok(bytes.equals(readFileSync(await (await saved).path())));
+  } finally {
+    rmSync(folder, { recursive: true });
+  }
+  await visit.picture('scripts');
+  await visit.seek(1.5);
+  assert.match(await visit.text('section:has(h3:text-is("This pose")) pre'), /at=1\.5/);
+});
+
+/** What a click downloads; clicked again where the list was drawn anew under the pointer. */
+async function downloaded(page, link, tries = 3) {
+  const saved = page.waitForEvent('download', { timeout: 10000 }).catch(() => null);
+  await link.click();
+  return (await saved) ?? (assert.ok(tries > 1, 'nothing is downloaded'), downloaded(page, link, tries - 1));
+}
+
+visits('each form and encoding can be downloaded', { hash: '#tab=scripts&level=1' }, async (visit) => {
+  await visit.level(1);
+  const links = visit.page.locator('.downloads a');
+  const named = ['glb float', 'glb quantized', 'glb meshopt', 'glb ngon', 'gltf float', 'obj', 'source', 'pose json', 'pose ndjson', 'pose bin', 'pose csv'];
+  assert.deepEqual(await links.allInnerTexts(), named);
+  const found = {};
+  for (const name of named) {
+    const link = visit.page.getByRole('link', { name, exact: true });
+    found[name] = readFileSync(await (await downloaded(visit.page, link)).path());
+    const wanted = Buffer.from(await (await fetch(await link.evaluate(({ href }) => href))).arrayBuffer());
+    assert.ok(found[name].equals(wanted), name);
+  }
+  const json = (name) => JSON.parse(found[name].subarray(20, 20 + found[name].readUInt32LE(12)));
+  assert.equal(json('glb float').extensionsUsed, undefined);
+  assert.deepEqual(json('glb quantized').extensionsRequired, ['KHR_mesh_quantization']);
+  assert.ok(json('glb meshopt').extensionsRequired.includes('EXT_meshopt_compression'));
+  assert.ok(json('glb ngon').extensionsUsed.includes('FB_ngon_encoding'));
+});
+
+test('with a key, a signed URL is what is downloaded', async () => {
+  const locked = new Daemon(['--sample', '--api-keys', 's3cret', '--url-keys', 'another']);
+  await locked.start();
+  try {
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { hash: '#level=1&tab=scripts', refused: [401] });
+    await visit.page.getByRole('dialog').getByLabel('Key').fill('s3cret');
+    await visit.page.keyboard.press('Enter');
+    await visit.level(1);
+    const saved = visit.page.waitForEvent('download');
+    await visit.page.getByRole('link', { name: 'glb ngon' }).click();
+    const answer = await saved;
+    assert.match(answer.url(), /^http.*polygons=ngon.*exp=\d+&sig=/);
+    assert.equal(readFileSync(await answer.path()).subarray(0, 4).toString(), 'glTF');
+    await visit.end();
+  } finally {
+    await locked.remove();
+  }
+});
+
+test('a key is asked for and kept for the tab', async () => {
+  const locked = new Daemon(['--sample', '--api-keys', 's3cret']);
+  await locked.start();
+  try {
+    const visit = await Visit.begin(site.browser, `${locked.url}/`, { refused: [401, 403, 404] }); // it signs nothing
+    const dialog = visit.page.getByRole('dialog');
+    await dialog.waitFor();
+    await visit.picture('key');
+    await dialog.getByLabel('Key').fill('wrong');
+    await dialog.getByRole('button', { name: 'Use key' }).click();
+    await visit.page.getByText('The daemon says').waitFor();
+    await dialog.getByLabel('Key').fill('s3cret');
+    await visit.page.keyboard.press('Enter');
+    await visit.level(2);
+    await visit.page.reload();
+    await visit.level(2);
+    assert.equal(await dialog.count(), 0);
+    await visit.tab('Scripts');
+    assert.match(await visit.text('.code pre'), /^curl -H "Authorization: Bearer \$KEY"/);
+    const saved = visit.page.waitForEvent('download');
+    await visit.page.getByRole('link', { name: 'source' }).click();
+    assert.ok(readFileSync(await (await saved).path()).equals(readFileSync(join(root, 'server/samples/tank.json'))));
+    await visit.page.getByRole('button', { name: 'Live' }).click();
+    await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
+    await visit.end();
+    const other = await Visit.begin(site.browser, `${locked.url}/`, { refused: [401] });
+    await other.page.getByRole('dialog').waitFor();
+    await other.end();
+  } finally {
+    await locked.remove();
+  }
+});
+
+test('it works behind a prefix', async () => {
+  const proxy = createServer((request, response) => {
+    if (!request.url.startsWith('/3d/tweend/')) return response.writeHead(404).end();
+    const { hostname, port } = new URL(daemon.url);
+    const through = ask({ hostname, port, path: request.url.slice('/3d/tweend'.length), method: request.method, headers: request.headers },
+      (answer) => answer.pipe(response.writeHead(answer.statusCode, answer.headers)));
+    request.pipe(through);
+  });
+  await new Promise((resolve) => proxy.listen(0, '127.0.0.1', resolve));
+  try {
+    const visit = await Visit.begin(site.browser, `http://127.0.0.1:${proxy.address().port}/3d/tweend/`);
+    await visit.level(2);
+    await drop(visit, { 'pyramid.obj': PYRAMID });
+    await visit.wait(() => document.getElementById('facts').textContent.includes(' 64 faces'));
+    await visit.end();
+  } finally {
+    proxy.close();
+    proxy.closeAllConnections();
+  }
+});
+
+test('an empty daemon says what to do', async () => {
+  const empty = new Daemon();
+  await empty.start();
+  try {
+    const visit = await Visit.begin(site.browser, `${empty.url}/`);
+    await visit.page.getByText('No model yet').waitFor();
+    await visit.picture('empty');
+    await visit.end();
+  } finally {
+    await empty.remove();
+  }
+});

@@ -1,0 +1,103 @@
+// The page at /: clips that play, keys on the timeline, rotations as curves.
+import assert from 'node:assert/strict';
+
+import { difference, drop, open } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+
+visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surface` }, async (visit) => {
+  await visit.level(2);
+  const still = await visit.pixels();
+  assert.equal(await visit.page.locator('#shown [data-name=follow]').getAttribute('aria-pressed'), 'false');
+  await visit.seek(2.6);
+  assert.ok(difference(still, await visit.pixels()) > 0.01, 'the pose changed');
+  assert.equal(await visit.time(), 2.6);
+  await visit.wait(() => location.hash.includes('t=2.6'));
+  assert.ok((await visit.page.locator('.ticks line').count()) > 5, 'keys are drawn');
+  await visit.page.getByRole('button', { name: 'Play' }).click();
+  await visit.wait(() => Math.abs(parseFloat(document.querySelector('.clock').textContent) - 2.6) > 0.3);
+  await visit.page.getByRole('button', { name: 'Pause' }).click();
+  const paused = await visit.time();
+  await visit.drawn();
+  assert.equal(await visit.time(), paused);
+  await visit.page.getByRole('button', { name: 'Live' }).click();
+  await visit.wait((from) => Math.abs(parseFloat(document.querySelector('.clock').textContent) - from) > 0.3, paused);
+  // Changes while a stream is asked for leave one stream, and none when it is left.
+  await visit.page.getByLabel('Speed').evaluate((select) => {
+    for (select.value of ['2', '4', '1']) select.dispatchEvent(new Event('change'));
+  });
+  const now = await visit.time();
+  await visit.wait((from) => Math.abs(parseFloat(document.querySelector('.clock').textContent) - from) > 0.6, now);
+  await visit.page.getByRole('button', { name: 'Live' }).click();
+  await visit.wait((at) => parseFloat(document.querySelector('.clock').textContent) === at, paused);
+  const listeners = async () => (await (await fetch(`${daemon.url}/metrics`)).text()).match(/^tweend_live_listeners (\d+)$/m)[1];
+  for (let waited = 0; waited < 100 && (await listeners()) !== '0'; waited++) await visit.page.waitForTimeout(100);
+  assert.equal(await listeners(), '0');
+  await visit.page.getByLabel('Clip').selectOption('aim');
+  await visit.wait(() => location.hash.includes('clip=aim'));
+});
+
+visits('a clip moves morph targets as well as nodes', { hash: '#show=surface' }, async (visit) => {
+  await visit.level(2);
+  // A square whose one target draws a corner out, and whose node turns.
+  const floats = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, /* target */ 0, 0, 0, 0, 0, 0, 2, 2, 0, 0, 0, 0, /* times */ 0, 1, /* weights */ 0, 1,
+    /* turns */ 0, 0, 0, 1, 0, 0, 0.5, 0.8660254];
+  const buffer = Buffer.concat([Buffer.from(new Float32Array(floats).buffer), Buffer.from(new Uint16Array([0, 1, 2, 0, 2, 3]).buffer)]);
+  const view = (byteOffset, byteLength) => ({ buffer: 0, byteOffset, byteLength });
+  const floatsAt = (bufferView, count, type, more) => ({ bufferView, componentType: 5126, count, type, ...more });
+  const document = {
+    asset: { version: '2.0' }, scenes: [{ nodes: [0] }], nodes: [{ mesh: 0, name: 'sheet' }],
+    buffers: [{ byteLength: buffer.length, uri: `data:application/octet-stream;base64,${buffer.toString('base64')}` }],
+    bufferViews: [view(0, 48), view(48, 48), view(96, 8), view(104, 8), view(112, 32), view(144, 12)],
+    accessors: [floatsAt(0, 4, 'VEC3', { min: [0, 0, 0], max: [1, 1, 0] }), floatsAt(1, 4, 'VEC3', { min: [0, 0, 0], max: [2, 2, 0] }),
+      floatsAt(2, 2, 'SCALAR', { min: [0], max: [1] }), floatsAt(3, 2, 'SCALAR'), floatsAt(4, 2, 'VEC4'), { bufferView: 5, componentType: 5123, count: 6, type: 'SCALAR' }],
+    meshes: [{ weights: [0], primitives: [{ attributes: { POSITION: 0 }, targets: [{ POSITION: 1 }], indices: 5 }] }],
+    animations: [{ name: 'lift', samplers: [{ input: 2, output: 3 }], channels: [{ sampler: 0, target: { node: 0, path: 'weights' } }] },
+      { name: 'turn', samplers: [{ input: 2, output: 4 }], channels: [{ sampler: 0, target: { node: 0, path: 'rotation' } }] }],
+  };
+  await drop(visit, { 'sheet.gltf': JSON.stringify(document) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'sheet.gltf');
+  await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+  await visit.drawn();
+  for (const clip of ['lift', 'turn']) {
+    await visit.page.getByLabel('Clip').selectOption(clip);
+    await visit.wait(() => document.querySelector('.clock').textContent === '0.00 / 1.00 s');
+    await visit.drawn();
+    const still = await visit.pixels();
+    await visit.seek(1);
+    assert.ok(difference(still, await visit.pixels()) > 0.02, clip);
+  }
+});
+
+visits('a clip that stops at its end stays there', { hash: '#loop=clamp&speed=4&t=3.5' }, async (visit) => {
+  await visit.level(2);
+  await visit.page.getByRole('button', { name: 'Play' }).click();
+  await visit.wait(() => document.querySelector('.clock').textContent.startsWith('4.00'));
+  await visit.page.getByRole('button', { name: 'Play' }).waitFor();
+});
+
+visits('gimbal lock appears, and the best order takes it away', { hash: '#tab=animation', colorScheme: 'dark' }, async (visit) => {
+  await visit.level(2);
+  const locked = () => visit.page.locator('.band [data-locked=true]').count();
+  await visit.page.getByLabel('Node').selectOption('antenna_euler');
+  await visit.wait(() => document.querySelectorAll('.band [data-locked=true]').length > 3);
+  assert.match(await visit.text('.verdict'), /XYZ locks: least 0\.000 at 0\.9/);
+  await visit.seek(0.9412);
+  assert.ok(Number(await visit.text('h3 .value')) < 0.05);
+  await visit.picture('rotation dark');
+  await visit.page.getByRole('button', { name: /^Use XZY/ }).click();
+  await visit.wait(() => document.querySelector('.verdict')?.textContent.startsWith('XZY stays clear'));
+  assert.equal(await locked(), 0);
+  await visit.seek(2.5);
+  const asked = 'pose.json?clip=drive&at=2.5&nodes=antenna_euler&as=euler&order=XZY&unit=degrees';
+  const { poses } = await (await fetch(`${daemon.url}/v1/models/${await site.model('tank.json')}/${asked}`)).json();
+  const said = await visit.page.locator('.chart + .keys').nth(1).locator('output').allInnerTexts();
+  poses[0].euler[0].forEach((angle, k) => assert.ok(Math.abs(angle - Number(said[k])) < 1, `${said} for ${poses[0].euler}`));
+  await visit.page.getByLabel('Euler order').selectOption('XYZ');
+  await visit.wait(() => document.querySelectorAll('.band [data-locked=true]').length > 3);
+  const without = await visit.pixels();
+  await visit.page.getByRole('combobox', { name: 'Shown' }).selectOption('both');
+  await visit.drawn();
+  assert.ok(difference(without, await visit.pixels()) > 0.0005, 'ghosts are seen');
+});

@@ -1,0 +1,235 @@
+// The page at /: what it shows, on every screen and by keyboard.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { test } from 'node:test';
+
+import { launch } from './chromium.mjs';
+import { covered, DESKTOP, difference, drop, open, PHONE, TABLET, Visit } from './page_driver.mjs';
+
+const axe = createRequire(import.meta.url).resolve('axe-core/axe.min.js');
+const site = open();
+const { daemon, visits } = site;
+
+test('its bytes are few, its tag is strong, its policy allows no inline code', async () => {
+  const answer = await fetch(`${daemon.url}/`, { headers: { 'Accept-Encoding': 'gzip' } });
+  const policy = answer.headers.get('Content-Security-Policy');
+  assert.match(answer.headers.get('ETag'), /^"/);
+  assert.doesNotMatch(policy, /unsafe-inline|unsafe-eval(?<!wasm-unsafe-eval)|https?:/);
+  const size = Number(answer.headers.get('Content-Length'));
+  console.log(`# the page has ${size} bytes`);
+  assert.ok(size < 250000, `${size} bytes`);
+  const html = await answer.text();
+  assert.doesNotMatch(html.replace(/<script[^]*?<\/script>/g, ''), /(?:href|src)=["']?(?:https?:)?\/\//);
+});
+
+visits('the tank is there, its cage over it', DESKTOP, async (visit) => {
+  await visit.level(2);
+  await visit.picture('desktop light');
+  for (const name of ['cage', 'points']) await visit.shows(name, false);
+  const plain = await visit.pixels();
+  assert.ok(covered(plain) > 0.1 && covered(plain) < 0.8, `${covered(plain)} of the picture is covered`);
+  await visit.shows('cage', true);
+  const caged = await visit.pixels();
+  assert.ok(difference(plain, caged) > 0.005, 'the cage is seen');
+  await visit.shows('points', true);
+  assert.ok(difference(caged, await visit.pixels()) > 0.0005, 'extraordinary points are seen');
+  assert.match(await visit.text('#legend'), /valence under 4[^]*crease 3/);
+  assert.match(await visit.text('#facts'), /^Level 2 · 3,530 points · 3,520 faces · 136 kB · [\d.]+ ms$/);
+});
+
+visits('creases of a glTF are found, and stay on its edges', { hash: '#show=cage&tab=surface' }, async (visit) => {
+  await visit.level(2);
+  // The sample cube as glTF, its node turned and moved; then the same under a joint that bends it.
+  const cube = await (await fetch(`${daemon.url}/v1/models/${await site.model('cube.obj')}/surface.gltf?level=0&polygons=ngon&normals=none`)).json();
+  cube.nodes[0] = { ...cube.nodes[0], translation: [1, 2, 3], rotation: [0, 0.6, 0, 0.8] };
+  const open = async (name, document) => {
+    await drop(visit, { [name]: JSON.stringify(document) });
+    await visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+    await visit.wait(() => document.getElementById('facts').textContent.startsWith('Level 2'));
+    await visit.tab('Surface');
+    for (;;) {
+      await visit.drawn();
+      const pixels = await visit.pixels();
+      if (covered(pixels) > 0.002) return pixels; // its cage is there
+    }
+  };
+  const isPurple = (pixels, i) => pixels[i] > pixels[i + 1] + 40 && pixels[i + 2] > pixels[i + 1] + 10;
+  const purple = (pixels) => {
+    let count = 0;
+    for (let i = 0; i < pixels.length; i += 4) if (isPurple(pixels, i)) count++;
+    return count;
+  };
+  const smooth = await open('cube.gltf', cube);
+  assert.equal(purple(smooth), 0);
+  await visit.page.getByLabel('Creases').selectOption('auto');
+  await visit.wait(() => document.getElementById('legend').textContent.includes('crease, infinite'));
+  await visit.drawn();
+  const creased = await visit.pixels();
+  assert.ok(purple(creased) > 500, `${purple(creased)} pixels of creases`);
+  await visit.picture('creases');
+  // All edges of the cube are creases: these reach as far as the cage.
+  const { width } = await visit.page.locator('#stage').boundingBox();
+  const reach = (pixels, is) => {
+    const found = { left: Infinity, right: 0, top: Infinity, bottom: 0 };
+    for (let i = 0; i < pixels.length; i += 4) {
+      if (!is(pixels, i)) continue;
+      const [x, y] = [(i / 4) % width, Math.floor(i / 4 / width)];
+      found.left = Math.min(found.left, x);
+      found.right = Math.max(found.right, x);
+      found.top = Math.min(found.top, y);
+      found.bottom = Math.max(found.bottom, y);
+    }
+    return found;
+  };
+  const cage = reach(smooth, (pixels, i) => pixels[i] < 120);
+  const found = reach(creased, isPurple);
+  for (const side of Object.keys(cage)) assert.ok(Math.abs(cage[side] - found[side]) < 5, `${side}: ${cage[side]} of the cage, ${found[side]} of creases`);
+  await visit.page.getByLabel('Creases').selectOption('none');
+  await visit.wait(() => document.getElementById('legend').hidden || !document.getElementById('legend').textContent.includes('crease'));
+  await visit.page.getByLabel('Creases').selectOption('auto');
+  // Joints: one that holds all points, moved up.
+  const places = Buffer.from(cube.buffers[0].uri.split(',')[1], 'base64');
+  const count = cube.accessors[cube.meshes[0].primitives[0].attributes.POSITION].count;
+  const skin = Buffer.concat([Buffer.alloc(4 * count), Buffer.from(new Float32Array(Array.from({ length: 4 * count }, (_, i) => (i % 4 ? 0 : 1))).buffer)]);
+  const start = places.length;
+  cube.buffers[0] = { byteLength: start + skin.length, uri: `data:application/octet-stream;base64,${Buffer.concat([places, skin]).toString('base64')}` };
+  cube.bufferViews.push({ buffer: 0, byteOffset: start, byteLength: 4 * count }, { buffer: 0, byteOffset: start + 4 * count, byteLength: 16 * count });
+  cube.accessors.push({ bufferView: cube.bufferViews.length - 2, componentType: 5121, count, type: 'VEC4' }, { bufferView: cube.bufferViews.length - 1, componentType: 5126, count, type: 'VEC4' });
+  Object.assign(cube.meshes[0].primitives[0].attributes, { JOINTS_0: cube.accessors.length - 2, WEIGHTS_0: cube.accessors.length - 1 });
+  cube.nodes = [{ mesh: 0, skin: 0, translation: [1, 2, 3] }, { name: 'joint', translation: [0, 5, 0], scale: [1, 2, 1] }];
+  cube.skins = [{ joints: [1] }];
+  cube.scenes = [{ nodes: [0, 1] }];
+  cube.extensionsRequired = cube.extensionsUsed = undefined;
+  await open('skin.gltf', cube);
+  await visit.wait(() => document.getElementById('legend').textContent.includes('crease, infinite'));
+  await visit.drawn();
+  const skinned = await visit.pixels();
+  await visit.picture('creases of a skin');
+  assert.ok(purple(skinned) > 150, `${purple(skinned)} pixels of creases`);
+});
+
+visits('each overlay changes the picture, and goes again', {}, async (visit) => {
+  await visit.level(2);
+  const usual = await visit.pixels();
+  for (const name of ['wireframe', 'normals', 'skeleton']) {
+    await visit.shows(name, true);
+    assert.ok(difference(usual, await visit.pixels()) > 0.001, name);
+    await visit.shows(name, false);
+    assert.ok(difference(usual, await visit.pixels()) < 0.0005, `${name} is gone`);
+  }
+});
+
+visits('a checker lies along the UVs', { hash: '#show=surface' }, async (visit) => {
+  await visit.level(2);
+  await drop(visit, { 'square.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n' });
+  await visit.wait(() => document.getElementById('subject').textContent === 'square.obj');
+  await visit.level(2);
+  const plain = await visit.pixels();
+  await visit.shows('uv', true);
+  assert.ok(difference(plain, await visit.pixels()) > 0.05);
+});
+
+visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encoding=quantized&show=cage&theme=dark' }, async (visit) => {
+  await visit.level(1);
+  assert.equal(await visit.page.getByLabel('Encoding').inputValue(), 'quantized');
+  assert.equal(await visit.page.locator('#shown [data-name=surface]').getAttribute('aria-pressed'), 'false');
+  assert.equal(await visit.page.locator('html').getAttribute('data-theme'), 'dark');
+  const here = visit.page.url();
+  await visit.page.evaluate(() => (location.hash = 'level=3'));
+  await visit.level(3);
+  await visit.page.goto(here);
+  await visit.level(1);
+  await visit.wait(() => !document.getElementById('legend').hidden);
+  await visit.drawn();
+  const still = await visit.pixels();
+  const box = await visit.page.locator('#view').boundingBox();
+  await visit.page.mouse.move(box.x + 300, box.y + 300);
+  await visit.page.mouse.down();
+  await visit.page.mouse.move(box.x + 420, box.y + 340, { steps: 4 });
+  await visit.page.mouse.up();
+  await visit.page.mouse.wheel(0, -200);
+  await visit.wait(() => location.hash.includes('view='));
+  await visit.drawn();
+  const turned = await visit.pixels();
+  const moved = difference(still, turned);
+  const other = await Visit.begin(site.browser, visit.page.url());
+  await other.level(1);
+  await other.wait(() => !document.getElementById('legend').hidden);
+  await other.drawn();
+  const apart = difference(turned, await other.pixels()); // the view is rounded, lines are thin
+  assert.ok(apart < moved / 3, `another visitor sees ${apart} otherwise, the turn changed ${moved}`);
+  await other.end();
+});
+
+visits('on a phone', { ...PHONE }, async (visit) => {
+  await visit.level(2);
+  const overflow = () => visit.page.evaluate(() => document.scrollingElement.scrollWidth - innerWidth);
+  for (const name of ['Models', 'Surface', 'Rotation', 'Scripts']) {
+    await visit.page.getByRole('tab', { name }).tap();
+    await visit.drawn();
+    assert.ok((await overflow()) <= 0, `${name} is ${await overflow()} too wide`);
+    await visit.picture(`phone ${name}`);
+  }
+  assert.ok(covered(await visit.pixels()) > 0.1);
+  await visit.page.getByRole('button', { name: 'Play' }).tap();
+  await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
+});
+
+visits('by keyboard alone', {}, async (visit) => {
+  await visit.level(2);
+  const { keyboard } = visit.page;
+  const focused = () => visit.page.evaluate(() => document.activeElement.getAttribute('aria-label') ?? document.activeElement.textContent);
+  const reach = async (wanted) => {
+    for (let i = 0; i < 60 && !(await focused()).startsWith(wanted); i++) await keyboard.press('Tab');
+    assert.ok((await focused()).startsWith(wanted), `Tab reaches ${wanted}`);
+  };
+  await reach('tank.json, level 2');
+  const before = await visit.pixels();
+  await keyboard.press('ArrowLeft');
+  await keyboard.press('ArrowLeft');
+  await visit.drawn();
+  const turned = await visit.pixels();
+  assert.ok(difference(before, turned) > 0.01, 'arrows orbit');
+  await keyboard.press('-');
+  await keyboard.press('-');
+  await visit.drawn();
+  assert.ok(covered(await visit.pixels()) < covered(turned), 'minus zooms out');
+  await keyboard.press('f');
+  await visit.drawn();
+  assert.ok(Math.abs(covered(await visit.pixels()) - covered(turned)) < 0.02, 'F frames');
+  await keyboard.press(' ');
+  await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.1);
+  await keyboard.press(' ');
+  await reach('Models');
+  await keyboard.press('ArrowRight');
+  assert.equal(await focused(), 'Surface');
+  await reach('Level');
+  await keyboard.press('ArrowLeft');
+  await visit.level(1);
+});
+
+for (const [name, options] of [['light', DESKTOP], ['dark', TABLET]])
+  visits(`axe finds nothing to mend, ${name}`, options, async (visit) => {
+    await visit.level(2);
+    await visit.page.evaluate(readFileSync(axe, 'utf8'));
+    for (const tab of ['Models', 'Surface', 'Rotation', 'Scripts']) {
+      await visit.tab(tab);
+      await visit.page.waitForTimeout(500);
+      const { violations } = await visit.page.evaluate(() => axe.run());
+      const said = violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ target, failureSummary }) => `${target} ${failureSummary}`).join('; ')}`);
+      assert.deepEqual(said, [], tab);
+      await visit.picture(`${tab} ${name}`);
+    }
+  });
+
+test('a browser without WebGL is told so', async () => {
+  const plain = await launch(['--disable-gpu', '--disable-software-rasterizer', '--disable-3d-apis']);
+  try {
+    const page = await plain.newPage();
+    await page.goto(`${daemon.url}/`);
+    await page.getByText('This browser has no WebGL 2').waitFor();
+  } finally {
+    await plain.close();
+  }
+});
