@@ -538,6 +538,14 @@ export interface Tracks {
     best_order: string;
     warnings: string[];
   }[];
+  other_tracks: {
+    node: string;
+    path: "translation" | "scale" | "weights";
+    interpolation: "step" | "linear" | "cubicspline";
+    keys: number;
+    /** Of the keys, in seconds. */
+    times: number[];
+  }[];
 }
 /** A cage centred on the origin, closed but for `grid` and open caps, faces outward, points by y, then z, then x.
  * Its UVs are those of three.js. What all shapes of a document make is limited by `--max-faces` and `--max-memory`.

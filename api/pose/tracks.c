@@ -1,4 +1,5 @@
-/* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, flips, steps that slerp would shorten. */
+/* Diagnostics of a clip's rotation tracks: gimbal lock, wraps, flips, steps that slerp would shorten; and
+ * when all tracks have their keys. */
 #include "clips.h"
 #include "handlers.h"
 #include "models.h"
@@ -12,6 +13,7 @@
 /* In a radian. */
 static const double DEGREES = 57.295779513082320877;
 
+static const char *const path_names[] = {"translation", "rotation", "scale", "weights"};
 static const char *const interpolation_names[] = {"step", "linear", "cubicspline", "nlerp", "squad", "euler"};
 /* By tw_key_form; a rotation's plain values are quaternions. */
 static const char *const kind_names[] = {"quaternion", "quaternion", "euler", "axis-angle"};
@@ -61,17 +63,22 @@ static void print_motion(tw_text *text, const tw_track_report *report) {
   tw_text_add(text, "}");
 }
 
-static void print_track(tw_text *text, const tw_model *model, const tw_track_keys *keys,
-                        const tw_track_report *report) {
+/* Opens the track's object. */
+static void print_keys(tw_text *text, const tw_model *model, const tw_track_keys *keys) {
   char buffer[24];
   tw_text_element(text);
   tw_text_add(text, "{");
   tw_member_string(text, "node", tw_model_node_name(model, keys->node, buffer));
-  tw_member_string(text, "path", "rotation");
-  tw_member_string(text, "kind", kind_names[keys->form]);
+  tw_member_string(text, "path", path_names[keys->path]);
+  if (keys->path == TW_ROTATION) tw_member_string(text, "kind", kind_names[keys->form]);
   tw_member_string(text, "interpolation", interpolation_names[keys->interpolation]);
-  tw_member_count(text, "keys", report->key_count);
+  tw_member_count(text, "keys", keys->key_count);
   tw_member_floats(text, "times", keys->times, keys->key_count);
+}
+
+static void print_rotation(tw_text *text, const tw_model *model, const tw_track_keys *keys,
+                           const tw_track_report *report) {
+  print_keys(text, model, keys);
   print_motion(text, report);
   print_gimbal(text, report);
   tw_member_open(text, "warnings", "[");
@@ -104,7 +111,14 @@ static tw_status print_clip(tw_text *text, const tw_model *model, uint32_t index
     tw_track_report report;
     tw_status status = tw_track_inspect(&clip->tracks[i], steps, &report, error);
     if (status != TW_OK) return status;
-    print_track(text, model, &clip->tracks[i], &report);
+    print_rotation(text, model, &clip->tracks[i], &report);
+  }
+  tw_text_add(text, "]");
+  tw_member_open(text, "other_tracks", "[");
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    if (clip->tracks[i].path == TW_ROTATION) continue;
+    print_keys(text, model, &clip->tracks[i]);
+    tw_text_add(text, "}");
   }
   tw_text_add(text, "]}\n");
   return TW_OK;

@@ -64,11 +64,11 @@ export class Timeline {
   async fetchTracks(model, clip) {
     this.tracksOf = withKey(() => tweend.tracks(model, { clip: clip.name })).catch((error) => {
       fail('The keys of the clip cannot be read', error);
-      return { tracks: [] };
+      return { tracks: [], other_tracks: [] };
     });
-    const { tracks } = await this.tracksOf;
+    const { tracks, other_tracks: others } = await this.tracksOf;
     if (this.animation.clip !== clip) return;
-    this.tracks = tracks;
+    this.tracks = [...tracks, ...others];
     this.mark();
   }
 

@@ -6,6 +6,24 @@ import { difference, drop, open } from './page_driver.mjs';
 const site = open();
 const { daemon, visits } = site;
 
+visits('the keys of all tracks stand on the timeline, those of the chosen node before them', {}, async (visit) => {
+  await visit.level(2);
+  const track = (node, path, times, values) => ({ node, path, times, values });
+  const clips = [{ name: 'keys', tracks: [
+    track('a', 'translation', [0, 0.25, 2], [[0, 0, 0], [1, 0, 0], [0, 0, 0]]), track('b', 'scale', [0, 0.5, 1], [[1, 1, 1], [2, 2, 2], [1, 1, 1]]),
+    { node: 'b', path: 'rotation', times: [0, 1.5], quaternions: [[0, 0, 0, 1], [0, 1, 0, 0]] },
+  ] }];
+  await drop(visit, { 'keys.json': JSON.stringify({ nodes: [{ name: 'a' }, { name: 'b' }], clips }) });
+  await visit.wait(() => document.getElementById('subject').textContent === 'keys.json');
+  const places = (own) => visit.page.evaluate((wanted) =>
+    [...document.querySelectorAll('.ticks line')].filter((line) => line.classList.contains('own') === wanted).map((line) => Number(line.getAttribute('x1'))).sort((a, b) => a - b), own);
+  await visit.wait(() => document.querySelectorAll('.ticks line').length === 6);
+  assert.deepEqual(await places(false), [0, 125, 250, 500, 750, 1000]);
+  await visit.page.evaluate(() => (location.hash += '&node=a'));
+  await visit.wait(() => document.querySelectorAll('.ticks line.own').length === 3);
+  assert.deepEqual(await places(true), [0, 125, 1000]);
+});
+
 visits('the clip is scrubbed and played, and goes on live', { hash: `#show=surface` }, async (visit) => {
   await visit.level(2);
   const still = await visit.pixels();

@@ -605,6 +605,14 @@ TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   assert_true(json_member(gimbal, "cos_middle")->valuedouble > 0.999);
   assert_int_equal(cJSON_GetArraySize(json_member(track, "orders")), 6);
   json_member(track, "best_order");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "other_tracks")), 1);
+  const cJSON *other = json_member(answer, "other_tracks")->child;
+  assert_string_equal(json_member(other, "node")->valuestring, "base");
+  assert_string_equal(json_member(other, "path")->valuestring, "translation");
+  assert_string_equal(json_member(other, "interpolation")->valuestring, "linear");
+  assert_int_equal(json_member(other, "keys")->valueint, 2);
+  assert_true(json_member(other, "times")->child->next->valuedouble == 1);
+  assert_false(cJSON_HasObjectItem(other, "kind") || cJSON_HasObjectItem(other, "gimbal"));
   cJSON_Delete(answer);
   assert_problem(ask(f, "tracks?clip=dance"), 404, NULL, "dance");
   assert_problem(ask(f, "tracks?at=1"), 400, NULL, "at");
@@ -613,6 +621,38 @@ TEST_WITH(tracks_are_reported, setup, one_model_stop) {
   snprintf(target, sizeof target, "/v1/models/%s/tracks", f->id);
   assert_true(loopback_is_light(f->loop, target));
   reply_free(&r);
+}
+
+TEST_WITH(keys_of_scales_and_morph_weights_are_told, setup, one_model_stop) {
+  one_model *f = *state;
+  /* A triangle with one morph target: three points, three offsets, times 0 and 2, weights 0 and 1. */
+  loopback_upload(
+      f->loop, "model/gltf+json",
+      "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"name\":\"face\",\"mesh\":"
+      "0}],"
+      "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"targets\":[{\"POSITION\":0}]}]}],"
+      "\"buffers\":[{\"byteLength\":68,\"uri\":\"data:application/octet-stream;base64,"
+      "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAEAAAIA/AACAPwAAgD8AAIA/AACAPwAAgD8=\"}],"
+      "\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,\"byteOffset\":36,\"byteLength\":8},"
+      "{\"buffer\":0,\"byteOffset\":36,\"byteLength\":24}],"
+      "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],"
+      "\"max\":[1,1,0]},{\"bufferView\":1,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"min\":[0],"
+      "\"max\":[2]},{\"bufferView\":2,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}],"
+      "\"animations\":[{\"samplers\":[{\"input\":1,\"output\":1,\"interpolation\":\"STEP\"},{\"input\":1,"
+      "\"output\":2}],"
+      "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"weights\"}},"
+      "{\"sampler\":1,\"target\":{\"node\":0,\"path\":\"scale\"}}]}]}",
+      f->id);
+  cJSON *answer = ask_json(f, "tracks");
+  assert_int_equal(cJSON_GetArraySize(json_member(answer, "tracks")), 0);
+  const cJSON *weights = json_member(answer, "other_tracks")->child;
+  assert_string_equal(json_member(weights, "path")->valuestring, "weights");
+  assert_string_equal(json_member(weights, "interpolation")->valuestring, "step");
+  assert_int_equal(json_member(weights, "keys")->valueint, 2);
+  assert_true(json_member(weights, "times")->child->next->valuedouble == 2);
+  assert_string_equal(json_member(weights->next, "path")->valuestring, "scale");
+  assert_null(weights->next->next);
+  cJSON_Delete(answer);
 }
 
 TEST_WITH(a_speed_that_fits_no_float_is_a_number_all_the_same, setup, one_model_stop) {
