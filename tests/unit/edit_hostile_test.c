@@ -1,4 +1,6 @@
 /* Any edits of any mesh that passes its check: what comes out passes it too, or the error has its place. */
+#include <stdio.h>
+
 #include "edited.h"
 #include "wrapped_memory.h"
 
@@ -266,6 +268,214 @@ TEST(spheres_stay_spheres) {
     tw_arena_destroy(arena);
   }
   assert_true(done > 10000);
+}
+
+/* ---- bad selections ------------------------------------------------------------------------------------ */
+
+/* Of each kind one that a cube, or a cube without a face, can have done to all that it is applied to. */
+static tw_edit sound_edit(tw_edit_kind kind) {
+  tw_edit e = {.kind = kind};
+  switch (kind) {
+  case TW_EDIT_EXTRUDE: e.extrude.distance = 0.5; break;
+  case TW_EDIT_INSET: e.inset.amount = 0.25; break;
+  case TW_EDIT_LOOP_CUT:
+    e.loop_cut.cuts = 1;
+    e.loop_cut.edge[1] = 1;
+    break;
+  case TW_EDIT_SUBDIVIDE: e.subdivide.cuts = 1; break;
+  case TW_EDIT_ROTATE: e.rotate.axis[0] = 1; break;
+  case TW_EDIT_CREASE:
+  case TW_EDIT_CORNER:
+  case TW_EDIT_HOLE: e.sharpness = 1; break;
+  default: break;
+  }
+  return e;
+}
+
+/* counts: of vertices, edges and faces of what comes out. */
+static tw_status try_edit(const tw_mesh *mesh, const tw_edit *e, uint32_t counts[3], tw_error *error) {
+  tw_arena *arena = tw_arena_create();
+  tw_mesh out;
+  *error = (tw_error){0};
+  tw_status status = tw_mesh_edit(mesh, NULL, e, 1, &roomy, arena, &out, NULL, NULL, error);
+  if (status == TW_OK) {
+    tw_mesh_stats stats;
+    assert_int_equal(tw_mesh_check(&out, NULL, NULL), TW_OK);
+    assert_int_equal(tw_mesh_describe(&out, &stats, NULL), TW_OK);
+    counts[0] = stats.vertices;
+    counts[1] = stats.edges;
+    counts[2] = stats.faces;
+    tw_mesh_stats_deinit(&stats);
+  }
+  tw_arena_destroy(arena);
+  return status;
+}
+
+static bool uses_selection(tw_edit_kind kind) {
+  return kind != TW_EDIT_LOOP_CUT && kind != TW_EDIT_FILL && kind != TW_EDIT_MIRROR;
+}
+
+/* Whether the kind is applied to such elements at all. */
+static bool is_applied_to(const tw_mesh *mesh, tw_edit_kind kind, tw_edit_element of) {
+  tw_edit e = sound_edit(kind);
+  uint32_t counts[3];
+  tw_error error;
+  e.selection = (tw_selection){.of = of, .by = TW_SELECT_ALL};
+  return try_edit(mesh, &e, counts, &error) == TW_OK;
+}
+
+static void assert_place(const tw_edit *e, const tw_error *error) {
+  char begin[32];
+  snprintf(begin, sizeof begin, "/0/%s", tw_edit_element_names[e->selection.of]);
+  if (strncmp(error->pointer, begin, strlen(begin)) != 0 && strcmp(error->pointer, "/0/within") != 0)
+    print_error("%s: %s: %s\n", tw_edit_names[e->kind], error->pointer, error->detail);
+  assert_true(strncmp(error->pointer, begin, strlen(begin)) == 0 || strcmp(error->pointer, "/0/within") == 0);
+  assert_true(error->detail[0] != '\0');
+}
+
+#define BAD(element, how, ...)                                                                               \
+  { .of = element, .by = how, .name = "none", __VA_ARGS__ }
+#define FACE(how, ...)   BAD(TW_EDIT_FACES, how, __VA_ARGS__)
+#define EDGE(how, ...)   BAD(TW_EDIT_EDGES, how, __VA_ARGS__)
+#define VERTEX(how, ...) BAD(TW_EDIT_VERTICES, how, __VA_ARGS__)
+
+/* Points 0 and 6 of the cube are opposite corners. */
+static const uint32_t no_edges[][2] = {{0, 6}, {0, 0}, {8, 0}, {0, 8}, {UINT32_MAX, UINT32_MAX}};
+
+TEST(no_edit_takes_a_wrong_selection) {
+  const tw_selection wrong[] = {LIST(TW_EDIT_FACES, 6),
+                                LIST(TW_EDIT_FACES, 0, UINT32_MAX),
+                                LIST(TW_EDIT_EDGES, 0, 6),
+                                LIST(TW_EDIT_EDGES, 0, 1, 0, 0),
+                                LIST(TW_EDIT_EDGES, 0, 1, UINT32_MAX, 0),
+                                LIST(TW_EDIT_VERTICES, 8),
+                                LIST(TW_EDIT_VERTICES, 0, UINT32_MAX),
+                                FACE(TW_SELECT_MADE, .count = 0),
+                                EDGE(TW_SELECT_MADE, .count = 0),
+                                VERTEX(TW_SELECT_MADE, .count = 0),
+                                FACE(TW_SELECT_GROUP, .count = 0),
+                                FACE(TW_SELECT_MATERIAL, .count = 0),
+                                {.of = TW_EDIT_FACES, .by = TW_SELECT_MATERIAL, .material = UINT32_MAX},
+                                FACE(TW_SELECT_FACING, .degrees = 45),
+                                FACE(TW_SELECT_FACING, .degrees = 45, .direction = {NAN, 0, 0}),
+                                FACE(TW_SELECT_FACING, .degrees = 45, .direction = {INFINITY, 0, 0}),
+                                FACE(TW_SELECT_FACING, .degrees = -1, .direction = {1, 0, 0}),
+                                FACE(TW_SELECT_FACING, .degrees = 181, .direction = {1, 0, 0}),
+                                FACE(TW_SELECT_FACING, .degrees = NAN, .direction = {1, 0, 0}),
+                                EDGE(TW_SELECT_SHARPER, .degrees = -1),
+                                EDGE(TW_SELECT_SHARPER, .degrees = INFINITY),
+                                EDGE(TW_SELECT_SHARPER, .degrees = NAN),
+                                EDGE(TW_SELECT_LOOP, .count = 1, .indices = no_edges[0]),
+                                EDGE(TW_SELECT_LOOP, .count = 1, .indices = no_edges[2]),
+                                EDGE(TW_SELECT_LOOP, .count = 1, .indices = no_edges[4]),
+                                EDGE(TW_SELECT_RING, .count = 1, .indices = no_edges[1]),
+                                EDGE(TW_SELECT_RING, .count = 1, .indices = no_edges[3]),
+                                EDGE(TW_SELECT_RING, .count = 1, .indices = no_edges[4]),
+                                /* By what such elements do not have. */
+                                FACE(TW_SELECT_BORDER, .count = 0),
+                                FACE(TW_SELECT_SHARPER, .degrees = 45),
+                                FACE(TW_SELECT_LOOP, .count = 1, .indices = no_edges[0]),
+                                FACE(TW_SELECT_RING, .count = 1, .indices = no_edges[0]),
+                                EDGE(TW_SELECT_GROUP, .count = 0),
+                                EDGE(TW_SELECT_MATERIAL, .count = 0),
+                                EDGE(TW_SELECT_FACING, .degrees = 45, .direction = {1, 0, 0}),
+                                VERTEX(TW_SELECT_GROUP, .count = 0),
+                                VERTEX(TW_SELECT_MATERIAL, .count = 0),
+                                VERTEX(TW_SELECT_FACING, .degrees = 45, .direction = {1, 0, 0}),
+                                VERTEX(TW_SELECT_BORDER, .count = 0),
+                                VERTEX(TW_SELECT_SHARPER, .degrees = 45),
+                                VERTEX(TW_SELECT_LOOP, .count = 1, .indices = no_edges[0]),
+                                VERTEX(TW_SELECT_RING, .count = 1, .indices = no_edges[0])};
+  const tw_mesh mesh = cube();
+  uint32_t counts[3];
+  tw_error error;
+  for (int kind = 0; kind < TW_EDIT_KINDS; kind++)
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++)
+      for (int is_optional = 0; is_optional < 2; is_optional++) {
+        tw_edit e = sound_edit((tw_edit_kind)kind);
+        if (!uses_selection(e.kind)) continue;
+        e.selection = wrong[i];
+        e.is_optional = is_optional;
+        tw_status status = try_edit(&mesh, &e, counts, &error);
+        if (status != TW_INVALID) print_error("%s: selection %zu\n", tw_edit_names[kind], i);
+        assert_int_equal(status, TW_INVALID);
+        assert_place(&e, &error);
+      }
+}
+
+TEST(no_edit_takes_an_empty_selection_unless_it_may) {
+  const double far[3] = {2, 2, 2}, near[3] = {3, 3, 3}, no[3] = {NAN, NAN, NAN};
+  const tw_mesh mesh = cube();
+  uint32_t counts[3];
+  tw_error error;
+  for (int kind = 0; kind < TW_EDIT_KINDS; kind++)
+    for (int of = 0; of < 3; of++) {
+      if (!uses_selection((tw_edit_kind)kind) ||
+          !is_applied_to(&mesh, (tw_edit_kind)kind, (tw_edit_element)of))
+        continue;
+      tw_selection empty[6];
+      for (int i = 0; i < 6; i++)
+        empty[i] = (tw_selection){.of = (tw_edit_element)of, .by = TW_SELECT_INSIDE};
+      memcpy(empty[0].min, far, sizeof far); /* away from the cube */
+      memcpy(empty[0].max, near, sizeof near);
+      memcpy(empty[1].min, near, sizeof near); /* upside down */
+      memcpy(empty[1].max, far, sizeof far);
+      memcpy(empty[2].min, no, sizeof no);
+      memcpy(empty[3].max, no, sizeof no);
+      empty[4].by = TW_SELECT_LIST;
+      empty[5].by = of == TW_EDIT_EDGES ? TW_SELECT_BORDER : TW_SELECT_LIST;
+      for (int i = 0; i < 6; i++) {
+        tw_edit e = sound_edit((tw_edit_kind)kind);
+        e.selection = empty[i];
+        assert_int_equal(try_edit(&mesh, &e, counts, &error), TW_INVALID);
+        assert_place(&e, &error);
+        e.is_optional = true;
+        assert_int_equal(try_edit(&mesh, &e, counts, &error), TW_OK);
+        assert_memory_equal(counts, ((uint32_t[3]){8, 12, 6}), sizeof counts);
+      }
+    }
+}
+
+/* What is named twice is selected once. */
+TEST(elements_may_be_listed_again) {
+  const tw_selection lists[3][2] = {
+      {LIST(TW_EDIT_FACES, 1, 4), LIST(TW_EDIT_FACES, 4, 1, 1, 4, 1)},
+      {LIST(TW_EDIT_EDGES, 0, 1, 1, 2), LIST(TW_EDIT_EDGES, 2, 1, 1, 0, 0, 1, 1, 2)},
+      {LIST(TW_EDIT_VERTICES, 1, 6), LIST(TW_EDIT_VERTICES, 6, 1, 6, 6, 1)}};
+  const tw_mesh mesh = cube();
+  uint32_t tried = 0;
+  for (int kind = 0; kind < TW_EDIT_KINDS; kind++)
+    for (int of = 0; of < 3; of++) {
+      uint32_t once[3], again[3];
+      tw_error error;
+      tw_edit e = sound_edit((tw_edit_kind)kind);
+      e.selection = lists[of][0];
+      tw_status status = try_edit(&mesh, &e, once, &error);
+      e.selection = lists[of][1];
+      assert_int_equal(try_edit(&mesh, &e, again, &error), status);
+      if (status != TW_OK) continue;
+      assert_memory_equal(once, again, sizeof once);
+      tried++;
+    }
+  assert_true(tried > TW_EDIT_KINDS);
+}
+
+TEST(no_edit_begins_at_what_is_no_edge) {
+  const tw_mesh mesh = cube();
+  uint32_t counts[3];
+  tw_error error;
+  for (size_t i = 0; i < sizeof no_edges / sizeof *no_edges; i++)
+    for (int is_optional = 0; is_optional < 2; is_optional++) {
+      tw_edit cut = sound_edit(TW_EDIT_LOOP_CUT), fill = sound_edit(TW_EDIT_FILL);
+      memcpy(cut.loop_cut.edge, no_edges[i], sizeof no_edges[i]);
+      memcpy(fill.fill.border, no_edges[i], sizeof no_edges[i]);
+      fill.fill.has_border = true;
+      cut.is_optional = fill.is_optional = is_optional;
+      assert_int_equal(try_edit(&mesh, &cut, counts, &error), TW_INVALID);
+      assert_memory_equal(error.pointer, "/0/edge", 7);
+      assert_int_equal(try_edit(&mesh, &fill, counts, &error), TW_INVALID);
+      assert_memory_equal(error.pointer, "/0/border", 9);
+    }
 }
 
 /* One of each kind, on a mesh that bears all there is. */
