@@ -169,12 +169,14 @@ enum {
   DEGREES,
   ABOUT,
   SHARPNESS,
+  FACTOR,
+  ITERATIONS,
   MEMBERS
 };
 static const char *const names[MEMBERS] = {
-    "edit",       "name",   "optional", "faces",   "edges", "vertices", "distance", "by",
-    "individual", "amount", "edge",     "cuts",    "at",    "to",       "border",   "max_edges",
-    "method",     "axis",   "weld",     "degrees", "about", "sharpness"};
+    "edit",       "name",   "optional", "faces",   "edges", "vertices",  "distance", "by",
+    "individual", "amount", "edge",     "cuts",    "at",    "to",        "border",   "max_edges",
+    "method",     "axis",   "weld",     "degrees", "about", "sharpness", "factor",   "iterations"};
 
 #define HAS(member) (1u << (member))
 #define ANY         (HAS(FACES) | HAS(EDGES) | HAS(VERTICES))
@@ -197,24 +199,23 @@ static const uint32_t members_of[TW_EDIT_KINDS] = {
     [TW_EDIT_FLIP] = HAS(FACES),
     [TW_EDIT_ORIENT] = HAS(FACES),
     [TW_EDIT_TRIANGULATE] = HAS(FACES),
-    [TW_EDIT_QUADS] = HAS(FACES)};
+    [TW_EDIT_QUADS] = HAS(FACES),
+    [TW_EDIT_DROP_PIECES] = HAS(FACES),
+    [TW_EDIT_DESPIKE] = ANY | HAS(FACTOR),
+    [TW_EDIT_SMOOTH] = ANY | HAS(METHOD) | HAS(ITERATIONS)};
 
-/* `weld` is a merge of all vertices; the others are not there yet. */
-enum { WELD_ALL = TW_EDIT_KINDS, DROP_PIECES, DESPIKE, SMOOTH, KINDS };
+/* `weld` is a merge of all vertices. */
+enum { WELD_ALL = TW_EDIT_KINDS, KINDS };
 
 static tw_status read_kind(const api_value *object, int *kind) {
-  const char *kinds[KINDS + 1] = {
-      [WELD_ALL] = "weld", [DROP_PIECES] = "drop_pieces", [DESPIKE] = "despike", [SMOOTH] = "smooth"};
+  const char *kinds[KINDS + 1] = {[WELD_ALL] = "weld"};
   memcpy(kinds, tw_edit_names, sizeof tw_edit_names);
   const cJSON *item = cJSON_GetObjectItemCaseSensitive(object->item, names[EDIT]);
   const api_value value = {object->json, item, {&object->at, names[EDIT], 0}};
   char list[280];
   tw_names_join(kinds, list, sizeof list);
   if (!item) return api_json_fail(object, TW_SYNTAX, "an edit needs a kind, edit: %s", list);
-  tw_status status = api_json_choice(&value, kinds, kind);
-  if (status == TW_OK && *kind > WELD_ALL)
-    return api_json_fail(&value, TW_UNSUPPORTED, "the edit \"%s\" is not there yet", kinds[*kind]);
-  return status;
+  return api_json_choice(&value, kinds, kind);
 }
 
 /* values: [MEMBERS]; what the kind does not have is without an item. */
@@ -371,6 +372,27 @@ static tw_status read_sharpness(const api_value *values, tw_edit *edit) {
   return status;
 }
 
+/* Here `faces` is a number. */
+static tw_status read_drop_pieces(const api_value *values, tw_edit *edit) {
+  tw_status status = need(&values[FACES]);
+  return status == TW_OK ? read_count(&values[FACES], &edit->drop_pieces.faces) : status;
+}
+
+static tw_status read_despike(const api_value *values, tw_edit *edit) {
+  edit->despike.factor = 2;
+  return read_number(&values[FACTOR], &edit->despike.factor);
+}
+
+static tw_status read_smooth(const api_value *values, tw_edit *edit) {
+  static const char *const methods[] = {
+      [TW_SMOOTH_TAUBIN] = "taubin", [TW_SMOOTH_LAPLACIAN] = "laplacian", NULL};
+  int method = TW_SMOOTH_TAUBIN;
+  tw_status status = api_json_choice(&values[METHOD], methods, &method);
+  edit->smooth.method = (tw_smooth_method)method;
+  edit->smooth.iterations = 10;
+  return status == TW_OK ? read_count(&values[ITERATIONS], &edit->smooth.iterations) : status;
+}
+
 static tw_status read_parameters(const api_value *values, tw_edit *edit) {
   switch (edit->kind) {
   case TW_EDIT_EXTRUDE: return read_extrude(values, edit);
@@ -386,6 +408,9 @@ static tw_status read_parameters(const api_value *values, tw_edit *edit) {
   case TW_EDIT_CREASE:
   case TW_EDIT_CORNER:
   case TW_EDIT_HOLE: return read_sharpness(values, edit);
+  case TW_EDIT_DROP_PIECES: return read_drop_pieces(values, edit);
+  case TW_EDIT_DESPIKE: return read_despike(values, edit);
+  case TW_EDIT_SMOOTH: return read_smooth(values, edit);
   case TW_EDIT_DELETE:
   case TW_EDIT_FLIP:
   case TW_EDIT_ORIENT:
@@ -416,7 +441,7 @@ static tw_status read_edit(void *context, const api_value *object) {
   *edit = (tw_edit){.kind = is_weld ? TW_EDIT_MERGE : (tw_edit_kind)kind};
   status = api_json_text(&values[NAME], &edit->name);
   if (status == TW_OK) status = api_json_flag(&values[OPTIONAL], &edit->is_optional);
-  for (int of = 0; of < 3 && status == TW_OK; of++)
+  for (int of = 0; of < 3 && status == TW_OK && kind != TW_EDIT_DROP_PIECES; of++)
     status = read_selection(&values[selections[of]], (tw_edit_element)of, &edit->selection);
   if (status != TW_OK) return status;
   return is_weld ? read_weld(values, edit) : read_parameters(values, edit);

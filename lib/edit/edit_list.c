@@ -11,8 +11,9 @@
 
 const char *const tw_edit_element_names[3] = {"faces", "edges", "vertices"};
 const char *const tw_edit_names[TW_EDIT_KINDS] = {
-    "extrude", "inset", "loop_cut", "subdivide", "delete", "merge", "fill",   "mirror",      "move",
-    "rotate",  "scale", "crease",   "corner",    "hole",   "flip",  "orient", "triangulate", "quads"};
+    "extrude", "inset",  "loop_cut",    "subdivide", "delete",      "merge",   "fill",
+    "mirror",  "move",   "rotate",      "scale",     "crease",      "corner",  "hole",
+    "flip",    "orient", "triangulate", "quads",     "drop_pieces", "despike", "smooth"};
 
 tw_status tw_editor_no_memory(const tw_editor *editor) {
   return tw_fail(editor->error, TW_NO_MEMORY, "out of memory");
@@ -87,7 +88,9 @@ static const uint8_t applies_to[TW_EDIT_KINDS] = {[TW_EDIT_EXTRUDE] = FACES,
                                                   [TW_EDIT_FLIP] = FACES | ALL,
                                                   [TW_EDIT_ORIENT] = FACES | ALL,
                                                   [TW_EDIT_TRIANGULATE] = FACES | ALL,
-                                                  [TW_EDIT_QUADS] = FACES | ALL};
+                                                  [TW_EDIT_QUADS] = FACES | ALL,
+                                                  [TW_EDIT_DESPIKE] = FACES | EDGES | VERTICES | ALL,
+                                                  [TW_EDIT_SMOOTH] = FACES | EDGES | VERTICES | ALL};
 
 static tw_status check_selection(const tw_editor *e) {
   const tw_selection *s = &e->edit->selection;
@@ -120,7 +123,10 @@ static tw_status (*const apply[TW_EDIT_KINDS])(tw_editor *) = {[TW_EDIT_EXTRUDE]
                                                                [TW_EDIT_FLIP] = tw_edit_flip,
                                                                [TW_EDIT_ORIENT] = tw_edit_orient,
                                                                [TW_EDIT_TRIANGULATE] = tw_edit_triangulate,
-                                                               [TW_EDIT_QUADS] = tw_edit_quads};
+                                                               [TW_EDIT_QUADS] = tw_edit_quads,
+                                                               [TW_EDIT_DROP_PIECES] = tw_edit_drop_pieces,
+                                                               [TW_EDIT_DESPIKE] = tw_edit_despike,
+                                                               [TW_EDIT_SMOOTH] = tw_edit_smooth};
 
 static tw_status apply_edit(tw_editor *e) {
   tw_status status = check_selection(e);

@@ -155,6 +155,9 @@ tw_status tw_edit_flip(tw_editor *editor);
 tw_status tw_edit_orient(tw_editor *editor);
 tw_status tw_edit_triangulate(tw_editor *editor);
 tw_status tw_edit_quads(tw_editor *editor);
+tw_status tw_edit_drop_pieces(tw_editor *editor);
+tw_status tw_edit_despike(tw_editor *editor);
+tw_status tw_edit_smooth(tw_editor *editor);
 
 /* ---- geometry ------------------------------------------------------------------------------------------ */
 

@@ -1,8 +1,9 @@
-/* Delete and merge: points and faces that go, and what of the rest is left without a face. */
+/* Delete, drop_pieces and merge: points and faces that go, and what of the rest is left without a face. */
 #include <math.h>
 #include <string.h>
 
 #include "editor.h"
+#include "union_find.h"
 #include "weld.h"
 
 typedef struct remover {
@@ -105,6 +106,29 @@ tw_status tw_edit_delete(tw_editor *editor) {
     if (selected[of[editor->edit->selection.of]]) r.is_gone[r.t->corner_face[c]] = 1;
   }
   if (editor->edit->selection.of == TW_EDIT_VERTICES) doomed = selected;
+  return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0, NULL);
+}
+
+tw_status tw_edit_drop_pieces(tw_editor *editor) {
+  remover r = {.editor = editor};
+  tw_status status = tw_editor_need_topology(editor);
+  if (status == TW_OK) status = begin(&r);
+  if (status != TW_OK) return status;
+  uint32_t *pieces = tw_arena_alloc_raw(editor->arena, r.t->vertex_count, sizeof *pieces);
+  uint32_t *sizes = tw_arena_alloc(editor->arena, r.t->vertex_count, sizeof *sizes);
+  uint8_t *doomed = tw_arena_alloc(editor->arena, r.t->vertex_count, 1);
+  if (!pieces || !sizes || !doomed) return tw_editor_no_memory(editor);
+  tw_union_find_init(pieces, r.t->vertex_count);
+  for (uint32_t e = 0; e < r.t->edge_count; e++)
+    tw_union_find_join(pieces, r.t->edge_vertices[e][0], r.t->edge_vertices[e][1]);
+  for (int pass = 0; pass < 2; pass++)
+    for (uint32_t f = 0; f < r.t->face_count; f++) {
+      uint32_t *size = sizes + tw_union_find_root(pieces, r.t->corner_vertex[tw_face_begin(r.t, f)]);
+      if (pass == 0)
+        ++*size;
+      else
+        r.is_gone[f] = *size < editor->edit->drop_pieces.faces;
+    }
   return finish(&r, doomed, NULL, UINT32_MAX, NULL, 0, NULL);
 }
 

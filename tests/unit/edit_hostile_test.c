@@ -150,6 +150,12 @@ static tw_edit any_edit(const tangle *t, uint32_t *list) {
   case TW_EDIT_CREASE:
   case TW_EDIT_CORNER:
   case TW_EDIT_HOLE: e.sharpness = any(12); break;
+  case TW_EDIT_DROP_PIECES: e.drop_pieces.faces = any(10); break;
+  case TW_EDIT_DESPIKE: e.despike.factor = any_length(); break;
+  case TW_EDIT_SMOOTH:
+    e.smooth.method = any(2) ? TW_SMOOTH_TAUBIN : TW_SMOOTH_LAPLACIAN;
+    e.smooth.iterations = any(4);
+    break;
   case TW_EDIT_DELETE:
   case TW_EDIT_FLIP:
   case TW_EDIT_ORIENT:
@@ -287,6 +293,8 @@ static tw_edit sound_edit(tw_edit_kind kind) {
   case TW_EDIT_CREASE:
   case TW_EDIT_CORNER:
   case TW_EDIT_HOLE: e.sharpness = 1; break;
+  case TW_EDIT_DESPIKE: e.despike.factor = 2; break;
+  case TW_EDIT_SMOOTH: e.smooth.iterations = 1; break;
   default: break;
   }
   return e;
@@ -312,7 +320,8 @@ static tw_status try_edit(const tw_mesh *mesh, const tw_edit *e, uint32_t counts
 }
 
 static bool uses_selection(tw_edit_kind kind) {
-  return kind != TW_EDIT_LOOP_CUT && kind != TW_EDIT_FILL && kind != TW_EDIT_MIRROR;
+  return kind != TW_EDIT_LOOP_CUT && kind != TW_EDIT_FILL && kind != TW_EDIT_MIRROR &&
+         kind != TW_EDIT_DROP_PIECES;
 }
 
 /* Whether the kind is applied to such elements at all. */
@@ -502,7 +511,10 @@ TEST(every_failed_allocation_is_told) {
       {.kind = TW_EDIT_FLIP},
       {.kind = TW_EDIT_ORIENT},
       {.kind = TW_EDIT_TRIANGULATE},
-      {.kind = TW_EDIT_QUADS}};
+      {.kind = TW_EDIT_QUADS},
+      {.kind = TW_EDIT_DROP_PIECES, .drop_pieces.faces = 2},
+      {.kind = TW_EDIT_DESPIKE, .name = "c", .despike.factor = 0.1},
+      {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 2}};
   enum { COUNT = sizeof edits / sizeof *edits };
   tw_made names[COUNT];
   uint32_t name_count;

@@ -10,6 +10,8 @@ extern "C" {
 
 /* The most new points that one edit may make along an edge. */
 enum { TW_EDIT_CUTS_MAX = 10000 };
+/* The most times that one edit may smooth a mesh. */
+enum { TW_EDIT_ITERATIONS_MAX = 100 };
 
 typedef enum tw_edit_element { TW_EDIT_FACES, TW_EDIT_EDGES, TW_EDIT_VERTICES } tw_edit_element;
 extern const char *const tw_edit_element_names[3]; /* "faces", "edges", "vertices" */
@@ -61,10 +63,15 @@ typedef enum tw_edit_kind {
   TW_EDIT_FLIP,
   TW_EDIT_ORIENT,
   TW_EDIT_TRIANGULATE,
-  TW_EDIT_QUADS
+  TW_EDIT_QUADS,
+  TW_EDIT_DROP_PIECES,
+  TW_EDIT_DESPIKE,
+  TW_EDIT_SMOOTH
 } tw_edit_kind;
-enum { TW_EDIT_KINDS = TW_EDIT_QUADS + 1 };
+enum { TW_EDIT_KINDS = TW_EDIT_SMOOTH + 1 };
 extern const char *const tw_edit_names[TW_EDIT_KINDS]; /* "extrude", "inset", "loop_cut", ... */
+
+typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smooth_method;
 
 /* What each edit does stands at its member; those without one need a selection alone. `all` below: the whole
  * mesh where the selection is TW_SELECT_NOTHING. New faces and points come after those that stay; a face that
@@ -139,6 +146,23 @@ typedef struct tw_edit {
     } scale;
     /* CREASE (edges), CORNER (vertices), HOLE (faces; any but 0 makes one): 0 takes the tag away. */
     double sharpness;
+    /* Drops pieces of fewer than `faces` faces, and their points; pieces have no point in common. The
+     * selection is not used. Made: nothing. */
+    struct {
+      uint32_t faces;
+    } drop_pieces;
+    /* (all) Moves points of three neighbours or more that are farther from the middle of their neighbours
+     * than `factor`, above 0, times the distance of these from it, between the neighbours that are not. Made:
+     * the points that it moved. */
+    struct {
+      double factor;
+    } despike;
+    /* (all) Moves points towards the mean of their neighbours; those on a border stay. TAUBIN keeps the
+     * volume, LAPLACIAN shrinks. */
+    struct {
+      tw_smooth_method method;
+      uint32_t iterations; /* 1 to TW_EDIT_ITERATIONS_MAX */
+    } smooth;
   };
   /* DELETE: faces; or edges and vertices, with the faces at them. Points that this leaves without a face go.
    * FLIP (all): turns faces round. ORIENT (all, faces): turns faces round so that neighbours run alike, and

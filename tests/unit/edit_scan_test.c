@@ -1,0 +1,203 @@
+/* Edits that make scans clean: what they take away, and what they leave as it was. */
+#include "edited.h"
+#include "tweend/shape.h"
+
+/* ---- fixtures ------------------------------------------------------------------------------------------ */
+
+static uint32_t seed;
+
+/* -1 to 1 */
+static double any(void) {
+  seed = seed * 1664525u + 1013904223u;
+  return (double)(seed >> 8) / (1 << 23) - 1;
+}
+
+typedef struct scan {
+  tw_arena *arena;
+  tw_mesh mesh;
+  float (*points)[3];
+} scan;
+
+/* A ball of radius 1 with 10 * 4^level + 2 points. */
+static scan ball(uint32_t level) {
+  scan s = {.arena = tw_arena_create()};
+  tw_shape shape;
+  tw_error error;
+  tw_shape_init(&shape, TW_SHAPE_ICOSPHERE);
+  shape.radii[0] = 1;
+  shape.level = level;
+  assert_int_equal(tw_shape_make(&shape, s.arena, &s.mesh, &error), TW_OK);
+  s.points = tw_arena_alloc(s.arena, s.mesh.point_count, sizeof *s.points);
+  assert_non_null(s.points);
+  memcpy(s.points, s.mesh.positions, s.mesh.point_count * sizeof *s.points);
+  s.mesh.positions = s.points[0];
+  return s;
+}
+
+/* The root mean square of how far points are from the ball's surface. */
+static double off_ball(const tw_mesh *mesh) {
+  double sum = 0;
+  for (uint32_t p = 0; p < mesh->point_count; p++) {
+    const float *at = point_of(mesh, p);
+    double off = sqrt((double)at[0] * at[0] + (double)at[1] * at[1] + (double)at[2] * at[2]) - 1;
+    sum += off * off;
+  }
+  return sqrt(sum / mesh->point_count);
+}
+
+static double volume_of(const tw_mesh *mesh) {
+  double volume, area;
+  measure(mesh, &volume, &area);
+  return volume;
+}
+
+/* ---- smooth -------------------------------------------------------------------------------------------- */
+
+TEST(iterations_are_bounded) {
+  const tw_mesh mesh = cube();
+  const tw_edit none = {.kind = TW_EDIT_SMOOTH},
+                many = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = TW_EDIT_ITERATIONS_MAX + 1};
+  edit_refused(&mesh, &none, 1, TW_INVALID, "/0/iterations");
+  edit_refused(&mesh, &many, 1, TW_INVALID, "/0/iterations");
+}
+
+/* What is left of the noise are its long waves, which might be the surface's. */
+TEST(noise_on_a_ball_falls_to_two_fifths_within_a_percent_of_its_volume) {
+  scan clean = ball(4), s = ball(4);
+  seed = 1;
+  for (uint32_t p = 0; p < s.mesh.point_count; p++) {
+    double by = 1 + 0.02 * any();
+    for (int i = 0; i < 3; i++) s.points[p][i] = (float)(by * (double)s.points[p][i]);
+  }
+  const tw_edit taubin = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 10};
+  edited out = edit(&s.mesh, &taubin, 1);
+  double before = off_ball(&s.mesh), after = off_ball(&out.mesh);
+  if (!(after < before * 0.4)) print_error("%g of %g\n", after, before);
+  assert_true(after < before * 0.4);
+  assert_true(fabs(volume_of(&out.mesh) / volume_of(&clean.mesh) - 1) < 0.01);
+  edited_deinit(&out);
+  tw_arena_destroy(clean.arena);
+  tw_arena_destroy(s.arena);
+}
+
+/* The mean of a corner's neighbours is the corner times 1/3. */
+TEST(a_step_takes_the_corners_of_a_cube_towards_their_neighbours) {
+  const tw_mesh mesh = cube();
+  const tw_edit twice = {.kind = TW_EDIT_SMOOTH, .smooth = {TW_SMOOTH_LAPLACIAN, 2}},
+                back = {.kind = TW_EDIT_SMOOTH, .smooth = {TW_SMOOTH_TAUBIN, 1}};
+  edited shrunk = edit(&mesh, &twice, 1), same = edit(&mesh, &back, 1);
+  for (uint32_t p = 0; p < 8; p++)
+    for (uint32_t i = 0; i < 3; i++) {
+      assert_near((double)point_of(&shrunk.mesh, p)[i], 4.0 / 9 * (double)cube_points[p][i]);
+      assert_near((double)point_of(&same.mesh, p)[i],
+                  (1 - 0.6307 * 2 / 3) * (1 + 0.6732 * 2 / 3) * (double)cube_points[p][i]);
+    }
+  edited_deinit(&shrunk);
+  edited_deinit(&same);
+}
+
+TEST(borders_and_flat_points_stay) {
+  grid_mesh g;
+  tw_mesh mesh = grid_of(&g, 6, 6);
+  g.points[24][2] = 1;
+  const tw_edit taubin = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 5};
+  edited out = edit(&mesh, &taubin, 1);
+  for (uint32_t p = 0; p < 49; p++) {
+    bool is_border = p % 7 == 0 || p % 7 == 6 || p < 7 || p >= 42;
+    for (uint32_t i = 0; i < (is_border ? 3 : 2); i++)
+      assert_near((double)point_of(&out.mesh, p)[i], (double)g.points[p][i]);
+  }
+  assert_true(fabs((double)point_of(&out.mesh, 24)[2]) < 0.5);
+  edited_deinit(&out);
+}
+
+TEST(what_is_not_selected_is_not_smoothed) {
+  const tw_mesh mesh = cube();
+  const tw_edit some = {.kind = TW_EDIT_SMOOTH,
+                        .selection = LIST(TW_EDIT_VERTICES, 3),
+                        .name = "a",
+                        .smooth = {TW_SMOOTH_LAPLACIAN, 1}};
+  edited out = edit(&mesh, &some, 1);
+  for (uint32_t p = 0; p < 8; p++)
+    assert_near((double)point_of(&out.mesh, p)[0], (double)cube_points[p][0] * (p == 3 ? 2.0 / 3 : 1));
+  assert_int_equal(out.made[0].vertex_count, 1);
+  assert_int_equal(out.made[0].vertices[0], 3);
+  edited_deinit(&out);
+}
+
+/* ---- despike ------------------------------------------------------------------------------------------- */
+
+TEST(factors_are_above_0) {
+  const tw_mesh mesh = cube();
+  static const double wrong[] = {0, -1, NAN, INFINITY};
+  for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+    const tw_edit e = {.kind = TW_EDIT_DESPIKE, .despike.factor = wrong[i]};
+    edit_refused(&mesh, &e, 1, TW_INVALID, "/0/factor");
+  }
+}
+
+/* Spikes alone, two side by side and three in a triangle go back; nothing else moves. */
+TEST(spikes_go_and_all_else_stays) {
+  scan s = ball(3);
+  const uint32_t *triangle = s.mesh.corners + 3 * 600, *edge = s.mesh.corners + 3 * 100;
+  uint32_t spikes[6] = {s.mesh.corners[0], edge[0], edge[1], triangle[0], triangle[1], triangle[2]};
+  for (uint32_t i = 0; i < 6; i++)
+    for (uint32_t k = 0; k < 3; k++) s.points[spikes[i]][k] *= i % 2 ? 0.2f : 5;
+  const tw_edit despike = {.kind = TW_EDIT_DESPIKE, .name = "a", .despike.factor = 2};
+  edited out = edit(&s.mesh, &despike, 1);
+  assert_int_equal(out.made[0].vertex_count, 6);
+  for (uint32_t i = 0; i < 6; i++) {
+    bool is_found = false;
+    for (uint32_t k = 0; k < 6; k++) is_found |= out.made[0].vertices[k] == spikes[i];
+    assert_true(is_found);
+  }
+  for (uint32_t p = 0, next = 0; p < s.mesh.point_count; p++) {
+    bool is_spike = next < 6 && out.made[0].vertices[next] == p;
+    next += is_spike;
+    if (!is_spike) assert_memory_equal(point_of(&out.mesh, p), s.points[p], sizeof *s.points);
+  }
+  assert_true(off_ball(&out.mesh) < 0.002);
+  edited_deinit(&out);
+  tw_arena_destroy(s.arena);
+}
+
+TEST(cubes_and_balls_have_no_spikes) {
+  scan s = ball(2);
+  const tw_mesh meshes[] = {cube(), s.mesh};
+  const tw_edit despike = {.kind = TW_EDIT_DESPIKE, .name = "a", .despike.factor = 1};
+  for (int i = 0; i < 2; i++) {
+    edited out = edit(&meshes[i], &despike, 1);
+    assert_int_equal(out.made[0].vertex_count, 0);
+    assert_memory_equal(out.mesh.positions, meshes[i].positions, meshes[i].point_count * sizeof(float[3]));
+    edited_deinit(&out);
+  }
+  tw_arena_destroy(s.arena);
+}
+
+/* ---- drop_pieces --------------------------------------------------------------------------------------- */
+
+/* A cube; a triangle and a quad with a point in common; a triangle. */
+TEST(small_pieces_go_with_their_points) {
+  float points[8 + 6 + 3 + 1][3];
+  uint32_t corners[24 + 3 + 4 + 3], offsets[10];
+  memcpy(points, cube_points, sizeof cube_points);
+  memcpy(corners, cube_corners, sizeof cube_corners);
+  memcpy(offsets, cube_offsets, sizeof cube_offsets);
+  for (uint32_t p = 8; p < 18; p++)
+    for (uint32_t i = 0; i < 3; i++) points[p][i] = (float)(p * (i + 1) % 7);
+  const uint32_t more[] = {8, 9, 10, 10, 11, 12, 13, 14, 15, 16};
+  memcpy(corners + 24, more, sizeof more);
+  offsets[7] = 27;
+  offsets[8] = 31;
+  offsets[9] = 34;
+  const tw_mesh mesh = mesh_of(points[0], 18, corners, offsets, 9);
+  static const uint32_t least[] = {0, 1, 2, 3, 6, 7}, faces[] = {9, 9, 8, 6, 6, 0},
+                        left[] = {18, 18, 15, 9, 9, 1}; /* point 17 was without a face before */
+  for (int i = 0; i < 6; i++) {
+    const tw_edit drop = {.kind = TW_EDIT_DROP_PIECES, .drop_pieces.faces = least[i]};
+    edited out = edit(&mesh, &drop, 1);
+    assert_int_equal(out.mesh.face_count, faces[i]);
+    assert_int_equal(out.mesh.point_count, left[i]);
+    edited_deinit(&out);
+  }
+}
