@@ -169,6 +169,17 @@ scan() {
   ((stored >= 1))
 }
 
+@test "with 1,024 idle connections it says that it is healthy" {
+  ulimit -n 4096
+  started
+  address=$(docker inspect --format '{{range .NetworkSettings.Networks}}{{.IPAddress}}{{end}}' "$name")
+  # shellcheck disable=SC2034 # a descriptor each, open until the test ends
+  for ((i = 0; i < 1024; i++)); do exec {connection}<>"/dev/tcp/$address/8080"; done
+  run curl --silent --output /dev/null --write-out '%{http_code}' --max-time 5 "http://$address:8080/healthz"
+  ended
+  [ "$output" = 200 ]
+}
+
 @test "with one processor there is one compute thread" {
   started --cpus 1
   run curl --silent "$url/metrics"
@@ -178,7 +189,7 @@ scan() {
 
 @test "compose keeps the models in its named volume over a restart" {
   export TWEEND_PORT="" # a free one
-  compose() { docker-compose --project-name "tweend-test-$$" --file "$BATS_TEST_DIRNAME/../../docker/compose.yaml" "$@"; }
+  compose() { ${TESTED_COMPOSE-docker-compose} --project-name "tweend-test-$$" --file "$BATS_TEST_DIRNAME/../../docker/compose.yaml" "$@"; }
   ready() {
     url=http://$(compose port tweend 8080)
     for _ in $(seq 50); do

@@ -117,13 +117,15 @@ class Container {
   }
 }
 
+const [compose, ...composing] = (process.env.TESTED_COMPOSE ?? 'docker-compose').split(' ');
+
 export class Containers {
   replicas = Array.from({ length: COUNT }, (_, i) => new Container(this, `tweend${i + 1}`));
 
   async compose(...args) {
-    const files = ['--project-name', `tweend-scale-${process.pid}`, '--file', join(root, 'docker/compose.scale.yaml')];
+    const options = [...composing, '--project-name', `tweend-scale-${process.pid}`, '--file', join(root, 'docker/compose.scale.yaml')];
     const env = { ...process.env, TWEEND_PORT: '', TWEEND_QUEUE: QUEUE, TWEEND_SERVER_TIMEOUT: SERVER_TIMEOUT };
-    return (await run('docker-compose', [...files, ...args], { env })).stdout.trim();
+    return (await run(compose, [...options, ...args], { env })).stdout.trim();
   }
 
   async start() {
