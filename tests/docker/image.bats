@@ -2,16 +2,33 @@
 
 image=${TWEEND_IMAGE:-tweend:test}
 
+# Each test has one container at most, and a volume of its own if it outlives the container.
+setup() { name=tweend-$BATS_TEST_NUMBER-$$; }
+teardown() {
+  docker rm --force --volumes "$name" >/dev/null 2>&1 || true
+  docker volume rm "$name" >/dev/null 2>&1 || true
+}
+
+# started [OPTION...]: runs the image with a volume and a free port, and waits until it is ready.
+started() {
+  docker run --detach --name "$name" --read-only --cap-drop ALL --security-opt no-new-privileges --volume "${volume-/data}" \
+    --publish 127.0.0.1::8080 "$@" "$image" >/dev/null
+  url=http://$(docker port "$name" 8080/tcp | head -n 1)
+  for _ in $(seq 200); do
+    curl --silent --fail --output /dev/null "$url/readyz" && return
+    sleep 0.05
+  done
+  return 1
+}
+
 @test "it runs as a user that is not root" {
   user=$(docker image inspect --format '{{.Config.User}}' "$image")
   [[ -n $user && $user != root && $user != 0 && $user != 0:* ]]
 }
 
 @test "it holds the program and its libraries, and no shell, compiler, header or package manager" {
-  name=tweend-files-$$
   docker create --name "$name" "$image" >/dev/null
   docker export "$name" | tar t >"$BATS_TEST_TMPDIR/files"
-  docker rm --volumes "$name" >/dev/null
   grep -qx 'usr/bin/tweend' "$BATS_TEST_TMPDIR/files"
   run grep -E '(^|/)(sh|bash|cc|gcc|g\+\+|cmake|apt|dpkg)$|\.h$' "$BATS_TEST_TMPDIR/files"
   echo "$output"
@@ -26,7 +43,6 @@ image=${TWEEND_IMAGE:-tweend:test}
 
 @test "its health check is the program's own, and says healthy" {
   [[ $(docker image inspect --format '{{json .Config.Healthcheck.Test}}' "$image") == *--healthcheck* ]]
-  name=tweend-health-$$
   docker run --detach --name "$name" --read-only --cap-drop ALL --volume /data "$image" >/dev/null
   health=starting
   for _ in $(seq 60); do
@@ -34,18 +50,13 @@ image=${TWEEND_IMAGE:-tweend:test}
     [[ $health != starting ]] && break
     sleep 1
   done
-  docker rm --force --volumes "$name" >/dev/null
   [ "$health" = healthy ]
 }
 
 @test "docker stop drains: it ends with status 0" {
-  name=tweend-stop-$$
-  docker run --detach --name "$name" --read-only --cap-drop ALL --volume /data "$image" >/dev/null
-  sleep 1
+  started
   docker stop --time 10 "$name" >/dev/null
-  status=$(docker inspect --format '{{.State.ExitCode}}' "$name")
-  docker rm --force --volumes "$name" >/dev/null
-  [ "$status" = 0 ]
+  [ "$(docker inspect --format '{{.State.ExitCode}}' "$name")" = 0 ]
 }
 
 @test "it is under 40 MB" {
@@ -65,11 +76,9 @@ image=${TWEEND_IMAGE:-tweend:test}
 
 # files: the image's root in a folder.
 files() {
-  name=tweend-root-$$
   mkdir "$BATS_TEST_TMPDIR/root"
   docker create --name "$name" "$image" >/dev/null
   docker export "$name" | tar x --directory "$BATS_TEST_TMPDIR/root" --exclude 'dev/*'
-  docker rm --volumes "$name" >/dev/null
   cd "$BATS_TEST_TMPDIR/root" || return
 }
 
@@ -97,33 +106,24 @@ files() {
   [ "$(grep -c 'BEGIN CERTIFICATE' etc/ssl/certs/ca-certificates.crt)" -gt 100 ]
 }
 
-# started: runs the image with a volume and a free port, and waits until it is ready.
-started() {
-  name=tweend-$BATS_TEST_NUMBER-$$
-  docker run --detach --name "$name" --read-only --cap-drop ALL --security-opt no-new-privileges --volume /data \
-    --publish 127.0.0.1::8080 "$@" "$image" >/dev/null
-  url=http://$(docker port "$name" 8080/tcp | head -n 1)
-  for _ in $(seq 200); do
-    curl --silent --fail --output /dev/null "$url/readyz" && return
-    sleep 0.05
+# By the engine's clock, from the start of the process to its line; the best of three on a machine that does more.
+@test "it serves half a second after it was started" {
+  best=1000000
+  for _ in 1 2 3; do
+    started
+    begin=$(docker inspect --format '{{.State.StartedAt}}' "$name")
+    line=$(docker logs --timestamps "$name" 2>/dev/null | sed -n 's/ tweend .* listening on .*//p')
+    took=$((($(date --date "$line" +%s%N) - $(date --date "$begin" +%s%N)) / 1000000))
+    ((took >= best)) || best=$took
+    docker rm --force --volumes "$name" >/dev/null
   done
-  return 1
-}
-ended() { docker rm --force --volumes "$name" >/dev/null; }
-
-@test "it starts within two seconds, the engine's part included" {
-  begin=${EPOCHREALTIME/./}
-  started
-  took=$(((${EPOCHREALTIME/./} - begin) / 1000))
-  echo "# $took ms" >&3
-  ended
-  ((took < 2000))
+  echo "# $best ms" >&3
+  ((best < 500))
 }
 
 @test "the page is in it" {
   started
   run curl --silent "$url/"
-  ended
   [[ $output == *'<script type="module">'* ]]
 }
 
@@ -163,9 +163,7 @@ scan() {
     fi
   done
   echo "# $stored of four at once stored" >&3
-  state=$(docker inspect --format '{{.State.Running}} {{.State.OOMKilled}}' "$name")
-  ended
-  [ "$state" = "true false" ]
+  [ "$(docker inspect --format '{{.State.Running}} {{.State.OOMKilled}}' "$name")" = "true false" ]
   ((stored >= 1))
 }
 
@@ -176,14 +174,25 @@ scan() {
   # shellcheck disable=SC2034 # a descriptor each, open until the test ends
   for ((i = 0; i < 1024; i++)); do exec {connection}<>"/dev/tcp/$address/8080"; done
   run curl --silent --output /dev/null --write-out '%{http_code}' --max-time 5 "http://$address:8080/healthz"
-  ended
   [ "$output" = 200 ]
+}
+
+# As OpenShift does: a user that nobody knows, of the group root, and another one after it.
+@test "any user of one group goes on with the models of another" {
+  volume=$name:/data
+  send() { curl --silent --fail --data-binary "@$BATS_TEST_DIRNAME/../../server/samples/$1.obj" "$url/v1/models"; }
+  started --user 1000620000:0
+  cube=$(send cube | jq -r .id)
+  docker rm --force "$name" >/dev/null
+  started --user 1000630000:0
+  curl --silent --fail --output /dev/null "$url/v1/models/$cube/surface.glb"
+  send octopus
+  curl --silent --fail --request DELETE "$url/v1/models/$cube"
 }
 
 @test "with one processor there is one compute thread" {
   started --cpus 1
   run curl --silent "$url/metrics"
-  ended
   grep -qx 'tweend_compute_threads 1' <<<"$output"
 }
 
