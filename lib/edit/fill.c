@@ -1,5 +1,6 @@
-/* Closes holes by a face each, which runs against the border. */
+/* Closes holes by a face each, which runs against the border, or by triangles. */
 #include "editor.h"
+#include "hole.h"
 
 typedef struct filler {
   tw_editor *editor;
@@ -11,6 +12,8 @@ typedef struct filler {
   uint32_t *corners;  /* [corner_count] of the holes, as in the walk */
   uint32_t *holes;    /* [hole_count + 1] first of each */
   uint32_t hole_count, corner_count;
+  uint32_t (
+      *triangles)[3]; /* [corner_count - 2 hole_count] places in each hole, one after the other; NULL: no */
 } filler;
 
 static bool is_border(const tw_topology *t, uint32_t corner) {
@@ -85,14 +88,47 @@ static tw_status find_holes(filler *h) {
                         "the border is no loop of at least three edges and at most max_edges");
 }
 
-/* Corners have the texture coordinates of the faces on the other side. */
-static void put_hole(const filler *h, tw_change *change, uint32_t hole) {
-  const tw_topology *t = h->t;
-  for (uint32_t i = h->holes[hole]; i < h->holes[hole + 1]; i++) {
-    uint32_t next = tw_corner_next(t, h->corners[i]);
-    tw_change_corner(change, t->corner_vertex[next], next, t->corner_edge[h->corners[i]], TW_CHANGE_MADE);
+/* Covers every hole. TW_NO_MEMORY. */
+static tw_status triangulate(filler *h) {
+  tw_arena *arena = h->editor->arena;
+  tw_hole_budget budget = tw_hole_budget_of(h->editor);
+  uint32_t *points = tw_arena_alloc_raw(arena, h->corner_count, sizeof *points), count = 0;
+  h->triangles = tw_arena_alloc_raw(arena, h->corner_count, sizeof *h->triangles);
+  if (!points || !h->triangles) return tw_editor_no_memory(h->editor);
+  for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
+    uint32_t first = h->holes[i], size = h->holes[i + 1] - first;
+    status = tw_hole_triangulate(h->editor, points + first, size, &budget, h->triangles + count);
+    count += size - 2;
   }
-  tw_change_face(change, t->corner_face[h->corners[h->holes[hole]]], TW_CHANGE_NEW | TW_CHANGE_MADE);
+  return status;
+}
+
+/* A corner at a place of a hole has the texture coordinates of the faces on the other side. */
+static void put_corner(const filler *h, tw_change *change, uint32_t place, bool is_side) {
+  const tw_topology *t = h->t;
+  uint32_t corner = h->corners[place], next = tw_corner_next(t, corner);
+  tw_change_corner(change, t->corner_vertex[next], next, is_side ? t->corner_edge[corner] : UINT32_MAX,
+                   TW_CHANGE_MADE);
+}
+
+static void put_hole(const filler *h, tw_change *change, uint32_t hole) {
+  uint32_t first = h->holes[hole], size = h->holes[hole + 1] - first;
+  uint32_t parent = h->t->corner_face[h->corners[first]];
+  if (!h->triangles) {
+    for (uint32_t i = 0; i < size; i++) put_corner(h, change, first + i, true);
+    tw_change_face(change, parent, TW_CHANGE_NEW | TW_CHANGE_MADE);
+    return;
+  }
+  /* Two triangles fewer than corners for each hole before. */
+  for (uint32_t i = first - 2 * hole; i < first - 2 * hole + size - 2; i++) {
+    for (int k = 0; k < 3; k++) {
+      uint32_t place = h->triangles[i][k], behind = h->triangles[i][(k + 1) % 3];
+      put_corner(h, change, first + place, (place + 1) % size == behind);
+    }
+    tw_change_face(change, parent, TW_CHANGE_NEW | TW_CHANGE_MADE);
+  }
 }
 
 tw_status tw_edit_fill(tw_editor *editor) {
@@ -110,10 +146,14 @@ tw_status tw_edit_fill(tw_editor *editor) {
   if (!h.is_seen || !h.corners || !h.walk || !h.place_of || !h.holes) return tw_editor_no_memory(editor);
   status = find_holes(&h);
   if (status != TW_OK || h.hole_count == 0) return status;
+  if (editor->edit->fill.method == TW_FILL_TRIANGLES) status = triangulate(&h);
+  if (status != TW_OK) return status;
   tw_change change;
+  uint64_t triangles = (uint64_t)h.corner_count - 2 * (uint64_t)h.hole_count;
   const tw_change_size size = {.points = t->vertex_count,
-                               .faces = (uint64_t)t->face_count + h.hole_count,
-                               .corners = (uint64_t)t->corner_count + h.corner_count};
+                               .faces = (uint64_t)t->face_count + (h.triangles ? triangles : h.hole_count),
+                               .corners = (uint64_t)t->corner_count +
+                                          (h.triangles ? 3 * triangles : h.corner_count)};
   status = tw_change_init(&change, editor, &size);
   if (status != TW_OK) return status;
   tw_change_keep_points(&change);

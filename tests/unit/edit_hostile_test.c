@@ -130,6 +130,7 @@ static tw_edit any_edit(const tangle *t, uint32_t *list) {
     e.fill.has_border = any(2);
     memcpy(e.fill.border, list, sizeof e.fill.border);
     e.fill.max_edges = any(6);
+    e.fill.method = any(2) ? TW_FILL_NGON : TW_FILL_TRIANGLES;
     break;
   case TW_EDIT_MIRROR:
     e.mirror.axis = (int)any(4);
@@ -504,7 +505,7 @@ TEST(every_failed_allocation_is_told) {
       {.kind = TW_EDIT_SUBDIVIDE, .selection = made, .subdivide.cuts = 1},
       {.kind = TW_EDIT_MOVE, .selection = made, .move.by = {1, 0, 0}},
       {.kind = TW_EDIT_DELETE, .selection = LIST(TW_EDIT_FACES, 5)},
-      {.kind = TW_EDIT_FILL},
+      {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES},
       {.kind = TW_EDIT_MERGE, .selection = LIST(TW_EDIT_VERTICES, 0, 1), .merge.distance = -1},
       {.kind = TW_EDIT_MERGE, .selection = {.of = TW_EDIT_VERTICES, .by = TW_SELECT_ALL}},
       {.kind = TW_EDIT_MIRROR, .mirror.weld = 0.1},

@@ -201,3 +201,87 @@ TEST(small_pieces_go_with_their_points) {
     edited_deinit(&out);
   }
 }
+
+/* ---- fill ---------------------------------------------------------------------------------------------- */
+
+/* A cap of a cylinder is a polygon that lies flat: any cover has its area, and as many triangles. */
+TEST(caps_of_a_tube_are_covered) {
+  static const uint32_t segments[] = {3, 4, 64, 700};
+  for (int i = 0; i < 4; i++) {
+    const uint32_t n = segments[i];
+    tw_arena *arena = tw_arena_create();
+    tw_mesh tube;
+    tw_shape shape;
+    tw_error error;
+    tw_shape_init(&shape, TW_SHAPE_CYLINDER);
+    shape.segments[0] = n;
+    shape.rings = 1;
+    shape.caps = TW_CAPS_NONE;
+    assert_int_equal(tw_shape_make(&shape, arena, &tube, &error), TW_OK);
+    const tw_edit fill = {.kind = TW_EDIT_FILL, .name = "a", .fill.method = TW_FILL_TRIANGLES};
+    edited out = edit(&tube, &fill, 1);
+    assert_counts(&out, 2 * n, 3 * n + 2 * (n - 3), n + 2 * (n - 2), 0);
+    assert_int_equal(out.stats.euler_characteristic, 2);
+    assert_int_equal(out.made[0].face_count, 2 * (n - 2));
+    double slice = sin(2 * 3.14159265358979323846 / n) / 2 * n;
+    assert_true(fabs(volume_of(&out.mesh) / (slice * (double)shape.height) - 1) < 1e-5);
+    edited_deinit(&out);
+    tw_arena_destroy(arena);
+  }
+}
+
+/* Over four points that do not lie flat one diagonal makes less area than the other one. */
+TEST(the_cover_of_the_least_area_is_taken) {
+  static const float points[][3] = {{0, 0, 0}, {4, 0, 0}, {4, 1, 0}, {0, 1, 3}};
+  static const uint32_t corners[] = {0, 1, 2, 3}, offsets[] = {0, 4};
+  const tw_mesh mesh = mesh_of(points[0], 4, corners, offsets, 1);
+  const tw_edit fill = {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES};
+  const uint32_t covers[2][6] = {{0, 1, 2, 0, 2, 3}, {0, 1, 3, 1, 2, 3}};
+  static const uint32_t halves[] = {0, 3, 6};
+  edited out = edit(&mesh, &fill, 1);
+  double volume, front, cover[2], whole;
+  measure(&mesh, &volume, &front);
+  measure(&out.mesh, &volume, &whole);
+  for (int i = 0; i < 2; i++) {
+    const tw_mesh two = mesh_of(points[0], 4, covers[i], halves, 2);
+    measure(&two, &volume, &cover[i]);
+  }
+  assert_true(fabs(cover[0] - cover[1]) > 1e-3);
+  assert_near(whole - front, fmin(cover[0], cover[1]));
+  edited_deinit(&out);
+}
+
+/* Of two diagonals of a gap one is an edge on the other side: a second one there would join four faces. */
+TEST(a_cover_has_no_edge_that_the_mesh_has) {
+  static const float points[][3] = {{0, 0, 0}, {3, 0, 0}, {3, 1, 0}, {0, 1, 0}, {1, 0.5f, -1}, {2, 0.5f, -1}};
+  /* The gap is 0 1 2 3; 1 and 3 are joined by a bridge beneath. */
+  static const uint32_t corners[] = {1, 0, 4, 0, 3, 4, 3, 1, 4, 1, 3, 5, 3, 2, 5, 2, 1, 5},
+                        offsets[] = {0, 3, 6, 9, 12, 15, 18};
+  const tw_mesh mesh = mesh_of(points[0], 6, corners, offsets, 6);
+  const tw_edit fill = {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES};
+  edited out = edit(&mesh, &fill, 1);
+  assert_counts(&out, 6, 12, 8, 0);
+  assert_int_equal(out.stats.euler_characteristic, 2);
+  edited_deinit(&out);
+}
+
+TEST(holes_cut_into_a_ball_close_to_a_ball) {
+  for (uint32_t round = 0; round < 60; round++) {
+    scan s = ball(3);
+    uint32_t list[24], count = 1 + round % 24;
+    seed = round;
+    for (uint32_t i = 0; i < count; i++) list[i] = (uint32_t)((any() + 1) / 2 * s.mesh.point_count);
+    const tw_edit edits[] = {
+        {.kind = TW_EDIT_DELETE,
+         .selection = {TW_EDIT_VERTICES, TW_SELECT_LIST, .count = count, .indices = list}},
+        {.kind = TW_EDIT_FILL, .name = "a", .fill.method = TW_FILL_TRIANGLES}};
+    edited cut = edit(&s.mesh, edits, 1), out = edit(&s.mesh, edits, 2);
+    assert_int_equal(out.mesh.point_count, cut.mesh.point_count);
+    assert_counts(&out, cut.mesh.point_count, 3 * cut.mesh.point_count - 6, 2 * cut.mesh.point_count - 4, 0);
+    assert_int_equal(out.stats.euler_characteristic, 2);
+    assert_true(fabs(volume_of(&out.mesh) / volume_of(&s.mesh) - 1) < 0.02);
+    edited_deinit(&cut);
+    edited_deinit(&out);
+    tw_arena_destroy(s.arena);
+  }
+}

@@ -71,6 +71,7 @@ typedef enum tw_edit_kind {
 enum { TW_EDIT_KINDS = TW_EDIT_SMOOTH + 1 };
 extern const char *const tw_edit_names[TW_EDIT_KINDS]; /* "extrude", "inset", "loop_cut", ... */
 
+typedef enum tw_fill_method { TW_FILL_NGON, TW_FILL_TRIANGLES } tw_fill_method;
 typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smooth_method;
 
 /* What each edit does stands at its member; those without one need a selection alone. `all` below: the whole
@@ -117,11 +118,13 @@ typedef struct tw_edit {
       bool has_to;
       double to[3];
     } merge;
-    /* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any) by a
-     * face. The selection is not used. Made: the faces. */
+    /* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any): by a
+     * face, or by the triangles of the least area (of a hole of more than 512 edges, or of many in a small
+     * mesh, those of its halves). The selection is not used. Made: the faces. */
     struct {
       bool has_border;
       uint32_t border[2], max_edges;
+      tw_fill_method method;
     } fill;
     /* Adds the mirror image, x, y or z (0, 1, 2) times -1. A point that lies nearer to the plane than `weld`
      * (negative: none) goes onto it and is its own image; a face all of whose points do, goes. The selection

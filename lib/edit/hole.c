@@ -1,0 +1,141 @@
+/* Triangles of least area over a loop of points, by dynamic programming: Barequet and Sharir, "Filling gaps
+ * in the boundary of a polyhedron" (1995). O(n^3) work and O(n^2) memory for a loop of n points, both
+ * bounded. */
+#include "hole.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+  LOOKS = 1024, /* triangles that are looked at, for each point and corner of the mesh */
+  EXACT = 512,  /* points of the largest loop that is not halved */
+  SMALL = 8     /* and of one that never is */
+};
+
+typedef struct covering {
+  const tw_editor *editor;
+  const uint32_t *points;
+  tw_hole_budget *budget;
+  double taken;     /* what an edge that the mesh has already adds to the area */
+  double *areas;    /* [n * n] of the cover between two places, at [first * n + last] */
+  uint16_t *splits; /* [n * n] the third corner of the triangle behind them */
+  uint32_t (*out)[3];
+  uint32_t count; /* of triangles */
+} covering;
+
+tw_hole_budget tw_hole_budget_of(const tw_editor *editor) {
+  return (tw_hole_budget){LOOKS * ((uint64_t)editor->mesh.point_count + editor->mesh.corner_count)};
+}
+
+static void side(const covering *c, uint32_t from, uint32_t to, double out[3]) {
+  const float *a = tw_editor_point(c->editor, c->points[from]),
+              *b = tw_editor_point(c->editor, c->points[to]);
+  for (int i = 0; i < 3; i++) out[i] = (double)b[i] - (double)a[i];
+}
+
+static double length(const covering *c, uint32_t a, uint32_t b) {
+  double between[3];
+  side(c, a, b, between);
+  return sqrt(tw_dot3(between, between));
+}
+
+/* Twice the area. */
+static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
+  double first[3], second[3], across[3];
+  side(c, a, b, first);
+  side(c, a, d, second);
+  tw_cross3(first, second, across);
+  return sqrt(tw_dot3(across, across));
+}
+
+static bool is_taken(const covering *c, uint32_t a, uint32_t b) {
+  return tw_topology_find_edge(c->editor->topology, c->points[a], c->points[b]) != UINT32_MAX;
+}
+
+/* The best third corner for the places from first to last of a loop. */
+static void find_split(covering *c, const uint32_t *loop, uint32_t n, uint32_t first, uint32_t last) {
+  double best = INFINITY;
+  uint32_t split = first + 1;
+  for (uint32_t k = first + 1; k < last; k++) {
+    double sum = c->areas[first * n + k] + c->areas[k * n + last] + area(c, loop[first], loop[k], loop[last]);
+    if (!(sum < best)) continue;
+    best = sum;
+    split = k;
+  }
+  bool is_whole = last - first == n - 1;
+  c->areas[first * n + last] = best + (!is_whole && is_taken(c, loop[first], loop[last]) ? c->taken : 0);
+  c->splits[first * n + last] = (uint16_t)split;
+}
+
+/* The triangles behind the places from first to last; they are no more than EXACT deep. */
+static void put_triangles(covering *c, const uint32_t *loop, uint32_t n, uint32_t first, uint32_t last) {
+  if (last - first < 2) return;
+  uint32_t k = c->splits[first * n + last];
+  const uint32_t triangle[3] = {loop[first], loop[k], loop[last]};
+  memcpy(c->out[c->count++], triangle, sizeof triangle);
+  put_triangles(c, loop, n, first, k);
+  put_triangles(c, loop, n, k, last);
+}
+
+static void cover_exactly(covering *c, const uint32_t *loop, uint32_t n) {
+  for (uint32_t i = 0; i + 1 < n; i++) c->areas[i * n + i + 1] = 0;
+  for (uint32_t across = 2; across < n; across++)
+    for (uint32_t first = 0; first + across < n; first++) find_split(c, loop, n, first, first + across);
+  put_triangles(c, loop, n, 0, n - 1);
+}
+
+/* Where a loop begins so that its halves' ends are nearest to each other. */
+static uint32_t find_halves(const covering *c, const uint32_t *loop, uint32_t n) {
+  uint32_t half = n / 2, best = 0;
+  double least = INFINITY;
+  for (uint32_t i = 0; i + half < n; i++) {
+    double between = length(c, loop[i], loop[i + half]);
+    if (is_taken(c, loop[i], loop[i + half])) between += c->taken;
+    if (!(between < least)) continue;
+    least = between;
+    best = i;
+  }
+  return best;
+}
+
+/* loop: [n] places. */
+static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
+  uint64_t looks = (uint64_t)n * n * n / 6;
+  if (n <= SMALL || (n <= EXACT && looks <= c->budget->triangles)) {
+    c->budget->triangles -= looks < c->budget->triangles ? looks : c->budget->triangles;
+    cover_exactly(c, loop, n);
+    return TW_OK;
+  }
+  uint32_t *halves = tw_alloc((size_t)n + 1, sizeof *halves), begin = find_halves(c, loop, n);
+  if (!halves) return tw_editor_no_memory(c->editor);
+  for (uint32_t i = 0; i <= n; i++) halves[i] = loop[(begin + i) % n];
+  tw_status status = cover(c, halves, n / 2 + 1);
+  if (status == TW_OK) status = cover(c, halves + n / 2, n - n / 2 + 1);
+  free(halves);
+  return status;
+}
+
+tw_status tw_hole_triangulate(const tw_editor *editor, const uint32_t *points, uint32_t count,
+                              tw_hole_budget *budget, uint32_t (*out)[3]) {
+  covering c = {.editor = editor, .points = points, .budget = budget, .out = out};
+  size_t most = count < EXACT ? count : EXACT;
+  double around = 0;
+  uint32_t *loop = tw_alloc(count, sizeof *loop);
+  c.areas = tw_alloc(most * most, sizeof *c.areas);
+  c.splits = tw_alloc(most * most, sizeof *c.splits);
+  tw_status status = loop && c.areas && c.splits ? TW_OK : tw_editor_no_memory(editor);
+  if (status == TW_OK) {
+    for (uint32_t i = 0; i < count; i++) {
+      loop[i] = i;
+      around += length(&c, i, (i + 1) % count);
+    }
+    /* More than all triangles together: each is smaller than the square of the loop's length. */
+    c.taken = (double)count * around * (around + 1);
+    status = cover(&c, loop, count);
+  }
+  free(loop);
+  free(c.areas);
+  free(c.splits);
+  return status;
+}
