@@ -35,7 +35,7 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
       {"creasing", query->creasing},   {"triangles", query->triangles},
       {"quads", query->reading.quads}, {"limit", query->limit},
       {"normals", query->normals},     {"own", query->own_normals},
-      {"tagged", query->tagged}};
+      {"tagged", query->tagged},       {"holes", query->with_holes}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);
@@ -158,6 +158,11 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   tw_status status =
       tw_mesh_with_creases(&source->meshes->meshes[plan->count], query->creases, query->crease_degrees,
                            query->crease_sharpness, scratch, &mesh, error);
+  if (status == TW_OK && query->with_holes) {
+    const tw_mesh closed = mesh;
+    if (tw_mesh_open_holes(&closed, scratch, &mesh) != TW_OK)
+      status = tw_fail(error, TW_NO_MEMORY, "out of memory");
+  }
   if (status != TW_OK) return status;
   tw_surface_options options = api_surface_options(query, &mesh);
   options.movable = plan->count >= source->meshes->still_count;

@@ -17,6 +17,7 @@ typedef struct api_surface_query {
   bool limit, normals;
   bool own_normals; /* those of the file, at level 0 */
   bool tagged;      /* with the tags of the cage, at level 0 */
+  bool with_holes;  /* as tw_mesh_open_holes makes faces of them */
   tw_creases creases;
   double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
   float crease_sharpness; /* of the edges that creases adds, else 0 */

@@ -150,8 +150,12 @@ static surface_request *read_request(api_call *call) {
     return NULL;
   }
   request->form = (surface_form)(call->offer - call->route->offers);
-  request->surface.tagged =
-      request->form == FORM_OBJ && request->surface.level == 0 && !request->surface.limit;
+  /* A level 0 in a form that can say all of a cage reads back as the cage. */
+  bool is_cage_of_gltf =
+      request->form != FORM_OBJ && polygon == TW_POLYGONS_NGON && encoding == TW_ENCODING_FLOAT;
+  request->surface.tagged = (request->form == FORM_OBJ || is_cage_of_gltf) && request->surface.level == 0 &&
+                            !request->surface.limit;
+  request->surface.with_holes = request->surface.tagged && is_cage_of_gltf;
   if (api_scene_read(call, request->form == FORM_OBJ, &request->scene.query) != API_DONE) return NULL;
   request->polygons = (tw_polygons)polygon;
   request->encoding = request->form == FORM_OBJ ? TW_ENCODING_FLOAT : (tw_encoding)encoding;

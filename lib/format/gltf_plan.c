@@ -154,6 +154,87 @@ static bool add_vertices(tw_gltf_plan *plan, uint32_t index, const tw_mesh *sour
   return together == layout->morph_count || add_target_views(plan, index, surface, accessor);
 }
 
+/* ---- tags ---------------------------------------------------------------------------------------------- */
+
+static uint32_t add_numbers(tw_gltf_plan *plan, const void *values, uint64_t count, int component) {
+  uint32_t view = add_memory(plan, values, 4 * count);
+  return add_accessor(plan,
+                      (tw_gltf_accessor){.view = view, .component = component, .width = 1, .count = count});
+}
+
+static uint32_t add_indices(tw_gltf_plan *plan, const uint32_t *values, uint64_t count) {
+  return count > 0 ? add_numbers(plan, values, count, TW_GLTF_UNSIGNED_INT) : TW_NO_INDEX;
+}
+
+static uint32_t add_sharpness(tw_gltf_plan *plan, const float *values, uint64_t count) {
+  return count > 0 ? add_numbers(plan, values, count, TW_GLTF_FLOAT) : TW_NO_INDEX;
+}
+
+/* The point of each vertex: both numberings, read face by face. NULL without memory. */
+static uint32_t *points_of_vertices(const tw_surface *surface, tw_arena *arena) {
+  uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+  size_t most = tw_surface_largest_face(surface);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  uint32_t *corners = tw_alloc(most, 2 * sizeof *corners);
+  uint32_t *points = tw_arena_alloc(arena, (size_t)vertices, sizeof *points);
+  bool has_memory = reader && corners && points;
+  for (uint64_t f = 0; has_memory && f < tw_surface_get_counts(surface)->faces; f++) {
+    size_t size = tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, f, 1, NULL, corners);
+    tw_surface_read_faces(reader, TW_DOMAIN_POINTS, f, 1, NULL, corners + most);
+    for (size_t c = 0; c < size; c++) points[corners[c]] = corners[most + c];
+  }
+  tw_surface_reader_destroy(reader);
+  free(corners);
+  return has_memory ? points : NULL;
+}
+
+static bool is_ascending(const uint32_t *values, uint64_t count) {
+  for (uint64_t i = 1; i < count; i++)
+    if (values[i] < values[i - 1]) return false;
+  return true;
+}
+
+static bool has_groups(const tw_surface *surface) {
+  for (uint32_t g = 0; g < tw_surface_group_count(surface); g++)
+    if (tw_surface_get_group(surface, g)->names != TW_NO_INDEX) return true;
+  return false;
+}
+
+static bool add_groups(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
+  uint64_t faces = tw_surface_get_counts(surface)->faces;
+  if (!plan->names_groups || !has_groups(surface)) return true;
+  uint32_t *groups = tw_arena_alloc_raw(plan->arena, (size_t)faces, sizeof *groups), *next = groups;
+  for (uint32_t g = 0; groups && g < tw_surface_group_count(surface); g++) {
+    const tw_surface_group *group = tw_surface_get_group(surface, g);
+    for (uint64_t f = 0; f < group->face_count; f++) *next++ = group->names;
+  }
+  if (groups) out->groups = add_indices(plan, groups, faces);
+  return groups;
+}
+
+static bool is_cage(const tw_scene *scene, uint32_t mesh) {
+  return scene->polygons == TW_POLYGONS_NGON && !scene->packs && tw_surface_get_tags(scene->surfaces[mesh]);
+}
+
+/* False without memory. */
+static bool add_tags(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
+  const tw_surface_tags *tags = tw_surface_get_tags(surface);
+  uint64_t faces = tw_surface_get_counts(surface)->faces;
+  const uint32_t *points = points_of_vertices(surface, plan->arena);
+  if (!points) return false;
+  out->is_cage = true;
+  out->points = add_indices(plan, points, tw_surface_row_count(surface, TW_DOMAIN_VERTICES));
+  out->faces = is_ascending(tags->faces, faces) ? TW_NO_INDEX : add_indices(plan, tags->faces, faces);
+  out->crease_edges = add_indices(plan, tags->crease_edges, 2 * (uint64_t)tags->crease_count);
+  out->crease_sharpness = add_sharpness(plan, tags->crease_sharpness, tags->crease_count);
+  out->corner_vertices = add_indices(plan, tags->sharp_points, tags->sharp_point_count);
+  out->corner_sharpness = add_sharpness(plan, tags->point_sharpness, tags->sharp_point_count);
+  out->groups = TW_NO_INDEX;
+  return add_groups(plan, surface, out);
+}
+
+/* ---- primitives ---------------------------------------------------------------------------------------- */
+
 /* A primitive for each material, with the vertices of `shared`. */
 static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *surface,
                           const tw_gltf_primitive *shared) {
@@ -161,9 +242,13 @@ static void add_triangles(tw_gltf_plan *plan, uint32_t index, const tw_surface *
   bool narrow = tw_surface_row_count(surface, TW_DOMAIN_VERTICES) <= UINT16_MAX;
   uint32_t index_size = narrow ? sizeof(uint16_t) : sizeof(uint32_t);
   for (uint32_t i = 0; i < tw_surface_group_count(surface);) {
-    tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count++];
+    tw_gltf_primitive *primitive = &mesh->primitives[mesh->primitive_count + mesh->tags.hole_count];
     *primitive = *shared;
     primitive->faces = tw_take_material(surface, &i);
+    if (primitive->faces.material >= TW_HOLE_MATERIAL)
+      mesh->tags.hole_count++;
+    else
+      mesh->primitive_count++;
     primitive->triangle_count = tw_count_triangles(&primitive->faces);
     uint32_t view = add_view(plan, (tw_gltf_view){.size = primitive->triangle_count * 3 * index_size,
                                                   .element_size = 3 * index_size,
@@ -274,7 +359,7 @@ static bool add_mesh(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) 
   tw_gltf_primitive shared = {0};
   if (!add_vertices(plan, index, &scene->model->meshes[index], scene->surfaces[index], &shared)) return false;
   add_triangles(plan, index, scene->surfaces[index], &shared);
-  return true;
+  return !is_cage(scene, index) || add_tags(plan, scene->surfaces[index], &mesh->tags);
 }
 
 static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
@@ -282,6 +367,7 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
   for (uint32_t i = 0; i < scene->model->mesh_count; i++) {
     if (tw_surface_get_counts(scene->surfaces[i])->faces > 0) {
       if (!add_mesh(plan, scene, i)) return no_memory(error);
+      if (plan->meshes[i].primitive_count == 0) add_nothing(plan); /* but holes */
     } else {
       plan->meshes[i].target_count = scene->model->meshes[i].morph_count;
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
@@ -544,9 +630,10 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
     uint64_t targets = layout->morph_width / 3 * (uint64_t)layout->morph_count,
              primitives = count_primitives(scene, i);
-    *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives;
+    enum { TAGS_MOST = 7 };
+    *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives + TAGS_MOST;
     uint64_t fields = scene->packs ? scene->packs[i]->field_count : TW_VERTEX_FIELDS_MAX;
-    *accessors += (scene->packs ? primitives : 1) * (fields + targets) + primitives + 1;
+    *accessors += (scene->packs ? primitives : 1) * (fields + targets) + primitives + 1 + TAGS_MOST;
   }
 }
 

@@ -722,6 +722,18 @@ static tw_status build_base(build *b) {
   return status == TW_OK ? plan_patches(b) : status;
 }
 
+static uint32_t face_of_corner(const tw_mesh *mesh, uint32_t corner) {
+  uint32_t low = 0, high = mesh->face_count;
+  while (high - low > 1) {
+    uint32_t middle = low + (high - low) / 2;
+    if (mesh->face_offsets[middle] <= corner)
+      low = middle;
+    else
+      high = middle;
+  }
+  return low;
+}
+
 /* All faces are visible: the rows of the points are the vertices of the cage. */
 static tw_status keep_tags(build *b) {
   tw_surface *s = b->surface;
@@ -734,7 +746,12 @@ static tw_status keep_tags(build *b) {
   tags->crease_sharpness = gather(s->arena, tags->crease_sharpness, NULL, creases, sizeof(float));
   tags->sharp_points = gather(s->arena, tags->sharp_points, NULL, points, sizeof(uint32_t));
   tags->point_sharpness = gather(s->arena, tags->point_sharpness, NULL, points, sizeof(float));
-  bool complete = tags->crease_edges && tags->crease_sharpness && tags->sharp_points && tags->point_sharpness;
+  uint32_t *faces = tw_arena_alloc(s->arena, s->face_count, sizeof *faces);
+  tags->faces = faces;
+  bool complete =
+      faces && tags->crease_edges && tags->crease_sharpness && tags->sharp_points && tags->point_sharpness;
+  for (uint32_t i = 0; complete && i < s->face_count; i++)
+    faces[i] = face_of_corner(b->mesh, s->face_first[i]);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 

@@ -263,8 +263,9 @@ struct Kept {
         channels(Counted<const char *>(budget)), first_channel(Counted<size_t>(budget)),
         loose_channels(Counted<const char *>(budget)), marked(Counted<uint8_t>(budget)),
         primitives(Counted<const char *>(budget)), attributes(Counted<const char *>(budget)),
-        loose(Counted<const char *>(budget)), first_primitive(Counted<size_t>(budget)),
-        slots(Counted<tw_material_slot>(budget)), normal_maps(Counted<int>(budget)) {}
+        loose(Counted<const char *>(budget)), tags(Counted<const char *>(budget)),
+        first_primitive(Counted<size_t>(budget)), slots(Counted<tw_material_slot>(budget)),
+        normal_maps(Counted<int>(budget)) {}
 
   Vector<const char *> nodes, meshes, skins, animations;
   Vector<const char *> channels;       // of all animations, one animation after the other
@@ -274,6 +275,7 @@ struct Kept {
   Vector<const char *> primitives;     // likewise: what they say
   Vector<const char *> attributes;     // likewise: theirs in the document's text, nullptr without any
   Vector<const char *> loose;          // of each mesh: see tw_mesh
+  Vector<const char *> tags;           // of each mesh: extras.tweend in the document's text, or nullptr
   Vector<size_t> first_primitive;      // [meshes]
   Vector<tw_material_slot> slots;      // see tw_model
   std::map<std::pair<int32_t, std::string_view>, size_t> slot_numbers;
@@ -298,6 +300,9 @@ struct Document {
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;
   std::set<std::string> attribute_warnings;
+  // Sets of named groups, of all meshes.
+  std::map<std::string, uint32_t> group_numbers;
+  std::vector<const char *> group_names;
 };
 
 // [count] elements in the model's arena, with anything in them. Throws bad_alloc.

@@ -135,12 +135,22 @@ typedef struct tw_gltf_primitive {
   uint64_t first_triangle, triangle_count; /* of these faces */
 } tw_gltf_primitive;
 
+/* What extras.tweend of a mesh says (tw_gltf_stream): accessors, TW_NO_INDEX where there is nothing to say.
+ */
+typedef struct tw_gltf_tags {
+  bool is_cage; /* else there are no such extras */
+  uint32_t points, faces, groups;
+  uint32_t crease_edges, crease_sharpness, corner_vertices, corner_sharpness;
+  uint32_t hole_count; /* primitives behind the mesh's primitive_count, of which only the indices count */
+} tw_gltf_tags;
+
 typedef struct tw_gltf_mesh {
   uint32_t field_count;
   const tw_vertex_field *fields;      /* [field_count] attributes */
   uint32_t target_count, target_step; /* accessors a target: of positions, and where they are 2, of normals */
   uint32_t primitive_count;           /* without faces 0; then one is written that draws nothing */
   tw_gltf_primitive *primitives;
+  tw_gltf_tags tags;
 } tw_gltf_mesh;
 
 typedef struct tw_gltf_channel {

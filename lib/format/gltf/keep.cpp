@@ -154,7 +154,9 @@ public:
     scenes(assets);
     parts("nodes", kept_.nodes, "name children mesh skin matrix translation rotation scale weights");
     parts("skins", kept_.skins, "name joints skeleton inverseBindMatrices");
+    unkept_ = "tweend";
     parts("meshes", kept_.meshes, "name primitives weights");
+    unkept_ = "";
     parts("animations", kept_.animations, "name channels samplers");
     check_parsed(kept_.nodes.size(), document_.source.nodes, "/nodes");
     check_parsed(kept_.skins.size(), document_.source.skins, "/skins");
@@ -180,6 +182,7 @@ private:
   Vector<char> text_; // of the object under way
   std::string place_; // of it
   std::vector<Dropped> dropped_;
+  std::string_view unkept_; // member of extras that is read, and written anew
   uint32_t materials_ = 0;
   size_t unplaced_ = 0; // accessors, buffer views and buffers that say more than is read
 
@@ -224,11 +227,28 @@ private:
 
   void put_member(const Items &member) {
     if (member.key() == "extensions" && *member.value() == '{') return put_extensions(member.value());
+    if (member.key() == "extras") return put_extras(member.value());
     put_key(member.key());
-    if (member.key() == "extras")
-      put_plain(member.value());
-    else
-      put_value(member.value());
+    put_value(member.value());
+  }
+
+  void put_extras(const char *extras) {
+    if (unkept_.empty() || *extras != '{' || !tw_json_member(extras, unkept_.data())) {
+      put_key("extras");
+      return put_plain(extras);
+    }
+    bool any = false;
+    for (Items i(extras); i.more(); i.next()) {
+      if (i.key() == unkept_) continue;
+      if (!any) {
+        put_key("extras");
+        put("{");
+      }
+      any = true;
+      put_key(i.key());
+      put_plain(i.value());
+    }
+    if (any) put("}");
   }
 
   void put_extensions(const char *extensions) {
@@ -406,6 +426,9 @@ private:
       check_parsed(count_of(tw_json_member(mesh, "primitives")), document_.source.meshes[index].primitives,
                    text("/meshes/", index, "/primitives"));
       kept_.first_primitive.push_back(kept_.marked.size());
+      const char *tags = mesh_tags(mesh);
+      kept_.tags.push_back(tags);
+      if (tags && tw_json_member(tags, "groups")) unkept_ = "groups"; // said there, as ranges of indices
       each(tw_json_member(mesh, "primitives"), [&](size_t i, const char *primitive) {
         const char *extensions = tw_json_member(primitive, "extensions");
         kept_.marked.push_back(tw_json_member(extensions, "FB_ngon_encoding") != nullptr);
@@ -416,8 +439,15 @@ private:
         if (parsed.mode >= TINYGLTF_MODE_POINTS && parsed.mode < TINYGLTF_MODE_TRIANGLES)
           append(loose, loose_primitive(parsed, kept_.primitives.back()));
       });
+      unkept_ = "";
       kept_.loose.push_back(close(loose));
     });
+  }
+
+  static const char *mesh_tags(const char *mesh) {
+    const char *extras = tw_json_member(mesh, "extras"),
+               *tags = extras && *extras == '{' ? tw_json_member(extras, "tweend") : nullptr;
+    return tags && *tags == '{' ? tags : nullptr;
   }
 
   // Appends text_ to the text of an array that is begun.

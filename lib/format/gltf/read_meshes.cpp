@@ -49,6 +49,9 @@ struct FaceList {
   uint32_t source;
   int32_t material;
   bool polygons;                   // consecutive triangles from one corner are one face
+  bool holes;                      // which the mesh's tags tell
+  int mode, indices;               // as of a primitive
+  std::string pointer;             // to what names the indices
   size_t first_corner, corner_end; // of the triangles
   uint32_t face_count;
 };
@@ -69,6 +72,7 @@ public:
     mesh_.kept = document_.kept.meshes[index_];
     mesh_.loose = document_.kept.loose[index_];
     open_primitives();
+    open_tags();
     read_triangles();
     check_targets();
     number_vertices();
@@ -82,6 +86,7 @@ public:
       write_morph_weights();
     }
     write_faces();
+    if (tags_.points) write_tags();
     // A file that says what its polygons are says so of its triangles too.
     bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
     if (document_.quads == TW_QUADS_AUTO && !told) pair_triangles();
@@ -100,7 +105,6 @@ private:
   std::map<SourceKey, uint32_t> known_sources_;
   std::vector<SmoothAttribute> attributes_; // in the order of the document
   std::vector<FaceList> lists_;             // in the file's order
-  std::vector<size_t> primitives_;          // of each list
   uint32_t *corners_ =
       nullptr; // of the triangles as elements; then of the faces as vertices, at last as points
   uint32_t *offsets_ = nullptr; // of the faces
@@ -109,6 +113,12 @@ private:
   Vector<float> positions_;       // of the vertices
   Vector<uint32_t> point_;        // of each vertex
   Vector<uint32_t> first_vertex_; // of each point
+  // What extras.tweend says; points nullptr: nothing that is used.
+  struct Tags {
+    const Elements *points, *faces, *groups;
+    const Elements *crease_edges, *crease_sharpness, *corner_vertices, *corner_sharpness;
+    const char *text;
+  } tags_ = {};
 
   // ---- primitives ------------------------------------------------------------------------------
 
@@ -120,9 +130,8 @@ private:
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
       bool marked = marks()[i] && document_.quads != TW_QUADS_OFF;
-      lists_.push_back(
-          {find_source(i), slot(material(primitive.material, i), i), polygons || marked, 0, 0, 0});
-      primitives_.push_back(i);
+      lists_.push_back({find_source(i), slot(material(primitive.material, i), i), polygons || marked, false,
+                        primitive.mode, primitive.indices, text(pointer_, i), 0, 0, 0});
     }
   }
 
@@ -302,54 +311,50 @@ private:
 
   // ---- triangles -------------------------------------------------------------------------------
 
-  // The elements that the corners of a primitive name, in turn; nullptr: one after the other.
-  const Elements *open_indices(size_t i) {
-    const tinygltf::Primitive &primitive = source_.primitives[i];
-    if (primitive.indices == -1) return nullptr;
-    const Elements &indices =
-        accessors_.open(primitive.indices, TINYGLTF_TYPE_SCALAR, text(pointer_, i, "/indices"));
+  // The elements that the corners of a list name, in turn; nullptr: one after the other.
+  const Elements *open_indices(const FaceList &list) {
+    if (list.indices == -1) return nullptr;
+    const Elements &indices = accessors_.open(list.indices, TINYGLTF_TYPE_SCALAR, list.pointer + "/indices");
     int type = indices.component_type();
     if ((type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT &&
          type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT) ||
         indices.normalized())
-      refuse(TW_INVALID, text("/accessors/", primitive.indices, "/componentType"),
+      refuse(TW_INVALID, text("/accessors/", list.indices, "/componentType"),
              "indices are unsigned integers");
     return &indices;
   }
 
   // Corners of all triangles, strips and fans written out.
-  size_t count_corners(size_t list) {
-    size_t i = primitives_[list];
-    const Elements *indices = open_indices(i);
-    uint64_t count = indices ? indices->count() : sources_[lists_[list].source].position->count();
-    bool is_list = source_.primitives[i].mode == TINYGLTF_MODE_TRIANGLES;
+  size_t count_corners(const FaceList &list) {
+    const Elements *indices = open_indices(list);
+    uint64_t count = indices ? indices->count() : sources_[list.source].position->count();
+    bool is_list = list.mode == TINYGLTF_MODE_TRIANGLES;
     if (count < 3 || (is_list && count % 3 != 0))
-      refuse(TW_INVALID, text(pointer_, i), "the primitive's ", count, " corners make no whole triangles");
+      refuse(TW_INVALID, list.pointer, "the primitive's ", count, " corners make no whole triangles");
     if (!is_list) count = 3 * (count - 2);
     if (count > document_.corners_left)
-      refuse(TW_LIMIT, text(pointer_, i), "the meshes have too many triangles for a file of this size");
+      refuse(TW_LIMIT, list.pointer, "the meshes have too many triangles for a file of this size");
     document_.corners_left -= count;
     return static_cast<size_t>(count);
   }
 
   void read_triangles() {
     size_t most = 0;
-    for (size_t list = 0; list < lists_.size(); list++) most += count_corners(list);
+    for (const FaceList &list : lists_) most += count_corners(list);
     corners_ = allocate<uint32_t>(document_, most);
     offsets_ = allocate<uint32_t>(document_, most / 3 + 1);
-    for (size_t list = 0; list < lists_.size(); list++) {
-      lists_[list].first_corner = corner_count_;
+    for (FaceList &list : lists_) {
+      list.first_corner = corner_count_;
       read_list(list);
-      lists_[list].corner_end = corner_count_;
+      list.corner_end = corner_count_;
     }
   }
 
-  void read_list(size_t list) {
-    size_t i = primitives_[list];
-    int mode = source_.primitives[i].mode, accessor = source_.primitives[i].indices;
-    bool polygons = lists_[list].polygons;
-    const Elements *indices = open_indices(i);
-    uint32_t element_count = sources_[lists_[list].source].position->count();
+  void read_list(const FaceList &list) {
+    int mode = list.mode, accessor = list.indices;
+    bool polygons = list.polygons;
+    const Elements *indices = open_indices(list);
+    uint32_t element_count = sources_[list.source].position->count();
     uint32_t count = indices ? indices->count() : element_count;
     auto element = [&](uint32_t k) {
       uint32_t found = indices ? indices->read_index(k) : k;
@@ -469,7 +474,9 @@ private:
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
     tw_welded welded = {count, 0};
-    if (document_.weld == TW_WELD_NONE) {
+    if (tags_.points) {
+      welded.point_count = read_points();
+    } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
     } else {
       tw_soup soup = view_soup();
@@ -513,6 +520,267 @@ private:
         begin = end;
       }
     }
+  }
+
+  // ---- tags: what an answer that is a cage says of itself, see tw_gltf_stream ------------------------
+
+  // Another program may have kept the extras and made other accessors: then they are left out.
+  void leave_out_tags(const Refusal &refusal) {
+    tw_model_warn(document_.model, "extras.tweend of mesh %zu are left out: %s", index_,
+                  refusal.detail.c_str());
+    tags_ = {};
+  }
+
+  std::string tag_pointer(const char *name) const {
+    return text("/meshes/", index_, "/extras/tweend/", name);
+  }
+
+  static int accessor_of(const char *object, const char *name) {
+    const char *value = object && *object == '{' ? tw_json_member(object, name) : nullptr;
+    double number = -1;
+    if (value && tw_json_is_number(value)) tw_json_number(value, &number);
+    return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
+  }
+
+  // nullptr where there is none.
+  const Elements *open_tag(const char *object, const char *name, bool is_float) {
+    if (!object || *object != '{' || !tw_json_member(object, name)) return nullptr;
+    const Elements &elements =
+        accessors_.open(accessor_of(object, name), TINYGLTF_TYPE_SCALAR, tag_pointer(name));
+    int wanted = is_float ? TINYGLTF_COMPONENT_TYPE_FLOAT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+    if (elements.component_type() != wanted)
+      refuse(TW_INVALID, tag_pointer(name), name, " are of another component type");
+    return &elements;
+  }
+
+  void open_tags() {
+    const char *object = document_.kept.tags[index_];
+    if (!object || document_.weld == TW_WELD_NONE || document_.quads == TW_QUADS_OFF) return;
+    size_t lists = lists_.size();
+    try {
+      const char *creases = tw_json_member(object, "creases"), *corners = tw_json_member(object, "corners");
+      tags_.text = object;
+      tags_.points = open_tag(object, "points", false);
+      tags_.faces = open_tag(object, "faces", false);
+      tags_.groups = open_tag(tw_json_member(object, "groups"), "faces", false);
+      tags_.crease_edges = open_tag(creases, "edges", false);
+      tags_.crease_sharpness = open_tag(creases, "sharpness", true);
+      tags_.corner_vertices = open_tag(corners, "vertices", false);
+      tags_.corner_sharpness = open_tag(corners, "sharpness", true);
+      check_points();
+      open_holes(tw_json_member(object, "holes"));
+    } catch (const Refusal &refusal) {
+      lists_.resize(lists);
+      leave_out_tags(refusal);
+    }
+  }
+
+  // Every vertex has a point, every point a vertex, and the vertices of a point one place.
+  void check_points() const {
+    std::string pointer = tag_pointer("points");
+    if (!tags_.points || sources_.size() != 1 || tags_.points->count() != sources_[0].position->count())
+      refuse(TW_INVALID, pointer, "there are not as many points as vertices");
+    uint32_t count = tags_.points->count();
+    Vector<uint32_t> vertex(count, UINT32_MAX, Counted<uint32_t>(document_.budget)); // of each point
+    uint32_t found = 0, last = 0;
+    for (uint32_t v = 0; v < count; v++) {
+      uint32_t point = tags_.points->read_index(v);
+      if (point >= count) refuse(TW_INVALID, pointer, "point ", point, " is out of range");
+      last = std::max(last, point);
+      found += vertex[point] == UINT32_MAX;
+      if (vertex[point] == UINT32_MAX) vertex[point] = v;
+      float own[3], first[3];
+      sources_[0].position->read(v, own);
+      sources_[0].position->read(vertex[point], first);
+      if (!std::equal(own, own + 3, first)) refuse(TW_INVALID, pointer, "a point is at two places");
+    }
+    if (found != last + 1) refuse(TW_INVALID, pointer, "a point has no vertex");
+  }
+
+  void open_holes(const char *holes) {
+    if (!holes || *holes != '[') return;
+    size_t i = 0;
+    for (Items item(holes); item.more(); item.next(), i++) {
+      std::string pointer = text(tag_pointer("holes"), "/", i);
+      if (*item.value() != '{') refuse(TW_INVALID, pointer, "a hole is no object");
+      int indices = accessor_of(item.value(), "indices"), found = accessor_of(item.value(), "material");
+      if (found >= 0 && static_cast<uint32_t>(found) >= document_.model->material_count)
+        refuse(TW_INVALID, pointer, "there is no material ", found);
+      FaceList list = {0, found, true, true, TINYGLTF_MODE_TRIANGLES, indices, pointer, 0, 0, 0};
+      const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
+      if (elements.count() % 3 != 0 || elements.component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT)
+        refuse(TW_INVALID, pointer, "holes are no triangles");
+      for (uint32_t k = 0; k < elements.count(); k++)
+        if (elements.read_index(k) >= sources_[0].position->count())
+          refuse(TW_INVALID, pointer, "an index is out of range");
+      lists_.push_back(list);
+    }
+  }
+
+  // A point that no face uses, as the faces at it have no area, is where the first vertex is.
+  uint32_t read_points() {
+    uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0;
+    for (uint32_t v = 0; v < count; v++) {
+      point_[v] = tags_.points->read_index(elements_[v]);
+      last = std::max(last, point_[v]);
+    }
+    return last + 1;
+  }
+
+  // Faces in the mesh's own order: [face of the mesh], its place in the file.
+  void read_face_order(Vector<uint32_t> &place) const {
+    uint32_t count = mesh_.face_count;
+    if (!tags_.faces) return std::iota(place.begin(), place.end(), 0u);
+    if (tags_.faces->count() != count)
+      refuse(TW_INVALID, tag_pointer("faces"), "there are not as many faces");
+    std::fill(place.begin(), place.end(), UINT32_MAX);
+    for (uint32_t i = 0; i < count; i++) {
+      uint32_t face = tags_.faces->read_index(i);
+      if (face >= count || place[face] != UINT32_MAX)
+        refuse(TW_INVALID, tag_pointer("faces"), "faces are in no order");
+      place[face] = i;
+    }
+  }
+
+  static bool is_identity(const Vector<uint32_t> &place) {
+    for (size_t i = 0; i < place.size(); i++)
+      if (place[i] != i) return false;
+    return true;
+  }
+
+  // Corner values in the faces' new order.
+  template <typename Value> void reorder_corners(const Value *&values, const Vector<uint32_t> &place) {
+    if (!values) return;
+    Value *out = allocate<Value>(document_, mesh_.corner_count), *next = out;
+    for (uint32_t from : place) next = std::copy(values + offsets_[from], values + offsets_[from + 1], next);
+    values = out;
+  }
+
+  void reorder_faces(const Vector<uint32_t> &place) {
+    if (is_identity(place)) return;
+    reorder_corners(mesh_.corners, place);
+    reorder_corners(mesh_.normals.corners, place);
+    for (uint32_t set = 0; set < mesh_.uv_set_count; set++)
+      reorder_corners(mesh_.uv_sets[set].corners, place);
+    uint32_t *offsets = allocate<uint32_t>(document_, place.size() + 1);
+    offsets[0] = 0;
+    for (size_t i = 0; i < place.size(); i++)
+      offsets[i + 1] = offsets[i] + offsets_[place[i] + 1] - offsets_[place[i]];
+    mesh_.face_offsets = offsets;
+    if (!mesh_.face_materials) return;
+    int32_t *materials = allocate<int32_t>(document_, place.size());
+    for (size_t i = 0; i < place.size(); i++) materials[i] = mesh_.face_materials[place[i]];
+    mesh_.face_materials = materials;
+  }
+
+  // Points and their sharpness, `width` points to each.
+  void check_sharpness(const char *name, const Elements *points, const Elements *sharpness,
+                       uint32_t width) const {
+    if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
+      refuse(TW_INVALID, tag_pointer(name), "there are not as many ", name, " as their sharpness");
+    for (uint32_t i = 0; points && i < points->count(); i++)
+      if (points->read_index(i) >= mesh_.point_count)
+        refuse(TW_INVALID, tag_pointer(name), "a point of ", name, " is out of range");
+    for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
+      float value;
+      if (!sharpness->read_finite(i, &value) || value < 0)
+        refuse(TW_INVALID, tag_pointer(name), "sharpness is a number from 0");
+    }
+  }
+
+  uint32_t write_sharpness(const Elements *points, const Elements *sharpness, const uint32_t *&to,
+                           const float *&sharpness_to) {
+    if (!points) return 0;
+    uint32_t *indices = allocate<uint32_t>(document_, points->count());
+    float *values = allocate<float>(document_, sharpness->count());
+    for (uint32_t i = 0; i < points->count(); i++) indices[i] = points->read_index(i);
+    for (uint32_t i = 0; i < sharpness->count(); i++) {
+      sharpness->read(i, values + i);
+      values[i] = std::min(values[i], TW_SHARPNESS_INFINITE);
+    }
+    to = indices;
+    sharpness_to = values;
+    return sharpness->count();
+  }
+
+  void write_holes(const Vector<uint32_t> &place) {
+    uint32_t count = 0, first = mesh_.face_count;
+    for (const FaceList &list : lists_) count += list.holes ? list.face_count : 0;
+    if (count == 0) return;
+    first -= count; // lists of holes are the last
+    uint32_t *holes = allocate<uint32_t>(document_, count), *next = holes;
+    for (uint32_t f = 0; f < mesh_.face_count; f++)
+      if (place[f] >= first) *next++ = f;
+    mesh_.holes = holes;
+    mesh_.hole_count = count;
+  }
+
+  // Sets of groups by their names, numbered for the whole model.
+  uint32_t group_number(const std::string &name) {
+    constexpr size_t sets_max = 1 << 18, entry_size = 96;
+    auto [found, fresh] = document_.group_numbers.try_emplace(name, document_.group_names.size());
+    if (!fresh) return found->second;
+    document_.budget.take(entry_size + name.size());
+    const char *copy = copy_name(document_, name);
+    if (!copy || document_.group_names.size() == sets_max)
+      refuse(TW_LIMIT, tag_pointer("groups"), "a name of groups is empty, or there are too many");
+    document_.group_names.push_back(copy);
+    return found->second;
+  }
+
+  void write_groups(const Vector<uint32_t> &place) {
+    if (!tags_.groups) return;
+    std::string pointer = tag_pointer("groups");
+    const char *groups = tw_json_member(tags_.text, "groups"), *names = tw_json_member(groups, "names");
+    if (tags_.groups->count() != mesh_.face_count || !names || *names != '[')
+      refuse(TW_INVALID, pointer, "there are not as many groups as faces");
+    Vector<uint32_t> numbers(Counted<uint32_t>(document_.budget));
+    for (Items name(names); name.more(); name.next()) {
+      if (*name.value() != '"') refuse(TW_INVALID, pointer, "a name of groups is no text");
+      numbers.push_back(group_number(unescape(string_of(name.value()))));
+    }
+    uint32_t *out = allocate<uint32_t>(document_, mesh_.face_count);
+    for (uint32_t f = 0; f < mesh_.face_count; f++) {
+      uint32_t group = tags_.groups->read_index(place[f]);
+      if (group != UINT32_MAX && group >= numbers.size())
+        refuse(TW_INVALID, pointer, "group ", group, " has no name");
+      out[f] = group == UINT32_MAX ? group : numbers[group];
+    }
+    mesh_.face_groups = out;
+  }
+
+  static int rule(const char *rules, const char *name, int most) {
+    int value = accessor_of(rules, name);
+    return value >= 0 && value <= most ? value : static_cast<int>(TW_TAG_UNSET);
+  }
+
+  void write_rules() {
+    const char *rules = tw_json_member(tags_.text, "rules");
+    mesh_.tag_boundary = rule(rules, "boundary", TW_BOUNDARY_NONE);
+    mesh_.tag_uv = rule(rules, "uv", TW_UV_ALL);
+    mesh_.tag_creasing = rule(rules, "creasing", TW_CREASE_CHAIKIN);
+    mesh_.tag_triangles = rule(rules, "triangles", TW_TRIANGLES_SMOOTH);
+  }
+
+  void write_tags() {
+    Vector<uint32_t> place(mesh_.face_count, 0, Counted<uint32_t>(document_.budget));
+    try {
+      check_sharpness("creases", tags_.crease_edges, tags_.crease_sharpness, 2);
+      check_sharpness("corners", tags_.corner_vertices, tags_.corner_sharpness, 1);
+      read_face_order(place);
+      write_groups(place);
+    } catch (const Refusal &refusal) {
+      std::iota(place.begin(), place.end(), 0u);
+      write_holes(place);
+      return leave_out_tags(refusal);
+    }
+    write_holes(place);
+    reorder_faces(place);
+    mesh_.crease_count = write_sharpness(tags_.crease_edges, tags_.crease_sharpness, mesh_.crease_edges,
+                                         mesh_.crease_sharpness);
+    mesh_.sharp_point_count = write_sharpness(tags_.corner_vertices, tags_.corner_sharpness,
+                                              mesh_.sharp_points, mesh_.point_sharpness);
+    write_rules();
   }
 
   // ---- into the model --------------------------------------------------------------------------
@@ -809,6 +1077,10 @@ void read_meshes(Document &document, Accessors &accessors) {
   std::copy(slots.begin(), slots.end(), kept);
   document.model->slots = kept;
   document.model->slot_count = static_cast<uint32_t>(slots.size());
+  const char **names = allocate<const char *>(document, document.group_names.size());
+  std::copy(document.group_names.begin(), document.group_names.end(), names);
+  document.model->group_names = names;
+  document.model->group_count = static_cast<uint32_t>(document.group_names.size());
   if (document.degenerate_faces > 0)
     tw_model_warn(document.model, "%zu degenerate faces are left out", document.degenerate_faces);
   for (const std::string &fate : document.attribute_warnings)

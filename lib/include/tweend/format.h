@@ -127,6 +127,14 @@ uint64_t tw_packs_building_size(const tw_surface *surface);
 /* What a stream holds to read them. */
 size_t tw_packs_reading_size(const tw_packs *packs);
 
+/* Holes of a cage, for a surface from which a glTF is written that reads back as the cage: they are faces of
+ * materials of their own, TW_HOLE_MATERIAL + 1 and their material, which come last. */
+enum { TW_HOLE_MATERIAL = 1 << 30 };
+
+/* A view of the mesh with its holes as faces like that. Its array of materials lives in the arena. O(faces).
+ * TW_NO_MEMORY. */
+tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out);
+
 typedef struct tw_scene {
   const tw_model *model;             /* outlives the stream */
   const tw_surface *const *surfaces; /* [mesh_count]; outlive the stream */
@@ -150,7 +158,13 @@ typedef struct tw_scene {
  * Meshes, nodes, skins, materials, images, scenes and cameras have the numbers of the model; a surface
  * without faces is one triangle of no size. One primitive for the faces of a material, further ones for those
  * whose primitives said more in their file, then points and lines. With packs a material has a primitive for
- * each pack; nodes and skins that undo the shorts come after the model's. */
+ * each pack; nodes and skins that undo the shorts come after the model's.
+ * Where all surfaces are `tagged` level 0, as floats and n-gons, extras.tweend of each mesh says what glTF
+ * has no words for, so that tw_gltf_read makes the same mesh of it: {"points": which vertices are one point,
+ * "faces": the mesh's faces in the order of the file (not where it is theirs), "creases": {"edges": [][2],
+ * "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b", ...], "faces": which, or
+ * 2^32 - 1}, "holes": [{"indices", "material"}], "rules": {"boundary", "uv", "creasing", "triangles"}};
+ * numbers but those of materials and rules are accessors. Holes are drawn by no primitive. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).

@@ -157,9 +157,11 @@ const tw_surface_layout *tw_surface_get_layout(const tw_surface *surface);
 uint32_t tw_surface_group_count(const tw_surface *surface);
 const tw_surface_group *tw_surface_get_group(const tw_surface *surface, uint32_t group);
 
-/* Tags of a level 0 in its own numbers, rows of TW_DOMAIN_POINTS. Where a mesh tags an edge or
- * point twice, the later tag; only what its faces have, and what is sharp. */
+/* Tags of a level 0 in its own numbers, rows of TW_DOMAIN_POINTS: the mesh's points that a face uses, in
+ * their order. Where a mesh tags an edge or point twice, the later tag; only what its faces have, and what is
+ * sharp. */
 typedef struct tw_surface_tags {
+  const uint32_t *faces; /* [faces] of the mesh, in the order of the answer */
   uint32_t crease_count;
   const uint32_t *crease_edges;  /* [crease_count][2] rows */
   const float *crease_sharpness; /* [crease_count], over 0, to 10 */
