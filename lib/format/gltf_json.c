@@ -501,6 +501,7 @@ static void put_tags(json_writer *writer, const tw_gltf_mesh *mesh, const tw_mes
   tw_member_open(writer->text, "tweend", "{");
   put_accessor_of(writer, "points", tags->points);
   put_accessor_of(writer, "faces", tags->faces);
+  put_accessor_of(writer, "starts", tags->starts);
   put_sharpness(writer, "creases", "edges", tags->crease_edges, tags->crease_sharpness);
   put_sharpness(writer, "corners", "vertices", tags->corner_vertices, tags->corner_sharpness);
   put_groups(writer, tags->groups);

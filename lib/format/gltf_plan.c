@@ -170,27 +170,74 @@ static uint32_t add_sharpness(tw_gltf_plan *plan, const float *values, uint64_t 
   return count > 0 ? add_numbers(plan, values, count, TW_GLTF_FLOAT) : TW_NO_INDEX;
 }
 
-/* The point of each vertex: both numberings, read face by face. NULL without memory. */
-static uint32_t *points_of_vertices(const tw_surface *surface, tw_arena *arena) {
-  uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
-  size_t most = tw_surface_largest_face(surface);
-  tw_surface_reader *reader = tw_surface_reader_create(surface);
-  uint32_t *corners = tw_alloc(most, 2 * sizeof *corners);
-  uint32_t *points = tw_arena_alloc(arena, (size_t)vertices, sizeof *points);
-  bool has_memory = reader && corners && points;
-  for (uint64_t f = 0; has_memory && f < tw_surface_get_counts(surface)->faces; f++) {
-    size_t size = tw_surface_read_faces(reader, TW_DOMAIN_VERTICES, f, 1, NULL, corners);
-    tw_surface_read_faces(reader, TW_DOMAIN_POINTS, f, 1, NULL, corners + most);
-    for (size_t c = 0; c < size; c++) points[corners[c]] = corners[most + c];
+typedef struct cage_reader {
+  const tw_surface *surface;
+  tw_surface_reader *reader;
+  uint32_t *corners; /* of a face, as vertices; then as points */
+  size_t most;       /* of each */
+  uint32_t *points;  /* [vertices] */
+  uint32_t *firsts;  /* [faces] vertices */
+  uint32_t *starts;  /* [faces] corners */
+} cage_reader;
+
+static size_t read_cage_face(const cage_reader *cage, uint64_t face) {
+  return tw_surface_read_faces(cage->reader, TW_DOMAIN_VERTICES, face, 1, NULL, cage->corners);
+}
+
+/* The point of each vertex: both numberings, read face by face. */
+static void read_points_of_vertices(const cage_reader *cage) {
+  const uint32_t *points = cage->corners + cage->most;
+  for (uint64_t f = 0; f < tw_surface_get_counts(cage->surface)->faces; f++) {
+    size_t size = read_cage_face(cage, f);
+    tw_surface_read_faces(cage->reader, TW_DOMAIN_POINTS, f, 1, NULL, cage->corners + cage->most);
+    for (size_t c = 0; c < size; c++) cage->points[cage->corners[c]] = points[c];
+    cage->firsts[f] = cage->corners[0];
   }
-  tw_surface_reader_destroy(reader);
-  free(corners);
-  return has_memory ? points : NULL;
+}
+
+/* Where the fans of the faces start. */
+static void find_starts(const cage_reader *cage) {
+  for (uint32_t i = 0; i < tw_surface_group_count(cage->surface);) {
+    const tw_surface_group faces = tw_take_material(cage->surface, &i);
+    for (uint64_t k = 1; k < faces.face_count; k += 2) {
+      const uint32_t *first = cage->firsts + faces.first_face + k;
+      read_cage_face(cage, faces.first_face + k);
+      cage->starts[faces.first_face + k] =
+          tw_fan_start(cage->corners, first - 1, k + 1 < faces.face_count ? first + 1 : NULL);
+    }
+  }
+}
+
+/* Arrays live in the arena. False without memory. */
+static bool read_cage(cage_reader *cage, const tw_surface *surface, tw_arena *arena) {
+  size_t faces = (size_t)tw_surface_get_counts(surface)->faces, most = tw_surface_largest_face(surface);
+  uint64_t vertices = tw_surface_row_count(surface, TW_DOMAIN_VERTICES);
+  *cage = (cage_reader){.surface = surface,
+                        .reader = tw_surface_reader_create(surface),
+                        .corners = tw_alloc(most, 2 * sizeof *cage->corners),
+                        .most = most,
+                        .points = tw_arena_alloc(arena, (size_t)vertices, sizeof *cage->points),
+                        .firsts = tw_arena_alloc_raw(arena, faces, sizeof *cage->firsts),
+                        .starts = tw_arena_alloc(arena, faces, sizeof *cage->starts)};
+  bool has_memory = cage->reader && cage->corners && cage->points && cage->firsts && cage->starts;
+  if (has_memory) {
+    read_points_of_vertices(cage);
+    find_starts(cage);
+  }
+  tw_surface_reader_destroy(cage->reader);
+  free(cage->corners);
+  return has_memory;
 }
 
 static bool is_ascending(const uint32_t *values, uint64_t count) {
   for (uint64_t i = 1; i < count; i++)
     if (values[i] < values[i - 1]) return false;
+  return true;
+}
+
+static bool is_all_zero(const uint32_t *values, uint64_t count) {
+  for (uint64_t i = 0; i < count; i++)
+    if (values[i] != 0) return false;
   return true;
 }
 
@@ -220,11 +267,12 @@ static bool is_cage(const tw_scene *scene, uint32_t mesh) {
 static bool add_tags(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
   const tw_surface_tags *tags = tw_surface_get_tags(surface);
   uint64_t faces = tw_surface_get_counts(surface)->faces;
-  const uint32_t *points = points_of_vertices(surface, plan->arena);
-  if (!points) return false;
+  cage_reader cage;
+  if (!read_cage(&cage, surface, plan->arena)) return false;
   out->is_cage = true;
-  out->points = add_indices(plan, points, tw_surface_row_count(surface, TW_DOMAIN_VERTICES));
+  out->points = add_indices(plan, cage.points, tw_surface_row_count(surface, TW_DOMAIN_VERTICES));
   out->faces = is_ascending(tags->faces, faces) ? TW_NO_INDEX : add_indices(plan, tags->faces, faces);
+  out->starts = is_all_zero(cage.starts, faces) ? TW_NO_INDEX : add_indices(plan, cage.starts, faces);
   out->crease_edges = add_indices(plan, tags->crease_edges, 2 * (uint64_t)tags->crease_count);
   out->crease_sharpness = add_sharpness(plan, tags->crease_sharpness, tags->crease_count);
   out->corner_vertices = add_indices(plan, tags->sharp_points, tags->sharp_point_count);
@@ -630,7 +678,7 @@ static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accesso
     const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
     uint64_t targets = layout->morph_width / 3 * (uint64_t)layout->morph_count,
              primitives = count_primitives(scene, i);
-    enum { TAGS_MOST = 7 };
+    enum { TAGS_MOST = 8 };
     *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives + TAGS_MOST;
     uint64_t fields = scene->packs ? scene->packs[i]->field_count : TW_VERTEX_FIELDS_MAX;
     *accessors += (scene->packs ? primitives : 1) * (fields + targets) + primitives + 1 + TAGS_MOST;

@@ -10,7 +10,6 @@
 #include "clip.h"
 #include "merge_points.h"
 #include "tweend/base.h"
-#include "tweend/format.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
 const char *const tw_format_media_types[TW_FORMATS] = {
@@ -418,22 +417,5 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
     dropped += merged.faces;
   }
   if (dropped > 0) tw_model_warn(model, TW_WELD_DROPPED_WARNING, (unsigned long long)dropped);
-  return TW_OK;
-}
-
-tw_status tw_mesh_open_holes(const tw_mesh *mesh, tw_arena *arena, tw_mesh *out) {
-  *out = *mesh;
-  if (mesh->hole_count == 0) return TW_OK;
-  int32_t *materials = tw_arena_alloc_raw(arena, mesh->face_count, sizeof *materials);
-  if (!materials) return TW_NO_MEMORY;
-  for (uint32_t f = 0; f < mesh->face_count; f++)
-    materials[f] = mesh->face_materials ? mesh->face_materials[f] : -1;
-  for (uint32_t i = 0; i < mesh->hole_count; i++) {
-    int32_t *material = &materials[mesh->holes[i]];
-    if (*material < TW_HOLE_MATERIAL) *material += TW_HOLE_MATERIAL + 1; /* a hole may be named twice */
-  }
-  out->face_materials = materials;
-  out->holes = NULL;
-  out->hole_count = 0;
   return TW_OK;
 }

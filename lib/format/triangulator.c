@@ -85,11 +85,10 @@ static face_run read_run(tw_triangulator *t, const tw_surface *surface, const tw
   return run;
 }
 
-/* The corner that a face's fan starts from. With FB_ngon_encoding neighbours in the group must not start
- * from the same vertex: every second face keeps its first corner, the others take the first corner
- * that neither neighbour starts from. A face has at least three corners, so there is one, and
- * it depends on the neighbours alone. previous, next: NULL where there is no neighbour. */
-static uint32_t fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
+/* With FB_ngon_encoding neighbours in the group must not start from the same vertex: every second face keeps
+ * its first corner, the others take the first corner that neither neighbour starts from. A face has at least
+ * three corners, so there is one, and it depends on the neighbours alone. */
+uint32_t tw_fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next) {
   uint32_t start = 0;
   while ((previous && corners[start] == *previous) || (next && corners[start] == *next)) start++;
   return start;
@@ -146,7 +145,7 @@ static size_t write_run(const tw_triangulator *t, const tw_surface_group *group,
     }
     uint32_t size = *sizes++, start = 0;
     if (ngons && (face - group->first_face) % 2 == 1)
-      start = fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
+      start = tw_fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
     uint32_t to = (uint32_t)least(size - 2, from + left);
     write_fan(corners, size, start, from, to, out + 3 * done);
     done += to - from;

@@ -24,6 +24,11 @@ tw_surface_group tw_take_material(const tw_surface *surface, uint32_t *i);
 /* How many triangles the faces are. */
 uint64_t tw_count_triangles(const tw_surface_group *faces);
 
+/* The corner that a face's fan starts from, of TW_POLYGONS_NGON, where it is every second face of its
+ * material; the others start from their first. corners: of the face; previous, next: the first corner of its
+ * neighbours in the material, or NULL. */
+uint32_t tw_fan_start(const uint32_t *corners, const uint32_t *previous, const uint32_t *next);
+
 /* Triangles [first, first + count) of `faces`, which are all of one material, as rows of TW_DOMAIN_VERTICES.
  * Each face is a fan. TW_POLYGONS_NGON: neighbouring faces do not start from the same vertex. Turns the
  * reader. out: [count][3]. */

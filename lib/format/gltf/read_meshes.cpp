@@ -115,7 +115,7 @@ private:
   Vector<uint32_t> first_vertex_; // of each point
   // What extras.tweend says; points nullptr: nothing that is used.
   struct Tags {
-    const Elements *points, *faces, *groups;
+    const Elements *points, *faces, *starts, *groups;
     const Elements *crease_edges, *crease_sharpness, *corner_vertices, *corner_sharpness;
     const char *text;
   } tags_ = {};
@@ -562,6 +562,7 @@ private:
       tags_.text = object;
       tags_.points = open_tag(object, "points", false);
       tags_.faces = open_tag(object, "faces", false);
+      tags_.starts = open_tag(object, "starts", false);
       tags_.groups = open_tag(tw_json_member(object, "groups"), "faces", false);
       tags_.crease_edges = open_tag(creases, "edges", false);
       tags_.crease_sharpness = open_tag(creases, "sharpness", true);
@@ -642,22 +643,36 @@ private:
     }
   }
 
+  // A face of the file begins with a corner of its own.
+  void check_starts() const {
+    if (!tags_.starts) return;
+    if (tags_.starts->count() != mesh_.face_count)
+      refuse(TW_INVALID, tag_pointer("starts"), "there are not as many starts as faces");
+    for (uint32_t f = 0; f < mesh_.face_count; f++)
+      if (tags_.starts->read_index(f) >= offsets_[f + 1] - offsets_[f])
+        refuse(TW_INVALID, tag_pointer("starts"), "a face has no such corner");
+  }
+
   static bool is_identity(const Vector<uint32_t> &place) {
     for (size_t i = 0; i < place.size(); i++)
       if (place[i] != i) return false;
     return true;
   }
 
-  // Corner values in the faces' new order.
-  template <typename Value> void reorder_corners(const Value *&values, const Vector<uint32_t> &place) {
+  // Corner values in the faces' new order, from each face's first corner on.
+  void reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place) {
     if (!values) return;
-    Value *out = allocate<Value>(document_, mesh_.corner_count), *next = out;
-    for (uint32_t from : place) next = std::copy(values + offsets_[from], values + offsets_[from + 1], next);
+    uint32_t *out = allocate<uint32_t>(document_, mesh_.corner_count), *next = out;
+    for (uint32_t from : place) {
+      const uint32_t *first = values + offsets_[from], *last = values + offsets_[from + 1];
+      uint32_t start = tags_.starts ? tags_.starts->read_index(from) : 0;
+      next = std::rotate_copy(first, start ? last - start : first, last, next);
+    }
     values = out;
   }
 
   void reorder_faces(const Vector<uint32_t> &place) {
-    if (is_identity(place)) return;
+    if (is_identity(place) && !tags_.starts) return;
     reorder_corners(mesh_.corners, place);
     reorder_corners(mesh_.normals.corners, place);
     for (uint32_t set = 0; set < mesh_.uv_set_count; set++)
@@ -768,6 +783,7 @@ private:
       check_sharpness("creases", tags_.crease_edges, tags_.crease_sharpness, 2);
       check_sharpness("corners", tags_.corner_vertices, tags_.corner_sharpness, 1);
       read_face_order(place);
+      check_starts();
       write_groups(place);
     } catch (const Refusal &refusal) {
       std::iota(place.begin(), place.end(), 0u);

@@ -161,7 +161,8 @@ typedef struct tw_scene {
  * each pack; nodes and skins that undo the shorts come after the model's.
  * Where all surfaces are `tagged` level 0, as floats and n-gons, extras.tweend of each mesh says what glTF
  * has no words for, so that tw_gltf_read makes the same mesh of it: {"points": which vertices are one point,
- * "faces": the mesh's faces in the order of the file (not where it is theirs), "creases": {"edges": [][2],
+ * "faces": the mesh's faces in the order of the file (not where it is theirs), "starts": the corner of
+ * the mesh's face that each begins with (not where all are the first), "creases": {"edges": [][2],
  * "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b", ...], "faces": which, or
  * 2^32 - 1}, "holes": [{"indices", "material"}], "rules": {"boundary", "uv", "creasing", "triangles"}};
  * numbers but those of materials and rules are accessors. Holes are drawn by no primitive. */
