@@ -353,6 +353,13 @@ export interface Model {
     /** Of all tracks. */
     keys: number;
   }[];
+  /** Of an answer to edits: what those made that bear a name, as indices in the new model. */
+  made?: {
+    [key: string]: {
+      faces: number[];
+      vertices: number[];
+    };
+  };
   warnings: string[];
 }
 export interface SurfaceCounts {
@@ -686,6 +693,231 @@ export type Shape = {
    */
   sides?: number;
 };
+/** Empty is an error, unless the edit is `optional`. */
+export type FaceSelection = number[] | "all" | {
+  group: string;
+} | {
+  /** Its index or name. */
+  material: number | string;
+} | {
+  facing: number[];
+  /**
+   * Degrees.
+   * @default 45
+   */
+  within?: number;
+} | {
+  inside: {
+    min: number[];
+    max: number[];
+  };
+} | {
+  made: string;
+};
+/** Empty is an error, unless the edit is `optional`. */
+export type EdgeSelection = number[][] | ("all" | "border") | {
+  loop: number[];
+} | {
+  ring: number[];
+} | {
+  /** Degrees. */
+  sharper_than: number;
+} | {
+  inside: {
+    min: number[];
+    max: number[];
+  };
+} | {
+  made: string;
+};
+/** Empty is an error, unless the edit is `optional`. */
+export type VertexSelection = number[] | "all" | {
+  inside: {
+    min: number[];
+    max: number[];
+  };
+} | {
+  made: string;
+};
+/** Its indices are those of the mesh that it finds. New faces and vertices come after those that stay. `name` names
+ * what it makes for later edits. Lengths are in the model's unit, angles in degrees. */
+export type Edit = {
+  /** @constant */
+  edit: "extrude";
+  faces: FaceSelection;
+  /** Along the normals. */
+  distance?: number;
+  /** In place of a distance. */
+  by?: number[];
+  /** @default false */
+  individual?: boolean;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "inset";
+  faces: FaceSelection;
+  amount: number;
+  /** @default false */
+  individual?: boolean;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "loop_cut";
+  edge: number[];
+  /** @default 1 */
+  cuts?: number;
+  /** One for each cut, ascending, between 0 and 1 from the edge's first vertex to its second; else evenly. */
+  at?: number[];
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "subdivide";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  /** @default 1 */
+  cuts?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "delete";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "merge";
+  vertices: VertexSelection;
+  /** Of those that become one with another; else all become one. */
+  distance?: number;
+  /** Where all become one; else at their mean. */
+  to?: number[];
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "fill";
+  /** An edge of the hole; else every hole. */
+  border?: number[];
+  max_edges?: number;
+  /**
+   * @default ngon
+   */
+  method?: "ngon";
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "mirror";
+  axis: "x" | "y" | "z";
+  /**
+   * Vertices nearer to the plane are on it; negative: none.
+   * @default 0.000001
+   */
+  weld?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "move";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  by: number[];
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "rotate";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  axis: ("x" | "y" | "z") | number[];
+  degrees: number;
+  /** Else the mean of the vertices. */
+  about?: number[];
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "scale";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  by: number | number[];
+  /** Else the mean of the vertices. */
+  about?: number[];
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "crease";
+  edges: EdgeSelection;
+  /**
+   * 10 is infinite; 0 takes the tag away.
+   * @default 10
+   */
+  sharpness?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "corner";
+  vertices: VertexSelection;
+  /** @default 10 */
+  sharpness?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "hole";
+  faces: FaceSelection;
+  /**
+   * 0 makes a face of it again.
+   * @default 10
+   */
+  sharpness?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  edit: "flip" | "orient" | "triangulate" | "quads";
+  faces?: FaceSelection;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "weld";
+  /** @default 0 */
+  distance?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+};
+export interface EditsRequest {
+  /** Its name; may be left out where there is one mesh. */
+  mesh?: string;
+  edits: Edit[];
+}
 export interface Health {
   status: string;
 }

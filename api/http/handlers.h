@@ -53,6 +53,7 @@ api_outcome api_list_models(api_call *call);
 api_outcome api_get_model(api_call *call);
 api_outcome api_get_source(api_call *call);
 api_outcome api_delete_model(api_call *call);
+api_outcome api_post_edits(api_call *call);
 
 api_outcome api_get_tracks(api_call *call);
 

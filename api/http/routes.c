@@ -77,6 +77,8 @@ static const api_route routes[] = {
     {"GET", OF_MODEL(""), API_TAKES_NOTHING, API_READS, false, json_offers, no_parameters, api_get_model},
     {"DELETE", OF_MODEL(""), API_TAKES_NOTHING, API_DELETES, false, json_offers, no_parameters,
      api_delete_model},
+    {"POST", OF_MODEL("/edits"), API_TAKES_JSON, API_WRITES, false, json_offers, no_parameters,
+     api_post_edits},
     {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, source_parameters,
      api_get_source},
     {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, surface_parameters,

@@ -366,6 +366,7 @@ api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader
   if (status == TW_OK) status = read(context, &root);
   api_json_close(&root);
   api_upload_deinit(&upload);
+  if (call->fault.stall != API_STALL_NONE) return API_FAILED;
   return status == TW_OK ? API_DONE : api_fail_in_document(call);
 }
 

@@ -136,36 +136,33 @@ static bool take_name(api_service *service, const char *id, const char *given, t
   return !name || model->name;
 }
 
-/* Who reads a model, and what the request was granted for its bytes. */
-typedef struct model_reader {
-  api_call *call;
-  api_fault *fault;
-  uint64_t granted;
-} model_reader;
-
-static bool grant_making(void *context, uint64_t bytes) {
-  const model_reader *reader = context;
-  const api_call *call = reader->call;
-  return api_grant(call->service, call->request->ticket, reader->granted + bytes, reader->fault);
+bool api_maker_grant(void *maker, uint64_t bytes) {
+  const api_maker *own = maker;
+  const api_call *call = own->call;
+  return api_grant(call->service, call->request->ticket, own->granted + bytes, own->fault);
 }
 
-/* What a small document may make: no more than there is memory for. Making a face takes up to MADE_FACE
- * bytes. */
-static api_making making_of(const api_limits *limits) {
+/* Making a face takes up to MADE_FACE bytes. */
+static api_making making_within(const api_limits *limits) {
   enum { MADE_FACE = 256 };
   uint64_t most = limits->max_memory / MADE_FACE;
   return (api_making){.faces_max = most < limits->max_faces ? most : limits->max_faces,
                       .bytes_max = limits->max_memory};
 }
 
-/* Reads a model of bytes, for which memory is granted first. */
-static bool read_granted(api_call *call, api_bytes bytes, tw_format format, api_reading reading,
-                         tw_model **out, api_fault *fault) {
-  model_reader reader = {call, fault, tw_reading_size(format, bytes.size)};
-  api_making making = making_of(&call->service->limits);
-  making.grant = grant_making;
-  making.context = &reader;
-  return grant_making(&reader, 0) && api_model_read(bytes, format, reading, &making, out, fault);
+api_making api_making_of(api_maker *maker) {
+  api_making making = making_within(&maker->call->service->limits);
+  making.grant = api_maker_grant;
+  making.context = maker;
+  return making;
+}
+
+/* Reads a model of bytes, for which memory is granted first, beside what the request holds. */
+static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_format format,
+                         api_reading reading, tw_model **out, api_fault *fault) {
+  api_maker maker = {call, fault, held + tw_reading_size(format, bytes.size)};
+  const api_making making = api_making_of(&maker);
+  return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, fault);
 }
 
 static bool build_model(void *context, api_built *out, api_fault *fault) {
@@ -179,8 +176,8 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
   tw_model *model = NULL;
-  bool is_read = data && read_granted(source->call, bytes, tw_format_sniff(data, bytes.size), source->reading,
-                                      &model, fault);
+  bool is_read = data && read_granted(source->call, bytes, 0, tw_format_sniff(data, bytes.size),
+                                      source->reading, &model, fault);
   free(data);
   if (!is_read) return false;
   *out = built_model(model);
@@ -210,7 +207,7 @@ static api_outcome read_body(api_call *call, const api_reading *reading, api_upl
   if (outcome != API_DONE) return outcome;
   bool is_read =
       api_upload_format(call, upload->bytes, &format) == API_DONE &&
-      read_granted(call, upload->bytes, format, reading ? *reading : (api_reading){0}, out, &call->fault);
+      read_granted(call, upload->bytes, 0, format, reading ? *reading : (api_reading){0}, out, &call->fault);
   if (is_read) return API_DONE;
   api_upload_deinit(upload);
   return API_FAILED;
@@ -279,8 +276,10 @@ static bool store_model(api_service *service, api_bytes bytes, const char *id, c
 
 static const char description[] = "description.json";
 
-/* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails. */
-static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name, tw_model *model) {
+/* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails.
+ * addition: or NULL. */
+static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name,
+                                    const api_addition *addition, tw_model *model) {
   char id[API_ID_TEXT];
   tw_text text = {0};
   bool existed = false;
@@ -291,6 +290,11 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
   const char *location = tw_arena_text(call->arena, path, (size_t)length);
   if (!etag || !location || !take_name(call->service, id, name, model)) return api_fail_without_memory(call);
   bool is_ready = api_describe(model, id, bytes.size, &text, &call->fault);
+  if (is_ready && addition && !text.failed) {
+    text.size -= 2; /* the end of the object */
+    addition->print(addition->context, &text);
+    tw_text_add(&text, "}\n");
+  }
   if (is_ready && text.failed) {
     api_fault_without_memory(&call->fault);
     is_ready = false;
@@ -325,12 +329,25 @@ api_outcome api_post_model(api_call *call) {
   if (outcome != API_DONE) return outcome;
   const char *name = NULL;
   outcome = find_name(call, &upload, &name);
-  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, name, model);
+  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, name, NULL, model);
   if (outcome == API_DONE)
     remember(call->service, call->id, model);
   else
     tw_model_destroy(model);
   api_upload_deinit(&upload);
+  return outcome;
+}
+
+api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
+                            const api_addition *addition) {
+  tw_model *model = NULL;
+  if (!read_granted(call, bytes, held, TW_FORMAT_GLB, (api_reading){0}, &model, &call->fault))
+    return API_FAILED;
+  api_outcome outcome = store_and_answer(call, bytes, name, addition, model);
+  if (outcome == API_DONE)
+    remember(call->service, call->id, model);
+  else
+    tw_model_destroy(model);
   return outcome;
 }
 
@@ -341,7 +358,7 @@ int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_
   tw_model *model = NULL;
   bool existed = false;
   api_fault fault = {0};
-  const api_making making = making_of(&service->limits);
+  const api_making making = making_within(&service->limits);
   bool is_stored =
       api_model_read(given, tw_format_sniff(bytes, size), (api_reading){0}, &making, &model, &fault) &&
       take_name(service, id, name, model) && store_model(service, given, id, model, &existed, &fault);

@@ -11,6 +11,18 @@
 void api_model_id(api_bytes bytes, char out[API_ID_TEXT]);
 bool api_is_model_id(const char *text, size_t length);
 
+/* Who makes much of little, and what the request was granted beside that. */
+typedef struct api_maker {
+  api_call *call;
+  api_fault *fault;
+  uint64_t granted;
+} api_maker;
+
+/* Grants `bytes` beside those. False: the fault stalls. */
+bool api_maker_grant(void *maker, uint64_t bytes);
+/* What may be made: no more than there is memory for. The maker outlives it. */
+api_making api_making_of(api_maker *maker);
+
 /* The key that a stored model has in the cache. reading: NULL for the defaults, here and below. */
 enum { API_MODEL_KEY = API_ID_TEXT + 64 };
 void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]);
@@ -27,6 +39,17 @@ api_outcome api_model_look(api_call *call, const char *id);
 
 /* The model in the request's body, parsed for this request alone. */
 api_outcome api_model_of_body(api_call *call, const api_reading *reading, api_entry **out);
+
+/* What an answer says beside the description of a model: prints members. */
+typedef struct api_addition {
+  void (*print)(void *context, tw_text *out);
+  void *context;
+} api_addition;
+
+/* Reads a model from GLB that the service made, stores it and answers as for an upload. held: memory that the
+ * request holds beside. name: or NULL. */
+api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
+                            const api_addition *addition);
 
 /* Prints the description of a model. False: the fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);

@@ -190,6 +190,14 @@ TEST_WITH(poses_survive, fail_json, mend_json) {
   fail_each("POST", "/v1/models/%s/pose.csv", "", "{\"times\":[0,1,2]}", model);
 }
 
+TEST_WITH(editing_survives, fail_json, mend_json) {
+  fail_each("POST", "/v1/models/%s/edits", "",
+            "{\"mesh\":\"m\",\"edits\":[{\"edit\":\"extrude\",\"faces\":[0],\"distance\":1,\"name\":\"a\"},"
+            "{\"edit\":\"hole\",\"faces\":{\"made\":\"a\"}}]}",
+            model);
+  fail_each("GET", "/v1/models/%s/surface.glb", "level=0&polygons=ngon", NULL, model);
+}
+
 TEST_WITH(rotations_survive, fail_json, mend_json) {
   fail_each(
       "POST", "/v1/rotations", "",

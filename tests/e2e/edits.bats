@@ -1,0 +1,76 @@
+# Models that edits make of stored ones.
+
+load helper
+setup_file() { start_daemon; }
+teardown_file() { stop_daemon; }
+setup() { cd "$BATS_TEST_TMPDIR" || return; }
+
+# edit ID JSON
+edit() { http POST "/v1/models/$1/edits" --header 'Content-Type: application/json' --data "$2"; }
+
+upload_box() {
+  echo '{"meshes": [{"name": "hull", "shape": {"kind": "box", "size": [2, 1, 4], "segments": [2, 1, 3]}}]}' >box.json
+  upload box.json
+}
+
+@test "edits make a model with an address of its own" {
+  upload_box
+  box=$id
+  edit "$box" '{"mesh": "hull", "edits": [
+    {"edit": "extrude", "faces": {"facing": [0, 1, 0], "within": 10}, "distance": 0.4, "name": "deck"},
+    {"edit": "inset", "faces": {"made": "deck"}, "amount": 0.2},
+    {"edit": "loop_cut", "edge": [0, 1], "cuts": 2, "at": [0.1, 0.9]},
+    {"edit": "crease", "edges": {"sharper_than": 60}, "sharpness": 2}]}'
+  expect 201
+  id=$(value .id)
+  [ "$id" != "$box" ]
+  [ "$(header location)" = "/v1/models/$id" ]
+  holds '.format == "glb" and .name == "hull" and .warnings == []'
+  holds '.meshes[0] | .vertices == 68 and .faces == 66 and .euler_characteristic == 2 and .creases > 0'
+  holds '.made.deck | (.faces | length) == 12 and (.vertices | length) == 12'
+  get "/v1/models/$box"
+  holds '.meshes[0] | .vertices == 24 and .faces == 22'
+  get "/v1/models/$id/surface.glb?level=2"
+  expect 200
+}
+
+@test "the same edits again are the same model" {
+  upload_box
+  edit "$id" '{"edits": [{"edit": "inset", "faces": [3], "amount": 0.1}]}'
+  expect 201
+  first=$(value .id)
+  edit "$id" '{"edits": [{"edit": "inset", "faces": [3], "amount": 0.1}]}'
+  expect 200
+  [ "$(value .id)" = "$first" ]
+}
+
+@test "what is stored is the cage, for the validator and for any other daemon" {
+  upload "$samples/cube.obj"
+  edit "$id" '{"edits": [{"edit": "inset", "faces": [0], "amount": 0.1, "name": "in"},
+    {"edit": "hole", "faces": {"made": "in"}}, {"edit": "corner", "vertices": {"made": "in"}, "sharpness": 3},
+    {"edit": "subdivide", "edges": [[0, 1]]}, {"edit": "crease", "edges": "all"}]}'
+  expect 201
+  id=$(value .id)
+  get "/v1/models/$id/source"
+  mv answer stored.glb
+  get "/v1/models/$id/surface.glb?level=0&polygons=ngon&normals=none"
+  expect 200
+  cmp answer stored.glb
+  post /v1/models stored.glb
+  expect 200
+  [ "$(value .id)" = "$id" ]
+}
+
+@test "an edit that cannot be done is 422 with the pointer, and nothing is stored" {
+  upload_box
+  get '/v1/models?limit=1000'
+  before=$(value '.models | length')
+  edit "$id" '{"edits": [{"edit": "flip"}, {"edit": "loop_cut", "edge": [0, 23]}]}'
+  expect 422
+  holds '.errors[0].pointer == "/edits/1/edge"'
+  edit "$id" '{"edits": [{"edit": "subdivide", "faces": "all", "cuts": 9999}]}'
+  expect 422
+  holds '.detail | contains("2200000000 faces")'
+  get '/v1/models?limit=1000'
+  [ "$(value '.models | length')" = "$before" ]
+}
