@@ -74,98 +74,125 @@ extern const char *const tw_edit_names[TW_EDIT_KINDS]; /* "extrude", "inset", "l
 typedef enum tw_fill_method { TW_FILL_NGON, TW_FILL_TRIANGLES } tw_fill_method;
 typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smooth_method;
 
-/* What each edit does stands at its member; those without one need a selection alone. `all` below: the whole
- * mesh where the selection is TW_SELECT_NOTHING. New faces and points come after those that stay; a face that
- * is cut leaves its first part in its place. */
+/* What each edit does stands at its parameters; those without any need a selection alone. `all` below: the
+ * whole mesh where the selection is TW_SELECT_NOTHING. New faces and points come after those that stay; a
+ * face that is cut leaves its first part in its place. */
+
+/* Moves faces away from the others, with walls between: all as one (so that two neighbours have no wall
+ * between them), or each. A vertex goes along the mean normal of the faces that move, so far that the
+ * faces get by `distance` (at most 4 distances, where they meet in a point), or by `by`. Made: the faces
+ * that moved; edges: their rim. */
+typedef struct tw_extrude_edit {
+  bool is_individual, has_by;
+  double distance, by[3];
+} tw_extrude_edit;
+
+/* Rims of `amount` inside of faces; faces that share an edge keep it, unless each is on its own. A rim
+ * lies in the faces. Made: the inner faces; edges: their rim. */
+typedef struct tw_inset_edit {
+  bool is_individual;
+  double amount;
+} tw_inset_edit;
+
+/* Cuts every quad of the ring through `edge`, as TW_SELECT_RING finds it. The selection is not used.
+ * at: [cuts] ascending, between 0 and 1, from edge[0] to edge[1]; NULL: evenly. Made: the new points,
+ * the pieces of faces, the new edges but those along the ring's. */
+typedef struct tw_loop_cut_edit {
+  uint32_t edge[2], cuts;
+  const double *at;
+} tw_loop_cut_edit;
+
+/* Cuts edges, or all edges of faces, evenly. A triangle or quad that is cut all round becomes triangles
+ * or quads, a face that is cut at two edges is cut across; any other has more corners. Made: new points,
+ * and the parts of faces; edges: the parts of those that were cut. */
+typedef struct tw_subdivide_edit {
+  uint32_t cuts;
+} tw_subdivide_edit;
+
+/* Makes one of vertices: of those within `distance` of a first one (0: at one place) when it is 0 or
+ * more; else of all: at `to`, or else at their mean. A face that this leaves with fewer than three points
+ * goes. */
+typedef struct tw_merge_edit {
+  double distance;
+  bool has_to;
+  double to[3];
+} tw_merge_edit;
+
+/* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any): by a
+ * face, or by the triangles of the least area (of a hole of more than 512 edges, or of many in a small
+ * mesh, those of its halves). The selection is not used. Made: the faces. */
+typedef struct tw_fill_edit {
+  bool has_border;
+  uint32_t border[2], max_edges;
+  tw_fill_method method;
+} tw_fill_edit;
+
+/* Adds the mirror image, x, y or z (0, 1, 2) times -1. A point that lies nearer to the plane than `weld`
+ * (negative: none) goes onto it and is its own image; a face all of whose points do, goes. The selection
+ * is not used. Made: the images. */
+typedef struct tw_mirror_edit {
+  int axis;
+  double weld;
+} tw_mirror_edit;
+
+typedef struct tw_move_edit {
+  double by[3];
+} tw_move_edit;
+
+typedef struct tw_rotate_edit {
+  double axis[3]; /* of any length but 0 */
+  double degrees; /* counter-clockwise seen from the axis's end */
+  bool has_about;
+  double about[3]; /* else the mean of the vertices */
+} tw_rotate_edit;
+
+typedef struct tw_scale_edit {
+  double by[3];
+  bool has_about;
+  double about[3]; /* as of rotate */
+} tw_scale_edit;
+
+/* Drops pieces of fewer than `faces` faces, and their points; pieces have no point in common. The
+ * selection is not used. Made: nothing. */
+typedef struct tw_drop_pieces_edit {
+  uint32_t faces;
+} tw_drop_pieces_edit;
+
+/* (all) Moves points of three neighbours or more that are farther from the middle of their neighbours
+ * than `factor`, above 0, times the distance of these from it, between the neighbours that are not. Made:
+ * the points that it moved. */
+typedef struct tw_despike_edit {
+  double factor;
+} tw_despike_edit;
+
+/* (all) Moves points towards the mean of their neighbours; those on a border stay. TAUBIN keeps the
+ * volume, LAPLACIAN shrinks. */
+typedef struct tw_smooth_edit {
+  tw_smooth_method method;
+  uint32_t iterations; /* 1 to TW_EDIT_ITERATIONS_MAX */
+} tw_smooth_edit;
+
 typedef struct tw_edit {
   tw_edit_kind kind;
   tw_selection selection;
   bool is_optional; /* an empty selection does nothing; else it is an error */
   const char *name; /* of what the edit makes, for later ones; NULL: none. The last of equal names wins. */
   union {
-    /* Moves faces away from the others, with walls between: all as one (so that two neighbours have no wall
-     * between them), or each. A vertex goes along the mean normal of the faces that move, so far that the
-     * faces get by `distance` (at most 4 distances, where they meet in a point), or by `by`. Made: the faces
-     * that moved; edges: their rim. */
-    struct {
-      bool is_individual, has_by;
-      double distance, by[3];
-    } extrude;
-    /* Rims of `amount` inside of faces; faces that share an edge keep it, unless each is on its own. A rim
-     * lies in the faces. Made: the inner faces; edges: their rim. */
-    struct {
-      bool is_individual;
-      double amount;
-    } inset;
-    /* Cuts every quad of the ring through `edge`, as TW_SELECT_RING finds it. The selection is not used.
-     * at: [cuts] ascending, between 0 and 1, from edge[0] to edge[1]; NULL: evenly. Made: the new points,
-     * the pieces of faces, the new edges but those along the ring's. */
-    struct {
-      uint32_t edge[2], cuts;
-      const double *at;
-    } loop_cut;
-    /* Cuts edges, or all edges of faces, evenly. A triangle or quad that is cut all round becomes triangles
-     * or quads, a face that is cut at two edges is cut across; any other has more corners. Made: new points,
-     * and the parts of faces; edges: the parts of those that were cut. */
-    struct {
-      uint32_t cuts;
-    } subdivide;
-    /* Makes one of vertices: of those within `distance` of a first one (0: at one place) when it is 0 or
-     * more; else of all: at `to`, or else at their mean. A face that this leaves with fewer than three points
-     * goes. */
-    struct {
-      double distance;
-      bool has_to;
-      double to[3];
-    } merge;
-    /* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any): by a
-     * face, or by the triangles of the least area (of a hole of more than 512 edges, or of many in a small
-     * mesh, those of its halves). The selection is not used. Made: the faces. */
-    struct {
-      bool has_border;
-      uint32_t border[2], max_edges;
-      tw_fill_method method;
-    } fill;
-    /* Adds the mirror image, x, y or z (0, 1, 2) times -1. A point that lies nearer to the plane than `weld`
-     * (negative: none) goes onto it and is its own image; a face all of whose points do, goes. The selection
-     * is not used. Made: the images. */
-    struct {
-      int axis;
-      double weld;
-    } mirror;
-    struct {
-      double by[3];
-    } move;
-    struct {
-      double axis[3]; /* of any length but 0 */
-      double degrees; /* counter-clockwise seen from the axis's end */
-      bool has_about;
-      double about[3]; /* else the mean of the vertices */
-    } rotate;
-    struct {
-      double by[3];
-      bool has_about;
-      double about[3]; /* as of rotate */
-    } scale;
+    tw_extrude_edit extrude;
+    tw_inset_edit inset;
+    tw_loop_cut_edit loop_cut;
+    tw_subdivide_edit subdivide;
+    tw_merge_edit merge;
+    tw_fill_edit fill;
+    tw_mirror_edit mirror;
+    tw_move_edit move;
+    tw_rotate_edit rotate;
+    tw_scale_edit scale;
     /* CREASE (edges), CORNER (vertices), HOLE (faces; any but 0 makes one): 0 takes the tag away. */
     double sharpness;
-    /* Drops pieces of fewer than `faces` faces, and their points; pieces have no point in common. The
-     * selection is not used. Made: nothing. */
-    struct {
-      uint32_t faces;
-    } drop_pieces;
-    /* (all) Moves points of three neighbours or more that are farther from the middle of their neighbours
-     * than `factor`, above 0, times the distance of these from it, between the neighbours that are not. Made:
-     * the points that it moved. */
-    struct {
-      double factor;
-    } despike;
-    /* (all) Moves points towards the mean of their neighbours; those on a border stay. TAUBIN keeps the
-     * volume, LAPLACIAN shrinks. */
-    struct {
-      tw_smooth_method method;
-      uint32_t iterations; /* 1 to TW_EDIT_ITERATIONS_MAX */
-    } smooth;
+    tw_drop_pieces_edit drop_pieces;
+    tw_despike_edit despike;
+    tw_smooth_edit smooth;
   };
   /* DELETE: faces; or edges and vertices, with the faces at them. Points that this leaves without a face go.
    * FLIP (all): turns faces round. ORIENT (all, faces): turns faces round so that neighbours run alike, and
