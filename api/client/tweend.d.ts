@@ -812,9 +812,10 @@ export type Edit = {
   border?: number[];
   max_edges?: number;
   /**
+   * `triangles`: of the least area.
    * @default ngon
    */
-  method?: "ngon";
+  method?: "ngon" | "triangles";
   name?: string;
   /** @default false */
   optional?: boolean;
@@ -909,6 +910,39 @@ export type Edit = {
   edit: "weld";
   /** @default 0 */
   distance?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "drop_pieces";
+  faces: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "despike";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  /** @default 2 */
+  factor?: number;
+  name?: string;
+  /** @default false */
+  optional?: boolean;
+} | {
+  /** @constant */
+  edit: "smooth";
+  faces?: FaceSelection;
+  edges?: EdgeSelection;
+  vertices?: VertexSelection;
+  /**
+   * @default taubin
+   */
+  method?: "taubin" | "laplacian";
+  /** @default 10 */
+  iterations?: number;
   name?: string;
   /** @default false */
   optional?: boolean;

@@ -45,3 +45,54 @@ export function pathsOf(faces, share) {
   }
   return paths.map((path) => `${path}"/>`).join('\n');
 }
+
+/** The faces of an OBJ, each with its points and its object's name. */
+export function facesOf(text) {
+  const { points, objects } = readObj(text);
+  return objects.flatMap(({ name, faces }) => faces.map((face) => ({ name, points: face.map((i) => points[i]) })));
+}
+
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+const unit = (a) => a.map((x) => x / (Math.hypot(...a) || 1));
+
+/** Seen from the right and above. */
+function seen([x, y, z], { yaw, pitch }) {
+  const [c, s, d, t] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
+  const depth = s * x + c * z;
+  return [c * x - s * z, d * y - t * depth, t * y + d * depth];
+}
+
+const SHADES = 32;
+const LIGHT = unit([-0.45, 0.75, 0.6]);
+
+/**
+ * Faces { points, colour, inside?, behind? } as paths of an SVG, in a box [left, top, width, height]. Those that look
+ * away and have no colour inside are left out, the rest are painted from far to near.
+ */
+export function draw(styles, faces, view, [left, top, width, height], edges) {
+  const turned = faces.map(({ points, ...rest }) => ({ points: points.map((p) => seen(p, view)), ...rest }));
+  const all = turned.flatMap((face) => face.points);
+  const bound = (i, pick) => all.reduce((m, p) => pick(m, p[i]), all[0][i]);
+  const low = [0, 1].map((i) => bound(i, Math.min));
+  const high = [0, 1].map((i) => bound(i, Math.max));
+  const scale = Math.min(width / (high[0] - low[0]), height / (high[1] - low[1]));
+  const at = ([x, y]) => [
+    Math.round(left + width / 2 + (x - (low[0] + high[0]) / 2) * scale),
+    Math.round(top + height / 2 - (y - (low[1] + high[1]) / 2) * scale),
+  ];
+  const painted = [];
+  for (const { points, colour, inside, behind = 0 } of turned) {
+    let normal = unit(cross(minus(points[2], points[0]), minus(points.at(-1), points[1])));
+    const away = normal[2] <= 0;
+    if (away && !inside) continue;
+    if (away) normal = normal.map((x) => -x);
+    const light = 0.38 + 0.62 * Math.max(0, dot(normal, LIGHT));
+    const shade = Math.round(light * SHADES) / SHADES;
+    const fill = hex((away ? inside : colour).map((x) => x * shade));
+    const style = styles.of(`fill:${fill};stroke:${edges ?? fill}`);
+    painted.push({ depth: points.reduce((s, p) => s + p[2], 0) / points.length - behind, style, corners: points.map(at) });
+  }
+  painted.sort((a, b) => a.depth - b.depth);
+  return pathsOf(painted, !edges);
+}

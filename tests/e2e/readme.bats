@@ -5,21 +5,32 @@ setup_file() { start_daemon; }
 teardown_file() { stop_daemon; }
 setup() { cd "$BATS_TEST_TMPDIR" || return; }
 
-# session: the commands of the section on curl.
-session() { sed -n '/^## A session with curl/,/^## /{/^```sh$/,/^```$/{/^```/d;p}}' "$root/README.md"; }
+# run_session HEADING: the commands of a section, as they stand; the file printed has what they print.
+run_session() {
+  sed -n "/^## $1/,/^## /{/^\`\`\`sh\$/,/^\`\`\`\$/{/^\`\`\`/d;p}}" "$root/README.md" |
+    sed "s#^tweend=http://127.0.0.1:8080\$#tweend=$url#" >session.sh
+  grep -q "^tweend=$url" session.sh
+  bash -e -u -o pipefail session.sh >printed
+  cat printed
+}
 
 @test "the curl session runs as it stands and ends with files on disk" {
   mkdir -p server
   ln -s "$samples" server/samples
-  session | sed "s#^tweend=http://127.0.0.1:8080\$#tweend=$url#" >session.sh
-  grep -q "^tweend=$url" session.sh
-  bash -e -u -o pipefail session.sh >printed
-  cat printed
+  run_session 'A session with curl'
   cd session
   for file in cube.glb octopus.glb standing.glb tank.glb; do [ "$(head -c 4 "$file")" = glTF ]; done
   [ "$(grep -c '^f ' cube.obj)" = 96 ]
   jq -e '(.poses | length) == 241' drive.json
   grep -q '1572864' ../printed
+}
+
+@test "the script of edits makes a tank's hull" {
+  run_session 'A model from a script'
+  [ "$(wc -l <printed)" = 5 ]
+  [ "$(head -c 4 session/hull.glb)" = glTF ]
+  get "$(tail -n 1 printed | sed "s#^$url##")"
+  holds '.meshes[0] | .vertices == 90 and .faces == 88 and .euler_characteristic == 2 and .boundary_edges == 0 and .creases > 0'
 }
 
 @test "its table of flags is what --help lists" {
@@ -42,14 +53,17 @@ session() { sed -n '/^## A session with curl/,/^## /{/^```sh$/,/^```$/{/^```/d;p
   diff described readme
 }
 
-@test "its picture is drawn from the daemon's answers" {
+# picture_is_drawn SCRIPT PICTURE: order and rounding may change, the faces may not.
+picture_is_drawn() {
   command -v node >/dev/null || skip "needs node"
-  node "$samples/picture.mjs" "$url" >picture.svg
-  # Order and rounding may change, the faces may not.
+  node "$samples/$1" "$url" >drawn.svg
   faces() { tr -cd z <"$1" | wc -c; }
-  drawn=$(faces picture.svg) kept=$(faces "$samples/picture.svg")
+  drawn=$(faces drawn.svg) kept=$(faces "$samples/$2")
   ((drawn * 100 > kept * 98 && drawn * 98 < kept * 100))
 }
+
+@test "its picture is drawn from the daemon's answers" { picture_is_drawn picture.mjs picture.svg; }
+@test "its picture of the hull is drawn from the daemon's answers" { picture_is_drawn picture_hull.mjs hull.svg; }
 
 @test "every file that it links is there" {
   grep -oE '\]\([^)#]+\)' "$root/README.md" | tr -d '])(' | grep -v '^http' | while read -r file; do
