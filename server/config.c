@@ -547,6 +547,28 @@ bool srv_config_is_s3(const srv_config *config) {
   return strncmp(config->data, "s3://", 5) == 0;
 }
 
+/* As browsers send it: a scheme and a host, no path. A page of a file or a sandbox has the origin "null". */
+static bool is_origin(const char *text, size_t size) {
+  const char *host = strstr(text, "://");
+  if (host == NULL || host >= text + size) return size == strlen("null") && strncmp(text, "null", size) == 0;
+  size_t before = (size_t)(host - text) + strlen("://");
+  return host > text && before < size && memchr(text + before, '/', size - before) == NULL;
+}
+
+static bool check_origins(const char *list, char *error, size_t error_size) {
+  static const char BETWEEN[] = ", \t";
+  for (list += strspn(list, BETWEEN); *list != '\0'; list += strspn(list, BETWEEN)) {
+    size_t size = strcspn(list, BETWEEN);
+    if (!(size == 1 && *list == '*') && !is_origin(list, size)) {
+      snprintf(error, error_size, "--cors-origins: '%.*s' is not * or an origin such as https://example.org",
+               (int)size, list);
+      return false;
+    }
+    list += size;
+  }
+  return true;
+}
+
 static bool check_together(srv_config *config, char *error, size_t error_size) {
   if (config->queue == ANY) config->queue = 4 * config->threads;
   if ((config->tls_cert[0] == '\0') != (config->tls_key[0] == '\0')) {
@@ -577,7 +599,8 @@ static bool check_together(srv_config *config, char *error, size_t error_size) {
     return false;
   }
   srv_log_level level;
-  return srv_config_log_level(config, &level, error, error_size);
+  return check_origins(config->cors_origins, error, error_size) &&
+         srv_config_log_level(config, &level, error, error_size);
 }
 
 srv_config_status srv_config_read(srv_config *config, int argc, char *const *argv,

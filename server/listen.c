@@ -17,7 +17,7 @@ enum { LISTEN_BACKLOG = 1024, HOST_SIZE = 256 };
 static bool parse_unix(const char *path, srv_address *out, char *error, size_t error_size) {
   size_t size = strlen(path);
   if (size == 0 || size >= sizeof out->local.sun_path) {
-    snprintf(error, error_size, "--listen: the path of a unix socket has 1 to %zu characters",
+    snprintf(error, error_size, "the path of a unix socket has 1 to %zu characters",
              sizeof out->local.sun_path - 1);
     return false;
   }
@@ -92,8 +92,7 @@ bool srv_address_parse(const char *text, srv_address *out, char *error, size_t e
                        : parse_inet(host, port, &address) || resolve(host, port, &address);
   }
   if (!parsed) {
-    snprintf(error, error_size, "--listen: '%s' is not address:port, [address]:port, name:port or unix:PATH",
-             text);
+    snprintf(error, error_size, "'%s' is not address:port, [address]:port, name:port or unix:PATH", text);
     return false;
   }
   *out = address;
@@ -118,7 +117,7 @@ static void complain(const srv_address *address, char *error, size_t error_size)
   int reason = errno;
   char place[sizeof address->local.sun_path + 8];
   srv_address_print(address, false, place, sizeof place);
-  snprintf(error, error_size, "--listen: cannot listen on %s: %s", place, strerror(reason));
+  snprintf(error, error_size, "cannot listen on %s: %s", place, strerror(reason));
 }
 
 int srv_address_listen(const srv_address *address, char *error, size_t error_size) {

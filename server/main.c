@@ -407,6 +407,7 @@ static bool check_addresses(const process *p, char *error) {
 static bool check(process *p) {
   char error[ERROR_SIZE];
   srv_keyring keyring;
+  srv_config_warn(environ);
   bool starts = srv_systemd_read(&p->systemd, getenv, error, ERROR_SIZE) &&
                 (!has_tls(p) || srv_tls_read(p->config.tls_cert, p->config.tls_key, error, ERROR_SIZE)) &&
                 srv_networks_read(p->config.trusted_proxies, &p->server.trusted, error, ERROR_SIZE) &&
@@ -423,14 +424,19 @@ static bool check(process *p) {
   return starts;
 }
 
+static bool parse_address(const char *flag, const char *text, srv_address *out, char *error) {
+  int size = snprintf(error, ERROR_SIZE, "%s: ", flag);
+  return srv_address_parse(text, out, error + size, ERROR_SIZE - (size_t)size);
+}
+
 int main(int argc, char **argv) {
   static process p; /* compute threads may outlive main's frame, see stop */
   char error[ERROR_SIZE];
   int status = STATUS_USAGE;
   srv_config_status read = srv_config_read(&p.config, argc, argv, getenv, stdout, error, sizeof error);
   bool usable =
-      read == SRV_CONFIG_RUN && srv_address_parse(p.config.listen, &p.address, error, sizeof error) &&
-      (!has_admin(&p) || srv_address_parse(p.config.admin_listen, &p.admin_address, error, sizeof error));
+      read == SRV_CONFIG_RUN && parse_address("--listen", p.config.listen, &p.address, error) &&
+      (!has_admin(&p) || parse_address("--admin-listen", p.config.admin_listen, &p.admin_address, error));
   if (read == SRV_CONFIG_DONE) {
     status = EXIT_SUCCESS;
   } else if (!usable) {

@@ -31,9 +31,9 @@ static void destroy_pair(pair *p) {
 }
 
 /* NULL with one line in error. */
-static char *read_pem(const char *path, char *error, size_t error_size) {
+static char *read_pem(const char *flag, const char *path, char *error, size_t error_size) {
   char *text = srv_read_text(path, PEM_MAX);
-  if (text == NULL) snprintf(error, error_size, "cannot read '%s': %s", path, strerror(errno));
+  if (text == NULL) snprintf(error, error_size, "%s: cannot read '%s': %s", flag, path, strerror(errno));
   return text;
 }
 
@@ -75,8 +75,8 @@ bool srv_tls_read(const char *certificate_path, const char *key_path, char *erro
   snprintf(error, error_size, "out of memory");
   pair *p = calloc(1, sizeof *p);
   if (p == NULL) return false;
-  p->certificate_text = read_pem(certificate_path, error, error_size);
-  p->key_text = p->certificate_text != NULL ? read_pem(key_path, error, error_size) : NULL;
+  p->certificate_text = read_pem("--tls-cert", certificate_path, error, error_size);
+  p->key_text = p->certificate_text != NULL ? read_pem("--tls-key", key_path, error, error_size) : NULL;
   bool is_read = p->key_text != NULL;
   if (is_read && !is_known(p)) {
     int status = parse_pair(p);
@@ -85,8 +85,8 @@ bool srv_tls_read(const char *certificate_path, const char *key_path, char *erro
       atomic_store(&newest, p);
       return true;
     }
-    snprintf(error, error_size, "'%s' and '%s' are no certificate and its key: %s", certificate_path,
-             key_path, gnutls_strerror(status));
+    snprintf(error, error_size, "--tls-cert: '%s' and '%s' are no certificate and its key: %s",
+             certificate_path, key_path, gnutls_strerror(status));
     is_read = false;
   }
   destroy_pair(p);

@@ -4,6 +4,7 @@
 #include "answer.h"
 #include "tweend/json_print.h"
 
+#include <assert.h>
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -62,11 +63,13 @@ static const problem_kind kinds[] = {
     {414, "uri-too-long", "URI too long"},
     {415, "unsupported-type", "Unsupported type"},
     {416, "range-not-satisfiable", "Range not satisfiable"},
+    {417, "expectation-failed", "Expectation failed"},
     {422, "not-usable", "Well-formed but not usable"},
     {429, "too-many-requests", "Too many requests"},
     {431, "headers-too-large", "Headers too large"},
     {501, "not-implemented", "Not implemented"},
     {503, "unavailable", "Service unavailable"},
+    {505, "version-not-supported", "HTTP version not supported"},
     {507, "store-full", "Store full"},
 };
 
@@ -74,6 +77,7 @@ static const problem_kind *kind_of(int status) {
   static const problem_kind other = {500, "internal", "Internal error"};
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++)
     if (kinds[i].status == status) return &kinds[i];
+  assert(status == other.status);
   return &other;
 }
 

@@ -161,7 +161,8 @@ value() { jq --raw-output "$1" answer; }
 problem() {
   expect "$1"
   [[ $(header content-type) == application/problem+json* ]] || { show; return 1; }
-  holds "(.type|type) == \"string\" and (.title|type) == \"string\" and (.detail|type) == \"string\" and .status == $1"
+  holds "(.type | startswith(\"urn:tweend:problem:\")) and (.type | endswith(\":internal\")) == ($1 == 500)"
+  holds "(.title|type) == \"string\" and (.detail|type) == \"string\" and .status == $1"
   [[ $(value .instance) == *"$(header x-request-id)" && -n $(header x-request-id) ]] || { show; return 1; }
   [[ -z ${2-} ]] || [[ $(value .detail) =~ $2 ]] || { echo "detail does not match $2"; show; return 1; }
 }

@@ -107,6 +107,11 @@ alone() { [ "$(grep -ac '^HTTP/1.1 ' answer)" = 1 ]; }
   expect 200
 }
 
+@test "an expectation that is not known is refused" {
+  post /v1/surface.json "$samples/cube.obj" --header 'Expect: rain'
+  problem 417 100-continue
+}
+
 @test "two requests on one connection" {
   raw 'GET /healthz HTTP/1.1\r\nHost: x\r\n\r\nGET /version HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n'
   [ "$(grep -ac '^HTTP/1.1 200' answer)" = 2 ]

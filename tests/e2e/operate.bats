@@ -68,8 +68,10 @@ program=${TESTED_BINARY:-$root/build/tweend}
     get "$path"
     expect 200
   done
-  get /v1/models --header 'X-API-Key: secret'
-  problem 404
+  for path in /v1/models / /tweend.js; do
+    get "$path" --header 'X-API-Key: secret'
+    problem 404 listener
+  done
   post /v1/surface.json "$samples/cube.obj" --header 'X-API-Key: secret'
   problem 404
   address=${main#http://}
@@ -113,11 +115,15 @@ would_not_start() {
   would_not_start 'line 1' --data "$PWD/a" --api-keys @"$PWD/keys"
   would_not_start --data --data "$PWD/file/below"
   would_not_start "longer than" --data "$(printf '/%04000d' 0)"
-  would_not_start "file" --tls-cert file --tls-key file
+  would_not_start "--tls-cert: 'file'" --tls-cert file --tls-key file
+  would_not_start "--tls-cert: cannot read" --tls-cert none --tls-key file
   would_not_start 10.0.0.0/64 --trusted-proxies 10.0.0.0/64
   if [[ $EUID != 0 ]]; then would_not_start --data --data "$PWD/sealed/below"; fi
   run -2 "$program" --check --max-level 99
   run -2 "$program" --check --listen nowhere
+  [[ $output == "tweend: --listen: 'nowhere'"* ]]
+  run -2 "$program" --check --admin-listen nowhere
+  [[ $output == "tweend: --admin-listen: 'nowhere'"* ]]
   run -2 "$program" --check --log-level "@$PWD/none"
   run -2 "$program" --check --tls-cert file
 }
@@ -153,6 +159,8 @@ would_not_start() {
   [ "$(grep -c 'TWEEND_PORT is no setting' "$log")" = 1 ]
   grep -q 'TWEEND_MAX_UPLAOD is no setting; the nearest is TWEEND_MAX_UPLOAD' "$log"
   if grep -q 'TWEEND_MAX_LEVEL is no' "$log"; then false; fi
+  TWEEND_MAX_UPLAOD=1 run -0 "$program" --check --data "$PWD/a"
+  [[ $output == *"TWEEND_MAX_UPLAOD is no setting"*"the daemon would start"* ]]
 }
 
 @test "--data makes the folders on the way, and no folder where a file lies" {

@@ -201,6 +201,18 @@ TEST_WITH(unknown_flags_name_the_nearest, set_up, tear_down) {
   assert_bad(f, "--cors-origin=a", NULL, "--cors-origins");
 }
 
+TEST_WITH(origins_are_as_browsers_send_them, set_up, tear_down) {
+  fixture *f = *state;
+  static const char *const GOOD[] = {"*", "", "null", "https://a.example, http://localhost:3000",
+                                     "app://obsidian.md"};
+  for (size_t i = 0; i < sizeof GOOD / sizeof *GOOD; i++)
+    assert_int_equal(read_flags(f, (const char *const[4]){"--cors-origins", GOOD[i]}), SRV_CONFIG_RUN);
+  static const char *const BAD[] = {"a.example", "https://a.example/", "https://", "://a", "*,a", "**",
+                                    "nullify"};
+  for (size_t i = 0; i < sizeof BAD / sizeof *BAD; i++)
+    assert_bad(f, "--cors-origins", BAD[i], "--cors-origins: '");
+}
+
 TEST_WITH(short_help_is_the_same, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){"-h"}), SRV_CONFIG_DONE);
