@@ -1,5 +1,5 @@
 /* Nanoseconds a joint and time: sampling clips in order, at random and in bulk, beside a plain binary search
- * with libm slerp; local to world matrices of one pose and of sixteen. usage: anim_bench [JSON] */
+ * with libm slerp; local to world matrices. usage: anim_bench [JSON] */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -188,20 +188,18 @@ static void bench_sampling(bench_report *report, uint32_t joint_count, uint32_t 
   scene_deinit(&s);
 }
 
-/* Local transforms to world matrices: pose by pose, and sixteen poses at a time. */
+/* Local transforms to world matrices. */
 static void bench_worlds(bench_report *report, uint32_t joint_count) {
-  enum { POSES = TW_LANES, ROUNDS = 64 };
+  enum { POSES = 16, ROUNDS = 64 };
   scene s;
   scene_init(&s, joint_count, 10, true);
   float times[POSES];
   tw_trs *locals = bench_alloc((size_t)joint_count * POSES, sizeof *locals);
-  float *matrices = bench_alloc((size_t)joint_count * POSES, 16 * sizeof *matrices);
-  float *lanes = bench_alloc((size_t)joint_count * TW_LANES, TW_LANE_TRS * sizeof *lanes);
+  float *matrices = bench_alloc(joint_count, 16 * sizeof *matrices);
   fill_times(times, POSES, true);
-  tw_clip_poses(s.clip, s.rest, joint_count, times, POSES, locals);
-  tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
-  double plain[BENCH_RUNS], side_by_side[BENCH_RUNS], sampled[BENCH_RUNS],
-      per = 1e9 / ((double)ROUNDS * POSES * joint_count);
+  for (uint32_t pose = 0; pose < POSES; pose++)
+    tw_clip_pose(s.clip, s.nodes, joint_count, times[pose], locals + (size_t)pose * joint_count);
+  double runs[BENCH_RUNS];
   for (int run = 0; run < BENCH_RUNS; run++) {
     double start = bench_now();
     for (int round = 0; round < ROUNDS; round++)
@@ -209,23 +207,12 @@ static void bench_worlds(bench_report *report, uint32_t joint_count) {
         tw_pose_locals(s.clip, s.nodes, joint_count, locals + (size_t)pose * joint_count, matrices);
         tw_pose_world(s.nodes, s.order, joint_count, matrices, matrices);
       }
-    double middle = bench_now();
-    for (int round = 0; round < ROUNDS; round++)
-      tw_lanes_world(s.clip, s.nodes, s.order, joint_count, lanes, matrices);
-    double end = bench_now();
-    for (int round = 0; round < ROUNDS; round++) tw_clip_lanes(s.clip, s.nodes, joint_count, times, lanes);
-    plain[run] = (middle - start) * per;
-    side_by_side[run] = (end - middle) * per;
-    sampled[run] = (bench_now() - end) * per;
+    runs[run] = (bench_now() - start) * 1e9 / ((double)ROUNDS * POSES * joint_count);
   }
-  bench_scene(report, "%u joints, local to world", joint_count);
-  bench_row(report, "sixteen poses side by side", "ns", bench_summary(side_by_side), "one by one",
-            bench_summary(plain), false);
-  bench_row(report, "sampling sixteen side by side", "ns", bench_summary(sampled), NULL, (bench_timing){0},
-            false);
+  bench_scene(report, "%u joints", joint_count);
+  bench_row(report, "local to world", "ns", bench_summary(runs), NULL, (bench_timing){0}, false);
   free(locals);
   free(matrices);
-  free(lanes);
   scene_deinit(&s);
 }
 

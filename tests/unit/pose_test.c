@@ -240,37 +240,3 @@ TEST(without_a_rest_pose_others_stay_as_they_are) {
   }
   tw_clip_destroy(clip);
 }
-
-TEST(lanes_are_sixteen_single_poses) {
-  tw_node nodes[NODES];
-  uint32_t order[NODES];
-  tw_clip *clip = mixed_clip(nodes);
-  uint64_t seed = 9;
-  float times[TW_LANES], matrices[NODES][16];
-  static float locals[NODES][TW_LANE_TRS][TW_LANES], world[NODES][TW_LANE_MATRIX][TW_LANES];
-  tw_trs pose[NODES];
-  for (int i = 0; i < TW_LANES; i++) times[i] = (float)ref_between(&seed, -1, 14);
-  for (int i = 0; i < 16; i++) nodes[3].matrix[i] = i % 4 == 3 ? (float)(i == 15) : (float)(i + 1) / 8;
-  memcpy(nodes[0].matrix, nodes[3].matrix, sizeof nodes[0].matrix);
-  nodes[0].has_matrix = nodes[3].has_matrix = true; /* a track moves both: they count without it */
-  assert_int_equal(tw_nodes_order(nodes, NODES, order, NULL), TW_OK);
-  for (int resting = 0; resting < 2; resting++) {
-    const tw_clip *mover = resting ? NULL : clip; /* without a clip the matrices count */
-    tw_clip_lanes(clip, nodes, NODES, times, locals[0][0]);
-    tw_lanes_world(mover, nodes, order, NODES, locals[0][0], world[0][0]);
-    for (uint32_t lane = 0; lane < TW_LANES; lane++) {
-      tw_clip_pose(clip, nodes, NODES, times[lane], pose);
-      tw_pose_locals(mover, nodes, NODES, pose, matrices[0]);
-      tw_pose_world(nodes, order, NODES, matrices[0], matrices[0]);
-      for (uint32_t n = 0; n < NODES; n++) {
-        float matrix[16];
-        assert_true(locals[n][0][lane] == pose[n].translation[0]);
-        assert_true(locals[n][6][lane] == pose[n].rotation[3]);
-        assert_true(locals[n][9][lane] == pose[n].scale[2]);
-        tw_lanes_matrix(world[0][0], n, lane, matrix);
-        for (int i = 0; i < 16; i++) assert_true(matrix[i] == matrices[n][i]);
-      }
-    }
-  }
-  tw_clip_destroy(clip);
-}

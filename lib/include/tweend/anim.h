@@ -233,27 +233,6 @@ void tw_pose_locals(const tw_clip *clip, const tw_node *nodes, uint32_t node_cou
 void tw_pose_world(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const float *local,
                    float *world);
 
-/* ---- sixteen poses side by side ------------------------------------------------------------ */
-
-/* Structure of arrays for many times: a number of one pose is TW_LANES numbers in a row here, one for each
- * time, so that every operation is a vector operation. Same values as one by one. Any thread, allocates
- * nothing. */
-enum { TW_LANES = 16, TW_LANE_TRS = 10, TW_LANE_MATRIX = 12 };
-
-/* As tw_clip_pose at sixteen times. locals: [node_count][TW_LANE_TRS][TW_LANES], rows translation x y z,
- * rotation x y z w, scale x y z. */
-void tw_clip_lanes(const tw_clip *clip, const tw_node *nodes, uint32_t node_count,
-                   const float times[TW_LANES], float *locals);
-
-/* As tw_pose_locals and tw_pose_world. The locals are what tw_clip_lanes made of this clip and these nodes;
- * any others go with clip NULL. world: [node_count][TW_LANE_MATRIX][TW_LANES], the matrix column by column
- * without the last row, which is 0 0 0 1 (also for nodes with another one in their matrix). */
-void tw_lanes_world(const tw_clip *clip, const tw_node *nodes, const uint32_t *order, uint32_t node_count,
-                    const float *locals, float *world);
-
-/* One node's world matrix in one lane. */
-void tw_lanes_matrix(const float *world, uint32_t node, uint32_t lane, float out[16]);
-
 /* Joint matrices, world x inverse bind: out [joint_count][16]. */
 void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
 
