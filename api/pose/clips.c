@@ -279,13 +279,6 @@ static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
   return kept;
 }
 
-/* NULL without memory. */
-static const tw_trs *keep_rest(const tw_model *model, tw_arena *arena) {
-  tw_trs *rest = tw_arena_alloc_raw(arena, model->node_count, sizeof *rest);
-  for (uint32_t i = 0; rest && i < model->node_count; i++) rest[i] = model->nodes[i].rest;
-  return rest;
-}
-
 /* The names of all clips, commas between them. NULL without memory. */
 static const char *join_names(const clip_source *source, tw_arena *arena) {
   tw_text text = {0};
@@ -329,9 +322,8 @@ static tw_status compile(const clip_source *source, const tw_clip_keys *keys, tw
 static bool fill_clip(const clip_source *source, api_clip *clip, api_fault *fault) {
   clip->name = join_names(source, clip->arena);
   clip->node_names = keep_node_names(source->model, clip->arena);
-  clip->rest = keep_rest(source->model, clip->arena);
   const tw_clip_keys *keys = gather_keys(source, clip);
-  if (!clip->name || !clip->node_names || !clip->rest || !keys) {
+  if (!clip->name || !clip->node_names || !keys) {
     api_fault_without_memory(fault);
     return false;
   }

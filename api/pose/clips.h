@@ -35,7 +35,6 @@ typedef struct api_clip {
   tw_arena *arena;             /* of what follows */
   const char *name;            /* those of all clips, commas between them */
   const char *node_names;      /* of all of the model's nodes, as api_node_names_print prints them */
-  const tw_trs *rest;          /* [nodes of the model] where the clip does not move them */
   const tw_clip_keys *carried; /* of a single borrowed clip, carried over to the model; else NULL */
   tw_clip *compiled;
   uint32_t warning_count; /* one for each node of a borrowed clip that the model does not have */

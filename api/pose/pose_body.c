@@ -99,7 +99,7 @@ static void evaluate_locals(const api_pose_request *request, float time, tw_trs 
   }
   const tw_clip *clip = request->clip->compiled;
   time = tw_loop_time(time, tw_clip_duration(clip), request->loop);
-  tw_clip_poses(clip, request->clip->rest, model->node_count, &time, 1, locals);
+  tw_clip_pose(clip, model->nodes, model->node_count, time, locals);
 }
 
 /* Matrices of the local transforms: local, world, or those of joints. */

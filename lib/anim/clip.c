@@ -275,35 +275,20 @@ static tw_status build_tracks(tw_clip *clip, const tw_clip_keys *keys, int force
   return TW_OK;
 }
 
-/* Counting sort by timeline, stable, into `sorted`. False without memory. */
-static bool sort_by_timeline(const tw_clip *clip, uint32_t *sorted) {
-  uint32_t *next = tw_alloc_zero((size_t)clip->timeline_count + 1, sizeof *next);
-  if (!next) return false;
-  for (uint32_t i = 0; i < clip->track_count; i++) next[clip->tracks[i].timeline_index + 1]++;
-  for (uint32_t i = 0; i < clip->timeline_count; i++) next[i + 1] += next[i];
-  for (uint32_t i = 0; i < clip->track_count; i++) sorted[next[clip->tracks[i].timeline_index]++] = i;
-  free(next);
-  return true;
-}
-
-static tw_status order_tracks(tw_clip *clip, tw_error *error) {
-  uint32_t *sorted = tw_alloc(clip->track_count, sizeof *sorted);
-  bool is_done = sorted && sort_by_timeline(clip, sorted);
-  for (uint32_t i = 0; is_done && i < clip->track_count; i++)
-    if (clip->tracks[sorted[i]].kind == TRACK_ARC) clip->posed[clip->arc_count++] = sorted[i];
-  clip->posed_count = clip->arc_count;
-  clip->arcs = tw_arena_alloc(clip->arena, clip->arc_count, sizeof *clip->arcs);
-  is_done = is_done && clip->arcs;
-  for (uint32_t i = 0; is_done && i < clip->arc_count; i++) {
-    const tw_track *track = &clip->tracks[clip->posed[i]];
-    clip->arcs[i] = (posed_arc){*track->timeline, track->segments.arcs, track->node};
+/* Sets apart what a pose reads of arcs, and lists the other tracks that move nodes. */
+static tw_status sort_tracks(tw_clip *clip, tw_error *error) {
+  uint32_t arcs = 0;
+  for (uint32_t i = 0; i < clip->track_count; i++) arcs += clip->tracks[i].kind == TRACK_ARC;
+  clip->arcs = tw_arena_alloc(clip->arena, arcs, sizeof *clip->arcs);
+  if (!clip->arcs) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
+  for (uint32_t i = 0; i < clip->track_count; i++) {
+    const tw_track *track = &clip->tracks[i];
+    if (track->kind == TRACK_ARC)
+      clip->arcs[clip->arc_count++] = (posed_arc){*track->timeline, track->segments.arcs, track->node};
+    else if (track->path != TW_WEIGHTS)
+      clip->others[clip->other_count++] = i;
   }
-  for (uint32_t i = 0; is_done && i < clip->track_count; i++) {
-    const tw_track *track = &clip->tracks[sorted[i]];
-    if (track->kind != TRACK_ARC && track->path != TW_WEIGHTS) clip->posed[clip->posed_count++] = sorted[i];
-  }
-  free(sorted);
-  return is_done ? TW_OK : tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
+  return TW_OK;
 }
 
 static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
@@ -316,9 +301,9 @@ static tw_clip *clip_alloc(const tw_clip_keys *keys, uint32_t node_count) {
   *clip = (tw_clip){.arena = arena, .node_count = node_count, .track_count = keys->track_count};
   clip->tracks = tw_arena_alloc(arena, keys->track_count, sizeof *clip->tracks);
   clip->timelines = tw_arena_alloc(arena, keys->track_count, sizeof *clip->timelines);
-  clip->posed = tw_arena_alloc(arena, keys->track_count, sizeof *clip->posed);
+  clip->others = tw_arena_alloc(arena, keys->track_count, sizeof *clip->others);
   clip->moves = tw_arena_alloc(arena, node_count, sizeof *clip->moves);
-  if (clip->tracks && clip->timelines && clip->posed && clip->moves) return clip;
+  if (clip->tracks && clip->timelines && clip->others && clip->moves) return clip;
   tw_arena_destroy(arena);
   return NULL;
 }
@@ -331,7 +316,7 @@ tw_status tw_clip_create(const tw_clip_keys *keys, uint32_t node_count, int forc
   if (!clip) return tw_fail(error, TW_NO_MEMORY, "no memory for a clip");
   status = build_timelines(clip, keys, error);
   if (status == TW_OK) status = build_tracks(clip, keys, force, error);
-  if (status == TW_OK) status = order_tracks(clip, error);
+  if (status == TW_OK) status = sort_tracks(clip, error);
   if (status == TW_OK)
     *out = clip;
   else
@@ -416,23 +401,7 @@ void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, siz
   }
 }
 
-/* Many times: track by track, from posed[first] on. Key times that tracks share are searched once. count: at
- * most TW_TRACK_BATCH. */
-static void pose_tracks(const tw_clip *clip, uint32_t first, const float *times, size_t count,
-                        tw_trs *locals) {
-  float clamped[TW_TRACK_BATCH];
-  uint32_t keys[TW_TRACK_BATCH];
-  const tw_timeline *timeline = NULL;
-  for (uint32_t i = first; i < clip->posed_count; i++) {
-    const tw_track *track = &clip->tracks[clip->posed[i]];
-    if (track->timeline != timeline) tw_timeline_find(track->timeline, times, count, clamped, keys);
-    timeline = track->timeline;
-    tw_track_sample(track, clamped, keys, count, place_of(&locals[track->node], track->path),
-                    clip->node_count * sizeof *locals);
-  }
-}
-
-/* One time: arcs of a batch of tracks at once. Tracks lie far apart in memory, so that what each pass needs
+/* Arcs of a batch of tracks at once. Tracks lie far apart in memory, so that what each pass needs
  * is prefetched by the one before it: the cache misses of a batch overlap. */
 static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
   const tw_arc_segment *arcs[TW_TRACK_BATCH];
@@ -456,29 +425,25 @@ static void pose_arcs(const tw_clip *clip, float time, tw_trs *locals) {
   }
 }
 
-static void pose_at(const tw_clip *clip, float time, tw_trs *locals) {
-  pose_arcs(clip, time, locals);
-  pose_tracks(clip, clip->arc_count, &time, 1, locals);
+/* Tracks of another kind, one after the other. Neighbours mostly share their key times, which are
+ * searched once. */
+static void pose_others(const tw_clip *clip, float time, tw_trs *locals) {
+  const tw_timeline *timeline = NULL;
+  float clamped;
+  uint32_t key;
+  for (uint32_t i = 0; i < clip->other_count; i++) {
+    const tw_track *track = &clip->tracks[clip->others[i]];
+    if (track->timeline != timeline) tw_timeline_find(track->timeline, &time, 1, &clamped, &key);
+    timeline = track->timeline;
+    tw_track_sample(track, &clamped, &key, 1, place_of(&locals[track->node], track->path), 0);
+  }
 }
 
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time,
                   tw_trs *locals) {
   for (uint32_t i = 0; i < node_count; i++) locals[i] = nodes[i].rest;
-  pose_at(clip, time, locals);
-}
-
-void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
-                   size_t time_count, tw_trs *locals) {
-  for (size_t done = 0; done < time_count; done += TW_TRACK_BATCH) {
-    size_t count = time_count - done < TW_TRACK_BATCH ? time_count - done : TW_TRACK_BATCH;
-    tw_trs *batch = locals + done * node_count;
-    for (size_t i = 0; rest && i < count && node_count > 0; i++)
-      memcpy(batch + i * node_count, rest, node_count * sizeof *rest);
-    if (count == 1)
-      pose_at(clip, times[done], batch);
-    else
-      pose_tracks(clip, 0, times + done, count, batch);
-  }
+  pose_arcs(clip, time, locals);
+  pose_others(clip, time, locals);
 }
 
 /* Negates each rotation that is on the other side of the one before it: a turn of more than 360 degrees ends

@@ -17,11 +17,9 @@ struct tw_clip {
   float duration;
   tw_track *tracks;       /* [track_count], as in the source */
   tw_timeline *timelines; /* [timeline_count] */
-  /* [posed_count] tracks of transforms (all but weights): the first arc_count are TRACK_ARC. Of each part,
-   * those of one timeline follow each other, as in the source. */
-  uint32_t *posed;
-  posed_arc *arcs; /* [arc_count], in the order of posed */
-  uint32_t arc_count, posed_count;
+  posed_arc *arcs;        /* [arc_count] */
+  uint32_t *others;       /* [other_count] further tracks of transforms: neither arcs nor weights */
+  uint32_t arc_count, other_count;
   uint8_t *moves; /* [node_count], a bit for each path */
 };
 

@@ -8,7 +8,7 @@
 #include "report.h"
 #include "tweend/anim.h"
 
-enum { ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000, POSE_BLOCK = 64 };
+enum { ORDERED_TIMES = 512, RANDOM_TIMES = 512, BULK_TIMES = 10000 };
 
 static void fail(void) {
   fprintf(stderr, "anim_bench: no clip\n");
@@ -24,7 +24,6 @@ typedef struct scene {
   float *values; /* [joint_count][key_count][4] */
   tw_track_keys *tracks;
   tw_node *nodes;
-  tw_trs *rest; /* of the nodes */
   uint32_t *order;
   tw_clip *clip;
 } scene;
@@ -36,7 +35,6 @@ static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool 
   s->values = bench_alloc(keys, 4 * sizeof *s->values);
   s->tracks = bench_alloc(joint_count, sizeof *s->tracks);
   s->nodes = bench_alloc(joint_count, sizeof *s->nodes);
-  s->rest = bench_alloc(joint_count, sizeof *s->rest);
   s->order = bench_alloc(joint_count, sizeof *s->order);
   for (uint32_t joint = 0; joint < joint_count; joint++) {
     float *times = s->times + (size_t)joint * key_count;
@@ -59,7 +57,6 @@ static void scene_init(scene *s, uint32_t joint_count, uint32_t key_count, bool 
                                        .values = values};
     s->nodes[joint] = (tw_node){.parent = joint ? (joint - 1) / 2 : TW_NO_INDEX, .rest = TW_TRS_IDENTITY};
     s->nodes[joint].rest.translation[1] = 0.3f;
-    s->rest[joint] = s->nodes[joint].rest;
   }
   tw_clip_keys clip = {.track_count = joint_count, .tracks = s->tracks};
   if (tw_clip_create(&clip, joint_count, -1, &s->clip, NULL) != TW_OK) fail();
@@ -72,7 +69,6 @@ static void scene_deinit(scene *s) {
   free(s->values);
   free(s->tracks);
   free(s->nodes);
-  free(s->rest);
   free(s->order);
 }
 
@@ -124,13 +120,6 @@ static void by_plain_pose(const scene *s, const float *times, uint32_t count, tw
   for (uint32_t i = 0; i < count; i++) plain_pose(s, times[i], locals);
 }
 
-static void by_poses(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
-  for (uint32_t i = 0; i < count; i += POSE_BLOCK) {
-    uint32_t block = count - i < POSE_BLOCK ? count - i : POSE_BLOCK;
-    tw_clip_poses(s->clip, s->rest, s->joint_count, times + i, block, locals);
-  }
-}
-
 static void by_track(const scene *s, const float *times, uint32_t count, tw_trs *locals) {
   for (uint32_t joint = 0; joint < s->joint_count; joint++)
     tw_clip_sample(s->clip, joint, times, count, (float *)locals);
@@ -173,8 +162,7 @@ static void bench_sampling(bench_report *report, uint32_t joint_count, uint32_t 
   scene s;
   scene_init(&s, joint_count, key_count, shared_times);
   float *times = bench_alloc(BULK_TIMES, sizeof *times);
-  size_t room = (size_t)joint_count * POSE_BLOCK;
-  tw_trs *locals = bench_alloc(room > BULK_TIMES ? room : BULK_TIMES, sizeof *locals);
+  tw_trs *locals = bench_alloc(BULK_TIMES, sizeof *locals);
   bench_scene(report, "%u joints, %u keys%s", joint_count, key_count, shared_times ? ", the same times" : "");
   fill_times(times, ORDERED_TIMES, true);
   compare_ways(report, "in order", &s, by_pose, by_plain_pose, times, ORDERED_TIMES, locals);
@@ -182,7 +170,6 @@ static void bench_sampling(bench_report *report, uint32_t joint_count, uint32_t 
   compare_ways(report, "at random", &s, by_pose, by_plain_pose, times, RANDOM_TIMES, locals);
   fill_times(times, BULK_TIMES, true);
   compare_ways(report, "10,000 times", &s, by_track, by_plain_track, times, BULK_TIMES, locals);
-  compare_ways(report, "10,000 whole poses", &s, by_poses, by_plain_track, times, BULK_TIMES, locals);
   free(times);
   free(locals);
   scene_deinit(&s);

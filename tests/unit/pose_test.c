@@ -192,51 +192,29 @@ static tw_clip *mixed_clip(tw_node *nodes) {
 }
 
 /* The first times ascend by `step`, but for some that are out of order or none at all. */
-static void assert_bulk_poses_are_single_ones(const tw_clip *clip, const tw_node *nodes, float step) {
+static void assert_poses_are_samples(const tw_clip *clip, const tw_node *nodes, float step) {
   static const float odd[] = {-1, NAN, INFINITY, -INFINITY, 1e30f, -0.0f};
   uint64_t seed = 8;
   float times[TIMES];
-  static tw_trs bulk[TIMES][NODES], one[NODES], rest[NODES];
-  for (int n = 0; n < NODES; n++) rest[n] = nodes[n].rest;
+  static float samples[NODES][TIMES][4];
   for (int i = 0; i < TIMES; i++)
     times[i] = i < TIMES / 2 ? (float)i * step : (float)ref_between(&seed, -1, 15);
   for (size_t i = 0; i < sizeof odd / sizeof *odd; i++) times[11 * i + 3] = odd[i];
-  tw_clip_poses(clip, rest, NODES, times, TIMES, bulk[0]);
+  for (uint32_t n = 0; n < NODES; n++)
+    tw_clip_sample(clip, tw_clip_find(clip, n, TW_ROTATION), times, TIMES, samples[n][0]);
   for (int i = 0; i < TIMES; i++) {
-    tw_clip_pose(clip, nodes, NODES, times[i], one);
-    assert_memory_equal(one, bulk[i], sizeof one);
-    for (uint32_t n = 0; n < NODES; n++) {
-      float q[4];
-      tw_clip_sample(clip, tw_clip_find(clip, n, TW_ROTATION), &times[i], 1, q);
-      assert_memory_equal(one[n].rotation, q, sizeof q);
-    }
+    tw_trs pose[NODES];
+    tw_clip_pose(clip, nodes, NODES, times[i], pose);
+    for (uint32_t n = 0; n < NODES; n++)
+      assert_memory_equal(pose[n].rotation, samples[n][i], sizeof pose[n].rotation);
+    assert_true(pose[1].translation[0] == 1); /* at rest where no track moves it */
   }
-  assert_true(bulk[0][1].translation[0] == 1); /* at rest where no track moves it */
 }
 
-TEST(bulk_poses_are_the_single_ones_byte_for_byte) {
+TEST(poses_are_the_samples_of_their_tracks_byte_for_byte) {
   tw_node nodes[NODES];
   tw_clip *clip = mixed_clip(nodes);
-  assert_bulk_poses_are_single_ones(clip, nodes, 0.2f);
-  assert_bulk_poses_are_single_ones(clip, nodes, 0.01f); /* many times between two keys */
-  tw_clip_destroy(clip);
-}
-
-TEST(without_a_rest_pose_others_stay_as_they_are) {
-  tw_node nodes[NODES];
-  const float time = 0.7f;
-  tw_trs pose[NODES], moved[NODES], before[NODES];
-  tw_clip *clip = mixed_clip(nodes);
-  tw_clip_pose(clip, nodes, NODES, time, pose);
-  memset(before, 0x7B, sizeof before);
-  memcpy(moved, before, sizeof moved);
-  tw_clip_poses(clip, NULL, NODES, &time, 1, moved);
-  for (uint32_t n = 0; n < NODES; n++) {
-    bool shifts = tw_clip_changes(clip, n, TW_TRANSLATION), grows = tw_clip_changes(clip, n, TW_SCALE);
-    assert_memory_equal(moved[n].rotation, pose[n].rotation, sizeof pose[n].rotation);
-    assert_memory_equal(moved[n].translation, shifts ? pose[n].translation : before[n].translation,
-                        sizeof pose[n].translation);
-    assert_memory_equal(moved[n].scale, grows ? pose[n].scale : before[n].scale, sizeof pose[n].scale);
-  }
+  assert_poses_are_samples(clip, nodes, 0.2f);
+  assert_poses_are_samples(clip, nodes, 0.01f); /* many times between two keys */
   tw_clip_destroy(clip);
 }

@@ -203,12 +203,6 @@ float tw_loop_time(float t, float duration, tw_loop loop);
  * locals: [node_count]. Any thread, allocates nothing. Exact key values at key times. */
 void tw_clip_pose(const tw_clip *clip, const tw_node *nodes, uint32_t node_count, float time, tw_trs *locals);
 
-/* The same for [time_count] times (any order; ascending is fastest): locals [time_count][node_count].
- * rest: [node_count], the nodes' rest transforms; NULL: locals keep what they hold where no track moves
- * them. */
-void tw_clip_poses(const tw_clip *clip, const tw_trs *rest, uint32_t node_count, const float *times,
-                   size_t time_count, tw_trs *locals);
-
 /* Samples one track, counted as in tw_clip_keys: out [time_count][tw_clip_width]. The only way to
  * weights. Any thread, allocates nothing. */
 void tw_clip_sample(const tw_clip *clip, uint32_t track, const float *times, size_t time_count, float *out);
