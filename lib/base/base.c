@@ -1,7 +1,6 @@
 /* Error reports, the arena, UTF-8. */
 #include "tweend/base.h"
 
-#include <assert.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -88,34 +87,23 @@ typedef struct arena_block {
 
 /* Followed by the first block, in the same piece of memory. */
 struct tw_arena {
-  arena_block *first;
+  _Alignas(ARENA_ALIGN) arena_block *first;
   size_t size, next_block;
-  void *owned; /* that memory; NULL where it is the caller's */
 };
-_Static_assert(sizeof(struct tw_arena) % ARENA_ALIGN == 0, "the first block is aligned");
 
 static arena_block *first_block(tw_arena *arena) {
   return (arena_block *)(void *)(arena + 1);
 }
 
-static tw_arena *create_in(void *memory, size_t size, void *owned) {
-  tw_arena *arena = memory;
+tw_arena *tw_arena_create(void) {
+  tw_arena *arena = malloc(ARENA_FIRST);
+  if (!arena) return NULL;
   arena_block *block = first_block(arena);
-  *arena = (tw_arena){block, size, 2 * (size_t)ARENA_FIRST, owned};
+  *arena = (tw_arena){block, ARENA_FIRST, 2 * (size_t)ARENA_FIRST};
   block->next = NULL;
   block->used = 0;
-  block->capacity = size - sizeof *arena - sizeof *block;
+  block->capacity = ARENA_FIRST - sizeof *arena - sizeof *block;
   return arena;
-}
-
-tw_arena *tw_arena_create(void) {
-  void *memory = malloc(ARENA_FIRST);
-  return memory ? create_in(memory, ARENA_FIRST, memory) : NULL;
-}
-
-tw_arena *tw_arena_create_in(void *memory, size_t size) {
-  assert(size >= ARENA_FIRST && (uintptr_t)memory % ARENA_ALIGN == 0);
-  return create_in(memory, size, NULL);
 }
 
 void tw_arena_destroy(tw_arena *arena) {
@@ -125,7 +113,7 @@ void tw_arena_destroy(tw_arena *arena) {
     if (block != first_block(arena)) free(block);
     block = next;
   }
-  free(arena->owned);
+  free(arena);
 }
 
 /* Adds a block of `whole` bytes, as the one in use unless it is for one array alone. NULL without memory. */

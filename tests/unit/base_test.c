@@ -23,7 +23,8 @@ TEST(arena_refuses_an_overflowing_product) {
   tw_arena_destroy(arena);
 }
 
-static void fill_and_destroy(tw_arena *arena) {
+TEST(arena_memory_is_zeroed_and_separate) {
+  tw_arena *arena = tw_arena_create();
   unsigned char *blocks[100];
   for (size_t i = 0; i < 100; i++) {
     blocks[i] = tw_arena_alloc(arena, 1 + i * 317, 1);
@@ -33,24 +34,6 @@ static void fill_and_destroy(tw_arena *arena) {
   for (size_t i = 0; i < 100; i++)
     for (size_t j = 0; j < 1 + i * 317; j++) assert_int_equal(blocks[i][j], i);
   tw_arena_destroy(arena);
-}
-
-TEST(arena_memory_is_zeroed_and_separate) {
-  fill_and_destroy(tw_arena_create());
-}
-
-TEST(an_arena_may_begin_in_memory_of_the_caller) {
-  static _Alignas(max_align_t) unsigned char memory[2000];
-  for (size_t size = 512; size <= sizeof memory; size += 496) {
-    memset(memory, 0xAA, sizeof memory);
-    fill_and_destroy(tw_arena_create_in(memory, size));
-    for (size_t i = size; i < sizeof memory; i++) assert_int_equal(memory[i], 0xAA);
-    tw_arena *arena = tw_arena_create_in(memory, size);
-    unsigned char *first = tw_arena_alloc_raw(arena, size - 128, 1);
-    assert_true(first > memory && first + size - 128 <= memory + size);
-    assert_int_equal(tw_arena_size(arena), size);
-    tw_arena_destroy(arena);
-  }
 }
 
 TEST(numbers_print_shortest_and_read_back) {

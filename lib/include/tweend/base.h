@@ -53,9 +53,7 @@ tw_status tw_error_at(tw_error *error, const char *format, ...) TW_PRINTF(2, 3);
 /* Grows in blocks; not thread-safe. Memory is aligned for any type. */
 typedef struct tw_arena tw_arena;
 
-tw_arena *tw_arena_create(void); /* NULL without memory */
-/* Begins with the caller's memory, aligned for any type and of at least 512 bytes, which outlives it. */
-tw_arena *tw_arena_create_in(void *memory, size_t size);
+tw_arena *tw_arena_create(void);        /* NULL without memory */
 void tw_arena_destroy(tw_arena *arena); /* NULL accepted */
 
 /* [count] elements of `size` bytes, zeroed; NULL on overflow or without memory. count 0 gives a
