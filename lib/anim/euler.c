@@ -113,12 +113,6 @@ void tw_euler_near(const double q[4], tw_euler_order order, const double previou
     for (int i = 0; i < 3; i++) out[i] = twin[i];
 }
 
-void tw_quat_from_euler(const double angles[3], tw_euler_order order, float out[4]) {
-  double q[4] = {0, 0, 0, 1};
-  tw_quat_euler(angles, order, q);
-  quat_narrow(q, out);
-}
-
 void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]) {
   double p[4], angles[3] = {0, 0, 0};
   quat_widen(q, p);

@@ -74,27 +74,6 @@ void tw_quat_axis_angle(const double axis[3], double angle, double out[4]) {
   out[3] = cos(angle / 2);
 }
 
-void tw_quat_multiply(const float a[4], const float b[4], float out[4]) {
-  double p[4], q[4];
-  quat_widen(a, p);
-  quat_widen(b, q);
-  quat_multiply(p, q, p);
-  quat_narrow(p, out);
-}
-
-void tw_quat_inverse(const float q[4], float out[4]) {
-  for (int i = 0; i < 3; i++) out[i] = -q[i];
-  out[3] = q[3];
-}
-
-void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]) {
-  double unit[3] = {axis[0], axis[1], axis[2]}, q[4];
-  tw_normalize(unit, 3);
-  tw_quat_axis_angle(unit, angle, q);
-  if (tw_normalize(q, 4) == 0) q[3] = 1; /* a zero axis */
-  quat_narrow(q, out);
-}
-
 void tw_axis_angle_of(const double q[4], double out[4]) {
   for (int i = 0; i < 4; i++) out[i] = q[3] < 0 ? -q[i] : q[i];
   double sine = tw_normalize(out, 3);
@@ -107,32 +86,6 @@ void tw_quat_to_axis_angle(const float q[4], float out[4]) {
   quat_widen(q, p);
   tw_axis_angle_of(p, turn);
   quat_narrow(turn, out);
-}
-
-void tw_quat_to_matrix3(const float q[4], float out[9]) {
-  quat_matrix(q, out);
-}
-
-/* Starts from the largest of the four components, so nothing small is divided by (Shepperd 1978). */
-void tw_quat_from_matrix3(const float m[9], float out[4]) {
-  double xx = (double)m[0], yy = (double)m[4], zz = (double)m[8], q[4];
-  double yz = (double)m[5], zy = (double)m[7], zx = (double)m[6], xz = (double)m[2];
-  double xy = (double)m[1], yx = (double)m[3];
-  if (xx + yy + zz > 0) {
-    const double w[4] = {yz - zy, zx - xz, xy - yx, 1 + xx + yy + zz};
-    memcpy(q, w, sizeof q);
-  } else if (xx >= yy && xx >= zz) {
-    const double x[4] = {1 + xx - yy - zz, xy + yx, zx + xz, yz - zy};
-    memcpy(q, x, sizeof q);
-  } else if (yy >= zz) {
-    const double y[4] = {xy + yx, 1 - xx + yy - zz, yz + zy, zx - xz};
-    memcpy(q, y, sizeof q);
-  } else {
-    const double z[4] = {zx + xz, yz + zy, 1 - xx - yy + zz, xy - yx};
-    memcpy(q, z, sizeof q);
-  }
-  if (tw_normalize(q, 4) == 0) q[3] = 1;
-  quat_narrow(q, out);
 }
 
 /* v + 2 r x (r x v + w v), r the vector part. */
@@ -149,28 +102,11 @@ void tw_quat_turn(const double q[4], const double v[3], double out[3]) {
   memcpy(out, turned, sizeof turned);
 }
 
-void tw_quat_rotate(const float q[4], const float point[3], float out[3]) {
-  double r[4], v[3] = {(double)point[0], (double)point[1], (double)point[2]};
-  quat_widen(q, r);
-  tw_quat_turn(r, v, v);
-  for (int i = 0; i < 3; i++) out[i] = (float)v[i];
-}
-
 void tw_quat_between(const double a[4], const double b[4], double u, double out[4]) {
   double sign = quat_dot(a, b) < 0 ? -1 : 1, near[4];
   for (int i = 0; i < 4; i++) near[i] = sign * b[i];
   tw_arc arc = tw_arc_between(a, near);
   tw_arc_at(&arc, u, out);
-}
-
-void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]) {
-  double p[4], q[4];
-  quat_widen(a, p);
-  quat_widen(b, q);
-  tw_normalize(p, 4);
-  tw_normalize(q, 4);
-  tw_quat_between(p, q, (double)u, p);
-  quat_narrow(p, out);
 }
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "rotation_reference.h"
 #include "scene_fixture.h"
 
 static const char textured_text[] =
@@ -276,7 +277,7 @@ static void write_mapped(uint32_t level) {
   tw_trs *pose = fixture_alloc(&f, f.model->node_count, sizeof *pose);
   for (uint32_t i = 0; i < f.model->node_count; i++) pose[i] = f.model->nodes[i].rest;
   pose[f.model->skins[0].joints[0]].translation[0] = 0.5f;
-  tw_quat_from_axis_angle((const double[3]){1, 2, 3}, 0.9, pose[f.model->skins[0].joints[1]].rotation);
+  ref_narrow(ref_axis_angle(1, 2, 3, 0.9), pose[f.model->skins[0].joints[1]].rotation);
   f.scene.pose = pose;
   write_sample(&f, name);
   tw_model_destroy(materials);

@@ -1,6 +1,7 @@
 /* Control meshes moved by morph targets and joints. */
 #include <math.h>
 
+#include "rotation_reference.h"
 #include "scene_fixture.h"
 #include "test.h"
 
@@ -94,7 +95,7 @@ TEST(bent_knee_moves_points_by_their_shares) {
   fixture_init(&f, cube_text);
   fixture_add_skin(&f);
   tw_trs knee = f.model->nodes[2].rest;
-  tw_quat_from_axis_angle((const double[3]){0, 0, 1}, 1.5707963267948966, knee.rotation);
+  ref_narrow(ref_axis_angle(0, 0, 1, 1.5707963267948966), knee.rotation);
   matrices_of(&f, f.model->nodes[1].rest, knee, matrices);
   float *out = deformed(&f, NULL, matrices[0]);
   for (int p = 0; p < 8; p++) {

@@ -56,7 +56,7 @@ TEST(children_follow_a_turned_and_moved_parent) {
   nodes[0].rest.translation[0] = 2;
   nodes[1].rest.translation[1] = 5;
   nodes[1].rest.scale[0] = 3;
-  tw_quat_from_axis_angle((double[3]){0, 0, 1}, REF_PI / 2, nodes[1].rest.rotation);
+  ref_narrow(ref_axis_angle(0, 0, 1, REF_PI / 2), nodes[1].rest.rotation);
   assert_int_equal(tw_nodes_order(nodes, 2, order, NULL), TW_OK);
   tw_trs locals[] = {nodes[0].rest, nodes[1].rest};
   float local[32], world[32];
@@ -72,7 +72,7 @@ TEST(shear_of_a_scaled_parent_is_kept) {
   tw_node nodes[] = {rest_node(TW_NO_INDEX), rest_node(0)};
   uint32_t order[] = {0, 1};
   nodes[0].rest.scale[1] = 2;
-  tw_quat_from_axis_angle((double[3]){0, 0, 1}, REF_PI / 4, nodes[1].rest.rotation);
+  ref_narrow(ref_axis_angle(0, 0, 1, REF_PI / 4), nodes[1].rest.rotation);
   tw_trs locals[] = {nodes[0].rest, nodes[1].rest}, back;
   float matrices[32];
   tw_pose_locals(NULL, nodes, 2, locals, matrices);

@@ -94,6 +94,16 @@ static inline ref_matrix ref_euler(const double angles[3], tw_euler_order order)
   return out;
 }
 
+static inline ref_quat ref_euler_quat(const double angles[3], tw_euler_order order) {
+  const char *letters = tw_euler_order_names[order];
+  ref_quat out = {0, 0, 0, 1};
+  for (int i = 0; i < 3; i++) {
+    char axis = letters[i];
+    out = ref_product(out, ref_axis_angle(axis == 'X', axis == 'Y', axis == 'Z', angles[axis - 'X']));
+  }
+  return out;
+}
+
 /* From the rotation of the unit vectors by q v q*. */
 static inline ref_matrix ref_matrix_of(ref_quat q) {
   ref_matrix out;

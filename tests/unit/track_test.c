@@ -407,11 +407,12 @@ TEST(forced_interpolation_turns_keys_into_quaternions_first) {
     for (int form = TW_KEY_EULER; form <= TW_KEY_AXIS_ANGLE; form++) {
       tw_track_keys keys = track_keys(&track, form == TW_KEY_EULER ? TW_EULER : TW_LINEAR, (tw_key_form)form);
       float values[KEYS_MAX][4], q[4], expected[4];
-      for (uint32_t i = 0; i < track.key_count; i++)
-        if (form == TW_KEY_EULER)
-          tw_quat_from_euler(track.eulers[i], track.order, values[i]);
-        else
-          tw_quat_from_axis_angle(track.axis_angles[i], track.axis_angles[i][3], values[i]);
+      for (uint32_t i = 0; i < track.key_count; i++) {
+        const double *turn = track.axis_angles[i];
+        ref_narrow(form == TW_KEY_EULER ? ref_euler_quat(track.eulers[i], track.order)
+                                        : ref_axis_angle(turn[0], turn[1], turn[2], turn[3]),
+                   values[i]);
+      }
       tw_track_keys as_quaternions = track_keys(&track, TW_LINEAR, TW_KEY_QUATERNION);
       as_quaternions.values = values[0];
       float at = (float)ref_between(&seed, 0, (double)track.times[track.key_count - 1]);

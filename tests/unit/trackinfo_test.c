@@ -91,7 +91,7 @@ TEST(the_nearest_place_to_lock_may_lie_between_keys_without_lock) {
   float values[2][4];
   for (int i = 0; i < 2; i++) {
     double angles[] = {70 * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES, (i ? 40 : -40) * REF_DEGREES};
-    tw_quat_from_euler(angles, TW_YXZ, values[i]);
+    ref_narrow(ref_euler_quat(angles, TW_YXZ), values[i]);
   }
   tw_track_report report = inspect(quaternion_track(values[0], 2));
   double expected = 2;

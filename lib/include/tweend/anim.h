@@ -31,21 +31,13 @@ typedef enum tw_key_form { TW_KEY_VALUES, TW_KEY_QUATERNION, TW_KEY_EULER, TW_KE
 
 /* ---- rotation algebra --------------------------------------------------------------------- */
 
-void tw_quat_multiply(const float a[4], const float b[4], float out[4]);        /* out = a b: b first */
-void tw_quat_inverse(const float q[4], float out[4]);                           /* of a unit quaternion */
-void tw_quat_from_axis_angle(const double axis[3], double angle, float out[4]); /* axis of any length */
 void tw_quat_to_axis_angle(const float q[4], float out[4]); /* x y z angle, angle in [0, pi] */
-void tw_quat_from_euler(const double angles[3], tw_euler_order order, float out[4]);
 /* Angles in (-pi, pi], middle angle in [-pi/2, pi/2]; at gimbal lock (within half a microradian) the
  * order's last axis gets 0. */
 void tw_quat_to_euler(const float q[4], tw_euler_order order, float out[3]);
 /* The representation of q (its twin and turns of 2 pi included) nearest to `previous`; at gimbal lock the
  * nearest of all that say the same rotation. */
 void tw_quat_to_euler_near(const float q[4], tw_euler_order order, const float previous[3], float out[3]);
-void tw_quat_to_matrix3(const float q[4], float out[9]);
-void tw_quat_from_matrix3(const float m[9], float out[4]); /* of a rotation matrix */
-void tw_quat_rotate(const float q[4], const float point[3], float out[3]);
-void tw_quat_slerp(const float a[4], const float b[4], float u, float out[4]); /* the short way */
 
 /* ---- rotations in any form, in double precision --------------------------------------------- */
 
