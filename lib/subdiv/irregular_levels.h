@@ -27,6 +27,35 @@ typedef struct tw_level {
   const uint32_t (*edge_corners)[2]; /* [edge_count] one that runs along it, one against it */
 } tw_level;
 
+/* Corners of a level with tables. size: that of the level's faces, where the compiler knows it. */
+static inline __attribute__((always_inline)) uint32_t tw_level_corner_face(const tw_level *l, uint32_t size,
+                                                                           uint32_t c) {
+  return size == 4 ? c / 4 : size == 3 ? c / 3 : l->corner_face[c];
+}
+static inline __attribute__((always_inline)) uint32_t tw_level_face_begin(const tw_level *l, uint32_t size,
+                                                                          uint32_t f) {
+  return size ? size * f : l->face_offsets[f];
+}
+static inline __attribute__((always_inline)) uint32_t tw_level_face_end(const tw_level *l, uint32_t size,
+                                                                        uint32_t f) {
+  return size ? size * f + size : l->face_offsets[f + 1];
+}
+/* Of triangles without a branch, which nothing could predict. */
+static inline __attribute__((always_inline)) uint32_t tw_level_corner_next(const tw_level *l, uint32_t size,
+                                                                           uint32_t c) {
+  if (size == 4) return tw_quad_next(c);
+  if (size == 3) return c + 1 - 3 * (uint32_t)(c % 3 == 2);
+  uint32_t face = l->corner_face[c];
+  return c + 1 == l->face_offsets[face + 1] ? l->face_offsets[face] : c + 1;
+}
+static inline __attribute__((always_inline)) uint32_t tw_level_corner_previous(const tw_level *l,
+                                                                               uint32_t size, uint32_t c) {
+  if (size == 4) return tw_quad_previous(c);
+  if (size == 3) return c - 1 + 3 * (uint32_t)(c % 3 == 0);
+  uint32_t face = l->corner_face[c];
+  return c == l->face_offsets[face] ? l->face_offsets[face + 1] - 1 : c - 1;
+}
+
 /* Vertices of a child by the generic masks. Shares are those of child.h. */
 typedef struct tw_level_masks {
   uint32_t count;
@@ -92,7 +121,7 @@ bool tw_levels_fit(const tw_topology *cage);
 /* out: [field_count]; lives in `arena`. TW_NO_MEMORY. */
 tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out, tw_level_rows *rows);
 
-/* Lists all that is not smooth: a part of tw_levels_plan. */
+/* Lists all that is not smooth: the last part of tw_levels_plan. */
 tw_status tw_levels_list_exceptions(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out,
                                     tw_level_rows *rows);
 

@@ -248,8 +248,7 @@ static uint32_t share_vertex(const listing *l, const strip *s, uint32_t field, u
   const tw_level *level = &l->levels[field].at[step];
   if (v < t->vertex_count) return s->vertices[field][v];
   uint32_t face = v - t->vertex_count - t->edge_count, corner = s->corners[tw_face_begin(t, face)];
-  uint32_t whole = level->face_size ? corner / level->face_size : level->corner_face[corner];
-  return level->vertex_count + level->edge_count + whole;
+  return level->vertex_count + level->edge_count + tw_level_corner_face(level, level->face_size, corner);
 }
 
 /* The masks of one field. */

@@ -414,9 +414,8 @@ static void unite(uint64_t *set, const uint64_t *other, uint32_t words) {
 /* Unites the sets of vertices into their faces, or back. */
 static void spread(const tw_level *cage, uint32_t words, bool to_faces, uint64_t *vertices, uint64_t *faces) {
   for (uint32_t f = 0; f < cage->face_count; f++) {
-    uint32_t size = cage->face_size, begin = size ? size * f : cage->face_offsets[f],
-             end = size ? begin + size : cage->face_offsets[f + 1];
-    for (uint32_t c = begin; c < end; c++) {
+    uint32_t size = cage->face_size, end = tw_level_face_end(cage, size, f);
+    for (uint32_t c = tw_level_face_begin(cage, size, f); c < end; c++) {
       uint64_t *vertex = vertices + (size_t)words * cage->corner_vertex[c], *face = faces + (size_t)words * f;
       unite(to_faces ? face : vertex, to_faces ? vertex : face, words);
     }

@@ -1,0 +1,315 @@
+/* The connectivity of levels: tables of all but the last, made from those above, and the numbers that follow
+ * from them. */
+#include "irregular_levels.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define INLINE static inline __attribute__((always_inline))
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- numbers ---------------------------------------------------------------------------------- */
+
+/* The UV set's edge at the points' `edge` of `level`. Edges inside faces follow those on cage edges. */
+static uint32_t uv_edge(const tw_levels *points, const tw_levels *set, uint32_t level, uint32_t edge) {
+  uint32_t outer = points->at[0].edge_count << level;
+  if (edge >= outer) return edge - outer + (set->at[0].edge_count << level);
+  uint32_t of = set->edge_of[edge >> level], last = (1u << level) - 1, place = edge & last;
+  return ((of >> 1) << level) + (of & 1 ? last - place : place);
+}
+
+static uint32_t uv_vertex(const tw_levels *points, const tw_levels *set, uint32_t vertex) {
+  uint32_t level = points->level;
+  while (level > 0 && vertex < points->at[level - 1].vertex_count) level--;
+  if (level == 0) return set->vertex_of[vertex];
+  const tw_level *from = &points->at[level - 1], *to = &set->at[level - 1];
+  vertex -= from->vertex_count;
+  if (vertex >= from->edge_count) return to->vertex_count + to->edge_count + (vertex - from->edge_count);
+  return to->vertex_count + uv_edge(points, set, level - 1, vertex);
+}
+
+void tw_levels_uv_vertices(const tw_levels *points, const tw_levels *set, uint32_t first, uint32_t count,
+                           uint32_t *out) {
+  for (uint32_t i = 0; i < count; i++)
+    out[i] = set->vertex_of ? uv_vertex(points, set, first + i) : first + i;
+}
+
+/* The cage's face that a corner of `level` is of. */
+static uint32_t corner_cage_face(const tw_levels *levels, uint32_t level, uint32_t corner) {
+  return tw_level_corner_face(&levels->at[0], levels->at[0].face_size, corner >> 2 * level);
+}
+
+/* A cage face that has the edge. */
+static uint32_t edge_cage_face(const tw_levels *levels, uint32_t level, uint32_t edge) {
+  for (; level > 0; level--, edge /= 2) {
+    uint32_t outer = 2 * levels->at[level - 1].edge_count;
+    if (edge >= outer) return corner_cage_face(levels, level - 1, edge - outer);
+  }
+  return corner_cage_face(levels, 0, levels->at[0].edge_corners[edge][0]);
+}
+
+static uint32_t vertex_cage_face(const tw_levels *levels, uint32_t vertex) {
+  uint32_t level = levels->level;
+  while (level > 0 && vertex < levels->at[level - 1].vertex_count) level--;
+  if (level == 0) return corner_cage_face(levels, 0, levels->fan_corners[levels->fan_offsets[vertex]]);
+  const tw_level *l = &levels->at[--level];
+  vertex -= l->vertex_count;
+  if (vertex < l->edge_count) return edge_cage_face(levels, level, vertex);
+  vertex -= l->edge_count;
+  return level == 0 ? vertex : corner_cage_face(levels, level - 1, vertex);
+}
+
+void tw_levels_cage_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
+  for (uint32_t i = 0; i < count; i++) out[i] = vertex_cage_face(levels, first + i);
+}
+
+INLINE void faces_by_size(const tw_level *l, uint32_t size, uint32_t first, uint32_t end, uint32_t *out) {
+  for (uint32_t c = first; c < end; c++, out += 4) {
+    out[0] = l->corner_vertex[c];
+    out[1] = l->vertex_count + l->corner_half[c] / 2;
+    out[2] = l->vertex_count + l->edge_count + tw_level_corner_face(l, size, c);
+    out[3] = l->vertex_count + l->corner_half[tw_level_corner_previous(l, size, c)] / 2;
+  }
+}
+
+void tw_levels_faces(const tw_levels *levels, uint32_t first, uint32_t count, uint32_t *out) {
+  const tw_level *l = &levels->at[levels->level - 1];
+  if (l->face_size == 4)
+    faces_by_size(l, 4, first, first + count, out);
+  else if (l->face_size == 3)
+    faces_by_size(l, 3, first, first + count, out);
+  else
+    faces_by_size(l, 0, first, first + count, out);
+}
+
+/* ---- the plan ------------------------------------------------------------------------------- */
+
+enum { VALENCE_MAX = 4096 };
+
+bool tw_levels_fit(const tw_topology *cage) {
+  const tw_topology *t = cage;
+  for (uint32_t v = 0; v < t->vertex_count; v++)
+    if (t->fan_offsets[v + 1] - t->fan_offsets[v] > VALENCE_MAX) return false;
+  for (uint32_t f = 0; t->face_offsets && f < t->face_count; f++)
+    if (tw_face_size(t, f) > VALENCE_MAX) return false;
+  return true;
+}
+
+static void *copy(tw_arena *arena, const void *from, size_t count, size_t size) {
+  void *to = tw_arena_alloc_raw(arena, count, size);
+  if (to && count > 0) memcpy(to, from, count * size);
+  return to;
+}
+
+typedef struct table_job {
+  const tw_topology *cage; /* or */
+  const tw_level *above;   /* the level above */
+  uint32_t *corner_vertex, *corner_half, (*edge_corners)[2];
+} table_job;
+
+static void fill_cage_corners(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const table_job *j = context;
+  const tw_topology *t = j->cage;
+  (void)part;
+  for (uint32_t c = begin; c < end; c++) {
+    uint32_t edge = t->corner_edge[c];
+    j->corner_half[c] = 2 * edge + (t->edge_vertices[edge][0] != t->corner_vertex[c]);
+  }
+}
+
+static void fill_cage_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const table_job *j = context;
+  const tw_topology *t = j->cage;
+  (void)part;
+  for (uint32_t e = begin; e < end; e++) {
+    j->edge_corners[e][0] = t->edge_corner[e];
+    j->edge_corners[e][1] = t->sibling[t->edge_corner[e]];
+  }
+}
+
+static tw_status make_cage_tables(const tw_topology *t, const tw_parallel_for *parallel, tw_arena *arena,
+                                  tw_levels *out) {
+  tw_level *l = &out->at[0];
+  *l = (tw_level){.vertex_count = t->vertex_count,
+                  .edge_count = t->edge_count,
+                  .face_count = t->face_count,
+                  .corner_count = t->corner_count,
+                  .face_size = t->face_size};
+  table_job job = {.cage = t,
+                   .corner_half = tw_arena_alloc_raw(arena, t->corner_count, sizeof(uint32_t)),
+                   .edge_corners = tw_arena_alloc_raw(arena, t->edge_count, sizeof(uint32_t[2]))};
+  l->corner_vertex = copy(arena, t->corner_vertex, t->corner_count, sizeof(uint32_t));
+  out->fan_offsets = copy(arena, t->fan_offsets, (size_t)t->vertex_count + 1, sizeof(uint32_t));
+  out->fan_corners = copy(arena, t->fan_corners, t->corner_count, sizeof(uint32_t));
+  bool complete =
+      job.corner_half && job.edge_corners && l->corner_vertex && out->fan_offsets && out->fan_corners;
+  if (t->face_offsets) {
+    l->face_offsets = copy(arena, t->face_offsets, (size_t)t->face_count + 1, sizeof(uint32_t));
+    l->corner_face = copy(arena, t->corner_face, t->corner_count, sizeof(uint32_t));
+    complete = complete && l->face_offsets && l->corner_face;
+  }
+  if (!complete) return TW_NO_MEMORY;
+  tw_parallel_for_run(parallel, t->corner_count, TW_PARALLEL_FOR_LEAST, fill_cage_corners, &job);
+  tw_parallel_for_run(parallel, t->edge_count, TW_PARALLEL_FOR_LEAST, fill_cage_edges, &job);
+  l->corner_half = job.corner_half;
+  l->edge_corners = (const uint32_t(*)[2])job.edge_corners;
+  return TW_OK;
+}
+
+static tw_level next_counts(const tw_level *l) {
+  return (tw_level){.vertex_count = l->vertex_count + l->edge_count + l->face_count,
+                    .edge_count = 2 * l->edge_count + l->corner_count,
+                    .face_count = l->corner_count,
+                    .corner_count = 4 * l->corner_count,
+                    .face_size = 4};
+}
+
+/* Quads and spokes of corners. */
+INLINE void split_corners(const table_job *j, uint32_t size, uint32_t begin, uint32_t end) {
+  const tw_level *l = j->above;
+  uint32_t V = l->vertex_count, E = l->edge_count;
+  for (uint32_t c = begin; c < end; c++) {
+    uint32_t before = tw_level_corner_previous(l, size, c), half = l->corner_half[c],
+             other = l->corner_half[before];
+    uint32_t *vertices = j->corner_vertex + 4 * (size_t)c, *ends = j->corner_half + 4 * (size_t)c;
+    vertices[0] = l->corner_vertex[c];
+    vertices[1] = V + half / 2;
+    vertices[2] = V + E + tw_level_corner_face(l, size, c);
+    vertices[3] = V + other / 2;
+    ends[0] = 2 * half + half % 2;
+    ends[1] = 2 * (2 * E + c);
+    ends[2] = 2 * (2 * E + before) + 1;
+    ends[3] = 2 * (other ^ 1) + other % 2;
+    j->edge_corners[2 * E + c][0] = 4 * c + 1;
+    j->edge_corners[2 * E + c][1] = 4 * tw_level_corner_next(l, size, c) + 2;
+  }
+}
+
+static void split_all_corners(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const table_job *j = context;
+  (void)part;
+  if (j->above->face_size == 4)
+    split_corners(j, 4, begin, end);
+  else if (j->above->face_size == 3)
+    split_corners(j, 3, begin, end);
+  else
+    split_corners(j, 0, begin, end);
+}
+
+static void split_edges(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  const table_job *j = context;
+  const tw_level *l = j->above;
+  (void)part;
+  for (uint32_t e = begin; e < end; e++)
+    for (uint32_t k = 0; k < 2; k++) {
+      uint32_t along = l->edge_corners[e][k], against = l->edge_corners[e][1 - k];
+      /* Of the half at the start of `along`; of the second half that is the one against it. */
+      j->edge_corners[2 * e + k][k] = 4 * along;
+      j->edge_corners[2 * e + k][1 - k] = 4 * tw_level_corner_next(l, l->face_size, against) + 3;
+    }
+}
+
+static tw_status make_child_tables(const tw_level *above, const tw_parallel_for *parallel, tw_arena *arena,
+                                   tw_level *l) {
+  table_job job = {.above = above,
+                   .corner_vertex = tw_arena_alloc_raw(arena, l->corner_count, sizeof(uint32_t)),
+                   .corner_half = tw_arena_alloc_raw(arena, l->corner_count, sizeof(uint32_t)),
+                   .edge_corners = tw_arena_alloc_raw(arena, l->edge_count, sizeof(uint32_t[2]))};
+  if (!job.corner_vertex || !job.corner_half || !job.edge_corners) return TW_NO_MEMORY;
+  tw_parallel_for_run(parallel, above->corner_count, TW_PARALLEL_FOR_LEAST, split_all_corners, &job);
+  tw_parallel_for_run(parallel, above->edge_count, TW_PARALLEL_FOR_LEAST, split_edges, &job);
+  l->corner_vertex = job.corner_vertex;
+  l->corner_half = job.corner_half;
+  l->edge_corners = (const uint32_t(*)[2])job.edge_corners;
+  return TW_OK;
+}
+
+static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_arena *arena, tw_levels *out) {
+  const tw_topology *cage = wish->fields[field], *points = wish->fields[0];
+  tw_levels *levels = &out[field];
+  if (field > 0 && cage->vertex_count == points->vertex_count && cage->edge_count == points->edge_count) {
+    memcpy(levels->at, out[0].at, sizeof levels->at); /* without a seam all numbers are those of the points */
+    levels->fan_offsets = out[0].fan_offsets;
+    levels->fan_corners = out[0].fan_corners;
+    return TW_OK;
+  }
+  tw_status status = make_cage_tables(cage, wish->parallel, arena, levels);
+  for (uint32_t p = 1; p <= wish->level; p++) {
+    levels->at[p] = next_counts(&levels->at[p - 1]);
+    if (status == TW_OK) status = tw_parallel_for_status(wish->parallel);
+    if (status == TW_OK && p < wish->level)
+      status = make_child_tables(&levels->at[p - 1], wish->parallel, arena, &levels->at[p]);
+  }
+  return status;
+}
+
+/* Exactly 0 at a quarter turn: cos() leaves a residue there, which coincident points would not cancel and
+ * which would pass for a tangent. */
+static void fill_weights(uint32_t n, float *out) {
+  double step = 2 * pi / n, cosine = cos(step);
+  double lambda = (5 + cosine + cos(step / 2) * sqrt(2 * (9 + cosine))) / 16, face = 1 / (4 * lambda - 1);
+  for (uint32_t i = 0; i < n; i++) {
+    bool quarter = 4 * i == n || 4 * i == 3 * n;
+    out[i] = quarter ? 0 : (float)(4 * cos(i * step));
+    out[n + i] = (float)(face * (cos(i * step) + cos((i + 1) * step)));
+  }
+}
+
+static tw_status make_weights(const tw_topology *t, tw_arena *arena, tw_levels *out) {
+  uint32_t greatest = 4, size = 0;
+  bool used[VALENCE_MAX + 1] = {false};
+  used[3] = used[4] = true;
+  for (uint32_t v = 0; v < t->vertex_count; v++) used[t->fan_offsets[v + 1] - t->fan_offsets[v]] = true;
+  for (uint32_t f = 0; t->face_offsets && f < t->face_count; f++) used[tw_face_size(t, f)] = true;
+  for (uint32_t n = 1; n <= VALENCE_MAX; n++) {
+    if (!used[n]) continue;
+    greatest = n;
+    size += 2 * n;
+  }
+  uint32_t *weights_of = tw_arena_alloc(arena, (size_t)greatest + 1, sizeof *weights_of), at = 0;
+  float *weights = tw_arena_alloc(arena, size, sizeof *weights);
+  if (!weights_of || !weights) return TW_NO_MEMORY;
+  for (uint32_t n = 1; n <= greatest; n++) {
+    if (!used[n]) continue;
+    weights_of[n] = at;
+    fill_weights(n, weights + at);
+    at += 2 * n;
+  }
+  out->weights_of = weights_of;
+  out->weights = weights;
+  return TW_OK;
+}
+
+/* Where vertices and edges of the points are in a UV set. */
+static tw_status map_uvs(const tw_topology *points, const tw_topology *set, tw_arena *arena, tw_levels *out) {
+  if (set->vertex_count == points->vertex_count && set->edge_count == points->edge_count) return TW_OK;
+  uint32_t *vertex_of = tw_arena_alloc_raw(arena, points->vertex_count, sizeof *vertex_of),
+           *edge_of = tw_arena_alloc_raw(arena, points->edge_count, sizeof *edge_of);
+  if (!vertex_of || !edge_of) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < points->vertex_count; v++)
+    vertex_of[v] = set->corner_vertex[points->fan_corners[points->fan_offsets[v]]];
+  for (uint32_t e = 0; e < points->edge_count; e++) {
+    uint32_t corner = points->edge_corner[e], edge = set->corner_edge[corner];
+    edge_of[e] = 2 * edge + (set->edge_vertices[edge][0] != set->corner_vertex[corner]);
+  }
+  out->vertex_of = vertex_of;
+  out->edge_of = edge_of;
+  return TW_OK;
+}
+
+tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out, tw_level_rows *rows) {
+  tw_status status = TW_OK;
+  for (uint32_t f = 0; f < wish->field_count && status == TW_OK; f++) {
+    out[f] = (tw_levels){.level = wish->level, .linear = wish->linear[f]};
+    status = make_tables(wish, f, arena, out);
+    if (status == TW_OK && f > 0) status = map_uvs(wish->fields[0], wish->fields[f], arena, &out[f]);
+  }
+  if (status == TW_OK && wish->normals) status = make_weights(wish->fields[0], arena, &out[0]);
+  for (uint32_t f = 1; f < wish->field_count; f++) {
+    out[f].weights_of = out[0].weights_of;
+    out[f].weights = out[0].weights;
+  }
+  return status == TW_OK ? tw_levels_list_exceptions(wish, arena, out, rows) : status;
+}
