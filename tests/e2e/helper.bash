@@ -2,6 +2,7 @@
 #
 # TESTED_BINARY       the daemon (build/tweend)
 # TESTED_URL          a daemon that already runs: cases that need the process are skipped then
+# TESTED_DATA         a bucket as s3://BUCKET, where each test has models of its own; else they are in a folder
 # TESTED_GLB_DIR      keeps every GLB that the daemon answers, for the validator
 # TESTED_TRAFFIC_DIR  keeps the request line, head and JSON body of every answer, for the comparison with openapi.json
 # TESTED_SANITIZED    "address" or "thread": cases about memory and speed are skipped then
@@ -15,7 +16,7 @@ samples=$root/server/samples
 
 # ---- the daemon ----------------------------------------------------------------------------------
 
-# start_daemon [FLAG...]: on a free port and a new data folder; sets $url, $daemon (process id), $data.
+# start_daemon [FLAG...]: on a free port, with the models of this test; sets $url, $daemon (process id), $data.
 start_daemon() {
   if [[ -n ${TESTED_URL-} ]]; then
     export url=${TESTED_URL%/} daemon=""
@@ -24,8 +25,10 @@ start_daemon() {
   local here=${BATS_TEST_TMPDIR-}
   [[ -n $here ]] || here=$BATS_FILE_TMPDIR
   data=$here/data
+  [[ -z ${TESTED_DATA-} ]] || data=$TESTED_DATA/${here//[!A-Za-z0-9]/-}
   # shellcheck disable=SC2086 # the runner may have arguments
-  launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" "$@"
+  launch ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$data" \
+    --cache-dir "$here/cache" "$@"
 }
 
 # launch COMMAND...: waits for the ready line.
