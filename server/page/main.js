@@ -3,6 +3,7 @@ import { Animation } from './animation.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
 import { byId, bytes, count, make, plural } from './dom.js';
+import { EditPanel } from './edit_panel.js';
 import { Models } from './models.js';
 import { busy, fail } from './notices.js';
 import { RotationPanel } from './rotation_panel.js';
@@ -18,7 +19,7 @@ const COUNTS_AFTER = 1000; // ms
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
 const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
-const TABS = [['models', 'Models'], ['surface', 'Surface'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
+const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
 // ---- tabs ----
 
@@ -73,6 +74,7 @@ const timeline = new Timeline(animation);
 const models = new Models(panels.models);
 const surface = new SurfacePanel(panels.surface);
 const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
+const edit = new EditPanel(panels.edit, { viewport, models });
 const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
 
 // ---- theme ----
@@ -176,6 +178,7 @@ async function openModel() {
   document.title = `${model.name || id} – tweend`;
   const opened = Promise.all([openSurface(true), openCage(model)]); // first: a browser has six connections
   openClip();
+  edit.open(model);
   await Promise.race([opened, new Promise((resolve) => setTimeout(resolve, COUNTS_AFTER))]);
   if (state('model') === id) surface.count(); // the picture goes first
   await opened;
@@ -212,7 +215,7 @@ async function openSurface(isNew = false) {
     if (isNew) frame();
     byId('facts').textContent = `Level ${options.level} · ${plural(counts.vertices, 'point')} · ${plural(counts.faces, 'face')} · ${bytes(answer.size)} · ${answer.ms.toFixed(1)} ms`;
     const { x, y, z } = viewport.controls.target;
-    byId('view').setAttribute('aria-label', `${model.name}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
+    byId('view').setAttribute('aria-label', `${model.name || 'A model'}, level ${options.level}: ${count(counts.faces)} faces round ${[x, y, z].map((v) => v.toFixed(1)).join(', ')}. ` +
       'Arrow keys orbit, with Shift they pan, plus and minus zoom, F frames, space plays.');
     byId('view').dataset.level = options.level;
   } catch (error) {
@@ -236,10 +239,11 @@ async function openCage(described) {
     ]);
     const parsed = await parse(await glb.blob.arrayBuffer());
     if (model !== described || state('creases') !== creases) return;
-    const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0).map(([object]) => object);
-    viewport.setCage(new Cage(parsed, creasesOf(obj).map((list, i) => [faced[i], list])));
+    const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
+    viewport.setCage(new Cage(parsed, faced, creasesOf(obj)));
     animation.pose();
     showLegend();
+    edit.openCage();
   } catch (error) {
     fail('The cage cannot be shown', error);
   }

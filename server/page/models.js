@@ -2,7 +2,7 @@
 import { tweend, withKey } from './client.js';
 import { byId, bytes, make } from './dom.js';
 import { explain, fail } from './notices.js';
-import { change, state, watch } from './state.js';
+import { change, openOther, state, watch } from './state.js';
 
 const PAGE = 100;
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
@@ -72,7 +72,7 @@ export class Models {
       const model = await withKey(() => tweend.upload(source, { name, onProgress, signal: controller.signal }));
       row.remove();
       await this.load();
-      change({ model: model.id, t: 0, clip: '', node: '', view: '' });
+      openOther(model.id);
     } catch (error) {
       row.remove();
       if (error.name === 'AbortError') return;
@@ -105,7 +105,7 @@ export class Models {
         return found;
       });
       this.last = models.at(-1)?.id; // the daemon lists by id
-      this.known = (more ? [...this.known, ...models] : models).sort((a, b) => a.name.localeCompare(b.name));
+      this.known = (more ? [...this.known, ...models] : models).sort((a, b) => (a.name ?? '').localeCompare(b.name ?? ''));
       this.more.hidden = models.length < PAGE;
       this.list.replaceChildren(...this.known.map((model) => this.row(model)));
       this.mark();
@@ -117,7 +117,7 @@ export class Models {
   }
 
   row({ id, name, format, bytes: size }) {
-    const open = make('button', { type: 'button', className: 'model', onclick: () => change({ model: id, t: 0, clip: '', node: '', view: '' }) },
+    const open = make('button', { type: 'button', className: 'model', onclick: () => openOther(id) },
       make('span', { className: 'name' }, name || id.slice(0, 8)), make('span', { className: 'dim' }, `${format} · ${bytes(size)}`));
     open.dataset.id = id;
     return make('li', {}, open);

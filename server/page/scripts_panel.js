@@ -5,7 +5,7 @@ import { busy, fail } from './notices.js';
 import { state, surfaceOptions, watch } from './state.js';
 
 const LARGE = 100e6;
-const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
+export const quote = (text) => `'${text.replaceAll("'", `'\\''`)}'`;
 
 /** Asks before more than LARGE bytes come. */
 export async function confirmLarge(size, what) {
@@ -15,6 +15,16 @@ export async function confirmLarge(size, what) {
     content: [make('p', {}, `${what} has ${bytes(size)}. A browser may run out of memory with it.`)],
     confirm: 'Load it all',
   }));
+}
+
+/** A line of code with a button that copies it. */
+export function codeLine(label, text) {
+  const copy = make('button', { type: 'button', className: 'small', 'aria-label': `Copy the ${label} line`, onclick: async () => {
+    const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
+    copy.textContent = isCopied ? 'Copied' : 'Not allowed';
+    setTimeout(() => (copy.textContent = 'Copy'), 1500);
+  } }, 'Copy');
+  return make('div', { className: 'code' }, make('span', {}, label), copy, make('pre', { tabIndex: 0, 'aria-label': label }, text));
 }
 
 export class ScriptsPanel {
@@ -58,20 +68,11 @@ export class ScriptsPanel {
       const curl = `curl ${tweend.key ? '-H "Authorization: Bearer $KEY" ' : ''}${file === '-' ? '' : `-o ${file} `}${quote(url)}`;
       const script = `const { Tweend } = await import('${base}tweend.js'); const tweend = new Tweend('${base}'${key}); ` +
         `const bytes = await (await tweend.${code}).arrayBuffer();`;
-      return make('section', {}, make('h3', {}, title), this.line('curl', curl), this.line('JavaScript', script));
+      return make('section', {}, make('h3', {}, title), codeLine('curl', curl), codeLine('JavaScript', script));
     });
     this.content.replaceChildren(
       make('p', { className: 'dim' }, 'The address of this page holds its state: whoever opens it sees the same.'),
       make('h3', {}, 'Downloads'), this.downloads(), ...entries);
-  }
-
-  line(label, text) {
-    const copy = make('button', { type: 'button', className: 'small', 'aria-label': `Copy the ${label} line`, onclick: async () => {
-      const isCopied = await navigator.clipboard?.writeText(text).then(() => true, () => false);
-      copy.textContent = isCopied ? 'Copied' : 'Not allowed';
-      setTimeout(() => (copy.textContent = 'Copy'), 1500);
-    } }, 'Copy');
-    return make('div', { className: 'code' }, make('span', {}, label), copy, make('pre', { tabIndex: 0, 'aria-label': label }, text));
   }
 
   downloads() {

@@ -20,6 +20,9 @@ const DEFAULTS = {
   ghosts: 'off',
   theme: '',
   view: '',
+  mesh: '0',
+  from: '',
+  edits: '',
 };
 
 const listeners = new Set();
@@ -52,6 +55,18 @@ export function change(next) {
   const all = { ...values, ...texts };
   tell(all);
   write();
+}
+
+/** As change, but the browser goes back to what was before. */
+export function step(next) {
+  history.pushState(null, '', location.href);
+  change(next);
+}
+
+/** Shows another model, from its beginning. */
+export function openOther(model) {
+  const { clip, t, node, view, mesh, from, edits } = DEFAULTS;
+  change({ model, clip, t, node, view, mesh, from, edits });
 }
 
 /** Keeps a value in the URL without telling anybody: the time while a clip plays. */

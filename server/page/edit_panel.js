@@ -1,0 +1,283 @@
+// Modelling: shapes to start from, what is selected, edits as buttons, and their list as text. A model that is tweend JSON
+// holds its own list; of any other the address holds the model it began with and the list.
+import { download, tweend, withKey } from './client.js';
+import { choice, make, plural } from './dom.js';
+import { fail } from './notices.js';
+import { isSame, Picker, readCage } from './picker.js';
+import { codeLine, quote } from './scripts_panel.js';
+import { CHOICES, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
+import { change, note, openOther, state, step, watch } from './state.js';
+
+const DOCUMENT_MOST = 1e6; // bytes of a model whose text is edited
+const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
+const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
+const stemOf = (name) => (name ?? '').replace(/, \d+ edits?$/, '');
+
+/** Fields for parameters, by their first values. read() gives what they say. */
+function fieldsOf(parameters, about) {
+  const fields = Object.entries(parameters).map(([name, value]) => {
+    const label = `${about}: ${name}`;
+    const input = CHOICES[name]
+      ? make('select', { 'aria-label': label }, ...CHOICES[name].map((text) => make('option', { value: text, selected: text === value }, text)))
+      : make('input', { type: 'text', 'aria-label': label, value: [value].flat().join(', '), autocomplete: 'off' });
+    const read = () => {
+      if (CHOICES[name]) return input.value;
+      const numbers = input.value.split(/[\s,]+/).filter(Boolean).map(Number);
+      return Array.isArray(value) ? numbers : numbers[0];
+    };
+    return { name, read, label: make('label', { className: 'parameter' }, make('span', { 'aria-hidden': 'true' }, name), input) };
+  });
+  return { labels: fields.map(({ label }) => label), read: () => Object.fromEntries(fields.map(({ name, read }) => [name, read()])) };
+}
+
+export class EditPanel {
+  /** models: the list, which a new model comes into. */
+  constructor(panel, { viewport, models }) {
+    Object.assign(this, { viewport, models, selection: [], edits: [] });
+    this.picker = new Picker(viewport, (...picked) => this.pick(...picked));
+    this.shape = make('div', { className: 'parameters' });
+    this.kinds = KINDS.map(([kind, text]) => make('button', { type: 'button', className: 'chip', onclick: () => this.choose(kind) }, text));
+    this.chosen = make('input', { type: 'text', 'aria-label': 'Selection', autocomplete: 'off', spellcheck: false, onchange: () => this.type() });
+    this.said = make('p', { className: 'dim', role: 'status' });
+    this.buttons = make('div', { className: 'edits' });
+    this.text = make('textarea', { rows: 7, 'aria-label': 'Edits', spellcheck: false });
+    this.undo = make('button', { type: 'button', onclick: () => this.apply(this.edits.slice(0, -1)) }, 'Undo');
+    this.use = make('button', { type: 'button', className: 'primary', onclick: () => this.applyText() }, 'Apply');
+    this.curl = make('div');
+    this.body = make('div', {},
+      make('h3', {}, 'Select'),
+      make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
+      this.chosen, this.said, this.buttons,
+      make('h3', {}, 'Edits so far'), this.text,
+      make('div', { className: 'row' }, this.use, this.undo),
+      this.curl);
+    panel.append(
+      make('h2', {}, 'Edit'),
+      choice('New', Object.keys(SHAPES).map((kind) => [kind, wordsOf(kind)]), 'box', (kind) => this.showShape(kind)),
+      this.shape, this.body);
+    this.showShape('box');
+    this.choose('faces');
+    viewport.canvas.addEventListener('keydown', (event) => this.key(event));
+    watch((names) => {
+      if (names.has('model')) this.close();
+      if (names.has('tab')) this.open(this.model);
+    });
+    this.close();
+  }
+
+  showShape(kind) {
+    const fields = fieldsOf(SHAPES[kind], wordsOf(kind));
+    const begin = () => this.begin({ kind, ...fields.read() });
+    this.shape.replaceChildren(...fields.labels, make('button', { type: 'button', className: 'primary', onclick: begin }, 'Make'));
+  }
+
+  /** A new model of one shape. */
+  begin(shape) {
+    return this.send(async () => {
+      const model = await this.upload({ meshes: [{ name: shape.kind, shape }] }, shape.kind);
+      this.selection = [];
+      await this.models.load();
+      openOther(model.id);
+    });
+  }
+
+  upload(document, name) {
+    return tweend.upload(JSON.stringify(document), { name, type: 'application/json' });
+  }
+
+  // ---- the model ----
+
+  close() {
+    if (!this.isSending) this.selection = []; // of another model
+    this.picker.close();
+    this.model = null;
+    this.body.hidden = true;
+  }
+
+  /** Shows the edits of a model, once it is there and the panel is seen. */
+  async open(model) {
+    this.model = model;
+    this.picker.isOn = Boolean(model) && state('tab') === 'edit';
+    this.picker.clear();
+    if (!this.picker.isOn || model.meshes.length === 0) return;
+    const isText = model.format === 'tweend' && model.bytes < DOCUMENT_MOST;
+    try {
+      const document = isText ? JSON.parse(await (await download(tweend.sourceUrl(model))).blob.text()) : null;
+      const kept = state('from') ? JSON.parse(state('edits')) : [];
+      if (this.model !== model || state('tab') !== 'edit') return;
+      Object.assign(this, { document, kept });
+    } catch (error) {
+      fail('The edits of the model cannot be shown', error);
+      return;
+    }
+    this.showEdits();
+    this.body.hidden = false;
+    await this.openCage();
+  }
+
+  /** The index of the mesh that is edited. */
+  get mesh() {
+    return Math.min(Number(state('mesh')) || 0, this.model.meshes.length - 1);
+  }
+
+  showEdits() {
+    this.edits = (this.document ? this.document.meshes[this.mesh].edits : this.kept) ?? [];
+    this.text.value = printEdits(this.edits);
+    this.undo.disabled = this.edits.length === 0;
+    const [path, body] = this.request(this.edits);
+    const key = tweend.key ? '-H "Authorization: Bearer $KEY" ' : '';
+    this.curl.replaceChildren(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`));
+  }
+
+  /** Lets elements be chosen, once the viewport has the cage. */
+  async openCage() {
+    const { model, viewport: { cage } } = this;
+    if (!cage || !this.picker.isOn) return;
+    try {
+      const { blob } = await download(tweend.surfaceUrl(model, { level: 0, normals: 'none' }, 'obj'));
+      const objects = readCage(await blob.text());
+      if (this.model !== model || this.viewport.cage !== cage) return;
+      this.picker.close();
+      this.picker.setCage(objects, cage.bearers);
+      this.select(this.selection);
+    } catch (error) {
+      fail('The cage cannot be selected from', error);
+    }
+  }
+
+  // ---- selecting ----
+
+  choose(kind) {
+    this.kind = this.picker.kind = kind;
+    KINDS.forEach(([name], i) => this.kinds[i].setAttribute('aria-pressed', name === kind));
+    const offered = EDITS.filter(({ of }) => of.includes(kind) || of.length === 0);
+    const isPlain = ({ parameters }) => Object.keys(parameters).length === 0;
+    this.buttons.replaceChildren(...offered.filter((form) => !isPlain(form)).map((form) => this.row(form)),
+      make('div', { className: 'parameters' }, ...offered.filter(isPlain).map((form) => this.row(form))));
+    this.select([]);
+  }
+
+  /** The object of the viewport that shows the mesh. */
+  get object() {
+    return !this.model ? -1 : this.picker.objects.findIndex(({ mesh }) => mesh === this.mesh);
+  }
+
+  select(selection) {
+    const list = this.object < 0 ? [] : this.picker.resolve(this.object, selection);
+    this.selection = this.object >= 0 && Array.isArray(selection) ? list : selection;
+    this.chosen.value = JSON.stringify(this.selection);
+    this.picker.draw(this.object, list);
+    const words = KINDS.find(([kind]) => kind === this.kind)[1].toLowerCase();
+    const name = this.model?.meshes.length > 1 ? ` of ${this.model.meshes[this.mesh].name ?? `mesh ${this.mesh}`}` : '';
+    if (!list) return this.say(`The daemon finds these ${words}${name}.`);
+    this.say(list.length > 0 ? `${plural(list.length, words.slice(0, -1))}${name}` : `Click ${words} in the viewport, with Shift more of them; N and P step through them.`);
+  }
+
+  say(text) {
+    this.said.textContent = text;
+  }
+
+  pick(object, element, more) {
+    if (element === null) return more || this.select([]);
+    const { mesh } = this.picker.objects[object];
+    const isOther = mesh !== this.mesh;
+    if (isOther) this.turnTo(mesh);
+    if (!more || isOther || !Array.isArray(this.selection)) return this.select([element]);
+    const others = this.selection.filter((known) => !isSame(known, element));
+    this.select(others.length < this.selection.length ? others : [...others, element]);
+  }
+
+  /** Another mesh is edited from now on. A list in the address is of one mesh: the next one begins with the model as it is. */
+  turnTo(mesh) {
+    change({ mesh, from: '', edits: '' });
+    this.kept = [];
+    this.showEdits();
+  }
+
+  /** What was typed: JSON, or a word. */
+  type() {
+    const text = this.chosen.value.trim();
+    try {
+      this.select(text ? JSON.parse(text) : []);
+    } catch {
+      this.select(text);
+    }
+  }
+
+  /** N and P in the viewport go to the next element and the one before; with Shift they add it. */
+  key(event) {
+    const by = { n: 1, p: -1 }[event.key.toLowerCase()];
+    if (!by || !this.picker.isOn || this.object < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    const all = this.picker.resolve(this.object, 'all');
+    const last = Array.isArray(this.selection) ? all.findIndex((element) => this.selection.length > 0 && isSame(element, this.selection.at(-1))) : -1;
+    const next = all.at((last < 0 ? (by > 0 ? 0 : -1) : last + by) % all.length);
+    this.select(event.shiftKey && Array.isArray(this.selection) ? [...this.selection.filter((known) => !isSame(known, next)), next] : [next]);
+  }
+
+  // ---- edits ----
+
+  row(form) {
+    const text = wordsOf(form.edit);
+    const fields = fieldsOf(form.parameters, text);
+    const button = make('button', { type: 'button', onclick: () => this.edit(form, fields.read()) }, text);
+    return make('div', { className: 'edit' }, button, ...fields.labels);
+  }
+
+  edit(form, parameters) {
+    const isNone = Array.isArray(this.selection) && this.selection.length === 0;
+    if (form.of.length > 0 && isNone) return this.say(`Select ${this.kind} first.`);
+    if (form.edit === 'loop_cut' && !Array.isArray(this.selection)) return this.say('A loop cut is of one edge.');
+    return this.apply([...this.edits, editOf(form, parameters, this.kind, this.selection)], form.stays);
+  }
+
+  applyText() {
+    try {
+      const edits = JSON.parse(this.text.value);
+      if (!Array.isArray(edits)) throw new Error('a list is expected');
+      return this.apply(edits);
+    } catch (error) {
+      return fail('The list is no JSON', error);
+    }
+  }
+
+  /** The request that makes a model with these edits: [path, document]. */
+  request(edits) {
+    if (!this.document) {
+      const name = this.model.meshes.length > 1 ? { mesh: this.model.meshes[this.mesh].name ?? `mesh_${this.mesh}` } : {};
+      return [`v1/models/${state('from') || this.model.id}/edits`, { ...name, edits }];
+    }
+    const meshes = this.document.meshes.map((mesh, i) => (i === this.mesh ? { ...mesh, edits: edits.length > 0 ? edits : undefined } : mesh));
+    return ['v1/models', { ...this.document, meshes }];
+  }
+
+  apply(edits, stays = false) {
+    return this.send(async () => {
+      const [path, body] = this.request(edits);
+      const from = this.document ? '' : state('from') || this.model.id;
+      const stem = stemOf(this.model.name);
+      const name = edits.length > 0 ? `${stem}, ${edits.length} edit${edits.length > 1 ? 's' : ''}` : stem;
+      const headers = { 'Content-Type': 'application/json' };
+      const made = this.document ? await this.upload(body, name)
+        : edits.length === 0 ? { id: from } : await (await tweend.request(path, { method: 'POST', headers, body: JSON.stringify(body) })).json();
+      if (!stays) this.selection = [];
+      await this.models.load();
+      note('view', this.viewport.view);
+      const isKept = from && edits.length > 0;
+      step({ model: made.id, from: isKept ? from : '', edits: isKept ? JSON.stringify(edits) : '' });
+    });
+  }
+
+  /** One request at a time: its answer is what the next edit is of. */
+  async send(request) {
+    if (this.isSending) return;
+    this.isSending = true;
+    try {
+      await withKey(request);
+    } catch (error) {
+      fail('This cannot be done', error);
+    } finally {
+      this.isSending = false;
+    }
+  }
+}

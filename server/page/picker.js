@@ -1,0 +1,160 @@
+// Faces, edges and points of the control cage that are chosen in the viewport. Their numbers are those that edits have: the
+// order of points and faces in an OBJ of level 0.
+import {
+  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+} from 'three';
+import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
+import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
+import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+
+const COLOUR = 0xf08a00;
+const STILL = 5;  // pixels that a pointer moves in a click
+const REACH = 7;  // pixels beside the cage that still hit it
+const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
+const MESSAGE = { depthTest: false, transparent: true };
+
+/** The objects of an OBJ: [{points: [Vector3], faces: [[index]]}], with indices of the object's own points. */
+export function readCage(text) {
+  const objects = [];
+  let before = 0; // points of the objects before
+  for (const line of text.split('\n')) {
+    const [word, ...values] = line.split(' ');
+    const last = objects.at(-1);
+    if (word === 'o') {
+      before += last?.points.length ?? 0;
+      objects.push({ points: [], faces: [] });
+    } else if (word === 'v') last.points.push(new Vector3(...values.slice(0, 3).map(Number)));
+    else if (word === 'f') last.faces.push(values.map((corner) => parseInt(corner, 10) - 1 - before));
+  }
+  return objects;
+}
+
+const edgesOf = (face) => face.map((a, i) => [a, face[(i + 1) % face.length]]);
+const sameEdge = ([a, b], [c, d]) => (a === c && b === d) || (a === d && b === c);
+
+/** Whether two entries of a selection are the same element. */
+export const isSame = (a, b) => (Array.isArray(a) ? sameEdge(a, b) : a === b);
+
+export class Picker {
+  /** onPick(object, element, more) is called for a click on the cage; element: null where it hits nothing. */
+  constructor(viewport, onPick) {
+    Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false });
+    this.fill = new MeshBasicMaterial({ color: COLOUR, opacity: 0.45, side: DoubleSide, ...MESSAGE });
+    this.line = new LineMaterial({ color: COLOUR, linewidth: 4, ...MESSAGE });
+    this.dot = new PointsMaterial({ color: COLOUR, size: 9, sizeAttenuation: false, ...MESSAGE });
+    const { canvas } = viewport;
+    canvas.addEventListener('pointerdown', ({ clientX, clientY }) => (this.down = [clientX, clientY]));
+    canvas.addEventListener('pointerup', (event) => this.#click(event));
+  }
+
+  /** objects: of readCage; bearers: what in the viewport shows each, with `toLocal` from the world at rest. */
+  setCage(objects, bearers) {
+    this.viewport.canvas.dataset.pickable = '';
+    this.objects = objects.map(({ points, faces }, i) => {
+      const places = points.map((point) => point.clone().applyMatrix4(bearers[i].toLocal));
+      const faceOf = []; // of each triangle
+      const index = faces.flatMap((face, k) => face.slice(2).flatMap((c, at) => {
+        faceOf.push(k);
+        return [face[0], face[at + 1], c];
+      }));
+      const geometry = new BufferGeometry().setFromPoints(places).setIndex(index);
+      const group = new Group();
+      bearers[i].object.add(group);
+      return { points: places, faces, faceOf, group, solid: new Mesh(geometry, this.fill), mesh: bearers[i].mesh };
+    });
+  }
+
+  #click(event) {
+    if (!this.isOn || event.button !== 0 || !this.down) return;
+    const { clientX: x, clientY: y, shiftKey } = event;
+    if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL) return;
+    const box = this.viewport.canvas.getBoundingClientRect();
+    for (const [dx, dy] of AROUND) {
+      const at = new Vector2(((x + dx * REACH - box.left) / box.width) * 2 - 1, 1 - ((y + dy * REACH - box.top) / box.height) * 2);
+      const found = this.#hit(at);
+      if (found) return this.onPick(found.object, this.#element(found), shiftKey);
+    }
+    this.onPick(0, null, shiftKey);
+  }
+
+  /** The nearest face at a place of the picture, from -1 to 1. */
+  #hit(at) {
+    const ray = new Raycaster();
+    ray.setFromCamera(at, this.viewport.camera);
+    const hits = this.objects.flatMap(({ solid, group, faceOf }, object) => {
+      solid.matrixWorld.copy(group.matrixWorld);
+      return ray.intersectObject(solid).map(({ distance, point, faceIndex }) => ({ object, distance, point, face: faceOf[faceIndex] }));
+    });
+    return hits.sort((a, b) => a.distance - b.distance)[0];
+  }
+
+  #element({ object, face, point }) {
+    const { points, faces, group } = this.objects[object];
+    const corners = faces[face];
+    const place = group.worldToLocal(point.clone());
+    const nearest = (list, distance) => list.reduce((best, entry) => (distance(entry) < distance(best) ? entry : best));
+    if (this.kind === 'faces') return face;
+    if (this.kind === 'vertices') return nearest(corners, (i) => points[i].distanceTo(place));
+    const away = ([a, b]) => {
+      const along = points[b].clone().sub(points[a]);
+      const part = place.clone().sub(points[a]).dot(along) / Math.max(along.lengthSq(), 1e-30);
+      return points[a].clone().addScaledVector(along, Math.min(Math.max(part, 0), 1)).distanceTo(place);
+    };
+    return nearest(edgesOf(corners), away);
+  }
+
+  /** What a selection by words chooses, as a list; null where only the daemon knows. */
+  resolve(object, selection) {
+    const { points, faces } = this.objects[object];
+    const all = { faces: () => faces.map((_, i) => i), vertices: () => points.map((_, i) => i), edges: () => this.edges(object) };
+    if (Array.isArray(selection)) return selection.filter((element) => this.#exists(object, element));
+    return selection === 'all' ? all[this.kind]() : null;
+  }
+
+  #exists(object, element) {
+    const { points, faces } = this.objects[object];
+    if (this.kind === 'edges') return Array.isArray(element) && element.length === 2 && element.every((i) => i in points);
+    return element in (this.kind === 'faces' ? faces : points);
+  }
+
+  edges(object) {
+    const known = new Map();
+    for (const edge of this.objects[object].faces.flatMap(edgesOf)) known.set(String([...edge].sort((a, b) => a - b)), edge);
+    return [...known.values()];
+  }
+
+  /** Draws a list of elements of an object. */
+  draw(object, list) {
+    this.clear();
+    const { points, faces, group } = this.objects[object] ?? {};
+    if (group && list?.length > 0) {
+      if (this.kind === 'faces') {
+        const index = list.flatMap((face) => faces[face].slice(2).flatMap((c, at) => [faces[face][0], faces[face][at + 1], c]));
+        this.drawn = new Mesh(new BufferGeometry().setFromPoints(points).setIndex(index), this.fill);
+      } else if (this.kind === 'edges') {
+        this.drawn = new LineSegments2(new LineSegmentsGeometry().setPositions(list.flatMap(([a, b]) => [...points[a], ...points[b]])), this.line);
+      } else {
+        const places = new Float32BufferAttribute(list.flatMap((i) => [...points[i]]), 3);
+        this.drawn = new Points(new BufferGeometry().setAttribute('position', places), this.dot);
+      }
+      this.drawn.renderOrder = 4;
+      group.add(this.drawn);
+    }
+    this.viewport.invalidate();
+  }
+
+  clear() {
+    this.drawn?.removeFromParent();
+    this.drawn?.geometry.dispose();
+    this.drawn = null;
+    this.viewport.invalidate();
+  }
+
+  /** Nothing can be chosen until the next cage. */
+  close() {
+    this.clear();
+    delete this.viewport.canvas.dataset.pickable;
+    for (const { solid } of this.objects) solid.geometry.dispose();
+    this.objects = [];
+  }
+}

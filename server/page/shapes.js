@@ -1,0 +1,54 @@
+// The shapes and edits that the panel offers, with their parameters as API.md has them: the page's first values, which say
+// their types too.
+
+export const SHAPES = {
+  box: { size: [1, 1, 1], segments: [1, 1, 1] },
+  grid: { size: [2, 2], segments: [4, 4] },
+  quad_sphere: { radius: 1, segments: 2 },
+  uv_sphere: { radius: 1, segments: 16, rings: 8 },
+  icosphere: { radius: 1, level: 1 },
+  ellipsoid: { radii: [1, 0.6, 0.8], segments: 2 },
+  cylinder: { radius: 0.5, height: 1, segments: 8, rings: 1, caps: 'ngon' },
+  cone: { radius: 0.5, height: 1, segments: 8, rings: 1, caps: 'ngon' },
+  torus: { radius: 1, tube: 0.4, segments: 12, sides: 6 },
+};
+
+const ANY = ['faces', 'edges', 'vertices'];
+
+/** of: the selections that an edit takes; none: it is of the whole mesh. stays: what was selected is there afterwards. */
+export const EDITS = [
+  { edit: 'extrude', of: ['faces'], parameters: { distance: 0.25 }, stays: true },
+  { edit: 'inset', of: ['faces'], parameters: { amount: 0.1 }, stays: true },
+  { edit: 'loop_cut', of: ['edges'], parameters: { cuts: 1 } },
+  { edit: 'subdivide', of: ['faces', 'edges'], parameters: { cuts: 1 } },
+  { edit: 'crease', of: ['edges'], parameters: { sharpness: 2 }, stays: true },
+  { edit: 'corner', of: ['vertices'], parameters: { sharpness: 10 }, stays: true },
+  { edit: 'move', of: ANY, parameters: { by: [0, 0.25, 0] }, stays: true },
+  { edit: 'rotate', of: ANY, parameters: { axis: 'y', degrees: 15 }, stays: true },
+  { edit: 'scale', of: ANY, parameters: { by: [0.8, 0.8, 0.8] }, stays: true },
+  { edit: 'merge', of: ['vertices'], parameters: {} },
+  { edit: 'flip', of: ['faces'], parameters: {}, stays: true },
+  { edit: 'hole', of: ['faces'], parameters: {}, stays: true },
+  { edit: 'delete', of: ANY, parameters: {} },
+  { edit: 'mirror', of: [], parameters: { axis: 'x' } },
+  { edit: 'weld', of: [], parameters: { distance: 0.001 } },
+  { edit: 'smooth', of: [], parameters: { method: 'taubin', iterations: 10 } },
+  { edit: 'despike', of: [], parameters: { factor: 2 } },
+  { edit: 'drop_pieces', of: [], parameters: { faces: 100 } },
+  { edit: 'fill', of: [], parameters: {} },
+  { edit: 'orient', of: [], parameters: {} },
+  { edit: 'triangulate', of: [], parameters: {} },
+  { edit: 'quads', of: [], parameters: {} },
+];
+
+export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'], method: ['taubin', 'laplacian'] };
+
+/** The edit that a form says: a loop cut is of one edge. */
+export function editOf({ edit, of }, parameters, kind, selection) {
+  if (of.length === 0) return { edit, ...parameters };
+  if (edit === 'loop_cut') return { edit, edge: selection[0], ...parameters };
+  return { edit, [kind]: selection, ...parameters };
+}
+
+/** A list of edits as text, one on a line. */
+export const printEdits = (edits) => (edits.length === 0 ? '[]' : `[\n${edits.map((edit) => `  ${JSON.stringify(edit)}`).join(',\n')}\n]`);

@@ -1,0 +1,248 @@
+// The page at /: shapes, selections and edits, by clicks and by keyboard.
+import assert from 'node:assert/strict';
+import { execFile } from 'node:child_process';
+import { promisify } from 'node:util';
+
+import { PerspectiveCamera, Vector3 } from 'three';
+
+import { covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
+const hash = '#tab=edit';
+
+const described = async (id) => (await (await fetch(`${daemon.url}/v1/models/${id}`)).json()).meshes[0];
+const surface = async (id) => (await fetch(`${daemon.url}/v1/models/${id}/surface.obj?level=2`)).text();
+const store = async (document) =>
+  (await (await fetch(`${daemon.url}/v1/models`, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(document) })).json()).id;
+
+class Modeller {
+  constructor(visit) {
+    this.visit = visit;
+    this.page = visit.page;
+  }
+
+  get id() {
+    return new URLSearchParams(new URL(this.page.url()).hash.slice(1)).get('model');
+  }
+
+  get edits() {
+    return this.page.getByRole('textbox', { name: 'Edits' }).inputValue().then(JSON.parse);
+  }
+
+  get selection() {
+    return this.page.getByLabel('Selection').inputValue().then(JSON.parse);
+  }
+
+  /** Does something, and waits for the model that it opens. */
+  async opens(action) {
+    const before = this.id;
+    await action();
+    await this.visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), before);
+    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+    await this.visit.drawn();
+  }
+
+  press(name) {
+    return this.opens(() => this.page.getByRole('button', { name, exact: true }).click());
+  }
+
+  async look() {
+    await this.page.evaluate((view) => (location.hash += `&view=${view}`), VIEW);
+    await this.visit.drawn();
+  }
+
+  /** Clicks at a place of the world, as the camera sees it. */
+  async click(place, modifiers = []) {
+    const box = await this.page.locator('#view').boundingBox();
+    const camera = new PerspectiveCamera(35, box.width / box.height, 0.01, 100);
+    camera.position.set(...VIEW.slice(0, 3));
+    camera.lookAt(...VIEW.slice(3));
+    camera.updateMatrixWorld();
+    const { x, y } = new Vector3(...place).project(camera);
+    const position = { x: ((x + 1) / 2) * box.width, y: ((1 - y) / 2) * box.height };
+    await this.page.locator('#view').click({ position, modifiers });
+    await this.visit.drawn();
+  }
+
+  /** Drops a file, and turns back to its edits. */
+  async drop(name, text) {
+    await drop(this.visit, { [name]: text });
+    await this.visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+    await this.visit.tab('Edit');
+    await this.look();
+    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  }
+
+  async box(size) {
+    await this.page.getByLabel('Box: size').fill(size);
+    await this.press('Make');
+    await this.look();
+  }
+}
+
+const orange = (pixels) => {
+  let found = 0;
+  for (let i = 0; i < pixels.length; i += 4) if (pixels[i] > pixels[i + 2] + 60 && pixels[i + 1] > pixels[i + 2] + 20) found++;
+  return found / (pixels.length / 4);
+};
+
+visits('a tank hull is made by clicks from one box', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.box('2, 0.8, 4');
+  const box = await visit.pixels();
+  assert.ok(covered(box) > 0.03, 'the box is there');
+  await page.getByRole('button', { name: 'Edges', exact: true }).click();
+  await modeller.click([0.97, 0.4, 0]);
+  assert.deepEqual(await modeller.selection, [[7, 5]]);
+  await page.getByLabel('Loop cut: cuts').fill('2');
+  await modeller.press('Loop cut');
+  await modeller.click([0, 0.4, 1.95]);
+  await page.getByLabel('Move: by').fill('0 -0.4 0');
+  await modeller.press('Move');
+  await page.getByRole('button', { name: 'Faces', exact: true }).click();
+  const unselected = await visit.pixels();
+  await modeller.click([0, 0.4, 0]);
+  await modeller.click([0, 0.4, -1.3], ['Shift']);
+  assert.equal((await modeller.selection).length, 2);
+  const selected = await visit.pixels();
+  assert.ok(orange(selected) > orange(unselected) + 0.02, 'what is selected is seen');
+  await page.getByLabel('Inset: amount').fill('0.2');
+  await modeller.press('Inset');
+  await page.getByLabel('Extrude: distance').fill('0.3');
+  await modeller.press('Extrude');
+  assert.equal((await modeller.selection).length, 2, 'the selection stays with the faces');
+  await page.getByRole('button', { name: 'Edges', exact: true }).click();
+  await modeller.click([0.78, 0.7, 0]);
+  await modeller.click([0.78, 0.7, -1.2], ['Shift']);
+  await page.getByLabel('Crease: sharpness').fill('3');
+  await modeller.press('Crease');
+  await visit.wait(() => document.getElementById('legend').textContent.includes('crease 3'));
+  await visit.drawn();
+  assert.ok(difference(box, await visit.pixels()) > 0.05);
+  await visit.picture('hull');
+
+  const { vertices, edges, faces, creases } = await described(modeller.id);
+  assert.deepEqual({ vertices, edges, faces, creases }, { vertices: 28, edges: 52, faces: 26, creases: 2 });
+  const script = [
+    { edit: 'loop_cut', edge: [7, 5], cuts: 2 },
+    { edit: 'move', edges: { inside: { min: [-1, 0.39, 1.9], max: [1, 0.41, 2.1] } }, by: [0, -0.4, 0] },
+    { edit: 'inset', faces: { inside: { min: [-1, 0.39, -2], max: [1, 0.41, 0.7] } }, amount: 0.2, name: 'deck' },
+    { edit: 'extrude', faces: { made: 'deck' }, distance: 0.3 },
+    { edit: 'crease', edges: { inside: { min: [0.79, 0.69, -2], max: [0.81, 0.71, 0.7] } }, sharpness: 3 },
+  ];
+  const written = await store({ meshes: [{ shape: { kind: 'box', size: [2, 0.8, 4], segments: [1, 1, 1] }, edits: script }] });
+  const unnamed = (text) => text.replace(/^o .*$/gm, 'o');
+  assert.equal(unnamed(await surface(modeller.id)), unnamed(await surface(written)), 'a script of edits makes the same model');
+
+  // The line of curl makes it too; each step has an address, which the browser goes back to.
+  const line = await page.locator('#panel-edit pre').innerText();
+  const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
+  assert.equal(JSON.parse(stdout).id, modeller.id);
+  const here = page.url();
+  await modeller.opens(() => page.goBack());
+  assert.equal((await modeller.edits).length, 4);
+  const other = await Visit.begin(site.browser, here);
+  await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('crease'));
+  assert.equal((await new Modeller(other).edits).length, 5);
+  await other.end();
+});
+
+visits('the list of edits is changed as text, and taken back', { hash, refused: [422] }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.box('2, 1, 2');
+  const plain = modeller.id;
+  await page.getByRole('textbox', { name: 'Edits' }).fill('[{"edit": "extrude", "faces": {"facing": [0, 1, 0]}, "distance": 2}]');
+  await modeller.press('Apply');
+  assert.deepEqual((await described(modeller.id)).bounds.max, [1, 2.5, 1]);
+  await page.getByRole('textbox', { name: 'Edits' }).fill('[{"edit": "extrude", "faces": [99], "distance": 2}]');
+  await page.getByRole('button', { name: 'Apply' }).click();
+  await page.getByText('/meshes/0/edits/0/faces/0').waitFor();
+  await page.getByRole('textbox', { name: 'Edits' }).fill('[');
+  await page.getByRole('button', { name: 'Apply' }).click();
+  await page.getByText('The list is no JSON').waitFor();
+  await modeller.press('Undo');
+  assert.equal(modeller.id, plain);
+});
+
+visits('edits are made by keyboard alone', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const { page } = modeller;
+  await modeller.opens(async () => {
+    await page.getByRole('combobox', { name: 'New' }).focus();
+    await page.keyboard.type('Grid');
+    await page.getByLabel('Grid: segments').focus();
+    await page.keyboard.press('Tab');
+    await page.keyboard.press('Enter');
+  });
+  assert.equal((await described(modeller.id)).faces, 16);
+  await page.locator('#view').focus();
+  for (const key of ['n', 'n', 'Shift+N', 'p']) await page.keyboard.press(key);
+  assert.deepEqual(await modeller.selection, [1]);
+  await page.getByLabel('Selection').focus();
+  await page.keyboard.press('Control+A');
+  await page.keyboard.type('all');
+  await page.keyboard.press('Enter');
+  assert.equal(await modeller.selection, 'all');
+  assert.equal(await visit.text('#panel-edit [role=status]'), '16 faces');
+  await modeller.opens(async () => {
+    await page.getByRole('button', { name: 'Subdivide' }).focus();
+    await page.keyboard.press('Enter');
+  });
+  assert.equal((await described(modeller.id)).faces, 64);
+});
+
+for (const [kind, faces] of [['Quad sphere', 24], ['Uv sphere', 128], ['Icosphere', 80], ['Ellipsoid', 24], ['Cylinder', 10], ['Cone', 9], ['Torus', 72]])
+  visits(`to start from: ${kind.toLowerCase()}`, { hash }, async (visit) => {
+    await visit.level(2);
+    const modeller = new Modeller(visit);
+    await visit.page.getByRole('combobox', { name: 'New' }).selectOption({ label: kind });
+    await modeller.press('Make');
+    assert.equal((await described(modeller.id)).faces, faces);
+    assert.ok(covered(await visit.pixels()) > 0.05);
+  });
+
+visits('a file that somebody else made is edited', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  await modeller.drop('pyramid.obj', PYRAMID);
+  const source = modeller.id;
+  await modeller.click([0, 0.5, 0.66]);
+  assert.deepEqual(await modeller.selection, [3]);
+  await modeller.press('Extrude');
+  await modeller.press('Inset');
+  const made = modeller.id;
+  assert.equal((await described(made)).faces, 5 + 3 + 3);
+  const line = await modeller.page.locator('#panel-edit pre').innerText();
+  const { stdout } = await promisify(execFile)('bash', ['-c', line.replace(/^curl /, 'curl -s ')]);
+  assert.equal(JSON.parse(stdout).id, made);
+  const other = await Visit.begin(site.browser, modeller.page.url());
+  await other.wait(() => document.querySelector('[aria-label=Edits]')?.value.includes('inset'));
+  await other.end();
+  await modeller.press('Undo');
+  assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['extrude']);
+  await modeller.press('Undo');
+  assert.equal(modeller.id, source);
+  assert.doesNotMatch(modeller.page.url(), /from=|edits=/);
+});
+
+visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const cube = (name) => ({ name, shape: { kind: 'box' } });
+  await modeller.drop('pair.json', JSON.stringify({
+    meshes: [cube('left'), cube('right')],
+    nodes: [{ name: 'a', mesh: 'left', translation: [-1.5, 0, 0] }, { name: 'b', mesh: 'right', translation: [1, 0, 0], scale: [2, 1, 1] }],
+  }));
+  await modeller.click([1, 0, 0.5]);
+  assert.match(await visit.text('#panel-edit [role=status]'), /1 face of right/);
+  await modeller.press('Extrude');
+  const { meshes } = JSON.parse(await (await fetch(`${daemon.url}/v1/models/${modeller.id}/source`)).text());
+  assert.deepEqual(meshes.map(({ edits }) => edits?.length ?? 0), [0, 1]);
+});
