@@ -13,7 +13,7 @@ import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
 
-const CAGE_MOST = 200000; // edges that are drawn as a cage
+const CAGE_MOST = 200000; // edges that are drawn as a cage without asking: more take seconds
 const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
 const COUNTS_AFTER = 1000; // ms
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
@@ -93,6 +93,7 @@ byId('theme').addEventListener('click', () => change({ theme: document.documentE
 
 let model = null; // the description of the one shown
 let loading = null;
+let isLargeWanted = false; // the model's cage, although it is large
 let shown = null; // what of the state makes the surface that is shown
 
 // ---- the camera ----
@@ -127,6 +128,13 @@ function showOverlays() {
 
 const edgesOf = (described) => described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
 
+const isTooLarge = () => model !== null && edgesOf(model) > CAGE_MOST && !isLargeWanted;
+
+function drawLarge() {
+  isLargeWanted = true;
+  openCage(model);
+}
+
 /** What the colours over the model mean: those that are there. */
 function showLegend() {
   const { cage } = viewport;
@@ -143,7 +151,8 @@ function showLegend() {
   if (cage && shows('cage'))
     for (const sharpness of [...cage.sharpnesses].sort((a, b) => a - b).slice(0, 5))
       entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
-  if (!cage && model && edgesOf(model) > CAGE_MOST && shows('cage')) entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`));
+  if (isTooLarge() && shows('cage'))
+    entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
 }
@@ -155,6 +164,7 @@ async function openModel() {
   loading?.abort();
   animation.close();
   model = shown = null;
+  isLargeWanted = false;
   rotation.clearGhosts();
   viewport.setCage(null);
   viewport.clearModel();
@@ -228,14 +238,17 @@ async function openSurface(isNew = false) {
 
 async function openCage(described) {
   showLegend();
-  if (edgesOf(described) === 0 || edgesOf(described) > CAGE_MOST) return;
+  if (edgesOf(described) === 0 || isTooLarge()) return;
+  const controller = new AbortController();
+  const { signal } = controller;
+  const task = isLargeWanted ? busy('The cage', controller) : null;
   try {
     const creases = state('creases');
     const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
     const cage = { level: 0, normals: 'none' };
     const [glb, obj] = await Promise.all([
-      download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' })),
-      creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj')).then(({ blob }) => blob.text()) : '',
+      download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
+      creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',
     ]);
     const parsed = await parse(await glb.blob.arrayBuffer());
     if (model !== described || state('creases') !== creases) return;
@@ -246,6 +259,8 @@ async function openCage(described) {
     edit.openCage();
   } catch (error) {
     fail('The cage cannot be shown', error);
+  } finally {
+    task?.done();
   }
 }
 

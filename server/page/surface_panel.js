@@ -7,6 +7,7 @@ const LEVELS = 10;
 // More than a daemon with the usual limits makes. A level has four times the faces of the one before.
 const FACES_MOST = 80e6;
 const BYTES_MOST = 2 ** 32;
+const TIMED_MOST = 1e6; // faces of a level that the daemon is asked to begin
 const CHOICES = [
   ['scheme', 'Scheme', [['catmull-clark', 'Catmull-Clark'], ['loop', 'Loop (triangles)'], ['bilinear', 'Bilinear']]],
   ['boundary', 'Boundary', [['edge-and-corner', 'Edge and corner'], ['edge-only', 'Edge only'], ['none', 'None'], ['open', 'Open']]],
@@ -82,7 +83,7 @@ export class SurfacePanel {
       try {
         const url = tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level }, 'json');
         const response = await withKey(() => tweend.request(url, { signal }));
-        this.levels.push({ level, ...(await response.json()), counted: serverTime(response) });
+        this.levels.push({ level, ...(await response.json()) });
       } catch (error) {
         if (signal.aborted) return;
         const over = error.problem?.predicted;
@@ -97,6 +98,20 @@ export class SurfacePanel {
     if (this.levels.length > 0) this.slider.max = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
     this.render();
     this.fill();
+    await this.time(signal);
+  }
+
+  /** Asks for the heads of levels that were not loaded: they tell what the server works until it begins to send. */
+  async time(signal) {
+    if (state('encoding') === 'meshopt') return; // is computed while it is sent
+    for (const { level, faces, refused } of this.levels) {
+      if (refused || faces > TIMED_MOST || this.measured.has(this.#key(level))) continue;
+      const [key, url] = [this.#key(level), tweend.surfaceUrl(state('model'), { ...surfaceOptions(), level })];
+      const response = await withKey(() => tweend.request(url, { method: 'HEAD', signal })).catch(() => null);
+      if (!response) return; // the level tells why when it is loaded
+      this.measured.set(key, { size: Number(response.headers.get('Content-Length')) || undefined, ms: serverTime(response) });
+      this.fill();
+    }
   }
 
   /** The size that an answer is said to have; null where that is not known. */

@@ -120,6 +120,33 @@ visits('each overlay changes the picture, and goes again', {}, async (visit) => 
   }
 });
 
+visits('levels tell the server’s milliseconds before they are loaded', { hash: '#tab=surface' }, async (visit) => {
+  await visit.level(2);
+  const cells = () => visit.page.locator('#panel-surface tbody tr').evaluateAll((rows) => rows.map(({ lastChild }) => lastChild.textContent));
+  await visit.wait(() => /ms$/.test(document.querySelector('tr[data-level="6"]')?.lastChild.textContent ?? ''));
+  const told = await cells();
+  assert.ok(told.slice(0, 7).every((text) => /^[\d.]+ ms$/.test(text)), String(told));
+  assert.equal(told[7], '–', 'a large level is not begun');
+});
+
+visits('a large cage is drawn where somebody asks for it', { hash: '#level=0&show=cage' }, async (visit) => {
+  await visit.level(0);
+  await drop(visit, { 'grid.json': JSON.stringify({ meshes: [{ shape: { kind: 'grid', size: [4, 4], segments: [320, 320] } }] }) });
+  const ask = visit.page.getByRole('button', { name: 'Draw it' });
+  await ask.waitFor();
+  assert.match(await visit.text('#legend'), /a cage of 205,440 edges is not drawn/);
+  await visit.drawn();
+  assert.ok(covered(await visit.pixels()) < 0.001);
+  await ask.click();
+  await ask.waitFor({ state: 'detached' });
+  let seen = 0;
+  for (let looks = 0; seen < 0.1 && looks < 60; looks++) {
+    await visit.page.waitForTimeout(250);
+    seen = covered(await visit.pixels());
+  }
+  assert.ok(seen > 0.1, `${seen} of the picture is covered`);
+});
+
 visits('a checker lies along the UVs', { hash: '#show=surface' }, async (visit) => {
   await visit.level(2);
   await drop(visit, { 'square.obj': 'v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n' });
