@@ -307,16 +307,13 @@ static tw_status read_merge(const api_value *values, tw_edit *edit) {
 
 static tw_status read_fill(const api_value *values, tw_edit *edit) {
   static const char *const methods[] = {
-      [TW_FILL_NGON] = "ngon", [TW_FILL_TRIANGLES] = "triangles", "fair", NULL};
+      [TW_FILL_NGON] = "ngon", [TW_FILL_TRIANGLES] = "triangles", [TW_FILL_FAIR] = "fair", NULL};
   int method = 0;
   edit->fill.has_border = values[BORDER].item;
   tw_status status = edit->fill.has_border ? read_edge(&values[BORDER], edit->fill.border) : TW_OK;
   if (status == TW_OK) status = read_count(&values[MAX_EDGES], &edit->fill.max_edges);
   if (status == TW_OK) status = api_json_choice(&values[METHOD], methods, &method);
   edit->fill.method = (tw_fill_method)method;
-  if (status == TW_OK && method > TW_FILL_TRIANGLES)
-    return api_json_fail(&values[METHOD], TW_UNSUPPORTED, "the method \"%s\" is not there yet",
-                         methods[method]);
   return status;
 }
 

@@ -1,4 +1,6 @@
-/* Closes holes by a face each, which runs against the border, or by triangles. */
+/* Closes holes by a face each, which runs against the border, or by a patch of triangles. */
+#include <stdlib.h>
+
 #include "editor.h"
 #include "hole.h"
 
@@ -12,8 +14,7 @@ typedef struct filler {
   uint32_t *corners;  /* [corner_count] of the holes, as in the walk */
   uint32_t *holes;    /* [hole_count + 1] first of each */
   uint32_t hole_count, corner_count;
-  uint32_t (
-      *triangles)[3]; /* [corner_count - 2 hole_count] places in each hole, one after the other; NULL: no */
+  tw_patch *patches; /* [hole_count] malloc'ed, or NULL: a face each */
 } filler;
 
 static bool is_border(const tw_topology *t, uint32_t corner) {
@@ -88,47 +89,121 @@ static tw_status find_holes(filler *h) {
                         "the border is no loop of at least three edges and at most max_edges");
 }
 
-/* Covers every hole. TW_NO_MEMORY. */
-static tw_status triangulate(filler *h) {
-  tw_arena *arena = h->editor->arena;
-  tw_hole_budget budget = tw_hole_budget_of(h->editor);
-  uint32_t *points = tw_arena_alloc_raw(arena, h->corner_count, sizeof *points), count = 0;
-  h->triangles = tw_arena_alloc_raw(arena, h->corner_count, sizeof *h->triangles);
-  if (!points || !h->triangles) return tw_editor_no_memory(h->editor);
+/* ---- patches ------------------------------------------------------------------------------------------- */
+
+static void drop_patches(filler *h) {
+  for (uint32_t i = 0; h->patches && i < h->hole_count; i++) tw_patch_deinit(&h->patches[i]);
+  free(h->patches);
+}
+
+/* Covers every hole. TW_LIMIT, TW_NO_MEMORY. */
+static tw_status make_patches(filler *h) {
+  const tw_editor *e = h->editor;
+  bool is_fair = e->edit->fill.method == TW_FILL_FAIR;
+  tw_hole_budget budget = tw_hole_budget_of(e);
+  tw_rings rings;
+  uint32_t *points = tw_arena_alloc_raw(e->arena, h->corner_count, sizeof *points);
+  uint64_t room = e->limits->points;
+  h->patches = tw_alloc_zero(h->hole_count, sizeof *h->patches);
+  if (!points || !h->patches) return tw_editor_no_memory(e);
   for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);
-  tw_status status = TW_OK;
+  tw_status status = is_fair ? tw_rings_find(&rings, e) : TW_OK;
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
-    uint32_t first = h->holes[i], size = h->holes[i + 1] - first;
-    status = tw_hole_triangulate(h->editor, points + first, size, &budget, h->triangles + count);
-    count += size - 2;
+    tw_patch *p = &h->patches[i];
+    p->loop = points + h->holes[i];
+    p->loop_count = h->holes[i + 1] - h->holes[i];
+    status = tw_patch_triangulate(p, e, &budget);
+    if (status == TW_OK && is_fair) status = tw_patch_refine(p, e, &rings, room);
+    if (status == TW_OK && is_fair) status = tw_patch_fair(p, e, &rings, &budget);
+    if (status == TW_OK) room -= p->point_count - p->loop_count;
   }
   return status;
 }
 
-/* A corner at a place of a hole has the texture coordinates of the faces on the other side. */
-static void put_corner(const filler *h, tw_change *change, uint32_t place, bool is_side) {
+/* Corners have the texture coordinates of the faces on the other side. */
+static void put_side(const filler *h, tw_change *change, uint32_t place, bool is_side) {
   const tw_topology *t = h->t;
   uint32_t corner = h->corners[place], next = tw_corner_next(t, corner);
   tw_change_corner(change, t->corner_vertex[next], next, is_side ? t->corner_edge[corner] : UINT32_MAX,
                    TW_CHANGE_MADE);
 }
 
-static void put_hole(const filler *h, tw_change *change, uint32_t hole) {
-  uint32_t first = h->holes[hole], size = h->holes[hole + 1] - first;
-  uint32_t parent = h->t->corner_face[h->corners[first]];
-  if (!h->triangles) {
-    for (uint32_t i = 0; i < size; i++) put_corner(h, change, first + i, true);
-    tw_change_face(change, parent, TW_CHANGE_NEW | TW_CHANGE_MADE);
-    return;
+/* The mean that a place of a patch is of its hole's points, or of the corners there. */
+static uint32_t put_mix(const filler *h, tw_change *change, uint32_t hole, uint32_t place, bool of_corners) {
+  tw_term terms[TW_PATCH_TERMS];
+  uint32_t count = 0;
+  for (; count < TW_PATCH_TERMS && h->patches[hole].terms[place][count].weight > 0; count++) {
+    terms[count] = h->patches[hole].terms[place][count];
+    uint32_t corner = h->corners[h->holes[hole] + terms[count].index];
+    terms[count].index = of_corners ? tw_corner_next(h->t, corner) : start_of(h, corner);
   }
-  /* Two triangles fewer than corners for each hole before. */
-  for (uint32_t i = first - 2 * hole; i < first - 2 * hole + size - 2; i++) {
+  return tw_change_mix(change, terms, count);
+}
+
+static void put_patch(const filler *h, tw_change *change, uint32_t hole) {
+  const tw_patch *p = &h->patches[hole];
+  uint32_t first_point = change->point_count, first = h->holes[hole];
+  for (uint32_t i = p->loop_count; i < p->point_count; i++) {
+    uint32_t mix = put_mix(h, change, hole, i, false);
+    tw_change_point(change, h->t->vertex_count + mix, TW_CHANGE_MADE);
+  }
+  uint32_t first_mix = change->mix_count;
+  for (uint32_t i = p->loop_count; i < p->point_count; i++) put_mix(h, change, hole, i, true);
+  for (uint32_t i = 0; i < p->triangle_count; i++) {
     for (int k = 0; k < 3; k++) {
-      uint32_t place = h->triangles[i][k], behind = h->triangles[i][(k + 1) % 3];
-      put_corner(h, change, first + place, (place + 1) % size == behind);
+      uint32_t place = p->triangles[i][k], behind = p->triangles[i][(k + 1) % 3];
+      uint32_t own = place - p->loop_count;
+      if (place < p->loop_count)
+        put_side(h, change, first + place, (place + 1) % p->loop_count == behind);
+      else
+        tw_change_corner(change, first_point + own, h->t->corner_count + first_mix + own, UINT32_MAX,
+                         TW_CHANGE_MADE);
     }
-    tw_change_face(change, parent, TW_CHANGE_NEW | TW_CHANGE_MADE);
+    tw_change_face(change, h->t->corner_face[h->corners[first]], TW_CHANGE_NEW | TW_CHANGE_MADE);
   }
+}
+
+/* The patches' own points are the last ones, from `next` on, in their order. */
+static tw_status place_points(const filler *h, uint32_t next) {
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < h->hole_count; i++)
+    for (uint32_t k = h->patches[i].loop_count; k < h->patches[i].point_count && status == TW_OK; k++)
+      status = tw_editor_place(h->editor, next++, h->patches[i].points[k]);
+  return status;
+}
+
+/* ---- the edit ------------------------------------------------------------------------------------------ */
+
+static void put_face(const filler *h, tw_change *change, uint32_t hole) {
+  for (uint32_t i = h->holes[hole]; i < h->holes[hole + 1]; i++) put_side(h, change, i, true);
+  tw_change_face(change, h->t->corner_face[h->corners[h->holes[hole]]], TW_CHANGE_NEW | TW_CHANGE_MADE);
+}
+
+static tw_status close_holes(filler *h) {
+  const tw_topology *t = h->t;
+  tw_change change;
+  tw_change_size size = {.points = t->vertex_count, .faces = t->face_count, .corners = t->corner_count};
+  for (uint32_t i = 0; i < h->hole_count; i++) {
+    const tw_patch *p = h->patches ? &h->patches[i] : NULL;
+    uint64_t own = p ? p->point_count - p->loop_count : 0;
+    size.points += own;
+    size.faces += p ? p->triangle_count : 1;
+    size.corners += p ? 3 * (uint64_t)p->triangle_count : h->holes[i + 1] - h->holes[i];
+    size.mixes += 2 * own;
+    size.terms += 2 * TW_PATCH_TERMS * own;
+  }
+  tw_status status = tw_change_init(&change, h->editor, &size);
+  if (status != TW_OK) return status;
+  uint32_t first = t->vertex_count;
+  tw_change_keep_points(&change);
+  for (uint32_t f = 0; f < t->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
+  for (uint32_t i = 0; i < h->hole_count; i++)
+    if (h->patches)
+      put_patch(h, &change, i);
+    else
+      put_face(h, &change, i);
+  status = tw_editor_apply(h->editor, &change);
+  return status == TW_OK && h->patches ? place_points(h, first) : status;
 }
 
 tw_status tw_edit_fill(tw_editor *editor) {
@@ -146,18 +221,8 @@ tw_status tw_edit_fill(tw_editor *editor) {
   if (!h.is_seen || !h.corners || !h.walk || !h.place_of || !h.holes) return tw_editor_no_memory(editor);
   status = find_holes(&h);
   if (status != TW_OK || h.hole_count == 0) return status;
-  if (editor->edit->fill.method == TW_FILL_TRIANGLES) status = triangulate(&h);
-  if (status != TW_OK) return status;
-  tw_change change;
-  uint64_t triangles = (uint64_t)h.corner_count - 2 * (uint64_t)h.hole_count;
-  const tw_change_size size = {.points = t->vertex_count,
-                               .faces = (uint64_t)t->face_count + (h.triangles ? triangles : h.hole_count),
-                               .corners = (uint64_t)t->corner_count +
-                                          (h.triangles ? 3 * triangles : h.corner_count)};
-  status = tw_change_init(&change, editor, &size);
-  if (status != TW_OK) return status;
-  tw_change_keep_points(&change);
-  for (uint32_t f = 0; f < t->face_count; f++) tw_change_keep_face(&change, f, NULL, 0);
-  for (uint32_t i = 0; i < h.hole_count; i++) put_hole(&h, &change, i);
-  return tw_editor_apply(editor, &change);
+  if (editor->edit->fill.method != TW_FILL_NGON) status = make_patches(&h);
+  if (status == TW_OK) status = close_holes(&h);
+  drop_patches(&h);
+  return status;
 }

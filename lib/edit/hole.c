@@ -9,28 +9,28 @@
 
 enum {
   LOOKS = 1024, /* triangles that are looked at, for each point and corner of the mesh */
+  STEPS = 64,   /* steps of points, for each too */
   EXACT = 512,  /* points of the largest loop that is not halved */
   SMALL = 8     /* and of one that never is */
 };
 
 typedef struct covering {
   const tw_editor *editor;
-  const uint32_t *points;
+  tw_patch *patch;
   tw_hole_budget *budget;
   double taken;     /* what an edge that the mesh has already adds to the area */
   double *areas;    /* [n * n] of the cover between two places, at [first * n + last] */
   uint16_t *splits; /* [n * n] the third corner of the triangle behind them */
-  uint32_t (*out)[3];
-  uint32_t count; /* of triangles */
 } covering;
 
 tw_hole_budget tw_hole_budget_of(const tw_editor *editor) {
-  return (tw_hole_budget){LOOKS * ((uint64_t)editor->mesh.point_count + editor->mesh.corner_count)};
+  uint64_t size = (uint64_t)editor->mesh.point_count + editor->mesh.corner_count;
+  return (tw_hole_budget){LOOKS * size, STEPS * size};
 }
 
 static void side(const covering *c, uint32_t from, uint32_t to, double out[3]) {
-  const float *a = tw_editor_point(c->editor, c->points[from]),
-              *b = tw_editor_point(c->editor, c->points[to]);
+  const float *a = tw_editor_point(c->editor, c->patch->loop[from]);
+  const float *b = tw_editor_point(c->editor, c->patch->loop[to]);
   for (int i = 0; i < 3; i++) out[i] = (double)b[i] - (double)a[i];
 }
 
@@ -50,7 +50,8 @@ static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
 }
 
 static bool is_taken(const covering *c, uint32_t a, uint32_t b) {
-  return tw_topology_find_edge(c->editor->topology, c->points[a], c->points[b]) != UINT32_MAX;
+  const uint32_t *points = c->patch->loop;
+  return tw_topology_find_edge(c->editor->topology, points[a], points[b]) != UINT32_MAX;
 }
 
 /* The best third corner for the places from first to last of a loop. */
@@ -73,7 +74,7 @@ static void put_triangles(covering *c, const uint32_t *loop, uint32_t n, uint32_
   if (last - first < 2) return;
   uint32_t k = c->splits[first * n + last];
   const uint32_t triangle[3] = {loop[first], loop[k], loop[last]};
-  memcpy(c->out[c->count++], triangle, sizeof triangle);
+  memcpy(c->patch->triangles[c->patch->triangle_count++], triangle, sizeof triangle);
   put_triangles(c, loop, n, first, k);
   put_triangles(c, loop, n, k, last);
 }
@@ -116,16 +117,19 @@ static tw_status cover(covering *c, const uint32_t *loop, uint32_t n) {
   return status;
 }
 
-tw_status tw_hole_triangulate(const tw_editor *editor, const uint32_t *points, uint32_t count,
-                              tw_hole_budget *budget, uint32_t (*out)[3]) {
-  covering c = {.editor = editor, .points = points, .budget = budget, .out = out};
+tw_status tw_patch_triangulate(tw_patch *patch, const tw_editor *editor, tw_hole_budget *budget) {
+  covering c = {.editor = editor, .patch = patch, .budget = budget};
+  uint32_t count = patch->loop_count;
   size_t most = count < EXACT ? count : EXACT;
   double around = 0;
   uint32_t *loop = tw_alloc(count, sizeof *loop);
   c.areas = tw_alloc(most * most, sizeof *c.areas);
   c.splits = tw_alloc(most * most, sizeof *c.splits);
-  tw_status status = loop && c.areas && c.splits ? TW_OK : tw_editor_no_memory(editor);
-  if (status == TW_OK) {
+  patch->point_count = count;
+  patch->triangles = tw_alloc(count, sizeof *patch->triangles);
+  bool has_room = loop && c.areas && c.splits && patch->triangles;
+  tw_status status = has_room ? TW_OK : tw_editor_no_memory(editor);
+  if (has_room) {
     for (uint32_t i = 0; i < count; i++) {
       loop[i] = i;
       around += length(&c, i, (i + 1) % count);

@@ -28,7 +28,7 @@ public:
   explicit total_area(double sum) : sum(sum) {}
   template <class table>
   total_area(const loop &points, const loop &, int i, int j, int k, const table &)
-      : sum(area_of(points[i], points[j], points[k])) {}
+      : sum(area_of(at(points, i), at(points, j), at(points, k))) {}
   double get() const { return sum; }
   total_area operator+(const total_area &other) const { return total_area(sum + other.sum); }
   bool operator<(const total_area &other) const { return sum < other.sum; }
@@ -38,6 +38,7 @@ public:
   static total_area NOT_VALID() { return total_area(-1); }
 
 private:
+  static const point &at(const loop &points, int i) { return points[static_cast<size_t>(i)]; }
   double sum;
 };
 

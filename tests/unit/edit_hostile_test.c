@@ -130,7 +130,7 @@ static tw_edit any_edit(const tangle *t, uint32_t *list) {
     e.fill.has_border = any(2);
     memcpy(e.fill.border, list, sizeof e.fill.border);
     e.fill.max_edges = any(6);
-    e.fill.method = any(2) ? TW_FILL_NGON : TW_FILL_TRIANGLES;
+    e.fill.method = (tw_fill_method)any(3);
     break;
   case TW_EDIT_MIRROR:
     e.mirror.axis = (int)any(4);

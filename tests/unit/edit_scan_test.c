@@ -1,6 +1,7 @@
 /* Edits that make scans clean: what they take away, and what they leave as it was. */
 #include "edited.h"
 #include "tweend/shape.h"
+#include "wrapped_memory.h"
 
 /* ---- fixtures ------------------------------------------------------------------------------------------ */
 
@@ -265,7 +266,7 @@ TEST(a_cover_has_no_edge_that_the_mesh_has) {
   edited_deinit(&out);
 }
 
-TEST(holes_cut_into_a_ball_close_to_a_ball) {
+static void assert_closes(tw_fill_method method) {
   for (uint32_t round = 0; round < 60; round++) {
     scan s = ball(3);
     uint32_t list[24], count = 1 + round % 24;
@@ -274,14 +275,125 @@ TEST(holes_cut_into_a_ball_close_to_a_ball) {
     const tw_edit edits[] = {
         {.kind = TW_EDIT_DELETE,
          .selection = {TW_EDIT_VERTICES, TW_SELECT_LIST, .count = count, .indices = list}},
-        {.kind = TW_EDIT_FILL, .name = "a", .fill.method = TW_FILL_TRIANGLES}};
+        {.kind = TW_EDIT_FILL, .name = "a", .fill.method = method}};
     edited cut = edit(&s.mesh, edits, 1), out = edit(&s.mesh, edits, 2);
-    assert_int_equal(out.mesh.point_count, cut.mesh.point_count);
-    assert_counts(&out, cut.mesh.point_count, 3 * cut.mesh.point_count - 6, 2 * cut.mesh.point_count - 4, 0);
+    uint32_t points = out.mesh.point_count;
+    assert_true(method == TW_FILL_FAIR || points == cut.mesh.point_count);
+    assert_int_equal(out.made[0].vertex_count, points - cut.mesh.point_count);
+    assert_counts(&out, points, 3 * points - 6, 2 * points - 4, 0);
     assert_int_equal(out.stats.euler_characteristic, 2);
     assert_true(fabs(volume_of(&out.mesh) / volume_of(&s.mesh) - 1) < 0.02);
     edited_deinit(&cut);
     edited_deinit(&out);
     tw_arena_destroy(s.arena);
   }
+}
+
+TEST(holes_cut_into_a_ball_close_to_a_ball) {
+  assert_closes(TW_FILL_TRIANGLES);
+  assert_closes(TW_FILL_FAIR);
+}
+
+/* A cap of 30 degrees: a lid of least area lies up to 13 % below the ball, a fair one goes on as the ball. */
+TEST(fair_patches_are_bent_as_what_is_round_them) {
+  scan s = ball(4);
+  const tw_edit edits[] = {
+      {.kind = TW_EDIT_DELETE,
+       .selection = {TW_EDIT_FACES, TW_SELECT_FACING, .direction = {0.3, 1, 0.2}, .degrees = 30}},
+      {.kind = TW_EDIT_FILL, .name = "a", .fill.method = TW_FILL_FAIR}};
+  edited cut = edit(&s.mesh, edits, 1), out = edit(&s.mesh, edits, 2);
+  uint32_t before = cut.mesh.point_count, missing = s.mesh.point_count - before;
+  assert_int_equal(out.stats.euler_characteristic, 2);
+  assert_int_equal(out.made[0].vertex_count, out.mesh.point_count - before);
+  assert_true(out.made[0].vertex_count > missing * 2 / 3 && out.made[0].vertex_count < missing * 3 / 2);
+  assert_memory_equal(out.mesh.positions, cut.mesh.positions, before * sizeof(float[3]));
+  for (uint32_t p = before; p < out.mesh.point_count; p++) {
+    const float *at = point_of(&out.mesh, p);
+    double radius = sqrt((double)at[0] * at[0] + (double)at[1] * at[1] + (double)at[2] * at[2]);
+    if (!(radius > 0.985 && radius < 1.005)) print_error("%g\n", radius);
+    assert_true(radius > 0.985 && radius < 1.005);
+  }
+  assert_true(fabs(volume_of(&out.mesh) / volume_of(&s.mesh) - 1) < 0.003);
+  edited_deinit(&cut);
+  edited_deinit(&out);
+  tw_arena_destroy(s.arena);
+}
+
+/* Of a grid without its middle, deleted by this. */
+static tw_edit middle(void) {
+  return (tw_edit){.kind = TW_EDIT_DELETE,
+                   .selection = {TW_EDIT_VERTICES, TW_SELECT_INSIDE, .min = {4, 4, -1}, .max = {12, 12, 1}}};
+}
+
+TEST(a_fair_patch_in_a_plane_is_flat_and_has_its_texture) {
+  grid_mesh g;
+  tw_mesh mesh = grid_of(&g, 16, 16);
+  float uvs[17 * 17][2];
+  for (uint32_t p = 0; p < 17 * 17; p++) memcpy(uvs[p], g.points[p], sizeof uvs[p]);
+  mesh.uv_set_count = 1;
+  mesh.uv_sets[0] = (tw_uv_set){17 * 17, uvs[0], mesh.corners};
+  const tw_edit edits[] = {
+      middle(),
+      {.kind = TW_EDIT_FILL,
+       .name = "a",
+       .fill = {.has_border = true, .border = {6 * 17 + 3, 7 * 17 + 3}, .method = TW_FILL_FAIR}}};
+  const uint32_t gone = 9 * 9;
+  tw_edit fill = edits[1];
+  edited cut = edit(&mesh, edits, 1);
+  for (int i = 0; i < 2; i++) /* the hole's left side */
+    for (uint32_t p = 0; p < cut.mesh.point_count; p++)
+      if (point_of(&cut.mesh, p)[0] == 3 && point_of(&cut.mesh, p)[1] == (float)(6 + i))
+        fill.fill.border[i] = p;
+  edited out = edit(&cut.mesh, &fill, 1);
+  double volume, whole, area;
+  measure(&mesh, &volume, &whole);
+  measure(&out.mesh, &volume, &area);
+  assert_near(area, whole);
+  assert_int_equal(out.stats.euler_characteristic, 1);
+  assert_int_equal(out.stats.boundary_edges, 4 * 16);
+  assert_true(out.made[0].vertex_count > gone / 2 && out.made[0].vertex_count < 2 * gone);
+  for (uint32_t c = 0; c < out.mesh.corner_count; c++) {
+    const float *at = point_of(&out.mesh, out.mesh.corners[c]);
+    const float *uv = out.mesh.uv_sets[0].values + 2 * out.mesh.uv_sets[0].corners[c];
+    assert_near((double)at[2], 0);
+    for (int i = 0; i < 2; i++) assert_true(fabs((double)at[i] - (double)uv[i]) < 4);
+  }
+  /* One value a point: a patch has no seams. */
+  assert_int_equal(out.mesh.uv_sets[0].value_count, out.mesh.point_count);
+  edited_deinit(&cut);
+  edited_deinit(&out);
+}
+
+TEST(patches_of_too_many_points_are_refused) {
+  grid_mesh g;
+  const tw_mesh mesh = grid_of(&g, 16, 16);
+  const tw_edit edits[] = {middle(),
+                           {.kind = TW_EDIT_FILL, .fill = {.max_edges = 40, .method = TW_FILL_FAIR}}};
+  const tw_edit_limits limits = {400, 1 << 20, 1 << 20, 1 << 20}, few = {17 * 17, 1 << 20, 1 << 20, 1 << 20};
+  tw_mesh out;
+  tw_error error;
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &limits, arena, &out, NULL, NULL, &error), TW_OK);
+  assert_true(out.point_count <= limits.points);
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 2, &few, arena, &out, NULL, NULL, &error), TW_LIMIT);
+  assert_string_equal(error.pointer, "/1");
+  tw_arena_destroy(arena);
+}
+
+TEST(every_failed_allocation_of_a_fair_patch_is_told) {
+  grid_mesh g;
+  const tw_mesh mesh = grid_of(&g, 16, 16);
+  const tw_edit edits[] = {middle(),
+                           {.kind = TW_EDIT_FILL, .fill = {.max_edges = 40, .method = TW_FILL_FAIR}}};
+  size_t failures = 0;
+  for (tw_status status = TW_NO_MEMORY; status != TW_OK; failures++) {
+    tw_arena *arena = tw_arena_create();
+    tw_mesh out = {0};
+    test_memory.left = failures;
+    status = tw_mesh_edit(&mesh, NULL, edits, 2, &roomy, arena, &out, NULL, NULL, NULL);
+    test_memory.left = SIZE_MAX;
+    assert_true(status == TW_OK || (status == TW_NO_MEMORY && out.point_count == 0));
+    tw_arena_destroy(arena);
+  }
+  assert_true(failures > 40);
 }

@@ -71,7 +71,7 @@ typedef enum tw_edit_kind {
 enum { TW_EDIT_KINDS = TW_EDIT_SMOOTH + 1 };
 extern const char *const tw_edit_names[TW_EDIT_KINDS]; /* "extrude", "inset", "loop_cut", ... */
 
-typedef enum tw_fill_method { TW_FILL_NGON, TW_FILL_TRIANGLES } tw_fill_method;
+typedef enum tw_fill_method { TW_FILL_NGON, TW_FILL_TRIANGLES, TW_FILL_FAIR } tw_fill_method;
 typedef enum tw_smooth_method { TW_SMOOTH_TAUBIN, TW_SMOOTH_LAPLACIAN } tw_smooth_method;
 
 /* What each edit does stands at its parameters; those without any need a selection alone. `all` below: the
@@ -119,8 +119,9 @@ typedef struct tw_merge_edit {
 } tw_merge_edit;
 
 /* Closes the hole at an edge of one face, or else every hole of at most max_edges edges (0: any): by a
- * face, or by the triangles of the least area (of a hole of more than 512 edges, or of many in a small
- * mesh, those of its halves). The selection is not used. Made: the faces. */
+ * face; by the triangles of the least area (of a hole of more than 512 edges, or of many in a small mesh,
+ * those of its halves); or FAIR, by triangles as large as those round the hole, bent as the mesh is. The
+ * selection is not used. Made: the faces and new points. */
 typedef struct tw_fill_edit {
   bool has_border;
   uint32_t border[2], max_edges;

@@ -1,0 +1,267 @@
+/* Refines the triangles over a hole: Liepa, "Filling holes in meshes" (2003). A triangle whose centre is far
+ * from its corners, by the length of the edges at the hole's border, gets a point there; edges are swapped
+ * where the triangles beside them are the less slender for it. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "hole.h"
+
+enum {
+  ROUNDS = 64, /* of splits */
+  SWEEPS = 8   /* of swaps after each */
+};
+static const double DENSITY = 1.4142135623730951;
+
+/* ---- what is round the hole ---------------------------------------------------------------------------- */
+
+tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
+  const tw_topology *t = editor->topology;
+  rings->counts = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->counts);
+  rings->sums = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->sums);
+  rings->scales = tw_arena_alloc(editor->arena, t->vertex_count, sizeof *rings->scales);
+  if (!rings->counts || !rings->sums || !rings->scales) return tw_editor_no_memory(editor);
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    const uint32_t *ends = t->edge_vertices[e];
+    const float *at[2] = {tw_editor_point(editor, ends[0]), tw_editor_point(editor, ends[1])};
+    double side[3];
+    for (int i = 0; i < 3; i++) side[i] = (double)at[1][i] - (double)at[0][i];
+    for (int end = 0; end < 2; end++) {
+      rings->counts[ends[end]]++;
+      rings->scales[ends[end]] += sqrt(tw_dot3(side, side));
+      for (int i = 0; i < 3; i++) rings->sums[ends[end]][i] += (double)at[1 - end][i];
+    }
+  }
+  for (uint32_t p = 0; p < t->vertex_count; p++)
+    if (rings->counts[p] > 0) rings->scales[p] /= rings->counts[p];
+  return TW_OK;
+}
+
+/* ---- the patch ----------------------------------------------------------------------------------------- */
+
+void tw_patch_deinit(tw_patch *patch) {
+  free(patch->triangles);
+  free(patch->beyond);
+  free(patch->points);
+  free(patch->scales);
+  free(patch->terms);
+}
+
+/* Makes *array larger, or leaves it as it is. */
+static bool resize(void **array, uint64_t count, size_t size) {
+  void *larger = count <= SIZE_MAX / size ? realloc(*array, (size_t)count * size) : NULL;
+  if (larger) *array = larger;
+  return larger != NULL;
+}
+
+static bool make_room(tw_patch *p, uint32_t points) {
+  if (points <= p->room) return true;
+  uint64_t room = points + (uint64_t)points / 2;
+  bool has_room = room < UINT32_MAX / 2 && resize((void **)&p->triangles, 2 * room, sizeof *p->triangles) &&
+                  resize((void **)&p->beyond, 2 * room, sizeof *p->beyond) &&
+                  resize((void **)&p->points, room, sizeof *p->points) &&
+                  resize((void **)&p->scales, room, sizeof *p->scales) &&
+                  resize((void **)&p->terms, room, sizeof *p->terms);
+  if (has_room) p->room = (uint32_t)room;
+  return has_room;
+}
+
+typedef struct half_edge {
+  uint32_t ends[2]; /* the lesser first */
+  uint32_t triangle, corner;
+} half_edge;
+
+static int compare_half_edges(const void *left, const void *right) {
+  const half_edge *a = left, *b = right;
+  for (int i = 0; i < 2; i++)
+    if (a->ends[i] != b->ends[i]) return a->ends[i] < b->ends[i] ? -1 : 1;
+  return 0;
+}
+
+/* Finds what is beyond each side: of sides over the same two places there are two, or the loop's one. */
+static bool join_triangles(tw_patch *p) {
+  uint32_t count = 3 * p->triangle_count;
+  half_edge *edges = tw_alloc(count, sizeof *edges);
+  for (uint32_t i = 0; edges && i < count; i++) {
+    uint32_t a = p->triangles[i / 3][i % 3], b = p->triangles[i / 3][(i + 1) % 3];
+    edges[i] = (half_edge){{a < b ? a : b, a < b ? b : a}, i / 3, i % 3};
+    p->beyond[i / 3][i % 3] = UINT32_MAX;
+  }
+  if (edges) qsort(edges, count, sizeof *edges, compare_half_edges);
+  for (uint32_t i = 1; edges && i < count; i++) {
+    if (compare_half_edges(&edges[i - 1], &edges[i]) != 0) continue;
+    p->beyond[edges[i].triangle][edges[i].corner] = edges[i - 1].triangle;
+    p->beyond[edges[i - 1].triangle][edges[i - 1].corner] = edges[i].triangle;
+  }
+  free(edges);
+  return edges != NULL;
+}
+
+static bool begin(tw_patch *p, const tw_editor *editor, const tw_rings *rings) {
+  if (!make_room(p, p->loop_count)) return false;
+  for (uint32_t i = 0; i < p->loop_count; i++) {
+    for (int k = 0; k < 3; k++) p->points[i][k] = (double)tw_editor_point(editor, p->loop[i])[k];
+    p->scales[i] = rings->scales[p->loop[i]];
+    memset(p->terms[i], 0, sizeof p->terms[i]);
+    p->terms[i][0] = (tw_term){i, 1};
+  }
+  return join_triangles(p);
+}
+
+/* The corner of a triangle behind which another one is. */
+static uint32_t corner_to(const tw_patch *p, uint32_t triangle, uint32_t other) {
+  uint32_t k = 0;
+  while (k < 2 && p->beyond[triangle][k] != other) k++;
+  return k;
+}
+
+static void put_beyond(tw_patch *p, uint32_t triangle, uint32_t from, uint32_t to) {
+  if (triangle != UINT32_MAX) p->beyond[triangle][corner_to(p, triangle, from)] = to;
+}
+
+static void put_triangle(tw_patch *p, uint32_t triangle, const uint32_t corners[3],
+                         const uint32_t beyond[3]) {
+  memcpy(p->triangles[triangle], corners, sizeof *p->triangles);
+  memcpy(p->beyond[triangle], beyond, sizeof *p->beyond);
+}
+
+/* ---- splits -------------------------------------------------------------------------------------------- */
+
+static int compare_terms(const void *left, const void *right) {
+  const tw_term *a = left, *b = right;
+  if (a->weight != b->weight) return a->weight > b->weight ? -1 : 1;
+  return a->index < b->index ? -1 : a->index > b->index;
+}
+
+/* The mean of three means, by the heaviest of their terms. */
+static void mean_of_terms(const tw_patch *p, const uint32_t corners[3], tw_term *out) {
+  tw_term all[3 * TW_PATCH_TERMS];
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < 3 * TW_PATCH_TERMS; i++) {
+    const tw_term *term = &p->terms[corners[i / TW_PATCH_TERMS]][i % TW_PATCH_TERMS];
+    uint32_t at = 0;
+    while (at < count && all[at].index != term->index) at++;
+    if (at == count) all[count++] = (tw_term){term->index, 0};
+    all[at].weight += term->weight;
+  }
+  qsort(all, count, sizeof *all, compare_terms);
+  double sum = 0;
+  for (uint32_t i = 0; i < TW_PATCH_TERMS && i < count; i++) sum += all[i].weight;
+  for (uint32_t i = 0; i < TW_PATCH_TERMS; i++)
+    out[i] = i < count ? (tw_term){all[i].index, all[i].weight / sum} : (tw_term){0, 0};
+}
+
+static double distance(const double *a, const double *b) {
+  double side[3];
+  for (int i = 0; i < 3; i++) side[i] = b[i] - a[i];
+  return sqrt(tw_dot3(side, side));
+}
+
+/* Whether a triangle is too large; its centre and the scale there. */
+static bool is_large(const tw_patch *p, uint32_t triangle, double centre[3], double *scale) {
+  const uint32_t *corners = p->triangles[triangle];
+  for (int i = 0; i < 3; i++)
+    centre[i] = (p->points[corners[0]][i] + p->points[corners[1]][i] + p->points[corners[2]][i]) / 3;
+  *scale = (p->scales[corners[0]] + p->scales[corners[1]] + p->scales[corners[2]]) / 3;
+  for (int k = 0; k < 3; k++) {
+    double away = DENSITY * distance(centre, p->points[corners[k]]);
+    if (!(away > *scale && away > p->scales[corners[k]])) return false;
+  }
+  return true;
+}
+
+/* Puts a point into a triangle; there is room. */
+static void split(tw_patch *p, uint32_t t, const double centre[3], double scale) {
+  uint32_t a = p->triangles[t][0], b = p->triangles[t][1], c = p->triangles[t][2];
+  uint32_t ab = p->beyond[t][0], bc = p->beyond[t][1], ca = p->beyond[t][2];
+  uint32_t u = p->triangle_count, v = u + 1, point = p->point_count;
+  mean_of_terms(p, p->triangles[t], p->terms[point]);
+  memcpy(p->points[point], centre, sizeof *p->points);
+  p->scales[point] = scale;
+  put_triangle(p, t, (uint32_t[]){a, b, point}, (uint32_t[]){ab, u, v});
+  put_triangle(p, u, (uint32_t[]){b, c, point}, (uint32_t[]){bc, v, t});
+  put_triangle(p, v, (uint32_t[]){c, a, point}, (uint32_t[]){ca, t, u});
+  put_beyond(p, bc, t, u);
+  put_beyond(p, ca, t, v);
+  p->triangle_count += 2;
+  p->point_count++;
+}
+
+/* ---- swaps --------------------------------------------------------------------------------------------- */
+
+/* The angle at a point between two others. */
+static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
+  double first[3], second[3], across[3];
+  for (int i = 0; i < 3; i++) {
+    first[i] = p->points[a][i] - p->points[at][i];
+    second[i] = p->points[b][i] - p->points[at][i];
+  }
+  tw_cross3(first, second, across);
+  return atan2(sqrt(tw_dot3(across, across)), tw_dot3(first, second));
+}
+
+/* Whether two places have an edge: in the patch round the first of them from triangle t on, or in the mesh.
+ */
+static bool has_edge(const tw_patch *p, const tw_topology *topology, uint32_t t, uint32_t a, uint32_t b) {
+  if (a < p->loop_count && b < p->loop_count &&
+      tw_topology_find_edge(topology, p->loop[a], p->loop[b]) != UINT32_MAX)
+    return true;
+  for (uint32_t way = 0; way < 2; way++) {
+    uint32_t at = t;
+    do {
+      uint32_t k = 0;
+      while (p->triangles[at][k] != a) k++;
+      if (p->triangles[at][(k + 1) % 3] == b || p->triangles[at][(k + 2) % 3] == b) return true;
+      at = p->beyond[at][way == 0 ? k : (k + 2) % 3];
+    } while (at != UINT32_MAX && at != t);
+  }
+  return false;
+}
+
+/* Swaps the side behind corner k for the one that crosses it where that is Delaunay's. */
+static bool swap(tw_patch *p, const tw_topology *topology, uint32_t t, uint32_t k) {
+  uint32_t u = p->beyond[t][k];
+  if (u == UINT32_MAX || u < t) return false;
+  uint32_t m = corner_to(p, u, t);
+  uint32_t a = p->triangles[t][k], b = p->triangles[t][(k + 1) % 3], c = p->triangles[t][(k + 2) % 3];
+  uint32_t d = p->triangles[u][(m + 2) % 3];
+  if (c == d || !(angle(p, c, a, b) + angle(p, d, a, b) > 3.14159265358979323846 + 1e-9)) return false;
+  if (has_edge(p, topology, t, c, d)) return false;
+  uint32_t bc = p->beyond[t][(k + 1) % 3], ca = p->beyond[t][(k + 2) % 3];
+  uint32_t ad = p->beyond[u][(m + 1) % 3], db = p->beyond[u][(m + 2) % 3];
+  put_triangle(p, t, (uint32_t[]){c, a, d}, (uint32_t[]){ca, ad, u});
+  put_triangle(p, u, (uint32_t[]){d, b, c}, (uint32_t[]){db, bc, t});
+  put_beyond(p, ad, u, t);
+  put_beyond(p, bc, t, u);
+  return true;
+}
+
+static void relax(tw_patch *p, const tw_topology *topology) {
+  bool is_done = false;
+  for (int sweep = 0; sweep < SWEEPS && !is_done; sweep++) {
+    is_done = true;
+    for (uint32_t t = 0; t < p->triangle_count; t++)
+      for (uint32_t k = 0; k < 3; k++)
+        if (swap(p, topology, t, k)) is_done = false;
+  }
+}
+
+tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
+                          uint64_t points_max) {
+  if (!begin(patch, editor, rings)) return tw_editor_no_memory(editor);
+  relax(patch, editor->topology);
+  for (uint32_t round = 0, before = 0; round < ROUNDS && before != patch->point_count; round++) {
+    uint32_t count = patch->triangle_count;
+    before = patch->point_count;
+    for (uint32_t t = 0; t < count; t++) {
+      double centre[3], scale;
+      if (!is_large(patch, t, centre, &scale)) continue;
+      if (patch->point_count >= points_max)
+        return tw_editor_fail(editor, TW_LIMIT, "", "the patches would have more points than are allowed");
+      if (!make_room(patch, patch->point_count + 1)) return tw_editor_no_memory(editor);
+      split(patch, t, centre, scale);
+    }
+    relax(patch, editor->topology);
+  }
+  return TW_OK;
+}
