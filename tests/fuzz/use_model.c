@@ -1,6 +1,7 @@
 #include "use_model.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 /* Reading has checked the keys, so that compiling a clip must not fail but for memory. */
 static void pose(const tw_model *model) {
@@ -70,12 +71,74 @@ static void draw(const tw_model *model) {
   while (count > 0) tw_surface_destroy(surfaces[--count]);
 }
 
+/* The file must be read, and what it says of the cages must fit. */
+static void check_read(const uint8_t *bytes, size_t size) {
+  static const tw_read_limits limits = {.json_values = 100000};
+  tw_model *back = NULL;
+  tw_error error = {0};
+  tw_status status = tw_gltf_read(bytes, size, TW_QUADS_NGON, TW_WELD_AUTO, &limits, &back, &error);
+  if (status == TW_LIMIT || status == TW_NO_MEMORY) return;
+  if (status != TW_OK) abort();
+  for (uint32_t i = 0; i < back->warning_count; i++)
+    if (strncmp(back->warnings[i], "extras.tweend", 13) == 0) abort();
+  tw_model_destroy(back);
+}
+
+static void read_back(const tw_scene *scene) {
+  tw_gltf_stream *stream = NULL;
+  if (tw_gltf_stream_create(scene, TW_FORMAT_GLB, &stream, NULL) != TW_OK) return;
+  size_t size = (size_t)tw_gltf_stream_size(stream);
+  uint8_t *bytes = malloc(size);
+  if (!bytes || tw_gltf_stream_read(stream, bytes, size) != size) abort();
+  check_read(bytes, size);
+  tw_gltf_stream_destroy(stream);
+  free(bytes);
+}
+
+static bool has_but_holes(const tw_mesh *mesh) {
+  bool is_hole[CORNERS] = {false};
+  uint32_t holes = 0;
+  for (uint32_t i = 0; i < mesh->hole_count; i++) {
+    holes += !is_hole[mesh->holes[i]];
+    is_hole[mesh->holes[i]] = true;
+  }
+  return holes > 0 && holes == mesh->face_count;
+}
+
+/* The cages as GLB. */
+static void store(const tw_model *model) {
+  tw_surface *surfaces[MESHES] = {NULL};
+  tw_arena *arena = tw_arena_create();
+  uint32_t count = 0;
+  for (; arena && count < model->mesh_count; count++) {
+    tw_mesh open;
+    if (has_but_holes(&model->meshes[count])) break; /* glTF draws something of each mesh */
+    const tw_surface_options options = {.tagged = true};
+    if (tw_mesh_open_holes(&model->meshes[count], arena, &open) != TW_OK ||
+        tw_surface_create(&open, &options, &surfaces[count], NULL) != TW_OK)
+      break;
+  }
+  if (arena && count == model->mesh_count) {
+    const tw_scene scene = {.model = model,
+                            .surfaces = (const tw_surface *const *)surfaces,
+                            .clips = model->clips,
+                            .clip_count = model->clip_count,
+                            .polygons = TW_POLYGONS_NGON};
+    read_back(&scene);
+  }
+  while (count > 0) tw_surface_destroy(surfaces[--count]);
+  tw_arena_destroy(arena);
+}
+
 void use_model(tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_mesh_stats facts;
     if (tw_mesh_describe(&model->meshes[i], &facts, NULL) == TW_OK) tw_mesh_stats_deinit(&facts);
   }
   pose(model);
-  if (is_small(model)) draw(model);
+  if (is_small(model)) {
+    draw(model);
+    store(model);
+  }
   tw_model_destroy(model);
 }

@@ -4,7 +4,8 @@
 
 #include "tweend/format.h"
 
-/* Describes and poses the model, writes answers of a small one in every encoding, and destroys it. */
+/* Describes and poses the model, writes answers of a small one in every encoding and its cages, which are
+ * read back, and destroys it. */
 void use_model(tw_model *model);
 
 #endif
