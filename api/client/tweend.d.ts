@@ -55,6 +55,8 @@ export class Tweend {
 
   upload(source: ModelSource, options?: UploadOptions): Promise<Model>;
   describe(model: ModelId, init?: Abortable): Promise<Model>;
+  /** A new model: this one after edits of a mesh, whose name may be left out where there is one. */
+  edit(model: ModelId, edits: Edit[], options?: { mesh?: string } & Abortable): Promise<Model>;
   /** All models by id, page by page; `limit`: models of a page. */
   list(options?: ListOptions & Abortable): AsyncGenerator<Listed, void, undefined>;
   remove(model: ModelId, init?: Abortable): Promise<void>;

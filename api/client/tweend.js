@@ -129,6 +129,10 @@ export class Tweend {
     return this.#json(`v1/models/${idOf(model)}`, init);
   }
 
+  edit(model, edits, { mesh, ...init } = {}) {
+    return this.#post(`v1/models/${idOf(model)}/edits`, { mesh, edits }, init);
+  }
+
   async *list({ limit, after, ...init } = {}) {
     for (let path = `v1/models${queryOf({ limit, after })}`; path; ) {
       const { models, next } = await this.#json(path, init);

@@ -87,7 +87,7 @@ static tw_status read_shape(void *context, const api_value *object) {
   if (status == TW_OK) status = spread(object, members_of[kind], values);
   if (status != TW_OK) return status;
   tw_shape_init(shape, (tw_shape_kind)kind);
-  int cap = shape->caps;
+  int cap = (int)shape->caps;
   if (kind == TW_SHAPE_GRID || kind == TW_SHAPE_BOX)
     status = read_axes(values, shape);
   else

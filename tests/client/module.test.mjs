@@ -204,6 +204,18 @@ test('rows do not wait for those after them, and breaking off cancels', async ()
   await assert.rejects(ask(bytes.length), /pose.bin/);
 });
 
+test('edits make a model, of one mesh by its name', async () => {
+  const box = await tweend.upload('{"meshes": [{"name": "a", "shape": {"kind": "box"}}, {"name": "b", "shape": {"kind": "grid"}}]}');
+  const made = await tweend.edit(box, [{ edit: 'extrude', faces: [0], distance: 1, name: 'top' }], { mesh: 'a' });
+  assert.notEqual(made.id, box.id);
+  assert.deepEqual(made.meshes.map(({ faces }) => faces), [10, 1]);
+  assert.deepEqual(made.made.top.faces, [0]);
+  await assert.rejects(tweend.edit(box, []), { status: 422, message: /2 meshes/ });
+  await assert.rejects(tweend.edit(made, [], { mesh: 'a', signal: AbortSignal.abort() }), { name: 'AbortError' });
+  await tweend.remove(made);
+  await tweend.remove(box);
+});
+
 test('more times than a URL holds go in a body', async () => {
   const at = Array.from({ length: 3000 }, (_, i) => Math.fround(i / 777));
   const table = await tweend.poseTable(tank, { clip: 'drive', nodes: 'turret', at });

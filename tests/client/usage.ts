@@ -1,5 +1,5 @@
 // What users of the types write; what may not compile says so.
-import { LivePlayer, Player, Tweend, TweendError, type PoseOptions, type SurfaceOptions } from '../../api/client/tweend.js';
+import { LivePlayer, Player, Tweend, TweendError, type Edit, type PoseOptions, type SurfaceOptions } from '../../api/client/tweend.js';
 
 const tweend = new Tweend('https://models.example/', { key: 'k' });
 
@@ -19,6 +19,15 @@ export async function surfaces(file: File): Promise<number> {
   tweend.surface(model, { level: '2' });
   for await (const { id, name } of tweend.list({ limit: 10 })) console.log(id, name?.length);
   return faces;
+}
+
+export async function edits(id: string): Promise<number[] | undefined> {
+  const list: Edit[] = [{ edit: 'inset', faces: { facing: [0, 1, 0] }, amount: 0.1, name: 'rim' }, { edit: 'crease', edges: { sharper_than: 30 } }];
+  // @ts-expect-error: an inset needs an amount
+  await tweend.edit(id, [{ edit: 'inset', faces: 'all' }]);
+  // @ts-expect-error: no such edit
+  await tweend.edit(id, [{ edit: 'bevel' }]);
+  return (await tweend.edit(id, list, { mesh: 'hull' })).made?.rim?.vertices;
 }
 
 export async function poses(id: string): Promise<Float32Array> {
