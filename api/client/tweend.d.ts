@@ -814,10 +814,10 @@ export type Edit = {
   border?: number[];
   max_edges?: number;
   /**
-   * `triangles`: of the least area.
+   * `triangles`: of the least area. `fair`: as large as those round the hole, and bent as the mesh is.
    * @default ngon
    */
-  method?: "ngon" | "triangles";
+  method?: "ngon" | "triangles" | "fair";
   name?: string;
   /** @default false */
   optional?: boolean;
