@@ -2,21 +2,17 @@
  * all, the daemon says which, nothing is left behind, and the next upload is stored. Linked with the calls
  * wrapped. */
 #include "body.h"
-#include "store_fs.h"
+#include "store_fixture.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <ftw.h>
-#include <nettle/sha2.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
-
-#include "test.h"
 
 /* ---- calls that fail ------------------------------------------------------------------------- */
 
@@ -105,51 +101,17 @@ static bool disarm(void) {
 
 /* ---- a store --------------------------------------------------------------------------------- */
 
-typedef struct fixture {
-  char path[64];
-  srv_store_fs *opened;
-  api_store store;
-} fixture;
-
-static int set_up(void **state) {
-  char error[256];
-  fixture *f = calloc(1, sizeof *f);
-  snprintf(f->path, sizeof f->path, "/tmp/tweend-faults-XXXXXX");
-  if (mkdtemp(f->path) == NULL) return -1;
-  f->opened = srv_store_fs_open(f->path, error, sizeof error);
-  if (f->opened == NULL) return -1;
-  f->store = srv_store_fs_api(f->opened);
-  *state = f;
-  return 0;
-}
-
-static int remove_entry(const char *path, const struct stat *facts, int type, struct FTW *place) {
-  (void)facts;
-  (void)type;
-  (void)place;
-  return remove(path);
-}
-
 static int tear_down(void **state) {
-  fixture *f = *state;
   disarm();
-  srv_store_fs_close(f->opened);
-  int status = nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
-  free(f);
-  return status;
+  return tear_down_store(state);
 }
 
 enum { SIZE = 300000 };
 
 static void make_model(unsigned number, char text[SIZE], char id[API_ID_TEXT]) {
-  struct sha256_ctx hash;
-  uint8_t digest[(API_ID_TEXT - 1) / 2];
   memset(text, 'x', SIZE);
   text[snprintf(text, 16, "%u", number)] = ' ';
-  sha256_init(&hash);
-  sha256_update(&hash, SIZE, (const uint8_t *)text);
-  sha256_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(id + 2 * i, 3, "%02x", digest[i]);
+  make_id(text, SIZE, id);
 }
 
 static api_store_status put(fixture *f, const char *id, const char *text) {
@@ -182,7 +144,7 @@ enum { REASON_COUNT = sizeof REASONS / sizeof *REASONS };
 
 /* ---- tests ----------------------------------------------------------------------------------- */
 
-TEST_WITH(models_are_stored_whole_or_not_at_all_whichever_call_fails, set_up, tear_down) {
+TEST_WITH(models_are_stored_whole_or_not_at_all_whichever_call_fails, set_up_store, tear_down) {
   fixture *f = *state;
   static char text[SIZE];
   char id[API_ID_TEXT];
@@ -212,7 +174,7 @@ TEST_WITH(models_are_stored_whole_or_not_at_all_whichever_call_fails, set_up, te
   assert_true(failures > 5 * REASON_COUNT);
 }
 
-TEST_WITH(models_are_read_whole_or_not_at_all_whichever_call_fails, set_up, tear_down) {
+TEST_WITH(models_are_read_whole_or_not_at_all_whichever_call_fails, set_up_store, tear_down) {
   fixture *f = *state;
   static char text[SIZE];
   char id[API_ID_TEXT];
@@ -240,7 +202,7 @@ TEST_WITH(models_are_read_whole_or_not_at_all_whichever_call_fails, set_up, tear
   assert_true(failures >= REASON_COUNT);
 }
 
-TEST_WITH(bodies_are_whole_or_told_of_whichever_call_fails, set_up, tear_down) {
+TEST_WITH(bodies_are_whole_or_told_of_whichever_call_fails, set_up_store, tear_down) {
   const fixture *f = *state;
   enum { PIECE = 400000, PIECES = 4 };
   static char piece[PIECE];

@@ -1,9 +1,8 @@
-#include "store_fs.h"
+#include "store_fixture.h"
 
 #include <errno.h>
 #include <fcntl.h>
 #include <ftw.h>
-#include <nettle/sha2.h>
 #include <pthread.h>
 #include <sched.h>
 #include <signal.h>
@@ -16,57 +15,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "test.h"
-
-typedef struct fixture {
-  char path[64];
-  srv_store_fs *opened;
-  api_store store;
-} fixture;
-
-static void open_store(fixture *f) {
-  char error[256] = "";
-  f->opened = srv_store_fs_open(f->path, error, sizeof error);
-  if (f->opened == NULL) fail_msg("%s", error);
-  f->store = srv_store_fs_api(f->opened);
-}
-
-static int set_up(void **state) {
-  fixture *f = calloc(1, sizeof *f);
-  snprintf(f->path, sizeof f->path, "/tmp/tweend-store-XXXXXX");
-  if (mkdtemp(f->path) == NULL) return -1;
-  open_store(f);
-  *state = f;
-  return 0;
-}
-
-static int remove_entry(const char *path, const struct stat *facts, int type, struct FTW *place) {
-  (void)facts;
-  (void)type;
-  (void)place;
-  return remove(path);
-}
-
-static int tear_down(void **state) {
-  fixture *f = *state;
-  srv_store_fs_close(f->opened);
-  umount2(f->path, MNT_DETACH); /* where a test failed before it did */
-  int status = nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
-  free(f);
-  return status;
-}
-
 static const char TEXT[] = "some bytes";
 static const char ID[] = "0d22cdcc10e6d049dbe1af5123d50873"; /* of TEXT */
-
-static void make_id(const char *text, char id[API_ID_TEXT]) {
-  struct sha256_ctx hash;
-  uint8_t digest[(API_ID_TEXT - 1) / 2];
-  sha256_init(&hash);
-  sha256_update(&hash, strlen(text), (const uint8_t *)text);
-  sha256_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(id + 2 * i, 3, "%02x", digest[i]);
-}
 
 /* A text of its own for each number, of about `size` bytes; free it. */
 static char *make_text(unsigned number, size_t size) {
@@ -89,7 +39,7 @@ static api_store_status put_as(fixture *f, const char *id, const char *text, boo
 
 static api_store_status put(fixture *f, const char *text, bool *existed) {
   char id[API_ID_TEXT];
-  make_id(text, id);
+  make_id(text, strlen(text), id);
   return put_as(f, id, text, existed);
 }
 
@@ -109,7 +59,7 @@ static api_store_status open_status(fixture *f, const char *id) {
 static bool is_stored(fixture *f, const char *text) {
   char id[API_ID_TEXT];
   api_blob blob;
-  make_id(text, id);
+  make_id(text, strlen(text), id);
   if (f->store.open(f->store.context, id, &blob) != API_STORE_OK) return false;
   char *bytes = malloc(blob.size + 1);
   bool same = blob.size == strlen(text) && blob.read(&blob, 0, (uint8_t *)bytes, blob.size) &&
@@ -130,7 +80,7 @@ TEST(folder_that_cannot_be_used_is_refused) {
   assert_null(srv_store_fs_open("/dev/null/folder", error, sizeof error));
 }
 
-TEST_WITH(what_is_no_id_names_no_file, set_up, tear_down) {
+TEST_WITH(what_is_no_id_names_no_file, set_up_store, tear_down_store) {
   fixture *f = *state;
   static const char *const BAD[] = {"", "abc", "../../../../../../../../etc/passwd",
                                     "0123456789ABCDEF0123456789abcdef", "0123456789abcdef0123456789abcdef0"};
@@ -142,13 +92,13 @@ TEST_WITH(what_is_no_id_names_no_file, set_up, tear_down) {
   }
 }
 
-TEST_WITH(absent_model_is_absent, set_up, tear_down) {
+TEST_WITH(absent_model_is_absent, set_up_store, tear_down_store) {
   fixture *f = *state;
   assert_int_equal(open_status(f, ID), API_STORE_ABSENT);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_ABSENT);
 }
 
-TEST_WITH(model_is_got_as_it_was_put_also_by_another_process, set_up, tear_down) {
+TEST_WITH(model_is_got_as_it_was_put_also_by_another_process, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   assert_true(is_stored(f, TEXT));
@@ -157,7 +107,7 @@ TEST_WITH(model_is_got_as_it_was_put_also_by_another_process, set_up, tear_down)
   assert_true(is_stored(f, TEXT));
 }
 
-TEST_WITH(any_part_of_a_model_is_read, set_up, tear_down) {
+TEST_WITH(any_part_of_a_model_is_read, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -179,7 +129,7 @@ static int count_path(const char *path, const struct stat *facts, int type, stru
   return 0;
 }
 
-TEST_WITH(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id, set_up, tear_down) {
+TEST_WITH(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   char path[128], bytes[64];
@@ -193,13 +143,13 @@ TEST_WITH(bytes_lie_as_they_are_in_the_one_file_whose_path_holds_the_id, set_up,
   close(file);
 }
 
-TEST_WITH(empty_model_is_possible, set_up, tear_down) {
+TEST_WITH(empty_model_is_possible, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, "");
   assert_true(is_stored(f, ""));
 }
 
-TEST_WITH(second_put_says_that_it_was_there, set_up, tear_down) {
+TEST_WITH(second_put_says_that_it_was_there, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   bool existed = false;
@@ -223,7 +173,7 @@ static void *race(void *context) {
   return NULL;
 }
 
-TEST_WITH(of_racing_puts_one_is_the_first, set_up, tear_down) {
+TEST_WITH(of_racing_puts_one_is_the_first, set_up_store, tear_down_store) {
   fixture *f = *state;
   enum { RACERS = 8, ROUNDS = 20 };
   for (int round = 0; round < ROUNDS; round++) {
@@ -275,7 +225,7 @@ static int race_as_first(fixture *f, int start) {
   return waitpid(first, &status, 0) == first && WIFEXITED(status) ? WEXITSTATUS(status) : 1;
 }
 
-TEST_WITH(processes_that_race_all_store_the_model, set_up, tear_down) {
+TEST_WITH(processes_that_race_all_store_the_model, set_up_store, tear_down_store) {
   fixture *f = *state;
   int start[2];
   pid_t racers[PROCESSES];
@@ -305,7 +255,7 @@ TEST_WITH(processes_that_race_all_store_the_model, set_up, tear_down) {
 
 /* ---- removal, lists -------------------------------------------------------------------------- */
 
-TEST_WITH(removed_model_is_gone_but_for_who_has_it_open, set_up, tear_down) {
+TEST_WITH(removed_model_is_gone_but_for_who_has_it_open, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -332,7 +282,7 @@ static void assert_summary(fixture *f, const char *summary) {
   free(listed[0].summary);
 }
 
-TEST_WITH(lost_summary_is_null_and_made_good_by_the_next_put, set_up, tear_down) {
+TEST_WITH(lost_summary_is_null_and_made_good_by_the_next_put, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   char path[128];
@@ -348,7 +298,7 @@ TEST_WITH(lost_summary_is_null_and_made_good_by_the_next_put, set_up, tear_down)
   assert_summary(f, "{\"n\":1}");
 }
 
-TEST_WITH(removed_model_leaves_no_summary_to_the_next, set_up, tear_down) {
+TEST_WITH(removed_model_leaves_no_summary_to_the_next, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   assert_int_equal(f->store.remove(f->store.context, ID), API_STORE_OK);
@@ -358,7 +308,7 @@ TEST_WITH(removed_model_leaves_no_summary_to_the_next, set_up, tear_down) {
   assert_summary(f, "{\"n\":2}");
 }
 
-TEST_WITH(list_pages_through_all_in_order, set_up, tear_down) {
+TEST_WITH(list_pages_through_all_in_order, set_up_store, tear_down_store) {
   fixture *f = *state;
   enum { MODELS = 60, PAGE = 7 };
   char after[API_ID_TEXT] = "";
@@ -386,7 +336,7 @@ TEST_WITH(list_pages_through_all_in_order, set_up, tear_down) {
   assert_int_equal(seen, MODELS);
 }
 
-TEST_WITH(full_page_that_is_the_last_says_so, set_up, tear_down) {
+TEST_WITH(full_page_that_is_the_last_says_so, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_listed listed[1];
@@ -421,7 +371,7 @@ static void do_damage(const char *path, damage d) {
 }
 
 /* Each kind, on a file that was just written and on one that has been hashed and found whole. */
-TEST_WITH(damaged_model_is_noticed_and_mended_by_the_next_put, set_up, tear_down) {
+TEST_WITH(damaged_model_is_noticed_and_mended_by_the_next_put, set_up_store, tear_down_store) {
   fixture *f = *state;
   static const damage KINDS[] = {
       {5, -1, false}, {0, -1, false}, {-1, 3, false}, {-1, 10, false}, {-1, 3, true}};
@@ -449,7 +399,7 @@ static api_store_status look(fixture *f, bool may_wait) {
   return f->store.look(f->store.context, ID, may_wait);
 }
 
-TEST_WITH(look_of_late_is_told_without_waiting, set_up, tear_down) {
+TEST_WITH(look_of_late_is_told_without_waiting, set_up_store, tear_down_store) {
   fixture *f = *state;
   char path[128];
   assert_int_equal(look(f, false), API_STORE_UNKNOWN);
@@ -473,10 +423,10 @@ static uint64_t processor_ns(void) {
   return (uint64_t)now.tv_sec * 1000000000 + (uint64_t)now.tv_nsec;
 }
 
-TEST_WITH(unchanged_file_is_hashed_once, set_up, tear_down) {
+TEST_WITH(unchanged_file_is_hashed_once, set_up_store, tear_down_store) {
   fixture *f = *state;
   char *text = make_text(1, 20 << 20), id[API_ID_TEXT];
-  make_id(text, id);
+  make_id(text, strlen(text), id);
   must_put(f, text);
   pause_ms(150);
   uint64_t times[3] = {processor_ns()};
@@ -488,7 +438,7 @@ TEST_WITH(unchanged_file_is_hashed_once, set_up, tear_down) {
   free(text);
 }
 
-TEST_WITH(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on, set_up, tear_down) {
+TEST_WITH(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on, set_up_store, tear_down_store) {
   fixture *f = *state;
   static const damage KINDS[] = {{5, -1, false}, {0, -1, false}, {-1, 9, false}};
   char path[128];
@@ -507,7 +457,7 @@ TEST_WITH(file_that_is_cut_or_changed_while_it_is_open_cannot_be_read_on, set_up
   }
 }
 
-TEST_WITH(mending_leaves_alone_who_has_the_model_open, set_up, tear_down) {
+TEST_WITH(mending_leaves_alone_who_has_the_model_open, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
   api_blob blob;
@@ -551,7 +501,7 @@ static void assert_unusable(fixture *f) {
   assert_int_equal(put(f, "other bytes", &existed), API_STORE_UNAVAILABLE);
 }
 
-TEST_WITH(folder_that_vanished_is_told_and_used_again_when_it_is_back, set_up, tear_down) {
+TEST_WITH(folder_that_vanished_is_told_and_used_again_when_it_is_back, set_up_store, tear_down_store) {
   fixture *f = *state;
   char away[128];
   snprintf(away, sizeof away, "%s-away", f->path);
@@ -567,10 +517,10 @@ TEST_WITH(folder_that_vanished_is_told_and_used_again_when_it_is_back, set_up, t
   assert_true(is_stored(f, TEXT));
 }
 
-TEST_WITH(folder_that_was_made_anew_is_used, set_up, tear_down) {
+TEST_WITH(folder_that_was_made_anew_is_used, set_up_store, tear_down_store) {
   fixture *f = *state;
   must_put(f, TEXT);
-  assert_int_equal(nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
+  assert_int_equal(remove_folder(f->path), 0);
   assert_unusable(f);
   assert_int_equal(mkdir(f->path, 0700), 0);
   must_put(f, TEXT);
@@ -587,12 +537,12 @@ static void fill(const char *path) {
   close(file);
 }
 
-TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up, tear_down) {
+TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up_store, tear_down_store) {
   fixture *f = *state;
   char filler[128], temporary[128];
   bool existed;
   srv_store_fs_close(f->opened);
-  assert_int_equal(nftw(f->path, remove_entry, 16, FTW_DEPTH | FTW_PHYS), 0);
+  assert_int_equal(remove_folder(f->path), 0);
   assert_int_equal(mkdir(f->path, 0700), 0);
   bool is_mounted = mount("tmpfs", f->path, "tmpfs", 0, "size=1m") == 0;
   open_store(f);
@@ -618,7 +568,7 @@ TEST_WITH(full_disk_is_told_and_leaves_nothing_half_made, set_up, tear_down) {
   assert_int_equal(mkdir(f->path, 0700), 0);
 }
 
-TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up, tear_down) {
+TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up_store, tear_down_store) {
   fixture *f = *state;
   bool existed;
   srv_store_fs_limit(f->opened, strlen(TEXT) + 5);
@@ -632,7 +582,7 @@ TEST_WITH(models_over_the_limit_are_refused_until_others_go, set_up, tear_down) 
   must_put(f, "1234567890");
 }
 
-TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up, tear_down) {
+TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up_store, tear_down_store) {
   fixture *f = *state;
   bool existed;
   must_put(f, TEXT);
@@ -643,7 +593,7 @@ TEST_WITH(what_other_daemons_stored_counts_from_the_start, set_up, tear_down) {
   must_put(f, "12345");
 }
 
-TEST_WITH(folders_on_the_way_are_made, set_up, tear_down) {
+TEST_WITH(folders_on_the_way_are_made, set_up_store, tear_down_store) {
   fixture *f = *state;
   char path[96], error[128];
   snprintf(path, sizeof path, "%s/a/b//c/", f->path);
@@ -666,7 +616,7 @@ static void make_leftover(const fixture *f, const char *name, time_t age_s, char
   close(file);
 }
 
-TEST_WITH(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay, set_up, tear_down) {
+TEST_WITH(leftovers_of_the_dead_go_at_start_and_those_of_the_living_stay, set_up_store, tear_down_store) {
   fixture *f = *state;
   char dead[128], living[128];
   make_leftover(f, "dead", 3700, dead);
@@ -709,7 +659,7 @@ static unsigned list_whole_models(fixture *f) {
   return listed_count;
 }
 
-TEST_WITH(kill_at_any_moment_leaves_whole_models_and_all_that_were_stored, set_up, tear_down) {
+TEST_WITH(kill_at_any_moment_leaves_whole_models_and_all_that_were_stored, set_up_store, tear_down_store) {
   fixture *f = *state;
   unsigned stored_count = 0;
   for (unsigned round = 0; round < KILLS; round++) {
