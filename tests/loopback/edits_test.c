@@ -309,6 +309,38 @@ TEST_WITH(the_rest_of_the_model_stays, loopback_setup, loopback_teardown) {
   reply_free(&before);
 }
 
+/* A cube without its last side: each side has points of its own, the fifth is turned round; a crumb of one
+ * triangle lies beside it. */
+static const char scan[] =
+    "{\"meshes\":[{\"positions\":[[-1,-1,-1],[-1,1,-1],[1,1,-1],[1,-1,-1],[-1,-1,1],[1,-1,1],[1,1,1],"
+    "[-1,1,1],[-1,-1,-1],[1,-1,-1],[1,-1,1],[-1,-1,1],[1,-1,-1],[1,1,-1],[1,1,1],[1,-1,1],[-1,1,1],[1"
+    ",1,1],[1,1,-1],[-1,1,-1],[5,0,0],[6,0,0],[5,1,0]],\"faces\":[[0,1,2,3],[4,5,6,7],[8,9,10,11],[12"
+    ",13,14,15],[16,17,18,19],[20,21,22]]}]}";
+
+TEST_WITH(scans_are_made_clean, loopback_setup, loopback_teardown) {
+  static const char *const methods[] = {"ngon", "triangles", "fair"};
+  static const int faces[] = {6, 7, 7};
+  char id[API_ID_TEXT], made[API_ID_TEXT], body[512];
+  loopback_upload(*state, "application/json", scan, id);
+  for (int i = 0; i < 3; i++) {
+    snprintf(body, sizeof body,
+             "{\"edits\":[{\"edit\":\"weld\"},{\"edit\":\"drop_pieces\",\"faces\":2},{\"edit\":\"orient\"},"
+             "{\"edit\":\"fill\",\"method\":\"%s\",\"name\":\"lid\"},{\"edit\":\"despike\"},"
+             "{\"edit\":\"smooth\",\"iterations\":1}]}",
+             methods[i]);
+    cJSON *tree = edit(*state, id, body, made);
+    const cJSON *mesh = mesh_of(tree, 0), *lid = json_member(json_member(tree, "made"), "lid");
+    assert_count(mesh, "vertices", 8);
+    assert_count(mesh, "faces", faces[i]);
+    assert_count(mesh, "boundary_edges", 0);
+    assert_count(mesh, "reversed_edges", 0);
+    assert_count(mesh, "components", 1);
+    assert_count(mesh, "euler_characteristic", 2);
+    assert_int_equal(cJSON_GetArraySize(json_member(lid, "faces")), faces[i] - 5);
+    cJSON_Delete(tree);
+  }
+}
+
 /* ---- refusals ------------------------------------------------------------------------------------------ */
 
 TEST_WITH(refusals_bear_the_place_and_store_nothing, loopback_setup, loopback_teardown) {
@@ -335,6 +367,14 @@ TEST_WITH(refusals_bear_the_place_and_store_nothing, loopback_setup, loopback_te
        "2200000000"},
       {"{\"edits\":[{\"edit\":\"delete\",\"faces\":\"all\"}]}", 422, "/edits", "no face"},
       {"{\"edits\":[{\"edit\":\"hole\",\"faces\":\"all\"}]}", 422, "/edits", "no face"},
+      {"{\"edits\":[{\"edit\":\"drop_pieces\"}]}", 400, "/edits/0/faces", "needs"},
+      {"{\"edits\":[{\"edit\":\"drop_pieces\",\"faces\":\"all\"}]}", 400, "/edits/0/faces", "number"},
+      {"{\"edits\":[{\"edit\":\"drop_pieces\",\"faces\":23}]}", 422, "/edits", "no face"},
+      {"{\"edits\":[{\"edit\":\"weld\",\"distance\":-1}]}", 422, "/edits/0/distance", NULL},
+      {"{\"edits\":[{\"edit\":\"despike\",\"factor\":0}]}", 422, "/edits/0/factor", NULL},
+      {"{\"edits\":[{\"edit\":\"smooth\",\"iterations\":101}]}", 422, "/edits/0/iterations", "100"},
+      {"{\"edits\":[{\"edit\":\"smooth\",\"method\":\"fair\"}]}", 400, "/edits/0/method", "taubin"},
+      {"{\"edits\":[{\"edit\":\"fill\",\"method\":\"taubin\"}]}", 400, "/edits/0/method", "fair"},
   };
   char id[API_ID_TEXT];
   loopback_upload(*state, "application/json", box, id);
