@@ -47,8 +47,11 @@ await_events() {
 
 @test "events bear the time, and those of one start are in phase" {
   start=$((${EPOCHREALTIME/./} / 1000 - 60000))
-  curl --silent --no-buffer --max-time 2 --output one "$url$tank/live?fps=4&loop=repeat&nodes=hull&start=$start" || true
-  curl --silent --no-buffer --max-time 2 --output two "$url$tank/live?fps=4&loop=repeat&nodes=hull&start=$start" || true
+  for file in one two; do
+    curl --silent --no-buffer --output $file "$url$tank/live?fps=4&loop=repeat&nodes=hull&start=$start" 3>&- &
+    await_events $file 6
+    kill $!
+  done
   # Frame n is sent when it is due, or later on a busy machine; the first one is under way when the stream begins.
   for file in one two; do
     paste <(sed -n 's/^id: //p' $file) <(sed -n 's/^data: //p' $file | jq .now) >sent
