@@ -1,0 +1,491 @@
+/* Steps back: which faces are children of one (coarse_faces.h), the parents' mesh, its values
+ * (mask_inverse.h). */
+#include "tweend/coarsen.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cage.h"
+#include "coarse_faces.h"
+#include "mask_inverse.h"
+#include "surface.h"
+
+/* A step fits when it misses no point by more than this share of the mesh's size. */
+static const double FITS = 1e-4;
+
+static const uint32_t NONE = UINT32_MAX;
+
+/* One step back. */
+typedef struct step {
+  const tw_mesh *mesh;
+  const double *positions; /* [point_count][3] */
+  tw_surface_options options;
+  tw_rules rules;
+  tw_arena *scratch, *arena; /* of this step; of the result */
+  tw_cage child;
+  uint8_t *parts, *seen;
+  uint32_t *faces;
+  uint32_t *number_of; /* [child vertices] that of the parents' vertex, or NONE */
+  bool is_ambiguous;
+} step;
+
+/* Parents of some faces. Arrays live in one arena. */
+typedef struct parents {
+  tw_coarse_faces faces;
+  tw_topology topology; /* sharpened */
+  uint32_t *vertices;   /* [vertices] child's vertex that stays */
+  float *creases;       /* [edges] tag of each */
+} parents;
+
+/* ---- the parents' connectivity ---------------------------------------------------------------------------
+ */
+
+static int compare_numbers(const void *left, const void *right) {
+  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
+  return a < b ? -1 : a > b;
+}
+
+/* Vertices keep their order. corners: [faces.corner_count] receives them. */
+static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t *corners, uint32_t *count) {
+  const tw_topology *t = &s->child.topology;
+  p->vertices = tw_arena_alloc_raw(arena, p->faces.corner_count, sizeof *p->vertices);
+  if (!p->vertices) return TW_NO_MEMORY;
+  *count = 0;
+  for (uint32_t c = 0; c < p->faces.corner_count; c++) {
+    uint32_t vertex = t->corner_vertex[p->faces.origins[c]];
+    if (s->number_of[vertex] != NONE) continue;
+    s->number_of[vertex] = 0;
+    p->vertices[(*count)++] = vertex;
+  }
+  qsort(p->vertices, *count, sizeof *p->vertices, compare_numbers);
+  for (uint32_t v = 0; v < *count; v++) s->number_of[p->vertices[v]] = v;
+  for (uint32_t c = 0; c < p->faces.corner_count; c++)
+    corners[c] = s->number_of[t->corner_vertex[p->faces.origins[c]]];
+  for (uint32_t v = 0; v < *count; v++) s->number_of[p->vertices[v]] = NONE;
+  return TW_OK;
+}
+
+/* What decays to this sharpness in a step. */
+static float before_decay(float sharpness) {
+  if (!(sharpness > 0)) return 0;
+  return tw_is_infinite(sharpness) ? sharpness : fminf(sharpness + 1, nextafterf(TW_SHARPNESS_INFINITE, 0));
+}
+
+/* Sharpness of both halves of the edge behind a corner. */
+static float least_half(const step *s, const parents *p, uint32_t corner) {
+  const tw_topology *t = &s->child.topology;
+  uint32_t origin = p->faces.origins[corner],
+           end = tw_corner_previous(t, p->faces.origins[tw_corner_next(&p->topology, corner)]);
+  return fminf(t->edge_sharpness[t->corner_edge[origin]], t->edge_sharpness[t->corner_edge[end]]);
+}
+
+static void sharpen(const step *s, parents *p) {
+  tw_topology *coarse = &p->topology;
+  const tw_topology *t = &s->child.topology;
+  for (uint32_t e = 0; e < coarse->edge_count; e++)
+    if (!(coarse->edge_flags[e] & TW_EDGE_BORDER))
+      coarse->edge_sharpness[e] = p->creases[e] = before_decay(least_half(s, p, coarse->edge_corner[e]));
+  for (uint32_t v = 0; v < coarse->vertex_count; v++)
+    coarse->vertex_sharpness[v] = before_decay(t->vertex_sharpness[p->vertices[v]]);
+  tw_topology_sharpen(coarse, s->options.boundary == TW_BOUNDARY_EDGE_AND_CORNER);
+}
+
+static tw_status make_parents(step *s, const tw_piece *piece, tw_arena *arena, parents *p) {
+  memset(p, 0, sizeof *p);
+  p->faces.face_offsets = tw_arena_alloc_raw(arena, (size_t)piece->face_count + 1, sizeof(uint32_t));
+  p->faces.origins = tw_arena_alloc_raw(arena, piece->face_count, sizeof(uint32_t));
+  uint32_t *corners = tw_arena_alloc_raw(arena, piece->face_count, sizeof *corners), vertex_count;
+  if (!p->faces.face_offsets || !p->faces.origins || !corners) return TW_NO_MEMORY;
+  tw_coarse_faces_of(&s->child.topology, s->parts, piece, s->seen, &p->faces);
+  tw_status status = number_vertices(s, p, arena, corners, &vertex_count);
+  if (status == TW_OK)
+    status = tw_topology_build(&p->topology, arena, vertex_count, p->faces.face_count, p->faces.face_offsets,
+                               p->faces.corner_count, corners);
+  if (status == TW_OK) status = tw_topology_soften(&p->topology, arena);
+  if (status != TW_OK) return status;
+  p->creases = tw_arena_alloc(arena, p->topology.edge_count, sizeof *p->creases);
+  if (!p->creases) return TW_NO_MEMORY;
+  sharpen(s, p);
+  return s->rules.chaikin ? tw_topology_sum_semi(&p->topology, arena) : TW_OK;
+}
+
+/* ---- values
+ * ------------------------------------------------------------------------------------------------ */
+
+/* Which value of the child each of its vertices, in the numbers that a step gives them, has: values are told
+ * by the child's corners. NULL without memory; *is_one: no vertex has two. */
+static uint32_t *gather(const step *s, const parents *p, const tw_topology *coarse, const uint32_t *value_at,
+                        tw_arena *arena, bool *is_one) {
+  const tw_topology *t = &s->child.topology;
+  uint32_t V = coarse->vertex_count, E = coarse->edge_count, F = s->rules.loop ? 0 : coarse->face_count;
+  size_t rows = (size_t)V + E + F;
+  uint32_t *values = tw_arena_alloc_raw(arena, rows, sizeof *values);
+  if (!values) return NULL;
+  memset(values, 0xFF, rows * sizeof *values);
+  *is_one = true;
+  for (uint32_t f = 0; f < coarse->face_count; f++)
+    for (uint32_t c = tw_face_begin(coarse, f); c < tw_face_begin(coarse, f) + tw_face_size(coarse, f); c++) {
+      uint32_t corner = p->faces.origins[c];
+      const uint32_t places[3] = {coarse->corner_vertex[c], V + coarse->corner_edge[c], V + E + f};
+      for (int i = 0; i < (s->rules.loop ? 2 : 3); i++, corner = tw_corner_next(t, corner)) {
+        uint32_t *place = &values[places[i]];
+        *is_one &= *place == NONE || *place == value_at[corner];
+        if (*place == NONE) *place = value_at[corner];
+      }
+    }
+  return values;
+}
+
+/* child: [rows][width], out: [coarse vertices][width]. */
+static double *solve(const step *s, const tw_topology *coarse, uint32_t width, const double *child,
+                     tw_arena *arena, double *error) {
+  double *out = tw_arena_alloc_raw(arena, (size_t)coarse->vertex_count * width, sizeof *out);
+  if (out && tw_invert_masks(coarse, &s->rules, width, child, out, error) != TW_OK) return NULL;
+  return out;
+}
+
+static uint32_t row_count(const step *s, const tw_topology *coarse) {
+  return coarse->vertex_count + coarse->edge_count + (s->rules.loop ? 0 : coarse->face_count);
+}
+
+/* values: [rows] elements of source, [width] each. NULL without memory. */
+static double *solve_floats(const step *s, const tw_topology *coarse, const uint32_t *values,
+                            const float *source, uint32_t width) {
+  double error;
+  double *child = tw_arena_alloc_raw(s->scratch, (size_t)row_count(s, coarse) * width, sizeof *child);
+  for (size_t row = 0; child && row < row_count(s, coarse); row++)
+    for (uint32_t c = 0; c < width; c++) child[row * width + c] = source[(size_t)values[row] * width + c];
+  return child ? solve(s, coarse, width, child, s->scratch, &error) : NULL;
+}
+
+static float *to_floats(const double *values, size_t count, tw_arena *arena) {
+  float *out = values ? tw_arena_alloc_raw(arena, count, sizeof *out) : NULL;
+  for (size_t i = 0; out && i < count; i++) out[i] = (float)values[i];
+  return out;
+}
+
+static uint32_t point_of(const step *s, uint32_t vertex) {
+  return s->child.point_of ? s->child.point_of[vertex] : vertex;
+}
+
+/* Points of the parents, [vertices][3]. TW_INVALID: edges of the parents are doubled, so that the child's
+ * connectivity is not that of a step. */
+static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, double **out, double *error) {
+  bool is_one;
+  uint32_t *vertices = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &is_one);
+  uint32_t rows = row_count(s, &p->topology);
+  double *child = tw_arena_alloc_raw(arena, rows, 3 * sizeof *child);
+  if (!vertices || !child) return TW_NO_MEMORY;
+  if (!is_one) return TW_INVALID;
+  for (size_t row = 0; row < rows; row++)
+    memcpy(child + 3 * row, s->positions + 3 * (size_t)point_of(s, vertices[row]), 3 * sizeof *child);
+  *out = solve(s, &p->topology, 3, child, arena, error);
+  return *out ? TW_OK : TW_NO_MEMORY;
+}
+
+/* ---- which cage
+ * -------------------------------------------------------------------------------------------- */
+
+static void forget(step *s, const tw_piece *piece) {
+  for (uint32_t i = 0; i < piece->face_count; i++) s->parts[piece->faces[i]] = UINT8_MAX;
+}
+
+/* So that the next parents of these faces can be told. */
+static void clear_seen(step *s, const tw_piece *piece) {
+  const tw_topology *t = &s->child.topology;
+  for (uint32_t i = 0; i < piece->face_count; i++)
+    for (uint32_t c = 0; c < t->face_size; c++)
+      s->seen[s->rules.loop ? piece->faces[i] : t->corner_vertex[t->face_size * piece->faces[i] + c]] = 0;
+}
+
+/* How far a piece is from the surface of its parents; INFINITY where it has none. */
+static tw_status measure(step *s, const tw_piece *piece, double *error) {
+  tw_arena *arena = tw_arena_create();
+  parents p;
+  double *points;
+  *error = INFINITY;
+  tw_status status = arena ? make_parents(s, piece, arena, &p) : TW_NO_MEMORY;
+  if (status == TW_OK) status = solve_points(s, &p, arena, &points, error);
+  clear_seen(s, piece);
+  tw_arena_destroy(arena);
+  return status == TW_INVALID ? TW_OK : status;
+}
+
+/* Chooses the parts of a piece's faces; its first face's is UINT8_MAX where the piece is no refinement. */
+static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
+  bool fits[TW_PARTS];
+  int count = 0, best = 0;
+  for (int part = 0; part < TW_PARTS; part++) {
+    fits[part] = tw_coarse_parts(&s->child.topology, face, (uint8_t)part, s->parts, s->faces, piece);
+    forget(s, piece);
+    if (fits[part]) best = part;
+    count += fits[part];
+  }
+  double least = INFINITY;
+  for (int part = 0; count > 1 && part < TW_PARTS; part++) {
+    if (!fits[part]) continue;
+    double error;
+    tw_coarse_parts(&s->child.topology, face, (uint8_t)part, s->parts, s->faces, piece);
+    tw_status status = measure(s, piece, &error);
+    forget(s, piece);
+    if (status != TW_OK) return status;
+    if (error < least) best = part;
+    least = fmin(error, least);
+  }
+  if (count > 0 && (count == 1 || least < INFINITY))
+    tw_coarse_parts(&s->child.topology, face, (uint8_t)best, s->parts, s->faces, piece);
+  return TW_OK;
+}
+
+static tw_status fail_at(uint32_t face, tw_error *error) {
+  tw_fail(error, TW_INVALID,
+          "the mesh is no refinement: this face's piece does not consist of children of faces");
+  return tw_error_at(error, "/faces/%u", face);
+}
+
+static tw_status choose_all(step *s, tw_error *error) {
+  const tw_topology *t = &s->child.topology;
+  for (uint32_t e = 0; e < t->edge_count; e++)
+    if (t->edge_flags[e] & TW_EDGE_NONMANIFOLD) return fail_at(t->edge_corner[e] / t->face_size, error);
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    tw_piece piece;
+    if (s->parts[f] != UINT8_MAX) continue;
+    tw_status status = choose_parts(s, f, &piece);
+    if (status != TW_OK) return status;
+    if (s->parts[f] == UINT8_MAX) return fail_at(f, error);
+  }
+  return TW_OK;
+}
+
+/* Whether a piece of the parents is closed, with three edges at each vertex, whose sign can alternate. */
+static tw_status find_ambiguity(step *s, const tw_topology *t) {
+  int8_t *signs = tw_arena_alloc(s->scratch, t->vertex_count, 1);
+  uint32_t *stack = tw_arena_alloc_raw(s->scratch, t->vertex_count, sizeof *stack);
+  if (!signs || !stack) return TW_NO_MEMORY;
+  for (uint32_t first = 0; first < t->vertex_count; first++) {
+    if (signs[first]) continue;
+    uint32_t count = 0;
+    bool alternates = true;
+    signs[stack[count++] = first] = 1;
+    while (count > 0) {
+      uint32_t v = stack[--count];
+      alternates &=
+          t->ring_offsets[v + 1] - t->ring_offsets[v] == 3 && tw_vertex_rule_at(t, v, NULL) <= TW_RULE_DART;
+      for (uint32_t i = t->ring_offsets[v]; i < t->ring_offsets[v + 1]; i++) {
+        uint32_t next = tw_far_end(t, t->ring_edges[i], v);
+        alternates &= signs[next] != signs[v];
+        if (signs[next] == 0) signs[stack[count++] = next] = (int8_t)-signs[v];
+      }
+    }
+    s->is_ambiguous |= alternates && !s->rules.loop;
+  }
+  return TW_OK;
+}
+
+/* ---- the mesh
+ * ---------------------------------------------------------------------------------------------- */
+
+static void *pick(tw_arena *arena, const void *source, size_t size, const uint32_t *indices, uint32_t count) {
+  uint8_t *out = source ? tw_arena_alloc_raw(arena, count, size) : NULL;
+  for (size_t i = 0; out && i < count; i++)
+    memcpy(out + i * size, (const uint8_t *)source + indices[i] * size, size);
+  return out;
+}
+
+static bool make_faces(const step *s, const parents *p, tw_mesh *out) {
+  const tw_topology *t = &p->topology;
+  uint32_t *first = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *first);
+  uint8_t *is_hole = tw_arena_alloc(s->scratch, s->mesh->face_count, 1);
+  uint32_t *holes = tw_arena_alloc_raw(s->arena, t->face_count, sizeof *holes);
+  if (!first || !is_hole || !holes) return false;
+  for (uint32_t i = 0; i < s->mesh->hole_count; i++) is_hole[s->mesh->holes[i]] = 1;
+  for (uint32_t f = 0; f < t->face_count; f++) {
+    first[f] = p->faces.origins[p->faces.face_offsets[f]] / s->child.topology.face_size;
+    if (is_hole[first[f]]) holes[out->hole_count++] = f;
+  }
+  out->holes = holes;
+  out->face_materials = pick(s->arena, s->mesh->face_materials, sizeof(int32_t), first, t->face_count);
+  out->face_groups = pick(s->arena, s->mesh->face_groups, sizeof(uint32_t), first, t->face_count);
+  out->face_smoothing = pick(s->arena, s->mesh->face_smoothing, sizeof(uint32_t), first, t->face_count);
+  out->tangent_uvs = pick(s->arena, s->mesh->tangent_uvs, 1, first, t->face_count);
+  return (out->face_materials || !s->mesh->face_materials) && (out->face_groups || !s->mesh->face_groups) &&
+         (out->face_smoothing || !s->mesh->face_smoothing) && (out->tangent_uvs || !s->mesh->tangent_uvs);
+}
+
+static bool make_tags(const step *s, const parents *p, tw_mesh *out) {
+  const tw_topology *t = &p->topology;
+  uint32_t *edges = tw_arena_alloc_raw(s->arena, t->edge_count, 2 * sizeof *edges);
+  float *edge_sharpness = tw_arena_alloc_raw(s->arena, t->edge_count, sizeof *edge_sharpness);
+  uint32_t *points = tw_arena_alloc_raw(s->arena, t->vertex_count, sizeof *points);
+  float *point_sharpness = tw_arena_alloc_raw(s->arena, t->vertex_count, sizeof *point_sharpness);
+  if (!edges || !edge_sharpness || !points || !point_sharpness) return false;
+  for (uint32_t e = 0; e < t->edge_count; e++) {
+    if (!(p->creases[e] > 0)) continue;
+    memcpy(edges + 2 * (size_t)out->crease_count, t->edge_vertices[e], 2 * sizeof *edges);
+    edge_sharpness[out->crease_count++] = p->creases[e];
+  }
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    float sharpness = before_decay(s->child.topology.vertex_sharpness[p->vertices[v]]);
+    if (!(sharpness > 0) || (t->vertex_flags[v] & TW_VERTEX_NONMANIFOLD)) continue;
+    points[out->sharp_point_count] = v;
+    point_sharpness[out->sharp_point_count++] = sharpness;
+  }
+  out->crease_edges = edges;
+  out->crease_sharpness = edge_sharpness;
+  out->sharp_points = points;
+  out->point_sharpness = point_sharpness;
+  return true;
+}
+
+static tw_status make_uvs(const step *s, const parents *p, const tw_uv_set *from, tw_uv_set *to) {
+  uint32_t *corners = tw_arena_alloc_raw(s->scratch, p->faces.corner_count, sizeof *corners), *values_of;
+  if (!corners) return TW_NO_MEMORY;
+  for (uint32_t c = 0; c < p->faces.corner_count; c++) corners[c] = from->corners[p->faces.origins[c]];
+  const tw_uv_set set = {.value_count = from->value_count, .values = from->values, .corners = corners};
+  tw_topology t;
+  tw_status status = tw_uv_topology(&p->topology, &set, s->options.uv, s->arena, &t, &values_of);
+  if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(&t, &p->topology, s->arena);
+  if (status != TW_OK) return status;
+  step uv = *s;
+  uv.rules.linear = s->options.uv == TW_UV_ALL;
+  bool is_one;
+  uint32_t *values = gather(s, p, &t, from->corners, s->scratch, &is_one);
+  double *solved = values ? solve_floats(&uv, &t, values, from->values, 2) : NULL;
+  to->value_count = t.vertex_count;
+  to->values = to_floats(solved, 2 * (size_t)t.vertex_count, s->arena);
+  to->corners = t.corner_vertex;
+  return to->values ? TW_OK : TW_NO_MEMORY;
+}
+
+/* Of the points, in the order of a step's numbers. */
+static bool make_attributes(const step *s, const parents *p, const uint32_t *points, tw_mesh *out) {
+  const tw_topology *t = &p->topology;
+  tw_attribute *attributes = tw_arena_alloc(s->arena, s->mesh->attribute_count, sizeof *attributes);
+  const float **morphs = tw_arena_alloc(s->arena, s->mesh->morph_count, sizeof *morphs);
+  if (!attributes || !morphs) return false;
+  for (uint32_t a = 0; a < s->mesh->attribute_count; a++) {
+    attributes[a] = s->mesh->attributes[a];
+    uint32_t width = attributes[a].width;
+    attributes[a].values = to_floats(solve_floats(s, t, points, s->mesh->attributes[a].values, width),
+                                     (size_t)width * t->vertex_count, s->arena);
+    if (!attributes[a].values) return false;
+  }
+  for (uint32_t m = 0; m < s->mesh->morph_count; m++) {
+    morphs[m] =
+        to_floats(solve_floats(s, t, points, s->mesh->morphs[m], 3), 3 * (size_t)t->vertex_count, s->arena);
+    if (!morphs[m]) return false;
+  }
+  out->attributes = attributes;
+  out->morphs = morphs;
+  out->skin.joints = pick(s->arena, s->mesh->skin.joints, 4 * sizeof(uint16_t), points, t->vertex_count);
+  out->skin.weights = pick(s->arena, s->mesh->skin.weights, 4 * sizeof(float), points, t->vertex_count);
+  return (out->skin.joints && out->skin.weights) || !s->mesh->skin.joints;
+}
+
+/* The parents of all faces as a mesh; *positions: as doubles. */
+static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *error) {
+  const tw_topology *t = &s->child.topology;
+  for (uint32_t f = 0; f < t->face_count; f++) s->faces[f] = f;
+  const tw_piece all = {t->face_count, s->faces};
+  parents p;
+  tw_status status = make_parents(s, &all, s->arena, &p);
+  if (status == TW_OK) status = solve_points(s, &p, s->arena, positions, error);
+  if (status == TW_OK) status = find_ambiguity(s, &p.topology);
+  if (status != TW_OK) return status;
+  bool is_one;
+  uint32_t *points = gather(s, &p, &p.topology, t->corner_vertex, s->scratch, &is_one);
+  if (!points) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < row_count(s, &p.topology); i++) points[i] = point_of(s, points[i]);
+  *out = *s->mesh;
+  out->point_count = p.topology.vertex_count;
+  out->welded_points = out->crease_count = out->sharp_point_count = out->hole_count = 0;
+  out->positions = to_floats(*positions, 3 * (size_t)out->point_count, s->arena);
+  out->face_count = p.faces.face_count;
+  out->corner_count = p.faces.corner_count;
+  out->face_offsets = p.faces.face_offsets;
+  out->corners = p.topology.corner_vertex;
+  out->normals = (tw_corner_normals){0};
+  out->morph_normals = NULL;
+  if (!out->positions || !make_faces(s, &p, out) || !make_tags(s, &p, out) ||
+      !make_attributes(s, &p, points, out))
+    return TW_NO_MEMORY;
+  for (uint32_t i = 0; status == TW_OK && i < s->mesh->uv_set_count; i++)
+    status = make_uvs(s, &p, &s->mesh->uv_sets[i], &out->uv_sets[i]);
+  return status;
+}
+
+/* ---- steps
+ * ------------------------------------------------------------------------------------------------- */
+
+static tw_status take_step(step *s, tw_mesh *out, double **positions, double *miss, tw_error *error) {
+  /* With the edges of the border sharp alone, what is sharp else was tagged so. */
+  tw_surface_options reading = {.boundary = TW_BOUNDARY_EDGE_ONLY, .creasing = s->options.creasing};
+  tw_status status = tw_cage_read(s->mesh, &reading, s->scratch, &s->child);
+  const tw_topology *t = &s->child.topology;
+  if (status != TW_OK) return status;
+  if (t->face_count == 0) return tw_fail(error, TW_INVALID, "the mesh has no faces");
+  if (t->face_size != (s->rules.loop ? 3 : 4)) return fail_at(0, error);
+  s->parts = tw_arena_alloc_raw(s->scratch, t->face_count, 1);
+  s->faces = tw_arena_alloc_raw(s->scratch, t->face_count, sizeof *s->faces);
+  s->seen = tw_arena_alloc(s->scratch, s->rules.loop ? t->face_count : t->vertex_count, 1);
+  s->number_of = tw_arena_alloc_raw(s->scratch, t->vertex_count, sizeof *s->number_of);
+  if (!s->parts || !s->faces || !s->seen || !s->number_of) return TW_NO_MEMORY;
+  memset(s->parts, 0xFF, t->face_count);
+  memset(s->number_of, 0xFF, t->vertex_count * sizeof *s->number_of);
+  status = choose_all(s, error);
+  if (status == TW_OK) status = make_mesh(s, out, positions, miss);
+  if (status == TW_INVALID) return fail_at(0, error);
+  return status == TW_NO_MEMORY ? tw_fail(error, TW_NO_MEMORY, "out of memory") : status;
+}
+
+static double size_of(const tw_mesh *mesh) {
+  double size = 0;
+  for (int axis = 0; axis < 3; axis++) {
+    float least = mesh->point_count ? mesh->positions[axis] : 0, most = least;
+    for (size_t i = 0; i < mesh->point_count; i++) {
+      least = fminf(least, mesh->positions[3 * i + (size_t)axis]);
+      most = fmaxf(most, mesh->positions[3 * i + (size_t)axis]);
+    }
+    size = fmax(size, (double)most - (double)least);
+  }
+  return size;
+}
+
+/* Whether a mesh that was taken back with these misses so far goes on with one of this. */
+static bool goes_on(const tw_coarsened *so_far, double miss, double size) {
+  return so_far->levels == 0 || so_far->error > FITS * size || so_far->error + miss <= FITS * size;
+}
+
+tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
+                          tw_coarsened *out, tw_error *error) {
+  if (options->scheme == TW_BILINEAR)
+    return tw_fail(error, TW_INVALID, "scheme bilinear has no way back: its surfaces are their own cages");
+  if (options->boundary == TW_BOUNDARY_NONE || options->boundary == TW_BOUNDARY_OPEN)
+    return tw_fail(error, TW_INVALID,
+                   "boundary none and open leave out faces, without which there is no way back");
+  double *positions = tw_arena_alloc_raw(arena, mesh->point_count, 3 * sizeof *positions);
+  if (!positions) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++) positions[i] = mesh->positions[i];
+  *out = (tw_coarsened){.mesh = *mesh};
+  double size = size_of(mesh);
+  while (out->levels < options->level) {
+    step s = {.mesh = &out->mesh, .positions = positions, .options = *options, .arena = arena};
+    s.rules = (tw_rules){.chaikin = options->creasing == TW_CREASE_CHAIKIN,
+                         .loop = options->scheme == TW_LOOP,
+                         .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
+    s.scratch = tw_arena_create();
+    tw_mesh next;
+    double miss;
+    tw_status status = s.scratch ? take_step(&s, &next, &positions, &miss, error) : TW_NO_MEMORY;
+    tw_arena_destroy(s.scratch);
+    if (status == TW_INVALID && out->levels > 0) break;
+    if (status != TW_OK) return status;
+    if (!goes_on(out, miss, size)) break;
+    out->mesh = next;
+    out->levels++;
+    out->error += miss;
+    out->is_ambiguous |= s.is_ambiguous;
+  }
+  return TW_OK;
+}

@@ -1,0 +1,166 @@
+/* Conjugate gradients on the normal equations of a step (CGLS; Hestenes and Stiefel 1952, section 10). */
+#include "mask_inverse.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "catmull_clark.h"
+#include "loop.h"
+
+enum { ROUNDS_MAX = 500 };
+
+/* What is left of the gradient where the rounds end, beside the first: double has 16 digits, and what comes
+ * in has 7. */
+static const double ENOUGH = 1e-11;
+
+/* The step as a matrix from the parent's vertices to the child's. Rows of edges and vertices take shares of
+ * face points as well, which are shares of their own rows: those come first. */
+typedef struct step {
+  const tw_topology *parent;
+  uint32_t rows, faces; /* children; the first that is a face point, or rows */
+  uint32_t width;
+  uint32_t *offsets; /* [rows + 1] */
+  tw_share *shares;
+} step;
+
+static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
+  const tw_topology *p = s->parent;
+  uint64_t room = 2 * (uint64_t)p->corner_count + 2 * (uint64_t)p->vertex_count;
+  uint32_t capacity = tw_refine_mask_capacity(p);
+  s->faces = p->vertex_count + p->edge_count;
+  s->rows = s->faces + (rules->loop ? 0 : p->face_count);
+  /* A vertex has a share of its own, and of each edge's and each face's at it; an edge of its ends and faces.
+   */
+  room +=
+      2 * (uint64_t)p->edge_count + 2 * (uint64_t)p->edge_count + 2 * (uint64_t)p->corner_count + capacity;
+  if (room > UINT32_MAX) return TW_LIMIT;
+  s->offsets = tw_arena_alloc_raw(arena, (size_t)s->rows + 1, sizeof *s->offsets);
+  s->shares = tw_arena_alloc_raw(arena, room, sizeof *s->shares);
+  if (!s->offsets || !s->shares) return TW_NO_MEMORY;
+  uint32_t used = 0;
+  for (uint32_t row = 0; row < s->rows; row++) {
+    s->offsets[row] = used;
+    used += rules->loop ? tw_loop_mask(p, rules, row, s->shares + used)
+                        : tw_refine_mask(p, rules, row, s->shares + used);
+  }
+  s->offsets[s->rows] = used;
+  return TW_OK;
+}
+
+/* ---- the matrix and its transpose -------------------------------------------------------------------- */
+
+static void apply_rows(const step *s, uint32_t first, uint32_t end, const double *in, double *out) {
+  for (uint32_t row = first; row < end; row++) {
+    double *sum = out + (size_t)row * s->width;
+    memset(sum, 0, s->width * sizeof *sum);
+    for (uint32_t i = s->offsets[row]; i < s->offsets[row + 1]; i++) {
+      uint32_t vertex = s->shares[i].vertex;
+      const double *value = (vertex < s->parent->vertex_count ? in : out) + (size_t)vertex * s->width;
+      for (uint32_t c = 0; c < s->width; c++) sum[c] += (double)s->shares[i].weight * value[c];
+    }
+  }
+}
+
+/* in: [parent vertices][width], out: [rows][width]. */
+static void apply(const step *s, const double *in, double *out) {
+  apply_rows(s, s->faces, s->rows, in, out);
+  apply_rows(s, 0, s->faces, in, out);
+}
+
+static void transpose_rows(const step *s, uint32_t first, uint32_t end, double *in, double *out) {
+  for (uint32_t row = first; row < end; row++)
+    for (uint32_t i = s->offsets[row]; i < s->offsets[row + 1]; i++) {
+      uint32_t vertex = s->shares[i].vertex;
+      double *sum = (vertex < s->parent->vertex_count ? out : in) + (size_t)vertex * s->width;
+      for (uint32_t c = 0; c < s->width; c++)
+        sum[c] += (double)s->shares[i].weight * in[(size_t)row * s->width + c];
+    }
+}
+
+/* in: [rows][width], which it changes; out: [parent vertices][width]. */
+static void transpose(const step *s, double *in, double *out) {
+  memset(out, 0, (size_t)s->parent->vertex_count * s->width * sizeof *out);
+  transpose_rows(s, 0, s->faces, in, out);
+  transpose_rows(s, s->faces, s->rows, in, out);
+}
+
+/* ---- conjugate gradients ------------------------------------------------------------------------------- */
+
+static double square(const double *values, size_t count) {
+  double sum = 0;
+  for (size_t i = 0; i < count; i++) sum += values[i] * values[i];
+  return sum;
+}
+
+static void add(double *to, double factor, const double *values, size_t count) {
+  for (size_t i = 0; i < count; i++) to[i] += factor * values[i];
+}
+
+typedef struct vectors {
+  double *answer, *gradient, *direction; /* [parent vertices][width] */
+  double *left, *image, *scratch; /* [rows][width]: what the answer does not explain; of the direction */
+} vectors;
+
+static void descend(const step *s, const vectors *v) {
+  size_t columns = (size_t)s->parent->vertex_count * s->width, rows = (size_t)s->rows * s->width;
+  memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
+  transpose(s, v->scratch, v->gradient);
+  memcpy(v->direction, v->gradient, columns * sizeof *v->direction);
+  double size = square(v->gradient, columns), enough = size * ENOUGH * ENOUGH;
+  for (uint32_t round = 0; round < ROUNDS_MAX && size > enough; round++) {
+    apply(s, v->direction, v->image);
+    double length = size / square(v->image, rows);
+    if (!isfinite(length)) return; /* the direction moves nothing */
+    add(v->answer, length, v->direction, columns);
+    add(v->left, -length, v->image, rows);
+    memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
+    transpose(s, v->scratch, v->gradient);
+    double next = square(v->gradient, columns), share = next / size;
+    for (size_t i = 0; i < columns; i++) v->direction[i] = v->gradient[i] + share * v->direction[i];
+    size = next;
+  }
+}
+
+/* Masks sum to 1: a step moves with its values. So their mean can be taken off before, and the answer with
+ * the least norm is the one that is nearest to it. */
+static void take_mean(const step *s, const double *values, double mean[4]) {
+  memset(mean, 0, 4 * sizeof *mean);
+  for (uint32_t row = 0; row < s->rows; row++)
+    for (uint32_t c = 0; c < s->width; c++) mean[c] += values[(size_t)row * s->width + c] / s->rows;
+}
+
+static double greatest_distance(const step *s, const double *left) {
+  double greatest = 0;
+  for (uint32_t row = 0; row < s->rows; row++)
+    greatest = fmax(greatest, square(left + (size_t)row * s->width, s->width));
+  return sqrt(greatest);
+}
+
+tw_status tw_invert_masks(const tw_topology *parent, const tw_rules *rules, uint32_t width,
+                          const double *child, double *out, double *error) {
+  tw_arena *arena = tw_arena_create();
+  if (!arena) return TW_NO_MEMORY;
+  step s = {.parent = parent, .width = width};
+  tw_status status = read_masks(&s, rules, arena);
+  size_t columns = (size_t)parent->vertex_count * width, rows = (size_t)s.rows * width;
+  vectors v = {.answer = out};
+  if (status == TW_OK) {
+    v.gradient = tw_arena_alloc_raw(arena, columns, sizeof(double));
+    v.direction = tw_arena_alloc_raw(arena, columns, sizeof(double));
+    v.left = tw_arena_alloc_raw(arena, rows, sizeof(double));
+    v.image = tw_arena_alloc_raw(arena, rows, sizeof(double));
+    v.scratch = tw_arena_alloc_raw(arena, rows, sizeof(double));
+    if (!v.gradient || !v.direction || !v.left || !v.image || !v.scratch) status = TW_NO_MEMORY;
+  }
+  if (status == TW_OK) {
+    double mean[4];
+    take_mean(&s, child, mean);
+    for (size_t i = 0; i < rows; i++) v.left[i] = child[i] - mean[i % width];
+    memset(out, 0, columns * sizeof *out);
+    descend(&s, &v);
+    for (size_t i = 0; i < columns; i++) out[i] += mean[i % width];
+    *error = greatest_distance(&s, v.left);
+  }
+  tw_arena_destroy(arena);
+  return status;
+}

@@ -1,0 +1,243 @@
+/* Refined meshes and the cages that they came of: the way back finds the same faces, and points whose surface
+ * is the refined mesh. */
+#include "tweend/coarsen.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cube.h"
+#include "torus_cage.h"
+
+/* A level of a cage as a mesh of its own. */
+typedef struct level {
+  rows r;
+  float *points;
+  uint32_t *corners, *offsets;
+  tw_mesh mesh;
+} level;
+
+static tw_surface_options options_of(tw_scheme scheme, uint32_t depth) {
+  return (tw_surface_options){.level = depth, .scheme = scheme};
+}
+
+static level refine(const tw_mesh *cage, tw_surface_options options) {
+  level l = {.r = read_rows(cage, options)};
+  tw_mesh_init(&l.mesh);
+  l.mesh.point_count = (uint32_t)tw_surface_row_count(l.r.surface, TW_DOMAIN_POINTS);
+  l.points = malloc(l.mesh.point_count * 3 * sizeof *l.points);
+  tw_surface_reader *reader = tw_surface_reader_create(l.r.surface);
+  assert_non_null(l.points);
+  assert_non_null(reader);
+  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, l.mesh.point_count, l.points);
+  tw_surface_reader_destroy(reader);
+  l.corners = faces_of(&l.r, TW_DOMAIN_POINTS);
+  const tw_surface_counts *counts = tw_surface_get_counts(l.r.surface);
+  l.mesh.face_count = (uint32_t)counts->faces;
+  l.mesh.corner_count = (uint32_t)counts->corners;
+  l.offsets = malloc((counts->faces + 1) * sizeof *l.offsets);
+  assert_non_null(l.offsets);
+  for (uint32_t f = 0; f <= l.mesh.face_count; f++) l.offsets[f] = (options.scheme == TW_LOOP ? 3 : 4) * f;
+  l.mesh.positions = l.points;
+  l.mesh.corners = l.corners;
+  l.mesh.face_offsets = l.offsets;
+  return l;
+}
+
+static void free_level(level *l) {
+  free_rows(&l->r);
+  free(l->points);
+  free(l->corners);
+  free(l->offsets);
+}
+
+static float greatest_difference(const float *a, const float *b, size_t count) {
+  float greatest = 0;
+  for (size_t i = 0; i < count; i++) greatest = fmaxf(greatest, fabsf(a[i] - b[i]));
+  return greatest;
+}
+
+/* Takes a level of the cage back, as far as it goes. */
+static void comes_back(const tw_mesh *cage, tw_surface_options options) {
+  level fine = refine(cage, options);
+  tw_arena *arena = tw_arena_create();
+  tw_surface_options back = options;
+  tw_coarsened found;
+  tw_error error;
+  back.level = TW_LEVEL_MAX;
+  if (tw_mesh_coarsen(&fine.mesh, &back, arena, &found, &error) != TW_OK)
+    fail_msg("level %u: %s %s", options.level, error.pointer, error.detail);
+  assert_int_equal(found.levels, options.level);
+  assert_int_equal(found.mesh.face_count, cage->face_count);
+  assert_int_equal(found.mesh.corner_count, cage->corner_count);
+  assert_memory_equal(found.mesh.face_offsets, cage->face_offsets, cage->face_count * sizeof(uint32_t));
+  assert_int_equal(tw_mesh_check(&found.mesh, &error, NULL), TW_OK);
+  level again = refine(&found.mesh, options);
+  assert_int_equal(again.mesh.point_count, fine.mesh.point_count);
+  assert_memory_equal(again.mesh.corners, fine.mesh.corners, fine.mesh.corner_count * sizeof(uint32_t));
+  float difference = greatest_difference(again.points, fine.points, 3 * (size_t)fine.mesh.point_count);
+  if (difference > 1e-5f) fail_msg("level %u is missed by %g", options.level, (double)difference);
+  free_level(&again);
+  tw_arena_destroy(arena);
+  free_level(&fine);
+}
+
+TEST(quads_come_back) {
+  for (int kind = TORUS_TRIANGLES; kind <= TORUS_QUADS; kind++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+      cage *c = torus((torus_faces)kind, (torus_gaps)gaps, false);
+      for (uint32_t depth = 1; depth <= 3; depth++) {
+        comes_back(&c->mesh, options_of(TW_CATMULL_CLARK, depth));
+      }
+      free(c);
+    }
+}
+
+TEST(triangles_come_back) {
+  for (int kind = TORUS_TRIANGLES; kind <= TORUS_TURNED_TRIANGLES; kind++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+      cage *c = torus((torus_faces)kind, (torus_gaps)gaps, false);
+      for (uint32_t depth = 1; depth <= 3; depth++) {
+        comes_back(&c->mesh, options_of(TW_LOOP, depth));
+      }
+      free(c);
+    }
+}
+
+/* The tags that edges have one level below: both halves of a crease. */
+static void pass_creases_on(const tw_mesh *cage, level *fine, float sharpness, uint32_t *edges, float *tags) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < cage->crease_count; i++)
+    for (uint32_t c = 0; c < cage->corner_count; c++) {
+      const uint32_t *quad = fine->corners + 4 * c;
+      bool starts = quad[0] == cage->crease_edges[2 * i], ends = quad[0] == cage->crease_edges[2 * i + 1];
+      if (!starts && !ends) continue;
+      /* The middle of the crease is next to both of its ends. */
+      for (uint32_t other = 0; starts && other < cage->corner_count; other++) {
+        const uint32_t *there = fine->corners + 4 * other;
+        if (there[0] != cage->crease_edges[2 * i + 1] || (there[3] != quad[1] && there[1] != quad[1]))
+          continue;
+        memcpy(edges + 2 * count, (uint32_t[]){quad[0], quad[1], quad[1], there[0]}, 4 * sizeof *edges);
+        tags[count++] = sharpness;
+        tags[count++] = sharpness;
+        break;
+      }
+    }
+  fine->mesh.crease_count = count;
+  fine->mesh.crease_edges = edges;
+  fine->mesh.crease_sharpness = tags;
+}
+
+TEST(creases_were_sharper_a_level_above) {
+  static const float before[] = {TW_SHARPNESS_INFINITE, 3, 1.5f}, after[] = {TW_SHARPNESS_INFINITE, 2, 0.5f};
+  for (int i = 0; i < 3; i++) {
+    cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+    crease_some(c, before[i]);
+    level fine = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 1));
+    uint32_t edges[64];
+    float tags[32];
+    pass_creases_on(&c->mesh, &fine, after[i], edges, tags);
+    assert_true(fine.mesh.crease_count >= 8);
+    tw_arena *arena = tw_arena_create();
+    tw_coarsened found;
+    tw_error error;
+    tw_surface_options once = options_of(TW_CATMULL_CLARK, 1);
+    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &once, arena, &found, &error), TW_OK);
+    assert_int_equal(found.mesh.crease_count, 4);
+    for (uint32_t k = 0; k < 4; k++) assert_true(fabsf(found.mesh.crease_sharpness[k] - before[i]) < 1e-6f);
+    assert_true(found.error < 1e-5);
+    tw_arena_destroy(arena);
+    free_level(&fine);
+    free(c);
+  }
+}
+
+TEST(what_alternates_in_a_cube_is_left_out) {
+  float points[8][3];
+  tw_mesh mesh = cube();
+  memcpy(points, cube_points, sizeof points);
+  for (int i = 0; i < 8; i++) {
+    bool odd = (points[i][0] > 0) ^ (points[i][1] > 0) ^ (points[i][2] > 0);
+    points[i][1] += odd ? 0.25f : -0.25f;
+  }
+  mesh.positions = points[0];
+  level fine = refine(&mesh, options_of(TW_CATMULL_CLARK, 1));
+  tw_arena *arena = tw_arena_create();
+  tw_coarsened found;
+  tw_error error;
+  tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
+  assert_int_equal(tw_mesh_coarsen(&fine.mesh, &back, arena, &found, &error), TW_OK);
+  assert_true(found.is_ambiguous);
+  assert_true(found.error < 1e-5);
+  assert_true(greatest_difference(found.mesh.positions, cube_points[0], 24) < 1e-5f);
+  tw_arena_destroy(arena);
+  free_level(&fine);
+}
+
+TEST(pieces_choose_for_themselves) {
+  level pair[2];
+  cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+  tw_mesh box = cube();
+  pair[0] = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 2));
+  pair[1] = refine(&box, options_of(TW_CATMULL_CLARK, 2));
+  tw_mesh both = pair[0].mesh;
+  float *points = malloc((pair[0].mesh.point_count + pair[1].mesh.point_count) * 3 * sizeof *points);
+  uint32_t *corners = malloc((pair[0].mesh.corner_count + pair[1].mesh.corner_count) * sizeof *corners);
+  uint32_t *offsets = malloc((pair[0].mesh.face_count + pair[1].mesh.face_count + 1) * sizeof *offsets);
+  assert_true(points && corners && offsets);
+  uint32_t point = 0, corner = 0;
+  for (int i = 0; i < 2; i++) {
+    memcpy(points + 3 * point, pair[i].points, pair[i].mesh.point_count * 3 * sizeof *points);
+    for (uint32_t k = 0; k < pair[i].mesh.corner_count; k++) corners[corner++] = pair[i].corners[k] + point;
+    point += pair[i].mesh.point_count;
+  }
+  both.point_count = point;
+  both.corner_count = corner;
+  both.face_count = corner / 4;
+  for (uint32_t f = 0; f <= both.face_count; f++) offsets[f] = 4 * f;
+  both.positions = points;
+  both.corners = corners;
+  both.face_offsets = offsets;
+  tw_arena *arena = tw_arena_create();
+  tw_coarsened found;
+  tw_error error;
+  tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
+  assert_int_equal(tw_mesh_coarsen(&both, &back, arena, &found, &error), TW_OK);
+  assert_int_equal(found.levels, 2);
+  assert_int_equal(found.mesh.face_count, c->mesh.face_count + 6);
+  assert_true(found.error < 1e-5);
+  tw_arena_destroy(arena);
+  free(points);
+  free(corners);
+  free(offsets);
+  free_level(&pair[0]);
+  free_level(&pair[1]);
+  free(c);
+}
+
+static void is_no_refinement(const tw_mesh *mesh, tw_scheme scheme, const char *place) {
+  tw_arena *arena = tw_arena_create();
+  tw_coarsened found;
+  tw_error error;
+  tw_surface_options back = options_of(scheme, 1);
+  assert_int_equal(tw_mesh_coarsen(mesh, &back, arena, &found, &error), TW_INVALID);
+  assert_string_equal(error.pointer, place);
+  tw_arena_destroy(arena);
+}
+
+TEST(what_is_no_refinement_says_so) {
+  tw_mesh box = cube();
+  cage *mixed = torus(TORUS_MIXED, NO_GAPS, false),
+       *triangles = torus(TORUS_TURNED_TRIANGLES, NO_GAPS, false), *odd = grid(4, 3, false, NULL),
+       *empty = new_cage();
+  is_no_refinement(&box, TW_CATMULL_CLARK, "/faces/0");
+  is_no_refinement(&mixed->mesh, TW_CATMULL_CLARK, "/faces/0");
+  is_no_refinement(&triangles->mesh, TW_LOOP, "/faces/0");
+  is_no_refinement(&odd->mesh, TW_CATMULL_CLARK, "/faces/0");
+  is_no_refinement(&empty->mesh, TW_CATMULL_CLARK, "");
+  is_no_refinement(&box, TW_BILINEAR, "");
+  free(mixed);
+  free(triangles);
+  free(odd);
+  free(empty);
+}
