@@ -362,6 +362,8 @@ export interface Model {
       vertices: number[];
     };
   };
+  /** Of an answer to coarsen: steps taken back. */
+  levels?: number;
   warnings: string[];
 }
 export interface SurfaceCounts {

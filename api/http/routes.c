@@ -16,6 +16,8 @@ static const char *const name_parameters[] = {"name", NULL};
 static const char *const source_parameters[] = {"download", NULL};
 static const char *const list_parameters[] = {"limit", "after", NULL};
 
+static const char *const coarsen_parameters[] = {"mesh", "levels", "scheme", "boundary", NULL};
+
 static const char *const surface_parameters[] = {
     "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
@@ -79,6 +81,8 @@ static const api_route routes[] = {
      api_delete_model},
     {"POST", OF_MODEL("/edits"), API_TAKES_JSON, API_WRITES, false, json_offers, no_parameters,
      api_post_edits},
+    {"POST", OF_MODEL("/coarsen"), API_TAKES_NOTHING, API_WRITES, false, json_offers, coarsen_parameters,
+     api_post_coarsen},
     {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, source_parameters,
      api_get_source},
     {"GET", OF_MODEL("/surface"), API_TAKES_NOTHING, API_READS, true, surface_offers, surface_parameters,

@@ -10,6 +10,14 @@ static int choose(int asked, int tagged, int fallback) {
   return asked >= 0 ? asked : tagged >= 0 ? tagged : fallback;
 }
 
+tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error) {
+  static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
+  static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
+  *out = (api_surface_query){.scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1};
+  tw_status status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
+  return status == TW_OK ? api_query_choice(query, "boundary", boundaries, &out->boundary, error) : status;
+}
+
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh) {
   return (tw_surface_options){
       .level = query->level,

@@ -23,6 +23,9 @@ typedef struct api_surface_query {
   float crease_sharpness; /* of the edges that creases adds, else 0 */
 } api_surface_query;
 
+/* Fills in that nothing is said but for scheme and boundary, which it reads. TW_SYNTAX. */
+tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error);
+
 /* The meshes that a plan is of. */
 typedef struct api_plan_meshes {
   uint32_t count;

@@ -102,8 +102,6 @@ static tw_status read_crease_sharpness(const api_query *query, api_surface_query
 }
 
 static tw_status read_surface(const api_query *query, api_surface_query *out, tw_error *error) {
-  static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
-  static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
   static const char *const uvs[] = {"corners-only", "none", "corners-plus1", "corners-plus2", "boundaries",
                                     "all",          NULL};
   static const char *const creasings[] = {"uniform", "chaikin", NULL};
@@ -111,10 +109,8 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   static const char *const quads[] = {"ngon", "auto", "off", NULL};
   static const char *const normals[] = {"auto", "limit", "none", NULL};
   int pairing = TW_QUADS_NGON, normal = 0;
-  *out = (api_surface_query){.scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1};
-  tw_status status = read_level(query, &out->level, error);
-  if (status == TW_OK) status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
-  if (status == TW_OK) status = api_query_choice(query, "boundary", boundaries, &out->boundary, error);
+  tw_status status = api_surface_query_begin(query, out, error);
+  if (status == TW_OK) status = read_level(query, &out->level, error);
   if (status == TW_OK) status = api_query_choice(query, "uv", uvs, &out->uv, error);
   if (status == TW_OK) status = api_query_choice(query, "creasing", creasings, &out->creasing, error);
   if (status == TW_OK) status = api_query_choice(query, "triangles", triangles, &out->triangles, error);

@@ -240,7 +240,7 @@ static tw_status choose_parts(step *s, uint32_t face, tw_piece *piece) {
 
 static tw_status fail_at(uint32_t face, tw_error *error) {
   tw_fail(error, TW_INVALID,
-          "the mesh is no refinement: this face's piece does not consist of children of faces");
+          "the mesh is no refinement: the piece that face %u is in is not made of children of faces", face);
   return tw_error_at(error, "/faces/%u", face);
 }
 
@@ -434,9 +434,9 @@ static tw_status take_step(step *s, tw_mesh *out, double **positions, double *mi
   memset(s->parts, 0xFF, t->face_count);
   memset(s->number_of, 0xFF, t->vertex_count * sizeof *s->number_of);
   status = choose_all(s, error);
-  if (status == TW_OK) status = make_mesh(s, out, positions, miss);
-  if (status == TW_INVALID) return fail_at(0, error);
-  return status == TW_NO_MEMORY ? tw_fail(error, TW_NO_MEMORY, "out of memory") : status;
+  if (status != TW_OK) return status;
+  status = make_mesh(s, out, positions, miss);
+  return status == TW_INVALID ? fail_at(0, error) : status;
 }
 
 static double size_of(const tw_mesh *mesh) {
@@ -453,8 +453,9 @@ static double size_of(const tw_mesh *mesh) {
 }
 
 /* Whether a mesh that was taken back with these misses so far goes on with one of this. */
-static bool goes_on(const tw_coarsened *so_far, double miss, double size) {
-  return so_far->levels == 0 || so_far->error > FITS * size || so_far->error + miss <= FITS * size;
+static bool goes_on(const tw_coarsened *so_far, double miss) {
+  double enough = FITS * so_far->size;
+  return so_far->levels == 0 || so_far->error > enough || so_far->error + miss <= enough;
 }
 
 tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
@@ -467,8 +468,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   double *positions = tw_arena_alloc_raw(arena, mesh->point_count, 3 * sizeof *positions);
   if (!positions) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++) positions[i] = mesh->positions[i];
-  *out = (tw_coarsened){.mesh = *mesh};
-  double size = size_of(mesh);
+  *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh)};
   while (out->levels < options->level) {
     step s = {.mesh = &out->mesh, .positions = positions, .options = *options, .arena = arena};
     s.rules = (tw_rules){.chaikin = options->creasing == TW_CREASE_CHAIKIN,
@@ -480,8 +480,9 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     tw_status status = s.scratch ? take_step(&s, &next, &positions, &miss, error) : TW_NO_MEMORY;
     tw_arena_destroy(s.scratch);
     if (status == TW_INVALID && out->levels > 0) break;
+    if (status == TW_NO_MEMORY) return tw_fail(error, TW_NO_MEMORY, "out of memory");
     if (status != TW_OK) return status;
-    if (!goes_on(out, miss, size)) break;
+    if (!goes_on(out, miss)) break;
     out->mesh = next;
     out->levels++;
     out->error += miss;

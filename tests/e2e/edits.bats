@@ -74,3 +74,47 @@ upload_box() {
   get '/v1/models?limit=1000'
   [ "$(value '.models | length')" = "$before" ]
 }
+
+@test "a refined mesh gives its cage back" {
+  upload "$samples/octopus.obj"
+  cage=$id
+  get "/v1/models/$cage/surface.obj?level=2"
+  cp answer refined.obj
+  upload refined.obj
+  refined=$id
+  http POST "/v1/models/$refined/coarsen"
+  expect 201
+  holds '.levels == 2 and (.meshes[0] | .vertices == 297 and .faces == 288 and .uv_sets == 1)'
+  get "/v1/models/$(value .id)/surface.obj?level=2"
+  diff <(grep ^f refined.obj) <(grep ^f answer)
+  paste -d ' ' <(grep '^vt\? ' refined.obj) <(grep '^vt\? ' answer) | awk '
+    { for (i = 2; i <= NF / 2; i++) { d = $i - $(i + NF / 2); if (d * d > 1e-10) { print; exit 1 } } }'
+  http POST "/v1/models/$refined/coarsen?levels=1"
+  expect 201
+  holds '.levels == 1 and .meshes[0].faces == 1152'
+}
+
+@test "what has no cage says so, and stores nothing" {
+  upload "$samples/octopus.obj"
+  get /v1/models
+  before=$(value '.models | length')
+  http POST "/v1/models/$id/coarsen"
+  expect 422
+  holds '.detail | contains("no refinement")'
+  for query in levels=0 levels=17 levels=-1 levels=most scheme=cubic level=1; do
+    http POST "/v1/models/$id/coarsen?$query"
+    expect 400
+  done
+  for query in mesh=head scheme=bilinear scheme=loop boundary=open; do
+    http POST "/v1/models/$id/coarsen?$query"
+    expect 422
+  done
+  get "/v1/models/$id/surface.obj?level=1"
+  awk '/^v / && ++n == 100 { $2 += 0.1 } 1' answer >dented.obj
+  upload dented.obj
+  http POST "/v1/models/$id/coarsen"
+  expect 422
+  holds '.detail | contains("misses it")'
+  get /v1/models
+  [ "$(value '.models | length')" = $((before + 1)) ]
+}

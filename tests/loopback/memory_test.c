@@ -117,6 +117,15 @@ static const char fan[] =
     "\"faces\":[[0,1,2],[0,2,3],[0,3,4],[0,4,1],[1,5,2]],"
     "\"creases\":[{\"edge\":[0,1],\"sharpness\":1}]}]}";
 
+/* A quad of four children, with texture coordinates, a crease and a corner. */
+static const char refined[] =
+    "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,0],[2,0,0],[2,0,2],[0,0,2],[1,0,0],[2,0,1],[1,0,2],[0,"
+    "0,1],"
+    "[1,0,1]],\"faces\":[[0,4,8,7],[1,5,8,4],[2,6,8,5],[3,7,8,6]],"
+    "\"uvs\":[[0,0],[1,0],[1,1],[0,1],[0.5,0],[1,0.5],[0.5,1],[0,0.5],[0.5,0.5]],"
+    "\"creases\":[{\"edge\":[0,4],\"sharpness\":2},{\"edge\":[4,1],\"sharpness\":2}],"
+    "\"corners\":[{\"vertex\":0,\"sharpness\":1}]}]}";
+
 static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nt crease 2/1/0 0 1 2\n";
 
 TEST_WITH(storing_survives, fail_json, mend_json) {
@@ -195,6 +204,7 @@ TEST_WITH(editing_survives, fail_json, mend_json) {
             "{\"mesh\":\"m\",\"edits\":[{\"edit\":\"extrude\",\"faces\":[0],\"distance\":1,\"name\":\"a\"},"
             "{\"edit\":\"hole\",\"faces\":{\"made\":\"a\"}}]}",
             model);
+  fail_each("POST", "/v1/models/%s/coarsen", "", "", refined);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=0&polygons=ngon", NULL, model);
 }
 

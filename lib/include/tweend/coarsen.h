@@ -14,6 +14,7 @@ typedef struct tw_coarsened {
   /* The greatest distance between a point of the mesh and the same one of the cage's surface, over all steps
    * taken together at most. */
   double error;
+  double size; /* of the mesh's bounds, their longest side */
   /* Some of the cage's points could be elsewhere as well: of a closed piece where three edges meet
    * everywhere, what alternates from point to point vanishes in one step. The cage has none of it. */
   bool is_ambiguous;

@@ -1,0 +1,147 @@
+#include "remade.h"
+
+#include "near_names.h"
+#include "service.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+api_remade api_remade_of(api_call *call, const api_entry *entry) {
+  return (api_remade){.call = call, .model = api_entry_value(entry), .maker = {call, &call->fault, 0}};
+}
+
+/* One without a name is mesh_0 by its index. */
+tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error) {
+  const tw_model *model = remade->model;
+  if (!name && model->mesh_count == 1) return TW_OK;
+  if (!name)
+    return tw_fail(error, TW_INVALID, "the model has %u meshes: which one is meant?", model->mesh_count);
+  api_near near = {.name = name, .length = strlen(name)};
+  uint32_t found = 0;
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    char made_up[24];
+    snprintf(made_up, sizeof made_up, "mesh_%u", i);
+    const char *own = model->meshes[i].name ? model->meshes[i].name : made_up;
+    api_near_consider(&near, own);
+    if (strcmp(own, name) != 0) continue;
+    found++;
+    remade->mesh = i;
+  }
+  if (found > 1) return tw_fail(error, TW_INVALID, "more than one mesh is called \"%.60s\"", name);
+  if (found == 1) return TW_OK;
+  return tw_fail(error, TW_INVALID, "no mesh is called \"%.60s\"%s%s", name, near.count ? ";" : "",
+                 api_near_print(&near).text);
+}
+
+/* ---- the new model's bytes ----------------------------------------------------------------------------- */
+
+/* What of the model is written. */
+typedef struct cage_scene {
+  tw_model model; /* a view of the stored one with the mesh that was edited */
+  tw_arena *arena;
+  tw_patch_shapes *shapes;
+  tw_surface **surfaces; /* [model.mesh_count] */
+} cage_scene;
+
+static void end_scene(cage_scene *scene) {
+  for (uint32_t i = 0; scene->surfaces && i < scene->model.mesh_count; i++)
+    tw_surface_destroy(scene->surfaces[i]);
+  free(scene->surfaces);
+  tw_patch_shapes_destroy(scene->shapes);
+  tw_arena_destroy(scene->arena);
+}
+
+static tw_status make_surface(cage_scene *scene, uint32_t i, tw_error *error) {
+  tw_mesh mesh;
+  const tw_mesh *source = &scene->model.meshes[i];
+  if (tw_mesh_open_holes(source, scene->arena, &mesh) != TW_OK)
+    return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  const tw_surface_options options = {
+      .normals = source->normals.corners, .own_normals = true, .tagged = true, .shapes = scene->shapes};
+  return tw_surface_create(&mesh, &options, &scene->surfaces[i], error);
+}
+
+/* A scene is ended by end_scene, also where it is not whole. */
+static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_error *error) {
+  *scene =
+      (cage_scene){.model = *remade->model, .arena = tw_arena_create(), .shapes = tw_patch_shapes_create()};
+  uint32_t count = scene->model.mesh_count;
+  scene->surfaces = tw_alloc_zero(count, sizeof *scene->surfaces);
+  tw_mesh *meshes = scene->arena ? tw_arena_alloc(scene->arena, count, sizeof *meshes) : NULL;
+  if (!meshes || !scene->shapes || !scene->surfaces) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  memcpy(meshes, remade->model->meshes, count * sizeof *meshes);
+  meshes[remade->mesh] = remade->cage;
+  scene->model.meshes = meshes;
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < count && status == TW_OK; i++) status = make_surface(scene, i, error);
+  return status;
+}
+
+/* What meshes and their surfaces of level 0 hold, for each point and corner. */
+enum { MESH_BYTES = 128, SURFACE_BYTES = 256 };
+
+static uint64_t count_elements(const tw_mesh *mesh) {
+  return (uint64_t)mesh->point_count + mesh->corner_count;
+}
+
+static uint64_t surfaces_cost(const api_remade *remade) {
+  uint64_t elements = 0;
+  for (uint32_t i = 0; i < remade->model->mesh_count; i++)
+    elements += count_elements(i == remade->mesh ? &remade->cage : &remade->model->meshes[i]);
+  return SURFACE_BYTES * elements;
+}
+
+/* malloc'ed [*size]; NULL: the fault says why. */
+static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *size) {
+  api_call *call = remade->call;
+  const tw_scene content = {.model = &scene->model,
+                            .surfaces = (const tw_surface *const *)scene->surfaces,
+                            .clips = scene->model.clips,
+                            .clip_count = scene->model.clip_count,
+                            .polygons = TW_POLYGONS_NGON};
+  tw_gltf_stream *stream;
+  if (tw_gltf_stream_create(&content, TW_FORMAT_GLB, &stream, &call->fault.error) != TW_OK) {
+    api_fail(call);
+    return NULL;
+  }
+  uint8_t *bytes = NULL;
+  uint64_t whole = tw_gltf_stream_size(stream), most = call->service->limits.max_upload;
+  if (whole > most) {
+    api_fail_with(call, 422, "the model would have %llu bytes, over the limit of %llu",
+                  (unsigned long long)whole, (unsigned long long)most);
+  } else if (api_maker_grant(&remade->maker, surfaces_cost(remade) + whole)) {
+    bytes = malloc((size_t)whole);
+    *size = (size_t)whole;
+    if (!bytes || tw_gltf_stream_read(stream, bytes, *size) < *size) {
+      free(bytes);
+      bytes = NULL;
+      api_fail_without_memory(call);
+    }
+  }
+  tw_gltf_stream_destroy(stream);
+  return bytes;
+}
+
+static uint8_t *make_glb(api_remade *remade, size_t *size) {
+  cage_scene scene;
+  remade->maker.granted = MESH_BYTES * count_elements(&remade->cage);
+  if (!api_maker_grant(&remade->maker, surfaces_cost(remade))) return NULL;
+  uint8_t *bytes = NULL;
+  if (begin_scene(remade, &scene, &remade->call->fault.error) == TW_OK)
+    bytes = write_glb(remade, &scene, size);
+  else
+    api_fail(remade->call);
+  end_scene(&scene);
+  return bytes;
+}
+
+api_outcome api_remade_store(api_remade *remade, const api_addition *addition) {
+  size_t size;
+  uint8_t *bytes = make_glb(remade, &size);
+  if (!bytes) return API_FAILED;
+  api_outcome outcome = api_model_store(remade->call, (api_bytes){bytes, size}, remade->maker.granted + size,
+                                        remade->model->name, addition);
+  free(bytes);
+  return outcome;
+}

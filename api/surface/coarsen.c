@@ -1,0 +1,81 @@
+/* A new model: a stored one with the cage of one of its meshes, where that is a refinement. */
+#include "tweend/coarsen.h"
+#include "handlers.h"
+#include "plans.h"
+#include "remade.h"
+
+#include <string.h>
+
+/* What the steps back hold, for each point and corner of the mesh. */
+enum { COARSEN_BYTES = 160 };
+
+/* Farther from the surface, as a share of the mesh's size, it is another one than the cage's. */
+static const double FITS = 1e-4;
+
+static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *error) {
+  const char *text = api_query_get(query, "levels");
+  uint64_t levels = TW_LEVEL_MAX;
+  tw_status status =
+      text && strcmp(text, "max") != 0 ? api_query_count(query, "levels", &levels, error) : TW_OK;
+  if (status != TW_OK) return status;
+  if (levels < 1 || levels > TW_LEVEL_MAX)
+    return tw_fail(error, TW_SYNTAX, "levels=%.60s: expected max, or 1 to %d", text, TW_LEVEL_MAX);
+  *out = (uint32_t)levels;
+  return TW_OK;
+}
+
+/* Finds the cage; TW_OK: it is whole, and its surface is the mesh. */
+static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
+                           tw_error *error) {
+  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  tw_status status = tw_mesh_coarsen(mesh, options, remade->call->arena, found, error);
+  if (status != TW_OK) return status;
+  if (found->error > FITS * found->size)
+    return tw_fail(
+        error, TW_INVALID,
+        "the mesh is no surface: %u step%s back there is a cage, whose surface misses it by up to %g",
+        found->levels, found->levels == 1 ? "" : "s", found->error);
+  return tw_mesh_check(&found->mesh, error, NULL);
+}
+
+static void print_levels(void *context, tw_text *out) {
+  const tw_coarsened *found = context;
+  tw_member_count(out, "levels", found->levels);
+}
+
+static api_outcome coarsen(api_remade *remade) {
+  api_call *call = remade->call;
+  tw_error *error = &call->fault.error;
+  api_surface_query query;
+  uint32_t levels = 0;
+  tw_status status = api_surface_query_begin(&call->query, &query, error);
+  if (status == TW_OK) status = read_levels(&call->query, &levels, error);
+  if (status == TW_OK) status = api_remade_choose(remade, api_query_get(&call->query, "mesh"), error);
+  if (status != TW_OK) return api_fail(call);
+  const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  query.level = levels;
+  const tw_surface_options options = api_surface_options(&query, mesh);
+  uint64_t cost = COARSEN_BYTES * ((uint64_t)mesh->point_count + mesh->corner_count);
+  if (!api_maker_grant(&remade->maker, cost)) return API_FAILED;
+  tw_coarsened found;
+  if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
+  if (found.is_ambiguous) {
+    static const char *const ambiguous =
+        "points where three edges meet may have alternated about the cage's: that vanishes in one step";
+    api_call_warn(call, &ambiguous, 1);
+  }
+  remade->cage = found.mesh;
+  const api_addition told = {print_levels, &found};
+  return api_remade_store(remade, &told);
+}
+
+api_outcome api_post_coarsen(api_call *call) {
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
+  api_entry *entry;
+  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
+  if (outcome != API_DONE) return outcome;
+  api_remade remade = api_remade_of(call, entry);
+  outcome = coarsen(&remade);
+  api_entry_release(entry);
+  return outcome;
+}
