@@ -71,8 +71,8 @@ function round() {
 export class Cage {
   /** model: the GLB of level 0 with polygons=ngon, parsed. bearers: those of its bearers that show faces. creases: for each
    *  of them what creasesOf has. */
-  constructor({ scene, nodes }, bearers, creases) {
-    this.object = scene;
+  constructor({ scene, nodes, parser }, bearers, creases) {
+    Object.assign(this, { object: scene, parser, bearers });
     this.nodes = nodes;
     this.lines = new LineBasicMaterial({ transparent: true, opacity: 0.9, depthWrite: false });
     this.hidden = new LineBasicMaterial({ transparent: true, opacity: 0.08, depthTest: false });
@@ -91,8 +91,7 @@ export class Cage {
     scene.traverse((object) => object.isMesh && meshes.push(object));
     for (const mesh of meshes) this.add(mesh);
     scene.updateMatrixWorld(true);
-    this.bearers = bearers.map(([object, mesh]) => ({ object, mesh, toLocal: object.matrixWorld.clone().invert() }));
-    creases.forEach((list, i) => list.length > 0 && this.parts.cage.push(this.creases(this.bearers[i], list)));
+    creases.forEach((list, i) => list.length > 0 && this.parts.cage.push(this.creases(bearers[i][0], list)));
     const marks = this.parts.points.reduce((sum, { geometry }) => sum + geometry.attributes.position.count, 0);
     this.dots.size = marks > 10000 ? 2 : marks > 2000 ? 3 : marks > 300 ? 5 : 9;
   }
@@ -127,7 +126,8 @@ export class Cage {
   }
 
   /** Wide lines; a skin, which those cannot follow, has thin ones. */
-  creases({ object: parent, toLocal }, list) {
+  creases(parent, list) {
+    const toLocal = parent.matrixWorld.clone().invert();
     const places = list.flatMap(({ a, b }) => [a, b]).map((place) => new Vector3(...place).applyMatrix4(toLocal));
     const colours = list.flatMap(({ sharpness }) => {
       const colour = creaseColour(sharpness).toArray();

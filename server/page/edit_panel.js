@@ -3,7 +3,7 @@
 import { download, tweend, withKey } from './client.js';
 import { choice, make, plural } from './dom.js';
 import { fail } from './notices.js';
-import { isSame, Picker, readCage } from './picker.js';
+import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
 import { CHOICES, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
 import { change, note, openOther, state, step, watch } from './state.js';
@@ -11,7 +11,6 @@ import { change, note, openOther, state, step, watch } from './state.js';
 const DOCUMENT_MOST = 1e6; // bytes of a model whose text is edited
 const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
 const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
-const stemOf = (name) => (name ?? '').replace(/, \d+ edits?$/, '');
 
 /** Fields for parameters, by their first values. read() gives what they say. */
 function fieldsOf(parameters, about) {
@@ -124,7 +123,8 @@ export class EditPanel {
     this.edits = (this.document ? this.document.meshes[this.mesh].edits : this.kept) ?? [];
     this.text.value = printEdits(this.edits);
     this.undo.disabled = this.edits.length === 0;
-    const [path, body] = this.request(this.edits);
+    const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
+      : [`v1/models/${this.source}/edits`, { mesh: this.meshName, edits: this.edits }];
     const key = tweend.key ? '-H "Authorization: Bearer $KEY" ' : '';
     this.curl.replaceChildren(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`));
   }
@@ -133,16 +133,11 @@ export class EditPanel {
   async openCage() {
     const { model, viewport: { cage } } = this;
     if (!cage || !this.picker.isOn) return;
-    try {
-      const { blob } = await download(tweend.surfaceUrl(model, { level: 0, normals: 'none' }, 'obj'));
-      const objects = readCage(await blob.text());
-      if (this.model !== model || this.viewport.cage !== cage) return;
-      this.picker.close();
-      this.picker.setCage(objects, cage.bearers);
-      this.select(this.selection);
-    } catch (error) {
-      fail('The cage cannot be selected from', error);
-    }
+    const cages = await readCages(cage.parser);
+    if (this.model !== model || this.viewport.cage !== cage) return;
+    this.picker.close();
+    this.picker.setCages(cages, cage.bearers);
+    this.select(this.selection);
   }
 
   // ---- selecting ----
@@ -241,30 +236,33 @@ export class EditPanel {
     }
   }
 
-  /** The request that makes a model with these edits: [path, document]. */
-  request(edits) {
-    if (!this.document) {
-      const name = this.model.meshes.length > 1 ? { mesh: this.model.meshes[this.mesh].name ?? `mesh_${this.mesh}` } : {};
-      return [`v1/models/${state('from') || this.model.id}/edits`, { ...name, edits }];
-    }
+  /** The name by which edits find the mesh; none where there is one mesh. */
+  get meshName() {
+    return this.model.meshes.length > 1 ? this.model.meshes[this.mesh].name ?? `mesh_${this.mesh}` : undefined;
+  }
+
+  /** The model that the list begins with, where it is no text itself. */
+  get source() {
+    return state('from') || this.model.id;
+  }
+
+  documentWith(edits) {
     const meshes = this.document.meshes.map((mesh, i) => (i === this.mesh ? { ...mesh, edits: edits.length > 0 ? edits : undefined } : mesh));
-    return ['v1/models', { ...this.document, meshes }];
+    return { ...this.document, meshes };
   }
 
   apply(edits, stays = false) {
     return this.send(async () => {
-      const [path, body] = this.request(edits);
-      const from = this.document ? '' : state('from') || this.model.id;
-      const stem = stemOf(this.model.name);
-      const name = edits.length > 0 ? `${stem}, ${edits.length} edit${edits.length > 1 ? 's' : ''}` : stem;
-      const headers = { 'Content-Type': 'application/json' };
-      const made = this.document ? await this.upload(body, name)
-        : edits.length === 0 ? { id: from } : await (await tweend.request(path, { method: 'POST', headers, body: JSON.stringify(body) })).json();
+      const stem = (this.model.name ?? '').replace(/, \d+ edits?$/, '');
+      const name = edits.length > 0 ? `${stem}, ${plural(edits.length, 'edit')}` : stem;
+      const { source } = this;
+      const isKept = !this.document && edits.length > 0;
+      const made = this.document ? await this.upload(this.documentWith(edits), name)
+        : isKept ? await tweend.edit(source, edits, { mesh: this.meshName }) : { id: source };
       if (!stays) this.selection = [];
       await this.models.load();
       note('view', this.viewport.view);
-      const isKept = from && edits.length > 0;
-      step({ model: made.id, from: isKept ? from : '', edits: isKept ? JSON.stringify(edits) : '' });
+      step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '' });
     });
   }
 

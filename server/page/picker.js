@@ -1,11 +1,12 @@
-// Faces, edges and points of the control cage that are chosen in the viewport. Their numbers are those that edits have: the
-// order of points and faces in an OBJ of level 0.
+// Faces, edges and points of the control cage that are chosen in the viewport. Their numbers are those that edits have.
 import {
-  BufferGeometry, DoubleSide, Float32BufferAttribute, Group, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+  BufferGeometry, DoubleSide, Float32BufferAttribute, Mesh, MeshBasicMaterial, Points, PointsMaterial, Raycaster, Vector2, Vector3,
 } from 'three';
 import { LineMaterial } from 'three/addons/lines/LineMaterial.js';
 import { LineSegments2 } from 'three/addons/lines/LineSegments2.js';
 import { LineSegmentsGeometry } from 'three/addons/lines/LineSegmentsGeometry.js';
+
+import { polygonsOf } from './polygons.js';
 
 const COLOUR = 0xf08a00;
 const STILL = 5;  // pixels that a pointer moves in a click
@@ -13,20 +14,27 @@ const REACH = 7;  // pixels beside the cage that still hit it
 const AROUND = [[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]];
 const MESSAGE = { depthTest: false, transparent: true };
 
-/** The objects of an OBJ: [{points: [Vector3], faces: [[index]]}], with indices of the object's own points. */
-export function readCage(text) {
-  const objects = [];
-  let before = 0; // points of the objects before
-  for (const line of text.split('\n')) {
-    const [word, ...values] = line.split(' ');
-    const last = objects.at(-1);
-    if (word === 'o') {
-      before += last?.points.length ?? 0;
-      objects.push({ points: [], faces: [] });
-    } else if (word === 'v') last.points.push(new Vector3(...values.slice(0, 3).map(Number)));
-    else if (word === 'f') last.faces.push(values.map((corner) => parseInt(corner, 10) - 1 - before));
-  }
-  return objects;
+/** The meshes of a GLB of level 0 with polygons=ngon, as edits see them: [{points: [Vector3], faces: [[point]]}]. */
+export function readCages(parser) {
+  const array = async (accessor) => (accessor === undefined ? null : (await parser.getDependency('accessor', accessor)).array);
+  return Promise.all((parser.json.meshes ?? []).map(async ({ primitives: all, extras }) => {
+    const primitives = all.filter(({ mode = 4 }) => mode === 4); // an uploaded file may have lines and points, too
+    if (primitives.length === 0) return { points: [], faces: [] };
+    const pointOf = await array(extras?.tweend?.points); // of a vertex: UVs split points
+    const faceAt = await array(extras?.tweend?.faces); // in the order of primitives, which are faces of one material, and of holes
+    const position = await parser.getDependency('accessor', primitives[0].attributes.POSITION); // all primitives have this one
+    const [points, faces] = [[], []];
+    let count = 0;
+    for (const { indices } of [...primitives, ...(extras?.tweend?.holes ?? [])]) {
+      for (const polygon of polygonsOf(await array(indices))) {
+        const face = polygon.map((vertex) => pointOf?.[vertex] ?? vertex);
+        face.forEach((point, i) => (points[point] ??= new Vector3().fromBufferAttribute(position, polygon[i])));
+        faces[faceAt?.[count] ?? count] = face;
+        count++;
+      }
+    }
+    return { points: Array.from(points, (point) => point ?? new Vector3()), faces }; // no face has some of an uploaded file's
+  }));
 }
 
 const edgesOf = (face) => face.map((a, i) => [a, face[(i + 1) % face.length]]);
@@ -47,20 +55,18 @@ export class Picker {
     canvas.addEventListener('pointerup', (event) => this.#click(event));
   }
 
-  /** objects: of readCage; bearers: what in the viewport shows each, with `toLocal` from the world at rest. */
-  setCage(objects, bearers) {
+  /** cages: of readCages; bearers: the objects that show them, [object, index of its cage]. */
+  setCages(cages, bearers) {
     this.viewport.canvas.dataset.pickable = '';
-    this.objects = objects.map(({ points, faces }, i) => {
-      const places = points.map((point) => point.clone().applyMatrix4(bearers[i].toLocal));
+    this.objects = bearers.map(([object, mesh]) => {
+      const { points, faces } = cages[mesh];
       const faceOf = []; // of each triangle
       const index = faces.flatMap((face, k) => face.slice(2).flatMap((c, at) => {
         faceOf.push(k);
         return [face[0], face[at + 1], c];
       }));
-      const geometry = new BufferGeometry().setFromPoints(places).setIndex(index);
-      const group = new Group();
-      bearers[i].object.add(group);
-      return { points: places, faces, faceOf, group, solid: new Mesh(geometry, this.fill), mesh: bearers[i].mesh };
+      const geometry = new BufferGeometry().setFromPoints(points).setIndex(index);
+      return { points, faces, faceOf, object, mesh, solid: new Mesh(geometry, this.fill) };
     });
   }
 
@@ -81,17 +87,17 @@ export class Picker {
   #hit(at) {
     const ray = new Raycaster();
     ray.setFromCamera(at, this.viewport.camera);
-    const hits = this.objects.flatMap(({ solid, group, faceOf }, object) => {
-      solid.matrixWorld.copy(group.matrixWorld);
-      return ray.intersectObject(solid).map(({ distance, point, faceIndex }) => ({ object, distance, point, face: faceOf[faceIndex] }));
+    const hits = this.objects.flatMap(({ solid, object, faceOf }, i) => {
+      solid.matrixWorld.copy(object.matrixWorld);
+      return ray.intersectObject(solid).map(({ distance, point, faceIndex }) => ({ object: i, distance, point, face: faceOf[faceIndex] }));
     });
     return hits.sort((a, b) => a.distance - b.distance)[0];
   }
 
-  #element({ object, face, point }) {
-    const { points, faces, group } = this.objects[object];
+  #element({ object: i, face, point }) {
+    const { points, faces, object } = this.objects[i];
     const corners = faces[face];
-    const place = group.worldToLocal(point.clone());
+    const place = object.worldToLocal(point.clone());
     const nearest = (list, distance) => list.reduce((best, entry) => (distance(entry) < distance(best) ? entry : best));
     if (this.kind === 'faces') return face;
     if (this.kind === 'vertices') return nearest(corners, (i) => points[i].distanceTo(place));
@@ -124,10 +130,10 @@ export class Picker {
   }
 
   /** Draws a list of elements of an object. */
-  draw(object, list) {
+  draw(i, list) {
     this.clear();
-    const { points, faces, group } = this.objects[object] ?? {};
-    if (group && list?.length > 0) {
+    const { points, faces, object } = this.objects[i] ?? {};
+    if (object && list?.length > 0) {
       if (this.kind === 'faces') {
         const index = list.flatMap((face) => faces[face].slice(2).flatMap((c, at) => [faces[face][0], faces[face][at + 1], c]));
         this.drawn = new Mesh(new BufferGeometry().setFromPoints(points).setIndex(index), this.fill);
@@ -138,7 +144,7 @@ export class Picker {
         this.drawn = new Points(new BufferGeometry().setAttribute('position', places), this.dot);
       }
       this.drawn.renderOrder = 4;
-      group.add(this.drawn);
+      object.add(this.drawn);
     }
     this.viewport.invalidate();
   }

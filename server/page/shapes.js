@@ -32,7 +32,7 @@ export const EDITS = [
   { edit: 'delete', of: ANY, parameters: {} },
   { edit: 'mirror', of: [], parameters: { axis: 'x' } },
   { edit: 'weld', of: [], parameters: { distance: 0.001 } },
-  { edit: 'smooth', of: [], parameters: { method: 'taubin', iterations: 10 } },
+  { edit: 'smooth', of: [], parameters: { iterations: 10 } },
   { edit: 'despike', of: [], parameters: { factor: 2 } },
   { edit: 'drop_pieces', of: [], parameters: { faces: 100 } },
   { edit: 'fill', of: [], parameters: {} },
@@ -41,7 +41,7 @@ export const EDITS = [
   { edit: 'quads', of: [], parameters: {} },
 ];
 
-export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'], method: ['taubin', 'laplacian'] };
+export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'] };
 
 /** The edit that a form says: a loop cut is of one edge. */
 export function editOf({ edit, of }, parameters, kind, selection) {

@@ -20,7 +20,7 @@ const MARGIN = 0.78; // of the picture, that a framed model fills
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
 /** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index] in the
- *  file's order, weights: clips of morph targets by name}. */
+ *  file's order, weights: clips of morph targets by name, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
@@ -45,7 +45,7 @@ export async function parse(buffer) {
     const own = tracks.filter((track) => track.name.endsWith('.morphTargetInfluences'));
     if (own.length > 0) weights.set(name, new AnimationClip(name, duration, own));
   }
-  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights };
+  return { scene: gltf.scene, nodes, bearers: bearers.filter(Boolean), weights, parser: gltf.parser };
 }
 
 function dispose(root) {

@@ -232,6 +232,24 @@ visits('a file that somebody else made is edited', { hash }, async (visit) => {
   assert.doesNotMatch(modeller.page.url(), /from=|edits=/);
 });
 
+visits('faces have the numbers of the file, whatever their materials and holes', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  const strip = [-2, -1, 0, 1, 2].map((x) => `v ${x} 0 1\nv ${x} 0 -1\n`).join('');
+  const face = (k) => `f ${2 * k + 1} ${2 * k + 3} ${2 * k + 4} ${2 * k + 2}\n`;
+  await modeller.drop('strip.obj', `${strip}usemtl a\n${face(0)}usemtl b\n${face(1)}usemtl a\n${face(2)}${face(3)}t hole 1/0/0 0\n`);
+  for (const [x, number] of [[-0.5, 1], [0.5, 2], [1.5, 3]]) {
+    await modeller.click([x, 0, 0]);
+    assert.deepEqual(await modeller.selection, [number]);
+  }
+  await modeller.page.getByLabel('Move: by').fill('0 1 0');
+  await modeller.press('Move');
+  assert.deepEqual((await described(modeller.id)).bounds.max, [2, 1, 1]);
+  assert.deepEqual(await modeller.selection, [3]);
+  await modeller.click([-0.5, 0, 0]);
+  assert.deepEqual(await modeller.selection, [1]);
+});
+
 visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);

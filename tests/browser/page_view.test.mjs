@@ -198,6 +198,9 @@ visits('on a phone', { ...PHONE }, async (visit) => {
     assert.ok((await overflow()) <= 0, `${name} is ${await overflow()} too wide`);
     await visit.picture(`phone ${name}`);
   }
+  await visit.page.evaluate(() => scrollTo(0, 480));
+  assert.ok(await visit.page.evaluate(() => document.elementFromPoint(195, 100).id === 'view'), 'the picture stays over what is scrolled');
+  await visit.page.evaluate(() => scrollTo(0, 0));
   assert.ok(covered(await visit.pixels()) > 0.1);
   await visit.page.getByRole('button', { name: 'Play' }).tap();
   await visit.wait(() => parseFloat(document.querySelector('.clock').textContent) > 0.2);
