@@ -44,7 +44,8 @@ const sameEdge = ([a, b], [c, d]) => (a === c && b === d) || (a === d && b === c
 export const isSame = (a, b) => (Array.isArray(a) ? sameEdge(a, b) : a === b);
 
 export class Picker {
-  /** onPick(object, element, more) is called for a click on the cage; element: null where it hits nothing. */
+  /** onPick(object, element, more) is called for a click on the cage, or a tap, which has no Shift; element: null where it
+   *  hits nothing. */
   constructor(viewport, onPick) {
     Object.assign(this, { viewport, onPick, objects: [], kind: 'faces', isOn: false });
     this.fill = new MeshBasicMaterial({ color: COLOUR, opacity: 0.45, side: DoubleSide, ...MESSAGE });
@@ -72,13 +73,13 @@ export class Picker {
 
   #click(event) {
     if (!this.isOn || event.button !== 0 || !this.down) return;
-    const { clientX: x, clientY: y, shiftKey } = event;
+    const { clientX: x, clientY: y, shiftKey, pointerType } = event;
     if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL) return;
     const box = this.viewport.canvas.getBoundingClientRect();
     for (const [dx, dy] of AROUND) {
       const at = new Vector2(((x + dx * REACH - box.left) / box.width) * 2 - 1, 1 - ((y + dy * REACH - box.top) / box.height) * 2);
       const found = this.#hit(at);
-      if (found) return this.onPick(found.object, this.#element(found), shiftKey);
+      if (found) return this.onPick(found.object, this.#element(found), shiftKey || pointerType === 'touch');
     }
     this.onPick(0, null, shiftKey);
   }

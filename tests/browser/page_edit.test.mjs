@@ -5,7 +5,7 @@ import { promisify } from 'node:util';
 
 import { PerspectiveCamera, Vector3 } from 'three';
 
-import { covered, difference, drop, open, PYRAMID, Visit } from './page_driver.mjs';
+import { covered, difference, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
@@ -54,7 +54,7 @@ class Modeller {
   }
 
   /** Clicks at a place of the world, as the camera sees it. */
-  async click(place, modifiers = []) {
+  async click(place, modifiers = [], act = 'click') {
     const box = await this.page.locator('#view').boundingBox();
     const camera = new PerspectiveCamera(35, box.width / box.height, 0.01, 100);
     camera.position.set(...VIEW.slice(0, 3));
@@ -62,7 +62,7 @@ class Modeller {
     camera.updateMatrixWorld();
     const { x, y } = new Vector3(...place).project(camera);
     const position = { x: ((x + 1) / 2) * box.width, y: ((1 - y) / 2) * box.height };
-    await this.page.locator('#view').click({ position, modifiers });
+    await this.page.locator('#view')[act]({ position, modifiers });
     await this.visit.drawn();
   }
 
@@ -230,6 +230,15 @@ visits('a file that somebody else made is edited', { hash }, async (visit) => {
   await modeller.press('Undo');
   assert.equal(modeller.id, source);
   assert.doesNotMatch(modeller.page.url(), /from=|edits=/);
+});
+
+visits('taps select one more each', { hash, ...PHONE }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  await modeller.box('2, 2, 2');
+  await visit.page.evaluate(() => scrollTo(0, 0));
+  for (const place of [[1, 0, 0], [0, 1, 0], [1, 0, 0]]) await modeller.click(place, [], 'tap');
+  assert.deepEqual(await modeller.selection, [2]);
 });
 
 visits('faces have the numbers of the file, whatever their materials and holes', { hash }, async (visit) => {
