@@ -456,8 +456,9 @@ tw_status api_edits_in(const api_value *array, tw_edit **out, uint32_t *count) {
 
 /* ---- applying ------------------------------------------------------------------------------------------ */
 
-/* Memory that edits hold for each point and corner of the meshes that they find. */
-enum { EDIT_BYTES = 256, FIRST_WORK = 1 << 16 };
+/* Memory that edits hold for each point and corner of the mesh that they find, and how many edits of a mesh
+ * that fills it there may be. */
+enum { EDIT_BYTES = 256, FIRST_ROOM = 1 << 16, EDITS_OF_MOST = 16 };
 
 /* How much edits make shows when they are applied: they begin with a small grant, and begin again with a
  * greater one where it does not do. */
@@ -472,19 +473,19 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
   tw_made *list = tw_arena_alloc(json->arena, count, sizeof *list);
   if (!list) return api_json_no_memory(json);
   uint64_t most = making->bytes_max / EDIT_BYTES;
-  uint64_t work = FIRST_WORK + 4 * ((uint64_t)call->mesh->point_count + call->mesh->corner_count);
+  uint64_t room = FIRST_ROOM + 4 * ((uint64_t)call->mesh->point_count + call->mesh->corner_count);
   do {
-    if (work > most) work = most;
-    const tw_edit_limits limits = {.points = work,
-                                   .faces = work < making->faces_max ? work : making->faces_max,
-                                   .corners = work,
-                                   .work = work};
-    if (making->grant && !making->grant(making->context, call->granted + EDIT_BYTES * work))
+    if (room > most) room = most;
+    const tw_edit_limits limits = {.points = room,
+                                   .faces = room < making->faces_max ? room : making->faces_max,
+                                   .corners = room,
+                                   .work = EDITS_OF_MOST * room};
+    if (making->grant && !making->grant(making->context, call->granted + EDIT_BYTES * room))
       return api_json_no_memory(json);
     status = tw_mesh_edit(call->mesh, call->model, edits, count, &limits, json->arena, out, list, &named,
                           json->error);
-    if (work == most) break;
-    work *= 8;
+    if (room == most) break;
+    room *= 8;
   } while (status == TW_LIMIT);
   if (status != TW_OK) return status == TW_NO_MEMORY ? status : api_json_fail_within(array, status);
   if (!made) return TW_OK;

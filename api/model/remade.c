@@ -78,18 +78,20 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
   return status;
 }
 
-/* What meshes and their surfaces of level 0 hold, for each point and corner. */
-enum { MESH_BYTES = 128, SURFACE_BYTES = 256 };
+/* More than a mesh holds, or the making of its surface of level 0, as api/surface's plans are counted, and of
+ * the tags for the file. */
+enum { MESH_CORNER = 32, SURFACE_CORNER = 112 };
 
-static uint64_t count_elements(const tw_mesh *mesh) {
-  return (uint64_t)mesh->point_count + mesh->corner_count;
+static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {
+  return mesh->corner_count * per_corner +
+         (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
 }
 
 static uint64_t surfaces_cost(const api_remade *remade) {
-  uint64_t elements = 0;
+  uint64_t cost = 0;
   for (uint32_t i = 0; i < remade->model->mesh_count; i++)
-    elements += count_elements(i == remade->mesh ? &remade->cage : &remade->model->meshes[i]);
-  return SURFACE_BYTES * elements;
+    cost += cost_of(i == remade->mesh ? &remade->cage : &remade->model->meshes[i], SURFACE_CORNER);
+  return cost;
 }
 
 /* malloc'ed [*size]; NULL: the fault says why. */
@@ -125,7 +127,7 @@ static uint8_t *write_glb(api_remade *remade, const cage_scene *scene, size_t *s
 
 static uint8_t *make_glb(api_remade *remade, size_t *size) {
   cage_scene scene;
-  remade->maker.granted = MESH_BYTES * count_elements(&remade->cage);
+  remade->maker.granted = cost_of(&remade->cage, MESH_CORNER);
   if (!api_maker_grant(&remade->maker, surfaces_cost(remade))) return NULL;
   uint8_t *bytes = NULL;
   if (begin_scene(remade, &scene, &remade->call->fault.error) == TW_OK)

@@ -137,15 +137,22 @@ static tw_status apply_edit(tw_editor *e) {
   return status;
 }
 
+/* What an edit takes in points and corners: ten rounds of smoothing as much as another edit. */
+static uint64_t work_of(const tw_editor *e) {
+  uint64_t elements = (uint64_t)e->mesh.point_count + e->mesh.corner_count, named = 0;
+  uint32_t rounds = e->edit->kind == TW_EDIT_SMOOTH ? e->edit->smooth.iterations / 10 : 0;
+  for (uint32_t n = 0; n < e->named_count; n++)
+    named += (uint64_t)e->named[n].face_count + e->named[n].point_count + e->named[n].edge_count;
+  return elements * (1 + (uint64_t)rounds) + named;
+}
+
 static tw_status apply_all(tw_editor *e, const tw_edit *edits, uint32_t edit_count) {
   uint64_t work = 0;
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < edit_count && status == TW_OK; i++) {
     e->edit = &edits[i];
     e->index = i;
-    work += (uint64_t)e->mesh.point_count + e->mesh.corner_count;
-    for (uint32_t n = 0; n < e->named_count; n++)
-      work += (uint64_t)e->named[n].face_count + e->named[n].point_count + e->named[n].edge_count;
+    work += work_of(e);
     if (work > e->limits->work) return tw_editor_fail(e, TW_LIMIT, "", "too many edits of too large a mesh");
     status = apply_edit(e);
   }

@@ -411,6 +411,25 @@ TEST(limits_hold_for_what_edits_make) {
   loopback_stop(loop);
 }
 
+/* The memory has room for 32,768 points and corners; the mesh has 18,121. */
+TEST(a_list_of_edits_takes_no_more_memory_than_one) {
+  static const char grid[] = "{\"meshes\":[{\"shape\":{\"kind\":\"grid\",\"segments\":[60,60]}}]}",
+                    move[] = "{\"edit\":\"move\",\"faces\":[0],\"by\":[0,1,0]}";
+  api_settings settings = loopback_settings();
+  settings.limits.max_memory = 8 << 20;
+  loopback *loop = loopback_start(&settings);
+  char id[API_ID_TEXT], made[API_ID_TEXT], body[4096] = "{\"edits\":[";
+  loopback_upload(loop, "application/json", grid, id);
+  for (int i = 0; i < 20; i++) sprintf(body + strlen(body), "%s%s", i ? "," : "", move);
+  strcat(body, "]}");
+  cJSON_Delete(edit(loop, id, body, made));
+  body[strlen(body) - 2] = '\0';
+  for (int i = 0; i < 20; i++) sprintf(body + strlen(body), ",%s", move);
+  strcat(body, "]}");
+  assert_problem(post_edits(loop, id, body), 422, "/edits/28", "too many edits");
+  loopback_stop(loop);
+}
+
 TEST_WITH(a_store_that_fails_is_503, loopback_setup, loopback_teardown) {
   char id[API_ID_TEXT];
   loopback_upload(*state, "application/json", box, id);

@@ -98,6 +98,10 @@ TEST(too_much_work_is_refused) {
   assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 3, &limits, arena, &out, NULL, NULL, &error), TW_OK);
   assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 4, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
   assert_string_equal(error.pointer, "/3");
+  tw_edit smooth = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 29};
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, &error), TW_OK);
+  smooth.smooth.iterations = 30;
+  assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
   tw_arena_destroy(arena);
 }
 

@@ -204,7 +204,9 @@ typedef struct tw_edit {
 /* Of every mesh on the way. */
 typedef struct tw_edit_limits {
   uint64_t points, faces, corners;
-  uint64_t work; /* the sum of points and corners of the meshes that the edits find */
+  /* The sum of points and corners of the meshes that the edits find, once more for ten rounds of smoothing.
+   */
+  uint64_t work;
 } tw_edit_limits;
 
 /* What an edit with a name made, as the finished mesh has it. */
