@@ -262,7 +262,9 @@ export class EditPanel {
       if (!stays) this.selection = [];
       await this.models.load();
       note('view', this.viewport.view);
+      this.isStep = true; // the picture of the step before stays until this one's is there
       step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '' });
+      this.isStep = false;
     });
   }
 

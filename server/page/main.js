@@ -159,6 +159,11 @@ function showLegend() {
 
 // ---- loading ----
 
+function clear() {
+  viewport.setCage(null);
+  viewport.clearModel();
+}
+
 async function openModel() {
   const id = state('model');
   loading?.abort();
@@ -166,8 +171,7 @@ async function openModel() {
   model = shown = null;
   isLargeWanted = false;
   rotation.clearGhosts();
-  viewport.setCage(null);
-  viewport.clearModel();
+  if (!edit.isStep) clear();
   showLegend();
   byId('facts').textContent = '';
   byId('subject').textContent = '';
@@ -182,6 +186,7 @@ async function openModel() {
     model = described;
   } catch (error) {
     fail('The model cannot be opened', error);
+    clear();
     return;
   }
   byId('subject').textContent = model.name || id;
@@ -230,6 +235,7 @@ async function openSurface(isNew = false) {
     byId('view').dataset.level = options.level;
   } catch (error) {
     fail(`Level ${options.level} cannot be shown`, error);
+    if (!shown && loading === controller) viewport.clearModel();
     if (signal.aborted && loading === controller && shown) change(shown); // somebody cancelled
   } finally {
     task.done();
@@ -238,7 +244,10 @@ async function openSurface(isNew = false) {
 
 async function openCage(described) {
   showLegend();
-  if (edgesOf(described) === 0 || isTooLarge()) return;
+  if (edgesOf(described) === 0 || isTooLarge()) {
+    viewport.setCage(null);
+    return;
+  }
   const controller = new AbortController();
   const { signal } = controller;
   const task = isLargeWanted ? busy('The cage', controller) : null;

@@ -151,6 +151,22 @@ visits('a tank hull is made by clicks from one box', { hash }, async (visit) => 
   await other.end();
 });
 
+visits('the picture is not empty between two steps', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  await modeller.box('2, 2, 2');
+  await modeller.click([1, 0, 0]);
+  let letGo;
+  const held = new Promise((resolve) => (letGo = resolve));
+  await visit.page.route('**/surface.glb**', (route) => held.then(() => route.continue()).catch(() => {})); // some are called off
+  await visit.page.getByRole('button', { name: 'Inset' }).click();
+  await visit.wait(() => document.getElementById('subject').textContent === 'box, 1 edit');
+  await visit.drawn();
+  assert.ok(covered(await visit.pixels()) > 0.05);
+  letGo();
+  await visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+});
+
 visits('the list of edits is changed as text, and taken back', { hash, refused: [422] }, async (visit) => {
   await visit.level(2);
   const modeller = new Modeller(visit);
