@@ -176,8 +176,8 @@ static const bad_document bad_edits[] = {
     {EDITED("{\"edit\":\"move\",\"edges\":[[0,1],[0,1,2]],\"by\":[0,1,0]}"), 400, "/meshes/1/edits/0/edges/1",
      "two vertices"},
     {EDITED("{\"edit\":\"move\",\"edges\":[[0,7]],\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/edges/0", NULL},
-    {EDITED("{\"edit\":\"move\",\"faces\":{\"made\":\"a\"},\"by\":[0,1,0]}"), 422, "/meshes/1/edits/0/faces/made",
-     NULL},
+    {EDITED("{\"edit\":\"move\",\"faces\":{\"made\":\"a\"},\"by\":[0,1,0]}"), 422,
+     "/meshes/1/edits/0/faces/made", NULL},
     {EDITED("{\"edit\":\"crease\",\"faces\":\"all\"}"), 400, "/meshes/1/edits/0",
      "known: edit, name, optional, edges, sharpness"},
     {EDITED("{\"edit\":\"crease\",\"edges\":\"all\",\"sharpness\":-1}"), 422, "/meshes/1/edits/0/sharpness",
@@ -206,8 +206,9 @@ static const bad_document bad_edits[] = {
     {EDITED("{\"edit\":\"rotate\",\"faces\":\"all\",\"axis\":\"y\"}"), 400, "/meshes/1/edits/0/degrees",
      "needs degrees"},
     {EDITED("{\"edit\":\"scale\",\"faces\":\"all\",\"by\":\"2\"}"), 400, "/meshes/1/edits/0/by", "array"},
-    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"by\":[0,0,0]},{\"edit\":\"move\",\"vertices\":[9],\"by\":[0,0,0]}"), 422,
-     "/meshes/1/edits/1/vertices/0", NULL},
+    {EDITED("{\"edit\":\"move\",\"faces\":\"all\",\"by\":[0,0,0]},{\"edit\":\"move\",\"vertices\":[9],\"by\":"
+            "[0,0,0]}"),
+     422, "/meshes/1/edits/1/vertices/0", NULL},
     {"{\"meshes\":[{\"positions\":[[0,0,0]],\"faces\":[[0,1,2]],\"edits\":[]}]}", 422, "/meshes/0/faces/0/1",
      NULL},
 };
