@@ -340,12 +340,8 @@ bool tw_clip_moves(const tw_clip *clip, uint32_t node) {
   return (clip->moves[node] & ~(1u << TW_WEIGHTS)) != 0;
 }
 
-bool tw_clip_changes(const tw_clip *clip, uint32_t node, tw_path path) {
-  return (clip->moves[node] & 1u << path) != 0;
-}
-
 uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path) {
-  if (!tw_clip_changes(clip, node, path)) return TW_NO_INDEX;
+  if (!(clip->moves[node] & 1u << path)) return TW_NO_INDEX;
   uint32_t i = 0;
   while (clip->tracks[i].node != node || clip->tracks[i].path != path) i++;
   return i;

@@ -294,46 +294,25 @@ INLINE char *print_vectors(char *out, const tw_vectors *all, bool avx2) {
 
 /* ---- variants ------------------------------------------------------------------------------------------ */
 
-static char *print_row_baseline(char *out, const float *values, size_t count) {
-  return print_row(out, values, count, false);
-}
-
 static char *print_vectors_baseline(char *out, const tw_vectors *vectors) {
   return print_vectors(out, vectors, false);
 }
 
-static const tw_number_printer baseline = {print_row_baseline, print_vectors_baseline};
-
 #ifdef __x86_64__
-__attribute__((target("avx2"))) static char *print_row_avx2(char *out, const float *values, size_t count) {
-  return print_row(out, values, count, true);
-}
-
 __attribute__((target("avx2"))) static char *print_vectors_avx2(char *out, const tw_vectors *vectors) {
   return print_vectors(out, vectors, true);
 }
-
-static const tw_number_printer avx2 = {print_row_avx2, print_vectors_avx2};
 #endif
 
-const tw_number_printer *tw_number_printer_at(uint32_t variant) {
+tw_number_printer *tw_number_printer_at(uint32_t variant) {
 #ifdef __x86_64__
-  if (variant == 1) return __builtin_cpu_supports("avx2") ? &avx2 : NULL;
+  if (variant == 1) return __builtin_cpu_supports("avx2") ? print_vectors_avx2 : NULL;
 #endif
-  return variant == 0 ? &baseline : NULL;
-}
-
-static const tw_number_printer *best_printer(void) {
-  const tw_number_printer *best = tw_number_printer_at(1);
-  return best ? best : &baseline;
-}
-
-size_t tw_print_floats(char *out, const float *values, size_t count) {
-  char *end = best_printer()->print_row(out, values, count);
-  return (size_t)(end - out) - (count > 0 ? 1 : 0);
+  return variant == 0 ? print_vectors_baseline : NULL;
 }
 
 size_t tw_print_vectors(char *out, const tw_vectors *vectors) {
-  char *end = best_printer()->print_vectors(out, vectors);
+  tw_number_printer *best = tw_number_printer_at(1);
+  char *end = best ? best(out, vectors) : print_vectors_baseline(out, vectors);
   return (size_t)(end - out) - (vectors->count > 0 ? 1 : 0);
 }

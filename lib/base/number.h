@@ -38,16 +38,12 @@ static inline size_t tw_read_plain(const char *text, size_t length, double *out)
   return (size_t)(at - text);
 }
 
-/* The printer on one instruction set. Both print a comma after each number or vector, and return the end.
- * print_row: values [count]. print_vectors: as tw_print_vectors. */
-typedef struct tw_number_printer {
-  char *(*print_row)(char *out, const float *values, size_t count);
-  char *(*print_vectors)(char *out, const tw_vectors *vectors);
-} tw_number_printer;
+/* tw_print_vectors on one instruction set, with a comma after each vector. Returns the end. */
+typedef char *tw_number_printer(char *out, const tw_vectors *vectors);
 
 /* variant: 0 is the compiler's baseline, 1 AVX2; NULL where the processor lacks it. All print the same bytes.
  */
-const tw_number_printer *tw_number_printer_at(uint32_t variant);
+tw_number_printer *tw_number_printer_at(uint32_t variant);
 
 #ifdef __cplusplus
 }

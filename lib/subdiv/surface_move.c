@@ -159,10 +159,6 @@ tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *posi
   return status;
 }
 
-tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out) {
-  return tw_surface_with_positions_by(plan, positions, NULL, out);
-}
-
 tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_parallel_for *parallel) {
   size_t count = 3 * (size_t)mesh->point_count;
   float *positions = tw_alloc(count, sizeof *positions);

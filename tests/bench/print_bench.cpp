@@ -99,27 +99,30 @@ void bench_answer(bench_report &report, api_service *service, const std::string 
   bench_row(&report, name.c_str(), "million numbers/s", bench_summary(runs.data()), nullptr, {}, true);
 }
 
-// Components of random unit quaternions: eight and nine digits each.
+// Quaternions of numbers of eight and nine digits.
 void bench_printer(bench_report &report) {
-  std::vector<float> values(40000);
+  constexpr size_t WIDTH = 4, COUNT = 10000;
+  std::vector<float> values(WIDTH * COUNT);
+  const tw_vectors vectors = {values.data(), WIDTH, WIDTH, COUNT, nullptr};
   std::vector<char> text(values.size() * (TW_NUMBER_TEXT + 1));
   for (float &value : values) value = static_cast<float>(bench_random() - 0.5);
   std::array<double, BENCH_RUNS> ours = {}, theirs = {};
   for (size_t run = 0; run < BENCH_RUNS; run++) {
     double start = bench_now();
-    size_t size = tw_print_floats(text.data(), values.data(), values.size());
+    size_t size = tw_print_vectors(text.data(), &vectors);
     double middle = bench_now();
     char *end = text.data();
     for (float value : values) {
       end = std::to_chars(end, end + TW_NUMBER_TEXT, value).ptr;
       *end++ = ',';
     }
-    if (static_cast<size_t>(end - text.data()) != size + 1) fail("the printers differ");
+    size_t brackets = 2 * COUNT;
+    if (static_cast<size_t>(end - text.data()) + brackets != size + 1) fail("the printers differ");
     ours[run] = 1e-6 * static_cast<double>(values.size()) / (middle - start);
     theirs[run] = 1e-6 * static_cast<double>(values.size()) / (bench_now() - middle);
   }
   bench_scene(&report, "printing floats in [-0.5, 0.5)");
-  bench_row(&report, "tw_print_floats", "million numbers/s", bench_summary(ours.data()), "std::to_chars",
+  bench_row(&report, "tw_print_vectors", "million numbers/s", bench_summary(ours.data()), "std::to_chars",
             bench_summary(theirs.data()), true);
 }
 

@@ -55,17 +55,19 @@ private:
 
   void compare_row() {
     compared += count;
-    std::string row, vectors;
+    std::string row = "[", vectors;
     for (size_t i = 0; i < count; i++) {
       std::string number = expected(values[i]);
-      row.append(number).append(",");
+      row.append(i ? "," : "").append(number);
       if (i < count / WIDTH * WIDTH)
         vectors.append(i % WIDTH == 0 ? "[" : "").append(number).append(i % WIDTH == WIDTH - 1 ? "]," : ",");
     }
-    for (uint32_t set = 0; const tw_number_printer *kernels = tw_number_printer_at(set); set++) {
-      compare_text(row, kernels->print_row(text.data(), values.data(), count));
+    row.append("],");
+    for (uint32_t set = 0; tw_number_printer *print = tw_number_printer_at(set); set++) {
+      tw_vectors one = {values.data(), count, count, 1, nullptr};
+      compare_text(row, print(text.data(), &one));
       tw_vectors all = {values.data(), WIDTH, WIDTH, count / WIDTH, nullptr};
-      compare_text(vectors, kernels->print_vectors(text.data(), &all));
+      compare_text(vectors, print(text.data(), &all));
     }
     count = 0;
   }
@@ -146,12 +148,14 @@ void compare_rows() {
   std::string failure;
   for (size_t count = 0; count <= sizeof values / sizeof *values; count++) {
     char text[12 * TW_FLOAT_TEXT];
-    std::string right;
+    std::string right = "[";
     for (size_t i = 0; i < count; i++) right.append(i ? "," : "").append(expected(values[i]));
-    std::string row(text, tw_print_floats(text, values, count));
+    right.append("]");
+    tw_vectors one = {values, count, count, 1, nullptr};
+    std::string row(text, tw_print_vectors(text, &one));
     if (row != right) failure.assign(row).append(" in place of ").append(right);
   }
-  report("floats in a row have commas between them", failure);
+  report("the floats of a vector have commas between them", failure);
 }
 
 // From 2^-14 to 2^18, a wider range than the kernel's. Floats half way between two decimals have zeros for

@@ -171,8 +171,8 @@ TEST(keys_come_back_bit_for_bit_and_times_outside_clamp) {
                               value_track(TW_SCALE, times, moves[0], 9)};
     tw_clip *clip = compile(tracks, 2, force);
     for (uint32_t path = TW_TRANSLATION; path <= TW_SCALE; path++) {
-      assert_int_equal(tw_clip_changes(clip, 0, path), path != TW_TRANSLATION);
-      assert_false(tw_clip_changes(clip, 1, path));
+      assert_int_equal(tw_clip_find(clip, 0, path), path == TW_TRANSLATION ? TW_NO_INDEX : path - 1);
+      assert_int_equal(tw_clip_find(clip, 1, path), TW_NO_INDEX);
     }
     tw_trs pose[2];
     for (int i = -1; i <= 9; i++) {

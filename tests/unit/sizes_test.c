@@ -36,7 +36,7 @@ static void check_surfaces(const tw_mesh *mesh, tw_scheme scheme) {
       assert_told(tw_surface_size(surface), before);
       if (movable) {
         size_t still = test_memory.held;
-        assert_int_equal(tw_surface_with_positions(surface, mesh->positions, &moved), TW_OK);
+        assert_int_equal(tw_surface_with_positions_by(surface, mesh->positions, NULL, &moved), TW_OK);
         assert_told(tw_surface_size(moved), still);
         tw_surface_destroy(moved);
       }

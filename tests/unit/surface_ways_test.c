@@ -156,9 +156,9 @@ static void check_moves(const tw_mesh *mesh, tw_surface_options options, const t
   assert_int_equal(tw_surface_create(&other, &options, &plan, NULL), TW_OK);
   assert_int_equal(tw_surface_with_positions_by(plan, mesh->positions, &backwards, &moved), TW_OK);
   assert_same(expected, moved);
-  assert_int_equal(tw_surface_with_positions(moved, positions, &elsewhere), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(moved, positions, NULL, &elsewhere), TW_OK);
   assert_same(plan, elsewhere);
-  assert_int_equal(tw_surface_with_positions(elsewhere, mesh->positions, &back), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(elsewhere, mesh->positions, NULL, &back), TW_OK);
   assert_same(expected, back);
   tw_surface_destroy(back);
   tw_surface_destroy(elsewhere);
@@ -319,7 +319,7 @@ TEST(a_surface_outlives_its_mesh) {
       assert_int_equal(tw_surface_create(&mesh, &options, &fresh, NULL), TW_OK);
       assert_same(surface, fresh);
       if (movable) {
-        assert_int_equal(tw_surface_with_positions(surface, cube_points[0], &moved), TW_OK);
+        assert_int_equal(tw_surface_with_positions_by(surface, cube_points[0], NULL, &moved), TW_OK);
         assert_same(moved, fresh);
         tw_surface_destroy(moved);
       }
@@ -334,7 +334,7 @@ TEST(a_moved_surface_holds_little_more_than_its_points) {
   const tw_surface_options options = {.level = 6, .movable = true};
   tw_surface *plan, *moved;
   assert_int_equal(tw_surface_create(&mesh, &options, &plan, NULL), TW_OK);
-  assert_int_equal(tw_surface_with_positions(plan, cube_points[0], &moved), TW_OK);
+  assert_int_equal(tw_surface_with_positions_by(plan, cube_points[0], NULL, &moved), TW_OK);
   assert_in_range(tw_surface_size(moved), sizeof cube_points, sizeof cube_points + 4096);
   tw_surface_destroy(moved);
   tw_surface_destroy(plan);

@@ -207,8 +207,6 @@ uint32_t tw_clip_find(const tw_clip *clip, uint32_t node, tw_path path);
 
 /* Whether a track of the clip moves this node (its matrix then no longer counts, its TRS does). */
 bool tw_clip_moves(const tw_clip *clip, uint32_t node);
-/* Whether a track changes this path of the node. */
-bool tw_clip_changes(const tw_clip *clip, uint32_t node, tw_path path);
 
 /* Local transforms to matrices. A node with has_matrix that the clip (NULL: none) does not move
  * keeps its matrix. locals [node_count], out [node_count][16]. */

@@ -95,10 +95,6 @@ enum { TW_NUMBER_TEXT = 32, TW_FLOAT_TEXT = 16 };
 size_t tw_print_float(char *out, float value);
 size_t tw_print_double(char *out, double value);
 
-/* Several numbers, each as tw_print_float prints it, with commas between them; from about four on this is
- * faster, up to six times. out: room for TW_FLOAT_TEXT bytes a number, which includes its comma. */
-size_t tw_print_floats(char *out, const float *values, size_t count);
-
 /* [count] vectors of `width` numbers each, `stride` floats from one to the next.
  * ends: NULL, or [count]: where the text of each ends. */
 typedef struct tw_vectors {
@@ -107,7 +103,8 @@ typedef struct tw_vectors {
   size_t *ends;
 } tw_vectors;
 
-/* Vectors as JSON arrays with commas between them. out: room for TW_FLOAT_TEXT bytes a number and 3 more a
+/* Vectors as JSON arrays with commas between them, each number as tw_print_float prints it, up to six times
+ * faster. out: room for TW_FLOAT_TEXT bytes a number and 3 more a
  * vector. */
 size_t tw_print_vectors(char *out, const tw_vectors *vectors);
 

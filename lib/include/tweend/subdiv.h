@@ -55,7 +55,7 @@ typedef struct tw_surface_options {
   bool own_normals;
   /* At level 0 of a mesh without holes: tw_surface_get_tags tells its tags. */
   bool tagged;
-  bool movable; /* keeps what tw_surface_with_positions needs */
+  bool movable; /* keeps what tw_surface_with_positions_by needs */
   /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
    * is made with it nothing else uses it or them. */
   tw_patch_shapes *shapes;
@@ -95,10 +95,7 @@ tw_status tw_surface_create_by(const tw_mesh *mesh, const tw_surface_options *op
  * positions: [mesh point_count][3] of the mesh that the plan was made of, each at most TW_COORDINATE_MAX.
  * O(points of the cage) where the cage is all quads, and of the first level or two where it is not; to level
  * 4, where patches would not pay, of the level above the answer; of the answer for loop and open borders. Any
- * thread, many at once on one plan. TW_NO_MEMORY. */
-tw_status tw_surface_with_positions(const tw_surface *plan, const float *positions, tw_surface **out);
-
-/* The same, its longer loops shared among threads as those of tw_surface_create_by. */
+ * thread, many at once on one plan. parallel: as in tw_surface_create_by. TW_NO_MEMORY. */
 tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
                                        const tw_parallel_for *parallel, tw_surface **out);
 
