@@ -224,13 +224,19 @@ typedef struct tw_splits {
 
 /* The normals that the mesh itself has at the corners of a level 0. */
 bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options);
-/* Rows of [mesh corners][*width], unit: 3 numbers of the normal, then 4 of the tangent where `tangents` and
- * the mesh has them. equal: [mesh corners] receives the first corner with the same row. NULL without memory.
- */
-float *tw_own_normals_read(const tw_mesh *mesh, bool tangents, tw_arena *arena, uint32_t *width,
-                           uint32_t *equal);
-/* The same corners as far as targets displace their normals alike, too. TW_NO_MEMORY. */
-tw_status tw_own_normals_part(const tw_mesh *mesh, tw_arena *arena, uint32_t *equal);
+typedef struct tw_own_normals {
+  bool tangents, morphs; /* whether the answer has tangents, and targets that displace normals */
+  uint32_t width;
+  const float *rows; /* [mesh corners][width], unit: the normal, then the tangent where the mesh has them */
+  uint32_t *splits;  /* [base corners] how they split the vertices */
+  bool is_whole;     /* every corner has a normal */
+} tw_own_normals;
+/* Of a surface that has its base; lives in `arena`. TW_NO_MEMORY. */
+tw_status tw_own_normals_read(const tw_surface *surface, const tw_mesh *mesh, tw_arena *arena,
+                              tw_own_normals *own);
+/* Keeps them for the first `rows` vertices, once these are numbered. TW_NO_MEMORY. */
+tw_status tw_own_normals_keep(tw_surface *surface, const tw_mesh *mesh, const tw_own_normals *own,
+                              uint32_t rows);
 
 /* Numbers what a GPU has to tell apart. */
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,

@@ -395,62 +395,11 @@ static tw_status find_frames(build *b, const float *const uvs[]) {
   return TW_OK;
 }
 
-/* What splits the vertices of a level 0 by the file's own normals, and those normals. */
-typedef struct own_values {
-  uint32_t width, *splits; /* splits: [base corners] */
-  const float *rows;       /* [mesh corners][width] */
-  bool is_whole;           /* every corner has a normal */
-} own_values;
-
-static tw_status read_own(build *b, own_values *own) {
-  const tw_surface *s = b->surface;
-  uint32_t count = b->mesh->corner_count;
-  uint32_t *equal = tw_arena_alloc_raw(b->arena, count, sizeof *equal);
-  own->splits = tw_arena_alloc(b->arena, s->fields[0].base.corner_count, sizeof *own->splits);
-  if (!equal || !own->splits) return TW_NO_MEMORY;
-  own->rows = tw_own_normals_read(b->mesh, has_tangents(b), b->arena, &own->width, equal);
-  if (!own->rows || (b->morph_normals && tw_own_normals_part(b->mesh, b->arena, equal) != TW_OK))
-    return TW_NO_MEMORY;
-  own->is_whole = true;
-  for (uint32_t c = 0; c < count; c++) {
-    const float *row = own->rows + (size_t)own->width * c;
-    own->is_whole &= row[0] != 0 || row[1] != 0 || row[2] != 0;
-    own->splits[(size_t)s->cage_step * c] = equal[c];
-  }
-  return TW_OK;
-}
-
-static tw_status keep_own_morphs(build *b, uint32_t rows) {
-  tw_surface *s = b->surface;
-  const tw_mesh *mesh = b->mesh;
-  float *out = tw_arena_alloc_raw(s->arena, (size_t)mesh->morph_count * rows, 3 * sizeof *out);
-  s->own_morph_normals = out;
-  for (uint32_t m = 0; out && m < mesh->morph_count; m++)
-    for (uint32_t row = 0; row < rows; row++, out += 3) {
-      uint32_t corner = s->vertices.corner_base[row] / s->cage_step;
-      memcpy(out, mesh->morph_normals[m] + 3 * (size_t)mesh->normals.corners[corner], 3 * sizeof *out);
-    }
-  return s->own_morph_normals ? TW_OK : TW_NO_MEMORY;
-}
-
-/* Once vertices are numbered. */
-static tw_status keep_own(build *b, const own_values *own, uint32_t rows) {
-  tw_surface *s = b->surface;
-  s->own_normals = tw_arena_alloc_raw(s->arena, rows, 3 * sizeof *s->own_normals);
-  if (own->width > 3) s->own_tangents = tw_arena_alloc_raw(s->arena, rows, 4 * sizeof *s->own_tangents);
-  if (!s->own_normals || (own->width > 3 && !s->own_tangents)) return TW_NO_MEMORY;
-  for (uint32_t row = 0; row < rows; row++) {
-    const float *from = own->rows + (size_t)own->width * (s->vertices.corner_base[row] / s->cage_step);
-    memcpy(s->own_normals + 3 * (size_t)row, from, 3 * sizeof *from);
-    if (s->own_tangents) memcpy(s->own_tangents + 4 * (size_t)row, from + 3, 4 * sizeof *from);
-  }
-  return b->morph_normals ? keep_own_morphs(b, rows) : TW_OK;
-}
-
 static tw_status split_vertices(build *b, const uint8_t *visible, uint32_t cage_vertices) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
-  own_values own = {0};
+  bool has_own = tw_has_own_normals(b->mesh, &s->options);
+  tw_own_normals own = {.tangents = has_tangents(b), .morphs = b->morph_normals};
   tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
   const float *uvs[TW_UV_SETS_MAX];
   for (uint32_t i = 0; i < splits.uv_count; i++) {
@@ -461,14 +410,14 @@ static tw_status split_vertices(build *b, const uint8_t *visible, uint32_t cage_
   splits.sharp_below = b->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
   tw_status status = has_tangents(b) ? find_frames(b, uvs) : TW_OK;
   splits.tangent_frames = s->tangent_frames;
-  if (status == TW_OK && tw_has_own_normals(b->mesh, &s->options)) {
-    status = read_own(b, &own);
+  if (status == TW_OK && has_own) {
+    status = tw_own_normals_read(s, b->mesh, b->arena, &own);
     splits.own_normals = own.splits;
     splits.normals &= !own.is_whole; /* they alone say what parts */
   }
   if (status == TW_OK) status = tw_number_vertices(base, &splits, visible, s->arena, &s->vertices);
-  if (status == TW_OK && own.rows)
-    status = keep_own(b, &own, rows_of_cage(&s->vertices, base, cage_vertices));
+  if (status == TW_OK && has_own)
+    status = tw_own_normals_keep(s, b->mesh, &own, rows_of_cage(&s->vertices, base, cage_vertices));
   return status;
 }
 
