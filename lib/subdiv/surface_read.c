@@ -6,15 +6,6 @@
 #include "patch.h"
 #include "surface_reader.h"
 
-static bool has_normals(const tw_surface *s, tw_domain domain) {
-  return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
-}
-
-/* Whether rows hold more than points and normals. */
-static bool has_attributes(const tw_surface *s, tw_domain domain) {
-  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (has_normals(s, domain) ? 6 : 3);
-}
-
 /* ---- values at corners ---------------------------------------------------------------------- */
 
 static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
@@ -42,7 +33,7 @@ static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint3
 
 /* Where a row has its normal; NULL: nowhere. */
 static float *normal_in(const tw_surface *s, tw_domain domain, float *row) {
-  return has_normals(s, domain) ? row + s->layout.normal : NULL;
+  return tw_has_normals(s, domain) ? row + s->layout.normal : NULL;
 }
 
 /* A batch of points and, where vertices have them, normals. */
@@ -50,28 +41,8 @@ static void begin_batch(const tw_surface_reader *r, tw_domain domain, tw_patch_p
                         tw_patch_batch *batch) {
   const tw_surface *s = r->surface;
   tw_patch_job job = job_for(r, &s->positions, NULL, NULL, tw_row_width(s, domain));
-  bool normals = has_normals(s, domain);
+  bool normals = tw_has_normals(s, domain);
   tw_patch_batch_begin(batch, &s->fields[s->positions.field].patches, &job, normals, piece, count);
-}
-
-/* GPUs have v run down. */
-static void flip_v(float *uv) {
-  uv[1] = 1 - uv[1];
-}
-
-/* Attributes and displacements of the rows. */
-static uint32_t smooth_count(const tw_surface_layout *l) {
-  return l->attribute_count + l->morph_count;
-}
-static uint32_t smooth_column(const tw_surface_layout *l, uint32_t i) {
-  return i < l->attribute_count ? l->attributes[i] : l->morphs + l->morph_width * (i - l->attribute_count);
-}
-
-/* Sums of weights that are 1 but for rounding may leave the range of a colour. */
-static void clamp_colors(const tw_values *values, size_t rows, uint32_t stride, float *out) {
-  if (!values->is_color) return;
-  for (; rows > 0; rows--, out += stride)
-    for (uint32_t c = 0; c < values->width; c++) out[c] = out[c] < 0 ? 0 : out[c] > 1 ? 1 : out[c];
 }
 
 /* Whether some vertices of a domain share their point. */
@@ -120,10 +91,6 @@ static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, flo
   }
 }
 
-static tw_tangent_columns tangent_columns(const tw_surface *s, float *row) {
-  return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
-}
-
 static tw_slope_source slope_source(const tw_surface *s, const tw_values *values) {
   const tw_field *field = &s->fields[values->field];
   return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
@@ -142,7 +109,7 @@ static void patch_tangents(tw_surface_reader *r, uint32_t quad, tw_patch_rect re
   tw_patch_slopes(&points, quad, rect, r->scratch, r->slopes[0]);
   tw_patch_slopes(&uvs, quad, rect, r->scratch, r->slopes[1]);
   tw_write_tangents(r->slopes[0], r->slopes[1], count, backwards, s->tangent_frames[quad] % 2,
-                    tangent_columns(s, out));
+                    tw_tangent_columns_of(s, out));
 }
 
 static void corner_tangent(tw_surface_reader *r, uint32_t corner, float *out) {
@@ -156,11 +123,7 @@ static void corner_tangent(tw_surface_reader *r, uint32_t corner, float *out) {
   tw_corner_slopes(&points, corner, r->mask, r->slopes[0]);
   tw_corner_slopes(&uvs, corner, r->mask, r->slopes[1]);
   tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, s->tangent_frames[face] % 2,
-                    tangent_columns(s, out));
-}
-
-static tw_skin_columns skin_columns(const tw_surface *s, float *row) {
-  return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
+                    tw_tangent_columns_of(s, out));
 }
 
 static void patch_weights(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
@@ -168,7 +131,7 @@ static void patch_weights(tw_surface_reader *r, uint32_t quad, tw_patch_rect rec
   const tw_surface *s = r->surface;
   const tw_skin_patch patch = {&s->influences, &s->fields[0].patches, quad, rect, s->options.limit, backwards,
                                r->scratch};
-  tw_skin_patch_rows(&patch, &r->skin, skin_columns(s, out));
+  tw_skin_patch_rows(&patch, &r->skin, tw_skin_columns_of(s, out));
 }
 
 /* Where no patch covers it, a vertex has its own influences, or those of its limit mask. */
@@ -179,11 +142,11 @@ static void corner_weights(tw_surface_reader *r, uint32_t corner, float *out) {
     patch_weights(r, corner / 4, tw_patch_corner(s->side, corner % 4), false, out);
   } else if (s->options.limit) {
     uint32_t count = tw_limit_mask(&field->base, field->linear, corner, r->mask);
-    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, skin_columns(s, out));
+    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, tw_skin_columns_of(s, out));
   } else {
     const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
     const tw_limit_entry itself = {field->base.corner_vertex[corner], 1, 0, 0};
-    tw_skin_mask_row(own, &itself, 1, &r->skin, skin_columns(s, out));
+    tw_skin_mask_row(own, &itself, 1, &r->skin, tw_skin_columns_of(s, out));
   }
 }
 
@@ -193,15 +156,9 @@ static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
   const tw_surface_layout *l = &s->layout;
   uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = shared_corner(s, corner);
   if (l->tangent != UINT32_MAX) corner_tangent(r, corner, out);
-  for (uint32_t i = 0; i < l->uv_count; i++) {
-    evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
-    flip_v(out + l->uvs[i]);
-  }
-  for (uint32_t i = 0; i < smooth_count(l); i++) {
-    float *column = out + smooth_column(l, i);
-    evaluate_corner(r, &s->smooth[i], shared, column, NULL);
-    clamp_colors(&s->smooth[i], 1, 0, column);
-  }
+  for (uint32_t i = 0; i < l->uv_count; i++) evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
+  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
+    evaluate_corner(r, &s->smooth[i], shared, out + tw_smooth_column(l, i), NULL);
   if (l->joints != UINT32_MAX) corner_weights(r, shared, out);
 }
 
@@ -216,117 +173,6 @@ static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, ui
   for (uint32_t i = 0; i < count; i++)
     tw_loop_rows_points(&s->loop, kept, first + i, 1, out + (size_t)i * stride);
   tw_loop_rows_normals(&s->loop, kept, first, count, r->mask, out + s->layout.normal, stride);
-}
-
-/* ---- rows of a level that is kept whole ------------------------------------------------------- */
-
-static void copy_positions(const tw_values *positions, uint32_t first, uint32_t count, uint32_t stride,
-                           float *out) {
-  for (uint32_t i = first; i < first + count; i++, out += stride)
-    tw_store_point(positions->points[i] + positions->origin, out);
-}
-
-/* All that a row holds but position and normal. uvs: vertex of each UV set. */
-static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
-  const tw_surface_layout *l = &s->layout;
-  for (uint32_t i = 0; i < l->uv_count; i++) {
-    memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
-    flip_v(out + l->uvs[i]);
-  }
-  for (uint32_t i = 0; i < smooth_count(l); i++) {
-    float *column = out + smooth_column(l, i);
-    memcpy(column, &s->smooth[i].points[point], s->smooth[i].width * sizeof *out);
-    clamp_colors(&s->smooth[i], 1, 0, column);
-  }
-  if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, skin_columns(s, out));
-}
-
-/* From the slopes of points and UVs of a row of a frame, which has its normal. */
-static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point points[2], const tw_point uvs[2],
-                          float *out) {
-  float slopes[2][TW_DERIVATIVE_WIDTH];
-  memcpy(slopes[0], points, sizeof slopes[0]);
-  memcpy(slopes[1], uvs, sizeof slopes[1]);
-  tw_write_tangents(slopes[0], slopes[1], 1, false, frame % 2, tangent_columns(s, out));
-}
-
-enum { AT_ONCE = 256 };
-
-/* uvs: of each set, the vertices of the rows, which are the points'. */
-static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
-                           uint32_t (*const uvs)[AT_ONCE], float *out) {
-  uint32_t faces[AT_ONCE];
-  tw_point slopes[AT_ONCE][2], uv_slopes[2];
-  tw_levels_cage_faces(&s->levels[0], first, count, faces);
-  tw_levels_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
-  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
-    uint8_t frame = s->tangent_frames[faces[i]];
-    const tw_values *set = &s->uvs[frame / 2];
-    tw_levels_slopes(&s->levels[set->field], set->refined, uvs[frame / 2][i], 1, uv_slopes);
-    level_tangent(s, frame, slopes[i], uv_slopes, out);
-  }
-}
-
-/* Attributes of rows that are the points'. */
-static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
-  for (uint32_t taken; count > 0; first += taken, count -= taken) {
-    taken = count < AT_ONCE ? count : AT_ONCE;
-    for (uint32_t i = 0; i < sets; i++)
-      tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
-    if (s->tangent_frames) point_tangents(s, first, taken, uvs, out);
-    for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
-      for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
-      level_attributes(s, first + k, own, out);
-    }
-  }
-}
-
-/* Those of the rows from `first` that stand in the list, from the first one that does. */
-static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  const tw_level_rows *rows = &s->level_rows;
-  uint32_t begin = 0, end = rows->count, own[TW_UV_SETS_MAX];
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (rows->rows[middle] < first)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  for (uint32_t n = begin; n < rows->count && rows->rows[n] - first < count; n++) {
-    float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
-    copy_positions(&s->positions, rows->points[n], 1, 3, row);
-    if (s->layout.normal != UINT32_MAX)
-      tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
-    for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
-    level_attributes(s, rows->points[n], own, row);
-    if (!s->tangent_frames) continue;
-    tw_point points[2], uvs[2];
-    tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
-    level_tangent(s, rows->frames[n], points, uvs, row);
-  }
-}
-
-static void level_rows(const tw_surface *s, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  const tw_values *positions = &s->positions;
-  uint32_t points = s->points.corner_count, stride = s->layout.stride;
-  if (domain == TW_DOMAIN_UVS) {
-    for (uint32_t i = 0; i < count; i++)
-      memcpy(out + 2 * (size_t)i, &s->uvs[0].points[first + i], 2 * sizeof *out);
-    return;
-  }
-  if (domain == TW_DOMAIN_POINTS) {
-    copy_positions(positions, first, count, 3, out);
-    return;
-  }
-  uint32_t own = first < points ? points - first < count ? points - first : count : 0;
-  const tw_level_points made = {positions->refined, positions->points, positions->origin};
-  if (has_normals(s, domain))
-    tw_levels_normals(&s->levels[0], &made, first, own, stride, out);
-  else
-    copy_positions(positions, first, own, stride, out);
-  if (has_attributes(s, domain)) point_attributes(s, first, own, out);
-  listed_rows(s, first, count, out);
 }
 
 /* Of rows of level 0 whose mesh has its own. */
@@ -348,7 +194,7 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
   const tw_surface *s = r->surface;
   uint32_t width = tw_row_width(s, domain);
   if (s->way == TW_WAY_LEVELS) {
-    level_rows(s, domain, first, count, out);
+    tw_level_read_rows(s, domain, first, count, out);
     return;
   }
   if (s->way == TW_WAY_LOOP) {
@@ -368,7 +214,7 @@ static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first,
   }
   bool is_own = s->own_normals && domain == TW_DOMAIN_VERTICES;
   if (is_own) own_normals(s, first, count, out); /* tangents are orthogonal to them */
-  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++)
+  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++)
     corner_attributes(r, first + i, out + (size_t)i * width);
   if (is_own && s->own_tangents) own_tangents(s, first, count, out);
 }
@@ -430,14 +276,11 @@ static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
     tw_patch_rect rect = tw_patch_side(s->side, corner % 4, &backwards);
     patch_tangents(r, corner / 4, rect, backwards, out);
   }
-  for (uint32_t i = 0; i < l->uv_count; i++) {
+  for (uint32_t i = 0; i < l->uv_count; i++)
     evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
-    for (uint32_t k = 0; k + 1 < s->side; k++) flip_v(out + l->uvs[i] + (size_t)k * l->stride);
-  }
-  for (uint32_t i = 0; i < smooth_count(l); i++) {
-    float *column = out + smooth_column(l, i);
+  for (uint32_t i = 0; i < tw_smooth_count(l); i++) {
+    float *column = out + tw_smooth_column(l, i);
     evaluate_edge(r, &s->smooth[i], shared.corner, shared.against, column, NULL, l->stride);
-    clamp_colors(&s->smooth[i], s->side - 1, l->stride, column);
   }
   if (l->joints != UINT32_MAX) {
     bool backwards;
@@ -461,7 +304,7 @@ static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, u
   }
   edge_points(r, domain, first, count, out);
   size_t step = tw_rows_inside_edge(s) * tw_row_width(s, domain);
-  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++, out += step) {
+  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++, out += step) {
     edge_attributes(r, first + i, out);
   }
 }
@@ -480,16 +323,10 @@ static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect
   const tw_surface_layout *l = &s->layout;
   uint32_t width = l->stride;
   if (l->tangent != UINT32_MAX) patch_tangents(r, quad, rect, false, out);
-  size_t rows = (size_t)(rect.j1 - rect.j0 + 1) * (s->side - 1);
-  for (uint32_t i = 0; i < l->uv_count; i++) {
+  for (uint32_t i = 0; i < l->uv_count; i++)
     evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
-    for (size_t k = 0; k < rows; k++) flip_v(out + l->uvs[i] + k * width);
-  }
-  for (uint32_t i = 0; i < smooth_count(l); i++) {
-    float *column = out + smooth_column(l, i);
-    evaluate_inside(r, &s->smooth[i], quad, rect, column, NULL, width);
-    clamp_colors(&s->smooth[i], rows, width, column);
-  }
+  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
+    evaluate_inside(r, &s->smooth[i], quad, rect, out + tw_smooth_column(l, i), NULL, width);
   if (l->joints != UINT32_MAX) patch_weights(r, quad, rect, false, out);
 }
 
@@ -519,7 +356,7 @@ static void fill_quads(tw_surface_reader *r, tw_domain domain, uint32_t first, u
     tw_patch_batch_add(&batch, 4 * tw_base_quad(s, first + i), out + i * step);
   tw_patch_batch_end(&batch);
   tw_patch_rect rect = {1, s->side - 1, 1, s->side - 1};
-  for (uint32_t i = 0; has_attributes(s, domain) && i < count; i++)
+  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++)
     inside_attributes(r, tw_base_quad(s, first + i), rect, out + i * step);
 }
 
@@ -582,6 +419,18 @@ static piece piece_at(const tw_surface *s, tw_domain domain, uint64_t row, size_
   return (piece){PIECE_LINES, first, taken * (uint32_t)edge_rows, quad, line};
 }
 
+/* GPUs have v run down. Sums of weights that are 1 but for rounding may leave the range of a colour. */
+static void finish_rows(const tw_surface *s, uint32_t count, float *row) {
+  const tw_surface_layout *l = &s->layout;
+  for (; count > 0; count--, row += l->stride) {
+    for (uint32_t i = 0; i < l->uv_count; i++) row[l->uvs[i] + 1] = 1 - row[l->uvs[i] + 1];
+    for (uint32_t i = 0; i < l->attribute_count; i++) {
+      float *color = row + l->attributes[i], *end = color + s->smooth[i].width;
+      for (; s->smooth[i].is_color && color < end; color++) *color = *color < 0 ? 0 : *color > 1 ? 1 : *color;
+    }
+  }
+}
+
 static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p, float *out) {
   const tw_surface *s = r->surface;
   uint32_t last_line = s->side - 1;
@@ -595,6 +444,7 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
     uint32_t first_line = 1 + p->items, lines = p->count / last_line;
     fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
   }
+  if (tw_has_attributes(s, domain)) finish_rows(s, p->count, out);
 }
 
 /* The displacements of normals by morph targets, of rows that hold all else. */

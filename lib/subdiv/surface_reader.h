@@ -37,6 +37,30 @@ static inline uint32_t tw_row_width(const tw_surface *s, tw_domain domain) {
   return domain == TW_DOMAIN_UVS ? 2 : s->layout.stride;
 }
 
+static inline bool tw_has_normals(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.normal != UINT32_MAX;
+}
+
+/* Whether rows hold more than points and normals. */
+static inline bool tw_has_attributes(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES && s->layout.stride > (tw_has_normals(s, domain) ? 6 : 3);
+}
+
+/* Attributes and displacements of the rows. */
+static inline uint32_t tw_smooth_count(const tw_surface_layout *l) {
+  return l->attribute_count + l->morph_count;
+}
+static inline uint32_t tw_smooth_column(const tw_surface_layout *l, uint32_t i) {
+  return i < l->attribute_count ? l->attributes[i] : l->morphs + l->morph_width * (i - l->attribute_count);
+}
+
+static inline tw_tangent_columns tw_tangent_columns_of(const tw_surface *s, float *row) {
+  return (tw_tangent_columns){row + s->layout.normal, row + s->layout.tangent, s->layout.stride};
+}
+static inline tw_skin_columns tw_skin_columns_of(const tw_surface *s, float *row) {
+  return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
+}
+
 static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
   return s->side - 1;
 }
@@ -48,6 +72,10 @@ static inline uint64_t tw_rows_inside_quad(const tw_surface *s) {
 /* As tw_surface_reader_turn, to rows of the position, and of one target's displacement of it unless `target`
  * is negative. */
 void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int target);
+
+/* Rows of TW_WAY_LEVELS; v still runs up, and colours may leave their range. */
+void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
+                        float *out);
 
 /* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
  * not wanted. */
