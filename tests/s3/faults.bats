@@ -18,14 +18,19 @@ teardown() {
 
 # through_proxy: a daemon whose store fails as the file faults tells.
 through_proxy() {
-  node "$root/tests/s3/proxy.mjs" "$TWEEND_S3_ENDPOINT" "$PWD/faults" >port 3>&- &
+  start_proxy
+  start_daemon --s3-endpoint "http://127.0.0.1:$(cat port)"
+  : >faults.log
+}
+
+# start_proxy [CERTIFICATE KEY]: by https with a certificate.
+start_proxy() {
+  node "$root/tests/s3/proxy.mjs" "$TWEEND_S3_ENDPOINT" "$PWD/faults" "$@" >port 3>&- &
   proxy=$!
   for _ in $(seq 100); do
     [ ! -s port ] || break
     sleep 0.1
   done
-  start_daemon --s3-endpoint "http://127.0.0.1:$(cat port)"
-  : >faults.log
 }
 
 # another N: a model of its own.
@@ -162,6 +167,39 @@ stored_and_cold() {
   expect 200
   mv right secret
   upload "$samples/octopus.obj"
+}
+
+@test "the bucket's name stands in the path or before the host's" {
+  start_proxy
+  start_daemon --s3-endpoint "http://localhost:$(cat port)" --s3-style virtual
+  upload "$samples/tank.json"
+  get /v1/models
+  holds '.models | length == 1'
+  run ! grep ' /tweend/' faults.log
+  stop_daemon
+  rm -rf cache faults.log
+  start_daemon --s3-endpoint "http://localhost:$(cat port)"
+  get "/v1/models/$id/source"
+  expect 200
+  cmp answer "$samples/tank.json"
+  run ! grep -v ' /tweend[/?]' faults.log
+}
+
+@test "an https endpoint is used with the certificates of AWS_CA_BUNDLE, and with no others" {
+  openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes -days 2 -subj /CN=store \
+    -addext subjectAltName=IP:127.0.0.1 -keyout key -out certificate 2>/dev/null
+  start_proxy certificate key
+  AWS_CA_BUNDLE=$PWD/certificate start_daemon --s3-endpoint "https://127.0.0.1:$(cat port)"
+  upload "$samples/tank.json"
+  get "/v1/models/$id/source"
+  expect 200
+  stop_daemon
+  start_daemon --s3-endpoint "https://127.0.0.1:$(cat port)"
+  get /readyz
+  problem 503
+  post /v1/models "$samples/tank.json"
+  unavailable
+  grep -q 'cannot be used: .*certificate' log
 }
 
 @test "a gateway that is killed: what is cached is served, and the store is used again when it is back" {

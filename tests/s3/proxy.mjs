@@ -1,5 +1,5 @@
 // Stands between the daemon and the store, and fails as it is told. Prints its port.
-// usage: node tests/s3/proxy.mjs TARGET FAULTS
+// usage: node tests/s3/proxy.mjs TARGET FAULTS [CERTIFICATE KEY]    with a certificate: https
 //
 // Each request takes a line from the file FAULTS, if there is one, and keeps the rest; a line "always FAULT"
 // stays. METHOD:FAULT is for requests of that method alone. Faults:
@@ -11,9 +11,10 @@
 // Every request is a line "METHOD URL RANGE" in FAULTS.log.
 import fs from 'node:fs';
 import http from 'node:http';
+import https from 'node:https';
 
 const target = new URL(process.argv[2]);
-const faults = process.argv[3];
+const [faults, certificate, key] = process.argv.slice(3);
 
 function takeFault(method) {
   if (!fs.existsSync(faults)) return [];
@@ -52,7 +53,7 @@ async function send(answer, body, fault, number) {
   answer.end();
 }
 
-const server = http.createServer((request, answer) => {
+function answerRequest(request, answer) {
   const [fault, argument] = takeFault(request.method);
   fs.appendFileSync(`${faults}.log`, `${request.method} ${request.url} ${request.headers.range ?? '-'}\n`);
   if (fault === 'hang') return;
@@ -78,5 +79,9 @@ const server = http.createServer((request, answer) => {
   );
   upstream.on('error', () => answer.destroy());
   request.pipe(upstream);
-});
+}
+
+const server = certificate
+  ? https.createServer({ cert: fs.readFileSync(certificate), key: fs.readFileSync(key) }, answerRequest)
+  : http.createServer(answerRequest);
 server.listen(0, '127.0.0.1', () => console.log(server.address().port));
