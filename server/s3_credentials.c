@@ -77,30 +77,29 @@ static bool read_file(const char *path, const char *profile, srv_s3_credentials 
   return is_read;
 }
 
-static const char *variable(char *(*environment)(const char *name), const char *name) {
-  const char *text = environment(name);
+static const char *variable(const char *name) {
+  const char *text = getenv(name);
   return text != NULL ? text : "";
 }
 
-bool srv_s3_credentials_read(const char *file, char *(*environment)(const char *name),
-                             srv_s3_credentials *out, char *error, size_t error_size) {
-  const char *key = variable(environment, "AWS_ACCESS_KEY_ID");
-  const char *profile = variable(environment, "AWS_PROFILE");
+bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, char *error, size_t error_size) {
+  const char *key = variable("AWS_ACCESS_KEY_ID");
+  const char *profile = variable("AWS_PROFILE");
   *out = (srv_s3_credentials){0};
   if (profile[0] == '\0') profile = "default";
   if (file[0] != '\0') return read_file(file, profile, out, error, error_size);
   if (key[0] != '\0') {
     bool is_read = copy(key, out->key, sizeof out->key) &&
-                   copy(variable(environment, "AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
-                   copy(variable(environment, "AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
+                   copy(variable("AWS_SECRET_ACCESS_KEY"), out->secret, sizeof out->secret) &&
+                   copy(variable("AWS_SESSION_TOKEN"), out->token, sizeof out->token) &&
                    out->secret[0] != '\0';
     if (!is_read)
       snprintf(error, error_size, "AWS_ACCESS_KEY_ID needs an AWS_SECRET_ACCESS_KEY of usual length");
     return is_read;
   }
-  const char *shared = variable(environment, "AWS_SHARED_CREDENTIALS_FILE");
+  const char *shared = variable("AWS_SHARED_CREDENTIALS_FILE");
   if (shared[0] != '\0') return read_file(shared, profile, out, error, error_size);
-  const char *home = variable(environment, "HOME");
+  const char *home = variable("HOME");
   char path[PATH_MAX];
   int length = snprintf(path, sizeof path, "%s/.aws/credentials", home);
   bool is_there = home[0] != '\0' && length < PATH_MAX && access(path, F_OK) == 0;

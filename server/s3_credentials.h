@@ -15,9 +15,8 @@ typedef struct srv_s3_credentials {
 /* Reads them from the file that is named, of the form of ~/.aws/credentials; with file "" from the
  * AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY and AWS_SESSION_TOKEN of the environment, else from the file that
  * AWS_SHARED_CREDENTIALS_FILE names, else from ~/.aws/credentials. Of a file the section that AWS_PROFILE
- * names counts, "default" without it, and what stands before all sections. environment answers as getenv
- * does. False with one line in error. Any thread. */
-bool srv_s3_credentials_read(const char *file, char *(*environment)(const char *name),
-                             srv_s3_credentials *out, char *error, size_t error_size);
+ * names counts, "default" without it, and what stands before all sections. False with one line in error. Any
+ * thread. */
+bool srv_s3_credentials_read(const char *file, srv_s3_credentials *out, char *error, size_t error_size);
 
 #endif

@@ -134,7 +134,7 @@ srv_s3 *srv_s3_open(const srv_config *config, char *error, size_t error_size) {
   s3->ca_file = variable("AWS_CA_BUNDLE");
   bool is_usable = s3->credentials != NULL && curl_global_init(CURL_GLOBAL_DEFAULT) == CURLE_OK &&
                    read_place(s3, config, error, error_size) &&
-                   srv_s3_credentials_read(s3->credentials, getenv, &credentials, error, error_size);
+                   srv_s3_credentials_read(s3->credentials, &credentials, error, error_size);
   explicit_bzero(&credentials, sizeof credentials);
   if (is_usable) return s3;
   srv_s3_close(s3);
@@ -394,8 +394,7 @@ static void try_once(srv_s3 *s3, transfer *t, const char *content_hash, uint64_t
   char detail[CURL_ERROR_SIZE] = "";
   srv_s3_credentials credentials;
   srv_s3_answer *answer = t->answer;
-  if (!srv_s3_credentials_read(s3->credentials, getenv, &credentials, answer->reason,
-                               sizeof answer->reason)) {
+  if (!srv_s3_credentials_read(s3->credentials, &credentials, answer->reason, sizeof answer->reason)) {
     answer->status = 0;
     return;
   }

@@ -40,7 +40,8 @@ another() { { cat "$samples/octopus.obj"; echo "# $1"; } >"model-$1.obj"; }
 refused_at_start() {
   local check
   for check in --check=false --check; do
-    run timeout 20 "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$TESTED_DATA/x" \
+    # shellcheck disable=SC2086 # the runner may have arguments
+    run timeout 20 ${TESTED_RUNNER-} "${TESTED_BINARY:-$root/build/tweend}" --listen 127.0.0.1:0 --data "$TESTED_DATA/x" \
       --cache-dir "$PWD/cache" "$check" "${@:2}"
     echo "$output"
     [ "$status" = 1 ]
