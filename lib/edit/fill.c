@@ -107,15 +107,20 @@ static tw_status make_patches(filler *h) {
   h->patches = tw_alloc_zero(h->hole_count, sizeof *h->patches);
   if (!points || !h->patches) return tw_editor_no_memory(e);
   for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);
-  tw_status status = is_fair ? tw_rings_find(&rings, e) : TW_OK;
+  tw_patch_edges edges;
+  tw_status status = tw_patch_edges_init(&edges, e, h->corner_count);
+  if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
     tw_patch *p = &h->patches[i];
     p->loop = points + h->holes[i];
+    p->edges = &edges;
     p->loop_count = h->holes[i + 1] - h->holes[i];
     status = tw_patch_triangulate(p, e, &budget);
     if (status == TW_OK && is_fair) status = tw_patch_refine(p, e, &rings, room);
     if (status == TW_OK && is_fair) status = tw_patch_fair(p, e, &rings, &budget);
-    if (status == TW_OK) room -= p->point_count - p->loop_count;
+    if (status != TW_OK) break;
+    tw_patch_finish(p);
+    room -= p->point_count - p->loop_count;
   }
   return status;
 }

@@ -23,6 +23,46 @@ typedef struct covering {
   uint16_t *splits; /* [n * n] the third corner of the triangle behind them */
 } covering;
 
+/* ---- edges between holes ------------------------------------------------------------------------------- */
+
+tw_status tw_patch_edges_init(tw_patch_edges *edges, const tw_editor *editor, uint32_t count) {
+  uint64_t room = 16;
+  while (room < 2 * (uint64_t)count) room *= 2;
+  edges->mask = (uint32_t)(room - 1);
+  edges->pairs = tw_arena_alloc(editor->arena, room, sizeof *edges->pairs);
+  return edges->pairs ? TW_OK : tw_editor_no_memory(editor);
+}
+
+/* Where a pair is, or belongs. */
+static uint32_t *find_pair(const tw_patch_edges *edges, uint32_t a, uint32_t b) {
+  uint32_t lesser = a < b ? a : b, greater = a < b ? b : a;
+  uint64_t mixed = ((uint64_t)lesser << 32 | greater) * 0x9E3779B97F4A7C15u;
+  for (uint32_t at = (uint32_t)(mixed >> 32) & edges->mask;; at = (at + 1) & edges->mask) {
+    uint32_t *pair = edges->pairs[at];
+    if (pair[0] == pair[1] || (pair[0] == lesser && pair[1] == greater)) return pair;
+  }
+}
+
+bool tw_patch_is_taken(const tw_patch *patch, const tw_editor *editor, uint32_t a, uint32_t b) {
+  const uint32_t *pair = find_pair(patch->edges, patch->loop[a], patch->loop[b]);
+  return pair[0] != pair[1] ||
+         tw_topology_find_edge(editor->topology, patch->loop[a], patch->loop[b]) != UINT32_MAX;
+}
+
+/* Fewer than the loop has points: what lies in a loop does not cross. */
+void tw_patch_finish(const tw_patch *patch) {
+  for (uint32_t i = 0; i < 3 * patch->triangle_count; i++) {
+    uint32_t a = patch->triangles[i / 3][i % 3], b = patch->triangles[i / 3][(i + 1) % 3];
+    if (a >= patch->loop_count || b >= patch->loop_count || (a + 1) % patch->loop_count == b) continue;
+    uint32_t *pair = find_pair(patch->edges, patch->loop[a], patch->loop[b]);
+    bool is_up = patch->loop[a] < patch->loop[b];
+    pair[0] = patch->loop[is_up ? a : b];
+    pair[1] = patch->loop[is_up ? b : a];
+  }
+}
+
+/* ---- triangles ----------------------------------------------------------------------------------------- */
+
 tw_hole_budget tw_hole_budget_of(const tw_editor *editor) {
   uint64_t size = (uint64_t)editor->mesh.point_count + editor->mesh.corner_count;
   return (tw_hole_budget){LOOKS * size, STEPS * size};
@@ -50,8 +90,7 @@ static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
 }
 
 static bool is_taken(const covering *c, uint32_t a, uint32_t b) {
-  const uint32_t *points = c->patch->loop;
-  return tw_topology_find_edge(c->editor->topology, points[a], points[b]) != UINT32_MAX;
+  return tw_patch_is_taken(c->patch, c->editor, a, b);
 }
 
 /* The best third corner for the places from first to last of a loop. */

@@ -6,10 +6,20 @@
 
 enum { TW_PATCH_TERMS = 4 };
 
+/* The edges that patches have between points of the mesh: a hash set of pairs. */
+typedef struct tw_patch_edges {
+  uint32_t (*pairs)[2]; /* [mask + 1] the lesser point first; the same twice: free */
+  uint32_t mask;
+} tw_patch_edges;
+
+/* Room for so many, in the editor's arena. TW_NO_MEMORY. */
+tw_status tw_patch_edges_init(tw_patch_edges *edges, const tw_editor *editor, uint32_t count);
+
 /* Points are named by their place: in the loop, or behind it where they are the patch's own. A zeroed one may
  * be deinited. */
 typedef struct tw_patch {
-  const uint32_t *loop; /* [loop_count] of the editor's mesh, 3 or more, each once */
+  const uint32_t *loop;  /* [loop_count] of the editor's mesh, 3 or more, each once */
+  tw_patch_edges *edges; /* of the patches before */
   uint32_t loop_count, point_count, triangle_count;
   uint32_t (*triangles)[3]; /* [triangle_count] wound as the loop */
   /* Where the patch has points of its own: */
@@ -22,6 +32,12 @@ typedef struct tw_patch {
 } tw_patch;
 
 void tw_patch_deinit(tw_patch *patch);
+
+/* Whether the mesh, or a patch before, has an edge between two places of the loop. */
+bool tw_patch_is_taken(const tw_patch *patch, const tw_editor *editor, uint32_t a, uint32_t b);
+
+/* Lets the patches behind it know a patch's edges. */
+void tw_patch_finish(const tw_patch *patch);
 
 /* Work that is left for holes: triangles looked at, and steps of points. */
 typedef struct tw_hole_budget {

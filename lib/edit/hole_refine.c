@@ -202,10 +202,8 @@ static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
 
 /* Whether two places have an edge: in the patch round the first of them from triangle t on, or in the mesh.
  */
-static bool has_edge(const tw_patch *p, const tw_topology *topology, uint32_t t, uint32_t a, uint32_t b) {
-  if (a < p->loop_count && b < p->loop_count &&
-      tw_topology_find_edge(topology, p->loop[a], p->loop[b]) != UINT32_MAX)
-    return true;
+static bool has_edge(const tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t a, uint32_t b) {
+  if (a < p->loop_count && b < p->loop_count && tw_patch_is_taken(p, editor, a, b)) return true;
   for (uint32_t way = 0; way < 2; way++) {
     uint32_t at = t;
     do {
@@ -219,14 +217,14 @@ static bool has_edge(const tw_patch *p, const tw_topology *topology, uint32_t t,
 }
 
 /* Swaps the side behind corner k for the one that crosses it where that is Delaunay's. */
-static bool swap(tw_patch *p, const tw_topology *topology, uint32_t t, uint32_t k) {
+static bool swap(tw_patch *p, const tw_editor *editor, uint32_t t, uint32_t k) {
   uint32_t u = p->beyond[t][k];
   if (u == UINT32_MAX || u < t) return false;
   uint32_t m = corner_to(p, u, t);
   uint32_t a = p->triangles[t][k], b = p->triangles[t][(k + 1) % 3], c = p->triangles[t][(k + 2) % 3];
   uint32_t d = p->triangles[u][(m + 2) % 3];
   if (c == d || !(angle(p, c, a, b) + angle(p, d, a, b) > 3.14159265358979323846 + 1e-9)) return false;
-  if (has_edge(p, topology, t, c, d)) return false;
+  if (has_edge(p, editor, t, c, d)) return false;
   uint32_t bc = p->beyond[t][(k + 1) % 3], ca = p->beyond[t][(k + 2) % 3];
   uint32_t ad = p->beyond[u][(m + 1) % 3], db = p->beyond[u][(m + 2) % 3];
   put_triangle(p, t, (uint32_t[]){c, a, d}, (uint32_t[]){ca, ad, u});
@@ -236,20 +234,20 @@ static bool swap(tw_patch *p, const tw_topology *topology, uint32_t t, uint32_t 
   return true;
 }
 
-static void relax(tw_patch *p, const tw_topology *topology) {
+static void relax(tw_patch *p, const tw_editor *editor) {
   bool is_done = false;
   for (int sweep = 0; sweep < SWEEPS && !is_done; sweep++) {
     is_done = true;
     for (uint32_t t = 0; t < p->triangle_count; t++)
       for (uint32_t k = 0; k < 3; k++)
-        if (swap(p, topology, t, k)) is_done = false;
+        if (swap(p, editor, t, k)) is_done = false;
   }
 }
 
 tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rings *rings,
                           uint64_t points_max) {
   if (!begin(patch, editor, rings)) return tw_editor_no_memory(editor);
-  relax(patch, editor->topology);
+  relax(patch, editor);
   for (uint32_t round = 0, before = 0; round < ROUNDS && before != patch->point_count; round++) {
     uint32_t count = patch->triangle_count;
     before = patch->point_count;
@@ -261,7 +259,7 @@ tw_status tw_patch_refine(tw_patch *patch, const tw_editor *editor, const tw_rin
       if (!make_room(patch, patch->point_count + 1)) return tw_editor_no_memory(editor);
       split(patch, t, centre, scale);
     }
-    relax(patch, editor->topology);
+    relax(patch, editor);
   }
   return TW_OK;
 }

@@ -294,6 +294,24 @@ TEST(holes_cut_into_a_ball_close_to_a_ball) {
   assert_closes(TW_FILL_FAIR);
 }
 
+/* Two gaps of four sides that meet in two points, across which the shorter diagonal of both is: one takes it.
+ */
+TEST(two_covers_do_not_share_an_edge) {
+  static const float points[][3] = {{0, 0, 1},     {0, 0, -1},     {3, 0.2f, 0}, {3, -0.2f, 0},
+                                    {-3, 0.2f, 0}, {-3, -0.2f, 0}, {0, 4, 0},    {0, -4, 0}};
+  /* Gaps 0 2 1 3 and 0 5 1 4; the rest is a shell round 6 in front and 7 behind. */
+  static const uint32_t corners[] = {0, 2, 6, 2, 1, 6, 1, 4, 6, 4, 0, 6, 3, 0, 7, 1, 3, 7, 5, 1, 7, 0, 5, 7},
+                        offsets[] = {0, 3, 6, 9, 12, 15, 18, 21, 24};
+  const tw_mesh mesh = mesh_of(points[0], 8, corners, offsets, 8);
+  for (int method = TW_FILL_TRIANGLES; method <= TW_FILL_FAIR; method++) {
+    const tw_edit fill = {.kind = TW_EDIT_FILL, .fill = {.max_edges = 4, .method = (tw_fill_method)method}};
+    edited out = edit(&mesh, &fill, 1);
+    assert_int_equal(out.stats.nonmanifold_edges, 0);
+    assert_int_equal(out.stats.boundary_edges, 0);
+    edited_deinit(&out);
+  }
+}
+
 /* A cap of 30 degrees: a lid of least area lies up to 13 % below the ball, a fair one goes on as the ball. */
 TEST(fair_patches_are_bent_as_what_is_round_them) {
   scan s = ball(4);
