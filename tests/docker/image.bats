@@ -106,19 +106,18 @@ files() {
   [ "$(grep -c 'BEGIN CERTIFICATE' etc/ssl/certs/ca-certificates.crt)" -gt 100 ]
 }
 
-# By the engine's clock, from the start of the process to its line; the best of three on a machine that does more.
-@test "it serves half a second after it was started" {
+# What the engine does before it starts the process is not counted; the best of three on a machine that does more.
+@test "it is ready a second after it was started" {
   best=1000000
   for _ in 1 2 3; do
     started
-    begin=$(docker inspect --format '{{.State.StartedAt}}' "$name")
-    line=$(docker logs --timestamps "$name" 2>/dev/null | sed -n 's/ tweend .* listening on .*//p')
-    took=$((($(date --date "$line" +%s%N) - $(date --date "$begin" +%s%N)) / 1000000))
+    ready=$(date +%s%N)
+    took=$(((ready - $(date --date "$(docker inspect --format '{{.State.StartedAt}}' "$name")" +%s%N)) / 1000000))
     ((took >= best)) || best=$took
     docker rm --force --volumes "$name" >/dev/null
   done
   echo "# $best ms" >&3
-  ((best < 500))
+  ((best < 1000))
 }
 
 @test "the page is in it" {
