@@ -83,6 +83,7 @@ TEST_WITH(bad_flags_are_named_in_one_line, set_up, tear_down) {
   assert_bad(f, "--spool-limit", "255MiB", "--max-upload");
 }
 
+#ifdef TWEEND_S3
 TEST_WITH(an_object_store_has_no_store_limit_and_needs_a_folder, set_up, tear_down) {
   fixture *f = *state;
   assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket", "--store-limit=1GiB"}),
@@ -93,6 +94,11 @@ TEST_WITH(an_object_store_has_no_store_limit_and_needs_a_folder, set_up, tear_do
   assert_non_null(strstr(f->error, "--cache-dir"));
   assert_int_equal(read_flags(f, (const char *const[4]){"--data=s3://bucket"}), SRV_CONFIG_RUN);
 }
+#else
+TEST_WITH(a_build_without_object_stores_refuses_them, set_up, tear_down) {
+  assert_bad(*state, "--data", "s3://bucket", "without object stores");
+}
+#endif
 
 TEST_WITH(bad_variable_is_named, set_up, tear_down) {
   fixture *f = *state;
