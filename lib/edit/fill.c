@@ -96,25 +96,38 @@ static void drop_patches(filler *h) {
   free(h->patches);
 }
 
-/* Covers every hole. TW_LIMIT, TW_NO_MEMORY. */
+typedef struct hole_size {
+  uint32_t size, hole;
+} hole_size;
+
+static int compare_sizes(const void *left, const void *right) {
+  const hole_size *a = left, *b = right;
+  if (a->size != b->size) return a->size < b->size ? -1 : 1;
+  return a->hole < b->hole ? -1 : a->hole > b->hole;
+}
+
+/* Covers every hole, small ones first: they have the fewest covers to choose from. TW_LIMIT, TW_NO_MEMORY. */
 static tw_status make_patches(filler *h) {
   const tw_editor *e = h->editor;
   bool is_fair = e->edit->fill.method == TW_FILL_FAIR;
   tw_hole_budget budget = tw_hole_budget_of(e);
   tw_rings rings;
   uint32_t *points = tw_arena_alloc_raw(e->arena, h->corner_count, sizeof *points);
+  hole_size *order = tw_arena_alloc_raw(e->arena, h->hole_count, sizeof *order);
   uint64_t room = e->limits->points;
   h->patches = tw_alloc_zero(h->hole_count, sizeof *h->patches);
-  if (!points || !h->patches) return tw_editor_no_memory(e);
+  if (!points || !order || !h->patches) return tw_editor_no_memory(e);
   for (uint32_t i = 0; i < h->corner_count; i++) points[i] = start_of(h, h->corners[i]);
+  for (uint32_t i = 0; i < h->hole_count; i++) order[i] = (hole_size){h->holes[i + 1] - h->holes[i], i};
+  qsort(order, h->hole_count, sizeof *order, compare_sizes);
   tw_patch_edges edges;
   tw_status status = tw_patch_edges_init(&edges, e, h->corner_count);
   if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
-    tw_patch *p = &h->patches[i];
-    p->loop = points + h->holes[i];
+    tw_patch *p = &h->patches[order[i].hole];
+    p->loop = points + h->holes[order[i].hole];
     p->edges = &edges;
-    p->loop_count = h->holes[i + 1] - h->holes[i];
+    p->loop_count = order[i].size;
     status = tw_patch_triangulate(p, e, &budget);
     if (status == TW_OK && is_fair) status = tw_patch_refine(p, e, &rings, room);
     if (status == TW_OK && is_fair) status = tw_patch_fair(p, e, &rings, &budget);

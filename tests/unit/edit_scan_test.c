@@ -312,6 +312,25 @@ TEST(two_covers_do_not_share_an_edge) {
   }
 }
 
+/* So many that what is left hangs together by points: holes share points, and edges across them. */
+TEST(edges_of_many_holes_have_two_faces_each) {
+  for (uint32_t round = 0; round < 80; round++) {
+    scan s = ball(3);
+    uint32_t list[400], count = 5 * (round + 1);
+    seed = round;
+    for (uint32_t i = 0; i < count; i++) list[i] = (uint32_t)((any() + 1) / 2 * s.mesh.point_count);
+    const tw_edit edits[] = {
+        {.kind = TW_EDIT_DELETE,
+         .selection = {TW_EDIT_VERTICES, TW_SELECT_LIST, .count = count, .indices = list}},
+        {.kind = TW_EDIT_FILL, .fill.method = round % 2 ? TW_FILL_TRIANGLES : TW_FILL_FAIR}};
+    edited out = edit(&s.mesh, edits, 2);
+    assert_int_equal(out.stats.nonmanifold_edges, 0);
+    assert_int_equal(out.stats.boundary_edges, 0);
+    edited_deinit(&out);
+    tw_arena_destroy(s.arena);
+  }
+}
+
 /* A cap of 30 degrees: a lid of least area lies up to 13 % below the ball, a fair one goes on as the ball. */
 TEST(fair_patches_are_bent_as_what_is_round_them) {
   scan s = ball(4);
