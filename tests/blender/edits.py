@@ -205,9 +205,15 @@ def segmented_cube(segments):
 # Blender's angles begin elsewhere: a number of segments that four divides makes the same points of any of them. Its
 # icosphere stands on a point, ours on an edge as three.js's does, with which tests/node compares it.
 SHAPES = [
-    ({"kind": "grid", "size": [2, 2], "segments": [4, 6]}, lambda add: add.primitive_grid_add(x_subdivisions=4, y_subdivisions=6)),
+    (
+        {"kind": "grid", "size": [2, 2], "segments": [4, 6]},
+        lambda add: add.primitive_grid_add(x_subdivisions=4, y_subdivisions=6),
+    ),
     ({"kind": "box", "size": [2, 2, 2], "segments": [3, 3, 3]}, lambda add: segmented_cube(3)),
-    ({"kind": "uv_sphere", "segments": 12, "rings": 7}, lambda add: add.primitive_uv_sphere_add(segments=12, ring_count=7)),
+    (
+        {"kind": "uv_sphere", "segments": 12, "rings": 7},
+        lambda add: add.primitive_uv_sphere_add(segments=12, ring_count=7),
+    ),
     ({"kind": "cylinder", "height": 3, "segments": 8}, lambda add: add.primitive_cylinder_add(vertices=8, depth=3)),
     (
         {"kind": "cylinder", "height": 3, "segments": 8, "caps": "fan"},
@@ -217,7 +223,10 @@ SHAPES = [
         {"kind": "cylinder", "height": 3, "segments": 8, "caps": "none"},
         lambda add: add.primitive_cylinder_add(vertices=8, depth=3, end_fill_type="NOTHING"),
     ),
-    ({"kind": "cone", "height": 3, "segments": 12, "rings": 1}, lambda add: add.primitive_cone_add(vertices=12, depth=3)),
+    (
+        {"kind": "cone", "height": 3, "segments": 12, "rings": 1},
+        lambda add: add.primitive_cone_add(vertices=12, depth=3),
+    ),
     (
         {"kind": "torus", "radius": 2, "tube": 0.5, "segments": 12, "sides": 8},
         lambda add: add.primitive_torus_add(major_radius=2, minor_radius=0.5, major_segments=12, minor_segments=8),
