@@ -9,9 +9,6 @@
 /* What the steps back hold, for each point and corner of the mesh. */
 enum { COARSEN_BYTES = 160 };
 
-/* Farther from the surface, as a share of the mesh's size, it is another one than the cage's. */
-static const double FITS = 1e-4;
-
 static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *error) {
   const char *text = api_query_get(query, "levels");
   uint64_t levels = TW_LEVEL_MAX;
@@ -30,7 +27,7 @@ static tw_status find_cage(const api_remade *remade, const tw_surface_options *o
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   tw_status status = tw_mesh_coarsen(mesh, options, remade->call->arena, found, error);
   if (status != TW_OK) return status;
-  if (found->error > FITS * found->size)
+  if (!found->fits)
     return tw_fail(
         error, TW_INVALID,
         "the mesh is no surface: %u step%s back there is a cage, whose surface misses it by up to %g",

@@ -12,7 +12,7 @@
 #include "surface.h"
 
 /* A step fits when it misses no point by more than this share of the mesh's size. */
-static const double FITS = 1e-4;
+static const double FITS = 1e-5;
 
 static const uint32_t NONE = UINT32_MAX;
 
@@ -452,12 +452,6 @@ static double size_of(const tw_mesh *mesh) {
   return size;
 }
 
-/* Whether a mesh that was taken back with these misses so far goes on with one of this. */
-static bool goes_on(const tw_coarsened *so_far, double miss) {
-  double enough = FITS * so_far->size;
-  return so_far->levels == 0 || so_far->error > enough || so_far->error + miss <= enough;
-}
-
 tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
                           tw_coarsened *out, tw_error *error) {
   if (options->scheme == TW_BILINEAR)
@@ -468,7 +462,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   double *positions = tw_arena_alloc_raw(arena, mesh->point_count, 3 * sizeof *positions);
   if (!positions) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++) positions[i] = mesh->positions[i];
-  *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh)};
+  *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh), .fits = true};
   while (out->levels < options->level) {
     step s = {.mesh = &out->mesh, .positions = positions, .options = *options, .arena = arena};
     s.rules = (tw_rules){.chaikin = options->creasing == TW_CREASE_CHAIKIN,
@@ -482,7 +476,9 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     if (status == TW_INVALID && out->levels > 0) break;
     if (status == TW_NO_MEMORY) return tw_fail(error, TW_NO_MEMORY, "out of memory");
     if (status != TW_OK) return status;
-    if (!goes_on(out, miss)) break;
+    bool fits = out->fits && out->error + miss <= FITS * out->size;
+    if (out->levels > 0 && out->fits && !fits) break;
+    out->fits = fits;
     out->mesh = next;
     out->levels++;
     out->error += miss;

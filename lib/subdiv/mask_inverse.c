@@ -11,7 +11,7 @@ enum { ROUNDS_MAX = 500 };
 
 /* What is left of the gradient where the rounds end, beside the first: double has 16 digits, and what comes
  * in has 7. */
-static const double ENOUGH = 1e-11;
+static const double ENOUGH = 1e-10;
 
 /* The step as a matrix from the parent's vertices to the child's. Rows of edges and vertices take shares of
  * face points as well, which are shares of their own rows: those come first. */

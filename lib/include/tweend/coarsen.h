@@ -15,6 +15,7 @@ typedef struct tw_coarsened {
    * taken together at most. */
   double error;
   double size; /* of the mesh's bounds, their longest side */
+  bool fits; /* the error is at most 1e-5 of the size: about what rounding to float and the way back leave */
   /* Some of the cage's points could be elsewhere as well: of a closed piece where three edges meet
    * everywhere, what alternates from point to point vanishes in one step. The cage has none of it. */
   bool is_ambiguous;
@@ -23,7 +24,7 @@ typedef struct tw_coarsened {
 /* The cage of which a checked mesh is a refinement, by options->scheme, not bilinear, with a border of edges,
  * or of edges and corners. Takes back up to options->level steps; connectivity says whether there is one, in
  * each piece, and where it allows several cages, positions do. The first step back is taken however far the
- * positions are from a surface; further ones, after one that fits within 1e-4 of the mesh's size, only where
+ * positions are from a surface; further ones, after one that fits, only where
  * they fit likewise. Of the points that stay the cage has what subdivides, solved for: positions, texture
  * coordinates, attributes, displacements; and joints with their weights as they are. Edges and points that
  * are sharp after n steps were sharper by n; what was sharp and is not any more is not known. A face has the
