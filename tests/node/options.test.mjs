@@ -238,8 +238,11 @@ for (const asked of cases) {
     assert.equal(Number(gltf.length), gltf.bytes.length);
 
     const faces = statements(obj, 'f').map((line) => line.split(' ').length - 1);
-    assert.equal(faces.length, foretold.faces);
-    assert.equal(statements(obj, 'v').length, foretold.vertices);
+    // A level 0 of polygons has holes as well, in extras; an OBJ has none.
+    const query = asked.query.replace('level=0&polygons=ngon', 'level=0');
+    const withoutHoles = JSON.parse((await get(one, { ...asked, query }, 'json')).bytes);
+    assert.equal(faces.length, withoutHoles.faces);
+    assert.equal(statements(obj, 'v').length, withoutHoles.vertices);
     for (const count of ['vertices', 'edges', 'faces'])
       assert.equal(sum(foretold.meshes.map((mesh) => mesh[count])), foretold[count]);
     const document = jsonOf(glb.bytes);
