@@ -828,10 +828,11 @@ export type Edit = {
   edit: "mirror";
   axis: "x" | "y" | "z";
   /**
-   * Vertices nearer to the plane are on it; negative: none.
+   * Vertices nearer to the plane are on it, and one with their image; negative or `false`: none. `true`: the
+   * default.
    * @default 0.000001
    */
-  weld?: number;
+  weld?: number | boolean;
   name?: string;
   /** @default false */
   optional?: boolean;

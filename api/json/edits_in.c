@@ -319,11 +319,16 @@ static tw_status read_fill(const api_value *values, tw_edit *edit) {
 
 static const char *const axes[] = {"x", "y", "z", NULL};
 
+/* A distance; or whether points on the plane are one with their image. */
+static tw_status read_mirror_weld(const api_value *value, double *out) {
+  *out = cJSON_IsFalse(value->item) ? -1 : 1e-6;
+  return cJSON_IsBool(value->item) ? TW_OK : read_number(value, out);
+}
+
 static tw_status read_mirror(const api_value *values, tw_edit *edit) {
-  edit->mirror.weld = 1e-6;
   tw_status status = need(&values[AXIS]);
   if (status == TW_OK) status = api_json_choice(&values[AXIS], axes, &edit->mirror.axis);
-  return status == TW_OK ? read_number(&values[WELD], &edit->mirror.weld) : status;
+  return status == TW_OK ? read_mirror_weld(&values[WELD], &edit->mirror.weld) : status;
 }
 
 static tw_status read_move(const api_value *values, tw_edit *edit) {

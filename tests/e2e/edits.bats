@@ -75,6 +75,21 @@ upload_box() {
   [ "$(value '.models | length')" = "$before" ]
 }
 
+@test "a mirror welds what lies on its plane, or not" {
+  echo '{"meshes": [{"shape": {"kind": "grid"}, "edits": [{"edit": "move", "faces": "all", "by": [0.5, 0, 0]}]}]}' >half.json
+  upload half.json
+  for weld in true 1e-6; do
+    edit "$id" '{"edits": [{"edit": "mirror", "axis": "x", "weld": '$weld'}]}'
+    holds '.meshes[0].vertices == 6'
+  done
+  for weld in false -1; do
+    edit "$id" '{"edits": [{"edit": "mirror", "axis": "x", "weld": '$weld'}]}'
+    holds '.meshes[0].vertices == 8'
+  done
+  edit "$id" '{"edits": [{"edit": "mirror", "axis": "x", "weld": "all"}]}'
+  expect 400
+}
+
 @test "a refined mesh gives its cage back" {
   upload "$samples/octopus.obj"
   cage=$id
