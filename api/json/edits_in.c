@@ -484,7 +484,8 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
     const tw_edit_limits limits = {.points = room,
                                    .faces = room < making->faces_max ? room : making->faces_max,
                                    .corners = room,
-                                   .work = EDITS_OF_MOST * room};
+                                   .work = EDITS_OF_MOST * room,
+                                   .parallel = making->parallel};
     if (making->grant && !making->grant(making->context, call->granted + EDIT_BYTES * room))
       return api_json_no_memory(json);
     status = tw_mesh_edit(call->mesh, call->model, edits, count, &limits, json->arena, out, list, &named,
@@ -492,7 +493,8 @@ tw_status api_edits_apply(const api_value *array, const api_edit_call *call, tw_
     if (room == most) break;
     room *= 8;
   } while (status == TW_LIMIT);
-  if (status != TW_OK) return status == TW_NO_MEMORY ? status : api_json_fail_within(array, status);
+  if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
+  if (status != TW_OK) return api_json_fail_within(array, status);
   if (!made) return TW_OK;
   *made = list;
   *made_count = named;

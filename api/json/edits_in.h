@@ -16,6 +16,7 @@ typedef struct api_making {
    * there is memory. */
   bool (*grant)(void *context, uint64_t bytes);
   void *context;
+  const tw_parallel_for *parallel; /* asked whether the edits are still wanted; or NULL */
 } api_making;
 
 /* Reads a list of edits: [*count], in the arena. What they find in a mesh is for tw_mesh_edit to check. */

@@ -3,6 +3,7 @@
 #include "handlers.h"
 #include "plans.h"
 #include "remade.h"
+#include "service.h"
 
 #include <string.h>
 
@@ -25,7 +26,8 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
-  tw_status status = tw_mesh_coarsen(mesh, options, remade->call->arena, found, error);
+  tw_status status =
+      tw_mesh_coarsen(mesh, options, remade->call->service->parallel, remade->call->arena, found, error);
   if (status != TW_OK) return status;
   if (!found->fits)
     return tw_fail(

@@ -19,6 +19,11 @@ tw_status tw_editor_no_memory(const tw_editor *editor) {
   return tw_fail(editor->error, TW_NO_MEMORY, "out of memory");
 }
 
+tw_status tw_editor_go_on(const tw_editor *editor) {
+  tw_status status = tw_parallel_for_status(editor->limits->parallel);
+  return status == TW_OK ? status : tw_fail(editor->error, status, "the edits are not wanted any more");
+}
+
 tw_status tw_editor_fail(const tw_editor *editor, tw_status status, const char *place, const char *format,
                          ...) {
   char detail[256];
@@ -154,7 +159,8 @@ static tw_status apply_all(tw_editor *e, const tw_edit *edits, uint32_t edit_cou
     e->index = i;
     work += work_of(e);
     if (work > e->limits->work) return tw_editor_fail(e, TW_LIMIT, "", "too many edits of too large a mesh");
-    status = apply_edit(e);
+    status = tw_editor_go_on(e);
+    if (status == TW_OK) status = apply_edit(e);
   }
   return status;
 }

@@ -6,6 +6,7 @@
 #ifndef TWEEND_EDITOR_H
 #define TWEEND_EDITOR_H
 
+#include "parallel_for.h"
 #include "topology.h"
 #include "tweend/edit.h"
 
@@ -36,6 +37,9 @@ tw_status tw_editor_no_memory(const tw_editor *editor);
 /* Fills the error; the place is relative to the edit ("/faces/2"). */
 tw_status tw_editor_fail(const tw_editor *editor, tw_status status, const char *place, const char *format,
                          ...) TW_PRINTF(4, 5);
+
+/* TW_CANCELLED, with the error filled, where nobody wants the result any more. */
+tw_status tw_editor_go_on(const tw_editor *editor);
 
 /* Builds the topology where it is not there yet. O(corners). */
 tw_status tw_editor_need_topology(tw_editor *editor);

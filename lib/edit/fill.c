@@ -124,6 +124,8 @@ static tw_status make_patches(filler *h) {
   tw_status status = tw_patch_edges_init(&edges, e, h->corner_count);
   if (status == TW_OK && is_fair) status = tw_rings_find(&rings, e);
   for (uint32_t i = 0; i < h->hole_count && status == TW_OK; i++) {
+    status = tw_editor_go_on(e);
+    if (status != TW_OK) break;
     tw_patch *p = &h->patches[order[i].hole];
     p->loop = points + h->holes[order[i].hole];
     p->edges = &edges;

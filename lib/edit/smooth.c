@@ -65,6 +65,8 @@ tw_status tw_edit_smooth(tw_editor *editor) {
     for (int i = 0; i < 3; i++) s.at[p][i] = (double)tw_editor_point(editor, p)[i];
   bool is_taubin = edit->smooth.method == TW_SMOOTH_TAUBIN;
   for (uint32_t i = 0; i < edit->smooth.iterations; i++) {
+    status = tw_editor_go_on(editor);
+    if (status != TW_OK) return status;
     step(&s, is_taubin ? TAUBIN_SHRINK : LAPLACE);
     if (is_taubin) step(&s, TAUBIN_GROW);
   }

@@ -21,6 +21,7 @@ typedef struct step {
   const tw_mesh *mesh;
   const double *positions; /* [point_count][3] */
   tw_surface_options options;
+  const tw_parallel_for *parallel;
   tw_rules rules;
   tw_arena *scratch, *arena; /* of this step; of the result */
   tw_cage child;
@@ -137,51 +138,48 @@ static uint32_t *gather(const step *s, const parents *p, const tw_topology *coar
   return values;
 }
 
-/* child: [rows][width], out: [coarse vertices][width]. */
-static double *solve(const step *s, const tw_topology *coarse, uint32_t width, const double *child,
-                     tw_arena *arena, double *error) {
-  double *out = tw_arena_alloc_raw(arena, (size_t)coarse->vertex_count * width, sizeof *out);
-  if (out && tw_invert_masks(coarse, &s->rules, width, child, out, error) != TW_OK) return NULL;
-  return out;
-}
-
 static uint32_t row_count(const step *s, const tw_topology *coarse) {
   return coarse->vertex_count + coarse->edge_count + (s->rules.loop ? 0 : coarse->face_count);
 }
 
-/* values: [rows] elements of source, [width] each. NULL without memory. */
-static double *solve_floats(const step *s, const tw_topology *coarse, const uint32_t *values,
-                            const float *source, uint32_t width) {
-  double error;
-  double *child = tw_arena_alloc_raw(s->scratch, (size_t)row_count(s, coarse) * width, sizeof *child);
-  for (size_t row = 0; child && row < row_count(s, coarse); row++)
+/* Solves for values of width numbers: values [rows] names an element of `source` for each row.
+ * *out: [coarse vertices][width], rounded. */
+static tw_status solve_floats(const step *s, const tw_rules *rules, const tw_topology *coarse,
+                              const uint32_t *values, const float *source, uint32_t width,
+                              const float **out) {
+  size_t rows = row_count(s, coarse), count = (size_t)coarse->vertex_count * width;
+  double error, *child = tw_arena_alloc_raw(s->scratch, rows * width, sizeof *child),
+                *solved = tw_arena_alloc_raw(s->scratch, count, sizeof *solved);
+  float *rounded = tw_arena_alloc_raw(s->arena, count, sizeof *rounded);
+  if (!child || !solved || !rounded) return TW_NO_MEMORY;
+  for (size_t row = 0; row < rows; row++)
     for (uint32_t c = 0; c < width; c++) child[row * width + c] = source[(size_t)values[row] * width + c];
-  return child ? solve(s, coarse, width, child, s->scratch, &error) : NULL;
-}
-
-static float *to_floats(const double *values, size_t count, tw_arena *arena) {
-  float *out = values ? tw_arena_alloc_raw(arena, count, sizeof *out) : NULL;
-  for (size_t i = 0; out && i < count; i++) out[i] = (float)values[i];
-  return out;
+  tw_status status = tw_invert_masks(coarse, rules, width, child, s->parallel, solved, &error);
+  for (size_t i = 0; status == TW_OK && i < count; i++) rounded[i] = (float)solved[i];
+  *out = rounded;
+  return status;
 }
 
 static uint32_t point_of(const step *s, uint32_t vertex) {
   return s->child.point_of ? s->child.point_of[vertex] : vertex;
 }
 
-/* Points of the parents, [vertices][3]. TW_INVALID: edges of the parents are doubled, so that the child's
- * connectivity is not that of a step. */
-static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, double **out, double *error) {
+/* Points of the parents, [vertices][3], and which points of the child they were solved of, [rows].
+ * TW_INVALID: edges of the parents are doubled, so that the child's connectivity is not that of a step. */
+static tw_status solve_points(const step *s, const parents *p, tw_arena *arena, double **out,
+                              uint32_t **points, double *error) {
   bool is_one;
-  uint32_t *vertices = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &is_one);
+  *points = gather(s, p, &p->topology, s->child.topology.corner_vertex, arena, &is_one);
   uint32_t rows = row_count(s, &p->topology);
   double *child = tw_arena_alloc_raw(arena, rows, 3 * sizeof *child);
-  if (!vertices || !child) return TW_NO_MEMORY;
+  *out = tw_arena_alloc_raw(arena, p->topology.vertex_count, 3 * sizeof **out);
+  if (!*points || !child || !*out) return TW_NO_MEMORY;
   if (!is_one) return TW_INVALID;
-  for (size_t row = 0; row < rows; row++)
-    memcpy(child + 3 * row, s->positions + 3 * (size_t)point_of(s, vertices[row]), 3 * sizeof *child);
-  *out = solve(s, &p->topology, 3, child, arena, error);
-  return *out ? TW_OK : TW_NO_MEMORY;
+  for (size_t row = 0; row < rows; row++) {
+    (*points)[row] = point_of(s, (*points)[row]);
+    memcpy(child + 3 * row, s->positions + 3 * (size_t)(*points)[row], 3 * sizeof *child);
+  }
+  return tw_invert_masks(&p->topology, &s->rules, 3, child, s->parallel, *out, error);
 }
 
 /* ---- which cage
@@ -203,10 +201,11 @@ static void clear_seen(step *s, const tw_piece *piece) {
 static tw_status measure(step *s, const tw_piece *piece, double *error) {
   tw_arena *arena = tw_arena_create();
   parents p;
-  double *points;
+  double *solved;
+  uint32_t *points;
   *error = INFINITY;
   tw_status status = arena ? make_parents(s, piece, arena, &p) : TW_NO_MEMORY;
-  if (status == TW_OK) status = solve_points(s, &p, arena, &points, error);
+  if (status == TW_OK) status = solve_points(s, &p, arena, &solved, &points, error);
   clear_seen(s, piece);
   tw_arena_destroy(arena);
   return status == TW_INVALID ? TW_OK : status;
@@ -347,40 +346,35 @@ static tw_status make_uvs(const step *s, const parents *p, const tw_uv_set *from
   tw_status status = tw_uv_topology(&p->topology, &set, s->options.uv, s->arena, &t, &values_of);
   if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(&t, &p->topology, s->arena);
   if (status != TW_OK) return status;
-  step uv = *s;
-  uv.rules.linear = s->options.uv == TW_UV_ALL;
+  tw_rules rules = s->rules;
+  rules.linear = s->options.uv == TW_UV_ALL;
   bool is_one;
   uint32_t *values = gather(s, p, &t, from->corners, s->scratch, &is_one);
-  double *solved = values ? solve_floats(&uv, &t, values, from->values, 2) : NULL;
+  if (!values) return TW_NO_MEMORY;
   to->value_count = t.vertex_count;
-  to->values = to_floats(solved, 2 * (size_t)t.vertex_count, s->arena);
   to->corners = t.corner_vertex;
-  return to->values ? TW_OK : TW_NO_MEMORY;
+  return solve_floats(s, &rules, &t, values, from->values, 2, &to->values);
 }
 
-/* Of the points, in the order of a step's numbers. */
-static bool make_attributes(const step *s, const parents *p, const uint32_t *points, tw_mesh *out) {
+/* points: as of solve_points; those of vertices come first. */
+static tw_status make_attributes(const step *s, const parents *p, const uint32_t *points, tw_mesh *out) {
   const tw_topology *t = &p->topology;
   tw_attribute *attributes = tw_arena_alloc(s->arena, s->mesh->attribute_count, sizeof *attributes);
   const float **morphs = tw_arena_alloc(s->arena, s->mesh->morph_count, sizeof *morphs);
-  if (!attributes || !morphs) return false;
-  for (uint32_t a = 0; a < s->mesh->attribute_count; a++) {
-    attributes[a] = s->mesh->attributes[a];
-    uint32_t width = attributes[a].width;
-    attributes[a].values = to_floats(solve_floats(s, t, points, s->mesh->attributes[a].values, width),
-                                     (size_t)width * t->vertex_count, s->arena);
-    if (!attributes[a].values) return false;
+  tw_status status = attributes && morphs ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t a = 0; status == TW_OK && a < s->mesh->attribute_count; a++) {
+    const tw_attribute *from = &s->mesh->attributes[a];
+    attributes[a] = *from;
+    status = solve_floats(s, &s->rules, t, points, from->values, from->width, &attributes[a].values);
   }
-  for (uint32_t m = 0; m < s->mesh->morph_count; m++) {
-    morphs[m] =
-        to_floats(solve_floats(s, t, points, s->mesh->morphs[m], 3), 3 * (size_t)t->vertex_count, s->arena);
-    if (!morphs[m]) return false;
-  }
+  for (uint32_t m = 0; status == TW_OK && m < s->mesh->morph_count; m++)
+    status = solve_floats(s, &s->rules, t, points, s->mesh->morphs[m], 3, &morphs[m]);
+  if (status != TW_OK) return status;
   out->attributes = attributes;
   out->morphs = morphs;
   out->skin.joints = pick(s->arena, s->mesh->skin.joints, 4 * sizeof(uint16_t), points, t->vertex_count);
   out->skin.weights = pick(s->arena, s->mesh->skin.weights, 4 * sizeof(float), points, t->vertex_count);
-  return (out->skin.joints && out->skin.weights) || !s->mesh->skin.joints;
+  return (out->skin.joints && out->skin.weights) || !s->mesh->skin.joints ? TW_OK : TW_NO_MEMORY;
 }
 
 /* The parents of all faces as a mesh; *positions: as doubles. */
@@ -390,26 +384,25 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   const tw_piece all = {t->face_count, s->faces};
   parents p;
   tw_status status = make_parents(s, &all, s->arena, &p);
-  if (status == TW_OK) status = solve_points(s, &p, s->arena, positions, error);
+  uint32_t *points;
+  if (status == TW_OK) status = solve_points(s, &p, s->arena, positions, &points, error);
   if (status == TW_OK) status = find_ambiguity(s, &p.topology);
   if (status != TW_OK) return status;
-  bool is_one;
-  uint32_t *points = gather(s, &p, &p.topology, t->corner_vertex, s->scratch, &is_one);
-  if (!points) return TW_NO_MEMORY;
-  for (uint32_t i = 0; i < row_count(s, &p.topology); i++) points[i] = point_of(s, points[i]);
+  float *rounded = tw_arena_alloc_raw(s->arena, p.topology.vertex_count, 3 * sizeof *rounded);
+  if (!rounded) return TW_NO_MEMORY;
+  for (size_t i = 0; i < 3 * (size_t)p.topology.vertex_count; i++) rounded[i] = (float)(*positions)[i];
   *out = *s->mesh;
   out->point_count = p.topology.vertex_count;
   out->welded_points = out->crease_count = out->sharp_point_count = out->hole_count = 0;
-  out->positions = to_floats(*positions, 3 * (size_t)out->point_count, s->arena);
+  out->positions = rounded;
   out->face_count = p.faces.face_count;
   out->corner_count = p.faces.corner_count;
   out->face_offsets = p.faces.face_offsets;
   out->corners = p.topology.corner_vertex;
   out->normals = (tw_corner_normals){0};
   out->morph_normals = NULL;
-  if (!out->positions || !make_faces(s, &p, out) || !make_tags(s, &p, out) ||
-      !make_attributes(s, &p, points, out))
-    return TW_NO_MEMORY;
+  if (!make_faces(s, &p, out) || !make_tags(s, &p, out)) return TW_NO_MEMORY;
+  status = make_attributes(s, &p, points, out);
   for (uint32_t i = 0; status == TW_OK && i < s->mesh->uv_set_count; i++)
     status = make_uvs(s, &p, &s->mesh->uv_sets[i], &out->uv_sets[i]);
   return status;
@@ -452,8 +445,9 @@ static double size_of(const tw_mesh *mesh) {
   return size;
 }
 
-tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
-                          tw_coarsened *out, tw_error *error) {
+tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options,
+                          const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
+                          tw_error *error) {
   if (options->scheme == TW_BILINEAR)
     return tw_fail(error, TW_INVALID, "scheme bilinear has no way back: its surfaces are their own cages");
   if (options->boundary == TW_BOUNDARY_NONE || options->boundary == TW_BOUNDARY_OPEN)
@@ -464,7 +458,11 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++) positions[i] = mesh->positions[i];
   *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh), .fits = true};
   while (out->levels < options->level) {
-    step s = {.mesh = &out->mesh, .positions = positions, .options = *options, .arena = arena};
+    step s = {.mesh = &out->mesh,
+              .positions = positions,
+              .options = *options,
+              .parallel = parallel,
+              .arena = arena};
     s.rules = (tw_rules){.chaikin = options->creasing == TW_CREASE_CHAIKIN,
                          .loop = options->scheme == TW_LOOP,
                          .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
@@ -474,7 +472,9 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     tw_status status = s.scratch ? take_step(&s, &next, &positions, &miss, error) : TW_NO_MEMORY;
     tw_arena_destroy(s.scratch);
     if (status == TW_INVALID && out->levels > 0) break;
-    if (status == TW_NO_MEMORY) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+    if (status == TW_NO_MEMORY) return tw_fail(error, status, "out of memory");
+    if (status == TW_CANCELLED) return tw_fail(error, status, "the cage is not wanted any more");
+    if (status == TW_LIMIT) return tw_fail(error, status, "the cage would be over what 32 bits number");
     if (status != TW_OK) return status;
     bool fits = out->fits && out->error + miss <= FITS * out->size;
     if (out->levels > 0 && out->fits && !fits) break;

@@ -25,14 +25,12 @@ typedef struct step {
 
 static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
   const tw_topology *p = s->parent;
-  uint64_t room = 2 * (uint64_t)p->corner_count + 2 * (uint64_t)p->vertex_count;
-  uint32_t capacity = tw_refine_mask_capacity(p);
   s->faces = p->vertex_count + p->edge_count;
   s->rows = s->faces + (rules->loop ? 0 : p->face_count);
-  /* A vertex has a share of its own, and of each edge's and each face's at it; an edge of its ends and faces.
-   */
-  room +=
-      2 * (uint64_t)p->edge_count + 2 * (uint64_t)p->edge_count + 2 * (uint64_t)p->corner_count + capacity;
+  /* Vertices take themselves, their edges and faces; edges their ends, and faces or the corners across; face
+   * points their corners. The last mask may be written over the end of what it has. */
+  uint64_t room = (uint64_t)p->vertex_count + 6 * (uint64_t)p->edge_count + 3 * (uint64_t)p->corner_count +
+                  tw_refine_mask_capacity(p);
   if (room > UINT32_MAX) return TW_LIMIT;
   s->offsets = tw_arena_alloc_raw(arena, (size_t)s->rows + 1, sizeof *s->offsets);
   s->shares = tw_arena_alloc_raw(arena, room, sizeof *s->shares);
@@ -101,16 +99,18 @@ typedef struct vectors {
   double *left, *image, *scratch; /* [rows][width]: what the answer does not explain; of the direction */
 } vectors;
 
-static void descend(const step *s, const vectors *v) {
+static tw_status descend(const step *s, const tw_parallel_for *parallel, const vectors *v) {
   size_t columns = (size_t)s->parent->vertex_count * s->width, rows = (size_t)s->rows * s->width;
   memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
   transpose(s, v->scratch, v->gradient);
   memcpy(v->direction, v->gradient, columns * sizeof *v->direction);
   double size = square(v->gradient, columns), enough = size * ENOUGH * ENOUGH;
   for (uint32_t round = 0; round < ROUNDS_MAX && size > enough; round++) {
+    tw_status status = tw_parallel_for_status(parallel);
+    if (status != TW_OK) return status;
     apply(s, v->direction, v->image);
     double length = size / square(v->image, rows);
-    if (!isfinite(length)) return; /* the direction moves nothing */
+    if (!isfinite(length)) break; /* the direction moves nothing */
     add(v->answer, length, v->direction, columns);
     add(v->left, -length, v->image, rows);
     memcpy(v->scratch, v->left, rows * sizeof *v->scratch);
@@ -119,6 +119,7 @@ static void descend(const step *s, const vectors *v) {
     for (size_t i = 0; i < columns; i++) v->direction[i] = v->gradient[i] + share * v->direction[i];
     size = next;
   }
+  return TW_OK;
 }
 
 /* Masks sum to 1: a step moves with its values. So their mean can be taken off before, and the answer with
@@ -137,7 +138,7 @@ static double greatest_distance(const step *s, const double *left) {
 }
 
 tw_status tw_invert_masks(const tw_topology *parent, const tw_rules *rules, uint32_t width,
-                          const double *child, double *out, double *error) {
+                          const double *child, const tw_parallel_for *parallel, double *out, double *error) {
   tw_arena *arena = tw_arena_create();
   if (!arena) return TW_NO_MEMORY;
   step s = {.parent = parent, .width = width};
@@ -157,7 +158,7 @@ tw_status tw_invert_masks(const tw_topology *parent, const tw_rules *rules, uint
     take_mean(&s, child, mean);
     for (size_t i = 0; i < rows; i++) v.left[i] = child[i] - mean[i % width];
     memset(out, 0, columns * sizeof *out);
-    descend(&s, &v);
+    status = descend(&s, parallel, &v);
     for (size_t i = 0; i < columns; i++) out[i] += mean[i % width];
     *error = greatest_distance(&s, v.left);
   }

@@ -250,6 +250,31 @@ would_not_start() {
   expect 200
 }
 
+@test "edits and ways back to a cage end at --compute-timeout" {
+  needs_plain_build
+  start_daemon
+  shape='"shape": {"kind": "grid", "segments": [200, 200]}'
+  printf '{"meshes": [{%s}]}' "$shape" >grid.json
+  upload grid.json
+  grid=$id
+  post "/v1/surface.obj?level=1" grid.json
+  cp answer refined.obj
+  upload refined.obj
+  refined=$id
+  smooth=$(printf '{"edit": "smooth", "iterations": 100},%.0s' 1 2 3 4)
+  printf '{"meshes": [{%s, "edits": [%s]}]}' "$shape" "${smooth%,}" >smooth.json
+  printf '{"edits": [%s]}' "${smooth%,}" >edits.json
+  stop_daemon
+  start_daemon --compute-timeout 20ms
+  post "/v1/models/$grid/edits" edits.json --header 'Content-Type: application/json'
+  problem 503
+  holds '.detail | contains("longer than the daemon allows")'
+  post /v1/models smooth.json
+  problem 503
+  http POST "/v1/models/$refined/coarsen"
+  problem 503
+}
+
 @test "an error that repeats fills no log: the lines that are left out are counted" {
   start_daemon --log-format json
   rm -rf "$data"

@@ -96,7 +96,7 @@ std::string take_back(const Cage &cage, const tw_surface_options &options) {
   std::unique_ptr<tw_arena, decltype(&tw_arena_destroy)> arena(tw_arena_create(), tw_arena_destroy);
   tw_coarsened found;
   tw_error error;
-  if (tw_mesh_coarsen(&view.mesh, &back, arena.get(), &found, &error) != TW_OK) return error.detail;
+  if (tw_mesh_coarsen(&view.mesh, &back, nullptr, arena.get(), &found, &error) != TW_OK) return error.detail;
   if (found.levels != options.level) return std::to_string(found.levels) + " levels";
   const Cage coarse = cage_of(found.mesh);
   if (coarse.faces.size() != cage.faces.size()) return "other faces";

@@ -81,7 +81,7 @@ double area_by_tweend(const loop &points) {
   tw_edit fill{};
   fill.kind = TW_EDIT_FILL;
   fill.fill.method = TW_FILL_TRIANGLES;
-  const tw_edit_limits limits{1 << 20, 1 << 20, 1 << 20, 1 << 20};
+  const tw_edit_limits limits{1 << 20, 1 << 20, 1 << 20, 1 << 20, nullptr};
   const std::unique_ptr<tw_arena, void (*)(tw_arena *)> arena(tw_arena_create(), tw_arena_destroy);
   if (tw_mesh_edit(&mesh, nullptr, &fill, 1, &limits, arena.get(), &out, nullptr, nullptr, nullptr) != TW_OK)
     return -1;

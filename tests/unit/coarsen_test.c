@@ -65,7 +65,7 @@ static void comes_back(const tw_mesh *cage, tw_surface_options options) {
   tw_coarsened found;
   tw_error error;
   back.level = TW_LEVEL_MAX;
-  if (tw_mesh_coarsen(&fine.mesh, &back, arena, &found, &error) != TW_OK)
+  if (tw_mesh_coarsen(&fine.mesh, &back, NULL, arena, &found, &error) != TW_OK)
     fail_msg("level %u: %s %s", options.level, error.pointer, error.detail);
   assert_int_equal(found.levels, options.level);
   assert_int_equal(found.mesh.face_count, cage->face_count);
@@ -142,7 +142,7 @@ TEST(creases_were_sharper_a_level_above) {
     tw_coarsened found;
     tw_error error;
     tw_surface_options once = options_of(TW_CATMULL_CLARK, 1);
-    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &once, arena, &found, &error), TW_OK);
+    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &once, NULL, arena, &found, &error), TW_OK);
     assert_int_equal(found.mesh.crease_count, 4);
     for (uint32_t k = 0; k < 4; k++) assert_true(fabsf(found.mesh.crease_sharpness[k] - before[i]) < 1e-6f);
     assert_true(found.error < 1e-5);
@@ -166,7 +166,7 @@ TEST(what_alternates_in_a_cube_is_left_out) {
   tw_coarsened found;
   tw_error error;
   tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
-  assert_int_equal(tw_mesh_coarsen(&fine.mesh, &back, arena, &found, &error), TW_OK);
+  assert_int_equal(tw_mesh_coarsen(&fine.mesh, &back, NULL, arena, &found, &error), TW_OK);
   assert_true(found.is_ambiguous);
   assert_true(found.error < 1e-5);
   assert_true(greatest_difference(found.mesh.positions, cube_points[0], 24) < 1e-5f);
@@ -202,7 +202,7 @@ TEST(pieces_choose_for_themselves) {
   tw_coarsened found;
   tw_error error;
   tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
-  assert_int_equal(tw_mesh_coarsen(&both, &back, arena, &found, &error), TW_OK);
+  assert_int_equal(tw_mesh_coarsen(&both, &back, NULL, arena, &found, &error), TW_OK);
   assert_int_equal(found.levels, 2);
   assert_int_equal(found.mesh.face_count, c->mesh.face_count + 6);
   assert_true(found.error < 1e-5);
@@ -220,7 +220,7 @@ static void is_no_refinement(const tw_mesh *mesh, tw_scheme scheme, const char *
   tw_coarsened found;
   tw_error error;
   tw_surface_options back = options_of(scheme, 1);
-  assert_int_equal(tw_mesh_coarsen(mesh, &back, arena, &found, &error), TW_INVALID);
+  assert_int_equal(tw_mesh_coarsen(mesh, &back, NULL, arena, &found, &error), TW_INVALID);
   assert_string_equal(error.pointer, place);
   tw_arena_destroy(arena);
 }
@@ -240,4 +240,27 @@ TEST(what_is_no_refinement_says_so) {
   free(triangles);
   free(odd);
   free(empty);
+}
+
+static bool is_unwanted(void *owner) {
+  uint32_t *times = owner;
+  return (*times)-- == 0;
+}
+
+TEST(a_cage_that_nobody_wants_any_more_is_not_found) {
+  cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+  level fine = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 2));
+  const tw_surface_options back = options_of(TW_CATMULL_CLARK, TW_LEVEL_MAX);
+  for (uint32_t wanted = 0; wanted < 100; wanted += 33) {
+    uint32_t left = wanted;
+    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+    tw_arena *arena = tw_arena_create();
+    tw_coarsened found;
+    tw_error error = {0};
+    assert_int_equal(tw_mesh_coarsen(&fine.mesh, &back, &parallel, arena, &found, &error), TW_CANCELLED);
+    assert_int_equal(error.status, TW_CANCELLED);
+    tw_arena_destroy(arena);
+  }
+  free_level(&fine);
+  free(c);
 }

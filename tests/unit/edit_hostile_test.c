@@ -181,7 +181,7 @@ static void assert_made(const tw_mesh *mesh, const tw_made *made) {
 }
 
 TEST(any_edits_of_any_mesh) {
-  const tw_edit_limits limits = {20000, 20000, 80000, 400000};
+  const tw_edit_limits limits = {.points = 20000, .faces = 20000, .corners = 80000, .work = 400000};
   tangle *t = malloc(sizeof *t);
   uint32_t kinds[TW_EDIT_KINDS] = {0};
   assert_non_null(t);
@@ -228,7 +228,7 @@ TEST(any_edits_of_any_mesh) {
 TEST(spheres_stay_spheres) {
   const tw_edit_kind kinds[] = {TW_EDIT_EXTRUDE,     TW_EDIT_INSET, TW_EDIT_LOOP_CUT, TW_EDIT_SUBDIVIDE,
                                 TW_EDIT_TRIANGULATE, TW_EDIT_QUADS, TW_EDIT_ORIENT};
-  const tw_edit_limits limits = {20000, 20000, 80000, 400000};
+  const tw_edit_limits limits = {.points = 20000, .faces = 20000, .corners = 80000, .work = 400000};
   uint32_t done = 0;
   for (uint32_t round = 0; round < 2000; round++) {
     tw_mesh mesh = cube(), next;

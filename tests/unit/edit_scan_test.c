@@ -406,7 +406,8 @@ TEST(patches_of_too_many_points_are_refused) {
   const tw_mesh mesh = grid_of(&g, 16, 16);
   const tw_edit edits[] = {middle(),
                            {.kind = TW_EDIT_FILL, .fill = {.max_edges = 40, .method = TW_FILL_FAIR}}};
-  const tw_edit_limits limits = {400, 1 << 20, 1 << 20, 1 << 20}, few = {17 * 17, 1 << 20, 1 << 20, 1 << 20};
+  const tw_edit_limits limits = {.points = 400, .faces = 1 << 20, .corners = 1 << 20, .work = 1 << 20},
+                       few = {.points = 17 * 17, .faces = 1 << 20, .corners = 1 << 20, .work = 1 << 20};
   tw_mesh out;
   tw_error error;
   tw_arena *arena = tw_arena_create();

@@ -93,7 +93,7 @@ TEST(too_much_work_is_refused) {
   tw_edit edits[4];
   tw_arena *arena = tw_arena_create();
   tw_error error = {0};
-  const tw_edit_limits limits = {100, 100, 100, 3 * 32};
+  const tw_edit_limits limits = {.points = 100, .faces = 100, .corners = 100, .work = 3 * 32};
   for (int i = 0; i < 4; i++) edits[i] = (tw_edit){.kind = TW_EDIT_MOVE, .selection = all_faces};
   assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 3, &limits, arena, &out, NULL, NULL, &error), TW_OK);
   assert_int_equal(tw_mesh_edit(&mesh, NULL, edits, 4, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
@@ -103,6 +103,43 @@ TEST(too_much_work_is_refused) {
   smooth.smooth.iterations = 30;
   assert_int_equal(tw_mesh_edit(&mesh, NULL, &smooth, 1, &limits, arena, &out, NULL, NULL, &error), TW_LIMIT);
   tw_arena_destroy(arena);
+}
+
+/* owner: how many times more the result is wanted. */
+static bool is_unwanted(void *owner) {
+  uint32_t *times = owner;
+  return (*times)-- == 0;
+}
+
+/* Edits of a cube after which somebody asks that often whether the result is still wanted. */
+static void asks(const tw_edit *edits, uint32_t count, uint32_t times) {
+  const tw_mesh mesh = cube();
+  for (uint32_t wanted = 0; wanted <= times; wanted++) {
+    uint32_t left = wanted;
+    const tw_parallel_for parallel = {.owner = &left, .is_cancelled = is_unwanted};
+    tw_edit_limits limits = roomy;
+    limits.parallel = &parallel;
+    tw_mesh out;
+    tw_error error = {0};
+    tw_arena *arena = tw_arena_create();
+    tw_status status = tw_mesh_edit(&mesh, NULL, edits, count, &limits, arena, &out, NULL, NULL, &error);
+    assert_int_equal(status, wanted < times ? TW_CANCELLED : TW_OK);
+    assert_int_equal(error.status, status);
+    tw_arena_destroy(arena);
+  }
+}
+
+TEST(edits_that_nobody_wants_any_more_end) {
+  const uint32_t face = 0;
+  const tw_edit move = {.kind = TW_EDIT_MOVE, .selection = all_faces}, moves[] = {move, move, move};
+  const tw_edit smooth = {.kind = TW_EDIT_SMOOTH, .smooth.iterations = 4};
+  const tw_edit close[] = {
+      {.kind = TW_EDIT_DELETE,
+       .selection = {.of = TW_EDIT_FACES, .by = TW_SELECT_LIST, .count = 1, .indices = &face}},
+      {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_TRIANGLES}};
+  asks(moves, 3, 3);
+  asks(&smooth, 1, 5); /* before the edit, and before each round */
+  asks(close, 2, 3);   /* before each edit, and before the hole */
 }
 
 /* ---- selections ---------------------------------------------------------------------------------------- */

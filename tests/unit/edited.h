@@ -20,7 +20,8 @@ typedef struct edited {
   uint32_t made_count;
 } edited;
 
-static const tw_edit_limits roomy = {1 << 20, 1 << 20, 1 << 22, 1 << 24};
+static const tw_edit_limits roomy = {
+    .points = 1 << 20, .faces = 1 << 20, .corners = 1 << 22, .work = 1 << 24};
 
 static inline void edited_deinit(edited *e) {
   tw_mesh_stats_deinit(&e->stats);

@@ -24,16 +24,17 @@ typedef struct tw_coarsened {
 /* The cage of which a checked mesh is a refinement, by options->scheme, not bilinear, with a border of edges,
  * or of edges and corners. Takes back up to options->level steps; connectivity says whether there is one, in
  * each piece, and where it allows several cages, positions do. The first step back is taken however far the
- * positions are from a surface; further ones, after one that fits, only where
- * they fit likewise. Of the points that stay the cage has what subdivides, solved for: positions, texture
- * coordinates, attributes, displacements; and joints with their weights as they are. Edges and points that
- * are sharp after n steps were sharper by n; what was sharp and is not any more is not known. A face has the
- * material and the groups of its first child. Normals do not come along. Arrays of the result live in the
+ * positions are from a surface; further ones, after one that fits, only
+ * where they fit as well. Of the points that stay the cage has what subdivides, solved for: positions,
+ * texture coordinates, attributes, displacements; and joints with their weights as they are. Edges and points
+ * that are sharp after n steps were sharper by n; what was sharp and is not any more is not known. A face has
+ * the material and the groups of its first child. Normals do not come along. Arrays of the result live in the
  * arena, or are the mesh's. TW_INVALID: no refinement, which names the first face of the piece; an option
- * that has no way back. TW_LIMIT, TW_NO_MEMORY. O(corners) for each step but for the solving, see
- * subdiv/mask_inverse.h. */
-tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options, tw_arena *arena,
-                          tw_coarsened *out, tw_error *error);
+ * that has no way back. TW_LIMIT, TW_CANCELLED, TW_NO_MEMORY. parallel: asked whether the result is still
+ * wanted; or NULL. O(corners) for each step but for the solving, see subdiv/mask_inverse.h. */
+tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options,
+                          const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
+                          tw_error *error);
 
 #ifdef __cplusplus
 }

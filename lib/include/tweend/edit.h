@@ -207,6 +207,8 @@ typedef struct tw_edit_limits {
   /* The sum of points and corners of the meshes that the edits find, once more for ten rounds of smoothing.
    */
   uint64_t work;
+  /* Asked between edits, rounds of smoothing and holes whether the result is still wanted; or NULL. */
+  const tw_parallel_for *parallel;
 } tw_edit_limits;
 
 /* What an edit with a name made, as the finished mesh has it. */
@@ -225,7 +227,7 @@ typedef struct tw_made {
  * made: [edit_count] at most, in the arena, or NULL; *made_count.
  * Each edit is O(n log n) in what it finds and leaves. On failure the pointer is relative to the list of
  * edits ("/3/edge", "/3/faces/2"): TW_INVALID: an edit that cannot be done; TW_LIMIT, with the counts that
- * there would be; TW_UNSUPPORTED; TW_NO_MEMORY. Any thread. */
+ * there would be; TW_UNSUPPORTED; TW_CANCELLED; TW_NO_MEMORY. Any thread. */
 tw_status tw_mesh_edit(const tw_mesh *mesh, const tw_model *model, const tw_edit *edits, uint32_t edit_count,
                        const tw_edit_limits *limits, tw_arena *arena, tw_mesh *out, tw_made *made,
                        uint32_t *made_count, tw_error *error);
