@@ -12,6 +12,7 @@
 
 #include <curl/curl.h>
 #include <inttypes.h>
+#include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
 #include <stdlib.h>
@@ -322,7 +323,8 @@ static void print_hash(api_bytes bytes, char out[2 * SHA256_DIGEST_SIZE + 1]) {
   sha256_init(&hash);
   sha256_update(&hash, bytes.size, bytes.data);
   sha256_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(out + 2 * i, 3, "%02x", digest[i]);
+  base16_encode_update(out, sizeof digest, digest);
+  out[2 * sizeof digest] = '\0';
 }
 
 /* Encoded: metadata is ASCII. */

@@ -25,6 +25,7 @@
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -564,7 +565,7 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
 static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
   struct sha256_ctx hash;
   uint8_t piece[PIECE], digest[ID_SIZE / 2];
-  char text[API_ID_TEXT];
+  char text[ID_SIZE];
   sha256_init(&hash);
   for (uint64_t at = 0; at < size; at += sizeof piece) {
     ptrdiff_t got = srv_read_at(fd, piece, sizeof piece, at);
@@ -572,8 +573,8 @@ static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
     sha256_update(&hash, (size_t)got, piece);
   }
   sha256_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 2 * i, 3, "%02x", digest[i]);
-  *matches = strcmp(text, id) == 0;
+  base16_encode_update(text, sizeof digest, digest);
+  *matches = memcmp(text, id, sizeof text) == 0;
   return true;
 }
 

@@ -21,6 +21,7 @@
 #include "s3_list.h"
 
 #include <errno.h>
+#include <nettle/base16.h>
 #include <nettle/md5.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
@@ -216,10 +217,10 @@ static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size
 
 static bool has_hash(arrival *a, const char *id) {
   uint8_t digest[ID_SIZE / 2];
-  char text[API_ID_TEXT];
+  char text[ID_SIZE];
   sha256_digest(&a->hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 2 * i, 3, "%02x", digest[i]);
-  return strcmp(text, id) == 0;
+  base16_encode_update(text, sizeof digest, digest);
+  return memcmp(text, id, sizeof text) == 0;
 }
 
 static bool read_mapping(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
@@ -357,17 +358,18 @@ static char *summary_of(void *context, const char *id) {
 
 /* ---- storing and removing --------------------------------------------------------------------- */
 
-/* Whether this ETag is of these bytes, as it is of what is stored in one piece and not encrypted. */
+/* Whether an ETag is the bytes' MD5, in quotes. It is where an object was stored in one piece and is not
+ * encrypted. */
 static bool is_md5_of(const char *etag, api_bytes bytes) {
   struct md5_ctx hash;
   uint8_t digest[MD5_DIGEST_SIZE];
-  char text[2 * MD5_DIGEST_SIZE + 3] = "\"";
+  char text[2 * MD5_DIGEST_SIZE];
   md5_init(&hash);
   md5_update(&hash, bytes.size, bytes.data);
   md5_digest(&hash, sizeof digest, digest);
-  for (size_t i = 0; i < sizeof digest; i++) snprintf(text + 1 + 2 * i, 3, "%02x", digest[i]);
-  strcat(text, "\"");
-  return strcmp(text, etag) == 0;
+  base16_encode_update(text, sizeof digest, digest);
+  return strlen(etag) == sizeof text + 2 && etag[0] == '"' && etag[sizeof text + 1] == '"' &&
+         memcmp(text, etag + 1, sizeof text) == 0;
 }
 
 /* Whether the object that is there is whole. */
