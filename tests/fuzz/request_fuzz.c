@@ -14,7 +14,8 @@ enum { LINE_MAX = 1000, FIELDS_MAX = 3000 };
 
 static const char model[] =
     "{\"meshes\":[{\"name\":\"m\",\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[2,0,1]],"
-    "\"faces\":[[0,1,2,3],[1,4,2]],\"creases\":[{\"edge\":[1,2],\"sharpness\":1.5}],\"holes\":[1]}],"
+    "\"faces\":[[0,1,2,3],[1,4,2]],\"creases\":[{\"edge\":[1,2],\"sharpness\":1.5}],\"holes\":[1]},"
+    "{\"name\":\"refined\",\"shape\":{\"kind\":\"grid\",\"segments\":[4,2]}}],"
     "\"nodes\":[{\"name\":\"a\",\"mesh\":\"m\"},{\"name\":\"b\",\"parent\":\"a\"}],"
     "\"clips\":[{\"name\":\"c\",\"tracks\":[{\"node\":\"a\",\"path\":\"rotation\",\"times\":[0,1],"
     "\"quaternions\":[[0,0,0,1],[0,0,1,0]]},{\"node\":\"b\",\"path\":\"translation\",\"times\":[0],"

@@ -1,5 +1,8 @@
 #include "use_model.h"
 
+#include "tweend/coarsen.h"
+#include "tweend/edit.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -130,6 +133,99 @@ static void store(const tw_model *model) {
   tw_arena_destroy(arena);
 }
 
+/* A mesh that an edit or a way back has made. */
+static void check_made(const tw_mesh *mesh, tw_scheme scheme, uint32_t level, tw_surface_counts *counts) {
+  const tw_surface_options options = {.level = level, .scheme = scheme};
+  if (tw_mesh_check(mesh, NULL, NULL) != TW_OK || tw_surface_count(mesh, &options, counts, NULL) != TW_OK)
+    abort();
+}
+
+/* Cleans a mesh as a scan is cleaned. What cannot be done leaves the mesh as it is. */
+static void clean(const tw_model *model, tw_mesh mesh, tw_arena *arena) {
+  static const tw_edit edits[] = {
+      {.kind = TW_EDIT_MERGE,
+       .selection = {.by = TW_SELECT_ALL, .of = TW_EDIT_VERTICES},
+       .merge.distance = 0.01},
+      {.kind = TW_EDIT_ORIENT},
+      {.kind = TW_EDIT_DROP_PIECES, .drop_pieces.faces = 2},
+      {.kind = TW_EDIT_DESPIKE, .despike.factor = 1.5},
+      {.kind = TW_EDIT_FILL, .fill = {.max_edges = 4, .method = TW_FILL_NGON}},
+      {.kind = TW_EDIT_FILL, .fill = {.max_edges = 16, .method = TW_FILL_TRIANGLES}},
+      {.kind = TW_EDIT_FILL, .fill.method = TW_FILL_FAIR},
+      {.kind = TW_EDIT_SMOOTH, .smooth = {TW_SMOOTH_TAUBIN, 3}},
+      {.kind = TW_EDIT_TRIANGULATE},
+      {.kind = TW_EDIT_SMOOTH, .smooth = {TW_SMOOTH_LAPLACIAN, 2}},
+      {.kind = TW_EDIT_QUADS},
+  };
+  static const tw_edit_limits limits = {1 << 16, 1 << 16, 1 << 18, 1 << 22, NULL};
+  for (size_t i = 0; i < sizeof edits / sizeof *edits; i++) {
+    tw_mesh next;
+    tw_made made;
+    uint32_t made_count = 0;
+    tw_surface_counts counts;
+    if (tw_mesh_edit(&mesh, model, &edits[i], 1, &limits, arena, &next, &made, &made_count, NULL) != TW_OK)
+      continue;
+    check_made(&next, TW_CATMULL_CLARK, 1, &counts);
+    mesh = next;
+  }
+}
+
+/* Where the mesh is a refinement, its cage has as many faces at that level. */
+static void coarsen(const tw_mesh *mesh, tw_scheme scheme, tw_boundary boundary, tw_arena *arena) {
+  const tw_surface_options options = {.level = 3, .scheme = scheme, .boundary = boundary};
+  tw_coarsened found;
+  tw_surface_counts fine;
+  if (tw_mesh_coarsen(mesh, &options, NULL, arena, &found, NULL) != TW_OK) return;
+  if (found.levels < 1 || found.levels > options.level) abort();
+  check_made(&found.mesh, scheme, found.levels, &fine);
+  if (fine.faces + mesh->hole_count < mesh->face_count || fine.faces > mesh->face_count) abort();
+}
+
+/* The first level of a mesh as a mesh of its own. */
+static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_mesh *out) {
+  const tw_surface_options options = {.level = 1, .scheme = scheme};
+  tw_surface *surface;
+  if (tw_surface_create(mesh, &options, &surface, NULL) != TW_OK) return false;
+  const tw_surface_counts *counts = tw_surface_get_counts(surface);
+  uint32_t *offsets = tw_arena_alloc(arena, counts->faces + 1, sizeof *offsets);
+  uint32_t *corners = tw_arena_alloc(arena, counts->corners, sizeof *corners);
+  float *positions = tw_arena_alloc(arena, counts->vertices, 3 * sizeof *positions);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  bool has_memory = offsets && corners && positions && reader;
+  if (has_memory) {
+    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, counts->vertices, positions);
+    tw_surface_read_faces(reader, TW_DOMAIN_POINTS, 0, counts->faces, NULL, corners);
+    for (uint32_t f = 0; f <= counts->faces; f++) offsets[f] = f * (scheme == TW_LOOP ? 3 : 4);
+    tw_mesh_init(out);
+    out->positions = positions;
+    out->point_count = (uint32_t)counts->vertices;
+    out->face_offsets = offsets;
+    out->face_count = (uint32_t)counts->faces;
+    out->corners = corners;
+    out->corner_count = (uint32_t)counts->corners;
+  }
+  tw_surface_reader_destroy(reader);
+  tw_surface_destroy(surface);
+  return has_memory;
+}
+
+/* Edits, and ways back to a cage, of each mesh and of its first level. */
+static void remake(const tw_model *model) {
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    tw_arena *arena = tw_arena_create();
+    if (!arena) return;
+    const tw_mesh *mesh = &model->meshes[i];
+    tw_mesh fine;
+    clean(model, *mesh, arena);
+    for (int scheme = TW_CATMULL_CLARK; scheme <= TW_LOOP; scheme++) {
+      coarsen(mesh, (tw_scheme)scheme, TW_BOUNDARY_EDGE_AND_CORNER, arena);
+      if (refine(mesh, (tw_scheme)scheme, arena, &fine))
+        coarsen(&fine, (tw_scheme)scheme, TW_BOUNDARY_EDGE_ONLY, arena);
+    }
+    tw_arena_destroy(arena);
+  }
+}
+
 void use_model(tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_mesh_stats facts;
@@ -139,6 +235,7 @@ void use_model(tw_model *model) {
   if (is_small(model)) {
     draw(model);
     store(model);
+    remake(model);
   }
   tw_model_destroy(model);
 }

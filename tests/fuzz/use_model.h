@@ -4,8 +4,9 @@
 
 #include "tweend/format.h"
 
-/* Describes and poses the model, writes answers of a small one in every encoding and its cages, which are
- * read back, and destroys it. */
+/* Describes and poses the model; writes answers of a small one in every encoding and its cages, which are
+ * read back; cleans its meshes as scans, and looks for cages of them and of their first levels; destroys it.
+ */
 void use_model(tw_model *model);
 
 #endif
