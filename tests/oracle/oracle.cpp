@@ -86,19 +86,36 @@ static uint32_t decay_levels(const Cage &cage) {
   return static_cast<uint32_t>(std::ceil(greatest));
 }
 
-Oracle::Oracle(const Cage &cage, const tw_surface_options &o)
+Oracle::Oracle(const Cage &cage, const tw_surface_options &o, const Sculpts &sculpts)
     : refiner_(refiner_for(cage, o)), linear_(o.scheme == TW_BILINEAR) {
-  refine(cage, o);
+  refine(cage, o, sculpts);
   if (!o.normals || linear_ || o.level >= decay_levels(cage)) return;
   tw_surface_options further = o;
   further.level++;
   further.limit = false;
   Cage bare = cage;
   bare.uv_sets.clear();
-  next_ = std::make_unique<Oracle>(bare, further);
+  next_ = std::make_unique<Oracle>(bare, further, sculpts);
 }
 
-void Oracle::refine(const Cage &cage, const tw_surface_options &o) {
+void Oracle::follow(const Cage &cage, const tw_surface_options &o, const Sculpts &sculpts) {
+  tw_surface_options deepest = o;
+  deepest.level = sculpts.back().level;
+  deepest.limit = deepest.normals = false;
+  Sculpts shown;
+  for (const Sculpt &sculpt : sculpts)
+    if (sculpt.level <= o.level) shown.push_back(sculpt);
+  const Oracle to(cage, deepest, sculpts), from(cage, deepest, shown);
+  for (size_t i = 0; i < points.size(); i++) {
+    int v = static_cast<int>(i);
+    for (int level = static_cast<int>(o.level); level < static_cast<int>(deepest.level); level++)
+      v = to.refiner_->GetLevel(level).GetVertexChildVertex(v);
+    points[i].AddWithWeight(to.points[static_cast<size_t>(v)], 1);
+    points[i].AddWithWeight(from.points[static_cast<size_t>(v)], -1);
+  }
+}
+
+void Oracle::refine(const Cage &cage, const tw_surface_options &o, const Sculpts &sculpts) {
   Far::PrimvarRefinerReal<double> primvar(*refiner_);
   points.resize(static_cast<size_t>(cage.point_count()));
   for (size_t i = 0; i < points.size(); i++)
@@ -113,6 +130,8 @@ void Oracle::refine(const Cage &cage, const tw_surface_options &o) {
     std::vector<Value3> next(static_cast<size_t>(refiner_->GetLevel(level).GetNumVertices()));
     primvar.Interpolate(level, points, next);
     points.swap(next);
+    for (const Sculpt &sculpt : sculpts)
+      if (sculpt.level == static_cast<uint32_t>(level)) points = sculpt.points;
     for (int set = 0; set < sets; set++) {
       std::vector<Value3> &values = uvs[static_cast<size_t>(set)];
       std::vector<Value3> refined(static_cast<size_t>(refiner_->GetLevel(level).GetNumFVarValues(set)));
@@ -120,6 +139,7 @@ void Oracle::refine(const Cage &cage, const tw_surface_options &o) {
       values.swap(refined);
     }
   }
+  if (!sculpts.empty() && sculpts.back().level > o.level) follow(cage, o, sculpts);
   unmoved_ = points;
   std::vector<Value3> limit(points.size());
   tangents1_.resize(points.size());

@@ -16,9 +16,17 @@ struct Value3 {
   }
 };
 
+// All points of a level, in OpenSubdiv's order, in place of those that subdivision makes.
+struct Sculpt {
+  uint32_t level;
+  std::vector<Value3> points;
+};
+using Sculpts = std::vector<Sculpt>; // of ascending levels
+
 class Oracle {
 public:
-  Oracle(const Cage &cage, const tw_surface_options &options);
+  // Above the deepest level that is sculpted, vertices are moved as far as there.
+  Oracle(const Cage &cage, const tw_surface_options &options, const Sculpts &sculpts = {});
 
   const OpenSubdiv::Far::TopologyRefiner &refiner() const { return *refiner_; }
   const OpenSubdiv::Far::TopologyLevel &level() const { return refiner_->GetLevel(refiner_->GetMaxLevel()); }
@@ -40,7 +48,8 @@ public:
 
 private:
   Kind kind_of(int vertex) const;
-  void refine(const Cage &cage, const tw_surface_options &options);
+  void refine(const Cage &cage, const tw_surface_options &options, const Sculpts &sculpts);
+  void follow(const Cage &cage, const tw_surface_options &options, const Sculpts &sculpts);
 
   std::unique_ptr<OpenSubdiv::Far::TopologyRefiner> refiner_;
   bool linear_;
