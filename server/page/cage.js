@@ -160,6 +160,7 @@ export class Cage {
   }
 
   dispose() {
+    this.object.removeFromParent();
     this.object.traverse((object) => {
       object.geometry?.dispose();
       object.skeleton?.dispose();

@@ -5,7 +5,7 @@ import { choice, make, plural } from './dom.js';
 import { fail } from './notices.js';
 import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
-import { CHOICES, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
+import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
 import { change, note, openOther, state, step, watch } from './state.js';
 
 const DOCUMENT_MOST = 1e6; // bytes of a model whose text is edited
@@ -30,20 +30,33 @@ function fieldsOf(parameters, about) {
 }
 
 export class EditPanel {
-  /** models: the list, which a new model comes into. */
-  constructor(panel, { viewport, models }) {
-    Object.assign(this, { viewport, models, selection: [], edits: [] });
+  /** models: the list, which a new model comes into. beside: what shows the original. */
+  constructor(panel, { viewport, models, beside }) {
+    Object.assign(this, { viewport, models, beside, selection: [], edits: [] });
     this.picker = new Picker(viewport, (...picked) => this.pick(...picked));
     this.shape = make('div', { className: 'parameters' });
     this.kinds = KINDS.map(([kind, text]) => make('button', { type: 'button', className: 'chip', onclick: () => this.choose(kind) }, text));
     this.chosen = make('input', { type: 'text', 'aria-label': 'Selection', autocomplete: 'off', spellcheck: false, onchange: () => this.type() });
-    this.said = make('p', { className: 'dim', role: 'status' });
+    this.said = make('p', { className: 'dim selected', role: 'status' });
     this.buttons = make('div', { className: 'edits' });
     this.text = make('textarea', { rows: 7, 'aria-label': 'Edits', spellcheck: false });
     this.undo = make('button', { type: 'button', onclick: () => this.apply(this.edits.slice(0, -1)) }, 'Undo');
     this.use = make('button', { type: 'button', className: 'primary', onclick: () => this.applyText() }, 'Apply');
     this.curl = make('div');
+    this.steps = CLEANING.map((form) => {
+      const box = make('input', { type: 'checkbox', checked: true });
+      const values = make('div', { className: 'edit' });
+      return { form, box, values, row: make('div', { className: 'edit' }, make('label', { className: 'check' }, box, make('span', {}, wordsOf(form.edit))), values) };
+    });
+    this.besides = make('input', { type: 'checkbox', onchange: () => this.showBeside() });
+    this.cleaned = make('p', { className: 'dim cleaned', role: 'status' });
     this.body = make('div', {},
+      make('h3', {}, 'Scan'),
+      make('div', { className: 'row' },
+        make('button', { type: 'button', className: 'primary', onclick: () => this.cleanUp() }, 'Clean up'),
+        make('label', { className: 'check' }, this.besides, make('span', {}, 'Beside the original'))),
+      make('details', {}, make('summary', {}, 'Steps of a clean-up'), ...this.steps.map(({ row }) => row)),
+      this.cleaned, beside.table,
       make('h3', {}, 'Select'),
       make('div', { className: 'row', role: 'group', 'aria-label': 'What is selected' }, ...this.kinds),
       this.chosen, this.said, this.buttons,
@@ -60,6 +73,7 @@ export class EditPanel {
     watch((names) => {
       if (names.has('model')) this.close();
       if (names.has('tab')) this.open(this.model);
+      if (names.has('beside')) this.showSides();
     });
     this.close();
   }
@@ -90,6 +104,7 @@ export class EditPanel {
     if (!this.isSending) this.selection = []; // of another model
     this.picker.close();
     this.model = null;
+    this.cleaned.textContent = '';
     this.body.hidden = true;
   }
 
@@ -109,6 +124,7 @@ export class EditPanel {
       fail('The edits of the model cannot be shown', error);
       return;
     }
+    this.showSteps();
     this.showEdits();
     this.body.hidden = false;
     await this.openCage();
@@ -123,6 +139,7 @@ export class EditPanel {
     this.edits = (this.document ? this.document.meshes[this.mesh].edits : this.kept) ?? [];
     this.text.value = printEdits(this.edits);
     this.undo.disabled = this.edits.length === 0;
+    this.showSides();
     const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
       : [`v1/models/${this.source}/edits`, { mesh: this.meshName, edits: this.edits }];
     const key = tweend.key ? '-H "Authorization: Bearer $KEY" ' : '';
@@ -184,8 +201,9 @@ export class EditPanel {
 
   /** Another mesh is edited from now on. A list in the address is of one mesh: the next one begins with the model as it is. */
   turnTo(mesh) {
-    change({ mesh, from: '', edits: '' });
+    change({ mesh, from: '', edits: '', beside: '' });
     this.kept = [];
+    this.showSteps();
     this.showEdits();
   }
 
@@ -223,7 +241,7 @@ export class EditPanel {
     const isNone = Array.isArray(this.selection) && this.selection.length === 0;
     if (form.of.length > 0 && isNone) return this.say(`Select ${this.kind} first.`);
     if (form.edit === 'loop_cut' && !Array.isArray(this.selection)) return this.say('A loop cut is of one edge.');
-    return this.apply([...this.edits, editOf(form, parameters, this.kind, this.selection)], form.stays);
+    return this.apply([...this.edits, editOf(form, parameters, this.kind, this.selection)], form);
   }
 
   applyText() {
@@ -251,21 +269,67 @@ export class EditPanel {
     return { ...this.document, meshes };
   }
 
-  apply(edits, stays = false) {
+  get stem() {
+    return (this.model.name ?? '').replace(/, \d+ edits?$/, '');
+  }
+
+  /** The id of the model without its edits. */
+  async original() {
+    if (!this.document || this.edits.length === 0) return this.source;
+    return (await this.upload(this.documentWith([]), this.stem)).id;
+  }
+
+  /** Opens what a list of edits makes. shown: what else the step changes. Resolves with the daemon's answer. */
+  async go(edits, { stays = false, ...shown } = {}) {
+    const { source } = this;
+    const isKept = !this.document && edits.length > 0;
+    const made = edits.length === 0 ? { id: await this.original() }
+      : isKept ? await tweend.edit(source, edits, { mesh: this.meshName })
+        : await this.upload(this.documentWith(edits), `${this.stem}, ${plural(edits.length, 'edit')}`);
+    if (!stays) this.selection = [];
+    await this.models.load();
+    note('view', this.viewport.view);
+    step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '', beside: edits.length > 0 ? state('beside') : '', ...shown });
+    return made;
+  }
+
+  apply(edits, { stays } = {}) {
+    return this.send(() => this.go(edits, { stays }));
+  }
+
+  // ---- scans ----
+
+  showSteps() {
+    const { faces, bounds: { min, max } } = this.model.meshes[this.mesh];
+    const size = Math.hypot(...max.map((value, i) => value - min[i]));
+    for (const step of this.steps) {
+      const { labels, read } = fieldsOf(step.form.parameters({ faces, size }), `Clean up, ${step.form.edit}`);
+      step.read = read;
+      step.values.replaceChildren(...labels);
+    }
+  }
+
+  /** The steps that are wanted, in one; a scan is looked at as it is. */
+  cleanUp() {
+    const edits = this.steps.filter(({ box }) => box.checked).map(({ form, read }) => ({ edit: form.edit, ...read(), ...form.also }));
+    if (edits.length === 0) return this.cleaned.replaceChildren('No step is chosen.');
     return this.send(async () => {
-      const stem = (this.model.name ?? '').replace(/, \d+ edits?$/, '');
-      const name = edits.length > 0 ? `${stem}, ${plural(edits.length, 'edit')}` : stem;
-      const { source } = this;
-      const isKept = !this.document && edits.length > 0;
-      const made = this.document ? await this.upload(this.documentWith(edits), name)
-        : isKept ? await tweend.edit(source, edits, { mesh: this.meshName }) : { id: source };
-      if (!stays) this.selection = [];
-      await this.models.load();
-      note('view', this.viewport.view);
-      this.isStep = true; // the picture of the step before stays until this one's is there
-      step({ model: made.id, from: isKept ? source : '', edits: isKept ? JSON.stringify(edits) : '' });
-      this.isStep = false;
+      const beside = await this.original();
+      const { made = {} } = await this.go([...this.edits, ...edits], { level: 0, beside });
+      const said = [made.spikes && `${plural(made.spikes.vertices.length, 'spike')} put back`, made.patches && `${plural(made.patches.faces.length, 'face')} in holes`];
+      this.cleaned.textContent = said.filter(Boolean).join(', ');
     });
+  }
+
+  showBeside() {
+    return this.send(async () => change({ beside: this.besides.checked ? await this.original() : '' }));
+  }
+
+  showSides() {
+    if (!this.model) return;
+    this.besides.checked = state('beside') !== '';
+    this.besides.disabled = this.edits.length === 0 && !this.besides.checked;
+    this.beside.tell(this.model, this.mesh);
   }
 
   /** One request at a time: its answer is what the next edit is of. */

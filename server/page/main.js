@@ -1,5 +1,6 @@
 // The page: puts its parts together, and loads what the state names.
 import { Animation } from './animation.js';
+import { Beside } from './beside.js';
 import { Cage, creaseColour, creasesOf, FEW, MANY } from './cage.js';
 import { download, tweend, withKey } from './client.js';
 import { byId, bytes, count, make, plural } from './dom.js';
@@ -8,7 +9,7 @@ import { Models } from './models.js';
 import { busy, fail } from './notices.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
-import { change, note, shows, state, surfaceOptions, toggle, watch } from './state.js';
+import { change, isStep, note, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
 import { parse, Viewport } from './viewport.js';
@@ -18,7 +19,6 @@ const SMALL = 100000; // edges of a level that is loaded without asking for its 
 const COUNTS_AFTER = 1000; // ms
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
-const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
 const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
 // ---- tabs ----
@@ -74,7 +74,11 @@ const timeline = new Timeline(animation);
 const models = new Models(panels.models);
 const surface = new SurfacePanel(panels.surface);
 const rotation = new RotationPanel(panels.animation, { viewport, animation, timeline });
-const edit = new EditPanel(panels.edit, { viewport, models });
+const beside = new Beside({ viewport, loadCage, onShow: () => {
+  animation.pose();
+  edit.showSides();
+} });
+const edit = new EditPanel(panels.edit, { viewport, models, beside });
 const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
 
 // ---- theme ----
@@ -128,7 +132,7 @@ function showOverlays() {
 
 const edgesOf = (described) => described.meshes.reduce((sum, mesh) => sum + mesh.edges, 0);
 
-const isTooLarge = () => model !== null && edgesOf(model) > CAGE_MOST && !isLargeWanted;
+const isTooLarge = (described) => edgesOf(described) > CAGE_MOST && !isLargeWanted;
 
 function drawLarge() {
   isLargeWanted = true;
@@ -151,7 +155,7 @@ function showLegend() {
   if (cage && shows('cage'))
     for (const sharpness of [...cage.sharpnesses].sort((a, b) => a - b).slice(0, 5))
       entry(`#${creaseColour(sharpness).getHexString()}`, sharpness >= 10 ? 'crease, infinite' : `crease ${sharpness}`);
-  if (isTooLarge() && shows('cage'))
+  if (model && isTooLarge(model) && shows('cage'))
     entries.push(make('li', {}, `a cage of ${count(edgesOf(model))} edges is not drawn`, make('button', { type: 'button', className: 'small', onclick: drawLarge }, 'Draw it')));
   byId('legend').replaceChildren(make('ul', {}, ...entries));
   byId('legend').hidden = entries.length === 0;
@@ -171,7 +175,7 @@ async function openModel() {
   model = shown = null;
   isLargeWanted = false;
   rotation.clearGhosts();
-  if (!edit.isStep) clear();
+  if (!isStep()) clear();
   showLegend();
   byId('facts').textContent = '';
   byId('subject').textContent = '';
@@ -242,27 +246,30 @@ async function openSurface(isNew = false) {
   }
 }
 
+/** The cage of a model; null where it has none, or one that nobody wants. */
+async function loadCage(described, signal) {
+  if (edgesOf(described) === 0 || isTooLarge(described)) return null;
+  const creases = state('creases');
+  const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
+  const cage = { level: 0, normals: 'none' };
+  const [glb, obj] = await Promise.all([
+    download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
+    creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',
+  ]);
+  const parsed = await parse(await glb.blob.arrayBuffer());
+  const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
+  return new Cage(parsed, faced, creasesOf(obj));
+}
+
 async function openCage(described) {
   showLegend();
-  if (edgesOf(described) === 0 || isTooLarge()) {
-    viewport.setCage(null);
-    return;
-  }
   const controller = new AbortController();
-  const { signal } = controller;
+  const creases = state('creases');
   const task = isLargeWanted ? busy('The cage', controller) : null;
   try {
-    const creases = state('creases');
-    const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
-    const cage = { level: 0, normals: 'none' };
-    const [glb, obj] = await Promise.all([
-      download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
-      creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',
-    ]);
-    const parsed = await parse(await glb.blob.arrayBuffer());
+    const cage = await loadCage(described, controller.signal);
     if (model !== described || state('creases') !== creases) return;
-    const faced = parsed.bearers.filter(([, mesh]) => described.meshes[mesh].faces > 0);
-    viewport.setCage(new Cage(parsed, faced, creasesOf(obj)));
+    viewport.setCage(cage);
     animation.pose();
     showLegend();
     edit.openCage();
@@ -304,5 +311,6 @@ showTheme();
 showOverlays();
 scripts.render();
 if (state('model')) openModel();
+if (state('beside')) beside.open();
 await models.load();
 if (!state('model') && models.first()) change({ model: models.first() });

@@ -74,7 +74,7 @@ export class Picker {
   #click(event) {
     if (!this.isOn || event.button !== 0 || !this.down) return;
     const { clientX: x, clientY: y, shiftKey, pointerType } = event;
-    if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL) return;
+    if (Math.hypot(x - this.down[0], y - this.down[1]) > STILL || this.viewport.isBeside(x)) return;
     const box = this.viewport.canvas.getBoundingClientRect();
     for (const [dx, dy] of AROUND) {
       const at = new Vector2(((x + dx * REACH - box.left) / box.width) * 2 - 1, 1 - ((y + dy * REACH - box.top) / box.height) * 2);

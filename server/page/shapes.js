@@ -41,6 +41,18 @@ export const EDITS = [
   { edit: 'quads', of: [], parameters: {} },
 ];
 
+/** What makes a scan clean, in this order, with values for a mesh of that many faces and that size. An edit that finds
+ *  nothing to do is no error. */
+export const CLEANING = [
+  { edit: 'weld', parameters: ({ size }) => ({ distance: Number((size * 1e-5).toPrecision(1)) }) },
+  { edit: 'drop_pieces', parameters: ({ faces }) => ({ faces: Math.ceil(faces / 100) }) },
+  { edit: 'despike', parameters: () => ({ factor: 2 }), also: { name: 'spikes' } },
+  // A border of more edges goes round the scan rather than round a hole in it.
+  { edit: 'fill', parameters: ({ faces }) => ({ max_edges: Math.max(8, Math.round(2 * Math.sqrt(faces))) }), also: { method: 'fair', optional: true, name: 'patches' } },
+  { edit: 'orient', parameters: () => ({}) },
+  { edit: 'smooth', parameters: () => ({ iterations: 10 }) },
+];
+
 export const CHOICES = { caps: ['ngon', 'fan', 'none'], axis: ['x', 'y', 'z'] };
 
 /** The edit that a form says: a loop cut is of one edge. */

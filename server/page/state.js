@@ -23,7 +23,12 @@ const DEFAULTS = {
   mesh: '0',
   from: '',
   edits: '',
+  beside: '',
+  split: '50',
 };
+
+/** What of it makes the surface of a model. */
+export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
 
 const listeners = new Set();
 let values = read();
@@ -57,16 +62,23 @@ export function change(next) {
   write();
 }
 
+let isStepping = false;
+
+/** Whether the change that listeners are told of is a step. */
+export const isStep = () => isStepping;
+
 /** As change, but the browser goes back to what was before. */
 export function step(next) {
   history.pushState(null, '', location.href);
+  isStepping = true;
   change(next);
+  isStepping = false;
 }
 
 /** Shows another model, from its beginning. */
 export function openOther(model) {
-  const { clip, t, node, view, mesh, from, edits } = DEFAULTS;
-  change({ model, clip, t, node, view, mesh, from, edits });
+  const { clip, t, node, view, mesh, from, edits, beside } = DEFAULTS;
+  change({ model, clip, t, node, view, mesh, from, edits, beside });
 }
 
 /** Keeps a value in the URL without telling anybody: the time while a clip plays. */

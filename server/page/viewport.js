@@ -66,6 +66,7 @@ export class Viewport {
     Object.assign(canvas, { width: Math.floor(width * ratio), height: Math.floor(height * ratio) }); // to change it later costs a clear
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.debug.checkShaderErrors = false; // would wait for the compiler
+    this.renderer.setScissorTest(true);
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(35, 1, 0.01, 100);
     this.camera.position.set(1, 0.6, 1.4);
@@ -80,8 +81,13 @@ export class Viewport {
     this.scene.add(this.hemisphere, new AmbientLight(0xffffff, 0.15), this.sun, rim);
     this.model = null;
     this.cage = null;
+    this.beside = null;
+    this.split = 0.5; // where another model ends and this one begins, in parts of the picture
+    this.own = new Group();
+    this.other = new Group();
     this.ghosts = new Group();
-    this.scene.add(this.ghosts);
+    this.own.add(this.ghosts);
+    this.scene.add(this.own, this.other);
     this.shown = new Set();
     this.onFrame = [];
     this.onView = () => {}; // called when somebody has moved the camera
@@ -114,9 +120,30 @@ export class Viewport {
       this.scene.updateMatrixWorld();
       this.#follow();
       this.skeleton?.update();
-      this.renderer.render(this.scene, this.camera);
+      this.#render();
       this.canvas.dataset.frames = Number(this.canvas.dataset.frames ?? 0) + 1;
     });
+  }
+
+  /** Pixels from the left at which the model itself begins. */
+  get #line() {
+    return this.beside ? Math.round(this.#size().width * this.split) : 0;
+  }
+
+  /** Whether a place of the window shows the other model. */
+  isBeside(clientX) {
+    return clientX - this.canvas.getBoundingClientRect().left < this.#line;
+  }
+
+  #render() {
+    const { width, height } = this.#size();
+    for (const [group, start, end] of [[this.other, 0, this.#line], [this.own, this.#line, width]]) {
+      if (start >= end) continue;
+      this.own.visible = group === this.own;
+      this.other.visible = group === this.other;
+      this.renderer.setScissor(start, 0, end - start, height);
+      this.renderer.render(this.scene, this.camera);
+    }
   }
 
   /** Moves the camera with the model's first node, which a clip may take out of the picture. */
@@ -138,61 +165,101 @@ export class Viewport {
     this.scene.background = new Color(theme.background);
     this.hemisphere.color.set(theme.sky);
     this.hemisphere.groundColor.set(theme.ground);
-    this.plain?.color.set(theme.surface);
-    this.cage?.setTheme(name);
-    this.wireframe?.setTheme(name);
+    for (const { plain, wireframe } of this.#models) {
+      plain.color.set(theme.surface);
+      wireframe.setTheme(name);
+    }
+    for (const cage of this.#cages) cage.setTheme(name);
     this.invalidate();
   }
 
-  /** Shows a parsed GLB. The camera stays unless it is to frame. */
-  setModel({ scene, nodes, weights }, { level, scheme }) {
-    this.clearModel();
-    this.model = { scene, nodes, weights, mixer: new AnimationMixer(scene) };
-    this.plain = new MeshLambertMaterial({ color: this.theme.surface, side: DoubleSide });
+  get #models() {
+    return [this.model, this.beside].filter(Boolean);
+  }
+
+  get #cages() {
+    return [this.cage, this.beside?.cage].filter(Boolean);
+  }
+
+  /** Gives the objects of a parsed GLB materials, and lines over them. */
+  #dress({ scene, nodes, weights }, { level, scheme }) {
+    const plain = new MeshLambertMaterial({ color: this.theme.surface, side: DoubleSide });
     let metal = false;
     scene.traverse((object) => {
       if (!object.isMesh) return;
       if (object.userData.isPlain) {
         const { vertexColors, flatShading } = object.material;
-        object.material = vertexColors || flatShading ? Object.assign(this.plain.clone(), { vertexColors, flatShading }) : this.plain;
+        object.material = vertexColors || flatShading ? Object.assign(plain.clone(), { vertexColors, flatShading }) : plain;
         if (vertexColors) object.material.color.set(0xffffff);
       } else if (object.material.metalness > 0) metal = true;
       Object.assign(object.material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }); // lines lie before it
       object.userData.own = object.material;
     });
     if (metal) this.surroundings();
-    this.wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
+    const wireframe = new Wireframe(scene, { quads: level > 0 && scheme !== 'loop' });
+    wireframe.setTheme(this.themeName);
+    return { scene, nodes, weights, plain, wireframe };
+  }
+
+  #undress({ scene, wireframe }) {
+    scene.traverse((object) => (object.material = object.userData.own ?? object.material));
+    wireframe.dispose();
+    scene.removeFromParent();
+    dispose(scene);
+  }
+
+  /** Shows a parsed GLB. The camera stays unless it is to frame. */
+  setModel(parsed, options) {
+    this.clearModel();
+    const { scene, nodes } = parsed;
+    this.model = { ...this.#dress(parsed, options), mixer: new AnimationMixer(scene) };
     this.normals = new Normals(scene);
     this.skeleton = new Skeleton(nodes);
-    this.wireframe.setTheme(this.themeName);
-    this.scene.add(scene, this.skeleton.object);
+    this.own.add(scene, this.skeleton.object);
     this.followed = null; // a new one is not where the last one was
     this.show(this.shown);
   }
 
   clearModel() {
     if (!this.model) return;
-    this.model.scene.traverse((object) => (object.material = object.userData.own ?? object.material));
-    this.wireframe.dispose();
     this.normals.dispose();
-    this.scene.remove(this.model.scene, this.skeleton.object);
+    this.skeleton.object.removeFromParent();
     dispose(this.skeleton.object);
-    dispose(this.model.scene);
-    this.model = this.skeleton = this.wireframe = this.normals = null;
+    this.#undress(this.model);
+    this.model = this.skeleton = this.normals = null;
     this.invalidate();
   }
 
   setCage(cage) {
-    if (this.cage) {
-      this.scene.remove(this.cage.object);
-      this.cage.dispose();
-    }
+    this.cage?.dispose();
     this.cage = cage;
-    if (cage) {
-      this.scene.add(cage.object);
-      cage.setTheme(this.themeName);
+    this.#hang(cage, this.own);
+    this.show(this.shown);
+  }
+
+  #hang(cage, group) {
+    if (!cage) return;
+    group.add(cage.object);
+    cage.setTheme(this.themeName);
+  }
+
+  /** Shows another parsed GLB and its cage left of the line; null: none. */
+  setBeside(parsed, options, cage) {
+    if (this.beside) {
+      this.beside.cage?.dispose();
+      this.#undress(this.beside);
+    }
+    this.beside = parsed && { ...this.#dress(parsed, options), cage };
+    if (parsed) {
+      this.other.add(parsed.scene);
+      this.#hang(cage, this.other);
     }
     this.show(this.shown);
+  }
+
+  setSplit(part) {
+    this.split = part;
+    this.invalidate();
   }
 
   /** Light from all sides, for metals; made once, when the first metal comes. */
@@ -211,24 +278,24 @@ export class Viewport {
   /** names: of surface, cage, points, wireframe, normals, skeleton, uv. */
   show(names) {
     this.shown = names;
-    if (this.model) {
-      this.model.scene.traverse((object) => {
+    for (const { scene, wireframe } of this.#models) {
+      scene.traverse((object) => {
         if (!object.isMesh || !object.userData.own) return;
         object.material = names.has('uv') && object.geometry.attributes.uv ? checkered() : object.userData.own;
         object.material.visible = names.has('surface');
       });
-      this.wireframe.show(names.has('wireframe'));
-      this.normals.show(names.has('normals'));
-      this.skeleton.object.visible = names.has('skeleton');
+      wireframe.show(names.has('wireframe'));
     }
-    if (this.cage) this.cage.show(names.has('cage'), names.has('points'));
+    this.normals?.show(names.has('normals'));
+    if (this.skeleton) this.skeleton.object.visible = names.has('skeleton');
+    for (const cage of this.#cages) cage.show(names.has('cage'), names.has('points'));
     this.invalidate();
   }
 
   /** Places of the model in the world, some thousands of its points. */
   #places() {
     const places = [];
-    const roots = [this.model?.scene, this.cage?.object].filter(Boolean);
+    const roots = [...this.#models.map(({ scene }) => scene), ...this.#cages.map(({ object }) => object)];
     for (const root of roots) {
       root.updateMatrixWorld(true);
       root.traverse((object) => {
@@ -326,8 +393,8 @@ export class Viewport {
     mixer.setTime(Math.min(time, clip.duration * (1 - 1e-6))); // its end would be the beginning again
   }
 
-  /** The objects that bear a node's transform: in the surface and in the cage. */
+  /** The objects that bear a node's transform: in surfaces and cages. */
   objectsOf(name) {
-    return [this.model?.nodes.get(name), this.cage?.nodes.get(name)].filter(Boolean);
+    return [...this.#models, ...this.#cages].map(({ nodes }) => nodes.get(name)).filter(Boolean);
   }
 }

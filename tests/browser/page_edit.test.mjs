@@ -3,84 +3,17 @@ import assert from 'node:assert/strict';
 import { execFile } from 'node:child_process';
 import { promisify } from 'node:util';
 
-import { PerspectiveCamera, Vector3 } from 'three';
-
-import { covered, difference, drop, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
+import { Modeller } from './modeller.mjs';
+import { covered, difference, open, PHONE, PYRAMID, Visit } from './page_driver.mjs';
 
 const site = open();
 const { daemon, visits } = site;
-const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
 const hash = '#tab=edit';
 
 const described = async (id) => (await (await fetch(`${daemon.url}/v1/models/${id}`)).json()).meshes[0];
 const surface = async (id) => (await fetch(`${daemon.url}/v1/models/${id}/surface.obj?level=2`)).text();
 const store = async (document) =>
   (await (await fetch(`${daemon.url}/v1/models`, { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify(document) })).json()).id;
-
-class Modeller {
-  constructor(visit) {
-    this.visit = visit;
-    this.page = visit.page;
-  }
-
-  get id() {
-    return new URLSearchParams(new URL(this.page.url()).hash.slice(1)).get('model');
-  }
-
-  get edits() {
-    return this.page.getByRole('textbox', { name: 'Edits' }).inputValue().then(JSON.parse);
-  }
-
-  get selection() {
-    return this.page.getByLabel('Selection').inputValue().then(JSON.parse);
-  }
-
-  /** Does something, and waits for the model that it opens. */
-  async opens(action) {
-    const before = this.id;
-    await action();
-    await this.visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), before);
-    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
-    await this.visit.drawn();
-  }
-
-  press(name) {
-    return this.opens(() => this.page.getByRole('button', { name, exact: true }).click());
-  }
-
-  async look() {
-    await this.page.evaluate((view) => (location.hash += `&view=${view}`), VIEW);
-    await this.visit.drawn();
-  }
-
-  /** Clicks at a place of the world, as the camera sees it. */
-  async click(place, modifiers = [], act = 'click') {
-    const box = await this.page.locator('#view').boundingBox();
-    const camera = new PerspectiveCamera(35, box.width / box.height, 0.01, 100);
-    camera.position.set(...VIEW.slice(0, 3));
-    camera.lookAt(...VIEW.slice(3));
-    camera.updateMatrixWorld();
-    const { x, y } = new Vector3(...place).project(camera);
-    const position = { x: ((x + 1) / 2) * box.width, y: ((1 - y) / 2) * box.height };
-    await this.page.locator('#view')[act]({ position, modifiers });
-    await this.visit.drawn();
-  }
-
-  /** Drops a file, and turns back to its edits. */
-  async drop(name, text) {
-    await drop(this.visit, { [name]: text });
-    await this.visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
-    await this.visit.tab('Edit');
-    await this.look();
-    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
-  }
-
-  async box(size) {
-    await this.page.getByLabel('Box: size').fill(size);
-    await this.press('Make');
-    await this.look();
-  }
-}
 
 const orange = (pixels) => {
   let found = 0;
@@ -206,7 +139,7 @@ visits('edits are made by keyboard alone', { hash }, async (visit) => {
   await page.keyboard.type('all');
   await page.keyboard.press('Enter');
   assert.equal(await modeller.selection, 'all');
-  assert.equal(await visit.text('#panel-edit [role=status]'), '16 faces');
+  assert.equal(await visit.text('#panel-edit .selected'), '16 faces');
   await modeller.opens(async () => {
     await page.getByRole('button', { name: 'Subdivide' }).focus();
     await page.keyboard.press('Enter');
@@ -284,7 +217,7 @@ visits('one mesh of several is edited', { hash: `${hash}&show=surface,cage` }, a
     nodes: [{ name: 'a', mesh: 'left', translation: [-1.5, 0, 0] }, { name: 'b', mesh: 'right', translation: [1, 0, 0], scale: [2, 1, 1] }],
   }));
   await modeller.click([1, 0, 0.5]);
-  assert.match(await visit.text('#panel-edit [role=status]'), /1 face of right/);
+  assert.match(await visit.text('#panel-edit .selected'), /1 face of right/);
   await modeller.press('Extrude');
   const { meshes } = JSON.parse(await (await fetch(`${daemon.url}/v1/models/${modeller.id}/source`)).text());
   assert.deepEqual(meshes.map(({ edits }) => edits?.length ?? 0), [0, 1]);

@@ -1,0 +1,84 @@
+// The original beside an edited model: both in one picture, with a line between them that is dragged, and what both have.
+import { download, tweend, withKey } from './client.js';
+import { byId, count, make } from './dom.js';
+import { busy, fail } from './notices.js';
+import { change, note, state, SURFACE, surfaceOptions, watch } from './state.js';
+import { parse } from './viewport.js';
+
+const FACTS = [['vertices', 'Points'], ['faces', 'Faces'], ['components', 'Pieces'], ['boundary_loops', 'Holes and borders'],
+  ['boundary_edges', 'Edges of these'], ['nonmanifold_edges', 'Non-manifold edges'], ['reversed_edges', 'Edges wound against each other']];
+
+export class Beside {
+  /** loadCage(described, signal) resolves with a model's cage; onShow() is called when the original is there. */
+  constructor({ viewport, loadCage, onShow }) {
+    Object.assign(this, { viewport, loadCage, onShow });
+    this.line = make('input', { type: 'range', className: 'split', min: 0, max: 100, step: 1, hidden: true,
+      'aria-label': 'Line between the original and the edited model', oninput: () => this.move() });
+    this.sides = make('div', { className: 'sides', hidden: true, 'aria-hidden': 'true' }, make('span', {}, 'Original'), make('span', {}, 'Edited'));
+    byId('view').after(this.line, this.sides); // below what else lies over the picture
+    this.table = make('table', { hidden: true });
+    watch((names) => {
+      if (['beside', ...SURFACE].some((name) => names.has(name))) this.open();
+      if (names.has('split')) this.place();
+    });
+    this.place();
+  }
+
+  move() {
+    note('split', this.line.value);
+    this.place();
+  }
+
+  place() {
+    const part = Math.min(Math.max(Number(state('split')) || 0, 0), 100) / 100;
+    this.line.value = part * 100;
+    this.sides.style.left = `calc(12px + (100% - 24px) * ${part})`; // the middle of the slider's thumb
+    this.viewport.setSplit(part);
+  }
+
+  /** Loads the original, with the level and rules of the surface. */
+  async open() {
+    this.loading?.abort();
+    const id = state('beside');
+    if (!id) {
+      this.close();
+      return;
+    }
+    const controller = (this.loading = new AbortController());
+    const { signal } = controller;
+    const options = surfaceOptions();
+    const task = busy('The original', controller);
+    try {
+      const described = await withKey(() => tweend.describe(id, { signal }));
+      const [answer, cage] = await Promise.all([download(tweend.surfaceUrl(id, options), { signal }), this.loadCage(described, signal)]);
+      const parsed = await parse(await answer.blob.arrayBuffer());
+      signal.throwIfAborted();
+      this.described = described;
+      this.viewport.setBeside(parsed, options, cage);
+      this.line.hidden = this.sides.hidden = false;
+      this.onShow();
+    } catch (error) {
+      fail('The original cannot be shown', error);
+      if (this.loading === controller) change({ beside: '' });
+    } finally {
+      task.done();
+    }
+  }
+
+  close() {
+    this.described = null;
+    this.viewport.setBeside(null);
+    this.line.hidden = this.sides.hidden = this.table.hidden = true;
+  }
+
+  /** What both have. mesh: the index of the one that is edited. */
+  tell(model, mesh) {
+    const both = [this.described?.meshes[mesh], model?.meshes[mesh]];
+    this.table.hidden = both.includes(undefined);
+    if (this.table.hidden) return;
+    const row = ([name, text]) => make('tr', {}, make('td', {}, text), ...both.map((facts) => make('td', {}, count(facts[name]))));
+    this.table.replaceChildren(
+      make('thead', {}, make('tr', {}, ...['Has', 'Original', 'Edited'].map((text) => make('th', { scope: 'col' }, text)))),
+      make('tbody', {}, ...FACTS.map(row)));
+  }
+}

@@ -1,0 +1,75 @@
+// The hand of a test that models: it looks from one place, clicks places of the world, and waits for what that makes.
+import { PerspectiveCamera, Vector3 } from 'three';
+
+import { drop } from './page_driver.mjs';
+
+const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
+
+export class Modeller {
+  constructor(visit) {
+    this.visit = visit;
+    this.page = visit.page;
+  }
+
+  get id() {
+    return new URLSearchParams(new URL(this.page.url()).hash.slice(1)).get('model');
+  }
+
+  get edits() {
+    return this.page.getByRole('textbox', { name: 'Edits' }).inputValue().then(JSON.parse);
+  }
+
+  get selection() {
+    return this.page.getByLabel('Selection').inputValue().then(JSON.parse);
+  }
+
+  /** Does something, and waits for the model that it opens. */
+  async opens(action) {
+    const before = this.id;
+    await action();
+    await this.visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), before);
+    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+    await this.visit.drawn();
+  }
+
+  press(name) {
+    return this.opens(() => this.page.getByRole('button', { name, exact: true }).click());
+  }
+
+  async look() {
+    await this.page.evaluate((view) => (location.hash += `&view=${view}`), VIEW);
+    await this.visit.drawn();
+  }
+
+  /** Where the picture has a place of the world, in pixels. */
+  async at(place) {
+    const box = await this.page.locator('#view').boundingBox();
+    const camera = new PerspectiveCamera(35, box.width / box.height, 0.01, 100);
+    camera.position.set(...VIEW.slice(0, 3));
+    camera.lookAt(...VIEW.slice(3));
+    camera.updateMatrixWorld();
+    const { x, y } = new Vector3(...place).project(camera);
+    return { x: ((x + 1) / 2) * box.width, y: ((1 - y) / 2) * box.height };
+  }
+
+  async click(place, modifiers = [], act = 'click') {
+    const position = await this.at(place);
+    await this.page.locator('#view')[act]({ position, modifiers });
+    await this.visit.drawn();
+  }
+
+  /** Drops a file, and turns to its edits. */
+  async drop(name, text) {
+    await drop(this.visit, { [name]: text });
+    await this.visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
+    await this.visit.tab('Edit');
+    await this.look();
+    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+  }
+
+  async box(size) {
+    await this.page.getByLabel('Box: size').fill(size);
+    await this.press('Make');
+    await this.look();
+  }
+}

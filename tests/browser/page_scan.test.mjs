@@ -1,0 +1,144 @@
+// The page at /: a scan is made clean, and seen beside what it was.
+import assert from 'node:assert/strict';
+
+import { Modeller } from './modeller.mjs';
+import { covered, difference, open, PHONE, Visit } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+const hash = '#tab=edit&show=surface';
+
+const described = async (id) => (await (await fetch(`${daemon.url}/v1/models/${id}`)).json()).meshes[0];
+
+/** A ball of radius 1 whose points are off by up to 2 %, as OBJ. It is open at both poles and at two places of its side, has
+ *  five spikes, faces that are turned round, and a triangle that floats beside it. */
+function scan() {
+  let seed = 7;
+  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+  const [bands, round] = [24, 48];
+  const [points, faces] = [[], []];
+  for (let i = 0; i <= bands; i++)
+    for (let k = 0; k < round; k++) {
+      const [a, b] = [(Math.PI * i) / bands, (2 * Math.PI * k) / round];
+      const radius = points.length % 211 === 100 ? 1.6 : 0.98 + 0.04 * random();
+      points.push([Math.sin(a) * Math.cos(b), Math.cos(a), Math.sin(a) * Math.sin(b)].map((x) => radius * x));
+    }
+  const at = (i, k) => i * round + (k % round) + 1;
+  for (let i = 1; i < bands - 1; i++)
+    for (let k = 0; k < round; k++) {
+      const isHole = (i > 6 && i < 10 && k > 3 && k < 8) || (i === 15 && k < 2);
+      const face = [at(i, k), at(i, k + 1), at(i + 1, k + 1), at(i + 1, k)];
+      if (!isHole) faces.push(i === 12 && k % 7 === 0 ? face.reverse() : face);
+    }
+  faces.push([1, 2, 3].map((k) => points.length + k));
+  points.push([2, 0, 0], [2.1, 0, 0], [2, 0.1, 0]);
+  return [...points.map((point) => `v ${point.join(' ')}`), ...faces.map((face) => `f ${face.join(' ')}`)].join('\n');
+}
+
+const table = (visit) => visit.page.locator('#panel-edit table tbody tr').evaluateAll((rows) =>
+  Object.fromEntries(rows.map(({ cells: [name, ...values] }) => [name.innerText, values.map((cell) => cell.innerText)])));
+
+/** The part of the picture left of its middle, or right of it. */
+function half(pixels, width, isRight) {
+  const rows = [];
+  for (let i = 0; i < pixels.length; i += width * 4) rows.push(pixels.subarray(i + (isRight ? width * 2 : 0), i + width * (isRight ? 4 : 2)));
+  return Buffer.concat(rows);
+}
+
+async function openScan(visit) {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  await modeller.drop('scan.obj', scan());
+  return modeller;
+}
+
+const sideBySide = (visit) => visit.page.getByRole('slider', { name: 'Line between' }).waitFor();
+
+visits('a scan is made clean by one click, and seen beside itself', { hash }, async (visit) => {
+  const modeller = await openScan(visit);
+  const { page } = modeller;
+  const source = modeller.id;
+  await modeller.press('Clean up');
+  await sideBySide(visit);
+  await visit.level(0);
+  await visit.picture('scan');
+
+  const clean = await described(modeller.id);
+  assert.deepEqual([clean.components, clean.boundary_loops, clean.reversed_edges, clean.euler_characteristic], [1, 0, 0, 2]);
+  for (const place of [...clean.bounds.min, ...clean.bounds.max]) assert.ok(Math.abs(Math.abs(place) - 1) < 0.03, `${place}`);
+  const told = await table(visit);
+  assert.deepEqual(told.Pieces, ['2', '1']);
+  assert.deepEqual(told['Holes and borders'], ['5', '0']);
+  assert.equal(await visit.text('#panel-edit .cleaned'), '5 spikes put back, 170 faces in holes');
+
+  // Each half is what the whole picture has there when it shows that model alone.
+  const { width } = await page.locator('#stage').boundingBox();
+  const both = await visit.pixels();
+  const line = page.getByRole('slider', { name: 'Line between' });
+  const drawn = {};
+  for (const [key, name] of [['Home', 'edited'], ['End', 'original']]) {
+    await line.press(key);
+    await visit.drawn();
+    drawn[name] = await visit.pixels();
+  }
+  assert.ok(covered(drawn.original) > covered(drawn.edited) + 0.002, 'spikes cover more');
+  assert.equal(difference(half(both, width, false), half(drawn.original, width, false)), 0);
+  assert.equal(difference(half(both, width, true), half(drawn.edited, width, true)), 0);
+
+  for (let i = 0; i < 50; i++) await line.press('ArrowLeft');
+  const box = await line.boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + 200);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 4, box.y + 200, { steps: 3 });
+  await page.mouse.up();
+  assert.match(page.url(), /split=2\d(&|$)/);
+
+  const other = await Visit.begin(site.browser, page.url());
+  await sideBySide(other);
+  await other.wait(() => document.querySelector('#panel-edit table tbody')?.rows.length > 0);
+  assert.deepEqual(await table(other), told);
+  await other.end();
+
+  await page.getByLabel('Beside the original').uncheck();
+  await line.waitFor({ state: 'hidden' });
+  assert.doesNotMatch(page.url(), /beside=/);
+  await page.getByLabel('Beside the original').check();
+  await sideBySide(visit);
+  await modeller.opens(() => page.goBack());
+  assert.equal(modeller.id, source);
+  await line.waitFor({ state: 'hidden' });
+});
+
+visits('steps of a clean-up can be left out', { hash, ...PHONE }, async (visit) => {
+  const modeller = await openScan(visit);
+  const { page } = modeller;
+  await page.getByText('Steps of a clean-up').click();
+  for (const step of ['Weld', 'Despike', 'Orient', 'Smooth']) await page.getByRole('checkbox', { name: step, exact: true }).uncheck();
+  await page.getByLabel('Clean up, fill: max_edges').fill('20');
+  await modeller.press('Clean up');
+  assert.deepEqual((await modeller.edits).map(({ edit }) => edit), ['drop_pieces', 'fill']);
+  const { components, boundary_loops, bounds } = await described(modeller.id);
+  assert.deepEqual([components, boundary_loops], [1, 2], 'the poles are too wide');
+  assert.ok(bounds.max[1] > 1.4, 'the spikes are there');
+});
+
+visits('a model of its own edits is seen beside what it was without them', { hash }, async (visit) => {
+  await visit.level(2);
+  const modeller = new Modeller(visit);
+  await modeller.box('2, 2, 2');
+  const plain = modeller.id;
+  const check = visit.page.getByLabel('Beside the original');
+  assert.ok(await check.isDisabled(), 'it is the original');
+  await modeller.click([1, 0, 0]);
+  await modeller.press('Extrude');
+  await check.check();
+  await sideBySide(visit);
+  assert.match(modeller.page.url(), new RegExp(`beside=${plain}`));
+  assert.deepEqual((await table(visit)).Faces, ['6', '10']);
+  assert.ok(covered(await visit.pixels()) > 0.05);
+  const selection = await modeller.selection;
+  await modeller.click([-0.9, -0.9, 1]);
+  assert.deepEqual(await modeller.selection, selection, 'the original is only looked at');
+  await modeller.press('Undo');
+  assert.doesNotMatch(modeller.page.url(), /beside=/);
+});
