@@ -317,6 +317,8 @@ export interface MeshFacts {
   }[];
   uv_sets: number;
   morph_targets: number;
+  /** Levels that something is modelled onto. */
+  details: number[];
   skinned: boolean;
 }
 export interface Model {
@@ -1137,6 +1139,12 @@ export interface SurfaceOptions {
    * @default triangles
    */
   polygons?: "triangles" | "ngon";
+  /**
+   * `false` leaves out what is modelled onto the levels of the meshes. It is of the scheme that it was modelled by,
+   * and not for `boundary=open`: 422 where the two do not go together.
+   * @default true
+   */
+  details?: boolean;
   /**
    * `1`: `Content-Disposition` is `attachment`, so that browsers save the answer, by the model's name.
    * @default 0

@@ -18,11 +18,13 @@ static const char *const list_parameters[] = {"limit", "after", NULL};
 
 static const char *const coarsen_parameters[] = {"mesh", "levels", "scheme", "boundary", NULL};
 
+static const char *const detail_parameters[] = {"mesh", "level", NULL};
+
 static const char *const surface_parameters[] = {
     "level",     "scheme",   "boundary", "uv",        "creasing",    "creases", "crease_sharpness",
     "triangles", "weld",     "quads",    "limit",     "normals",     "clip",    "at",
     "from",      "to",       "fps",      "tolerance", "tolerance_m", "skin",    "meshes",
-    "encoding",  "polygons", "download", NULL};
+    "encoding",  "polygons", "details",  "download",  NULL};
 static const char *const tracks_parameters[] = {"clip", NULL};
 static const char *const pose_parameters[] = {"clip",          "at",   "from",     "to",   "fps",
                                               "space",         "as",   "order",    "unit", "nodes",
@@ -81,6 +83,8 @@ static const api_route routes[] = {
      api_delete_model},
     {"POST", OF_MODEL("/edits"), API_TAKES_JSON, API_WRITES, false, json_offers, no_parameters,
      api_post_edits},
+    {"POST", OF_MODEL("/detail"), API_TAKES_MODEL, API_WRITES, false, json_offers, detail_parameters,
+     api_post_detail},
     {"POST", OF_MODEL("/coarsen"), API_TAKES_NOTHING, API_WRITES, false, json_offers, coarsen_parameters,
      api_post_coarsen},
     {"GET", OF_MODEL("/source"), API_TAKES_NOTHING, API_READS, false, source_offers, source_parameters,

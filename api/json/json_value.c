@@ -382,6 +382,11 @@ tw_status api_json_index_list(const api_value *array, uint32_t *out) {
   return read_whole(array, (number_sink){.kind = INDICES, .indices = out});
 }
 
+bool api_json_holds_numbers(const api_value *array) {
+  tw_json_item item;
+  return array->item && tw_json_first(source_of(array), &item) && tw_json_is_number(item.value);
+}
+
 /* Rows of `width` numbers, of any number of them for width 0. Row i of floats goes to sink.floats + i stride.
  */
 static tw_status read_rows(const api_value *array, uint32_t width, size_t stride, number_sink sink) {

@@ -72,6 +72,9 @@ tw_status api_json_index(const api_value *value, uint32_t *out);
 tw_status api_json_floats(const api_value *value, uint32_t width, float *out);
 tw_status api_json_doubles(const api_value *value, uint32_t width, double *out);
 
+/* Whether an array begins with a number, and not with a row of them. */
+bool api_json_holds_numbers(const api_value *array);
+
 /* ---- arrays of numbers, already found to be arrays ---------------------------------------------- */
 
 /* out: [elements]. */

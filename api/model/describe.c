@@ -139,6 +139,12 @@ static tw_status print_mesh(tw_text *out, const tw_model *model, uint32_t index,
   member_groups(out, model, &facts);
   tw_member_count(out, "uv_sets", mesh->uv_set_count);
   tw_member_count(out, "morph_targets", mesh->morph_count);
+  tw_member_open(out, "details", "[");
+  for (uint32_t i = 0; i < mesh->detail_count; i++) {
+    tw_text_element(out);
+    tw_text_count(out, mesh->details[i].level);
+  }
+  tw_text_add(out, "]");
   tw_text_member(out, "skinned");
   tw_text_flag(out, mesh->skin.joints != NULL);
   tw_text_add(out, "}");

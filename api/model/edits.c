@@ -37,6 +37,21 @@ static tw_status check_faces(const tw_mesh *mesh, const api_value *edits) {
   return api_json_fail(edits, TW_INVALID, "they leave no face that is no hole");
 }
 
+/* What is modelled onto levels stays with the same faces over the same points; else it goes. */
+static void keep_details(edits_request *request) {
+  static const char *const lost =
+      "the edits change faces: what was modelled onto the mesh's levels is left out";
+  const tw_mesh *before = &request->remade.model->meshes[request->remade.mesh];
+  tw_mesh *after = &request->remade.cage;
+  bool is_same = after->point_count == before->point_count && after->face_count == before->face_count &&
+                 memcmp(after->face_offsets, before->face_offsets,
+                        ((size_t)before->face_count + 1) * sizeof(uint32_t)) == 0 &&
+                 memcmp(after->corners, before->corners, before->corner_count * sizeof(uint32_t)) == 0;
+  after->details = before->details;
+  after->detail_count = is_same ? before->detail_count : 0;
+  if (before->detail_count > 0 && !is_same) api_call_warn(request->remade.call, &lost, 1);
+}
+
 static tw_status read_document(void *context, const api_value *root) {
   enum { MESH, EDITS, MEMBERS };
   static const char *const names[] = {"mesh", "edits", NULL};
@@ -51,7 +66,9 @@ static tw_status read_document(void *context, const api_value *root) {
   const api_making making = api_making_of(&remade->maker);
   const api_edit_call edit = {&remade->model->meshes[remade->mesh], remade->model, &making, 0};
   status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
-  return status == TW_OK ? check_faces(&remade->cage, &values[EDITS]) : status;
+  if (status != TW_OK) return status;
+  keep_details(request);
+  return check_faces(&remade->cage, &values[EDITS]);
 }
 
 /* ---- the answer ---------------------------------------------------------------------------------------- */

@@ -57,6 +57,7 @@ static tw_status make_surface(cage_scene *scene, uint32_t i, tw_error *error) {
   const tw_mesh *source = &scene->model.meshes[i];
   if (tw_mesh_open_holes(source, scene->arena, &mesh) != TW_OK)
     return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  mesh.detail_count = 0; /* the file says them beside the cage */
   const tw_surface_options options = {
       .normals = source->normals.corners, .own_normals = true, .tagged = true, .shapes = scene->shapes};
   return tw_surface_create(&mesh, &options, &scene->surfaces[i], error);

@@ -13,7 +13,8 @@ static int choose(int asked, int tagged, int fallback) {
 tw_status api_surface_query_begin(const api_query *query, api_surface_query *out, tw_error *error) {
   static const char *const schemes[] = {"catmull-clark", "loop", "bilinear", NULL};
   static const char *const boundaries[] = {"edge-and-corner", "edge-only", "none", "open", NULL};
-  *out = (api_surface_query){.scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1};
+  *out = (api_surface_query){
+      .scheme = -1, .boundary = -1, .uv = -1, .creasing = -1, .triangles = -1, .details = true};
   tw_status status = api_query_choice(query, "scheme", schemes, &out->scheme, error);
   return status == TW_OK ? api_query_choice(query, "boundary", boundaries, &out->boundary, error) : status;
 }
@@ -43,7 +44,8 @@ void api_surface_query_print(const api_surface_query *query, tw_text *text) {
       {"creasing", query->creasing},   {"triangles", query->triangles},
       {"quads", query->reading.quads}, {"limit", query->limit},
       {"normals", query->normals},     {"own", query->own_normals},
-      {"tagged", query->tagged},       {"holes", query->with_holes}};
+      {"tagged", query->tagged},       {"holes", query->with_holes},
+      {"details", query->details}};
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     tw_text_add(text, i ? "&" : "");
     tw_text_add(text, parts[i].name);
@@ -172,6 +174,7 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
       status = tw_fail(error, TW_NO_MEMORY, "out of memory");
   }
   if (status != TW_OK) return status;
+  if (!query->details || query->with_holes) mesh.detail_count = 0;
   tw_surface_options options = api_surface_options(query, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
   options.shapes = plan->shapes;
@@ -249,6 +252,12 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
   return mesh->morph_count * (4096 + (options.level > 1 && !is_stepwise ? 12 : 36) * points);
 }
 
+/* Levels down to the deepest one that something is modelled onto are made step by step. */
+static uint64_t details_cost(const tw_mesh *mesh, const api_surface_query *query) {
+  if (mesh->detail_count == 0 || !query->details) return 0;
+  return API_DETAIL_COST * (uint64_t)mesh->details[mesh->detail_count - 1].vertex_count;
+}
+
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
  * the cage, of which the deeper levels keep a part of their points. */
 static uint64_t building_cost(const plan_source *source) {
@@ -260,7 +269,8 @@ static uint64_t building_cost(const plan_source *source) {
     const tw_mesh *mesh = &all->meshes[i];
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
-    cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query);
+    cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query) +
+            details_cost(mesh, source->query);
     if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
   }
   return cost;

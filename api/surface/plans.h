@@ -17,7 +17,8 @@ typedef struct api_surface_query {
   bool limit, normals;
   bool own_normals; /* those of the file, at level 0 */
   bool tagged;      /* with the tags of the cage, at level 0 */
-  bool with_holes;  /* as tw_mesh_open_holes makes faces of them */
+  bool with_holes;  /* as tw_mesh_open_holes makes faces of them, and without details */
+  bool details;     /* with what is modelled onto levels */
   tw_creases creases;
   double crease_degrees;  /* of TW_CREASES_ANGLE, else 0 */
   float crease_sharpness; /* of the edges that creases adds, else 0 */
@@ -51,6 +52,10 @@ typedef struct api_plan {
   api_entry *source;   /* the plan that this one moves, or NULL */
   bool *borrows;       /* [count] surfaces that are the source's, or NULL */
 } api_plan;
+
+/* What a level that something is modelled onto holds while a surface is made of it, for each of its points.
+ */
+enum { API_DETAIL_COST = 1024 };
 
 /* All meshes of a model, none of which moves. */
 api_plan_meshes api_plan_all(const tw_model *model);

@@ -117,6 +117,7 @@ static tw_status read_surface(const api_query *query, api_surface_query *out, tw
   if (status == TW_OK) status = api_query_choice(query, "quads", quads, &pairing, error);
   if (status == TW_OK) status = api_query_choice(query, "normals", normals, &normal, error);
   if (status == TW_OK) status = api_query_flag(query, "limit", &out->limit, error);
+  if (status == TW_OK) status = api_query_flag(query, "details", &out->details, error);
   if (status == TW_OK) status = read_weld(query, &out->reading, error);
   if (status == TW_OK) status = read_creases(query, out, error);
   if (status == TW_OK) status = read_crease_sharpness(query, out, error);
@@ -255,7 +256,8 @@ static tw_status predict_mesh(const surface_request *request, uint32_t mesh, uin
   tw_scene scene = {.model = &model,
                     .surfaces = all->surfaces + mesh,
                     .polygons = request->polygons,
-                    .packs = all->packs ? all->packs + mesh : NULL};
+                    .packs = all->packs ? all->packs + mesh : NULL,
+                    .is_without_details = all->is_without_details};
   return tw_gltf_stream_predict(&scene, TW_FORMAT_GLB, size, error);
 }
 
@@ -510,6 +512,7 @@ static api_outcome prepare(api_call *call, surface_request *request, bool is_sto
   if (call->effort != API_HEAVY && scene->query.times.is_given) return API_NEEDS_THREAD;
   outcome = api_scene_pose(call, model, scene);
   scene->content.polygons = request->polygons;
+  scene->content.is_without_details = !request->surface.details;
   if (outcome != API_DONE) return outcome;
   bool is_kept = is_stored && scene->meshes.count > 0;
   outcome = api_plan_take(call, &scene->meshes, &scene->moves, is_kept, &request->surface, &request->plan);

@@ -478,6 +478,18 @@ static void put_holes(json_writer *writer, const tw_gltf_mesh *mesh) {
   tw_text_add(writer->text, "]");
 }
 
+static void put_details(json_writer *writer, const tw_gltf_tags *tags, const tw_mesh *source) {
+  if (tags->detail_count == 0) return;
+  tw_member_open(writer->text, "details", "[");
+  for (uint32_t i = 0; i < tags->detail_count; i++) {
+    open_object(writer);
+    tw_member_count(writer->text, "level", source->details[i].level);
+    tw_member_count(writer->text, "offsets", tags->details[i]);
+    close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
 static void put_rules(json_writer *writer, const tw_mesh *mesh) {
   const struct {
     const char *name;
@@ -506,6 +518,7 @@ static void put_tags(json_writer *writer, const tw_gltf_mesh *mesh, const tw_mes
   put_sharpness(writer, "corners", "vertices", tags->corner_vertices, tags->corner_sharpness);
   put_groups(writer, tags->groups);
   put_holes(writer, mesh);
+  put_details(writer, tags, source);
   put_rules(writer, source);
   close_object(writer);
 }

@@ -263,6 +263,15 @@ static bool is_cage(const tw_scene *scene, uint32_t mesh) {
   return scene->polygons == TW_POLYGONS_NGON && !scene->packs && tw_surface_get_tags(scene->surfaces[mesh]);
 }
 
+static bool add_details(tw_gltf_plan *plan, const tw_mesh *mesh, tw_gltf_tags *out) {
+  uint32_t *details = tw_arena_alloc(plan->arena, mesh->detail_count, sizeof *details);
+  for (uint32_t i = 0; details && i < mesh->detail_count; i++)
+    details[i] = add_floats(plan, mesh->details[i].offsets, mesh->details[i].vertex_count, 3);
+  out->details = details;
+  out->detail_count = mesh->detail_count;
+  return details;
+}
+
 /* False without memory. */
 static bool add_tags(tw_gltf_plan *plan, const tw_surface *surface, tw_gltf_tags *out) {
   const tw_surface_tags *tags = tw_surface_get_tags(surface);
@@ -407,7 +416,9 @@ static bool add_mesh(tw_gltf_plan *plan, const tw_scene *scene, uint32_t index) 
   tw_gltf_primitive shared = {0};
   if (!add_vertices(plan, index, &scene->model->meshes[index], scene->surfaces[index], &shared)) return false;
   add_triangles(plan, index, scene->surfaces[index], &shared);
-  return !is_cage(scene, index) || add_tags(plan, scene->surfaces[index], &mesh->tags);
+  if (!is_cage(scene, index)) return true;
+  return add_tags(plan, scene->surfaces[index], &mesh->tags) &&
+         (scene->is_without_details || add_details(plan, &scene->model->meshes[index], &mesh->tags));
 }
 
 static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {

@@ -10,6 +10,7 @@
 #include "clip.h"
 #include "merge_points.h"
 #include "tweend/base.h"
+#include "tweend/detail.h"
 
 const char *const tw_format_names[TW_FORMATS] = {"obj", "tweend", "gltf", "glb", "stl", "ply"};
 const char *const tw_format_media_types[TW_FORMATS] = {
@@ -197,6 +198,16 @@ static bool all_finite(const float *values, size_t count) {
   return true;
 }
 
+/* Another program may have changed the cage under its details: then they are left out. */
+static tw_status check_details(tw_model *model, uint32_t index, tw_error *error) {
+  tw_mesh *mesh = &model->meshes[index];
+  tw_status status = tw_mesh_check_details(mesh, error);
+  if (status == TW_OK || status == TW_NO_MEMORY) return status;
+  mesh->detail_count = 0;
+  tw_model_warn(model, "details of mesh %u are left out: they do not fit its faces", index);
+  return TW_OK;
+}
+
 static tw_status check_meshes(tw_model *model, tw_error *error) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_mesh *mesh = &model->meshes[i];
@@ -207,6 +218,8 @@ static tw_status check_meshes(tw_model *model, tw_error *error) {
       prefix_pointer(error, "meshes", i);
       return status;
     }
+    status = check_details(model, i, error);
+    if (status != TW_OK) return status;
     for (uint32_t face = 0; mesh->face_materials && face < mesh->face_count; face++) {
       int32_t material = mesh->face_materials[face];
       if (material >= -1 && (material < 0 || (uint32_t)material < model->material_count + model->slot_count))
@@ -413,6 +426,7 @@ tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     tw_status status = tw_mesh_merge_within(&model->meshes[i], distance, &merged, error);
+    if (status == TW_OK) status = check_details(model, i, error);
     if (status != TW_OK) return status;
     dropped += merged.faces;
   }

@@ -366,3 +366,13 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   *out = model;
   return TW_OK;
 }
+
+tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
+                             tw_error *error) {
+  tw_obj_reader reader = {.arena = arena, .error = error};
+  tw_status status = tw_obj_read_statements(&reader, bytes, size);
+  *out = reader.positions;
+  *count = (uint32_t)reader.all.points;
+  tw_obj_reader_deinit(&reader);
+  return status;
+}

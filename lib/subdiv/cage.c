@@ -171,12 +171,17 @@ static tw_surface_counts next_counts(tw_surface_counts c, bool loop) {
   return next;
 }
 
-static tw_surface_counts counts_at(tw_surface_counts cage, const tw_surface_options *options) {
+static tw_surface_counts counts_at(tw_surface_counts cage, bool loop, uint32_t level) {
   /* No cage in 32 bits comes near 64 within TW_LEVEL_MAX levels but the greatest; those stop early, far
    * over the limit. */
-  for (uint32_t i = 0; i < options->level && cage.corners < UINT64_MAX / 16; i++)
-    cage = next_counts(cage, options->scheme == TW_LOOP);
+  for (uint32_t i = 0; i < level && cage.corners < UINT64_MAX / 16; i++) cage = next_counts(cage, loop);
   return cage;
+}
+
+tw_surface_counts tw_cage_counts_at(const tw_cage *cage, bool loop, uint32_t level) {
+  const tw_topology *t = &cage->topology;
+  return counts_at((tw_surface_counts){t->vertex_count, t->edge_count, t->face_count, t->corner_count}, loop,
+                   level);
 }
 
 /* What is left out of the answer is refined with the rest. */
@@ -237,9 +242,9 @@ tw_status tw_cage_count(const tw_surface_options *options, tw_cage *c, tw_surfac
     tw_status status = count_open(options, c, out, &c->refined_faces);
     if (status != TW_OK) return status;
   } else {
-    tw_surface_counts all = counts_at(tw_count_faces(&c->topology, NULL), options);
-    bool whole = !memchr(c->visible, 0, c->topology.face_count);
-    *out = whole ? all : counts_at(tw_count_faces(&c->topology, c->visible), options);
+    bool loop = options->scheme == TW_LOOP, whole = !memchr(c->visible, 0, c->topology.face_count);
+    tw_surface_counts all = tw_cage_counts_at(c, loop, options->level);
+    *out = whole ? all : counts_at(tw_count_faces(&c->topology, c->visible), loop, options->level);
     c->refined_faces = all.faces;
   }
   return check_counts(options, shrinks, out, c->refined_faces, error);

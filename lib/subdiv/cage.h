@@ -2,7 +2,7 @@
 #ifndef TWEEND_CAGE_H
 #define TWEEND_CAGE_H
 
-#include "topology.h"
+#include "crease.h"
 #include "tweend/subdiv.h"
 
 /* Most faces that are refined in the generic way to the end, holes included: that takes memory in
@@ -22,6 +22,13 @@ typedef struct tw_cage {
   tw_surface_tags tags;
 } tw_cage;
 
+static inline tw_rules tw_rules_of(const tw_surface_options *options) {
+  return (tw_rules){.linear = options->scheme == TW_BILINEAR,
+                    .chaikin = options->creasing == TW_CREASE_CHAIKIN,
+                    .loop = options->scheme == TW_LOOP,
+                    .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
+}
+
 static inline bool tw_keeps_tags(const tw_mesh *mesh, const tw_surface_options *options) {
   return options->tagged && options->level == 0 && mesh->hole_count == 0;
 }
@@ -35,6 +42,9 @@ tw_status tw_cage_read(const tw_mesh *mesh, const tw_surface_options *options, t
 
 /* Whether the border eats into the mesh with every level. */
 bool tw_cage_shrinks(const tw_cage *cage, const tw_surface_options *options);
+
+/* Counts of a level with all that is left out of an answer. */
+tw_surface_counts tw_cage_counts_at(const tw_cage *cage, bool loop, uint32_t level);
 
 /* Exact counts of the answer, in closed form. */
 tw_status tw_cage_count(const tw_surface_options *options, tw_cage *cage, tw_surface_counts *out,

@@ -463,9 +463,7 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
               .options = *options,
               .parallel = parallel,
               .arena = arena};
-    s.rules = (tw_rules){.chaikin = options->creasing == TW_CREASE_CHAIKIN,
-                         .loop = options->scheme == TW_LOOP,
-                         .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
+    s.rules = tw_rules_of(options);
     s.scratch = tw_arena_create();
     tw_mesh next;
     double miss;

@@ -61,6 +61,19 @@ tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_ar
   return TW_OK;
 }
 
+tw_status tw_number_vertices_as(const tw_topology *base, const uint32_t *vertices, uint32_t rows,
+                                tw_arena *arena, tw_numbering *out) {
+  tw_status status = allocate(base, arena, rows, 0, out);
+  if (status != TW_OK) return status;
+  out->corner_count = rows;
+  for (uint32_t row = 0; row < rows; row++) {
+    uint32_t first = base->fan_offsets[vertices[row]], end = base->fan_offsets[vertices[row] + 1];
+    out->corner_base[row] = base->fan_corners[first];
+    for (uint32_t i = first; i < end; i++) out->corner_row[base->fan_corners[i]] = row;
+  }
+  return TW_OK;
+}
+
 /* ---- vertices ------------------------------------------------------------------------------- */
 
 typedef struct vertex_numberer {

@@ -8,6 +8,7 @@
 
 #include "catmull_clark.h"
 #include "irregular_levels.h"
+#include "level_detail.h"
 #include "loop_rows.h"
 #include "patch.h"
 #include "skin_weights.h"
@@ -94,6 +95,7 @@ struct tw_surface {
   tw_surface_step *steps;
   uint32_t step_count;
   tw_rules rules;
+  tw_detail_list details; /* likewise */
 
   tw_way way;
   tw_levels *levels; /* [field_count] */
@@ -211,6 +213,11 @@ tw_status tw_surface_order(tw_surface *surface, const tw_face_order *from);
 tw_status tw_number_field(const tw_topology *base, const uint8_t *visible, tw_arena *arena,
                           tw_numbering *out);
 
+/* Numbers the vertices of one field by these rows: vertices[row], each once. Others have no row, edges and
+ * insides neither. TW_NO_MEMORY. */
+tw_status tw_number_vertices_as(const tw_topology *base, const uint32_t *vertices, uint32_t rows,
+                                tw_arena *arena, tw_numbering *out);
+
 /* What parts the vertices of a GPU that are one point of the surface. */
 typedef struct tw_splits {
   uint32_t uv_count;
@@ -237,6 +244,10 @@ tw_status tw_own_normals_read(const tw_surface *surface, const tw_mesh *mesh, tw
 /* Keeps them for the first `rows` vertices, once these are numbered. TW_NO_MEMORY. */
 tw_status tw_own_normals_keep(tw_surface *surface, const tw_mesh *mesh, const tw_own_normals *own,
                               uint32_t rows);
+
+/* The vertex of each row of TW_DOMAIN_POINTS, in the numbers of a level that is refined step by step. level:
+ * that of the surface. */
+void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out);
 
 /* Numbers what a GPU has to tell apart. */
 tw_status tw_number_vertices(const tw_topology *base, const tw_splits *splits, const uint8_t *visible,

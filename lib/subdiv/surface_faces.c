@@ -196,3 +196,45 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
   if (s->depth == 0) return read_base_faces(s, n, first, count, out);
   return read_quads(s, n, first, count, out);
 }
+
+/* ---- points --------------------------------------------------------------------------------- */
+
+/* A face of a level, refined step by step, that a cell of a quad's grid is: from the quad's first one on.
+ * turn: the cell's corner, counted from its least i and j, that is the face's first. */
+typedef struct cell_face {
+  uint32_t face, turn;
+} cell_face;
+
+/* A face's child at a corner has its own first corner there. */
+static cell_face face_of_cell(uint32_t depth, uint32_t i, uint32_t j) {
+  cell_face at = {0, 0};
+  while (depth-- > 0) {
+    uint32_t right = i >> depth & 1, high = j >> depth & 1, corner = high ? 3 - right : right;
+    at = (cell_face){4 * at.face + ((corner - at.turn) & 3), corner};
+  }
+  return at;
+}
+
+static void vertices_of_quad(const tw_surface *s, const tw_topology *level, uint32_t visible, uint32_t *out) {
+  uint32_t cells = s->side * s->side, first = tw_base_quad(s, visible) * cells;
+  quad_rows quad = rows_of_quad(s, &s->points, visible);
+  for (uint32_t cell = 0; cell < cells; cell++) {
+    uint32_t rows[4];
+    emit_quad(&quad, s->side, cell, cell + 1, rows);
+    cell_face at = face_of_cell(s->depth, cell % s->side, cell / s->side);
+    for (uint32_t k = 0; k < 4; k++)
+      out[rows[k]] = level->corner_vertex[4 * (first + at.face) + ((k - at.turn) & 3)];
+  }
+}
+
+void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out) {
+  const tw_surface *s = surface;
+  if (s->way == TW_WAY_PATCHES) {
+    for (uint32_t q = 0; q < s->quad_count; q++) vertices_of_quad(s, level, q, out);
+    return;
+  }
+  uint32_t rows = (uint32_t)tw_surface_row_count(s, TW_DOMAIN_POINTS);
+  bool has_base = s->way == TW_WAY_BASE;
+  for (uint32_t row = 0; row < rows; row++)
+    out[row] = has_base ? s->fields[0].base.corner_vertex[tw_corner_of_row(&s->points, row)] : row;
+}

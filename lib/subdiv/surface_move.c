@@ -65,17 +65,30 @@ static size_t base_size(const tw_surface *s) {
          (s->loop.levels > 0 ? tw_loop_rows_kept_count(&s->loop) : (size_t)s->fields[0].base.vertex_count);
 }
 
-/* Positions of the cage's vertices; NULL without memory. */
-static float *gather_cage(const tw_surface *s, const float *positions) {
+/* Positions of the cage's vertices, where a level 0 has them; NULL without memory. */
+static float *gather_cage(const tw_surface *s, const float *positions, const tw_parallel_for *parallel) {
   uint32_t count = cage_vertices(s);
   float *cage = tw_alloc(count, 3 * sizeof *cage);
-  if (cage) tw_gather_rows(positions, s->point_of, count, 3 * sizeof *cage, cage);
-  return cage;
+  if (!cage) return NULL;
+  tw_gather_rows(positions, s->point_of, count, 3 * sizeof *cage, cage);
+  const tw_topology *t = s->step_count > 0 ? &s->steps[0].parent : &s->fields[0].base;
+  const tw_detail_step step = {&s->details, t, &s->rules, 0, s->options.level};
+  if (tw_details_add_floats(&step, parallel, cage) == TW_OK) return cage;
+  free(cage);
+  return NULL;
 }
 
 static uint32_t refined_count(const tw_surface *s, const tw_surface_step *step) {
   const tw_topology *p = &step->parent;
   return p->vertex_count + p->edge_count + (s->options.scheme == TW_LOOP ? 0 : p->face_count);
+}
+
+/* Adds what is modelled onto a level. */
+static tw_status add_details(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
+                             double *positions) {
+  const tw_topology *t = level < s->step_count ? &s->steps[level].parent : &s->fields[0].base;
+  const tw_detail_step step = {&s->details, t, &s->rules, level, s->options.level};
+  return tw_details_add(&step, parallel, positions);
 }
 
 /* The base from the cage, by the plan's steps; NULL without memory. */
@@ -86,7 +99,8 @@ static double *refine_cage(const tw_surface *s, const float *cage, const tw_para
   for (uint32_t i = 0; at && i < s->step_count; i++) {
     const tw_surface_step *step = &s->steps[i];
     double *next = tw_alloc(refined_count(s, step), 3 * sizeof *next);
-    if (next && tw_refine_values(&step->parent, &s->rules, 3, at, parallel, next) != TW_OK) {
+    if (next && (tw_refine_values(&step->parent, &s->rules, 3, at, parallel, next) != TW_OK ||
+                 add_details(s, i + 1, parallel, next) != TW_OK)) {
       free(next);
       next = NULL;
     }
@@ -122,7 +136,7 @@ static tw_status move_loop(tw_surface *s, const float *cage, const tw_parallel_f
 static tw_status move_points(tw_surface *s, const float *positions, const tw_parallel_for *parallel) {
   if (s->way == TW_WAY_LEVELS)
     return tw_surface_refine_levels(s, positions, s->point_of, parallel, &s->positions);
-  float *cage = gather_cage(s, positions);
+  float *cage = gather_cage(s, positions, parallel);
   if (!cage) return TW_NO_MEMORY;
   if (s->loop.levels > 0) {
     tw_status status = move_loop(s, cage, parallel);

@@ -19,6 +19,7 @@ typedef struct build {
   tw_surface *surface;
   const tw_parallel_for *parallel;
   tw_rules rules;
+  tw_detail_list details;
   tw_arena *arena;
   tw_arena *points_arena; /* the cage, and the points' topologies between it and the base */
   tw_cage cage;
@@ -94,7 +95,7 @@ static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options
 static bool is_bare(const build *b) {
   const tw_mesh *m = b->mesh;
   const tw_surface_options *options = &b->surface->options;
-  bool points_only = m->uv_set_count == 0 && smooth_count(m) == 0 && !m->skin.joints;
+  bool points_only = m->uv_set_count == 0 && smooth_count(m) == 0 && !m->skin.joints && b->details.count == 0;
   return points_only && options->level > 0 && b->whole && !options->limit &&
          !tw_cage_shrinks(&b->cage, options);
 }
@@ -128,7 +129,7 @@ static bool fits_levels(const build *b) {
   const tw_topology *cage = &b->cage.topology;
   if (options->scheme != TW_CATMULL_CLARK || options->level == 0 || options->level > TW_LEVELS_MAX)
     return false;
-  if (m->face_count == 0) return false;
+  if (m->face_count == 0 || b->details.count > 0) return false;
   if (b->rules.smooth_triangles && cage->face_size != 4) return false;
   if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
   if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
@@ -153,7 +154,7 @@ static void choose_rows(build *b) {
 
 static tw_status choose(build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
-  uint32_t level = s->options.level;
+  uint32_t level = s->options.level, deepest = tw_deepest_detail(&b->details);
   b->whole = is_whole(b);
   bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX, loop = is_loop(b),
        even = b->cage.topology.face_size == (loop ? 3 : 4);
@@ -170,7 +171,8 @@ static tw_status choose(build *b, bool generic, tw_error *error) {
   bool few = !even && level <= 1;
   generic |= tw_cage_shrinks(&b->cage, &s->options) || loop ||
              (small && (few || crosses_seams(b->mesh, &s->options)));
-  b->levels = generic && level > 0 ? level : even ? 0 : 1;
+  b->levels = (generic || level <= deepest) && level > 0 ? level : even ? 0 : 1;
+  if (deepest < level && deepest > b->levels) b->levels = deepest;
   s->depth = level > b->levels ? level - b->levels : 0;
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
@@ -188,6 +190,12 @@ static void *gather(tw_arena *arena, const void *in, const uint32_t *indices, ui
   return out;
 }
 
+/* At the level that is being made. */
+static tw_detail_step detail_step(const build *b) {
+  const tw_surface *s = b->surface;
+  return (tw_detail_step){&b->details, &b->topologies[0], &b->rules, s->step_count, s->options.level};
+}
+
 /* Fills in the cage's values of one set, base for now the same. */
 static bool start_values(build *b, tw_values *values, const float *in, const uint32_t *indices) {
   bool stays = (b->levels == 0 && b->surface->loop.levels == 0) || b->surface->options.level == 0;
@@ -203,10 +211,11 @@ static tw_status start_points(build *b) {
   tw_surface *s = b->surface;
   const uint32_t *point_of = b->cage.point_of;
   s->positions.width = 3;
+  const tw_detail_step step = detail_step(b);
   bool complete = start_values(b, &s->positions, mesh->positions, point_of);
   for (uint32_t i = 0; i < smooth_count(mesh) && complete; i++)
     complete = start_values(b, &s->smooth[i], smooth_source(mesh, i), point_of);
-  return complete ? TW_OK : TW_NO_MEMORY;
+  return complete ? tw_details_add_floats(&step, b->parallel, s->positions.base) : TW_NO_MEMORY;
 }
 
 static tw_status start_influences(build *b) {
@@ -285,6 +294,8 @@ static tw_status refine_set(build *b, const void *context, tw_arena *arena, tw_v
   for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
   tw_rules rules = rules_of(b, values->field);
   tw_status status = tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
+  const tw_detail_step step = detail_step(b);
+  if (status == TW_OK && values == &s->positions) status = tw_details_add(&step, b->parallel, out);
   for (size_t i = 0; rounded && i < after; i++) rounded[i] = (float)out[i];
   values->base = rounded;
   values->exact = last && !kept && !rows ? NULL : out;
@@ -421,6 +432,32 @@ static tw_status split_vertices(build *b, const uint8_t *visible, uint32_t cage_
   return status;
 }
 
+static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
+                        const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
+                        tw_error *error);
+
+/* Points in the order that they have before anything is modelled onto this level or deeper ones: whoever
+ * models on it finds them where they were. */
+static tw_status order_points(build *b) {
+  tw_surface *s = b->surface, *before;
+  const tw_topology *base = &s->fields[0].base;
+  tw_mesh mesh = *b->mesh;
+  mesh.detail_count = tw_details_above(&b->details, s->options.level).count;
+  tw_surface_options options = s->options;
+  options.shapes = NULL;
+  options.movable = false;
+  bool too_irregular = false;
+  tw_status status = create(&mesh, &options, b->parallel, false, &before, &too_irregular, NULL);
+  if (too_irregular) return TW_OK; /* the numbers of the level, as then */
+  if (status != TW_OK) return status;
+  uint32_t rows = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
+  uint32_t *vertices = tw_arena_alloc_raw(b->arena, rows, sizeof *vertices);
+  if (vertices) tw_surface_vertices_of_points(before, base, vertices);
+  status = vertices ? tw_number_vertices_as(base, vertices, rows, s->arena, &s->points) : TW_NO_MEMORY;
+  tw_surface_destroy(before);
+  return status;
+}
+
 static tw_status number_base(build *b, const uint32_t *cage_vertices) {
   tw_surface *s = b->surface;
   const tw_topology *base = &s->fields[0].base;
@@ -431,6 +468,8 @@ static tw_status number_base(build *b, const uint32_t *cage_vertices) {
     for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
   }
   tw_status status = tw_number_field(base, visible, s->arena, &s->points);
+  if (status == TW_OK && s->options.level > 0 && s->options.level <= tw_deepest_detail(&b->details))
+    status = order_points(b);
   s->cage_points = rows_of_cage(&s->points, base, cage_vertices[0]);
   if (status == TW_OK && b->mesh->uv_set_count > 0) {
     status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);
@@ -484,6 +523,18 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
   }
 }
 
+static bool keep_details(build *b) {
+  uint32_t count = b->details.count;
+  tw_detail *details = gather(b->points_arena, b->details.details, NULL, count, sizeof *details);
+  for (uint32_t i = 0; details && i < count; i++) {
+    details[i].offsets = gather(b->points_arena, details[i].offsets, NULL, details[i].vertex_count,
+                                3 * sizeof *details[i].offsets);
+    if (!details[i].offsets) return false;
+  }
+  b->surface->details = (tw_detail_list){count, details};
+  return details;
+}
+
 /* The cage outlives the mesh where it is the base, and where it is what positions are refined by. */
 static tw_status keep_cage(build *b) {
   tw_surface *s = b->surface;
@@ -497,6 +548,7 @@ static tw_status keep_cage(build *b) {
   tw_topology *t = &b->cage.topology;
   s->points_arena = b->points_arena;
   s->rules = b->rules;
+  if (s->options.movable && !keep_details(b)) return TW_NO_MEMORY;
   s->point_of = b->cage.point_of;
   t->corner_vertex = gather(b->points_arena, t->corner_vertex, NULL, t->corner_count, sizeof(uint32_t));
   if (t->face_offsets)
@@ -709,6 +761,7 @@ static tw_status build_surface(build *b, bool generic, tw_error *error) {
   tw_status status = tw_cage_read(b->mesh, &s->options, b->points_arena, &b->cage);
   b->cage.arena = b->arena;
   if (status == TW_OK) status = tw_cage_count(&s->options, &b->cage, &s->counts, error);
+  if (status == TW_OK) status = tw_details_check(&b->details, &b->cage, &s->options, error);
   if (status != TW_OK) return status;
   status = tw_parallel_for_status(b->parallel);
   if (status == TW_OK) status = choose(b, generic, error);
@@ -743,10 +796,8 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
              .points_arena = tw_arena_create(),
              .morph_normals = mesh->morph_normals && options->normals && !options->movable};
   s->options.movable |= b.morph_normals && !tw_has_own_normals(mesh, options);
-  b.rules = (tw_rules){.linear = options->scheme == TW_BILINEAR,
-                       .chaikin = options->creasing == TW_CREASE_CHAIKIN,
-                       .loop = options->scheme == TW_LOOP,
-                       .smooth_triangles = options->triangles == TW_TRIANGLES_SMOOTH};
+  b.rules = tw_rules_of(options);
+  b.details = (tw_detail_list){mesh->detail_count, mesh->details};
   bool ready = s->arena && b.arena && b.points_arena;
   tw_status status = ready ? build_surface(&b, generic, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);

@@ -63,7 +63,7 @@ TEST_WITH(a_cube_is_the_same_in_every_format, loopback_setup, loopback_teardown)
       "\"hard_edges\":{\"tags\":0,\"normals\":0,\"angle_30\":12,\"auto\":12},\"paired_quads\":0,\"group_"
       "count\":0,\"groups\":[],"
       "\"uv_sets\":0,"
-      "\"morph_targets\":0,\"skinned\":false}";
+      "\"morph_targets\":0,\"details\":[],\"skinned\":false}";
   static const char *const forms[] = {"glb", "gltf"};
   static const char *const types[] = {"model/gltf-binary", "model/gltf+json"};
   char *facts = facts_of(*state, "model/obj", obj, strlen(obj));

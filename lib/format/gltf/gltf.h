@@ -141,7 +141,9 @@ typedef struct tw_gltf_tags {
   bool is_cage; /* else there are no such extras */
   uint32_t points, faces, starts, groups;
   uint32_t crease_edges, crease_sharpness, corner_vertices, corner_sharpness;
-  uint32_t hole_count; /* primitives behind the mesh's primitive_count, of which only the indices count */
+  uint32_t detail_count;   /* the first ones of the mesh */
+  const uint32_t *details; /* [detail_count] offsets */
+  uint32_t hole_count;     /* primitives behind the mesh's primitive_count, of which only the indices count */
 } tw_gltf_tags;
 
 typedef struct tw_gltf_mesh {

@@ -117,6 +117,7 @@ private:
   struct Tags {
     const Elements *points, *faces, *starts, *groups;
     const Elements *crease_edges, *crease_sharpness, *corner_vertices, *corner_sharpness;
+    std::vector<std::pair<uint32_t, const Elements *>> details; // a level, its offsets
     const char *text;
   } tags_ = {};
 
@@ -570,6 +571,7 @@ private:
       tags_.corner_sharpness = open_tag(corners, "sharpness", true);
       check_points();
       open_holes(tw_json_member(object, "holes"));
+      open_details(tw_json_member(object, "details"));
     } catch (const Refusal &refusal) {
       lists_.resize(lists);
       leave_out_tags(refusal);
@@ -615,6 +617,23 @@ private:
         if (elements.read_index(k) >= sources_[0].position->count())
           refuse(TW_INVALID, pointer, "an index is out of range");
       lists_.push_back(list);
+    }
+  }
+
+  void open_details(const char *details) {
+    if (!details || *details != '[') return;
+    uint32_t above = 0;
+    for (Items item(details); item.more(); item.next()) {
+      std::string pointer = text(tag_pointer("details"), "/", tags_.details.size());
+      uint32_t level = static_cast<uint32_t>(accessor_of(item.value(), "level"));
+      if (level <= above || level > TW_LEVEL_MAX)
+        refuse(TW_INVALID, pointer, "levels of details ascend from 1 to ", int{TW_LEVEL_MAX});
+      above = level;
+      const Elements &offsets =
+          accessors_.open(accessor_of(item.value(), "offsets"), TINYGLTF_TYPE_VEC3, pointer + "/offsets");
+      if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
+        refuse(TW_INVALID, pointer, "offsets are of another component type");
+      tags_.details.emplace_back(level, &offsets);
     }
   }
 
@@ -777,6 +796,27 @@ private:
     mesh_.tag_triangles = rule(rules, "triangles", TW_TRIANGLES_SMOOTH);
   }
 
+  void check_details() const {
+    for (const auto &[level, offsets] : tags_.details)
+      for (uint32_t i = 0; i < offsets->count(); i++) {
+        float row[3];
+        if (!offsets->read_finite(i, row))
+          refuse(TW_INVALID, tag_pointer("details"), "an offset of level ", level, " is not finite");
+      }
+  }
+
+  void write_details() {
+    tw_detail *details = allocate<tw_detail>(document_, tags_.details.size());
+    for (size_t i = 0; i < tags_.details.size(); i++) {
+      const auto &[level, offsets] = tags_.details[i];
+      float *rows = allocate<float>(document_, 3 * size_t{offsets->count()});
+      for (uint32_t v = 0; v < offsets->count(); v++) offsets->read(v, rows + 3 * size_t{v});
+      details[i] = {level, offsets->count(), rows};
+    }
+    mesh_.details = details;
+    mesh_.detail_count = static_cast<uint32_t>(tags_.details.size());
+  }
+
   void write_tags() {
     Vector<uint32_t> place(mesh_.face_count, 0, Counted<uint32_t>(document_.budget));
     try {
@@ -784,6 +824,7 @@ private:
       check_sharpness("corners", tags_.corner_vertices, tags_.corner_sharpness, 1);
       read_face_order(place);
       check_starts();
+      check_details();
       write_groups(place);
     } catch (const Refusal &refusal) {
       std::iota(place.begin(), place.end(), 0u);
@@ -797,6 +838,7 @@ private:
     mesh_.sharp_point_count = write_sharpness(tags_.corner_vertices, tags_.corner_sharpness,
                                               mesh_.sharp_points, mesh_.point_sharpness);
     write_rules();
+    write_details();
   }
 
   // ---- into the model --------------------------------------------------------------------------

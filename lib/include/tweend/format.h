@@ -39,6 +39,11 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size);
  * *out: a finished model (tw_model_finish has run). O(size). */
 tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model **out, tw_error *error);
 
+/* The points of OBJ text alone, all of them in the order of the file; errors as for tw_obj_read. *out:
+ * [*count][3] in the arena. */
+tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
+                             tw_error *error);
+
 /* STL, binary or text. All solids are one mesh, its name the first solid's; triangles that share an edge by
  * position share its points (lib/mesh/weld.h). Up to 1024 bytes behind the facets of binary STL are read
  * over. Errors bear a line, or name the facet. *out: a finished model. O(n log n). */
@@ -152,6 +157,7 @@ typedef struct tw_scene {
   /* [mesh_count] of the surfaces, all of one encoding and these polygons; outlive the stream. NULL: floats.
    * Packs that are not measured serve tw_gltf_stream_predict alone, and only quantized ones. */
   const tw_packs *const *packs;
+  bool is_without_details; /* a cage does not say what is modelled onto its levels */
 } tw_scene;
 
 /* A glTF answer: its size is known when it is created, its bytes are computed when they are read.
@@ -164,8 +170,9 @@ typedef struct tw_scene {
  * "faces": the mesh's faces in the order of the file (not where it is theirs), "starts": the corner of
  * the mesh's face that each begins with (not where all are the first), "creases": {"edges": [][2],
  * "sharpness"}, "corners": {"vertices", "sharpness"}, "groups": {"names": ["a b", ...], "faces": which, or
- * 2^32 - 1}, "holes": [{"indices", "material"}], "rules": {"boundary", "uv", "creasing", "triangles"}};
- * numbers but those of materials and rules are accessors. Holes are drawn by no primitive. */
+ * 2^32 - 1}, "holes": [{"indices", "material"}], "details": [{"level", "offsets"}] as tw_detail, "rules":
+ * {"boundary", "uv", "creasing", "triangles"}}; numbers but those of levels, materials and rules are
+ * accessors. Holes are drawn by no primitive. */
 typedef struct tw_gltf_stream tw_gltf_stream;
 
 /* container: TW_FORMAT_GLB, or TW_FORMAT_GLTF (one JSON file, buffers as base64 data URIs).

@@ -56,6 +56,17 @@ typedef struct tw_skin_weights {
   const float *weights;   /* [point_count][4], sum 1 */
 } tw_skin_weights;
 
+/* What is modelled onto a level: how far each of its vertices lies from where subdivision puts it, along the
+ * tangent, the bitangent and the normal there, in units of the mean length of the edges at the vertex. So it
+ * turns and grows with the mesh. */
+typedef struct tw_detail {
+  uint32_t level; /* from 1 */
+  /* Vertices of that level, refined step by step: they have the numbers of lib/subdiv/catmull_clark.h, or of
+   * loop.h, those of holes too. A mesh whose level has another number has no such detail. */
+  uint32_t vertex_count;
+  const float *offsets; /* [vertex_count][3] */
+} tw_detail;
+
 /* A view: owns nothing. Arrays are NULL when their count is 0. */
 typedef struct tw_mesh {
   const char *name; /* UTF-8, or NULL */
@@ -83,6 +94,8 @@ typedef struct tw_mesh {
   const float *point_sharpness; /* [sharp_point_count] */
   uint32_t hole_count;
   const uint32_t *holes; /* [hole_count] faces */
+  uint32_t detail_count;
+  const tw_detail *details; /* [detail_count], of ascending levels */
 
   /* Materials: groups of faces. NULL: all faces have material -1 (none). */
   const int32_t *face_materials; /* [face_count] index into the model's materials, then its slots; or -1 */

@@ -1,0 +1,30 @@
+/* Modelling onto the levels of a surface. */
+#ifndef TWEEND_DETAIL_H
+#define TWEEND_DETAIL_H
+
+#include "tweend/subdiv.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* A view of a mesh whose surface at options->level has these points. What is new goes into the mesh's detail
+ * of that level, at level 0 into its positions; points that are where they were keep what they had, to the
+ * last bit. Where deeper levels have details the points are met within 1e-6 of the mesh's size, or as near as
+ * a few rounds lead.
+ * positions: [rows][3] of TW_DOMAIN_POINTS of the surface that is made of the mesh by the same options.
+ * Arrays of the result live in the arena, or are the mesh's. parallel: as for tw_surface_create_by.
+ * O(points of the level, and of that of the deepest detail). As tw_surface_create_by; TW_INVALID with pointer
+ * "/positions/7/1" where a coordinate is not finite or over TW_COORDINATE_MAX, with "/details/0" as for
+ * tw_mesh_check_details. */
+tw_status tw_mesh_sculpt(const tw_mesh *mesh, const tw_surface_options *options, const float *positions,
+                         const tw_parallel_for *parallel, tw_arena *arena, tw_mesh *out, tw_error *error);
+
+/* Whether the details of a checked mesh are of its levels, by Catmull and Clark's scheme or, of triangles, by
+ * Loop's. TW_INVALID or TW_LIMIT, pointer "/details/0"; TW_NO_MEMORY. O(corners). */
+tw_status tw_mesh_check_details(const tw_mesh *mesh, tw_error *error);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,323 @@
+#include "level_detail.h"
+
+#include <math.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "catmull_clark.h"
+#include "limit.h"
+#include "loop.h"
+#include "refine.h"
+#include "tweend/detail.h"
+
+tw_detail_list tw_details_above(const tw_detail_list *list, uint32_t level) {
+  tw_detail_list above = {0, list->details};
+  while (above.count < list->count && list->details[above.count].level < level) above.count++;
+  return above;
+}
+
+tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, const tw_surface_options *options,
+                           tw_error *error) {
+  for (uint32_t i = 0; i < list->count; i++) {
+    const tw_detail *d = &list->details[i];
+    tw_surface_counts counts = tw_cage_counts_at(cage, options->scheme == TW_LOOP, d->level);
+    tw_status status = TW_OK;
+    if (tw_cage_shrinks(cage, options))
+      status = tw_fail(error, TW_INVALID, "boundary=open takes points away that details are of");
+    else if (counts.vertices != d->vertex_count)
+      status = tw_fail(error, TW_INVALID,
+                       "what is modelled onto level %u is of %u points, where this scheme makes %llu",
+                       d->level, d->vertex_count, (unsigned long long)counts.vertices);
+    else if (counts.faces > TW_GENERIC_FACES_MAX)
+      status = tw_fail(error, TW_LIMIT, "details are limited to levels of %d faces", TW_GENERIC_FACES_MAX);
+    if (status == TW_OK) continue;
+    tw_error_at(error, "/details/%u", i);
+    return status;
+  }
+  return TW_OK;
+}
+
+/* ---- frames
+ * ------------------------------------------------------------------------------------------------ */
+
+/* Points of a level, and room for a mask. */
+struct tw_detail_frames {
+  const tw_topology *topology;
+  bool linear;
+  const double *positions;
+  tw_limit_entry *mask;
+};
+
+static uint32_t mask_capacity(const tw_topology *t) {
+  uint32_t most = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(t, v);
+    if (capacity > most) most = capacity;
+  }
+  return most;
+}
+
+static void subtract(const tw_detail_frames *f, uint32_t to, uint32_t from, double out[3]) {
+  for (int c = 0; c < 3; c++)
+    out[c] = f->positions[3 * (size_t)to + (size_t)c] - f->positions[3 * (size_t)from + (size_t)c];
+}
+
+static void cross(const double a[3], const double b[3], double out[3]) {
+  out[0] = a[1] * b[2] - a[2] * b[1];
+  out[1] = a[2] * b[0] - a[0] * b[2];
+  out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static double dot(const double a[3], const double b[3]) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* False, and nothing changed, where it is no longer than rounding leaves of something of length `of`. */
+static bool make_unit(double vector[3], double of) {
+  double length = sqrt(dot(vector, vector));
+  if (!(length > 1e-9 * of)) return false;
+  for (int c = 0; c < 3; c++) vector[c] /= length;
+  return true;
+}
+
+/* The limit's normal; where it has none, that of the corner's face; else any. */
+static void find_normal(const tw_detail_frames *f, uint32_t corner, double normal[3]) {
+  const tw_topology *t = f->topology;
+  double tangents[2][3] = {{0}, {0}}, from[3];
+  uint32_t vertex = t->corner_vertex[corner], count = tw_limit_mask(t, f->linear, corner, f->mask);
+  for (uint32_t i = 0; i < count; i++) {
+    subtract(f, f->mask[i].vertex, vertex, from);
+    for (int c = 0; c < 3; c++) {
+      tangents[0][c] += (double)f->mask[i].tangent1 * from[c];
+      tangents[1][c] += (double)f->mask[i].tangent2 * from[c];
+    }
+  }
+  cross(tangents[0], tangents[1], normal);
+  if (make_unit(normal, sqrt(dot(tangents[0], tangents[0]) * dot(tangents[1], tangents[1])))) return;
+  uint32_t next = t->corner_vertex[tw_corner_next(t, corner)],
+           before = t->corner_vertex[tw_corner_previous(t, corner)];
+  subtract(f, next, vertex, tangents[0]);
+  subtract(f, before, vertex, tangents[1]);
+  cross(tangents[0], tangents[1], normal);
+  if (make_unit(normal, sqrt(dot(tangents[0], tangents[0]) * dot(tangents[1], tangents[1])))) return;
+  memcpy(normal, (const double[3]){0, 1, 0}, 3 * sizeof *normal);
+}
+
+/* Along the edge of the corner, at a right angle to the normal; where there is no such, along an axis. */
+static void find_tangent(const tw_detail_frames *f, uint32_t corner, const double normal[3],
+                         double tangent[3]) {
+  const tw_topology *t = f->topology;
+  uint32_t vertex = t->corner_vertex[corner];
+  for (int attempt = 0; attempt < 5; attempt++) {
+    if (attempt < 2)
+      subtract(f, t->corner_vertex[attempt ? tw_corner_previous(t, corner) : tw_corner_next(t, corner)],
+               vertex, tangent);
+    else
+      for (int c = 0; c < 3; c++) tangent[c] = c == attempt - 2;
+    double along = dot(tangent, normal), length = sqrt(dot(tangent, tangent));
+    for (int c = 0; c < 3; c++) tangent[c] -= along * normal[c];
+    if (make_unit(tangent, length)) return;
+  }
+}
+
+/* Mean length of the edges at a vertex; 1 where all are 0. */
+static double edge_length(const tw_detail_frames *f, uint32_t vertex) {
+  const tw_topology *t = f->topology;
+  double sum = 0, edge[3];
+  uint32_t begin = t->ring_offsets[vertex], end = t->ring_offsets[vertex + 1];
+  for (uint32_t i = begin; i < end; i++) {
+    subtract(f, tw_far_end(t, t->ring_edges[i], vertex), vertex, edge);
+    sum += sqrt(dot(edge, edge));
+  }
+  return sum > 0 ? sum / (end - begin) : 1;
+}
+
+/* Columns tangent, bitangent and normal, each as long as the edges. Returns that length. */
+static double find_frame(const tw_detail_frames *f, uint32_t vertex, double frame[3][3]) {
+  uint32_t corner = f->topology->fan_corners[f->topology->fan_offsets[vertex]];
+  double scale = edge_length(f, vertex);
+  find_normal(f, corner, frame[2]);
+  find_tangent(f, corner, frame[2], frame[0]);
+  cross(frame[2], frame[0], frame[1]);
+  for (int axis = 0; axis < 3; axis++)
+    for (int c = 0; c < 3; c++) frame[axis][c] *= scale;
+  return scale;
+}
+
+tw_status tw_detail_frames_create(const tw_detail_level *level, const tw_rules *rules, tw_arena *arena,
+                                  tw_detail_frames **out) {
+  tw_detail_frames *frames = *out = tw_arena_alloc(arena, 1, sizeof *frames);
+  if (!frames) return TW_NO_MEMORY;
+  *frames = (tw_detail_frames){&level->topology, rules->linear, level->positions, NULL};
+  frames->mask = tw_arena_alloc_raw(arena, mask_capacity(&level->topology), sizeof *frames->mask);
+  return frames->mask ? TW_OK : TW_NO_MEMORY;
+}
+
+bool tw_detail_move(tw_detail_frames *frames, uint32_t vertex, const double by[3], float offsets[3]) {
+  double frame[3][3], scale = find_frame(frames, vertex, frame);
+  bool is_finite = true;
+  for (int axis = 0; axis < 3; axis++) {
+    offsets[axis] = (float)(offsets[axis] + dot(frame[axis], by) / (scale * scale));
+    is_finite &= isfinite(offsets[axis]) != 0;
+  }
+  return is_finite;
+}
+
+/* ---- adding
+ * ------------------------------------------------------------------------------------------------ */
+
+typedef struct adding {
+  const tw_detail *detail;
+  const tw_detail_frames *level;
+  uint32_t capacity;
+  double *positions;
+  atomic_bool failed;
+} adding;
+
+static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
+  adding *a = context;
+  tw_detail_frames frames = *a->level;
+  (void)part;
+  frames.mask = tw_alloc(a->capacity, sizeof *frames.mask);
+  if (!frames.mask) atomic_store(&a->failed, true);
+  for (uint32_t v = begin; frames.mask && v < end; v++) {
+    const float *offsets = a->detail->offsets + 3 * (size_t)v;
+    double frame[3][3];
+    if (offsets[0] == 0 && offsets[1] == 0 && offsets[2] == 0) continue;
+    find_frame(&frames, v, frame);
+    for (int axis = 0; axis < 3; axis++)
+      for (int c = 0; c < 3; c++)
+        a->positions[3 * (size_t)v + (size_t)c] += (double)offsets[axis] * frame[axis][c];
+  }
+  free(frames.mask);
+}
+
+/* Frames are those of the level as it was before any vertex moved. */
+static tw_status add_detail(const tw_detail *detail, const tw_topology *t, bool linear,
+                            const tw_parallel_for *parallel, double *positions) {
+  double *before = tw_alloc(t->vertex_count, 3 * sizeof *before);
+  if (!before) return TW_NO_MEMORY;
+  memcpy(before, positions, 3 * (size_t)t->vertex_count * sizeof *before);
+  const tw_detail_frames level = {t, linear, before, NULL};
+  adding a = {.detail = detail, .level = &level, .capacity = mask_capacity(t), .positions = positions};
+  tw_parallel_for_run(parallel, t->vertex_count, TW_PARALLEL_FOR_LEAST / 8, add_vertices, &a);
+  free(before);
+  return atomic_load(&a.failed) ? TW_NO_MEMORY : TW_OK;
+}
+
+static const tw_detail *detail_of(const tw_detail_list *list, uint32_t level) {
+  for (uint32_t i = 0; i < list->count; i++)
+    if (list->details[i].level == level) return &list->details[i];
+  return NULL;
+}
+
+/* Topology and values of the next level. */
+static tw_status refine(const tw_topology *parent, const tw_rules *rules, const tw_parallel_for *parallel,
+                        tw_arena *arena, tw_topology *child) {
+  return rules->loop ? tw_loop_topology(parent, rules, arena, parallel, child)
+                     : tw_refine_topology(parent, rules, arena, parallel, child);
+}
+
+static double *refine_values(const tw_topology *parent, const tw_rules *rules, const tw_topology *child,
+                             const tw_parallel_for *parallel, tw_arena *arena, const double *in) {
+  double *out = tw_arena_alloc_raw(arena, child->vertex_count, 3 * sizeof *out);
+  return out && tw_refine_values(parent, rules, 3, in, parallel, out) == TW_OK ? out : NULL;
+}
+
+/* Moves the vertices of a level as far as deeper details move them on the deepest level. */
+static tw_status follow(const tw_detail_step *step, const tw_parallel_for *parallel, tw_arena *arena,
+                        double *positions) {
+  tw_topology parent = *step->topology, child;
+  const double *plain = positions, *modelled = positions;
+  for (uint32_t level = step->level + 1; level <= tw_deepest_detail(step->list); level++, parent = child) {
+    const tw_detail *detail = detail_of(step->list, level);
+    tw_status status = refine(&parent, step->rules, parallel, arena, &child);
+    if (status == TW_OK) status = tw_parallel_for_status(parallel);
+    if (status != TW_OK) return status;
+    double *next_plain = refine_values(&parent, step->rules, &child, parallel, arena, plain),
+           *next = refine_values(&parent, step->rules, &child, parallel, arena, modelled);
+    if (!next_plain || !next) return TW_NO_MEMORY;
+    if (detail) status = add_detail(detail, &child, step->rules->linear, parallel, next);
+    if (status != TW_OK) return status;
+    plain = next_plain;
+    modelled = next;
+  }
+  for (size_t i = 0; i < 3 * (size_t)step->topology->vertex_count; i++)
+    positions[i] += modelled[i] - plain[i];
+  return TW_OK;
+}
+
+tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *parallel, double *positions) {
+  if (step->level > step->answer) return TW_OK;
+  const tw_detail *own = detail_of(step->list, step->level);
+  tw_status status = own ? add_detail(own, step->topology, step->rules->linear, parallel, positions) : TW_OK;
+  if (status != TW_OK || step->level < step->answer || tw_deepest_detail(step->list) <= step->level)
+    return status;
+  tw_arena *arena = tw_arena_create();
+  status = arena ? follow(step, parallel, arena, positions) : TW_NO_MEMORY;
+  tw_arena_destroy(arena);
+  return status;
+}
+
+tw_status tw_details_add_floats(const tw_detail_step *step, const tw_parallel_for *parallel,
+                                float *positions) {
+  if (step->list->count == 0) return TW_OK;
+  size_t count = 3 * (size_t)step->topology->vertex_count;
+  double *exact = tw_alloc(count, sizeof *exact);
+  if (!exact) return TW_NO_MEMORY;
+  for (size_t i = 0; i < count; i++) exact[i] = (double)positions[i];
+  tw_status status = tw_details_add(step, parallel, exact);
+  for (size_t i = 0; i < count && status == TW_OK; i++) positions[i] = (float)exact[i];
+  free(exact);
+  return status;
+}
+
+/* ---- a level of a mesh
+ * ------------------------------------------------------------------------------------- */
+
+tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *options,
+                             const tw_parallel_for *parallel, tw_arena *arena, tw_detail_level *out,
+                             tw_error *error) {
+  const tw_detail_list all = {mesh->detail_count, mesh->details},
+                       list = tw_details_above(&all, options->level);
+  const tw_rules rules = tw_rules_of(options);
+  tw_cage cage;
+  tw_status status = tw_cage_read(mesh, options, arena, &cage);
+  if (status == TW_OK) status = tw_details_check(&list, &cage, options, error);
+  if (status != TW_OK) return status;
+  out->point_of = cage.point_of;
+  out->topology = cage.topology;
+  out->positions = tw_arena_alloc_raw(arena, cage.topology.vertex_count, 3 * sizeof *out->positions);
+  if (!out->positions) return TW_NO_MEMORY;
+  for (uint32_t v = 0; v < cage.topology.vertex_count; v++)
+    for (size_t c = 0; c < 3; c++)
+      out->positions[3 * (size_t)v + c] =
+          mesh->positions[3 * (size_t)(cage.point_of ? cage.point_of[v] : v) + c];
+  for (uint32_t level = 1; level <= options->level; level++) {
+    const tw_topology parent = out->topology;
+    status = refine(&parent, &rules, parallel, arena, &out->topology);
+    if (status != TW_OK) return status;
+    out->positions = refine_values(&parent, &rules, &out->topology, parallel, arena, out->positions);
+    if (!out->positions) return TW_NO_MEMORY;
+    const tw_detail_step step = {&list, &out->topology, &rules, level, TW_LEVEL_MAX + 1};
+    status = tw_details_add(&step, parallel, out->positions);
+    if (status == TW_OK) status = tw_parallel_for_status(parallel);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
+}
+
+tw_status tw_mesh_check_details(const tw_mesh *mesh, tw_error *error) {
+  const tw_detail_list list = {mesh->detail_count, mesh->details};
+  const tw_surface_options catmull_clark = {0}, loop = {.scheme = TW_LOOP};
+  tw_cage cage;
+  if (list.count == 0) return TW_OK;
+  tw_arena *arena = tw_arena_create();
+  tw_status status = arena ? tw_cage_read(mesh, &catmull_clark, arena, &cage) : TW_NO_MEMORY;
+  bool triangles = status == TW_OK && cage.topology.face_size == 3;
+  if (status == TW_OK && (!triangles || tw_details_check(&list, &cage, &loop, NULL) != TW_OK))
+    status = tw_details_check(&list, &cage, &catmull_clark, error);
+  tw_arena_destroy(arena);
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
+}
