@@ -22,18 +22,13 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
   return TW_OK;
 }
 
-/* Finds the cage; TW_OK: it is whole, and its surface is the mesh. */
+/* Finds the cage; TW_OK: it is whole. */
 static tw_status find_cage(const api_remade *remade, const tw_surface_options *options, tw_coarsened *found,
                            tw_error *error) {
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   tw_status status =
       tw_mesh_coarsen(mesh, options, remade->call->service->parallel, remade->call->arena, found, error);
   if (status != TW_OK) return status;
-  if (!found->fits)
-    return tw_fail(
-        error, TW_INVALID,
-        "the mesh is no surface: %u step%s back there is a cage, whose surface misses it by up to %g",
-        found->levels, found->levels == 1 ? "" : "s", found->error);
   return tw_mesh_check(&found->mesh, error, NULL);
 }
 
@@ -58,6 +53,10 @@ static api_outcome coarsen(api_remade *remade) {
   if (!api_maker_grant(&remade->maker, cost)) return API_FAILED;
   tw_coarsened found;
   if (find_cage(remade, &options, &found, error) != TW_OK) return api_fail(call);
+  if (mesh->detail_count > 0) {
+    static const char *const lost = "what was modelled onto the levels of the mesh is left out";
+    api_call_warn(call, &lost, 1);
+  }
   if (found.is_ambiguous) {
     static const char *const ambiguous =
         "points where three edges meet may have alternated about the cage's: that vanishes in one step";

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "cage.h"
-#include "coarse_faces.h"
+#include "coarse_details.h"
 #include "mask_inverse.h"
 #include "surface.h"
 
@@ -29,6 +29,8 @@ typedef struct step {
   uint32_t *faces;
   uint32_t *number_of; /* [child vertices] that of the parents' vertex, or NONE */
   bool is_ambiguous;
+  uint32_t levels;         /* taken back before */
+  const uint32_t *corners; /* tw_coarse_corners of those, then of this one too */
 } step;
 
 /* Parents of some faces. Arrays live in one arena. */
@@ -387,6 +389,8 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   uint32_t *points;
   if (status == TW_OK) status = solve_points(s, &p, s->arena, positions, &points, error);
   if (status == TW_OK) status = find_ambiguity(s, &p.topology);
+  if (status == TW_OK)
+    status = tw_coarse_corners(&s->child.topology, &p.faces, s->corners, s->levels, s->arena, &s->corners);
   if (status != TW_OK) return status;
   float *rounded = tw_arena_alloc_raw(s->arena, p.topology.vertex_count, 3 * sizeof *rounded);
   if (!rounded) return TW_NO_MEMORY;
@@ -401,6 +405,7 @@ static tw_status make_mesh(step *s, tw_mesh *out, double **positions, double *er
   out->corners = p.topology.corner_vertex;
   out->normals = (tw_corner_normals){0};
   out->morph_normals = NULL;
+  out->detail_count = 0;
   if (!make_faces(s, &p, out) || !make_tags(s, &p, out)) return TW_NO_MEMORY;
   status = make_attributes(s, &p, points, out);
   for (uint32_t i = 0; status == TW_OK && i < s->mesh->uv_set_count; i++)
@@ -432,6 +437,18 @@ static tw_status take_step(step *s, tw_mesh *out, double **positions, double *mi
   return status == TW_INVALID ? fail_at(0, error) : status;
 }
 
+/* What the cage's surface misses becomes a detail of the level that the mesh was. */
+static tw_status keep_rest(const tw_mesh *mesh, const uint32_t *corners, const tw_surface_options *options,
+                           const tw_parallel_for *parallel, tw_arena *arena, tw_coarsened *out,
+                           tw_error *error) {
+  tw_surface_options level = *options;
+  level.level = out->levels;
+  tw_status status = tw_mesh_check(&out->mesh, error, NULL);
+  if (status == TW_OK) status = tw_coarse_detail(mesh, corners, &level, parallel, arena, &out->mesh, error);
+  if (status == TW_CANCELLED) return tw_fail(error, status, "the cage is not wanted any more");
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
+}
+
 static double size_of(const tw_mesh *mesh) {
   double size = 0;
   for (int axis = 0; axis < 3; axis++) {
@@ -457,12 +474,15 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
   if (!positions) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   for (size_t i = 0; i < 3 * (size_t)mesh->point_count; i++) positions[i] = mesh->positions[i];
   *out = (tw_coarsened){.mesh = *mesh, .size = size_of(mesh), .fits = true};
+  const uint32_t *corners = NULL;
   while (out->levels < options->level) {
     step s = {.mesh = &out->mesh,
               .positions = positions,
               .options = *options,
               .parallel = parallel,
-              .arena = arena};
+              .arena = arena,
+              .levels = out->levels,
+              .corners = corners};
     s.rules = tw_rules_of(options);
     s.scratch = tw_arena_create();
     tw_mesh next;
@@ -479,8 +499,9 @@ tw_status tw_mesh_coarsen(const tw_mesh *mesh, const tw_surface_options *options
     out->fits = fits;
     out->mesh = next;
     out->levels++;
+    corners = s.corners;
     out->error += miss;
     out->is_ambiguous |= s.is_ambiguous;
   }
-  return TW_OK;
+  return out->fits ? TW_OK : keep_rest(mesh, corners, options, parallel, arena, out, error);
 }

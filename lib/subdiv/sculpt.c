@@ -6,17 +6,14 @@
 
 #include "surface.h"
 
-/* Deeper details turn with the level, and with them its points: they are met in a few rounds. */
-enum { ROUNDS_MAX = 16 };
-static const double MISS_MAX = 1e-7; /* of the mesh's size */
+enum { ROUNDS = 2 };
 
 typedef struct sculpting {
   const tw_surface_options *options;
   const tw_parallel_for *parallel;
   const float *wanted; /* [rows][3] */
   uint32_t rows;
-  uint32_t *vertices; /* [rows] */
-  double size;
+  uint32_t *vertices;       /* [rows] */
   tw_detail_frames *frames; /* above level 0 */
   float *offsets;           /* of the level's vertices; at level 0 the mesh's positions, by points */
   const uint32_t *point_of; /* of level 0, or NULL */
@@ -30,19 +27,6 @@ static tw_status check_positions(const sculpting *s, tw_error *error) {
     return tw_error_at(error, "/positions/%zu/%zu", i / 3, i % 3);
   }
   return TW_OK;
-}
-
-static double size_of(const float *positions, uint32_t count) {
-  double size = 0;
-  for (int axis = 0; axis < 3; axis++) {
-    float least = INFINITY, most = -INFINITY;
-    for (size_t i = 0; i < count; i++) {
-      least = fminf(least, positions[3 * i + (size_t)axis]);
-      most = fmaxf(most, positions[3 * i + (size_t)axis]);
-    }
-    size = fmax(size, (double)most - (double)least);
-  }
-  return size;
 }
 
 /* The points as they are now: [rows][3]. */
@@ -95,43 +79,84 @@ static tw_status begin_level(sculpting *s, const tw_mesh *mesh, const tw_surface
   return TW_OK;
 }
 
-/* Moves what is still elsewhere towards where it should be. *miss: the greatest distance before. */
-static tw_status take_round(sculpting *s, const float *now, double *miss, tw_error *error) {
-  *miss = 0;
+/* What a row is away from where it should be; false: nothing. */
+static bool find_miss(const sculpting *s, const float *now, uint32_t row, double by[3]) {
+  bool misses = false;
+  for (size_t c = 0; c < 3; c++) {
+    by[c] = (double)s->wanted[3 * (size_t)row + c] - (double)now[3 * (size_t)row + c];
+    misses |= by[c] != 0;
+  }
+  return misses;
+}
+
+static tw_status fail_far(uint32_t row, tw_error *error) {
+  tw_fail(error, TW_INVALID, "the point is too far from the surface");
+  return tw_error_at(error, "/positions/%u", row);
+}
+
+/* Moves the level's points by what they miss. */
+static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
   for (uint32_t row = 0; row < s->rows; row++) {
-    double by[3], distance = 0;
+    double by[3];
     uint32_t vertex = s->vertices[row];
-    for (size_t c = 0; c < 3; c++) {
-      by[c] = (double)s->wanted[3 * (size_t)row + c] - (double)now[3 * (size_t)row + c];
-      distance = fmax(distance, fabs(by[c]));
-    }
-    if (!(distance > 0)) continue;
-    *miss = fmax(*miss, distance);
+    if (!find_miss(s, now, row, by)) continue;
     if (s->options->level == 0) {
       float *point = s->offsets + 3 * (size_t)(s->point_of ? s->point_of[vertex] : vertex);
       for (int c = 0; c < 3; c++) point[c] = (float)((double)point[c] + by[c]);
     } else if (!tw_detail_move(s->frames, vertex, by, s->offsets + 3 * (size_t)vertex)) {
-      tw_fail(error, TW_INVALID, "the point is too far from the surface");
-      return tw_error_at(error, "/positions/%u", row);
+      return fail_far(row, error);
     }
   }
   return TW_OK;
 }
 
-/* The rounds after the first, which has met the points where no deeper detail moves them. */
-static tw_status meet_points(sculpting *s, tw_mesh *mesh, float *now, tw_error *error) {
-  double miss = INFINITY, before = INFINITY;
+/* Moves the same vertices on the deepest level, on which nothing else depends. */
+static tw_status move_deepest(sculpting *s, const float *now, tw_arena *arena, tw_mesh *mesh,
+                              tw_error *error) {
+  uint32_t last = mesh->detail_count - 1;
+  tw_surface_options options = *s->options;
+  options.level = mesh->details[last].level;
+  const tw_rules rules = tw_rules_of(&options);
+  tw_detail_level level;
+  tw_detail_frames *frames;
+  tw_status status = tw_detail_level_of(mesh, &options, s->parallel, s->scratch, &level, error);
+  if (status == TW_OK) status = tw_detail_frames_create(&level, &rules, s->scratch, &frames);
+  if (status != TW_OK) return status;
+  size_t count = 3 * (size_t)mesh->details[last].vertex_count;
+  tw_detail *details = tw_arena_alloc(arena, mesh->detail_count, sizeof *details);
+  float *offsets = tw_arena_alloc_raw(arena, count, sizeof *offsets);
+  if (!details || !offsets) return TW_NO_MEMORY;
+  memcpy(details, mesh->details, mesh->detail_count * sizeof *details);
+  memcpy(offsets, details[last].offsets, count * sizeof *offsets);
+  for (uint32_t row = 0; row < s->rows; row++) {
+    double by[3];
+    uint32_t vertex = s->vertices[row];
+    if (find_miss(s, now, row, by) && !tw_detail_move(frames, vertex, by, offsets + 3 * (size_t)vertex))
+      return fail_far(row, error);
+  }
+  details[last].offsets = offsets;
+  mesh->details = details;
+  return TW_OK;
+}
+
+static tw_status read_anew(const sculpting *s, const tw_mesh *mesh, float *now, tw_error *error) {
+  tw_surface *surface;
+  tw_status status = tw_surface_create_by(mesh, s->options, s->parallel, &surface, error);
+  if (status != TW_OK) return status;
+  status = read_points(s, surface, now);
+  tw_surface_destroy(surface);
+  return status;
+}
+
+/* Deeper details turn with the level, and with them its points: they come nearer by some rounds, and what is
+ * left moves the deepest level alone. */
+static tw_status meet_points(sculpting *s, float *now, tw_arena *arena, tw_mesh *mesh, tw_error *error) {
   bool has_deeper = mesh->detail_count > 0 && mesh->details[mesh->detail_count - 1].level > s->options->level;
-  for (int round = 1; has_deeper && round < ROUNDS_MAX && miss > MISS_MAX * s->size; round++) {
-    tw_surface *surface;
-    tw_status status = tw_surface_create_by(mesh, s->options, s->parallel, &surface, error);
+  for (int round = 0; has_deeper && round <= ROUNDS; round++) {
+    tw_status status = read_anew(s, mesh, now, error);
+    if (status == TW_OK)
+      status = round < ROUNDS ? move_level(s, now, error) : move_deepest(s, now, arena, mesh, error);
     if (status != TW_OK) return status;
-    status = read_points(s, surface, now);
-    tw_surface_destroy(surface);
-    if (status == TW_OK) status = take_round(s, now, &miss, error);
-    if (status != TW_OK) return status;
-    if (miss > before) break; /* it gets no nearer */
-    before = miss;
   }
   return TW_OK;
 }
@@ -144,13 +169,11 @@ static tw_status sculpt(sculpting *s, const tw_mesh *mesh, const tw_surface *sur
   tw_status status = check_positions(s, error);
   if (status == TW_OK) status = read_points(s, surface, now);
   if (status != TW_OK) return status;
-  s->size = size_of(now, s->rows);
   *out = *mesh;
   if (memcmp(now, s->wanted, 3 * (size_t)s->rows * sizeof *now) == 0) return TW_OK;
-  double miss;
   status = begin_level(s, mesh, surface, arena, out, error);
-  if (status == TW_OK) status = take_round(s, now, &miss, error);
-  return status == TW_OK ? meet_points(s, out, now, error) : status;
+  if (status == TW_OK) status = move_level(s, now, error);
+  return status == TW_OK ? meet_points(s, now, arena, out, error) : status;
 }
 
 tw_status tw_mesh_sculpt(const tw_mesh *mesh, const tw_surface_options *options, const float *positions,

@@ -2,60 +2,11 @@
  * is the refined mesh. */
 #include "tweend/coarsen.h"
 
-#include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "cube.h"
+#include "refined_mesh.h"
 #include "torus_cage.h"
-
-/* A level of a cage as a mesh of its own. */
-typedef struct level {
-  rows r;
-  float *points;
-  uint32_t *corners, *offsets;
-  tw_mesh mesh;
-} level;
-
-static tw_surface_options options_of(tw_scheme scheme, uint32_t depth) {
-  return (tw_surface_options){.level = depth, .scheme = scheme};
-}
-
-static level refine(const tw_mesh *cage, tw_surface_options options) {
-  level l = {.r = read_rows(cage, options)};
-  tw_mesh_init(&l.mesh);
-  l.mesh.point_count = (uint32_t)tw_surface_row_count(l.r.surface, TW_DOMAIN_POINTS);
-  l.points = malloc(l.mesh.point_count * 3 * sizeof *l.points);
-  tw_surface_reader *reader = tw_surface_reader_create(l.r.surface);
-  assert_non_null(l.points);
-  assert_non_null(reader);
-  tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, l.mesh.point_count, l.points);
-  tw_surface_reader_destroy(reader);
-  l.corners = faces_of(&l.r, TW_DOMAIN_POINTS);
-  const tw_surface_counts *counts = tw_surface_get_counts(l.r.surface);
-  l.mesh.face_count = (uint32_t)counts->faces;
-  l.mesh.corner_count = (uint32_t)counts->corners;
-  l.offsets = malloc((counts->faces + 1) * sizeof *l.offsets);
-  assert_non_null(l.offsets);
-  for (uint32_t f = 0; f <= l.mesh.face_count; f++) l.offsets[f] = (options.scheme == TW_LOOP ? 3 : 4) * f;
-  l.mesh.positions = l.points;
-  l.mesh.corners = l.corners;
-  l.mesh.face_offsets = l.offsets;
-  return l;
-}
-
-static void free_level(level *l) {
-  free_rows(&l->r);
-  free(l->points);
-  free(l->corners);
-  free(l->offsets);
-}
-
-static float greatest_difference(const float *a, const float *b, size_t count) {
-  float greatest = 0;
-  for (size_t i = 0; i < count; i++) greatest = fmaxf(greatest, fabsf(a[i] - b[i]));
-  return greatest;
-}
 
 /* Takes a level of the cage back, as far as it goes. */
 static void comes_back(const tw_mesh *cage, tw_surface_options options) {
@@ -263,4 +214,40 @@ TEST(a_cage_that_nobody_wants_any_more_is_not_found) {
   }
   free_level(&fine);
   free(c);
+}
+
+/* What no cage's surface is comes back as a cage with a detail, by which its surface is that mesh. */
+static void rough_comes_back(const cage *c, tw_scheme scheme, uint32_t levels) {
+  level fine = refine(&c->mesh, options_of(scheme, levels));
+  for (uint32_t i = 0; i < 3 * fine.mesh.point_count; i++) fine.points[i] += 0.01f * (float)(i * i % 7);
+  tw_arena *arena = tw_arena_create();
+  tw_coarsened found;
+  tw_error error;
+  tw_surface_options back = options_of(scheme, levels);
+  if (tw_mesh_coarsen(&fine.mesh, &back, NULL, arena, &found, &error) != TW_OK)
+    fail_msg("level %u: %s %s", levels, error.pointer, error.detail);
+  assert_false(found.fits);
+  assert_int_equal(found.levels, levels);
+  assert_int_equal(found.mesh.detail_count, 1);
+  level again = refine(&found.mesh, options_of(scheme, levels));
+  assert_int_equal(again.mesh.point_count, fine.mesh.point_count);
+  assert_memory_equal(again.mesh.corners, fine.mesh.corners, fine.mesh.corner_count * sizeof(uint32_t));
+  float difference = greatest_difference(again.points, fine.points, 3 * (size_t)fine.mesh.point_count);
+  if (difference > 2e-6f) fail_msg("level %u is missed by %g", levels, (double)difference);
+  free_level(&again);
+  tw_arena_destroy(arena);
+  free_level(&fine);
+}
+
+TEST(what_is_rough_keeps_its_points) {
+  for (int kind = TORUS_TRIANGLES; kind <= TORUS_QUADS; kind++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+      cage *c = torus((torus_faces)kind, (torus_gaps)gaps, false);
+      for (uint32_t levels = 1; levels <= 2; levels++) {
+        rough_comes_back(c, TW_CATMULL_CLARK, levels);
+        if (kind < TORUS_MIXED) rough_comes_back(c, TW_LOOP, levels);
+      }
+      if (kind == TORUS_TRIANGLES) rough_comes_back(c, TW_LOOP, 3);
+      free(c);
+    }
 }

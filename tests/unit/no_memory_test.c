@@ -4,6 +4,7 @@
 #include "cube.h"
 #include "glb.h"
 #include "surface_rows.h"
+#include "tweend/detail.h"
 #include "wrapped_memory.h"
 
 typedef tw_status read_fn(const uint8_t *bytes, size_t size, tw_model **model, tw_error *error);
@@ -168,4 +169,25 @@ TEST(making_a_surface_survives_every_failure) {
 
 TEST(making_what_morph_targets_make_survives_every_failure) {
   making_survives(true);
+}
+
+TEST(modelling_a_level_survives_every_failure) {
+  tw_mesh mesh = cube(), deep, both;
+  tw_surface_options second = {.level = 2}, first = {.level = 1};
+  float points[98 * 3];
+  for (int i = 0; i < 98 * 3; i++) points[i] = (float)(i % 7);
+  tw_arena *arena = tw_arena_create();
+  assert_int_equal(tw_mesh_sculpt(&mesh, &second, points, NULL, arena, &deep, NULL), TW_OK);
+  size_t failures = 0;
+  for (bool failed = true; failed; failures++) {
+    tw_arena *own = tw_arena_create();
+    test_memory.left = failures;
+    tw_status status = tw_mesh_sculpt(&deep, &first, points, NULL, own, &both, NULL);
+    failed = test_memory.left == SIZE_MAX;
+    test_memory.left = SIZE_MAX;
+    assert_int_equal(status, failed ? TW_NO_MEMORY : TW_OK);
+    tw_arena_destroy(own);
+  }
+  assert_true(failures > 100);
+  tw_arena_destroy(arena);
 }

@@ -10,8 +10,7 @@ extern "C" {
 
 /* A view of a mesh whose surface at options->level has these points. What is new goes into the mesh's detail
  * of that level, at level 0 into its positions; points that are where they were keep what they had, to the
- * last bit. Where deeper levels have details the points are met within 1e-6 of the mesh's size, or as near as
- * a few rounds lead.
+ * last bit. Where deeper levels have details, these turn with the level.
  * positions: [rows][3] of TW_DOMAIN_POINTS of the surface that is made of the mesh by the same options.
  * Arrays of the result live in the arena, or are the mesh's. parallel: as for tw_surface_create_by.
  * O(points of the level, and of that of the deepest detail). As tw_surface_create_by; TW_INVALID with pointer

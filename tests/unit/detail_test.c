@@ -1,0 +1,205 @@
+/* Levels that are modelled by hand: they have the points that they were given, others follow, and where the
+ * cage moves, what is modelled moves with it. */
+#include "tweend/detail.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "cube.h"
+#include "refined_mesh.h"
+#include "torus_cage.h"
+
+static float *moved_points(const level *at, uint32_t step) {
+  uint32_t count = 3 * at->mesh.point_count;
+  float *points = malloc(count * sizeof *points);
+  assert_non_null(points);
+  for (uint32_t i = 0; i < count; i++)
+    points[i] = at->points[i] + (i / 3 % step == 0 ? 0.02f * (float)(i * i % 11) : 0);
+  return points;
+}
+
+static tw_mesh sculpt(const tw_mesh *mesh, tw_surface_options options, const float *points, tw_arena *arena) {
+  tw_mesh out;
+  tw_error error;
+  if (tw_mesh_sculpt(mesh, &options, points, NULL, arena, &out, &error) != TW_OK)
+    fail_msg("level %u: %s %s", options.level, error.pointer, error.detail);
+  assert_int_equal(tw_mesh_check_details(&out, &error), TW_OK);
+  return out;
+}
+
+static void has_points(const tw_mesh *mesh, tw_surface_options options, const float *points, float most) {
+  level now = refine(mesh, options);
+  float difference = greatest_difference(now.points, points, 3 * (size_t)now.mesh.point_count);
+  if (!(difference <= most)) fail_msg("level %u is missed by %g", options.level, (double)difference);
+  free_level(&now);
+}
+
+/* Level after level, so that each has others above and below it. */
+static void takes_points(const tw_mesh *cage, tw_scheme scheme, const uint32_t *depths, uint32_t count) {
+  tw_arena *arena = tw_arena_create();
+  tw_mesh mesh = *cage;
+  for (uint32_t i = 0; i < count; i++) {
+    tw_surface_options options = options_of(scheme, depths[i]);
+    options.normals = true;
+    level before = refine(&mesh, options);
+    float *points = moved_points(&before, 3);
+    tw_mesh next = sculpt(&mesh, options, points, arena);
+    has_points(&next, options, points, 2e-6f);
+    level after = refine(&next, options);
+    tw_mesh again = sculpt(&next, options, after.points, arena);
+    assert_ptr_equal(again.details, next.details);
+    assert_ptr_equal(again.positions, next.positions);
+    free_level(&after);
+    free_level(&before);
+    free(points);
+    mesh = next;
+  }
+  tw_arena_destroy(arena);
+}
+
+TEST(a_level_has_the_points_that_it_was_given) {
+  static const uint32_t up[] = {0, 1, 2, 3, 4}, down[] = {4, 2, 1, 0}, twice[] = {3, 3};
+  for (int kind = TORUS_TRIANGLES; kind <= TORUS_QUADS; kind++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+      cage *c = torus((torus_faces)kind, (torus_gaps)gaps, gaps == NO_GAPS);
+      takes_points(&c->mesh, TW_CATMULL_CLARK, up, 5);
+      takes_points(&c->mesh, TW_CATMULL_CLARK, down, 4);
+      takes_points(&c->mesh, TW_CATMULL_CLARK, twice, 2);
+      free(c);
+      if (kind >= TORUS_MIXED) continue;
+      c = torus((torus_faces)kind, (torus_gaps)gaps, false);
+      takes_points(&c->mesh, TW_LOOP, up, 4);
+      takes_points(&c->mesh, TW_LOOP, down, 4);
+      free(c);
+    }
+}
+
+/* The surface of a mesh whose level 1 was modelled is that of the level as a mesh of its own. */
+TEST(levels_above_go_on_from_it) {
+  cage *c = torus(TORUS_TRIANGLES, NO_GAPS, false);
+  tw_arena *arena = tw_arena_create();
+  level first = refine(&c->mesh, options_of(TW_LOOP, 1));
+  float *points = moved_points(&first, 2);
+  tw_mesh mesh = sculpt(&c->mesh, options_of(TW_LOOP, 1), points, arena), own = first.mesh;
+  own.positions = points;
+  level there = refine(&own, options_of(TW_LOOP, 1)), here = refine(&mesh, options_of(TW_LOOP, 2));
+  assert_int_equal(here.mesh.corner_count, there.mesh.corner_count);
+  for (uint32_t i = 0; i < here.mesh.corner_count; i++)
+    assert_true(greatest_difference(here.points + 3 * here.corners[i], there.points + 3 * there.corners[i],
+                                    3) < 2e-6f);
+  free_level(&there);
+  free_level(&here);
+  free_level(&first);
+  free(points);
+  tw_arena_destroy(arena);
+  free(c);
+}
+
+/* Turned by a quarter about y, moved, and three times as large. */
+static void move_rigidly(const float *in, uint32_t count, float *out) {
+  for (uint32_t i = 0; i < count; i++, in += 3, out += 3) {
+    out[0] = 3 * in[2] + 1;
+    out[1] = 3 * in[1] - 2;
+    out[2] = -3 * in[0] + 5;
+  }
+}
+
+TEST(what_is_modelled_moves_with_the_cage) {
+  for (uint32_t depth = 0; depth <= 4; depth++) {
+    cage *c = torus(TORUS_MIXED, GAPS, false);
+    tw_arena *arena = tw_arena_create();
+    level second = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 2));
+    float *points = moved_points(&second, 1);
+    tw_mesh mesh = sculpt(&c->mesh, options_of(TW_CATMULL_CLARK, 2), points, arena);
+    tw_surface_options options = options_of(TW_CATMULL_CLARK, depth);
+    options.normals = true;
+    level still = refine(&mesh, options);
+    float *wanted = malloc(3 * still.mesh.point_count * sizeof *wanted);
+    float *positions = malloc(3 * mesh.point_count * sizeof *positions);
+    assert_true(wanted && positions);
+    move_rigidly(still.points, still.mesh.point_count, wanted);
+    move_rigidly(mesh.positions, mesh.point_count, positions);
+    tw_mesh moved = mesh;
+    moved.positions = positions;
+    has_points(&moved, options, wanted, 3e-5f);
+    /* The same bytes from a plan. */
+    tw_surface *plan, *surface;
+    tw_error error;
+    options.movable = true;
+    assert_int_equal(tw_surface_create(&mesh, &options, &plan, &error), TW_OK);
+    assert_int_equal(tw_surface_with_positions_by(plan, positions, NULL, &surface), TW_OK);
+    rows fresh = read_rows(&moved, options);
+    float *planned = malloc(fresh.count * fresh.layout->stride * sizeof *planned);
+    tw_surface_reader *reader = tw_surface_reader_create(surface);
+    assert_true(planned && reader);
+    tw_surface_read_rows(reader, TW_DOMAIN_VERTICES, 0, fresh.count, planned);
+    assert_memory_equal(planned, fresh.values, fresh.count * fresh.layout->stride * sizeof *planned);
+    tw_surface_reader_destroy(reader);
+    tw_surface_destroy(surface);
+    tw_surface_destroy(plan);
+    free_rows(&fresh);
+    free(planned);
+    free(positions);
+    free(wanted);
+    free(points);
+    free_level(&still);
+    free_level(&second);
+    tw_arena_destroy(arena);
+    free(c);
+  }
+}
+
+/* A vertex of a lower level goes where it goes on the level that was modelled. */
+TEST(levels_below_follow) {
+  cage *c = torus(TORUS_MIXED, NO_GAPS, false);
+  tw_arena *arena = tw_arena_create();
+  level second = refine(&c->mesh, options_of(TW_CATMULL_CLARK, 2));
+  float *points = moved_points(&second, 1);
+  tw_mesh mesh = sculpt(&c->mesh, options_of(TW_CATMULL_CLARK, 2), points, arena);
+  for (uint32_t depth = 0; depth < 2; depth++) {
+    level plain = refine(&c->mesh, options_of(TW_CATMULL_CLARK, depth)),
+          follows = refine(&mesh, options_of(TW_CATMULL_CLARK, depth));
+    for (uint32_t i = 0; i < 3 * plain.mesh.point_count; i++)
+      assert_true(fabsf(follows.points[i] - plain.points[i] - (points[i] - second.points[i])) < 2e-6f);
+    free_level(&plain);
+    free_level(&follows);
+  }
+  free(points);
+  free_level(&second);
+  tw_arena_destroy(arena);
+  free(c);
+}
+
+TEST(details_of_other_meshes_are_refused) {
+  float offsets[3 * 98] = {0};
+  const struct {
+    tw_detail detail;
+    tw_status status;
+  } cases[] = {{{1, 26, offsets}, TW_OK},
+               {{2, 98, offsets}, TW_OK},
+               {{1, 25, offsets}, TW_INVALID},
+               {{2, 26, offsets}, TW_INVALID},
+               {{16, 98, offsets}, TW_INVALID}};
+  for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+    tw_mesh mesh = cube();
+    tw_error error = {0};
+    tw_surface *surface;
+    mesh.detail_count = 1;
+    mesh.details = &cases[i].detail;
+    const tw_surface_options options = options_of(TW_CATMULL_CLARK, 1);
+    assert_int_equal(tw_mesh_check_details(&mesh, &error), cases[i].status);
+    assert_int_equal(tw_surface_create(&mesh, &options, &surface, &error), cases[i].status);
+    if (cases[i].status == TW_OK) tw_surface_destroy(surface);
+    assert_string_equal(error.pointer, cases[i].status == TW_OK ? "" : "/details/0");
+  }
+  tw_mesh mesh = cube();
+  tw_arena *arena = tw_arena_create();
+  tw_mesh out;
+  tw_error error;
+  const tw_surface_options options = options_of(TW_CATMULL_CLARK, 1);
+  float points[3 * 26] = {0};
+  points[7] = NAN;
+  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, arena, &out, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/positions/2/1");
+  tw_arena_destroy(arena);
+}
