@@ -73,10 +73,11 @@ static double dot(const double a[3], const double b[3]) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* False, and nothing changed, where it is no longer than rounding leaves of something of length `of`. */
+/* False, and nothing changed, where it is no longer than what rounding of points to float leaves of something
+ * of length `of`. */
 static bool make_unit(double vector[3], double of) {
   double length = sqrt(dot(vector, vector));
-  if (!(length > 1e-9 * of)) return false;
+  if (!(length > 1e-5 * of)) return false;
   for (int c = 0; c < 3; c++) vector[c] /= length;
   return true;
 }
@@ -94,13 +95,13 @@ static void find_normal(const tw_detail_frames *f, uint32_t corner, double norma
     }
   }
   cross(tangents[0], tangents[1], normal);
-  if (make_unit(normal, sqrt(dot(tangents[0], tangents[0]) * dot(tangents[1], tangents[1])))) return;
+  if (make_unit(normal, fmax(dot(tangents[0], tangents[0]), dot(tangents[1], tangents[1])))) return;
   uint32_t next = t->corner_vertex[tw_corner_next(t, corner)],
            before = t->corner_vertex[tw_corner_previous(t, corner)];
   subtract(f, next, vertex, tangents[0]);
   subtract(f, before, vertex, tangents[1]);
   cross(tangents[0], tangents[1], normal);
-  if (make_unit(normal, sqrt(dot(tangents[0], tangents[0]) * dot(tangents[1], tangents[1])))) return;
+  if (make_unit(normal, fmax(dot(tangents[0], tangents[0]), dot(tangents[1], tangents[1])))) return;
   memcpy(normal, (const double[3]){0, 1, 0}, 3 * sizeof *normal);
 }
 
