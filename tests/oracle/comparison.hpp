@@ -27,8 +27,6 @@
 extern long compared_normals[Oracle::KindCount];
 extern int misread_sets;
 
-enum class Order; // of faces
-
 std::string text_of(const tw_surface_options &options);
 
 // Three attributes that are the points of a cage once more, so that what holds for these holds for them.
@@ -52,14 +50,14 @@ public:
   std::string run();
   std::string run(tw_mesh mesh);
 
-  // Of the last run: OpenSubdiv's vertex of each row of TW_DOMAIN_POINTS.
+  // Of the last run, with all that the mesh bears: OpenSubdiv's vertex of each row of TW_DOMAIN_POINTS.
   const std::vector<int> &theirs() const { return theirs_; }
   const Oracle &oracle() const { return oracle_; }
   double diameter() const { return diameter_; }
 
 private:
   std::string run(const tw_mesh &mesh, const tw_surface_options &options);
-  std::string compare(tw_surface *surface, tw_surface_reader *reader, Order order);
+  std::string compare(tw_surface *surface, tw_surface_reader *reader, int depth);
 
   const Cage &cage_;
   tw_surface_options options_;

@@ -186,8 +186,10 @@ static void add_normal(const Value3 &tangent1, const Value3 &tangent2, std::vect
   Value3 n;
   for (int i = 0; i < 3; i++) n.v[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
   double length = std::sqrt(n.v[0] * n.v[0] + n.v[1] * n.v[1] + n.v[2] * n.v[2]);
-  double size =
-      std::sqrt((a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) * (b[0] * b[0] + b[1] * b[1] + b[2] * b[2]));
+  double size1 = std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]),
+         size2 = std::sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2]), size = size1 * size2;
+  // Of two faces back to back one tangent is what rounding leaves.
+  if (std::min(size1, size2) < 1e-5 * std::max(size1, size2)) return;
   if (!(length > 0.01 * size) || size < 1e-12) return;
   for (double &component : n.v) component /= length;
   out.push_back(n);
