@@ -57,6 +57,13 @@ export class Tweend {
   describe(model: ModelId, init?: Abortable): Promise<Model>;
   /** A new model: this one after edits of a mesh, whose name may be left out where there is one. */
   edit(model: ModelId, edits: Edit[], options?: { mesh?: string } & Abortable): Promise<Model>;
+  /** A new model: one whose surface of `level` has these points, x y z each, as `points` gave them, moved. */
+  sculpt(model: ModelId, points: Iterable<number>, options: { level: number; mesh?: string } & Abortable): Promise<Model>;
+  /** A new model: the cage of which a mesh is a refinement, with what its surface misses as detail. */
+  coarsen(
+    model: ModelId,
+    options?: { mesh?: string; levels?: number | "max" } & Pick<SurfaceOptions, "scheme" | "boundary"> & Abortable,
+  ): Promise<Model>;
   /** All models by id, page by page; `limit`: models of a page. */
   list(options?: ListOptions & Abortable): AsyncGenerator<Listed, void, undefined>;
   remove(model: ModelId, init?: Abortable): Promise<void>;
@@ -64,6 +71,8 @@ export class Tweend {
 
   surfaceUrl(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm): string;
   surface(model: ModelId, options?: SurfaceOptions, form?: SurfaceForm, init?: Abortable): Promise<Response>;
+  /** The points of a surface, x y z each, in the order of its OBJ. */
+  points(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<Float32Array>;
   surfaceCounts(model: ModelId, options?: SurfaceOptions, init?: Abortable): Promise<SurfaceCounts>;
 
   poseUrl(model: ModelId, options?: PoseOptions, form?: PoseForm): string;

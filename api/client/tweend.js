@@ -133,6 +133,16 @@ export class Tweend {
     return this.#post(`v1/models/${idOf(model)}/edits`, { mesh, edits }, init);
   }
 
+  sculpt(model, points, { level, mesh, ...init }) {
+    const positions = Array.from(points);
+    return this.#post(`v1/models/${idOf(model)}/detail${queryOf({ level, mesh })}`, { positions }, init);
+  }
+
+  coarsen(model, { mesh, levels, scheme, boundary, ...init } = {}) {
+    const query = queryOf({ mesh, levels, scheme, boundary });
+    return this.#json(`v1/models/${idOf(model)}/coarsen${query}`, { ...init, method: 'POST' });
+  }
+
   async *list({ limit, after, ...init } = {}) {
     for (let path = `v1/models${queryOf({ limit, after })}`; path; ) {
       const { models, next } = await this.#json(path, init);
@@ -157,6 +167,11 @@ export class Tweend {
 
   surface(model, options, form, init) {
     return this.request(this.surfaceUrl(model, options, form), init);
+  }
+
+  async points(model, options, init) {
+    const obj = await (await this.surface(model, options, 'obj', init)).text();
+    return Float32Array.from([...obj.matchAll(/^v (\S+) (\S+) (\S+)/gm)].flatMap(([, ...point]) => point.map(Number)));
   }
 
   surfaceCounts(model, options, init) {

@@ -204,6 +204,25 @@ test('rows do not wait for those after them, and breaking off cancels', async ()
   await assert.rejects(ask(bytes.length), /pose.bin/);
 });
 
+test('a level that is sculpted has its points, and comes back as a cage', async () => {
+  const box = await tweend.upload('{"meshes": [{"name": "a", "shape": {"kind": "box"}}]}');
+  const points = await tweend.points(box, { level: 2 });
+  assert.equal(points.length, 3 * 98);
+  points[4] += 0.25;
+  const made = await tweend.sculpt(box, points, { level: 2, mesh: 'a' });
+  assert.deepEqual(made.meshes[0].details, [2]);
+  assert.notDeepEqual(await tweend.points(made, { level: 3 }), await tweend.points(box, { level: 3 }));
+  assert.deepEqual(await tweend.points(made, { level: 2, details: false }), await tweend.points(box, { level: 2 }));
+  const now = await tweend.points(made, { level: 2 });
+  assert.ok(now.every((x, i) => Math.abs(x - points[i]) < 1e-6));
+  const refined = await tweend.upload(new Blob([await (await tweend.surface(made, { level: 2 }, 'obj')).text()]));
+  const cage = await tweend.coarsen(refined, { levels: 'max' });
+  assert.deepEqual([cage.levels, cage.meshes[0].faces, cage.meshes[0].details], [2, 6, [2]]);
+  await assert.rejects(tweend.sculpt(box, points.subarray(3), { level: 2 }), { status: 422, message: /97 points/ });
+  await assert.rejects(tweend.coarsen(box), { status: 422, message: /no refinement/ });
+  for (const model of [box, made, refined, cage]) await tweend.remove(model);
+});
+
 test('edits make a model, of one mesh by its name', async () => {
   const box = await tweend.upload('{"meshes": [{"name": "a", "shape": {"kind": "box"}}, {"name": "b", "shape": {"kind": "grid"}}]}');
   const made = await tweend.edit(box, [{ edit: 'extrude', faces: [0], distance: 1, name: 'top' }], { mesh: 'a' });
