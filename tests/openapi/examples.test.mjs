@@ -19,14 +19,16 @@ const rare = ['411', '413', '429', '500', '503', '507', 'default'];
 // What is there only where the build found npm.
 const isOptional = ({ path }) => path === '/';
 
-// No sample is a refinement of another cage: edits.bats finds some.
-const isRefused = ({ path }) => path.endsWith('/coarsen');
+// No sample is a refinement of another cage, or has a point alone: edits.bats and detail.bats find some.
+const isRefused = ({ path }) => /\/(coarsen|detail)$/.test(path);
 const expected = (asked) => (isOptional(asked) ? /^2|^404/ : isRefused(asked) ? /^422/ : /^2/);
 
 /** Sends a request, checks that its answer is documented, and returns the answer's status. */
 async function ask(asked, { id, query = '', headers = {}, body, of = daemon }) {
   const path = asked.path.replace('{id}', id ?? asked.parameters.find(({ name }) => name === 'id')?.example);
-  const target = `${path}${query && '?'}${query}`;
+  const needed = asked.parameters.filter(({ name, required, in: place }) => place === 'query' && required && !query.startsWith(name));
+  const whole = [...needed.map(({ name, example }) => `${name}=${example}`), query].filter(Boolean).join('&');
+  const target = `${path}${whole && '?'}${whole}`;
   const answer = await fetch(of.url + target, { method: asked.method, headers: { ...usual, ...headers }, body });
   const type = answer.headers.get('Content-Type');
   let text;
