@@ -28,7 +28,8 @@ run_session() {
 @test "the script of edits makes a tank's hull" {
   run_session 'A model from a script'
   [ "$(wc -l <printed)" = 5 ]
-  [ "$(head -c 4 session/hull.glb)" = glTF ]
+  for file in hull.glb ribbed.glb smooth.glb; do [ "$(head -c 4 "session/$file")" = glTF ]; done
+  cmp --silent session/ribbed.glb session/smooth.glb && false
   get "$(tail -n 1 printed | sed "s#^$url##")"
   holds '.meshes[0] | .vertices == 90 and .faces == 88 and .euler_characteristic == 2 and .boundary_edges == 0 and .creases > 0'
 }
