@@ -1,6 +1,6 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together (glTF 2.0, section 3.7.2), welded into a
 // surface. What the model keeps is written straight into its arena; what is only on the way is counted, too.
-#include "gltf/document.hpp"
+#include "gltf/cage_tags.hpp"
 
 #include <algorithm>
 #include <array>
@@ -63,7 +63,7 @@ public:
         mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
         scratch_(scratch), elements_(Counted<uint32_t>(document.budget)),
         positions_(Counted<float>(document.budget)), point_(Counted<uint32_t>(document.budget)),
-        first_vertex_(Counted<uint32_t>(document.budget)) {}
+        first_vertex_(Counted<uint32_t>(document.budget)), tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -86,7 +86,7 @@ public:
       write_morph_weights();
     }
     write_faces();
-    if (tags_.points) write_tags();
+    if (tags_.are_there()) write_tags();
     // A file that says what its polygons are says so of its triangles too.
     bool told = std::any_of(lists_.begin(), lists_.end(), [](const FaceList &list) { return list.polygons; });
     if (document_.quads == TW_QUADS_AUTO && !told) pair_triangles();
@@ -113,13 +113,7 @@ private:
   Vector<float> positions_;       // of the vertices
   Vector<uint32_t> point_;        // of each vertex
   Vector<uint32_t> first_vertex_; // of each point
-  // What extras.tweend says; points nullptr: nothing that is used.
-  struct Tags {
-    const Elements *points, *faces, *starts, *groups;
-    const Elements *crease_edges, *crease_sharpness, *corner_vertices, *corner_sharpness;
-    std::vector<std::pair<uint32_t, const Elements *>> details; // a level, its offsets
-    const char *text;
-  } tags_ = {};
+  CageTags tags_;
 
   // ---- primitives ------------------------------------------------------------------------------
 
@@ -475,7 +469,7 @@ private:
     for (uint32_t v = 0; v < count; v++) read_vertex(source_of(v).position, v, &positions_[3 * size_t{v}]);
     point_.resize(count);
     tw_welded welded = {count, 0};
-    if (tags_.points) {
+    if (tags_.are_there()) {
       welded.point_count = read_points();
     } else if (document_.weld == TW_WELD_NONE) {
       std::iota(point_.begin(), point_.end(), 0u);
@@ -523,322 +517,31 @@ private:
     }
   }
 
-  // ---- tags: what an answer that is a cage says of itself, see tw_gltf_stream ------------------------
-
-  // Another program may have kept the extras and made other accessors: then they are left out.
-  void leave_out_tags(const Refusal &refusal) {
-    tw_model_warn(document_.model, "extras.tweend of mesh %zu are left out: %s", index_,
-                  refusal.detail.c_str());
-    tags_ = {};
-  }
-
-  std::string tag_pointer(const char *name) const {
-    return text("/meshes/", index_, "/extras/tweend/", name);
-  }
-
-  static int accessor_of(const char *object, const char *name) {
-    const char *value = object && *object == '{' ? tw_json_member(object, name) : nullptr;
-    double number = -1;
-    if (value && tw_json_is_number(value)) tw_json_number(value, &number);
-    return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
-  }
-
-  // nullptr where there is none.
-  const Elements *open_tag(const char *object, const char *name, bool is_float) {
-    if (!object || *object != '{' || !tw_json_member(object, name)) return nullptr;
-    const Elements &elements =
-        accessors_.open(accessor_of(object, name), TINYGLTF_TYPE_SCALAR, tag_pointer(name));
-    int wanted = is_float ? TINYGLTF_COMPONENT_TYPE_FLOAT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    if (elements.component_type() != wanted)
-      refuse(TW_INVALID, tag_pointer(name), name, " are of another component type");
-    return &elements;
-  }
+  // ---- tags ------------------------------------------------------------------------------------
 
   void open_tags() {
-    const char *object = document_.kept.tags[index_];
-    if (!object || document_.weld == TW_WELD_NONE || document_.quads == TW_QUADS_OFF) return;
-    size_t lists = lists_.size();
-    try {
-      const char *creases = tw_json_member(object, "creases"), *corners = tw_json_member(object, "corners");
-      tags_.text = object;
-      tags_.points = open_tag(object, "points", false);
-      tags_.faces = open_tag(object, "faces", false);
-      tags_.starts = open_tag(object, "starts", false);
-      tags_.groups = open_tag(tw_json_member(object, "groups"), "faces", false);
-      tags_.crease_edges = open_tag(creases, "edges", false);
-      tags_.crease_sharpness = open_tag(creases, "sharpness", true);
-      tags_.corner_vertices = open_tag(corners, "vertices", false);
-      tags_.corner_sharpness = open_tag(corners, "sharpness", true);
-      check_points();
-      open_holes(tw_json_member(object, "holes"));
-      open_details(tw_json_member(object, "details"));
-    } catch (const Refusal &refusal) {
-      lists_.resize(lists);
-      leave_out_tags(refusal);
-    }
-  }
-
-  // Every vertex has a point, every point a vertex, and the vertices of a point one place.
-  void check_points() const {
-    std::string pointer = tag_pointer("points");
-    if (!tags_.points || sources_.size() != 1 || tags_.points->count() != sources_[0].position->count())
-      refuse(TW_INVALID, pointer, "there are not as many points as vertices");
-    uint32_t count = tags_.points->count();
-    Vector<uint32_t> vertex(count, UINT32_MAX, Counted<uint32_t>(document_.budget)); // of each point
-    uint32_t found = 0, last = 0;
-    for (uint32_t v = 0; v < count; v++) {
-      uint32_t point = tags_.points->read_index(v);
-      if (point >= count) refuse(TW_INVALID, pointer, "point ", point, " is out of range");
-      last = std::max(last, point);
-      found += vertex[point] == UINT32_MAX;
-      if (vertex[point] == UINT32_MAX) vertex[point] = v;
-      float own[3], first[3];
-      sources_[0].position->read(v, own);
-      sources_[0].position->read(vertex[point], first);
-      if (!std::equal(own, own + 3, first)) refuse(TW_INVALID, pointer, "a point is at two places");
-    }
-    if (found != last + 1) refuse(TW_INVALID, pointer, "a point has no vertex");
-  }
-
-  void open_holes(const char *holes) {
-    if (!holes || *holes != '[') return;
-    size_t i = 0;
-    for (Items item(holes); item.more(); item.next(), i++) {
-      std::string pointer = text(tag_pointer("holes"), "/", i);
-      if (*item.value() != '{') refuse(TW_INVALID, pointer, "a hole is no object");
-      int indices = accessor_of(item.value(), "indices"), found = accessor_of(item.value(), "material");
-      if (found >= 0 && static_cast<uint32_t>(found) >= document_.model->material_count)
-        refuse(TW_INVALID, pointer, "there is no material ", found);
-      FaceList list = {0, found, true, true, TINYGLTF_MODE_TRIANGLES, indices, pointer, 0, 0, 0};
-      const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
-      if (elements.count() % 3 != 0 || elements.component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT)
-        refuse(TW_INVALID, pointer, "holes are no triangles");
-      for (uint32_t k = 0; k < elements.count(); k++)
-        if (elements.read_index(k) >= sources_[0].position->count())
-          refuse(TW_INVALID, pointer, "an index is out of range");
-      lists_.push_back(list);
-    }
-  }
-
-  void open_details(const char *details) {
-    if (!details || *details != '[') return;
-    uint32_t above = 0;
-    for (Items item(details); item.more(); item.next()) {
-      std::string pointer = text(tag_pointer("details"), "/", tags_.details.size());
-      uint32_t level = static_cast<uint32_t>(accessor_of(item.value(), "level"));
-      if (level <= above || level > TW_LEVEL_MAX)
-        refuse(TW_INVALID, pointer, "levels of details ascend from 1 to ", int{TW_LEVEL_MAX});
-      above = level;
-      const Elements &offsets =
-          accessors_.open(accessor_of(item.value(), "offsets"), TINYGLTF_TYPE_VEC3, pointer + "/offsets");
-      if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
-        refuse(TW_INVALID, pointer, "offsets are of another component type");
-      tags_.details.emplace_back(level, &offsets);
-    }
+    const char *extras = document_.kept.tags[index_];
+    if (!extras || document_.weld == TW_WELD_NONE || document_.quads == TW_QUADS_OFF) return;
+    tags_.open(extras, sources_.size() == 1 ? sources_[0].position : nullptr);
+    for (const Hole &hole : tags_.holes())
+      lists_.push_back(
+          {0, hole.material, true, true, TINYGLTF_MODE_TRIANGLES, hole.indices, hole.pointer, 0, 0, 0});
   }
 
   // A point that no face uses, as the faces at it have no area, is where the first vertex is.
   uint32_t read_points() {
     uint32_t count = static_cast<uint32_t>(elements_.size()), last = 0;
     for (uint32_t v = 0; v < count; v++) {
-      point_[v] = tags_.points->read_index(elements_[v]);
+      point_[v] = tags_.point_of(elements_[v]);
       last = std::max(last, point_[v]);
     }
     return last + 1;
   }
 
-  // Faces in the mesh's own order: [face of the mesh], its place in the file.
-  void read_face_order(Vector<uint32_t> &place) const {
-    uint32_t count = mesh_.face_count;
-    if (!tags_.faces) return std::iota(place.begin(), place.end(), 0u);
-    if (tags_.faces->count() != count)
-      refuse(TW_INVALID, tag_pointer("faces"), "there are not as many faces");
-    std::fill(place.begin(), place.end(), UINT32_MAX);
-    for (uint32_t i = 0; i < count; i++) {
-      uint32_t face = tags_.faces->read_index(i);
-      if (face >= count || place[face] != UINT32_MAX)
-        refuse(TW_INVALID, tag_pointer("faces"), "faces are in no order");
-      place[face] = i;
-    }
-  }
-
-  // A face of the file begins with a corner of its own.
-  void check_starts() const {
-    if (!tags_.starts) return;
-    if (tags_.starts->count() != mesh_.face_count)
-      refuse(TW_INVALID, tag_pointer("starts"), "there are not as many starts as faces");
-    for (uint32_t f = 0; f < mesh_.face_count; f++)
-      if (tags_.starts->read_index(f) >= offsets_[f + 1] - offsets_[f])
-        refuse(TW_INVALID, tag_pointer("starts"), "a face has no such corner");
-  }
-
-  static bool is_identity(const Vector<uint32_t> &place) {
-    for (size_t i = 0; i < place.size(); i++)
-      if (place[i] != i) return false;
-    return true;
-  }
-
-  // Corner values in the faces' new order, from each face's first corner on.
-  void reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place) {
-    if (!values) return;
-    uint32_t *out = allocate<uint32_t>(document_, mesh_.corner_count), *next = out;
-    for (uint32_t from : place) {
-      const uint32_t *first = values + offsets_[from], *last = values + offsets_[from + 1];
-      uint32_t start = tags_.starts ? tags_.starts->read_index(from) : 0;
-      next = std::rotate_copy(first, start ? last - start : first, last, next);
-    }
-    values = out;
-  }
-
-  void reorder_faces(const Vector<uint32_t> &place) {
-    if (is_identity(place) && !tags_.starts) return;
-    reorder_corners(mesh_.corners, place);
-    reorder_corners(mesh_.normals.corners, place);
-    for (uint32_t set = 0; set < mesh_.uv_set_count; set++)
-      reorder_corners(mesh_.uv_sets[set].corners, place);
-    uint32_t *offsets = allocate<uint32_t>(document_, place.size() + 1);
-    offsets[0] = 0;
-    for (size_t i = 0; i < place.size(); i++)
-      offsets[i + 1] = offsets[i] + offsets_[place[i] + 1] - offsets_[place[i]];
-    mesh_.face_offsets = offsets;
-    if (!mesh_.face_materials) return;
-    int32_t *materials = allocate<int32_t>(document_, place.size());
-    for (size_t i = 0; i < place.size(); i++) materials[i] = mesh_.face_materials[place[i]];
-    mesh_.face_materials = materials;
-  }
-
-  // Points and their sharpness, `width` points to each.
-  void check_sharpness(const char *name, const Elements *points, const Elements *sharpness,
-                       uint32_t width) const {
-    if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
-      refuse(TW_INVALID, tag_pointer(name), "there are not as many ", name, " as their sharpness");
-    for (uint32_t i = 0; points && i < points->count(); i++)
-      if (points->read_index(i) >= mesh_.point_count)
-        refuse(TW_INVALID, tag_pointer(name), "a point of ", name, " is out of range");
-    for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
-      float value;
-      if (!sharpness->read_finite(i, &value) || value < 0)
-        refuse(TW_INVALID, tag_pointer(name), "sharpness is a number from 0");
-    }
-  }
-
-  uint32_t write_sharpness(const Elements *points, const Elements *sharpness, const uint32_t *&to,
-                           const float *&sharpness_to) {
-    if (!points) return 0;
-    uint32_t *indices = allocate<uint32_t>(document_, points->count());
-    float *values = allocate<float>(document_, sharpness->count());
-    for (uint32_t i = 0; i < points->count(); i++) indices[i] = points->read_index(i);
-    for (uint32_t i = 0; i < sharpness->count(); i++) {
-      sharpness->read(i, values + i);
-      values[i] = std::min(values[i], TW_SHARPNESS_INFINITE);
-    }
-    to = indices;
-    sharpness_to = values;
-    return sharpness->count();
-  }
-
-  void write_holes(const Vector<uint32_t> &place) {
-    uint32_t count = 0, first = mesh_.face_count;
-    for (const FaceList &list : lists_) count += list.holes ? list.face_count : 0;
-    if (count == 0) return;
-    first -= count; // lists of holes are the last
-    uint32_t *holes = allocate<uint32_t>(document_, count), *next = holes;
-    for (uint32_t f = 0; f < mesh_.face_count; f++)
-      if (place[f] >= first) *next++ = f;
-    mesh_.holes = holes;
-    mesh_.hole_count = count;
-  }
-
-  // Sets of groups by their names, numbered for the whole model.
-  uint32_t group_number(const std::string &name) {
-    constexpr size_t sets_max = 1 << 18, entry_size = 96;
-    auto [found, fresh] = document_.group_numbers.try_emplace(name, document_.group_names.size());
-    if (!fresh) return found->second;
-    document_.budget.take(entry_size + name.size());
-    const char *copy = copy_name(document_, name);
-    if (!copy || document_.group_names.size() == sets_max)
-      refuse(TW_LIMIT, tag_pointer("groups"), "a name of groups is empty, or there are too many");
-    document_.group_names.push_back(copy);
-    return found->second;
-  }
-
-  void write_groups(const Vector<uint32_t> &place) {
-    if (!tags_.groups) return;
-    std::string pointer = tag_pointer("groups");
-    const char *groups = tw_json_member(tags_.text, "groups"), *names = tw_json_member(groups, "names");
-    if (tags_.groups->count() != mesh_.face_count || !names || *names != '[')
-      refuse(TW_INVALID, pointer, "there are not as many groups as faces");
-    Vector<uint32_t> numbers(Counted<uint32_t>(document_.budget));
-    for (Items name(names); name.more(); name.next()) {
-      if (*name.value() != '"') refuse(TW_INVALID, pointer, "a name of groups is no text");
-      numbers.push_back(group_number(unescape(string_of(name.value()))));
-    }
-    uint32_t *out = allocate<uint32_t>(document_, mesh_.face_count);
-    for (uint32_t f = 0; f < mesh_.face_count; f++) {
-      uint32_t group = tags_.groups->read_index(place[f]);
-      if (group != UINT32_MAX && group >= numbers.size())
-        refuse(TW_INVALID, pointer, "group ", group, " has no name");
-      out[f] = group == UINT32_MAX ? group : numbers[group];
-    }
-    mesh_.face_groups = out;
-  }
-
-  static int rule(const char *rules, const char *name, int most) {
-    int value = accessor_of(rules, name);
-    return value >= 0 && value <= most ? value : static_cast<int>(TW_TAG_UNSET);
-  }
-
-  void write_rules() {
-    const char *rules = tw_json_member(tags_.text, "rules");
-    mesh_.tag_boundary = rule(rules, "boundary", TW_BOUNDARY_NONE);
-    mesh_.tag_uv = rule(rules, "uv", TW_UV_ALL);
-    mesh_.tag_creasing = rule(rules, "creasing", TW_CREASE_CHAIKIN);
-    mesh_.tag_triangles = rule(rules, "triangles", TW_TRIANGLES_SMOOTH);
-  }
-
-  void check_details() const {
-    for (const auto &[level, offsets] : tags_.details)
-      for (uint32_t i = 0; i < offsets->count(); i++) {
-        float row[3];
-        if (!offsets->read_finite(i, row))
-          refuse(TW_INVALID, tag_pointer("details"), "an offset of level ", level, " is not finite");
-      }
-  }
-
-  void write_details() {
-    tw_detail *details = allocate<tw_detail>(document_, tags_.details.size());
-    for (size_t i = 0; i < tags_.details.size(); i++) {
-      const auto &[level, offsets] = tags_.details[i];
-      float *rows = allocate<float>(document_, 3 * size_t{offsets->count()});
-      for (uint32_t v = 0; v < offsets->count(); v++) offsets->read(v, rows + 3 * size_t{v});
-      details[i] = {level, offsets->count(), rows};
-    }
-    mesh_.details = details;
-    mesh_.detail_count = static_cast<uint32_t>(tags_.details.size());
-  }
-
   void write_tags() {
-    Vector<uint32_t> place(mesh_.face_count, 0, Counted<uint32_t>(document_.budget));
-    try {
-      check_sharpness("creases", tags_.crease_edges, tags_.crease_sharpness, 2);
-      check_sharpness("corners", tags_.corner_vertices, tags_.corner_sharpness, 1);
-      read_face_order(place);
-      check_starts();
-      check_details();
-      write_groups(place);
-    } catch (const Refusal &refusal) {
-      std::iota(place.begin(), place.end(), 0u);
-      write_holes(place);
-      return leave_out_tags(refusal);
-    }
-    write_holes(place);
-    reorder_faces(place);
-    mesh_.crease_count = write_sharpness(tags_.crease_edges, tags_.crease_sharpness, mesh_.crease_edges,
-                                         mesh_.crease_sharpness);
-    mesh_.sharp_point_count = write_sharpness(tags_.corner_vertices, tags_.corner_sharpness,
-                                              mesh_.sharp_points, mesh_.point_sharpness);
-    write_rules();
-    write_details();
+    uint32_t hole_faces = 0;
+    for (const FaceList &list : lists_) hole_faces += list.holes ? list.face_count : 0;
+    tags_.write(hole_faces);
   }
 
   // ---- into the model --------------------------------------------------------------------------

@@ -1,0 +1,305 @@
+#include "gltf/cage_tags.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace gltf {
+
+std::string CageTags::place_of(const char *name) const {
+  return text("/meshes/", index_, "/extras/tweend/", name);
+}
+
+int CageTags::accessor_of(const char *object, const char *name) {
+  const char *value = object && *object == '{' ? tw_json_member(object, name) : nullptr;
+  double number = -1;
+  if (value && tw_json_is_number(value)) tw_json_number(value, &number);
+  return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
+}
+
+// nullptr where there is none.
+const Elements *CageTags::open_tag(const char *object, const char *name, bool is_float) {
+  if (!object || *object != '{' || !tw_json_member(object, name)) return nullptr;
+  const Elements &elements = accessors_.open(accessor_of(object, name), TINYGLTF_TYPE_SCALAR, place_of(name));
+  int wanted = is_float ? TINYGLTF_COMPONENT_TYPE_FLOAT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+  if (elements.component_type() != wanted)
+    refuse(TW_INVALID, place_of(name), name, " are of another component type");
+  return &elements;
+}
+
+// Every vertex has a point, every point a vertex, and the vertices of a point one place.
+void CageTags::check_points(const Elements *positions) const {
+  std::string pointer = place_of("points");
+  if (!points_ || !positions || points_->count() != positions->count())
+    refuse(TW_INVALID, pointer, "there are not as many points as vertices");
+  uint32_t count = points_->count();
+  Vector<uint32_t> vertex(count, UINT32_MAX, Counted<uint32_t>(document_.budget)); // of each point
+  uint32_t found = 0, last = 0;
+  for (uint32_t v = 0; v < count; v++) {
+    uint32_t point = points_->read_index(v);
+    if (point >= count) refuse(TW_INVALID, pointer, "point ", point, " is out of range");
+    last = std::max(last, point);
+    found += vertex[point] == UINT32_MAX;
+    if (vertex[point] == UINT32_MAX) vertex[point] = v;
+    float own[3], first[3];
+    positions->read(v, own);
+    positions->read(vertex[point], first);
+    if (!std::equal(own, own + 3, first)) refuse(TW_INVALID, pointer, "a point is at two places");
+  }
+  if (found != last + 1) refuse(TW_INVALID, pointer, "a point has no vertex");
+}
+
+void CageTags::open_holes(const char *holes, const Elements &positions) {
+  if (!holes || *holes != '[') return;
+  size_t i = 0;
+  for (Items item(holes); item.more(); item.next(), i++) {
+    std::string pointer = text(place_of("holes"), "/", i);
+    if (*item.value() != '{') refuse(TW_INVALID, pointer, "a hole is no object");
+    int indices = accessor_of(item.value(), "indices"), found = accessor_of(item.value(), "material");
+    if (found >= 0 && static_cast<uint32_t>(found) >= document_.model->material_count)
+      refuse(TW_INVALID, pointer, "there is no material ", found);
+    const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
+    if (elements.count() % 3 != 0 || elements.component_type() == TINYGLTF_COMPONENT_TYPE_FLOAT)
+      refuse(TW_INVALID, pointer, "holes are no triangles");
+    for (uint32_t k = 0; k < elements.count(); k++)
+      if (elements.read_index(k) >= positions.count())
+        refuse(TW_INVALID, pointer, "an index is out of range");
+    holes_.push_back({indices, found, pointer});
+  }
+}
+
+void CageTags::open_details(const char *details) {
+  if (!details || *details != '[') return;
+  uint32_t above = 0;
+  for (Items item(details); item.more(); item.next()) {
+    std::string pointer = text(place_of("details"), "/", details_.size());
+    uint32_t level = static_cast<uint32_t>(accessor_of(item.value(), "level"));
+    if (level <= above || level > TW_LEVEL_MAX)
+      refuse(TW_INVALID, pointer, "levels of details ascend from 1 to ", int{TW_LEVEL_MAX});
+    above = level;
+    const Elements &offsets =
+        accessors_.open(accessor_of(item.value(), "offsets"), TINYGLTF_TYPE_VEC3, pointer + "/offsets");
+    if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
+      refuse(TW_INVALID, pointer, "offsets are of another component type");
+    details_.emplace_back(level, &offsets);
+  }
+}
+
+// Faces in the mesh's own order: [face of the mesh], its place in the file.
+void CageTags::read_face_order(Vector<uint32_t> &place) const {
+  uint32_t count = mesh_.face_count;
+  if (!faces_) return std::iota(place.begin(), place.end(), 0u);
+  if (faces_->count() != count) refuse(TW_INVALID, place_of("faces"), "there are not as many faces");
+  std::fill(place.begin(), place.end(), UINT32_MAX);
+  for (uint32_t i = 0; i < count; i++) {
+    uint32_t face = faces_->read_index(i);
+    if (face >= count || place[face] != UINT32_MAX)
+      refuse(TW_INVALID, place_of("faces"), "faces are in no order");
+    place[face] = i;
+  }
+}
+
+// A face of the file begins with a corner of its own.
+void CageTags::check_starts() const {
+  if (!starts_) return;
+  if (starts_->count() != mesh_.face_count)
+    refuse(TW_INVALID, place_of("starts"), "there are not as many starts as faces");
+  for (uint32_t f = 0; f < mesh_.face_count; f++)
+    if (starts_->read_index(f) >= mesh_.face_offsets[f + 1] - mesh_.face_offsets[f])
+      refuse(TW_INVALID, place_of("starts"), "a face has no such corner");
+}
+
+bool CageTags::is_identity(const Vector<uint32_t> &place) {
+  for (size_t i = 0; i < place.size(); i++)
+    if (place[i] != i) return false;
+  return true;
+}
+
+// Corner values in the faces' new order, from each face's first corner on.
+void CageTags::reorder_corners(const uint32_t *&values, const Vector<uint32_t> &place) {
+  if (!values) return;
+  uint32_t *out = allocate<uint32_t>(document_, mesh_.corner_count), *next = out;
+  for (uint32_t from : place) {
+    const uint32_t *first = values + mesh_.face_offsets[from], *last = values + mesh_.face_offsets[from + 1];
+    uint32_t start = starts_ ? starts_->read_index(from) : 0;
+    next = std::rotate_copy(first, start ? last - start : first, last, next);
+  }
+  values = out;
+}
+
+void CageTags::reorder_faces(const Vector<uint32_t> &place) {
+  if (is_identity(place) && !starts_) return;
+  reorder_corners(mesh_.corners, place);
+  reorder_corners(mesh_.normals.corners, place);
+  for (uint32_t set = 0; set < mesh_.uv_set_count; set++) reorder_corners(mesh_.uv_sets[set].corners, place);
+  uint32_t *offsets = allocate<uint32_t>(document_, place.size() + 1);
+  offsets[0] = 0;
+  for (size_t i = 0; i < place.size(); i++)
+    offsets[i + 1] = offsets[i] + mesh_.face_offsets[place[i] + 1] - mesh_.face_offsets[place[i]];
+  mesh_.face_offsets = offsets;
+  if (!mesh_.face_materials) return;
+  int32_t *materials = allocate<int32_t>(document_, place.size());
+  for (size_t i = 0; i < place.size(); i++) materials[i] = mesh_.face_materials[place[i]];
+  mesh_.face_materials = materials;
+}
+
+// Points and their sharpness, `width` points to each.
+void CageTags::check_sharpness(const char *name, const Elements *points, const Elements *sharpness,
+                               uint32_t width) const {
+  if (!points != !sharpness || (points && points->count() != uint64_t{width} * sharpness->count()))
+    refuse(TW_INVALID, place_of(name), "there are not as many ", name, " as their sharpness");
+  for (uint32_t i = 0; points && i < points->count(); i++)
+    if (points->read_index(i) >= mesh_.point_count)
+      refuse(TW_INVALID, place_of(name), "a point of ", name, " is out of range");
+  for (uint32_t i = 0; sharpness && i < sharpness->count(); i++) {
+    float value;
+    if (!sharpness->read_finite(i, &value) || value < 0)
+      refuse(TW_INVALID, place_of(name), "sharpness is a number from 0");
+  }
+}
+
+uint32_t CageTags::write_sharpness(const Elements *points, const Elements *sharpness, const uint32_t *&to,
+                                   const float *&sharpness_to) {
+  if (!points) return 0;
+  uint32_t *indices = allocate<uint32_t>(document_, points->count());
+  float *values = allocate<float>(document_, sharpness->count());
+  for (uint32_t i = 0; i < points->count(); i++) indices[i] = points->read_index(i);
+  for (uint32_t i = 0; i < sharpness->count(); i++) {
+    sharpness->read(i, values + i);
+    values[i] = std::min(values[i], TW_SHARPNESS_INFINITE);
+  }
+  to = indices;
+  sharpness_to = values;
+  return sharpness->count();
+}
+
+// The last `count` faces of the file.
+void CageTags::write_holes(const Vector<uint32_t> &place, uint32_t count) {
+  uint32_t first = mesh_.face_count - count;
+  if (count == 0) return;
+  uint32_t *holes = allocate<uint32_t>(document_, count), *next = holes;
+  for (uint32_t f = 0; f < mesh_.face_count; f++)
+    if (place[f] >= first) *next++ = f;
+  mesh_.holes = holes;
+  mesh_.hole_count = count;
+}
+
+// Sets of groups by their names, numbered for the whole model.
+uint32_t CageTags::group_number(const std::string &name) {
+  constexpr size_t sets_max = 1 << 18, entry_size = 96;
+  auto [found, fresh] = document_.group_numbers.try_emplace(name, document_.group_names.size());
+  if (!fresh) return found->second;
+  document_.budget.take(entry_size + name.size());
+  const char *copy = copy_name(document_, name);
+  if (!copy || document_.group_names.size() == sets_max)
+    refuse(TW_LIMIT, place_of("groups"), "a name of groups is empty, or there are too many");
+  document_.group_names.push_back(copy);
+  return found->second;
+}
+
+void CageTags::write_groups(const Vector<uint32_t> &place) {
+  if (!groups_) return;
+  std::string pointer = place_of("groups");
+  const char *groups = tw_json_member(text_, "groups"), *names = tw_json_member(groups, "names");
+  if (groups_->count() != mesh_.face_count || !names || *names != '[')
+    refuse(TW_INVALID, pointer, "there are not as many groups as faces");
+  Vector<uint32_t> numbers(Counted<uint32_t>(document_.budget));
+  for (Items name(names); name.more(); name.next()) {
+    if (*name.value() != '"') refuse(TW_INVALID, pointer, "a name of groups is no text");
+    numbers.push_back(group_number(unescape(string_of(name.value()))));
+  }
+  uint32_t *out = allocate<uint32_t>(document_, mesh_.face_count);
+  for (uint32_t f = 0; f < mesh_.face_count; f++) {
+    uint32_t group = groups_->read_index(place[f]);
+    if (group != UINT32_MAX && group >= numbers.size())
+      refuse(TW_INVALID, pointer, "group ", group, " has no name");
+    out[f] = group == UINT32_MAX ? group : numbers[group];
+  }
+  mesh_.face_groups = out;
+}
+
+int CageTags::rule(const char *rules, const char *name, int most) {
+  int value = accessor_of(rules, name);
+  return value >= 0 && value <= most ? value : static_cast<int>(TW_TAG_UNSET);
+}
+
+void CageTags::write_rules() {
+  const char *rules = tw_json_member(text_, "rules");
+  mesh_.tag_boundary = rule(rules, "boundary", TW_BOUNDARY_NONE);
+  mesh_.tag_uv = rule(rules, "uv", TW_UV_ALL);
+  mesh_.tag_creasing = rule(rules, "creasing", TW_CREASE_CHAIKIN);
+  mesh_.tag_triangles = rule(rules, "triangles", TW_TRIANGLES_SMOOTH);
+}
+
+void CageTags::check_details() const {
+  for (const auto &[level, offsets] : details_)
+    for (uint32_t i = 0; i < offsets->count(); i++) {
+      float row[3];
+      if (!offsets->read_finite(i, row))
+        refuse(TW_INVALID, place_of("details"), "an offset of level ", level, " is not finite");
+    }
+}
+
+void CageTags::write_details() {
+  tw_detail *details = allocate<tw_detail>(document_, details_.size());
+  for (size_t i = 0; i < details_.size(); i++) {
+    const auto &[level, offsets] = details_[i];
+    float *rows = allocate<float>(document_, 3 * size_t{offsets->count()});
+    for (uint32_t v = 0; v < offsets->count(); v++) offsets->read(v, rows + 3 * size_t{v});
+    details[i] = {level, offsets->count(), rows};
+  }
+  mesh_.details = details;
+  mesh_.detail_count = static_cast<uint32_t>(details_.size());
+}
+
+void CageTags::leave_out(const Refusal &refusal) {
+  tw_model_warn(document_.model, "extras.tweend of mesh %zu are left out: %s", index_,
+                refusal.detail.c_str());
+  points_ = nullptr;
+  holes_.clear();
+}
+
+void CageTags::open(const char *extras, const Elements *positions) {
+  try {
+    const char *creases = tw_json_member(extras, "creases"), *corners = tw_json_member(extras, "corners");
+    text_ = extras;
+    points_ = open_tag(extras, "points", false);
+    faces_ = open_tag(extras, "faces", false);
+    starts_ = open_tag(extras, "starts", false);
+    groups_ = open_tag(tw_json_member(extras, "groups"), "faces", false);
+    crease_edges_ = open_tag(creases, "edges", false);
+    crease_sharpness_ = open_tag(creases, "sharpness", true);
+    corner_vertices_ = open_tag(corners, "vertices", false);
+    corner_sharpness_ = open_tag(corners, "sharpness", true);
+    check_points(positions);
+    open_holes(tw_json_member(extras, "holes"), *positions);
+    open_details(tw_json_member(extras, "details"));
+  } catch (const Refusal &refusal) {
+    leave_out(refusal);
+  }
+}
+
+void CageTags::write(uint32_t hole_faces) {
+  Vector<uint32_t> place(mesh_.face_count, 0, Counted<uint32_t>(document_.budget));
+  try {
+    check_sharpness("creases", crease_edges_, crease_sharpness_, 2);
+    check_sharpness("corners", corner_vertices_, corner_sharpness_, 1);
+    read_face_order(place);
+    check_starts();
+    check_details();
+    write_groups(place);
+  } catch (const Refusal &refusal) {
+    std::iota(place.begin(), place.end(), 0u);
+    write_holes(place, hole_faces);
+    return leave_out(refusal);
+  }
+  write_holes(place, hole_faces);
+  reorder_faces(place);
+  mesh_.crease_count =
+      write_sharpness(crease_edges_, crease_sharpness_, mesh_.crease_edges, mesh_.crease_sharpness);
+  mesh_.sharp_point_count =
+      write_sharpness(corner_vertices_, corner_sharpness_, mesh_.sharp_points, mesh_.point_sharpness);
+  write_rules();
+  write_details();
+}
+
+} // namespace gltf
