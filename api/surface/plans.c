@@ -252,10 +252,14 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
   return mesh->morph_count * (4096 + (options.level > 1 && !is_stepwise ? 12 : 36) * points);
 }
 
-/* Levels down to the deepest one that something is modelled onto are made step by step. */
+/* Levels down to the deepest one that something is modelled onto are made step by step, with all that lives
+ * on their points. */
 static uint64_t details_cost(const tw_mesh *mesh, const api_surface_query *query) {
   if (mesh->detail_count == 0 || !query->details) return 0;
-  return API_DETAIL_COST * (uint64_t)mesh->details[mesh->detail_count - 1].vertex_count;
+  uint64_t values = mesh->morph_count + (mesh->skin.joints ? 4 : 0),
+           point = API_DETAIL_COST + 256 * (uint64_t)mesh->uv_set_count + 48 * values;
+  for (uint32_t i = 0; i < mesh->attribute_count; i++) point += 16 * (uint64_t)mesh->attributes[i].width;
+  return point * mesh->details[mesh->detail_count - 1].vertex_count;
 }
 
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of

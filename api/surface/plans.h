@@ -53,9 +53,9 @@ typedef struct api_plan {
   bool *borrows;       /* [count] surfaces that are the source's, or NULL */
 } api_plan;
 
-/* What a level that something is modelled onto holds while a surface is made of it, for each of its points.
- */
-enum { API_DETAIL_COST = 1024 };
+/* More than what a level that something is modelled onto holds for each of its points, while it is modelled
+ * or a surface is made of it. */
+enum { API_DETAIL_COST = 512 };
 
 /* All meshes of a model, none of which moves. */
 api_plan_meshes api_plan_all(const tw_model *model);

@@ -126,6 +126,11 @@ static const char refined[] =
     "\"creases\":[{\"edge\":[0,4],\"sharpness\":2},{\"edge\":[4,1],\"sharpness\":2}],"
     "\"corners\":[{\"vertex\":0,\"sharpness\":1}]}]}";
 
+/* The same, and no surface of its parent. */
+static const char dented[] =
+    "{\"meshes\":[{\"positions\":[[0,0,0],[2,0,0],[2,0,2],[0,0,2],[1,0,0],[2,0,1],[1,0,2],[0,0,1],[1,1,1]],"
+    "\"faces\":[[0,4,8,7],[1,5,8,4],[2,6,8,5],[3,7,8,6]]}]}";
+
 static const char triangle[] = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/1 3/1\nt crease 2/1/0 0 1 2\n";
 
 TEST_WITH(storing_survives, fail_json, mend_json) {
@@ -205,6 +210,10 @@ TEST_WITH(editing_survives, fail_json, mend_json) {
             "{\"edit\":\"hole\",\"faces\":{\"made\":\"a\"}}]}",
             model);
   fail_each("POST", "/v1/models/%s/coarsen", "", "", refined);
+  fail_each("POST", "/v1/models/%s/detail", "level=1",
+            "{\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1],[0.5,0.5,2]]}",
+            model);
+  fail_each("POST", "/v1/models/%s/coarsen", "", "", dented);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=0&polygons=ngon", NULL, model);
 }
 
