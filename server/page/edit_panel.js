@@ -1,8 +1,9 @@
 // Modelling: shapes to start from, what is selected, edits as buttons, and their list as text. A model that is tweend JSON
 // holds its own list; of any other the address holds the model it began with and the list.
-import { download, tweend, withKey } from './client.js';
+import { download, tweend } from './client.js';
 import { choice, make, plural } from './dom.js';
-import { fail } from './notices.js';
+import { meshName } from './models.js';
+import { fail, OneAtATime } from './notices.js';
 import { isSame, Picker, readCages } from './picker.js';
 import { codeLine, quote } from './scripts_panel.js';
 import { CHOICES, CLEANING, editOf, EDITS, printEdits, SHAPES } from './shapes.js';
@@ -13,7 +14,7 @@ const KINDS = [['faces', 'Faces'], ['edges', 'Edges'], ['vertices', 'Points']];
 const wordsOf = (name) => (name[0].toUpperCase() + name.slice(1)).replaceAll('_', ' ');
 
 /** Fields for parameters, by their first values. read() gives what they say. */
-function fieldsOf(parameters, about) {
+export function fieldsOf(parameters, about) {
   const fields = Object.entries(parameters).map(([name, value]) => {
     const label = `${about}: ${name}`;
     const input = CHOICES[name]
@@ -33,6 +34,7 @@ export class EditPanel {
   /** models: the list, which a new model comes into. beside: what shows the original. */
   constructor(panel, { viewport, models, beside }) {
     Object.assign(this, { viewport, models, beside, selection: [], edits: [] });
+    this.requests = new OneAtATime();
     this.picker = new Picker(viewport, (...picked) => this.pick(...picked));
     this.shape = make('div', { className: 'parameters' });
     this.kinds = KINDS.map(([kind, text]) => make('button', { type: 'button', className: 'chip', onclick: () => this.choose(kind) }, text));
@@ -86,7 +88,7 @@ export class EditPanel {
 
   /** A new model of one shape. */
   begin(shape) {
-    return this.send(async () => {
+    return this.requests.run(async () => {
       const model = await this.upload({ meshes: [{ name: shape.kind, shape }] }, shape.kind);
       this.selection = [];
       await this.models.load();
@@ -101,7 +103,7 @@ export class EditPanel {
   // ---- the model ----
 
   close() {
-    if (!this.isSending) this.selection = []; // of another model
+    if (!this.requests.isRunning) this.selection = []; // of another model
     this.picker.close();
     this.model = null;
     this.cleaned.textContent = '';
@@ -141,7 +143,7 @@ export class EditPanel {
     this.undo.disabled = this.edits.length === 0;
     this.showSides();
     const [path, body] = this.document ? ['v1/models', this.documentWith(this.edits)]
-      : [`v1/models/${this.source}/edits`, { mesh: this.meshName, edits: this.edits }];
+      : [`v1/models/${this.source}/edits`, { mesh: meshName(this.model, this.mesh), edits: this.edits }];
     const key = tweend.key ? '-H "Authorization: Bearer $KEY" ' : '';
     this.curl.replaceChildren(codeLine('curl', `curl ${key}-H 'Content-Type: application/json' -d ${quote(JSON.stringify(body))} ${quote(tweend.url(path))}`));
   }
@@ -254,11 +256,6 @@ export class EditPanel {
     }
   }
 
-  /** The name by which edits find the mesh; none where there is one mesh. */
-  get meshName() {
-    return this.model.meshes.length > 1 ? this.model.meshes[this.mesh].name ?? `mesh_${this.mesh}` : undefined;
-  }
-
   /** The model that the list begins with, where it is no text itself. */
   get source() {
     return state('from') || this.model.id;
@@ -284,7 +281,7 @@ export class EditPanel {
     const { source } = this;
     const isKept = !this.document && edits.length > 0;
     const made = edits.length === 0 ? { id: await this.original() }
-      : isKept ? await tweend.edit(source, edits, { mesh: this.meshName })
+      : isKept ? await tweend.edit(source, edits, { mesh: meshName(this.model, this.mesh) })
         : await this.upload(this.documentWith(edits), `${this.stem}, ${plural(edits.length, 'edit')}`);
     if (!stays) this.selection = [];
     await this.models.load();
@@ -294,7 +291,7 @@ export class EditPanel {
   }
 
   apply(edits, { stays } = {}) {
-    return this.send(() => this.go(edits, { stays }));
+    return this.requests.run(() => this.go(edits, { stays }));
   }
 
   // ---- scans ----
@@ -313,7 +310,7 @@ export class EditPanel {
   cleanUp() {
     const edits = this.steps.filter(({ box }) => box.checked).map(({ form, read }) => ({ edit: form.edit, ...read(), ...form.also }));
     if (edits.length === 0) return this.cleaned.replaceChildren('No step is chosen.');
-    return this.send(async () => {
+    return this.requests.run(async () => {
       const beside = await this.original();
       const { made = {} } = await this.go([...this.edits, ...edits], { level: 0, beside });
       const said = [made.spikes && `${plural(made.spikes.vertices.length, 'spike')} put back`, made.patches && `${plural(made.patches.faces.length, 'face')} in holes`];
@@ -322,7 +319,7 @@ export class EditPanel {
   }
 
   showBeside() {
-    return this.send(async () => change({ beside: this.besides.checked ? await this.original() : '' }));
+    return this.requests.run(async () => change({ beside: this.besides.checked ? await this.original() : '' }));
   }
 
   showSides() {
@@ -330,18 +327,5 @@ export class EditPanel {
     this.besides.checked = state('beside') !== '';
     this.besides.disabled = this.edits.length === 0 && !this.besides.checked;
     this.beside.tell(this.model, this.mesh);
-  }
-
-  /** One request at a time: its answer is what the next edit is of. */
-  async send(request) {
-    if (this.isSending) return;
-    this.isSending = true;
-    try {
-      await withKey(request);
-    } catch (error) {
-      fail('This cannot be done', error);
-    } finally {
-      this.isSending = false;
-    }
   }
 }

@@ -9,6 +9,7 @@ import { Models } from './models.js';
 import { busy, fail } from './notices.js';
 import { RotationPanel } from './rotation_panel.js';
 import { confirmLarge, ScriptsPanel } from './scripts_panel.js';
+import { SculptPanel } from './sculpt_panel.js';
 import { change, isStep, note, shows, state, SURFACE, surfaceOptions, toggle, watch } from './state.js';
 import { SurfacePanel } from './surface_panel.js';
 import { Timeline } from './timeline.js';
@@ -17,9 +18,10 @@ import { parse, Viewport } from './viewport.js';
 const CAGE_MOST = 200000; // edges that are drawn as a cage without asking: more take seconds
 const SMALL = 100000; // edges of a level that is loaded without asking for its size first: it has some megabytes
 const COUNTS_AFTER = 1000; // ms
+const CAGE = ['creases', 'details']; // what of the state makes the cage that is shown
 const OVERLAYS = [['surface', 'Surface'], ['cage', 'Cage'], ['points', 'Points'], ['wireframe', 'Wireframe'], ['normals', 'Normals'],
   ['skeleton', 'Skeleton'], ['uv', 'UV'], ['follow', 'Follow']];
-const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
+const TABS = [['models', 'Models'], ['surface', 'Surface'], ['edit', 'Edit'], ['sculpt', 'Sculpt'], ['animation', 'Rotation'], ['scripts', 'Scripts']];
 
 // ---- tabs ----
 
@@ -79,6 +81,7 @@ const beside = new Beside({ viewport, loadCage, onShow: () => {
   edit.showSides();
 } });
 const edit = new EditPanel(panels.edit, { viewport, models, beside });
+const sculpt = new SculptPanel(panels.sculpt, { viewport, models, levelSlider: surface.levelSlider() });
 const scripts = new ScriptsPanel(panels.scripts, { animation, surface });
 
 // ---- theme ----
@@ -227,7 +230,8 @@ async function openSurface(isNew = false) {
     const parsed = await parse(await answer.blob.arrayBuffer());
     signal.throwIfAborted();
     shown = Object.fromEntries(SURFACE.map((name) => [name, state(name)]));
-    viewport.setModel(parsed, { level: options.level, scheme: options.scheme });
+    viewport.setModel(parsed, options);
+    sculpt.open(model, parsed, counts);
     surface.tell(answer);
     animation.pose();
     rotation.makeGhosts();
@@ -251,7 +255,7 @@ async function loadCage(described, signal) {
   if (edgesOf(described) === 0 || isTooLarge(described)) return null;
   const creases = state('creases');
   const creased = creases === 'tags' ? described.meshes.some(({ creases: tagged }) => tagged > 0) : creases !== 'none';
-  const cage = { level: 0, normals: 'none' };
+  const cage = { level: 0, normals: 'none', details: surfaceOptions().details };
   const [glb, obj] = await Promise.all([
     download(tweend.surfaceUrl(described, { ...cage, polygons: 'ngon', clip: 'none' }), { signal }),
     creased ? download(tweend.surfaceUrl(described, { ...cage, creases }, 'obj'), { signal }).then(({ blob }) => blob.text()) : '',
@@ -264,11 +268,11 @@ async function loadCage(described, signal) {
 async function openCage(described) {
   showLegend();
   const controller = new AbortController();
-  const creases = state('creases');
+  const rules = CAGE.map(state).join();
   const task = isLargeWanted ? busy('The cage', controller) : null;
   try {
     const cage = await loadCage(described, controller.signal);
-    if (model !== described || state('creases') !== creases) return;
+    if (model !== described || CAGE.map(state).join() !== rules) return;
     viewport.setCage(cage);
     animation.pose();
     showLegend();
@@ -293,7 +297,7 @@ watch((names) => {
   if (names.has('show')) showOverlays();
   if (names.has('model')) openModel();
   else if (SURFACE.some((name) => names.has(name))) openSurface();
-  if (names.has('creases') && !names.has('model') && model) openCage(model);
+  if (CAGE.some((name) => names.has(name)) && !names.has('model') && model) openCage(model);
   if (names.has('view') && model && !names.has('model')) frame();
   if (names.has('clip') && !names.has('model') && model) openClip();
 });

@@ -7,6 +7,9 @@ import { change, openOther, state, watch } from './state.js';
 const PAGE = 100;
 const SUFFIXES = '.glb,.gltf,.bin,.png,.jpg,.jpeg,.webp,.obj,.stl,.ply,.json';
 
+/** The name by which requests find a mesh; none where there is one. */
+export const meshName = ({ meshes }, mesh) => (meshes.length > 1 ? meshes[mesh].name ?? `mesh_${mesh}` : undefined);
+
 export class Models {
   constructor(panel) {
     this.input = make('input', { type: 'file', multiple: true, accept: SUFFIXES, className: 'hidden', tabIndex: -1, 'aria-label': 'Files to upload' });

@@ -1,6 +1,7 @@
 // What went wrong, in the API's words and at the place that it names; and what is under way.
 import { TweendError } from '../../api/client/tweend.js';
 
+import { withKey } from './client.js';
 import { byId, make } from './dom.js';
 
 /** An error as elements: title, detail, places. */
@@ -26,6 +27,26 @@ export function fail(about, error, ...extra) {
   const list = byId('notices');
   if (list.children.length > 2) list.firstChild.remove();
   list.append(notice);
+}
+
+/** Requests of which each is of the answer to the one before. */
+export class OneAtATime {
+  isRunning = false;
+
+  /** Resolves with whether it was done: not while another one runs, and not where it fails, which is shown. */
+  async run(request) {
+    if (this.isRunning) return false;
+    this.isRunning = true;
+    try {
+      await withKey(request);
+      return true;
+    } catch (error) {
+      fail('This cannot be done', error);
+      return false;
+    } finally {
+      this.isRunning = false;
+    }
+  }
 }
 
 let current = null;

@@ -9,6 +9,7 @@ const DEFAULTS = {
   uv: 'corners-only',
   creases: 'tags',
   limit: 'false',
+  details: 'true',
   encoding: 'float',
   show: 'surface,cage,points,follow',
   clip: '',
@@ -28,7 +29,7 @@ const DEFAULTS = {
 };
 
 /** What of it makes the surface of a model. */
-export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'];
+export const SURFACE = ['level', 'scheme', 'boundary', 'uv', 'creases', 'limit', 'details', 'encoding'];
 
 const listeners = new Set();
 let values = read();
@@ -54,6 +55,9 @@ function tell(next) {
 /** The value of a name. */
 export const state = (name) => values[name];
 
+/** What names are at first. */
+export const firstOf = (names) => Object.fromEntries(names.map((name) => [name, DEFAULTS[name]]));
+
 /** Changes values and tells who listens. */
 export function change(next) {
   const texts = Object.fromEntries(Object.entries(next).map(([name, value]) => [name, String(value)]));
@@ -77,8 +81,7 @@ export function step(next) {
 
 /** Shows another model, from its beginning. */
 export function openOther(model) {
-  const { clip, t, node, view, mesh, from, edits, beside } = DEFAULTS;
-  change({ model, clip, t, node, view, mesh, from, edits, beside });
+  change({ model, ...firstOf(['clip', 't', 'node', 'view', 'mesh', 'from', 'edits', 'beside']) });
 }
 
 /** Keeps a value in the URL without telling anybody: the time while a clip plays. */
@@ -107,5 +110,6 @@ export function surfaceOptions() {
   for (const name of ['scheme', 'boundary', 'uv', 'creases', 'encoding'])
     if (values[name] !== DEFAULTS[name]) options[name] = values[name];
   if (values.limit === 'true') options.limit = true;
+  if (values.details === 'false') options.details = false;
   return options;
 }

@@ -1,7 +1,7 @@
 // The parameters of the surface, and for each level what it has and costs.
 import { serverTime, tweend, withKey } from './client.js';
 import { bytes, choice, count, make } from './dom.js';
-import { change, state, surfaceOptions, watch } from './state.js';
+import { change, state, SURFACE, surfaceOptions, watch } from './state.js';
 
 const LEVELS = 10;
 // More than a daemon with the usual limits makes. A level has four times the faces of the one before.
@@ -19,16 +19,13 @@ const CHOICES = [
 
 export class SurfacePanel {
   constructor(panel) {
-    this.output = make('output', { className: 'value' });
-    this.slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, id: 'level', 'aria-label': 'Level' });
-    this.slider.addEventListener('input', () => (this.output.textContent = this.slider.value));
-    this.slider.addEventListener('change', () => change({ level: this.slider.value }));
+    this.sliders = [];
     this.fields = make('div', { className: 'fields' });
     this.limit = make('input', { type: 'checkbox', onchange: () => change({ limit: this.limit.checked }) });
     this.body = make('tbody');
     panel.append(
       make('h2', {}, 'Subdivision'),
-      make('div', { className: 'slider' }, make('span', {}, 'Level'), this.slider, this.output),
+      this.levelSlider(),
       this.fields,
       make('label', { className: 'check' }, this.limit, make('span', {}, 'Points on the limit surface')),
       make('table', {},
@@ -38,16 +35,24 @@ export class SurfacePanel {
     this.measured = new Map();
     watch((names) => {
       if (names.has('model')) this.clear();
-      const asked = ['scheme', 'boundary', 'uv', 'creases', 'limit', 'encoding'].some((name) => names.has(name));
+      const asked = SURFACE.some((name) => name !== 'level' && names.has(name));
       if (asked || names.has('level')) this.render();
       if (asked) this.count();
     });
     this.render();
   }
 
+  /** A slider of the level; all of them say the same. */
+  levelSlider() {
+    const output = make('output', { className: 'value' }, state('level'));
+    const slider = make('input', { type: 'range', min: 0, max: LEVELS, step: 1, value: state('level'), 'aria-label': 'Level',
+      oninput: () => (output.textContent = slider.value), onchange: () => change({ level: slider.value }) });
+    this.sliders.push({ slider, output });
+    return make('div', { className: 'slider' }, make('span', {}, 'Level'), slider, output);
+  }
+
   render() {
-    this.slider.value = state('level');
-    this.output.textContent = state('level');
+    for (const { slider, output } of this.sliders) slider.value = output.textContent = state('level');
     this.limit.checked = state('limit') === 'true';
     const focused = document.activeElement?.closest?.('.fields label')?.firstChild?.textContent;
     this.fields.replaceChildren(...CHOICES.map(([name, label, options]) => choice(label, options, state(name), (value) => change({ [name]: value }))));
@@ -95,7 +100,8 @@ export class SurfacePanel {
         break;
       }
     }
-    if (this.levels.length > 0) this.slider.max = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
+    const deepest = Math.max(...this.levels.filter(({ refused }) => !refused).map(({ level }) => level), 0);
+    if (this.levels.length > 0) for (const { slider } of this.sliders) slider.max = deepest;
     this.render();
     this.fill();
     await this.time(signal);

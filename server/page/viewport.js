@@ -19,19 +19,20 @@ const MARGIN = 0.78; // of the picture, that a framed model fills
 
 const loader = new GLTFLoader().setMeshoptDecoder(MeshoptDecoder);
 
-/** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index] in the
- *  file's order, weights: clips of morph targets by name, parser: the loader's}. */
+/** A GLB as {scene, nodes: objects by the file's node names, bearers: those that show a mesh, [object, its index, where
+ *  it is at rest] in the file's order, weights: clips of morph targets by name, parser: the loader's}. */
 export async function parse(buffer) {
   const gltf = await loader.parseAsync(buffer, '');
   const nodes = new Map();
   const bearers = [];
+  gltf.scene.updateMatrixWorld(true);
   gltf.scene.traverse((object) => {
     const index = gltf.parser.associations.get(object)?.nodes;
     if (index === undefined || !gltf.parser.json.nodes[index]) return;
     const name = gltf.parser.json.nodes[index].name ?? `node_${index}`;
     if (!nodes.has(name)) nodes.set(name, object);
     const { mesh } = gltf.parser.json.nodes[index];
-    if (mesh !== undefined) bearers[index] = [object, mesh];
+    if (mesh !== undefined) bearers[index] = [object, mesh, object.matrixWorld.clone()];
   });
   gltf.scene.traverse((object) => {
     if (!object.isMesh) return;

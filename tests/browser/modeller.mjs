@@ -3,7 +3,7 @@ import { PerspectiveCamera, Vector3 } from 'three';
 
 import { drop } from './page_driver.mjs';
 
-const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
+export const VIEW = [4, 3, 6, 0, 0, 0]; // where the camera stands, what it looks at
 
 export class Modeller {
   constructor(visit) {
@@ -28,8 +28,13 @@ export class Modeller {
     const before = this.id;
     await action();
     await this.visit.wait((id) => !location.hash.includes(`model=${id}`) && document.getElementById('facts').textContent.startsWith('Level'), before);
-    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+    await this.ready();
     await this.visit.drawn();
+  }
+
+  /** Until the viewport takes clicks. */
+  ready() {
+    return this.visit.wait(() => ['pickable', 'sculpts'].some((name) => name in document.querySelector('canvas').dataset));
   }
 
   press(name) {
@@ -58,13 +63,13 @@ export class Modeller {
     await this.visit.drawn();
   }
 
-  /** Drops a file, and turns to its edits. */
-  async drop(name, text) {
+  /** Drops a file, and turns to a tab. */
+  async drop(name, text, tab = 'Edit') {
     await drop(this.visit, { [name]: text });
     await this.visit.wait((wanted) => document.getElementById('subject').textContent === wanted, name);
-    await this.visit.tab('Edit');
+    await this.visit.tab(tab);
     await this.look();
-    await this.visit.wait(() => 'pickable' in document.querySelector('canvas').dataset);
+    await this.ready();
   }
 
   async box(size) {

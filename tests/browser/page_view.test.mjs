@@ -192,7 +192,7 @@ visits('its URL brings back what it shows', { hash: '#tab=surface&level=1&encodi
 visits('on a phone', { ...PHONE }, async (visit) => {
   await visit.level(2);
   const overflow = () => visit.page.evaluate(() => document.scrollingElement.scrollWidth - innerWidth);
-  for (const name of ['Models', 'Surface', 'Edit', 'Rotation', 'Scripts']) {
+  for (const name of ['Models', 'Surface', 'Edit', 'Sculpt', 'Rotation', 'Scripts']) {
     await visit.page.getByRole('tab', { name }).tap();
     await visit.drawn();
     assert.ok((await overflow()) <= 0, `${name} is ${await overflow()} too wide`);
@@ -243,7 +243,7 @@ for (const [name, options] of [['light', DESKTOP], ['dark', TABLET]])
   visits(`axe finds nothing to mend, ${name}`, options, async (visit) => {
     await visit.level(2);
     await visit.page.evaluate(readFileSync(axe, 'utf8'));
-    for (const tab of ['Models', 'Surface', 'Edit', 'Rotation', 'Scripts']) {
+    for (const tab of ['Models', 'Surface', 'Edit', 'Sculpt', 'Rotation', 'Scripts']) {
       await visit.tab(tab);
       await visit.page.waitForTimeout(500);
       const { violations } = await visit.page.evaluate(() => axe.run());

@@ -1,0 +1,343 @@
+// Modelling by hand: a point of the surface is dragged, and what is round it follows softly. The level that is shown is the
+// one that takes it; all others follow.
+import {
+  Box3, BufferGeometry, Float32BufferAttribute, Group, LineBasicMaterial, LineLoop, Matrix3, Plane, Points, PointsMaterial, Raycaster, Vector2, Vector3,
+} from 'three';
+
+import { Brush, Grip } from './brush.js';
+import { tweend, withKey } from './client.js';
+import { choice, make } from './dom.js';
+import { fieldsOf } from './edit_panel.js';
+import { meshName } from './models.js';
+import { fail, OneAtATime } from './notices.js';
+import { change, firstOf, note, state, step, watch } from './state.js';
+
+const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // the daemon takes points by their first values
+const COLOUR = 0xf08a00;
+const MESSAGE = { color: COLOUR, depthTest: false, transparent: true };
+const ROUND = Array.from({ length: 64 }, (_, i) => [Math.cos((i * Math.PI) / 32), Math.sin((i * Math.PI) / 32), 0]);
+
+/** Where a brush is: a dot in its middle, and a ring of its radius. */
+function makeMarker() {
+  const dot = new Points(new BufferGeometry().setAttribute('position', new Float32BufferAttribute([0, 0, 0], 3)),
+    new PointsMaterial({ ...MESSAGE, size: 9, sizeAttenuation: false }));
+  const ring = new LineLoop(new BufferGeometry().setAttribute('position', new Float32BufferAttribute(ROUND.flat(), 3)), new LineBasicMaterial(MESSAGE));
+  const marker = new Group().add(dot, ring);
+  for (const part of marker.children) part.renderOrder = 4;
+  marker.visible = false;
+  return marker;
+}
+
+/** Moves points of an OBJ as a stroke says. rest: from the space of its brush to the OBJ's. */
+function moved(points, rest, { brush, by }) {
+  const back = rest.clone().invert();
+  const there = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(rest));
+  const place = new Vector3();
+  for (let i = 0; i < points.length; i += 3) {
+    const pull = brush.at(place.fromArray(points, i).applyMatrix4(back));
+    if (pull) place.fromArray(points, i).addScaledVector(there, pull.part).toArray(points, i);
+  }
+  return points;
+}
+
+export class SculptPanel {
+  /** models: the list, which new models come into. levelSlider: an element. */
+  constructor(panel, { viewport, models, levelSlider }) {
+    Object.assign(this, { viewport, models, bearers: [], picked: null, wanted: { index: -1 }, stroke: null, past: [], size: 0 });
+    this.requests = new OneAtATime();
+    this.marker = makeMarker();
+    viewport.own.add(this.marker);
+    viewport.onFrame.push(() => this.#mark());
+
+    this.reach = make('input', { type: 'range', min: 1, max: 100, value: 25, 'aria-label': 'Radius', oninput: () => this.showRadius() });
+    this.length = make('output', { className: 'value' });
+    this.along = 'plane';
+    this.point = make('input', { type: 'text', inputMode: 'numeric', 'aria-label': 'Point', autocomplete: 'off', onchange: () => this.pickNumber(() => Number(this.point.value)) });
+    this.said = make('p', { className: 'dim', role: 'status' });
+    this.details = make('input', { type: 'checkbox', onchange: () => change({ details: this.details.checked }) });
+    this.undo = make('button', { type: 'button', onclick: () => this.#go(this.past.pop()) }, 'Undo');
+    const row = (text, about, parameters, vector) => {
+      const { labels, read } = fieldsOf(parameters, about);
+      return make('div', { className: 'edit' }, make('button', { type: 'button', onclick: () => this.moveBy(() => vector(read())) }, text), ...labels);
+    };
+    this.rules = make('p', { className: 'warning' }, 'Only a surface by the usual rules, with its details, can be sculpted. ',
+      make('button', { type: 'button', className: 'small', onclick: () => change(firstOf(RULES)) }, 'Show it so'));
+    this.body = make('div', {},
+      make('div', { className: 'slider' }, make('span', {}, 'Radius'), this.reach, this.length),
+      choice('A drag moves', [['plane', 'In the plane of the picture'], ['normal', 'Along the normal (or with Shift)']], 'plane', (along) => (this.along = along)),
+      make('h3', {}, 'Point'), this.point, this.said,
+      make('div', { className: 'edits' },
+        row('Move', 'Stroke', { by: [0, 0.1, 0] }, ({ by }) => new Vector3(...by)),
+        row('Push', 'Push', { distance: 0.1 }, ({ distance }) => this.normal.multiplyScalar(distance))),
+      make('div', { className: 'row' }, this.undo));
+    panel.append(
+      make('h2', {}, 'Sculpt'),
+      make('p', { className: 'dim' }, 'Drag the surface: its level takes the new places, all other levels follow.'),
+      levelSlider,
+      make('label', { className: 'check' }, this.details, make('span', {}, 'Details of the levels')),
+      this.rules, this.body);
+
+    const { canvas } = viewport;
+    canvas.addEventListener('pointerdown', (event) => this.#down(event), { capture: true }); // before the camera's
+    canvas.addEventListener('pointermove', (event) => this.#drag(event));
+    canvas.addEventListener('pointerup', () => this.#up());
+    canvas.addEventListener('pointercancel', () => this.#drop());
+    canvas.addEventListener('keydown', (event) => this.#key(event));
+    watch((names) => {
+      if (names.has('model')) this.close();
+      if (names.has('tab') || RULES.some((name) => names.has(name))) this.show();
+    });
+    this.show();
+  }
+
+  // ---- the surface ----
+
+  get isOn() {
+    return state('tab') === 'sculpt' && this.bearers.length > 0 && this.isUsual;
+  }
+
+  get isUsual() {
+    return Object.entries(firstOf(RULES)).every(([name, value]) => state(name) === value);
+  }
+
+  show() {
+    this.details.checked = state('details') === 'true';
+    this.details.disabled = this.details.checked && !this.model?.meshes.some(({ details }) => details.length > 0);
+    this.rules.hidden = this.isUsual;
+    this.body.hidden = !this.isUsual;
+    this.undo.disabled = this.past.length === 0;
+    this.viewport.canvas.toggleAttribute('data-sculpts', this.isOn);
+    this.viewport.invalidate();
+  }
+
+  close() {
+    this.stroke = null;
+    if (!this.isOwn) Object.assign(this, { past: [], picked: null, wanted: { index: -1 } });
+    this.bearers = [];
+    this.show();
+  }
+
+  /** Takes what the viewport has begun to show. counts: of that surface. */
+  open(model, { scene, bearers }, { level, meshes }) {
+    Object.assign(this, { model, level, stroke: null });
+    let end = 0; // of a bearer's points in the OBJ
+    this.bearers = bearers.map(([object, mesh, rest]) => {
+      const parts = [];
+      object.traverse((part) => part.userData.own && !part.isSkinnedMesh && parts.push(part));
+      return { object, mesh, rest, parts, start: end, end: (end += 3 * meshes[mesh].vertices) };
+    });
+    this.size = new Box3().setFromObject(scene, true).getSize(new Vector3()).length() / 2;
+    this.points = null;
+    this.point.value = '';
+    this.showRadius();
+    this.pick(this.wanted.index, this.wanted.place);
+    this.show();
+  }
+
+  /** The points of a bearer as OBJ has them: loaded when they are needed first. */
+  async pointsOf({ start, end }) {
+    this.points ??= withKey(() => tweend.points(this.model, { level: this.level, normals: 'none' }));
+    return (await this.points).slice(start, end);
+  }
+
+  // ---- the point ----
+
+  get radius() {
+    return (this.size * Number(this.reach.value)) / 100;
+  }
+
+  showRadius() {
+    this.length.textContent = Number(this.radius.toPrecision(2));
+    this.viewport.invalidate();
+  }
+
+  /** Puts the brush on the point of a bearer that is nearest to a place in its space; index -1: nowhere. */
+  pick(index, place) {
+    let nearest = Infinity;
+    const at = new Vector3();
+    this.picked = null;
+    this.wanted = { index, place }; // so that another level does not lead it away
+    for (const { geometry: { attributes: { position, normal } } } of this.bearers[index]?.parts ?? [])
+      for (let i = 0; i < position.count; i++) {
+        const distance = at.fromBufferAttribute(position, i).distanceToSquared(place);
+        if (distance >= nearest) continue;
+        nearest = distance;
+        this.picked = { index, centre: at.clone(), normal: new Vector3().fromBufferAttribute(normal, i) };
+      }
+    const hint = this.bearers.length > 0 && this.bearers.every(({ parts }) => parts.length === 0) ? 'Meshes with a skin cannot be sculpted here.' : 'Click a point; N and P step through them.';
+    this.say(this.picked ? `A point at ${this.#at().toArray().map((value) => value.toFixed(3)).join(', ')}` : hint);
+    this.viewport.invalidate();
+  }
+
+  say(text) {
+    this.said.textContent = text;
+  }
+
+  /** Where the picked point is in the world. */
+  #at() {
+    const { index, centre } = this.picked;
+    const { object } = this.bearers[index];
+    return object.localToWorld(centre.clone().add(this.stroke?.by ?? new Vector3()));
+  }
+
+  #mark() {
+    this.marker.visible = this.isOn && this.picked !== null;
+    if (!this.marker.visible) return;
+    this.marker.position.copy(this.#at());
+    this.marker.quaternion.copy(this.viewport.camera.quaternion);
+    this.marker.scale.setScalar(this.radius);
+  }
+
+  /** The direction in the world in which the surface faces at the picked point. */
+  get normal() {
+    const { index, normal } = this.picked;
+    return normal.clone().applyMatrix3(new Matrix3().getNormalMatrix(this.bearers[index].object.matrixWorld)).normalize();
+  }
+
+  /** Picks a point of a mesh. numberOf(points) gives which: they are those that its OBJ has. */
+  async pickNumber(numberOf) {
+    const index = this.picked?.index ?? 0;
+    if (!this.isOn) return;
+    try {
+      const bearer = this.bearers[index];
+      const points = await this.pointsOf(bearer);
+      if (this.bearers[index] !== bearer) return;
+      const count = points.length / 3;
+      const number = ((Math.round(numberOf(points)) % count) + count) % count || 0;
+      this.pick(index, new Vector3().fromArray(points, 3 * number).applyMatrix4(bearer.rest.clone().invert()));
+      this.point.value = number;
+    } catch (error) {
+      fail('The points cannot be loaded', error);
+    }
+  }
+
+  /** The number of the picked point; -1 where none is picked. */
+  #numberIn(points) {
+    if (this.point.value !== '') return Number(this.point.value); // of those that lie on each other
+    if (!this.picked) return -1;
+    const place = this.picked.centre.clone().applyMatrix4(this.bearers[this.picked.index].rest);
+    const at = new Vector3();
+    let [nearest, number] = [Infinity, -1];
+    for (let i = 0; i < points.length / 3; i++) {
+      const distance = at.fromArray(points, 3 * i).distanceToSquared(place);
+      if (distance < nearest) [nearest, number] = [distance, i];
+    }
+    return number;
+  }
+
+  /** N and P go to the next point and the one before. */
+  #key(event) {
+    if (event.key === 'Escape') return this.#drop();
+    const by = { n: 1, p: -1 }[event.key];
+    if (!by || !this.isOn || event.ctrlKey || event.metaKey || event.altKey) return undefined;
+    event.preventDefault();
+    return this.pickNumber((points) => this.#numberIn(points) + by);
+  }
+
+  // ---- strokes ----
+
+  /** What finds the objects behind a place of the window. */
+  #aim({ clientX, clientY }) {
+    const box = this.viewport.canvas.getBoundingClientRect();
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2(((clientX - box.left) / box.width) * 2 - 1, 1 - ((clientY - box.top) / box.height) * 2), this.viewport.camera);
+    return caster;
+  }
+
+  #down(event) {
+    if (this.stroke?.drag) return this.#drop(); // a second finger: both move the camera
+    if (!this.isOn || event.button !== 0 || this.viewport.isBeside(event.clientX)) return undefined;
+    const caster = this.#aim(event);
+    const hits = this.bearers.flatMap(({ parts }, index) => caster.intersectObjects(parts, false).map((hit) => ({ ...hit, index })));
+    if (hits.length === 0) return undefined;
+    this.#holdCamera(true);
+    if (this.requests.isRunning) return undefined;
+    const { index, point } = hits.sort((a, b) => a.distance - b.distance)[0];
+    this.point.value = '';
+    this.pick(index, this.bearers[index].object.worldToLocal(point.clone()));
+    this.#begin();
+    const plane = new Plane().setFromNormalAndCoplanarPoint(this.viewport.camera.getWorldDirection(new Vector3()), this.#at());
+    this.stroke.drag = { plane, from: caster.ray.intersectPlane(plane, new Vector3()) };
+    return undefined;
+  }
+
+  /** While a stroke is drawn one finger, or the left button, does not move the camera. */
+  #holdCamera(isHeld) {
+    this.viewport.controls.enableRotate = !isHeld;
+    this.viewport.controls.enablePan = !isHeld;
+  }
+
+  #begin() {
+    const { object, parts } = this.bearers[this.picked.index];
+    const brush = new Brush(this.picked.centre, object.matrixWorld, this.radius);
+    this.stroke = { brush, by: new Vector3(), grips: parts.map(({ geometry }) => new Grip(geometry, brush)) };
+    this.pointsOf(this.bearers[this.picked.index]).catch(() => {}); // whoever needs them hears of it
+  }
+
+  /** Moves the points under the brush by a vector in the world. */
+  #move(by) {
+    const { object } = this.bearers[this.picked.index];
+    this.stroke.by = by.clone().applyMatrix3(new Matrix3().setFromMatrix4(object.matrixWorld).invert());
+    for (const grip of this.stroke.grips) grip.move(this.stroke.by);
+    this.viewport.invalidate();
+  }
+
+  #drag(event) {
+    if (!this.stroke?.drag) return;
+    const { plane, from } = this.stroke.drag;
+    const by = this.#aim(event).ray.intersectPlane(plane, new Vector3())?.sub(from);
+    if (!by) return;
+    const up = new Vector3(0, 1, 0).transformDirection(this.viewport.camera.matrixWorld);
+    this.#move(this.along === 'normal' || event.shiftKey ? this.normal.multiplyScalar(by.dot(up)) : by);
+  }
+
+  #up() {
+    this.#holdCamera(false);
+    if (!this.stroke?.drag) return undefined;
+    return this.stroke.by.lengthSq() > 0 ? this.#finish() : this.#drop();
+  }
+
+  /** The points go back to where they were. */
+  #drop() {
+    this.#holdCamera(false);
+    if (!this.stroke || this.requests.isRunning) return;
+    for (const grip of this.stroke.grips) grip.move(new Vector3());
+    this.stroke = null;
+    this.viewport.invalidate();
+  }
+
+  /** A stroke by numbers. vector: gives how far the picked point goes. */
+  moveBy(vector) {
+    if (this.requests.isRunning) return undefined;
+    if (!this.picked) return this.say('Pick a point first.');
+    this.#begin();
+    this.#move(vector());
+    return this.#finish();
+  }
+
+  /** Sends the points as the stroke left them, and shows what the daemon makes of them. */
+  async #finish() {
+    const { stroke, picked, model, level } = this;
+    stroke.drag = null;
+    const isDone = await this.requests.run(async () => {
+      const { mesh } = this.bearers[picked.index];
+      const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the one whose points count
+      const points = moved(await this.pointsOf(first), first.rest, stroke);
+      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh) });
+      await this.models.load();
+      if (this.stroke !== stroke) return; // somebody has opened another model
+      this.stroke = null;
+      this.wanted = { index: picked.index, place: picked.centre.add(stroke.by) };
+      this.past.push({ model: model.id, from: state('from'), edits: state('edits') });
+      this.#go({ model: made.id, from: '', edits: '' });
+    });
+    if (!isDone) this.#drop();
+  }
+
+  #go(next) {
+    note('view', this.viewport.view);
+    this.isOwn = true;
+    step(next);
+    this.isOwn = false;
+  }
+}

@@ -1,0 +1,241 @@
+// The page at /: points of a level are dragged, and the other levels remember it.
+import assert from 'node:assert/strict';
+
+import { PerspectiveCamera, Vector3 } from 'three';
+
+import { Modeller, VIEW } from './modeller.mjs';
+import { difference, open, PHONE } from './page_driver.mjs';
+
+const site = open();
+const { daemon, visits } = site;
+const hash = '#tab=sculpt&level=3&show=surface';
+const CUBE = 'v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n' +
+  'f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n';
+
+/** Points that the OBJ of a level has, in its order. */
+async function pointsOf(id, level, more = '') {
+  const text = await (await fetch(`${daemon.url}/v1/models/${id}/surface.obj?level=${level}${more}`)).text();
+  return text.match(/^v .*$/gm).map((line) => new Vector3(...line.split(' ').slice(1).map(Number)));
+}
+
+const nearest = (points, place) => points.reduce((best, point, i) => (point.distanceTo(place) < points[best].distanceTo(place) ? i : best), 0);
+
+/** The radius of a brush: parts of half the diagonal of what is shown. */
+function radiusOf(points, percent) {
+  const most = points.reduce((sum, point) => sum.max(point), points[0].clone());
+  return (points.reduce((sum, point) => sum.min(point), most.clone()).distanceTo(most) * percent) / 200;
+}
+
+/** Where points have to be after one of them was dragged. */
+function dragged(points, middle, by, percent = 25) {
+  const radius = radiusOf(points, percent);
+  const part = (point) => Math.max(0, 1 - (point.distanceTo(points[middle]) / radius) ** 2) ** 2;
+  return points.map((point) => point.clone().addScaledVector(by, part(point)));
+}
+
+const apart = (a, b) => Math.max(...a.map((point, i) => point.distanceTo(b[i])));
+
+class Sculptor extends Modeller {
+  static async begin(visit, name = 'cube.obj', document = CUBE) {
+    await visit.level(3);
+    const sculptor = new Sculptor(visit);
+    await sculptor.drop(name, document, 'Sculpt');
+    return sculptor;
+  }
+
+  /** How far a place goes in the world when the picture moves it by pixels. */
+  async moved(place, [dx, dy]) {
+    const { width, height } = await this.page.locator('#view').boundingBox();
+    const camera = new PerspectiveCamera(35, width / height, 0.01, 100);
+    camera.position.set(...VIEW.slice(0, 3));
+    camera.lookAt(...VIEW.slice(3));
+    camera.updateMatrixWorld();
+    const seen = place.clone().project(camera);
+    return seen.add(new Vector3((2 * dx) / width, (-2 * dy) / height, 0)).unproject(camera).sub(place);
+  }
+
+  /** Takes hold of a place and moves the pointer by pixels. */
+  async hold(place, [dx, dy]) {
+    const { x, y } = await this.page.locator('#view').boundingBox();
+    const at = await this.at(place);
+    await this.page.mouse.move(x + at.x, y + at.y);
+    await this.page.mouse.down();
+    await this.page.mouse.move(x + at.x + dx, y + at.y + dy, { steps: 3 });
+    await this.visit.drawn();
+  }
+
+  async drag(place, by) {
+    await this.hold(place, by);
+    await this.opens(() => this.page.mouse.up());
+  }
+
+  slide(name, to) {
+    return this.page.getByRole('slider', { name }).evaluate((slider, value) => {
+      slider.value = value;
+      for (const type of ['input', 'change']) slider.dispatchEvent(new Event(type));
+    }, to);
+  }
+
+  async toLevel(level) {
+    await this.slide('Level', level);
+    await this.visit.level(level);
+  }
+}
+
+visits('a point of a level is dragged, and the other levels remember it', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = sculptor.id;
+  const before = await pointsOf(source, 3);
+  const middle = nearest(before, new Vector3(0.5, 0.3, 0.6));
+  await sculptor.slide('Radius', 60);
+  const [plain, plainer] = [await visit.pixels(), await pointsOf(source, 4)];
+  await sculptor.hold(before[middle], [70, -50]);
+  const held = await visit.pixels();
+  const changed = difference(plain, held);
+  assert.ok(changed > 0.004, `the picture follows the hand: ${changed}`);
+  assert.equal(sculptor.id, source);
+  await sculptor.opens(() => page.mouse.up());
+  await visit.picture('sculpt');
+  const by = await sculptor.moved(before[middle], [70, -50]);
+  assert.ok(by.length() > 0.3);
+  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, middle, by, 60)) < 1e-3, 'each point is where the brush put it');
+  const made = await visit.pixels();
+  assert.ok(difference(held, made) < changed / 3, `what the daemon answers looks as it did in the hand: ${difference(held, made)}`);
+
+  await sculptor.toLevel(4);
+  const finer = await pointsOf(sculptor.id, 4);
+  assert.ok(apart(finer, plainer) > 0.7 * by.length(), 'level 4 has the bump');
+  const detailed = await visit.pixels();
+  await page.getByLabel('Details of the levels').uncheck();
+  await visit.wait(() => location.hash.includes('details=false') && document.getElementById('facts').textContent.startsWith('Level 4'));
+  await visit.drawn();
+  let bare = await visit.pixels();
+  for (let i = 0; i < 50 && difference(bare, detailed) === 0; i++) bare = await visit.pixels();
+  assert.ok(difference(bare, detailed) > 0.004, 'without details there is none');
+  assert.ok(await page.getByRole('button', { name: 'Undo' }).isHidden(), 'nor anything to sculpt');
+  assert.equal(apart(await pointsOf(sculptor.id, 4, '&details=false'), plainer), 0);
+  await page.getByRole('button', { name: 'Show it so' }).click();
+  await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);
+  await sculptor.toLevel(3);
+  assert.equal(difference(await visit.pixels(), made), 0, 'the level is as it was');
+
+  const once = sculptor.id;
+  const finest = nearest(before, new Vector3(-0.2, 0.7, 0.5));
+  await sculptor.drag(before[finest], [0, -30]);
+  await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  assert.equal(sculptor.id, once);
+  await sculptor.opens(() => page.getByRole('button', { name: 'Undo' }).click());
+  assert.equal(sculptor.id, source);
+  assert.ok(await page.getByRole('button', { name: 'Undo' }).isDisabled());
+  await visit.tab('Surface'); // where no point is marked
+  await visit.drawn();
+  assert.ok(difference(await visit.pixels(), plain) < 1e-4);
+});
+
+visits('with Shift a point goes along its normal', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const before = await pointsOf(sculptor.id, 3);
+  const middle = nearest(before, new Vector3(0, 0.7, 0)); // the middle of the upper side, which faces up
+  await visit.page.keyboard.down('Shift');
+  await sculptor.drag(before[middle], [25, -40]);
+  await visit.page.keyboard.up('Shift');
+  const by = (await pointsOf(sculptor.id, 3))[middle].sub(before[middle]);
+  assert.ok(by.y > 0.1, `${by.y}`);
+  assert.ok(Math.hypot(by.x, by.z) < 1e-4, 'not sidewards');
+  assert.match(visit.page.url(), /view=4%2C3%2C6%2C0%2C0%2C0/, 'the camera stays');
+});
+
+visits('points are moved by keyboard', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(sculptor.id, 3);
+  await page.locator('#view').focus();
+  for (const [key, value] of [['n', '0'], ['n', '1'], ['n', '2'], ['p', '1']]) {
+    await page.keyboard.press(key);
+    await visit.wait((wanted) => document.querySelector('[aria-label=Point]').value === wanted, value);
+  }
+  await page.getByRole('textbox', { name: 'Point' }).fill('7');
+  await page.keyboard.press('Enter');
+  await visit.wait(() => document.querySelector('#panel-sculpt [role=status]').textContent.startsWith('A point at'));
+  await page.getByLabel('Stroke: by').fill('0 0.25 -0.125');
+  await sculptor.press('Move');
+  const by = new Vector3(0, 0.25, -0.125);
+  assert.ok(apart(await pointsOf(sculptor.id, 3), dragged(before, 7, by)) < 1e-5);
+  assert.equal(await page.getByRole('textbox', { name: 'Point' }).inputValue(), '', 'it may have another number now');
+  await page.locator('#view').press('p');
+  await visit.wait(() => document.querySelector('[aria-label=Point]').value === '6');
+  await page.locator('#view').press('n');
+  await visit.wait(() => document.querySelector('[aria-label=Point]').value === '7');
+  await page.getByLabel('Push: distance').fill('-0.2');
+  await sculptor.press('Push');
+  const pushed = (await pointsOf(sculptor.id, 3))[7].sub(before[7]).sub(by);
+  assert.ok(Math.abs(pushed.length() - 0.2) < 1e-4, `${pushed.length()}`);
+});
+
+visits('what is shown twice, turned and stretched, is sculpted in its own space', { hash }, async (visit) => {
+  const document = {
+    meshes: [{ name: 'other', shape: { kind: 'box' } }, { name: 'ball', shape: { kind: 'box', size: [2, 2, 2] } }],
+    nodes: [{ name: 'a', mesh: 'other', translation: [0, 0, -8] },
+      { name: 'b', mesh: 'ball', translation: [-3, 0, -2], scale: [0.5, 0.5, 1] },
+      { name: 'c', mesh: 'ball', translation: [0.5, 0.2, 0], rotation: [0, 0.6, 0, 0.8], scale: [1, 0.8, 1.2] }],
+  };
+  const sculptor = await Sculptor.begin(visit, 'twice.json', JSON.stringify(document));
+  const before = await pointsOf(sculptor.id, 3);
+  const [first, second] = [before.length / 3, (2 * before.length) / 3];
+  const middle = second + nearest(before.slice(second), new Vector3(0.9, 0.5, 0.7));
+  await sculptor.drag(before[middle], [40, -60]);
+  const after = await pointsOf(sculptor.id, 3);
+  const by = await sculptor.moved(before[middle], [40, -60]);
+  assert.ok(after[middle].clone().sub(before[middle]).distanceTo(by) < 1e-3);
+  const radius = radiusOf(before, 25);
+  for (let i = second; i < before.length; i++) {
+    const part = Math.max(0, 1 - (before[i].distanceTo(before[middle]) / radius) ** 2) ** 2;
+    assert.ok(after[i].distanceTo(before[i].clone().addScaledVector(by, part)) < 1e-3, `point ${i}`);
+  }
+  assert.ok(after[middle - second + first].distanceTo(before[middle - second + first]) > 0.05, 'the other one shows it too');
+  assert.equal(apart(after.slice(0, first), before.slice(0, first)), 0);
+});
+
+visits('one finger sculpts, two move the camera', { hash, ...PHONE }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const source = sculptor.id;
+  const before = await pointsOf(source, 3);
+  await page.evaluate(() => scrollTo(0, 0));
+  const { x, y } = await page.locator('#view').boundingBox();
+  const at = await sculptor.at(before[nearest(before, new Vector3(0.5, 0.3, 0.6))]);
+  const finger = (dx, dy) => ({ x: x + at.x + dx, y: y + at.y + dy, id: dx > 100 ? 1 : 0 });
+  const session = await page.context().newCDPSession(page);
+  const touch = (type, ...touchPoints) => session.send('Input.dispatchTouchEvent', { type, touchPoints });
+  await touch('touchStart', finger(0, 0));
+  await touch('touchEnd');
+  await visit.drawn();
+  const plain = await visit.pixels(); // the point is picked
+  await touch('touchStart', finger(0, 0));
+  await touch('touchMove', finger(10, -20));
+  await visit.drawn();
+  assert.ok(difference(await visit.pixels(), plain) > 0.002);
+  await touch('touchStart', finger(10, -20), finger(110, 0));
+  await visit.drawn();
+  assert.equal(difference(await visit.pixels(), plain), 0, 'the second finger takes the stroke back');
+  await touch('touchMove', finger(-20, -20), finger(150, 0));
+  await touch('touchEnd');
+  await visit.drawn();
+  assert.ok(difference(await visit.pixels(), plain) > 0.02, 'the camera has moved');
+  assert.equal(sculptor.id, source);
+  await sculptor.look();
+  await sculptor.opens(async () => {
+    await touch('touchStart', finger(0, 0));
+    await touch('touchMove', finger(10, -20));
+    await touch('touchEnd');
+  });
+  assert.ok(apart(await pointsOf(sculptor.id, 3), before) > 0.05);
+});
+
+visits('other rules are refused, and left by a click', { hash: '#tab=sculpt&level=1&scheme=bilinear' }, async (visit) => {
+  await visit.level(1);
+  await visit.page.getByRole('button', { name: 'Show it so' }).click();
+  await visit.wait(() => 'sculpts' in document.querySelector('canvas').dataset);
+  assert.doesNotMatch(visit.page.url(), /scheme=/);
+});
