@@ -215,8 +215,10 @@ static api_outcome sculpt(detail_request *request) {
                          "the node that shows the mesh has no size, so that no point can be taken back");
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   if (tw_mesh_sculpt(mesh, &request->options, request->positions, call->service->parallel, call->arena,
-                     &remade->cage, &call->fault.error) != TW_OK)
-    return api_fail(call);
+                     &remade->cage, &call->fault.error) != TW_OK) {
+    bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
+    return is_point ? api_fail_in_document(call) : api_fail(call);
+  }
   return api_remade_store(remade, NULL);
 }
 

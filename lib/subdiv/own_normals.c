@@ -5,9 +5,10 @@
 #include "surface.h"
 #include "weld.h"
 
+/* They are not those of points that details move. */
 bool tw_has_own_normals(const tw_mesh *mesh, const tw_surface_options *options) {
-  return options->own_normals && options->normals && options->level == 0 && !options->limit &&
-         !options->movable && mesh->normals.corners;
+  return mesh->detail_count == 0 && options->own_normals && options->normals && options->level == 0 &&
+         !options->limit && !options->movable && mesh->normals.corners;
 }
 
 /* All 0 stays so, and what has no finite length becomes 0. What is unit but for rounding stays as it is. */

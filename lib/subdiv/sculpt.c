@@ -76,6 +76,8 @@ static tw_status begin_level(sculpting *s, const tw_mesh *mesh, const tw_surface
   if (!s->offsets) return TW_NO_MEMORY;
   memcpy(s->offsets, mesh->positions, 3 * (size_t)mesh->point_count * sizeof *s->offsets);
   out->positions = s->offsets;
+  out->normals = (tw_corner_normals){0}; /* they were those of the points as they are no more */
+  out->morph_normals = NULL;
   return TW_OK;
 }
 
