@@ -173,12 +173,9 @@ static api_outcome take_own(detail_request *request) {
                        request->count, request->options.level, request->rows);
 }
 
-/* Back from the world, where OBJ has its points, to the mesh. False: there is no way back. */
-static bool leave_world(const detail_request *request) {
-  const float *m = request->world;
-  static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
-  if (memcmp(m, identity, sizeof identity) == 0) return true;
-  double inverse[9], determinant = 0;
+/* Turns a matrix of a node round; false: there is no way back. */
+static bool invert(const float m[16], double inverse[9]) {
+  double determinant = 0;
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
@@ -186,17 +183,52 @@ static bool leave_world(const detail_request *request) {
           (double)m[4 * a + c] * (double)m[4 * b + d] - (double)m[4 * a + d] * (double)m[4 * b + c];
     }
   for (int j = 0; j < 3; j++) determinant += (double)m[j] * inverse[j];
-  if (!(determinant * determinant > 0)) return false;
+  for (int i = 0; i < 9; i++) inverse[i] /= determinant;
+  return determinant * determinant > 0;
+}
+
+/* Back from the world, where OBJ has its points, to the mesh. now: its points, which those that have not
+ * moved become again, to the last bit. */
+static void leave_world(const detail_request *request, const double inverse[9], const float *now) {
+  const float *m = request->world;
   for (uint32_t p = 0; p < request->rows; p++) {
-    float *point = request->positions + 3 * (size_t)p;
+    float *point = request->positions + 3 * (size_t)p, shown[3];
     double from[3];
+    memcpy(shown, now + 3 * (size_t)p, sizeof shown);
+    tw_matrix_move(m, shown);
+    bool has_moved = shown[0] != point[0] || shown[1] != point[1] || shown[2] != point[2];
     for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)m[12 + c];
     for (int c = 0; c < 3; c++)
-      point[c] =
-          (float)((inverse[3 * c] * from[0] + inverse[3 * c + 1] * from[1] + inverse[3 * c + 2] * from[2]) /
-                  determinant);
+      point[c] = has_moved ? (float)(inverse[3 * c] * from[0] + inverse[3 * c + 1] * from[1] +
+                                     inverse[3 * c + 2] * from[2])
+                           : now[3 * (size_t)p + (size_t)c];
   }
-  return true;
+}
+
+/* The points as the mesh has them. */
+static api_outcome find_local(detail_request *request) {
+  static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
+  api_call *call = request->remade.call;
+  double inverse[9];
+  if (memcmp(request->world, identity, sizeof identity) == 0) return API_DONE;
+  if (!invert(request->world, inverse))
+    return api_fail_with(call, 422,
+                         "the node that shows the mesh has no size, so that no point can be taken back");
+  tw_surface *surface;
+  if (tw_surface_create_by(&request->remade.model->meshes[request->remade.mesh], &request->options,
+                           call->service->parallel, &surface, &call->fault.error) != TW_OK)
+    return api_fail(call);
+  tw_surface_reader *reader = tw_surface_reader_create(surface);
+  float *now = tw_alloc(request->rows, 3 * sizeof *now);
+  bool has_memory = reader && now;
+  if (has_memory) {
+    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, request->rows, now);
+    leave_world(request, inverse, now);
+  }
+  free(now);
+  tw_surface_reader_destroy(reader);
+  tw_surface_destroy(surface);
+  return has_memory ? API_DONE : api_fail_without_memory(call);
 }
 
 /* ---- the answer ---------------------------------------------------------------------------------------- */
@@ -209,10 +241,8 @@ static api_outcome sculpt(detail_request *request) {
   if (!api_maker_grant(&remade->maker, cost)) return API_FAILED;
   api_outcome outcome = read_points(request);
   if (outcome == API_DONE) outcome = take_own(request);
+  if (outcome == API_DONE) outcome = find_local(request);
   if (outcome != API_DONE) return outcome;
-  if (!leave_world(request))
-    return api_fail_with(call, 422,
-                         "the node that shows the mesh has no size, so that no point can be taken back");
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   if (tw_mesh_sculpt(mesh, &request->options, request->positions, call->service->parallel, call->arena,
                      &remade->cage, &call->fault.error) != TW_OK) {

@@ -224,3 +224,12 @@ void tw_matrix_multiply(const float a[16], const float b[16], float out[16]) {
   }
   memcpy(out, product, sizeof product);
 }
+
+void tw_matrix_move(const float m[16], float point[3]) {
+  const double from[3] = {(double)point[0], (double)point[1], (double)point[2]};
+  for (int row = 0; row < 3; row++) {
+    double sum = (double)m[12 + row];
+    for (int column = 0; column < 3; column++) sum += (double)m[4 * column + row] * from[column];
+    point[row] = (float)sum;
+  }
+}

@@ -135,15 +135,6 @@ static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */
 
-static void transform_point(const float m[16], float point[3]) {
-  const double from[3] = {(double)point[0], (double)point[1], (double)point[2]};
-  for (int row = 0; row < 3; row++) {
-    double sum = (double)m[12 + row];
-    for (int column = 0; column < 3; column++) sum += (double)m[4 * column + row] * from[column];
-    point[row] = (float)sum;
-  }
-}
-
 /* Inverse transpose of the linear part times its determinant, column-major; returns the determinant. */
 static double cofactors(const float m[16], double out[9]) {
   for (int column = 0; column < 3; column++)
@@ -189,7 +180,7 @@ static size_t read_piece(tw_obj_stream *stream, tw_domain domain, size_t width) 
 static void put_points(tw_obj_stream *stream) {
   const float *world = stream->world + (size_t)stream->node * 16;
   size_t count = read_piece(stream, TW_DOMAIN_POINTS, 3);
-  for (size_t i = 0; i < count; i++) transform_point(world, stream->floats + 3 * i);
+  for (size_t i = 0; i < count; i++) tw_matrix_move(world, stream->floats + 3 * i);
   put_rows(stream, "v", stream->floats, 3, count);
 }
 

@@ -114,6 +114,15 @@ count_models() {
 }
 
 @test "points as they are change nothing" {
+  # -0 is printed as 0.
+  echo '{"meshes": [{"positions": [[-0.0, 0, 0], [1, -0.0, 0], [1, 0, -1], [0, 0.5, -1]], "faces": [[0, 1, 2, 3]]}]}' >zero.json
+  upload zero.json
+  as_cage
+  get "/v1/models/$id/surface.obj?level=0"
+  mv answer same.obj
+  plain=$id
+  sculpt "$plain" 0 same.obj
+  [ "$id" = "$plain" ]
   upload "$samples/octopus.obj"
   as_cage
   for level in 0 1 3; do
@@ -396,14 +405,26 @@ count_models() {
     "nodes": [{"name": "root", "translation": [3, -2, 1], "scale": [2, 2, 2]},
               {"name": "hull", "parent": "root", "mesh": "hull", "rotation": [0, 0.6, 0, 0.8], "scale": [1, 3, 0.5]}]}' >placed.json
   upload placed.json
+  as_cage
   plain=$id
   for level in 0 2 3; do
     get "/v1/models/$plain/surface.obj?level=$level"
-    dent answer >dented.obj
+    mv answer plain.obj
+    sculpt "$plain" "$level" plain.obj
+    [ "$id" = "$plain" ]
+    dent plain.obj >dented.obj
     sculpt "$plain" "$level" dented.obj
-    get "/v1/models/$id/surface.obj?level=$level"
-    near dented.obj answer 1e-5
+    sculpted=$id
+    get "/v1/models/$sculpted/surface.obj?level=$level"
+    mv answer shown.obj
+    near dented.obj shown.obj 1e-5
+    sculpt "$sculpted" "$level" shown.obj
+    [ "$id" = "$sculpted" ]
   done
+  sed 's/"scale": \[1, 3, 0.5\]/"scale": [1, 0, 0.5]/' placed.json >flat.json
+  upload flat.json
+  post "/v1/models/$id/detail?level=3" dented.obj
+  problem 422 'no size'
 }
 
 @test "posed surfaces keep what is modelled" {

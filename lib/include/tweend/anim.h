@@ -86,6 +86,7 @@ void tw_trs_to_matrix(const tw_trs *trs, float out[16]);
  * in which case out is the best fit. A mirrored matrix gets a negative x scale. */
 bool tw_trs_from_matrix(const float m[16], tw_trs *out);
 void tw_matrix_multiply(const float a[16], const float b[16], float out[16]); /* out may be a or b */
+void tw_matrix_move(const float m[16], float point[3]); /* to where an affine matrix takes it */
 
 /* ---- hierarchy ---------------------------------------------------------------------------- */
 
