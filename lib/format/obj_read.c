@@ -90,7 +90,8 @@ static tw_status deal_points(tw_obj_reader *reader, uint32_t *mesh_count, uint32
   *ends = NULL;
   if (count > 0 && reader->objects[count - 1].first_face == reader->all.faces) count--;
   if (count < 2 || count > TW_OBJ_OBJECTS_MAX || reader->objects[0].first_face != 0) return TW_OK;
-  if (reader->read.crease_points + reader->read.sharp_points + reader->read.holes > 0) return TW_OK;
+  if (reader->tags.read.crease_points + reader->tags.read.sharp_points + reader->tags.read.holes > 0)
+    return TW_OK;
   uint32_t *places = tw_alloc((size_t)reader->all.points, sizeof *places);
   uint32_t *found = tw_alloc(count, sizeof *found);
   bool is_ready = places && found, is_split = is_ready && own_points(reader, (uint32_t)count, places);
@@ -238,19 +239,19 @@ static void add_normals(const obj_part *part, tw_mesh *mesh) {
         (tw_corner_normals){.value_count = none + 1, .values = reader->normals, .corners = corners};
 }
 
-static void add_tags(const tw_obj_reader *reader, tw_mesh *mesh) {
-  mesh->tag_boundary = reader->tag_boundary;
-  mesh->tag_uv = reader->tag_uv;
-  mesh->tag_creasing = reader->tag_creasing;
-  mesh->tag_triangles = reader->tag_triangles;
-  mesh->crease_count = (uint32_t)(reader->read.crease_points / 2);
-  mesh->crease_edges = reader->crease_points;
-  mesh->crease_sharpness = reader->crease_sharpness;
-  mesh->sharp_point_count = (uint32_t)reader->read.sharp_points;
-  mesh->sharp_points = reader->sharp_points;
-  mesh->point_sharpness = reader->point_sharpness;
-  mesh->hole_count = (uint32_t)reader->read.holes;
-  mesh->holes = reader->holes;
+static void add_tags(const tw_obj_tags *tags, tw_mesh *mesh) {
+  mesh->tag_boundary = tags->boundary;
+  mesh->tag_uv = tags->uv;
+  mesh->tag_creasing = tags->creasing;
+  mesh->tag_triangles = tags->triangles;
+  mesh->crease_count = (uint32_t)(tags->read.crease_points / 2);
+  mesh->crease_edges = tags->crease_points;
+  mesh->crease_sharpness = tags->crease_sharpness;
+  mesh->sharp_point_count = (uint32_t)tags->read.sharp_points;
+  mesh->sharp_points = tags->sharp_points;
+  mesh->point_sharpness = tags->point_sharpness;
+  mesh->hole_count = (uint32_t)tags->read.holes;
+  mesh->holes = tags->holes;
 }
 
 static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
@@ -263,7 +264,7 @@ static tw_status build_mesh(const obj_part *part, tw_mesh *mesh) {
   if (status != TW_OK) return status;
   add_faces(part, mesh);
   add_normals(part, mesh);
-  add_tags(reader, mesh);
+  add_tags(&reader->tags, mesh);
   return add_uvs(part, mesh);
 }
 
@@ -298,9 +299,9 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
     tw_model_warn(model, "%llu statements are left out, the first in line %llu: \"%s\" is none that is known",
                   (unsigned long long)reader->unknown_statements, (unsigned long long)reader->first_unknown,
                   tw_obj_quote_word(reader->unknown_word).text);
-  if (reader->ignored_tags > 0)
+  if (reader->tags.ignored > 0)
     tw_model_warn(model, "%llu subdivision tags are left out: their names are not known",
-                  (unsigned long long)reader->ignored_tags);
+                  (unsigned long long)reader->tags.ignored);
   if (reader->dropped_count > 0)
     tw_model_warn(model, "%llu faces with fewer than three different points are left out",
                   (unsigned long long)reader->dropped_count);
@@ -322,7 +323,7 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
  * as they are meant. */
 static tw_status close_seams(const tw_obj_reader *reader, tw_model *model) {
   uint32_t dropped = 0, reversed = 0;
-  if (reader->is_tagged) return TW_OK;
+  if (reader->tags.any) return TW_OK;
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_merged merged;
     uint32_t more;

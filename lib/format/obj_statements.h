@@ -2,14 +2,8 @@
 #ifndef TWEEND_OBJ_STATEMENTS_H
 #define TWEEND_OBJ_STATEMENTS_H
 
-#include "tweend/base.h"
+#include "obj_tags.h"
 #include "tweend/model.h"
-
-/* A piece of the text. */
-typedef struct tw_obj_word {
-  const char *text;
-  size_t length;
-} tw_obj_word;
 
 /* Names of materials or of sets of groups, numbered in the order of their first use. A zeroed table is
  * empty. */
@@ -26,9 +20,8 @@ enum { TW_OBJ_OBJECTS_MAX = TW_MESHES_MAX, TW_OBJ_GROUPS_MAX = 262144 };
 
 #define TW_OBJ_NO_VALUE UINT32_MAX /* of a corner without vt or vn */
 
-/* How many there are; of the values of tags, how many there are at most. */
 typedef struct tw_obj_counts {
-  uint64_t points, uvs, normals, faces, corners, objects, crease_points, sharp_points, holes;
+  uint64_t points, uvs, normals, faces, corners, objects;
 } tw_obj_counts;
 
 /* Faces from first_face up to the next object's. */
@@ -52,8 +45,7 @@ typedef struct tw_obj_reader {
   uint32_t *face_offsets;                /* with room for one more, and one more an object */
   uint32_t *materials, *groups;          /* of each face; NULL until a face has one; TW_OBJ_NO_NAME */
   uint32_t *smoothing;                   /* of each face; NULL until a face has a group */
-  uint32_t *crease_points, *sharp_points, *holes;
-  float *crease_sharpness, *point_sharpness;
+  tw_obj_tags tags;
 
   float *uvs;        /* [2], from malloc */
   uint32_t *dropped; /* [dropped_count], ascending: faces of the file; from malloc */
@@ -66,14 +58,12 @@ typedef struct tw_obj_reader {
   uint32_t smoothing_group; /* TW_OBJ_NO_VALUE until an `s` */
   tw_obj_names material_names, group_names;
 
-  bool is_tagged; /* has a `t` */
-  int tag_boundary, tag_uv, tag_creasing, tag_triangles;
   uint64_t painted_points;                    /* by ZBrush's comments */
   uint64_t ignored_elements;                  /* lines, points, free-form */
   uint64_t first_ignored;                     /* its line */
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
   tw_obj_word unknown_word;                   /* its first word */
-  uint64_t ignored_tags, missing_uvs, long_groups, late_groups, bad_normals;
+  uint64_t missing_uvs, long_groups, late_groups, bad_normals;
 } tw_obj_reader;
 
 /* Reads all statements into a reader that has an arena, perhaps an error, and is zero otherwise. Names point
@@ -83,15 +73,5 @@ tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, si
 void tw_obj_reader_deinit(tw_obj_reader *reader);
 
 tw_status tw_obj_fail_memory(const tw_obj_reader *reader);
-
-/* The first word of a name, which goes from it; of length 0 at its end. */
-tw_obj_word tw_obj_cut_word(tw_obj_word *name);
-
-/* The beginning of a word for a sentence: printable characters, all others as question marks. */
-typedef struct tw_obj_quote {
-  char text[44];
-} tw_obj_quote;
-
-tw_obj_quote tw_obj_quote_word(tw_obj_word word);
 
 #endif

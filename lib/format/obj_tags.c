@@ -1,0 +1,216 @@
+#include "obj_tags.h"
+
+#include <math.h>
+
+#include "tweend/subdiv.h"
+
+/* One tag on its way. */
+typedef struct obj_tag {
+  tw_error *error;
+  tw_obj_word name;
+  uint64_t line;
+  uint64_t int_count, float_count, string_count;
+} obj_tag;
+
+static tw_status bad_tag(const obj_tag *tag, const char *what) {
+  return tw_fail_line(tag->error, TW_SYNTAX, tag->line, "%s", what);
+}
+
+/* INTS/FLOATS or INTS/FLOATS/STRINGS. */
+static bool read_counts(tw_obj_text *text, obj_tag *tag) {
+  int64_t counts[3] = {0, 0, 0};
+  tw_obj_skip_blanks(text);
+  for (int i = 0; i < 3; i++) {
+    if (i > 0 && !tw_obj_take_slash(text)) {
+      if (i < 2) return false;
+      break;
+    }
+    if (!tw_obj_read_integer(text, &counts[i]) || counts[i] < 0) return false;
+  }
+  tag->int_count = (uint64_t)counts[0];
+  tag->float_count = (uint64_t)counts[1];
+  tag->string_count = (uint64_t)counts[2];
+  return true;
+}
+
+static tw_status read_tag_int(const obj_tag *tag, tw_obj_text *text, uint32_t *out) {
+  int64_t value;
+  tw_obj_skip_blanks(text);
+  if (!tw_obj_read_integer(text, &value)) return bad_tag(tag, "an integer of the tag is missing");
+  if (value < 0 || value >= UINT32_MAX) return bad_tag(tag, "an integer of the tag is out of range");
+  *out = (uint32_t)value;
+  return TW_OK;
+}
+
+static tw_status read_tag_float(const obj_tag *tag, tw_obj_text *text, float *out) {
+  double value;
+  if (!tw_obj_read_number(text, &value) || !isfinite((float)value))
+    return bad_tag(tag, "a number of the tag is missing or malformed");
+  *out = (float)value;
+  return TW_OK;
+}
+
+/* Reads over floats, and demands the string that the counts speak of. */
+static tw_status skip_tag_rest(const obj_tag *tag, tw_obj_text *text, uint64_t floats) {
+  tw_status status = TW_OK;
+  for (float value; floats > 0 && status == TW_OK; floats--) status = read_tag_float(tag, text, &value);
+  if (status == TW_OK && tag->string_count > 0 && tw_obj_statement_ends(text))
+    status = bad_tag(tag, "a string of the tag is missing");
+  return status;
+}
+
+/* Reads the ints of a tag as indices below `count` into out[first] and what follows it. out: NULL for a tag
+ * that has no room, as it has fewer ints than it says. */
+static tw_status read_tag_indices(const obj_tag *tag, tw_obj_text *text, uint64_t count, const char *what,
+                                  uint64_t first, uint32_t *out) {
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) {
+    uint32_t index = 0;
+    status = read_tag_int(tag, text, &index);
+    if (status == TW_OK && index >= count)
+      status =
+          tw_fail_line(tag->error, TW_INVALID, tag->line, "index %u is out of range: the file has %llu %s",
+                       index, (unsigned long long)count, what);
+    if (status == TW_OK) out[first + i] = index;
+  }
+  return status;
+}
+
+/* Reads the floats of a tag as sharpness, in the range that meshes have. One value serves all elements;
+ * `width` ints make an element, and the tools accept a value for each int as well. The `count` elements go to
+ * out[first] and what follows it. */
+static tw_status read_sharpness(const obj_tag *tag, tw_obj_text *text, uint64_t width, uint64_t count,
+                                uint64_t first, float *out) {
+  uint64_t stride = tag->float_count == count ? 1 : width;
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->float_count && status == TW_OK; i++) {
+    float value = 0;
+    status = read_tag_float(tag, text, &value);
+    if (i % stride == 0 && i / stride < count)
+      out[first + i / stride] = fminf(fmaxf(value, 0), TW_SHARPNESS_INFINITE);
+  }
+  for (uint64_t i = 1; tag->float_count == 1 && i < count; i++) out[first + i] = out[first];
+  return status == TW_OK ? skip_tag_rest(tag, text, 0) : status;
+}
+
+static tw_status read_crease_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  uint64_t count = tag->int_count / 2, first = tags->read.crease_points;
+  if (tag->int_count % 2 != 0) return bad_tag(tag, "a crease needs pairs of points");
+  if (tag->float_count != 1 && tag->float_count != count && tag->float_count != tag->int_count)
+    return bad_tag(tag, "a crease needs one sharpness, or one a pair");
+  uint32_t *points = tags->crease_points;
+  tw_status status = read_tag_indices(tag, text, tags->point_count, "points", first, points);
+  for (uint64_t i = 0; i < count && status == TW_OK; i++)
+    if (points[first + 2 * i] == points[first + 2 * i + 1])
+      status = bad_tag(tag, "a crease needs two different points");
+  tags->read.crease_points += tag->int_count;
+  if (status != TW_OK) return status;
+  return read_sharpness(tag, text, 2, count, first / 2, tags->crease_sharpness);
+}
+
+static tw_status read_corner_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  uint64_t first = tags->read.sharp_points;
+  if (tag->float_count != 1 && tag->float_count != tag->int_count)
+    return bad_tag(tag, "a corner needs one sharpness, or one a point");
+  tw_status status = read_tag_indices(tag, text, tags->point_count, "points", first, tags->sharp_points);
+  tags->read.sharp_points += tag->int_count;
+  if (status != TW_OK) return status;
+  return read_sharpness(tag, text, 1, tag->int_count, first, tags->point_sharpness);
+}
+
+static tw_status read_hole_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  tw_status status = read_tag_indices(tag, text, tags->face_count, "faces", tags->read.holes, tags->holes);
+  tags->read.holes += tag->int_count;
+  return status == TW_OK ? skip_tag_rest(tag, text, tag->float_count) : status;
+}
+
+/* The tag's one int looked up in a table. */
+static tw_status set_from_int(const obj_tag *tag, tw_obj_text *text, const int *table, size_t size,
+                              int *out) {
+  uint32_t value = UINT32_MAX;
+  tw_status status = tag->int_count > 0 ? read_tag_int(tag, text, &value) : TW_OK;
+  if (status == TW_OK && (tag->int_count != 1 || value >= size))
+    status = bad_tag(tag, "the tag needs one integer, of those that it knows");
+  if (status == TW_OK) status = skip_tag_rest(tag, text, tag->float_count);
+  if (status == TW_OK) *out = table[value];
+  return status;
+}
+
+/* The tag's string, behind its numbers, looked up: names[i] means values[i]. */
+static tw_status set_from_string(const obj_tag *tag, tw_obj_text *text, const char *const *names,
+                                 const int *values, const char *fault, int *out) {
+  uint32_t number;
+  tw_status status = TW_OK;
+  for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) status = read_tag_int(tag, text, &number);
+  if (status == TW_OK) status = skip_tag_rest(tag, text, tag->float_count);
+  if (status != TW_OK) return status;
+  tw_obj_word word = {"", 0};
+  if (tag->string_count > 0) word = tw_obj_read_word(text);
+  for (size_t i = 0; names[i]; i++) {
+    if (!tw_obj_word_is(word, names[i])) continue;
+    *out = values[i];
+    return TW_OK;
+  }
+  return bad_tag(tag, fault);
+}
+
+static tw_status read_creasing_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  static const char *const names[] = {"normal", "uniform", "chaikin", NULL};
+  static const int values[] = {TW_CREASE_UNIFORM, TW_CREASE_UNIFORM, TW_CREASE_CHAIKIN};
+  return set_from_string(tag, text, names, values, "creasemethod is one of normal, chaikin", &tags->creasing);
+}
+
+/* By name, or by the number that older tools wrote. */
+static tw_status read_triangles_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  static const int numbers[] = {TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH, TW_TRIANGLES_SMOOTH};
+  static const char *const names[] = {"catmark", "normal", "smooth", NULL};
+  static const int values[] = {TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_CATMULL_CLARK, TW_TRIANGLES_SMOOTH};
+  if (tag->string_count == 0) return set_from_int(tag, text, numbers, 3, &tags->triangles);
+  return set_from_string(tag, text, names, values, "smoothtriangles is one of catmark, smooth",
+                         &tags->triangles);
+}
+
+static tw_status read_boundary_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  static const int rules[] = {TW_BOUNDARY_NONE, TW_BOUNDARY_EDGE_AND_CORNER, TW_BOUNDARY_EDGE_ONLY};
+  return set_from_int(tag, text, rules, 3, &tags->boundary);
+}
+
+static tw_status read_uv_tag(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text) {
+  static const int rules[] = {TW_UV_NONE,          TW_UV_CORNERS_ONLY, TW_UV_CORNERS_PLUS1,
+                              TW_UV_CORNERS_PLUS2, TW_UV_BOUNDARIES,   TW_UV_ALL};
+  return set_from_int(tag, text, rules, 6, &tags->uv);
+}
+
+tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error) {
+  static const struct {
+    const char *name;
+    tw_status (*read)(tw_obj_tags *tags, const obj_tag *tag, tw_obj_text *text);
+  } kinds[] = {{"crease", read_crease_tag},
+               {"corner", read_corner_tag},
+               {"hole", read_hole_tag},
+               {"interpolateboundary", read_boundary_tag},
+               {"facevaryinginterpolateboundary", read_uv_tag},
+               {"creasemethod", read_creasing_tag},
+               {"smoothtriangles", read_triangles_tag}};
+  obj_tag tag = {.error = error, .line = text->line, .name = tw_obj_read_word(text)};
+  tags->any = true;
+  for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+    if (!tw_obj_word_is(tag.name, kinds[i].name)) continue;
+    if (!read_counts(text, &tag)) return bad_tag(&tag, "the tag's counts are not INTS/FLOATS/STRINGS");
+    return kinds[i].read(tags, &tag, text);
+  }
+  tags->ignored++;
+  return TW_OK;
+}
+
+/* Two integers have a byte between them or a sign before the second one. */
+void tw_obj_count_tag(tw_obj_tag_counts *all, tw_obj_text *text) {
+  obj_tag tag = {.name = tw_obj_read_word(text)};
+  uint64_t *count = tw_obj_word_is(tag.name, "crease")   ? &all->crease_points
+                    : tw_obj_word_is(tag.name, "corner") ? &all->sharp_points
+                    : tw_obj_word_is(tag.name, "hole")   ? &all->holes
+                                                         : NULL;
+  if (!count || !read_counts(text, &tag)) return;
+  uint64_t most = ((uint64_t)(text->end - text->at) + 1) / 2;
+  *count += tag.int_count < most ? tag.int_count : most;
+}
