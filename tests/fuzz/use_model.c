@@ -1,6 +1,7 @@
 #include "use_model.h"
 
 #include "tweend/coarsen.h"
+#include "tweend/detail.h"
 #include "tweend/edit.h"
 
 #include <stdlib.h>
@@ -209,7 +210,29 @@ static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_me
   return has_memory;
 }
 
-/* Edits, and ways back to a cage, of each mesh and of its first level. */
+/* Models onto the first level of a mesh; the points sent again change nothing, and the file keeps them. */
+static void sculpt(const tw_model *model, uint32_t mesh, tw_scheme scheme, tw_mesh *fine, tw_arena *arena) {
+  const tw_surface_options options = {.level = 1, .scheme = scheme};
+  tw_mesh sculpted, again, meshes[MESHES];
+  tw_surface_counts counts;
+  float *positions = (float *)fine->positions;
+  for (size_t i = 0; i < 3 * (size_t)fine->point_count; i += 2) positions[i] = 0.5f * positions[i] + 1;
+  if (tw_mesh_sculpt(&model->meshes[mesh], &options, positions, NULL, arena, &sculpted, NULL) != TW_OK)
+    return;
+  check_made(&sculpted, scheme, 2, &counts);
+  memcpy(meshes, model->meshes, model->mesh_count * sizeof *meshes);
+  meshes[mesh] = sculpted;
+  tw_model changed = *model;
+  changed.meshes = meshes;
+  draw(&changed);
+  store(&changed);
+  if (!refine(&sculpted, scheme, arena, fine)) return;
+  if (tw_mesh_sculpt(&sculpted, &options, fine->positions, NULL, arena, &again, NULL) != TW_OK ||
+      again.details != sculpted.details || again.positions != sculpted.positions)
+    abort();
+}
+
+/* Edits, what is modelled, and ways back to a cage, of each mesh and of its first level. */
 static void remake(const tw_model *model) {
   for (uint32_t i = 0; i < model->mesh_count; i++) {
     tw_arena *arena = tw_arena_create();
@@ -219,8 +242,9 @@ static void remake(const tw_model *model) {
     clean(model, *mesh, arena);
     for (int scheme = TW_CATMULL_CLARK; scheme <= TW_LOOP; scheme++) {
       coarsen(mesh, (tw_scheme)scheme, TW_BOUNDARY_EDGE_AND_CORNER, arena);
-      if (refine(mesh, (tw_scheme)scheme, arena, &fine))
-        coarsen(&fine, (tw_scheme)scheme, TW_BOUNDARY_EDGE_ONLY, arena);
+      if (!refine(mesh, (tw_scheme)scheme, arena, &fine)) continue;
+      coarsen(&fine, (tw_scheme)scheme, TW_BOUNDARY_EDGE_ONLY, arena);
+      sculpt(model, i, (tw_scheme)scheme, &fine, arena);
     }
     tw_arena_destroy(arena);
   }

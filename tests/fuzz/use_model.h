@@ -5,7 +5,8 @@
 #include "tweend/format.h"
 
 /* Describes and poses the model; writes answers of a small one in every encoding and its cages, which are
- * read back; cleans its meshes as scans, and looks for cages of them and of their first levels; destroys it.
+ * read back; cleans its meshes as scans, looks for cages of them and of their first levels, and models onto
+ * these; destroys it.
  */
 void use_model(tw_model *model);
 
