@@ -1,0 +1,272 @@
+#include "gltf_json_meshes.h"
+
+#include <string.h>
+
+static const char NGON[] = "FB_ngon_encoding";
+
+/* ---- groups of faces: glTF has none. Cutting primitives at them would cost a draw call each, so they are
+ * told as ranges of indices, the form in which three.js has them (BufferGeometry.addGroup). */
+
+static void put_words(tw_gltf_writer *writer, const char *names) {
+  tw_member_open(writer->text, "names", "[");
+  for (const char *word = names; *word;) {
+    size_t length = strcspn(word, " ");
+    if (length > 0) {
+      tw_text_element(writer->text);
+      tw_text_quoted(writer->text, word, length);
+    }
+    word += length + (word[length] == ' ');
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* Triangles of the surface's groups before the first one of `to`. */
+static uint64_t triangles_between(const tw_surface_group *from, const tw_surface_group *to) {
+  return to->first_corner - from->first_corner - 2 * (to->first_face - from->first_face);
+}
+
+/* The extras of a primitive: {"groups": [{"names": [...], "start": n, "count": n}, ...]}, ranges of its
+ * indices, in order. Faces in no group are in no range; without any range there are no extras.
+ * next_group: the first of the surface's groups among the primitive's; is moved past those that end in it. */
+static void put_group_ranges(tw_gltf_writer *writer, const tw_surface *surface,
+                             const tw_gltf_primitive *primitive, uint32_t *next_group) {
+  uint64_t begin = primitive->first_triangle, end = begin + primitive->triangle_count, stop = begin;
+  bool any = false;
+  for (; *next_group < tw_surface_group_count(surface) && stop < end; ++*next_group) {
+    const tw_surface_group *group = tw_surface_get_group(surface, *next_group);
+    uint64_t start = triangles_between(&primitive->faces, group);
+    stop = start + tw_count_triangles(group);
+    bool goes_on = stop > end;
+    if (group->names != TW_NO_INDEX) {
+      if (!any) {
+        tw_member_open(writer->text, "extras", "{");
+        tw_member_open(writer->text, "groups", "[");
+      }
+      any = true;
+      if (start < begin) start = begin;
+      tw_gltf_open_object(writer);
+      put_words(writer, writer->scene->model->group_names[group->names]);
+      tw_member_count(writer->text, "start", 3 * (start - begin));
+      tw_member_count(writer->text, "count", 3 * ((goes_on ? end : stop) - start));
+      tw_gltf_close_object(writer);
+    }
+    if (goes_on) break;
+  }
+  if (any) tw_text_add(writer->text, "]}");
+}
+
+/* ---- meshes -------------------------------------------------------------------------------------------- */
+
+/* step: accessors a target. */
+static void put_targets(tw_gltf_writer *writer, uint32_t count, uint32_t first, uint32_t step) {
+  if (count == 0) return;
+  tw_member_open(writer->text, "targets", "[");
+  for (uint32_t i = 0; i < count; i++) {
+    tw_gltf_open_object(writer);
+    tw_member_count(writer->text, "POSITION", first + (uint64_t)step * i);
+    if (step == 2) tw_member_count(writer->text, "NORMAL", first + (uint64_t)step * i + 1);
+    tw_gltf_close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+/* The members of a kept object, FB_ngon_encoding among its extensions. */
+static void put_kept_and_ngon(tw_gltf_writer *writer, const char *kept) {
+  const char *extensions = tw_json_member(kept, "extensions");
+  tw_member_open(writer->text, "extensions", "{");
+  tw_member_open(writer->text, NGON, "{}");
+  tw_gltf_note_extension(writer, NGON, sizeof NGON - 1);
+  tw_gltf_put_others(writer, extensions, "");
+  tw_text_add(writer->text, "}");
+  tw_gltf_put_others(writer, kept, "extensions");
+  if (kept) tw_gltf_note_extensions(writer, kept);
+}
+
+/* What primitives of these faces say. */
+static const char *kept_of(const tw_model *model, int32_t face_material) {
+  uint32_t slot = (uint32_t)face_material - model->material_count;
+  return face_material >= 0 && slot < model->slot_count ? model->slots[slot].kept : NULL;
+}
+
+static void put_primitive(tw_gltf_writer *writer, const tw_gltf_mesh *mesh,
+                          const tw_gltf_primitive *primitive) {
+  const tw_model *model = writer->scene->model;
+  tw_member_open(writer->text, "attributes", "{");
+  for (uint32_t i = 0; i < mesh->field_count; i++) {
+    tw_text_element(writer->text);
+    tw_text_string(writer->text, mesh->fields[i].semantic);
+    tw_text_add(writer->text, ":");
+    tw_text_count(writer->text, primitive->first_attribute + (uint64_t)i);
+  }
+  tw_gltf_close_object(writer);
+  tw_member_count(writer->text, "indices", primitive->indices);
+  const int32_t material = tw_model_material(model, primitive->faces.material);
+  if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
+  put_targets(writer, mesh->target_count, primitive->first_target, mesh->target_step);
+  const char *kept = kept_of(model, primitive->faces.material);
+  if (writer->scene->polygons == TW_POLYGONS_NGON)
+    put_kept_and_ngon(writer, kept);
+  else
+    tw_gltf_put_kept(writer, kept);
+}
+
+static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
+  const tw_gltf_mesh *mesh = &writer->plan->meshes[index];
+  const tw_surface *surface = writer->scene->surfaces[index];
+  uint32_t group = 0;
+  for (uint32_t i = 0; i < mesh->primitive_count; i++) {
+    tw_gltf_open_object(writer);
+    put_primitive(writer, mesh, &mesh->primitives[i]);
+    if (writer->plan->names_groups) put_group_ranges(writer, surface, &mesh->primitives[i], &group);
+    tw_gltf_close_object(writer);
+  }
+}
+
+/* Points and lines as they came; at rest where the mesh was baked. */
+static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
+  tw_json_item item;
+  for (bool more = tw_json_first(mesh->loose, &item); more;
+       more = tw_json_next(tw_json_skip(item.value), &item)) {
+    tw_gltf_open_object(writer);
+    tw_gltf_put_others(writer, item.value, mesh->morph_count > 0 ? "" : "targets");
+    tw_gltf_close_object(writer);
+    tw_gltf_note_extensions(writer, item.value);
+  }
+}
+
+/* What stands for faces where there are none: a mesh keeps its place among the meshes. */
+static void put_nothing(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
+  tw_gltf_open_object(writer);
+  tw_member_open(writer->text, "attributes", "{");
+  tw_member_count(writer->text, "POSITION", writer->plan->nothing);
+  tw_gltf_close_object(writer);
+  put_targets(writer, mesh->target_count, writer->plan->nothing, 0);
+  tw_gltf_close_object(writer);
+}
+
+/* ---- what a cage says beyond glTF ---- */
+
+static void put_accessor_of(tw_gltf_writer *writer, const char *member, uint32_t accessor) {
+  if (accessor != TW_NO_INDEX) tw_member_count(writer->text, member, accessor);
+}
+
+static void put_sharpness(tw_gltf_writer *writer, const char *member, const char *of, uint32_t elements,
+                          uint32_t sharpness) {
+  if (elements == TW_NO_INDEX) return;
+  tw_member_open(writer->text, member, "{");
+  tw_member_count(writer->text, of, elements);
+  tw_member_count(writer->text, "sharpness", sharpness);
+  tw_gltf_close_object(writer);
+}
+
+/* The sets of groups have the model's numbers. */
+static void put_groups(tw_gltf_writer *writer, uint32_t faces) {
+  const tw_model *model = writer->scene->model;
+  if (faces == TW_NO_INDEX) return;
+  tw_member_open(writer->text, "groups", "{");
+  tw_member_open(writer->text, "names", "[");
+  for (uint32_t i = 0; i < model->group_count; i++) {
+    tw_text_element(writer->text);
+    tw_text_string(writer->text, model->group_names[i]);
+  }
+  tw_text_add(writer->text, "]");
+  tw_member_count(writer->text, "faces", faces);
+  tw_gltf_close_object(writer);
+}
+
+static void put_holes(tw_gltf_writer *writer, const tw_gltf_mesh *mesh) {
+  if (mesh->tags.hole_count == 0) return;
+  tw_member_open(writer->text, "holes", "[");
+  for (uint32_t i = 0; i < mesh->tags.hole_count; i++) {
+    const tw_gltf_primitive *hole = &mesh->primitives[mesh->primitive_count + i];
+    int32_t material = tw_model_material(writer->scene->model, hole->faces.material - TW_HOLE_MATERIAL - 1);
+    tw_gltf_open_object(writer);
+    tw_member_count(writer->text, "indices", hole->indices);
+    if (material >= 0) tw_member_count(writer->text, "material", (uint64_t)material);
+    tw_gltf_close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void put_details(tw_gltf_writer *writer, const tw_gltf_tags *tags, const tw_mesh *source) {
+  if (tags->detail_count == 0) return;
+  tw_member_open(writer->text, "details", "[");
+  for (uint32_t i = 0; i < tags->detail_count; i++) {
+    tw_gltf_open_object(writer);
+    tw_member_count(writer->text, "level", source->details[i].level);
+    tw_member_count(writer->text, "offsets", tags->details[i]);
+    tw_gltf_close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}
+
+static void put_rules(tw_gltf_writer *writer, const tw_mesh *mesh) {
+  const struct {
+    const char *name;
+    int value;
+  } rules[] = {{"boundary", mesh->tag_boundary},
+               {"uv", mesh->tag_uv},
+               {"creasing", mesh->tag_creasing},
+               {"triangles", mesh->tag_triangles}};
+  bool any = false;
+  for (size_t i = 0; i < sizeof rules / sizeof *rules; i++) {
+    if (rules[i].value == TW_TAG_UNSET) continue;
+    if (!any) tw_member_open(writer->text, "rules", "{");
+    any = true;
+    tw_member_count(writer->text, rules[i].name, (uint64_t)rules[i].value);
+  }
+  if (any) tw_gltf_close_object(writer);
+}
+
+static void put_tags(tw_gltf_writer *writer, const tw_gltf_mesh *mesh, const tw_mesh *source) {
+  const tw_gltf_tags *tags = &mesh->tags;
+  tw_member_open(writer->text, "tweend", "{");
+  put_accessor_of(writer, "points", tags->points);
+  put_accessor_of(writer, "faces", tags->faces);
+  put_accessor_of(writer, "starts", tags->starts);
+  put_sharpness(writer, "creases", "edges", tags->crease_edges, tags->crease_sharpness);
+  put_sharpness(writer, "corners", "vertices", tags->corner_vertices, tags->corner_sharpness);
+  put_groups(writer, tags->groups);
+  put_holes(writer, mesh);
+  put_details(writer, tags, source);
+  put_rules(writer, source);
+  tw_gltf_close_object(writer);
+}
+
+/* Extras that are no object have no room for tags, and go. */
+static void put_kept_and_tags(tw_gltf_writer *writer, const tw_gltf_mesh *mesh, const tw_mesh *source) {
+  const char *extras = source->kept ? tw_json_member(source->kept, "extras") : NULL;
+  tw_member_open(writer->text, "extras", "{");
+  put_tags(writer, mesh, source);
+  if (extras && *extras == '{') tw_gltf_put_others(writer, extras, "");
+  tw_gltf_close_object(writer);
+  tw_gltf_put_others(writer, source->kept, "extras");
+  if (source->kept) tw_gltf_note_extensions(writer, source->kept);
+}
+
+void tw_gltf_put_meshes(tw_gltf_writer *writer) {
+  const tw_model *model = writer->scene->model;
+  if (model->mesh_count == 0) return;
+  tw_member_open(writer->text, "meshes", "[");
+  for (uint32_t i = 0; i < model->mesh_count; i++) {
+    const tw_gltf_mesh *mesh = &writer->plan->meshes[i];
+    const tw_mesh *source = &model->meshes[i];
+    tw_gltf_open_object(writer);
+    tw_gltf_put_name(writer, source->name);
+    tw_member_open(writer->text, "primitives", "[");
+    put_primitives(writer, i);
+    if (source->loose && model->assets)
+      put_loose(writer, source);
+    else if (mesh->primitive_count == 0)
+      put_nothing(writer, mesh);
+    tw_text_add(writer->text, "]");
+    if (mesh->target_count && source->morph_weights)
+      tw_member_floats(writer->text, "weights", source->morph_weights, mesh->target_count);
+    if (mesh->tags.is_cage)
+      put_kept_and_tags(writer, mesh, source);
+    else
+      tw_gltf_put_kept(writer, source->kept);
+    tw_gltf_close_object(writer);
+  }
+  tw_text_add(writer->text, "]");
+}

@@ -1,0 +1,57 @@
+/* What all objects of a glTF answer's JSON are written by: members that the file said beyond the plan, and
+ * the extensions that occur in them. Out of memory, functions set text->failed and go on. */
+#ifndef TWEEND_GLTF_JSON_WRITER_H
+#define TWEEND_GLTF_JSON_WRITER_H
+
+#include "gltf/gltf.h"
+#include "tweend/json_text.h"
+
+/* What stands between the quotes of a JSON string. */
+typedef struct tw_gltf_name {
+  const char *text;
+  size_t size;
+} tw_gltf_name;
+
+typedef struct tw_gltf_writer {
+  const tw_gltf_plan *plan;
+  const tw_scene *scene;
+  const tw_gltf_assets *assets;
+  tw_text *text;
+  size_t (*bounds)[6]; /* of the next accessor that is BOUNDED_LATER */
+  /* Extensions that occur in what is written, each at least once; from malloc. */
+  tw_gltf_name *used;
+  size_t used_count, used_capacity;
+} tw_gltf_writer;
+
+static inline void tw_gltf_open_object(tw_gltf_writer *writer) {
+  tw_text_element(writer->text);
+  tw_text_add(writer->text, "{");
+}
+
+static inline void tw_gltf_close_object(tw_gltf_writer *writer) {
+  tw_text_add(writer->text, "}");
+}
+
+static inline void tw_gltf_put_name(tw_gltf_writer *writer, const char *name) {
+  if (name) tw_member_string(writer->text, "name", name);
+}
+
+/* The members of a kept object, behind those that are already there. kept may be NULL. */
+void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept);
+
+/* The members of a kept object but for one; does not note extensions. object may be NULL. */
+void tw_gltf_put_others(tw_gltf_writer *writer, const char *object, const char *except);
+
+/* Kept objects as they are. */
+void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *objects);
+
+/* The text must live as long as the writer. */
+void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t size);
+
+/* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
+void tw_gltf_note_extensions(tw_gltf_writer *writer, const char *container);
+
+/* extensionsUsed and extensionsRequired, when all else is written. */
+void tw_gltf_put_extensions(tw_gltf_writer *writer);
+
+#endif
