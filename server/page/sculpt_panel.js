@@ -9,7 +9,7 @@ import { tweend, withKey } from './client.js';
 import { choice, make } from './dom.js';
 import { fieldsOf } from './edit_panel.js';
 import { meshName } from './models.js';
-import { fail, OneAtATime } from './notices.js';
+import { busy, fail, OneAtATime } from './notices.js';
 import { change, firstOf, note, state, step, watch } from './state.js';
 
 const RULES = ['scheme', 'boundary', 'creases', 'limit', 'encoding', 'details']; // the daemon takes points by their first values
@@ -319,11 +319,13 @@ export class SculptPanel {
   async #finish() {
     const { stroke, picked, model, level } = this;
     stroke.drag = null;
+    const controller = new AbortController();
+    const task = busy(`Level ${level}: keeping the stroke`, controller);
     const isDone = await this.requests.run(async () => {
       const { mesh } = this.bearers[picked.index];
       const first = this.bearers.find((bearer) => bearer.mesh === mesh); // the one whose points count
       const points = moved(await this.pointsOf(first), first.rest, stroke);
-      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh) });
+      const made = await tweend.sculpt(model, points, { level, mesh: meshName(model, mesh), signal: controller.signal });
       await this.models.load();
       if (this.stroke !== stroke) return; // somebody has opened another model
       this.stroke = null;
@@ -331,6 +333,7 @@ export class SculptPanel {
       this.past.push({ model: model.id, from: state('from'), edits: state('edits') });
       this.#go({ model: made.id, from: '', edits: '' });
     });
+    task.done();
     if (!isDone) this.#drop();
   }
 

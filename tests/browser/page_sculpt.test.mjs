@@ -146,6 +146,27 @@ visits('with Shift a point goes along its normal', { hash }, async (visit) => {
   assert.match(visit.page.url(), /view=4%2C3%2C6%2C0%2C0%2C0/, 'the camera stays');
 });
 
+visits('a stroke that is cancelled leaves the model as it was', { hash }, async (visit) => {
+  const sculptor = await Sculptor.begin(visit);
+  const { page } = sculptor;
+  const before = await pointsOf(sculptor.id, 3);
+  const place = before[nearest(before, new Vector3(0.5, 0.3, 0.6))];
+  const [source, at] = [sculptor.id, await sculptor.at(place)];
+  await page.locator('#view').click({ position: at });
+  await visit.drawn();
+  const plain = await visit.pixels();
+  await page.route('**/detail?**', () => {}); // is never answered
+  await sculptor.hold(place, [30, -30]);
+  await page.mouse.up();
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.waitForTimeout(100);
+  await visit.drawn();
+  assert.equal(difference(await visit.pixels(), plain), 0);
+  assert.equal(sculptor.id, source);
+  await page.unroute('**/detail?**');
+  await sculptor.drag(place, [30, -30]);
+});
+
 visits('points are moved by keyboard', { hash }, async (visit) => {
   const sculptor = await Sculptor.begin(visit);
   const { page } = sculptor;
