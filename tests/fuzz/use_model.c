@@ -118,9 +118,9 @@ static void store(const tw_model *model) {
     tw_mesh open;
     if (has_but_holes(&model->meshes[count])) break; /* glTF draws something of each mesh */
     const tw_surface_options options = {.tagged = true};
-    if (tw_mesh_open_holes(&model->meshes[count], arena, &open) != TW_OK ||
-        tw_surface_create(&open, &options, &surfaces[count], NULL) != TW_OK)
-      break;
+    if (tw_mesh_open_holes(&model->meshes[count], arena, &open) != TW_OK) break;
+    open.detail_count = 0; /* the file says them beside the cage */
+    if (tw_surface_create(&open, &options, &surfaces[count], NULL) != TW_OK) break;
   }
   if (arena && count == model->mesh_count) {
     const tw_scene scene = {.model = model,
@@ -182,7 +182,7 @@ static void coarsen(const tw_mesh *mesh, tw_scheme scheme, tw_boundary boundary,
   if (fine.faces + mesh->hole_count < mesh->face_count || fine.faces > mesh->face_count) abort();
 }
 
-/* The first level of a mesh as a mesh of its own. */
+/* The first level of a mesh as a mesh of its own; false where its points are too far away. */
 static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_mesh *out) {
   const tw_surface_options options = {.level = 1, .scheme = scheme};
   tw_surface *surface;
@@ -207,7 +207,7 @@ static bool refine(const tw_mesh *mesh, tw_scheme scheme, tw_arena *arena, tw_me
   }
   tw_surface_reader_destroy(reader);
   tw_surface_destroy(surface);
-  return has_memory;
+  return has_memory && tw_mesh_check(out, NULL, NULL) == TW_OK;
 }
 
 /* Models onto the first level of a mesh; the points sent again change nothing, and the file keeps them. */
