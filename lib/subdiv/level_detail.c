@@ -176,6 +176,11 @@ typedef struct adding {
   atomic_bool failed;
 } adding;
 
+/* A file may have any offsets; points stay where those of a mesh may be, so that nothing overflows. */
+static double within_reach(double coordinate) {
+  return fmin(fmax(coordinate, -(double)TW_COORDINATE_MAX), (double)TW_COORDINATE_MAX);
+}
+
 static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
   adding *a = context;
   tw_detail_frames frames = *a->level;
@@ -190,6 +195,8 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
     for (int axis = 0; axis < 3; axis++)
       for (int c = 0; c < 3; c++)
         a->positions[3 * (size_t)v + (size_t)c] += (double)offsets[axis] * frame[axis][c];
+    for (size_t c = 0; c < 3; c++)
+      a->positions[3 * (size_t)v + c] = within_reach(a->positions[3 * (size_t)v + c]);
   }
   free(frames.mask);
 }
@@ -245,7 +252,7 @@ static tw_status follow(const tw_detail_step *step, const tw_parallel_for *paral
     modelled = next;
   }
   for (size_t i = 0; i < 3 * (size_t)step->topology->vertex_count; i++)
-    positions[i] += modelled[i] - plain[i];
+    positions[i] = within_reach(positions[i] + (modelled[i] - plain[i]));
   return TW_OK;
 }
 

@@ -203,3 +203,19 @@ TEST(details_of_other_meshes_are_refused) {
   assert_string_equal(error.pointer, "/positions/2/1");
   tw_arena_destroy(arena);
 }
+
+TEST(offsets_of_any_size_leave_points_where_a_mesh_may_have_them) {
+  float first[3 * 26], second[3 * 98];
+  for (size_t i = 0; i < 3 * 26; i++) first[i] = i % 2 ? 1e35f : -3e38f;
+  for (size_t i = 0; i < 3 * 98; i++) second[i] = i % 3 ? 1e35f : -1;
+  const tw_detail details[] = {{1, 26, first}, {2, 98, second}};
+  tw_mesh mesh = cube();
+  mesh.detail_count = 2;
+  mesh.details = details;
+  for (uint32_t depth = 0; depth < 4; depth++) {
+    level at = refine(&mesh, options_of(TW_CATMULL_CLARK, depth));
+    for (size_t i = 0; i < 3 * (size_t)at.mesh.point_count; i++)
+      assert_true(fabsf(at.points[i]) <= TW_COORDINATE_MAX);
+    free_level(&at);
+  }
+}
