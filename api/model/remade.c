@@ -84,8 +84,11 @@ static tw_status begin_scene(const api_remade *remade, cage_scene *scene, tw_err
 enum { MESH_CORNER = 32, SURFACE_CORNER = 112 };
 
 static uint64_t cost_of(const tw_mesh *mesh, uint64_t per_corner) {
-  return mesh->corner_count * per_corner +
-         (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
+  uint64_t cost =
+      mesh->corner_count * per_corner +
+      (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
+  for (uint32_t i = 0; i < mesh->detail_count; i++) cost += 24 * (uint64_t)mesh->details[i].vertex_count;
+  return cost;
 }
 
 static uint64_t surfaces_cost(const api_remade *remade) {

@@ -6,18 +6,19 @@
 #include "remade.h"
 #include "service.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 typedef struct detail_request {
   api_remade remade;
+  api_surface_query query;
   tw_surface_options options;
-  uint32_t rows;     /* points of the mesh at the level */
-  uint64_t all_rows; /* of the whole OBJ */
-  uint64_t first;    /* the mesh's first of those */
-  float world[16];   /* that the OBJ's points have on top */
-  float *positions;  /* as they came: [count][3] */
+  uint32_t node;    /* the first one that shows the mesh, or TW_NO_INDEX */
+  float *positions; /* [count][3], as they came */
   uint32_t count;
+  uint32_t rows; /* points of the mesh at the level */
+  bool is_json;  /* the body */
 } detail_request;
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
@@ -35,75 +36,38 @@ static tw_status read_level(const api_query *query, const api_limits *limits, ui
   return status;
 }
 
+static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
+  return model->nodes[node].mesh == mesh && !model->nodes[node].is_hidden;
+}
+
+static tw_status read_query(detail_request *request, tw_error *error) {
+  api_remade *remade = &request->remade;
+  const api_query *query = &remade->call->query;
+  tw_status status = api_surface_query_begin(query, &request->query, error);
+  if (status == TW_OK)
+    status = read_level(query, &remade->call->service->limits, &request->query.level, error);
+  if (status == TW_OK) status = api_remade_choose(remade, api_query_get(query, "mesh"), error);
+  if (status != TW_OK) return status;
+  request->query.normals = true;
+  request->options = api_surface_options(&request->query, &remade->model->meshes[remade->mesh]);
+  for (request->node = 0; request->node < remade->model->node_count; request->node++)
+    if (shows(remade->model, request->node, remade->mesh)) return TW_OK;
+  request->node = TW_NO_INDEX;
+  return TW_OK;
+}
+
 /* Points of a mesh at the level. */
-static tw_status count_points(const detail_request *request, const api_surface_query *query, uint32_t mesh,
-                              uint64_t most_faces, uint64_t *out, tw_error *error) {
+static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out, tw_error *error) {
   const tw_mesh *of = &request->remade.model->meshes[mesh];
-  const tw_surface_options options = api_surface_options(query, of);
+  const tw_surface_options options = api_surface_options(&request->query, of);
+  uint64_t most = request->remade.call->service->limits.max_faces;
   tw_surface_counts counts;
   tw_status status = tw_surface_count(of, &options, &counts, error);
-  if (status == TW_OK && counts.faces > most_faces)
-    return tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
-                   (unsigned long long)counts.faces, (unsigned long long)most_faces);
+  if (status == TW_OK && counts.faces > most)
+    status = tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
+                     (unsigned long long)counts.faces, (unsigned long long)most);
   *out = counts.vertices;
   return status;
-}
-
-/* Where the mesh's points are in the OBJ of the model: behind those of the nodes before the first that shows
- * it, in that node's place. */
-static tw_status place_mesh(detail_request *request, const api_surface_query *query, uint64_t most_faces,
-                            tw_error *error) {
-  api_remade *remade = &request->remade;
-  const tw_model *model = remade->model;
-  tw_arena *arena = remade->call->arena;
-  uint64_t *points = tw_arena_alloc(arena, model->mesh_count, sizeof *points);
-  float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
-  tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
-  if (!points || !world || !locals) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  tw_status status = count_points(request, query, remade->mesh, most_faces, &points[remade->mesh], error);
-  if (status != TW_OK) return status;
-  for (uint32_t m = 0; m < model->mesh_count; m++)
-    if (m != remade->mesh && count_points(request, query, m, UINT64_MAX, &points[m], NULL) != TW_OK)
-      points[m] = 0;
-  for (uint32_t n = 0; n < model->node_count; n++) locals[n] = model->nodes[n].rest;
-  tw_pose_locals(NULL, model->nodes, model->node_count, locals, *world);
-  tw_pose_world(model->nodes, model->node_order, model->node_count, *world, *world);
-  request->rows = (uint32_t)points[remade->mesh];
-  bool found = false;
-  for (uint32_t n = 0; n < model->node_count; n++) {
-    const tw_node *node = &model->nodes[n];
-    if (node->mesh == TW_NO_INDEX || node->is_hidden) continue;
-    if (node->mesh == remade->mesh && !found) {
-      found = true;
-      request->first = request->all_rows;
-      memcpy(request->world, world[n], sizeof request->world);
-    }
-    request->all_rows += points[node->mesh];
-  }
-  if (!found)
-    memcpy(request->world, (const float[16]){[0] = 1, [5] = 1, [10] = 1, [15] = 1}, sizeof request->world);
-  return TW_OK;
-}
-
-static tw_status read_query(detail_request *request, uint64_t *cost, tw_error *error) {
-  api_call *call = request->remade.call;
-  const api_limits *limits = &call->service->limits;
-  api_surface_query query;
-  tw_status status = api_surface_query_begin(&call->query, &query, error);
-  if (status == TW_OK) status = read_level(&call->query, limits, &query.level, error);
-  if (status == TW_OK)
-    status = api_remade_choose(&request->remade, api_query_get(&call->query, "mesh"), error);
-  if (status != TW_OK) return status;
-  const tw_mesh *mesh = &request->remade.model->meshes[request->remade.mesh];
-  query.normals = true;
-  request->options = api_surface_options(&query, mesh);
-  status = place_mesh(request, &query, limits->max_faces, error);
-  if (status != TW_OK) return status;
-  uint64_t most = request->rows;
-  for (uint32_t i = 0; i < mesh->detail_count; i++)
-    if (mesh->details[i].vertex_count > most) most = mesh->details[i].vertex_count;
-  *cost = API_DETAIL_COST * (most + mesh->corner_count);
-  return TW_OK;
 }
 
 /* ---- the points ---------------------------------------------------------------------------------------- */
@@ -156,64 +120,93 @@ static api_outcome read_points(detail_request *request) {
   bool fits = format == TW_FORMAT_OBJ || format == TW_FORMAT_JSON;
   if (outcome == API_DONE && !fits)
     outcome = api_fail_with(call, 415, "points come as OBJ, or as JSON with positions");
+  request->is_json = format == TW_FORMAT_JSON;
   if (outcome == API_DONE)
     outcome = format == TW_FORMAT_OBJ ? read_obj(request, upload.bytes) : read_json(request, upload.bytes);
   api_upload_deinit(&upload);
   return outcome;
 }
 
-/* Takes the mesh's own points out of the OBJ of a model. */
-static api_outcome take_own(detail_request *request) {
-  if (request->count == request->rows) return API_DONE;
-  if (request->count == request->all_rows) {
-    request->positions += 3 * request->first;
-    return API_DONE;
+/* The points of the whole OBJ, and where in it those of the mesh begin: nodes come one behind the other, each
+ * with the points of its mesh. */
+static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first, tw_error *error) {
+  const tw_model *model = request->remade.model;
+  uint64_t *points = tw_arena_alloc(request->remade.call->arena, model->mesh_count, sizeof *points);
+  if (!points) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  *all = 0;
+  for (uint32_t n = 0; n < model->node_count; n++) {
+    uint32_t mesh = model->nodes[n].mesh;
+    if (mesh == TW_NO_INDEX || !shows(model, n, mesh)) continue;
+    tw_status status = points[mesh] ? TW_OK : count_points(request, mesh, &points[mesh], error);
+    if (status != TW_OK) return status;
+    if (n == request->node) *first = *all;
+    *all += points[mesh];
   }
-  return api_fail_with(request->remade.call, 422, "the body has %u points, and level %u of the mesh has %u",
-                       request->count, request->options.level, request->rows);
+  return TW_OK;
 }
 
-/* Turns a matrix of a node round; false: there is no way back. */
-static bool invert(const float m[16], double inverse[9]) {
-  double determinant = 0;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      int a = (i + 1) % 3, b = (i + 2) % 3, c = (j + 1) % 3, d = (j + 2) % 3;
-      inverse[3 * i + j] =
-          (double)m[4 * a + c] * (double)m[4 * b + d] - (double)m[4 * a + d] * (double)m[4 * b + c];
-    }
-  for (int j = 0; j < 3; j++) determinant += (double)m[j] * inverse[j];
-  for (int i = 0; i < 9; i++) inverse[i] /= determinant;
-  return determinant * determinant > 0;
+/* Finds the mesh's points: they are all that came, or it was the OBJ of the whole model. */
+static api_outcome take_points(detail_request *request) {
+  api_call *call = request->remade.call;
+  uint64_t rows, all = 0, first = 0;
+  if (count_points(request, request->remade.mesh, &rows, &call->fault.error) != TW_OK) return api_fail(call);
+  request->rows = (uint32_t)rows;
+  if (request->count == rows) return API_DONE;
+  if (request->node != TW_NO_INDEX && count_obj(request, &all, &first, &call->fault.error) != TW_OK)
+    return api_fail(call);
+  if (request->node == TW_NO_INDEX || request->count != all)
+    return api_fail_with(call, 422, "the body has %u points, and level %u of the mesh has %u", request->count,
+                         request->options.level, request->rows);
+  request->positions += 3 * first;
+  return API_DONE;
 }
 
-/* Back from the world, where OBJ has its points, to the mesh. now: its points, which those that have not
- * moved become again, to the last bit. */
-static void leave_world(const detail_request *request, const double inverse[9], const float *now) {
-  const float *m = request->world;
-  for (uint32_t p = 0; p < request->rows; p++) {
-    float *point = request->positions + 3 * (size_t)p, shown[3];
+/* The world matrix of the node that shows the mesh; false without memory. */
+static bool find_world(const detail_request *request, float out[16]) {
+  const tw_model *model = request->remade.model;
+  tw_arena *arena = request->remade.call->arena;
+  float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
+  tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
+  if (!world || !locals) return false;
+  for (uint32_t n = 0; n < model->node_count; n++) locals[n] = model->nodes[n].rest;
+  tw_pose_locals(NULL, model->nodes, model->node_count, locals, *world);
+  tw_pose_world(model->nodes, model->node_order, model->node_count, *world, *world);
+  memcpy(out, world[request->node], sizeof *world);
+  return true;
+}
+
+/* Takes points from the world, where OBJ has them, back to the mesh. now: its points, which those that have
+ * not moved become again, to the last bit. cofactors: of the world matrix, rows of its inverse times the
+ * determinant. */
+static void leave_world(const detail_request *request, const float world[16], const double cofactors[9],
+                        double determinant, const float *now) {
+  for (uint32_t p = 0; p < request->rows; p++, now += 3) {
+    float *point = request->positions + 3 * (size_t)p, shown[3] = {now[0], now[1], now[2]};
     double from[3];
-    memcpy(shown, now + 3 * (size_t)p, sizeof shown);
-    tw_matrix_move(m, shown);
+    tw_matrix_move(world, shown);
     bool has_moved = shown[0] != point[0] || shown[1] != point[1] || shown[2] != point[2];
-    for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)m[12 + c];
+    for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world[12 + c];
     for (int c = 0; c < 3; c++)
-      point[c] = has_moved ? (float)(inverse[3 * c] * from[0] + inverse[3 * c + 1] * from[1] +
-                                     inverse[3 * c + 2] * from[2])
-                           : now[3 * (size_t)p + (size_t)c];
+      point[c] = has_moved ? (float)((cofactors[3 * c] * from[0] + cofactors[3 * c + 1] * from[1] +
+                                      cofactors[3 * c + 2] * from[2]) /
+                                     determinant)
+                           : now[c];
   }
 }
 
 /* The points as the mesh has them. */
-static api_outcome find_local(detail_request *request) {
+static api_outcome find_local(const detail_request *request) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
   api_call *call = request->remade.call;
-  double inverse[9];
-  if (memcmp(request->world, identity, sizeof identity) == 0) return API_DONE;
-  if (!invert(request->world, inverse))
+  float world[16];
+  double cofactors[9];
+  if (request->node == TW_NO_INDEX) return API_DONE;
+  if (!find_world(request, world)) return api_fail_without_memory(call);
+  if (memcmp(world, identity, sizeof identity) == 0) return API_DONE;
+  double determinant = tw_matrix_cofactors(world, cofactors);
+  if (!isfinite(determinant) || determinant == 0)
     return api_fail_with(call, 422,
-                         "the node that shows the mesh has no size, so that no point can be taken back");
+                         "the node that shows the mesh flattens it, so that no point has a way back");
   tw_surface *surface;
   if (tw_surface_create_by(&request->remade.model->meshes[request->remade.mesh], &request->options,
                            call->service->parallel, &surface, &call->fault.error) != TW_OK)
@@ -223,7 +216,7 @@ static api_outcome find_local(detail_request *request) {
   bool has_memory = reader && now;
   if (has_memory) {
     tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, request->rows, now);
-    leave_world(request, inverse, now);
+    leave_world(request, world, cofactors, determinant, now);
   }
   free(now);
   tw_surface_reader_destroy(reader);
@@ -236,19 +229,15 @@ static api_outcome find_local(detail_request *request) {
 static api_outcome sculpt(detail_request *request) {
   api_remade *remade = &request->remade;
   api_call *call = remade->call;
-  uint64_t cost;
-  if (read_query(request, &cost, &call->fault.error) != TW_OK) return api_fail(call);
-  if (!api_maker_grant(&remade->maker, cost)) return API_FAILED;
-  api_outcome outcome = read_points(request);
-  if (outcome == API_DONE) outcome = take_own(request);
-  if (outcome == API_DONE) outcome = find_local(request);
-  if (outcome != API_DONE) return outcome;
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
+  /* Reading counts for itself; then there are the points. */
+  remade->maker.granted = 12 * (uint64_t)request->count;
+  if (!api_maker_grant(&remade->maker, api_detail_cost(mesh, request->rows))) return API_FAILED;
+  api_outcome outcome = find_local(request);
+  if (outcome != API_DONE) return outcome;
   if (tw_mesh_sculpt(mesh, &request->options, request->positions, call->service->parallel, call->arena,
-                     &remade->cage, &call->fault.error) != TW_OK) {
-    bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
-    return is_point ? api_fail_in_document(call) : api_fail(call);
-  }
+                     &remade->cage, &call->fault.error) != TW_OK)
+    return request->is_json ? api_fail_in_document(call) : api_fail(call);
   return api_remade_store(remade, NULL);
 }
 
@@ -258,8 +247,9 @@ api_outcome api_post_detail(api_call *call) {
   api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
   if (outcome != API_DONE) return outcome;
   detail_request request = {.remade = api_remade_of(call, entry)};
-  request.remade.maker.granted = tw_reading_size(TW_FORMAT_JSON, call->request->body.size);
-  outcome = sculpt(&request);
+  outcome = read_query(&request, &call->fault.error) == TW_OK ? read_points(&request) : api_fail(call);
+  if (outcome == API_DONE) outcome = take_points(&request);
+  if (outcome == API_DONE) outcome = sculpt(&request);
   api_entry_release(entry);
   return outcome;
 }

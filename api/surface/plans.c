@@ -254,12 +254,14 @@ static uint64_t morph_normals_cost(const tw_mesh *mesh, const api_surface_query 
 
 /* Levels down to the deepest one that something is modelled onto are made step by step, with all that lives
  * on their points. */
-static uint64_t details_cost(const tw_mesh *mesh, const api_surface_query *query) {
-  if (mesh->detail_count == 0 || !query->details) return 0;
+uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points) {
+  enum { POINT = 512 };
   uint64_t values = mesh->morph_count + (mesh->skin.joints ? 4 : 0),
-           point = API_DETAIL_COST + 256 * (uint64_t)mesh->uv_set_count + 48 * values;
+           point = POINT + 256 * (uint64_t)mesh->uv_set_count + 48 * values;
   for (uint32_t i = 0; i < mesh->attribute_count; i++) point += 16 * (uint64_t)mesh->attributes[i].width;
-  return point * mesh->details[mesh->detail_count - 1].vertex_count;
+  for (uint32_t i = 0; i < mesh->detail_count; i++)
+    if (mesh->details[i].vertex_count > points) points = mesh->details[i].vertex_count;
+  return point * (points + mesh->corner_count);
 }
 
 /* More than making the plan holds at any moment: measured for cages of triangles and of quads, by corner of
@@ -274,7 +276,7 @@ static uint64_t building_cost(const plan_source *source) {
     cost += (uint64_t)mesh->corner_count * per_corner[level];
     cost += (uint64_t)mesh->point_count * 24 * (1 + (uint64_t)mesh->attribute_count + mesh->morph_count);
     cost += attributes_cost(mesh, source->query) + morph_normals_cost(mesh, source->query) +
-            details_cost(mesh, source->query);
+            (mesh->detail_count > 0 && source->query->details ? api_detail_cost(mesh, 0) : 0);
     if (source->query->creases != TW_CREASES_TAGS) cost += 96 * (uint64_t)mesh->corner_count;
   }
   return cost;

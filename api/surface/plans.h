@@ -53,9 +53,9 @@ typedef struct api_plan {
   bool *borrows;       /* [count] surfaces that are the source's, or NULL */
 } api_plan;
 
-/* More than what a level that something is modelled onto holds for each of its points, while it is modelled
- * or a surface is made of it. */
-enum { API_DETAIL_COST = 512 };
+/* More than what the levels of a mesh hold that are made step by step, with all that lives on their points:
+ * down to the deepest that something is modelled onto, or to one of so many points. */
+uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points);
 
 /* All meshes of a model, none of which moves. */
 api_plan_meshes api_plan_all(const tw_model *model);

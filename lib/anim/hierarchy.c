@@ -91,6 +91,16 @@ void tw_pose_world(const tw_node *nodes, const uint32_t *order, uint32_t node_co
   }
 }
 
+double tw_matrix_cofactors(const float m[16], double out[9]) {
+  for (int column = 0; column < 3; column++)
+    for (int row = 0; row < 3; row++) {
+      int c1 = 4 * ((column + 1) % 3), c2 = 4 * ((column + 2) % 3), r1 = (row + 1) % 3, r2 = (row + 2) % 3;
+      out[3 * column + row] =
+          (double)m[c1 + r1] * (double)m[c2 + r2] - (double)m[c1 + r2] * (double)m[c2 + r1];
+    }
+  return (double)m[0] * out[0] + (double)m[1] * out[1] + (double)m[2] * out[2];
+}
+
 void tw_skin_matrices(const tw_skin *skin, const float *world, float *out) {
   for (uint32_t i = 0; i < skin->joint_count; i++)
     tw_matrix_multiply(world + 16 * (size_t)skin->joints[i], skin->inverse_bind + 16 * (size_t)i,

@@ -9,6 +9,7 @@
 #include "parallel_for.h"
 #include "topology.h"
 #include "tweend/edit.h"
+#include "vector3.h"
 
 /* What an edit with a name made; it follows later edits. */
 typedef struct tw_named {
@@ -167,12 +168,6 @@ tw_status tw_edit_smooth(tw_editor *editor);
 
 static inline const float *tw_editor_point(const tw_editor *editor, uint32_t point) {
   return editor->mesh.positions + 3 * (size_t)point;
-}
-static inline void tw_cross3(const double *a, const double *b, double *out) {
-  for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-static inline double tw_dot3(const double *a, const double *b) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 /* Makes a vector one of length 1; returns its length, 0 where it has none, and is 0 0 0 then. */
 double tw_unit3(double *vector);

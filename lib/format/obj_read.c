@@ -370,10 +370,13 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
 
 tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,
                              tw_error *error) {
-  tw_obj_reader reader = {.arena = arena, .error = error};
-  tw_status status = tw_obj_read_statements(&reader, bytes, size);
-  *out = reader.positions;
+  tw_obj_reader reader = {.arena = tw_arena_create(), .error = error};
+  tw_status status = reader.arena ? tw_obj_read_statements(&reader, bytes, size) : TW_NO_MEMORY;
   *count = (uint32_t)reader.all.points;
+  *out = status == TW_OK ? tw_arena_alloc_raw(arena, *count, 3 * sizeof **out) : NULL;
+  if (status == TW_OK && !*out) status = TW_NO_MEMORY;
+  if (status == TW_OK && *count > 0) memcpy(*out, reader.positions, 3 * (size_t)*count * sizeof **out);
   tw_obj_reader_deinit(&reader);
-  return status;
+  tw_arena_destroy(reader.arena);
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "out of memory") : status;
 }

@@ -135,17 +135,6 @@ static uint64_t listed_rows(const tw_surface *surface, tw_domain domain) {
 
 /* ---- transforms ---------------------------------------------------------------------------------------- */
 
-/* Inverse transpose of the linear part times its determinant, column-major; returns the determinant. */
-static double cofactors(const float m[16], double out[9]) {
-  for (int column = 0; column < 3; column++)
-    for (int row = 0; row < 3; row++) {
-      int c1 = 4 * ((column + 1) % 3), c2 = 4 * ((column + 2) % 3), r1 = (row + 1) % 3, r2 = (row + 2) % 3;
-      out[3 * column + row] =
-          (double)m[c1 + r1] * (double)m[c2 + r2] - (double)m[c1 + r2] * (double)m[c2 + r1];
-    }
-  return (double)m[0] * out[0] + (double)m[1] * out[1] + (double)m[2] * out[2];
-}
-
 /* A normal is kept as it is where a flat transform leaves none. */
 static void transform_normal(const double cofactor[9], double sign, const float normal[3], float out[3]) {
   double turned[3], square = 0;
@@ -192,7 +181,7 @@ static void put_uvs(tw_obj_stream *stream) {
 static void put_normals(tw_obj_stream *stream) {
   const tw_surface_layout *layout = tw_surface_get_layout(shown_surface(stream));
   double cofactor[9];
-  double sign = cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
+  double sign = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, cofactor) < 0 ? -1 : 1;
   size_t count = read_piece(stream, TW_DOMAIN_VERTICES, layout->stride);
   /* Packed from the start of the rows: none is overwritten before it is read. */
   for (size_t i = 0; i < count; i++) {
@@ -254,7 +243,7 @@ static void put_faces(tw_obj_stream *stream) {
   put_material(stream, group->material);
   put_groups(stream, group->names);
   double ignored[9];
-  bool mirrored = cofactors(stream->world + (size_t)stream->node * 16, ignored) < 0;
+  bool mirrored = tw_matrix_cofactors(stream->world + (size_t)stream->node * 16, ignored) < 0;
   size_t count = read_face_piece(stream, group), first = 0;
   for (size_t face = 0; face < count; face++) {
     put_text(stream, "f");

@@ -4,8 +4,7 @@
 
 #include "level_detail.h"
 
-/* A face of the child, and its corner that is the first one of the face in the numbers of the parents' next
- * level. */
+/* A face of the child, and which of its corners has the number 0 where the parents are refined. */
 typedef struct turned_face {
   uint32_t face, turn;
 } turned_face;
@@ -23,7 +22,8 @@ static turned_face child_face(const tw_topology *child, const tw_coarse_faces *p
   return (turned_face){across / 3, (across + 2) % 3};
 }
 
-/* A face `levels` below a face of the child that is turned: counted from the child's own corners. Children of
+/* The way from a face of the child down to one of its descendants: which child to take, two bits a level, the
+ * first step highest. in: counted from the corner `turn`; out: from the child's own first corner. Children of
  * a quad begin with its corner, those of a triangle keep its corners' numbers. */
 static uint32_t turn_path(uint32_t path, uint32_t levels, uint32_t turn, bool triangles) {
   uint32_t out = path;

@@ -1,4 +1,4 @@
-/* What a cage that was found again cannot say by itself. */
+/* The detail by which a cage that was found again has the surface that it was found in. */
 #ifndef TWEEND_COARSE_DETAILS_H
 #define TWEEND_COARSE_DETAILS_H
 
@@ -6,10 +6,11 @@
 #include "parallel_for.h"
 #include "tweend/subdiv.h"
 
-/* Which corner of a refined mesh each corner of a cage's level is, that is refined step by step. One more
- * step back: before: [corners of the refined mesh] as of the levels above it, NULL for the mesh itself;
- * child: the topology that the step takes back, parents: faces of that. *levels: of `before`; grows by one.
- * Lives in the arena. TW_NO_MEMORY. */
+/* Follows corners through one more step back. *out: for each corner of the level of that number, plus one, of
+ * the parents as they are refined step by step, the corner of the mesh that was taken back. child: what the
+ * step takes back, the mesh itself or its parents by now; parents: faces of that; before: *out of the last
+ * step, NULL at the first; levels: steps before. Lives in the arena, 4 bytes a corner of the mesh. O(corners
+ * of the mesh). TW_NO_MEMORY. */
 tw_status tw_coarse_corners(const tw_topology *child, const tw_coarse_faces *parents, const uint32_t *before,
                             uint32_t levels, tw_arena *arena, const uint32_t **out);
 

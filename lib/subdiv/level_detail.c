@@ -10,27 +10,36 @@
 #include "loop.h"
 #include "refine.h"
 #include "tweend/detail.h"
+#include "vector3.h"
 
-tw_detail_list tw_details_above(const tw_detail_list *list, uint32_t level) {
+tw_detail_list tw_coarser_details(const tw_detail_list *list, uint32_t level) {
   tw_detail_list above = {0, list->details};
   while (above.count < list->count && list->details[above.count].level < level) above.count++;
   return above;
+}
+
+/* Whether a level can be refined step by step, so that each vertex is there. */
+static tw_status check_level(const tw_cage *cage, const tw_surface_options *options, uint32_t level,
+                             tw_error *error) {
+  if (tw_cage_shrinks(cage, options))
+    return tw_fail(error, TW_INVALID, "boundary=open takes points away that details are of");
+  if (tw_cage_counts_at(cage, options->scheme == TW_LOOP, level).faces > TW_GENERIC_FACES_MAX)
+    return tw_fail(error, TW_LIMIT, "details are limited to levels of %d faces, holes included",
+                   TW_GENERIC_FACES_MAX);
+  return TW_OK;
 }
 
 tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, const tw_surface_options *options,
                            tw_error *error) {
   for (uint32_t i = 0; i < list->count; i++) {
     const tw_detail *d = &list->details[i];
-    tw_surface_counts counts = tw_cage_counts_at(cage, options->scheme == TW_LOOP, d->level);
-    tw_status status = TW_OK;
-    if (tw_cage_shrinks(cage, options))
-      status = tw_fail(error, TW_INVALID, "boundary=open takes points away that details are of");
-    else if (counts.vertices != d->vertex_count)
-      status = tw_fail(error, TW_INVALID,
-                       "what is modelled onto level %u is of %u points, where this scheme makes %llu",
-                       d->level, d->vertex_count, (unsigned long long)counts.vertices);
-    else if (counts.faces > TW_GENERIC_FACES_MAX)
-      status = tw_fail(error, TW_LIMIT, "details are limited to levels of %d faces", TW_GENERIC_FACES_MAX);
+    uint64_t vertices = tw_cage_counts_at(cage, options->scheme == TW_LOOP, d->level).vertices;
+    tw_status status =
+        vertices == d->vertex_count
+            ? check_level(cage, options, d->level, error)
+            : tw_fail(error, TW_INVALID,
+                      "what is modelled onto level %u is of %u points, where this scheme makes %llu",
+                      d->level, d->vertex_count, (unsigned long long)vertices);
     if (status == TW_OK) continue;
     tw_error_at(error, "/details/%u", i);
     return status;
@@ -63,21 +72,11 @@ static void subtract(const tw_detail_frames *f, uint32_t to, uint32_t from, doub
     out[c] = f->positions[3 * (size_t)to + (size_t)c] - f->positions[3 * (size_t)from + (size_t)c];
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-  out[0] = a[1] * b[2] - a[2] * b[1];
-  out[1] = a[2] * b[0] - a[0] * b[2];
-  out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static double dot(const double a[3], const double b[3]) {
-  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-/* False, and nothing changed, where it is no longer than what rounding of points to float leaves of something
- * of length `of`. */
-static bool make_unit(double vector[3], double of) {
-  double length = sqrt(dot(vector, vector));
-  if (!(length > 1e-5 * of)) return false;
+/* False, and nothing changed, where the vector is no longer than what rounding of points to float leaves of
+ * vectors of such a length: far over float's 6e-8, as differences of near points have fewer digits. */
+static bool make_unit(double vector[3], double scale) {
+  double length = sqrt(tw_dot3(vector, vector));
+  if (!(length > 1e-5 * scale)) return false;
   for (int c = 0; c < 3; c++) vector[c] /= length;
   return true;
 }
@@ -94,14 +93,14 @@ static void find_normal(const tw_detail_frames *f, uint32_t corner, double norma
       tangents[1][c] += (double)f->mask[i].tangent2 * from[c];
     }
   }
-  cross(tangents[0], tangents[1], normal);
-  if (make_unit(normal, fmax(dot(tangents[0], tangents[0]), dot(tangents[1], tangents[1])))) return;
+  tw_cross3(tangents[0], tangents[1], normal);
+  if (make_unit(normal, fmax(tw_dot3(tangents[0], tangents[0]), tw_dot3(tangents[1], tangents[1])))) return;
   uint32_t next = t->corner_vertex[tw_corner_next(t, corner)],
            before = t->corner_vertex[tw_corner_previous(t, corner)];
   subtract(f, next, vertex, tangents[0]);
   subtract(f, before, vertex, tangents[1]);
-  cross(tangents[0], tangents[1], normal);
-  if (make_unit(normal, fmax(dot(tangents[0], tangents[0]), dot(tangents[1], tangents[1])))) return;
+  tw_cross3(tangents[0], tangents[1], normal);
+  if (make_unit(normal, fmax(tw_dot3(tangents[0], tangents[0]), tw_dot3(tangents[1], tangents[1])))) return;
   memcpy(normal, (const double[3]){0, 1, 0}, 3 * sizeof *normal);
 }
 
@@ -116,7 +115,7 @@ static void find_tangent(const tw_detail_frames *f, uint32_t corner, const doubl
                vertex, tangent);
     else
       for (int c = 0; c < 3; c++) tangent[c] = c == attempt - 2;
-    double along = dot(tangent, normal), length = sqrt(dot(tangent, tangent));
+    double along = tw_dot3(tangent, normal), length = sqrt(tw_dot3(tangent, tangent));
     for (int c = 0; c < 3; c++) tangent[c] -= along * normal[c];
     if (make_unit(tangent, length)) return;
   }
@@ -129,7 +128,7 @@ static double edge_length(const tw_detail_frames *f, uint32_t vertex) {
   uint32_t begin = t->ring_offsets[vertex], end = t->ring_offsets[vertex + 1];
   for (uint32_t i = begin; i < end; i++) {
     subtract(f, tw_far_end(t, t->ring_edges[i], vertex), vertex, edge);
-    sum += sqrt(dot(edge, edge));
+    sum += sqrt(tw_dot3(edge, edge));
   }
   return sum > 0 ? sum / (end - begin) : 1;
 }
@@ -140,7 +139,7 @@ static double find_frame(const tw_detail_frames *f, uint32_t vertex, double fram
   double scale = edge_length(f, vertex);
   find_normal(f, corner, frame[2]);
   find_tangent(f, corner, frame[2], frame[0]);
-  cross(frame[2], frame[0], frame[1]);
+  tw_cross3(frame[2], frame[0], frame[1]);
   for (int axis = 0; axis < 3; axis++)
     for (int c = 0; c < 3; c++) frame[axis][c] *= scale;
   return scale;
@@ -157,12 +156,12 @@ tw_status tw_detail_frames_create(const tw_detail_level *level, const tw_rules *
 
 bool tw_detail_move(tw_detail_frames *frames, uint32_t vertex, const double by[3], float offsets[3]) {
   double frame[3][3], scale = find_frame(frames, vertex, frame);
-  bool is_finite = true;
+  bool fits = true;
   for (int axis = 0; axis < 3; axis++) {
-    offsets[axis] = (float)(offsets[axis] + dot(frame[axis], by) / (scale * scale));
-    is_finite &= isfinite(offsets[axis]) != 0;
+    offsets[axis] = (float)(offsets[axis] + tw_dot3(frame[axis], by) / (scale * scale));
+    fits &= fabsf(offsets[axis]) <= TW_COORDINATE_MAX;
   }
-  return is_finite;
+  return fits;
 }
 
 /* ---- adding
@@ -176,9 +175,9 @@ typedef struct adding {
   atomic_bool failed;
 } adding;
 
-/* A file may have any offsets; points stay where those of a mesh may be, so that nothing overflows. */
-static double within_reach(double coordinate) {
-  return fmin(fmax(coordinate, -(double)TW_COORDINATE_MAX), (double)TW_COORDINATE_MAX);
+/* Beyond it float could overflow on the way to normals. */
+static double in_range(double coordinate) {
+  return fmax(-(double)TW_COORDINATE_MAX, fmin(coordinate, (double)TW_COORDINATE_MAX));
 }
 
 static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t end) {
@@ -192,11 +191,11 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
     double frame[3][3];
     if (offsets[0] == 0 && offsets[1] == 0 && offsets[2] == 0) continue;
     find_frame(&frames, v, frame);
-    for (int axis = 0; axis < 3; axis++)
-      for (int c = 0; c < 3; c++)
-        a->positions[3 * (size_t)v + (size_t)c] += (double)offsets[axis] * frame[axis][c];
-    for (size_t c = 0; c < 3; c++)
-      a->positions[3 * (size_t)v + c] = within_reach(a->positions[3 * (size_t)v + c]);
+    double *point = a->positions + 3 * (size_t)v;
+    for (int c = 0; c < 3; c++) {
+      for (int axis = 0; axis < 3; axis++) point[c] += (double)offsets[axis] * frame[axis][c];
+      point[c] = in_range(point[c]);
+    }
   }
   free(frames.mask);
 }
@@ -209,6 +208,7 @@ static tw_status add_detail(const tw_detail *detail, const tw_topology *t, bool 
   memcpy(before, positions, 3 * (size_t)t->vertex_count * sizeof *before);
   const tw_detail_frames level = {t, linear, before, NULL};
   adding a = {.detail = detail, .level = &level, .capacity = mask_capacity(t), .positions = positions};
+  /* A frame takes as long as some iterations of a few nanoseconds. */
   tw_parallel_for_run(parallel, t->vertex_count, TW_PARALLEL_FOR_LEAST / 8, add_vertices, &a);
   free(before);
   return atomic_load(&a.failed) ? TW_NO_MEMORY : TW_OK;
@@ -252,7 +252,7 @@ static tw_status follow(const tw_detail_step *step, const tw_parallel_for *paral
     modelled = next;
   }
   for (size_t i = 0; i < 3 * (size_t)step->topology->vertex_count; i++)
-    positions[i] = within_reach(positions[i] + (modelled[i] - plain[i]));
+    positions[i] = in_range(positions[i] + (modelled[i] - plain[i]));
   return TW_OK;
 }
 
@@ -288,11 +288,12 @@ tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *opti
                              const tw_parallel_for *parallel, tw_arena *arena, tw_detail_level *out,
                              tw_error *error) {
   const tw_detail_list all = {mesh->detail_count, mesh->details},
-                       list = tw_details_above(&all, options->level);
+                       list = tw_coarser_details(&all, options->level);
   const tw_rules rules = tw_rules_of(options);
   tw_cage cage;
   tw_status status = tw_cage_read(mesh, options, arena, &cage);
   if (status == TW_OK) status = tw_details_check(&list, &cage, options, error);
+  if (status == TW_OK) status = check_level(&cage, options, options->level, error);
   if (status != TW_OK) return status;
   out->point_of = cage.point_of;
   out->topology = cage.topology;

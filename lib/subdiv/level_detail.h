@@ -1,6 +1,6 @@
-/* What is modelled onto levels: added to the points on their way from the cage, in frames of the level
- * (Zorin, Schröder and Sweldens 1997). Levels above it follow, as vertices keep their numbers: each goes
- * where the vertex of the deepest level goes. */
+/* What is modelled onto levels (Zorin, Schröder and Sweldens 1997): displacements in local frames of a level,
+ * added after the step that makes it. Coarser levels take for each vertex the displacement that it has on the
+ * deepest level, where it has the same number. */
 #ifndef TWEEND_LEVEL_DETAIL_H
 #define TWEEND_LEVEL_DETAIL_H
 
@@ -17,43 +17,52 @@ static inline uint32_t tw_deepest_detail(const tw_detail_list *list) {
   return list->count > 0 ? list->details[list->count - 1].level : 0;
 }
 
-/* The first few, of levels above this one. */
-tw_detail_list tw_details_above(const tw_detail_list *list, uint32_t level);
+/* Those of levels with a lower number. */
+tw_detail_list tw_coarser_details(const tw_detail_list *list, uint32_t level);
 
 /* Whether the details are of the cage's levels, as the options refine it. TW_INVALID, TW_LIMIT; pointer
  * "/details/0". */
 tw_status tw_details_check(const tw_detail_list *list, const tw_cage *cage, const tw_surface_options *options,
                            tw_error *error);
 
-/* Adds what is modelled onto a level, `level` of those that are refined, to its positions: [vertices][3] as
- * subdivision made them. Where the answer is of this level, they follow deeper details as well. The topology
- * is sharpened. TW_NO_MEMORY. */
+/* A level that is being made. */
 typedef struct tw_detail_step {
   const tw_detail_list *list;
-  const tw_topology *topology;
+  const tw_topology *topology; /* of the level, sharpened */
   const tw_rules *rules;
-  uint32_t level, answer;
+  uint32_t level;
+  uint32_t answer; /* the level that rows are of */
 } tw_detail_step;
+
+/* Adds what is modelled onto the level to its positions: [vertices][3] as subdivision made them. At the level
+ * of the answer the displacements of deeper levels are added too, and beyond it none. Coordinates stay within
+ * TW_COORDINATE_MAX. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *parallel, double *positions);
 
-/* The same with positions that rows hold. */
+/* The same of floats. */
 tw_status tw_details_add_floats(const tw_detail_step *step, const tw_parallel_for *parallel,
                                 float *positions);
 
-/* A level of a mesh as subdivision makes it of the levels above and their details. */
+/* A level of a mesh as subdivision makes it of the levels above and their details, without its own. */
 typedef struct tw_detail_level {
   const uint32_t *point_of; /* of the cage; NULL: all points are used */
   tw_topology topology;
   double *positions; /* [vertices][3] */
 } tw_detail_level;
+
+/* Refines to options->level. Lives in the arena. TW_INVALID with an open border, TW_LIMIT over
+ * TW_GENERIC_FACES_MAX, TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *options,
                              const tw_parallel_for *parallel, tw_arena *arena, tw_detail_level *out,
                              tw_error *error);
 
-/* Adds to the offsets of one vertex so much that it is moved by this. False: they would not be finite. */
+/* The frames of a level, which outlives them; for one thread, as they have room for one mask. */
 typedef struct tw_detail_frames tw_detail_frames;
 tw_status tw_detail_frames_create(const tw_detail_level *level, const tw_rules *rules, tw_arena *arena,
                                   tw_detail_frames **out);
+
+/* Adds a displacement in the mesh's space to the offsets of a vertex, which are in its frame. False: they
+ * would be over TW_COORDINATE_MAX. */
 bool tw_detail_move(tw_detail_frames *frames, uint32_t vertex, const double by[3], float offsets[3]);
 
 #endif

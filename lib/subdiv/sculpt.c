@@ -6,6 +6,7 @@
 
 #include "surface.h"
 
+/* Each leaves a share of what was missed that is about the angle by which the level turns deeper frames. */
 enum { ROUNDS = 2 };
 
 typedef struct sculpting {
@@ -13,10 +14,10 @@ typedef struct sculpting {
   const tw_parallel_for *parallel;
   const float *wanted; /* [rows][3] */
   uint32_t rows;
-  uint32_t *vertices;       /* [rows] */
-  tw_detail_frames *frames; /* above level 0 */
+  uint32_t *vertices; /* [rows] */
+  tw_detail_level level;
+  tw_detail_frames *frames; /* of the level; NULL at level 0 */
   float *offsets;           /* of the level's vertices; at level 0 the mesh's positions, by points */
-  const uint32_t *point_of; /* of level 0, or NULL */
   tw_arena *scratch;
 } sculpting;
 
@@ -58,30 +59,25 @@ static tw_status add_detail(sculpting *s, const tw_mesh *mesh, uint32_t vertices
 
 static tw_status begin_level(sculpting *s, const tw_mesh *mesh, const tw_surface *surface, tw_arena *arena,
                              tw_mesh *out, tw_error *error) {
-  tw_detail_level level;
-  tw_status status = tw_detail_level_of(mesh, s->options, s->parallel, s->scratch, &level, error);
+  tw_status status = tw_detail_level_of(mesh, s->options, s->parallel, s->scratch, &s->level, error);
   if (status != TW_OK) return status;
-  tw_surface_vertices_of_points(surface, &level.topology, s->vertices);
+  tw_surface_vertices_of_points(surface, &s->level.topology, s->vertices);
   *out = *mesh;
   if (s->options->level > 0) {
     const tw_rules rules = tw_rules_of(s->options);
-    tw_detail_level *kept = tw_arena_alloc(s->scratch, 1, sizeof *kept);
-    if (!kept) return TW_NO_MEMORY;
-    *kept = level;
-    status = tw_detail_frames_create(kept, &rules, s->scratch, &s->frames);
-    return status == TW_OK ? add_detail(s, mesh, level.topology.vertex_count, arena, out) : status;
+    status = tw_detail_frames_create(&s->level, &rules, s->scratch, &s->frames);
+    return status == TW_OK ? add_detail(s, mesh, s->level.topology.vertex_count, arena, out) : status;
   }
-  s->point_of = level.point_of;
   s->offsets = tw_arena_alloc_raw(arena, mesh->point_count, 3 * sizeof *s->offsets);
   if (!s->offsets) return TW_NO_MEMORY;
   memcpy(s->offsets, mesh->positions, 3 * (size_t)mesh->point_count * sizeof *s->offsets);
   out->positions = s->offsets;
-  out->normals = (tw_corner_normals){0}; /* they were those of the points as they are no more */
+  out->normals = (tw_corner_normals){0}; /* they were those of the cage as it was */
   out->morph_normals = NULL;
   return TW_OK;
 }
 
-/* What a row is away from where it should be; false: nothing. */
+/* by: from where the row is to where it should be. False: it is there. */
 static bool find_miss(const sculpting *s, const float *now, uint32_t row, double by[3]) {
   bool misses = false;
   for (size_t c = 0; c < 3; c++) {
@@ -103,7 +99,7 @@ static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
     uint32_t vertex = s->vertices[row];
     if (!find_miss(s, now, row, by)) continue;
     if (s->options->level == 0) {
-      float *point = s->offsets + 3 * (size_t)(s->point_of ? s->point_of[vertex] : vertex);
+      float *point = s->offsets + 3 * (size_t)(s->level.point_of ? s->level.point_of[vertex] : vertex);
       for (int c = 0; c < 3; c++) point[c] = (float)((double)point[c] + by[c]);
     } else if (!tw_detail_move(s->frames, vertex, by, s->offsets + 3 * (size_t)vertex)) {
       return fail_far(row, error);
@@ -112,7 +108,7 @@ static tw_status move_level(sculpting *s, const float *now, tw_error *error) {
   return TW_OK;
 }
 
-/* Moves the same vertices on the deepest level, on which nothing else depends. */
+/* Moves the same vertices on the deepest level: no frame depends on that one. */
 static tw_status move_deepest(sculpting *s, const float *now, tw_arena *arena, tw_mesh *mesh,
                               tw_error *error) {
   uint32_t last = mesh->detail_count - 1;

@@ -245,8 +245,8 @@ tw_status tw_own_normals_read(const tw_surface *surface, const tw_mesh *mesh, tw
 tw_status tw_own_normals_keep(tw_surface *surface, const tw_mesh *mesh, const tw_own_normals *own,
                               uint32_t rows);
 
-/* The vertex of each row of TW_DOMAIN_POINTS, in the numbers of a level that is refined step by step. level:
- * that of the surface. */
+/* The vertex of each row of TW_DOMAIN_POINTS, in the numbers of the surface's level refined step by step,
+ * whose topology `level` is. Not with an open border. out: [rows]. */
 void tw_surface_vertices_of_points(const tw_surface *surface, const tw_topology *level, uint32_t *out);
 
 /* Numbers what a GPU has to tell apart. */

@@ -199,8 +199,8 @@ size_t tw_surface_read_faces(tw_surface_reader *reader, tw_domain domain, uint64
 
 /* ---- points --------------------------------------------------------------------------------- */
 
-/* A face of a level, refined step by step, that a cell of a quad's grid is: from the quad's first one on.
- * turn: the cell's corner, counted from its least i and j, that is the face's first. */
+/* The face that a cell of a quad's grid is where the quad is refined step by step, counted from the quad's
+ * first one. turn: which corner of the cell, counted from its least i and j, is the face's first. */
 typedef struct cell_face {
   uint32_t face, turn;
 } cell_face;

@@ -436,20 +436,20 @@ static tw_status create(const tw_mesh *mesh, const tw_surface_options *options,
                         const tw_parallel_for *parallel, bool generic, tw_surface **out, bool *too_irregular,
                         tw_error *error);
 
-/* Points in the order that they have before anything is modelled onto this level or deeper ones: whoever
- * models on it finds them where they were. */
+/* Gives points the order that they have without what is modelled onto this level and deeper ones, so that the
+ * rows that somebody took from it and moved still fit. */
 static tw_status order_points(build *b) {
   tw_surface *s = b->surface, *before;
   const tw_topology *base = &s->fields[0].base;
   tw_mesh mesh = *b->mesh;
-  mesh.detail_count = tw_details_above(&b->details, s->options.level).count;
+  mesh.detail_count = tw_coarser_details(&b->details, s->options.level).count;
   tw_surface_options options = s->options;
   options.shapes = NULL;
   options.movable = false;
   bool too_irregular = false;
   tw_status status = create(&mesh, &options, b->parallel, false, &before, &too_irregular, NULL);
-  if (too_irregular) return TW_OK; /* the numbers of the level, as then */
-  if (status != TW_OK) return status;
+  if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
+  if (status != TW_OK) return TW_OK; /* there are no such rows: the numbers of the level serve */
   uint32_t rows = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
   uint32_t *vertices = tw_arena_alloc_raw(b->arena, rows, sizeof *vertices);
   if (vertices) tw_surface_vertices_of_points(before, base, vertices);

@@ -1,6 +1,7 @@
 #include "gltf/cage_tags.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 namespace gltf {
@@ -80,6 +81,10 @@ void CageTags::open_details(const char *details) {
         accessors_.open(accessor_of(item.value(), "offsets"), TINYGLTF_TYPE_VEC3, pointer + "/offsets");
     if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
       refuse(TW_INVALID, pointer, "offsets are of another component type");
+    // Details may name the same accessor many times.
+    if (3 * uint64_t{offsets.count()} > document_.values_left)
+      refuse(TW_LIMIT, pointer, "the details are too many for a file of this size");
+    document_.values_left -= 3 * uint64_t{offsets.count()};
     details_.emplace_back(level, &offsets);
   }
 }
@@ -234,8 +239,9 @@ void CageTags::check_details() const {
   for (const auto &[level, offsets] : details_)
     for (uint32_t i = 0; i < offsets->count(); i++) {
       float row[3];
-      if (!offsets->read_finite(i, row))
-        refuse(TW_INVALID, place_of("details"), "an offset of level ", level, " is not finite");
+      if (!offsets->read_finite(i, row) ||
+          std::any_of(row, row + 3, [](float x) { return std::abs(x) > TW_COORDINATE_MAX; }))
+        refuse(TW_INVALID, place_of("details"), "an offset of level ", level, " is no number up to 1e18");
     }
 }
 

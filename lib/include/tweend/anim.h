@@ -218,6 +218,10 @@ void tw_pose_locals(const tw_clip *clip, const tw_node *nodes, uint32_t node_cou
 void tw_pose_world(const tw_node *nodes, const uint32_t *order, uint32_t node_count, const float *local,
                    float *world);
 
+/* Inverse transpose of a matrix's linear part times its determinant, both column-major; returns the
+ * determinant. */
+double tw_matrix_cofactors(const float matrix[16], double out[9]);
+
 /* Joint matrices, world x inverse bind: out [joint_count][16]. */
 void tw_skin_matrices(const tw_skin *skin, const float *world, float *out);
 

@@ -61,8 +61,8 @@ typedef struct tw_skin_weights {
  * turns and grows with the mesh. */
 typedef struct tw_detail {
   uint32_t level; /* from 1 */
-  /* Vertices of that level, refined step by step: they have the numbers of lib/subdiv/catmull_clark.h, or of
-   * loop.h, those of holes too. A mesh whose level has another number has no such detail. */
+  /* As many as the level has when it is refined step by step, those of holes too: they have the numbers of
+   * lib/subdiv/catmull_clark.h, or of loop.h. */
   uint32_t vertex_count;
   const float *offsets; /* [vertex_count][3] */
 } tw_detail;
