@@ -18,7 +18,6 @@ typedef struct detail_request {
   float *positions; /* [count][3], as they came */
   uint32_t count;
   uint32_t rows; /* points of the mesh at the level */
-  bool is_json;  /* the body */
 } detail_request;
 
 /* ---- the level ----------------------------------------------------------------------------------------- */
@@ -120,7 +119,6 @@ static api_outcome read_points(detail_request *request) {
   bool fits = format == TW_FORMAT_OBJ || format == TW_FORMAT_JSON;
   if (outcome == API_DONE && !fits)
     outcome = api_fail_with(call, 415, "points come as OBJ, or as JSON with positions");
-  request->is_json = format == TW_FORMAT_JSON;
   if (outcome == API_DONE)
     outcome = format == TW_FORMAT_OBJ ? read_obj(request, upload.bytes) : read_json(request, upload.bytes);
   api_upload_deinit(&upload);
@@ -206,7 +204,7 @@ static api_outcome find_local(const detail_request *request) {
   double determinant = tw_matrix_cofactors(world, cofactors);
   if (!isfinite(determinant) || determinant == 0)
     return api_fail_with(call, 422,
-                         "the node that shows the mesh flattens it, so that no point has a way back");
+                         "the node that shows the mesh has no size, so that no point can be taken back");
   tw_surface *surface;
   if (tw_surface_create_by(&request->remade.model->meshes[request->remade.mesh], &request->options,
                            call->service->parallel, &surface, &call->fault.error) != TW_OK)
@@ -236,8 +234,10 @@ static api_outcome sculpt(detail_request *request) {
   api_outcome outcome = find_local(request);
   if (outcome != API_DONE) return outcome;
   if (tw_mesh_sculpt(mesh, &request->options, request->positions, call->service->parallel, call->arena,
-                     &remade->cage, &call->fault.error) != TW_OK)
-    return request->is_json ? api_fail_in_document(call) : api_fail(call);
+                     &remade->cage, &call->fault.error) != TW_OK) {
+    bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
+    return is_point ? api_fail_in_document(call) : api_fail(call);
+  }
   return api_remade_store(remade, NULL);
 }
 
