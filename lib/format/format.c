@@ -10,7 +10,7 @@
  * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
  * tweend JSON, STL) or by a budget (glTF, PLY). */
 uint64_t tw_reading_size(tw_format format, uint64_t size) {
-  static const uint64_t per_byte[TW_FORMATS] = {8, 168, 2400, 2400, 8, 32}, base = 1 << 20, most = 64 << 20;
+  static const uint64_t per_byte[TW_FORMATS] = {9, 168, 2400, 2400, 8, 32}, base = 1 << 20, most = 64 << 20;
   uint64_t more = size < most ? base + per_byte[format] * size : most;
   return (more < most ? more : most) + 6 * size;
 }
