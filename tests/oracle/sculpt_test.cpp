@@ -324,7 +324,8 @@ void check(const Fact &fact, tw_scheme scheme, int count) {
   for (int i = 0; i < count; i++) {
     const Cage cage = scheme == TW_LOOP ? random_triangle_cage(random) : random_cage(random);
     Model model(cage, random_options(scheme, random));
-    const uint32_t first = 1 + static_cast<uint32_t>(i % 3), deepest = std::min(first + i % 2, 3u);
+    const uint32_t first = 1 + static_cast<uint32_t>(i % 3),
+                   deepest = std::min(first + static_cast<uint32_t>(i % 2), 3u);
     std::string failure = model.sculpt(first, random);
     if (failure.empty() && deepest > first) failure = model.sculpt(deepest, random);
     if (failure.empty()) failure = fact.check(model, deepest, random);
