@@ -1,5 +1,5 @@
 // Points moved on levels of random cages. OpenSubdiv, told where they are, refines that level to the same
-// surface: connectivity, points (within 1e-5 of the size), limits and normals (1e-4), while UVs and
+// surface: connectivity, points (within 1e-5 of the size), limits (1e-4) and normals (5e-4), while UVs and
 // attributes stay as they were. And what holds without an oracle: unchanged points change nothing, a moved
 // cage takes its details along, a plan with other positions gives the bytes of a fresh surface.
 #include <algorithm>
