@@ -58,15 +58,6 @@ struct tw_detail_frames {
   tw_limit_entry *mask;
 };
 
-static uint32_t mask_capacity(const tw_topology *t) {
-  uint32_t most = 0;
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = tw_limit_capacity(t, v);
-    if (capacity > most) most = capacity;
-  }
-  return most;
-}
-
 static void subtract(const tw_detail_frames *f, uint32_t to, uint32_t from, double out[3]) {
   for (int c = 0; c < 3; c++)
     out[c] = f->positions[3 * (size_t)to + (size_t)c] - f->positions[3 * (size_t)from + (size_t)c];
@@ -133,7 +124,7 @@ static double edge_length(const tw_detail_frames *f, uint32_t vertex) {
   return sum > 0 ? sum / (end - begin) : 1;
 }
 
-/* Columns tangent, bitangent and normal, each as long as the edges. Returns that length. */
+/* frame: tangent, bitangent and normal, each as long as the edges. Returns that length. */
 static double find_frame(const tw_detail_frames *f, uint32_t vertex, double frame[3][3]) {
   uint32_t corner = f->topology->fan_corners[f->topology->fan_offsets[vertex]];
   double scale = edge_length(f, vertex);
@@ -150,7 +141,8 @@ tw_status tw_detail_frames_create(const tw_detail_level *level, const tw_rules *
   tw_detail_frames *frames = *out = tw_arena_alloc(arena, 1, sizeof *frames);
   if (!frames) return TW_NO_MEMORY;
   *frames = (tw_detail_frames){&level->topology, rules->linear, level->positions, NULL};
-  frames->mask = tw_arena_alloc_raw(arena, mask_capacity(&level->topology), sizeof *frames->mask);
+  frames->mask =
+      tw_arena_alloc_raw(arena, tw_limit_greatest_capacity(&level->topology), sizeof *frames->mask);
   return frames->mask ? TW_OK : TW_NO_MEMORY;
 }
 
@@ -207,7 +199,8 @@ static tw_status add_detail(const tw_detail *detail, const tw_topology *t, bool 
   if (!before) return TW_NO_MEMORY;
   memcpy(before, positions, 3 * (size_t)t->vertex_count * sizeof *before);
   const tw_detail_frames level = {t, linear, before, NULL};
-  adding a = {.detail = detail, .level = &level, .capacity = mask_capacity(t), .positions = positions};
+  adding a = {
+      .detail = detail, .level = &level, .capacity = tw_limit_greatest_capacity(t), .positions = positions};
   /* A frame takes as long as some iterations of a few nanoseconds. */
   tw_parallel_for_run(parallel, t->vertex_count, TW_PARALLEL_FOR_LEAST / 8, add_vertices, &a);
   free(before);

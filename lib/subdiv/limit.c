@@ -369,6 +369,15 @@ static void fill_tangents(const neighbours *m, bool linear, uint32_t corner) {
   }
 }
 
+uint32_t tw_limit_greatest_capacity(const tw_topology *t) {
+  uint32_t greatest = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) {
+    uint32_t capacity = tw_limit_capacity(t, v);
+    if (capacity > greatest) greatest = capacity;
+  }
+  return greatest;
+}
+
 uint32_t tw_limit_mask(const tw_topology *topology, bool linear, uint32_t corner, tw_limit_entry *entries) {
   neighbours m = start_mask(topology, topology->corner_vertex[corner], entries);
   fill_position(&m, linear);

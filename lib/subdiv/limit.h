@@ -20,6 +20,9 @@ static inline uint32_t tw_limit_capacity(const tw_topology *t, uint32_t vertex) 
          t->fan_offsets[vertex];
 }
 
+/* Room for any of its masks. O(vertices). */
+uint32_t tw_limit_greatest_capacity(const tw_topology *topology);
+
 /* Masks for the vertex at `corner`; the tangents are those of the sector between infinitely sharp
  * edges in which the corner lies, tangent1 x tangent2 pointing outward. Of linear meshes: those of the
  * corner's own face. Returns the number of entries. */

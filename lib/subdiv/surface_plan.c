@@ -517,10 +517,8 @@ static void lay_out(build *b) {
 /* ---- building -------------------------------------------------------------------------------- */
 
 static void need_masks(tw_surface *s, const tw_topology *t) {
-  for (uint32_t v = 0; v < t->vertex_count; v++) {
-    uint32_t capacity = tw_limit_capacity(t, v);
-    if (capacity > s->mask_capacity) s->mask_capacity = capacity;
-  }
+  uint32_t capacity = tw_limit_greatest_capacity(t);
+  if (capacity > s->mask_capacity) s->mask_capacity = capacity;
 }
 
 static bool keep_details(build *b) {

@@ -201,6 +201,13 @@ TEST(details_of_other_meshes_are_refused) {
   points[7] = NAN;
   assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, arena, &out, &error), TW_INVALID);
   assert_string_equal(error.pointer, "/positions/2/1");
+  /* Of so small a cube it would be more edges away than an offset may be. */
+  float small[8][3];
+  for (int i = 0; i < 24; i++) small[i / 3][i % 3] = 1e-3f * cube_points[i / 3][i % 3];
+  mesh.positions = small[0];
+  points[7] = 0.9e18f;
+  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, arena, &out, &error), TW_INVALID);
+  assert_string_equal(error.pointer, "/positions/2");
   tw_arena_destroy(arena);
 }
 
