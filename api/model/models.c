@@ -277,6 +277,26 @@ static bool store_model(api_service *service, api_bytes bytes, const char *id, c
 
 static const char description[] = "description.json";
 
+/* What an answer about a stored model says in its head. */
+typedef struct model_head {
+  const char *location, *etag;
+} model_head;
+
+/* False without memory. */
+static bool make_head(api_call *call, const char *id, model_head *out) {
+  char path[64];
+  int length = snprintf(path, sizeof path, "/v1/models/%s", id);
+  out->location = tw_arena_text(call->arena, path, (size_t)length);
+  out->etag = api_etag(call, id, description, "");
+  return out->location && out->etag;
+}
+
+static void answer_stored(api_call *call, int status, const model_head *head, tw_text *text) {
+  api_answer_text(&call->answer, status, call->offer->type, text);
+  api_answer_header(&call->answer, "Location", head->location);
+  api_answer_header(&call->answer, "ETag", head->etag);
+}
+
 /* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails.
  * addition: or NULL. */
 static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name,
@@ -285,11 +305,9 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
   tw_text text = {0};
   bool existed = false;
   api_model_id(bytes, id);
-  const char *etag = api_etag(call, id, description, "");
-  char path[64];
-  int length = snprintf(path, sizeof path, "/v1/models/%s", id);
-  const char *location = tw_arena_text(call->arena, path, (size_t)length);
-  if (!etag || !location || !take_name(call->service, id, name, model)) return api_fail_without_memory(call);
+  model_head head;
+  if (!make_head(call, id, &head) || !take_name(call->service, id, name, model))
+    return api_fail_without_memory(call);
   bool is_ready = api_describe(model, id, bytes.size, &text, &call->fault);
   if (is_ready && addition && !text.failed) {
     text.size -= 2; /* the end of the object */
@@ -304,9 +322,7 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
     tw_text_deinit(&text);
     return API_FAILED;
   }
-  api_answer_text(&call->answer, existed ? 200 : 201, call->offer->type, &text);
-  api_answer_header(&call->answer, "Location", location);
-  api_answer_header(&call->answer, "ETag", etag);
+  answer_stored(call, existed ? 200 : 201, &head, &text);
   memcpy(call->id, id, sizeof id);
   return API_DONE;
 }
@@ -474,6 +490,19 @@ api_outcome api_get_model(api_call *call) {
   char key[API_MODEL_KEY];
   snprintf(key, sizeof key, "%s/description", call->id);
   return api_response_reply(call, key, description, "", print_description, call);
+}
+
+api_outcome api_model_reply_stored(api_call *call) {
+  model_head head;
+  tw_text text = {0};
+  if (!make_head(call, call->id, &head)) return api_fail_without_memory(call);
+  bool is_printed = print_description(call, &text, &call->fault);
+  if (is_printed && !text.failed) {
+    answer_stored(call, 200, &head, &text);
+    return API_DONE;
+  }
+  tw_text_deinit(&text);
+  return is_printed ? api_fail_without_memory(call) : API_FAILED;
 }
 
 api_outcome api_delete_model(api_call *call) {

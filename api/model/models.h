@@ -51,6 +51,9 @@ typedef struct api_addition {
 api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, const char *name,
                             const api_addition *addition);
 
+/* Answers as for an upload of the bytes that the call's model was stored with. */
+api_outcome api_model_reply_stored(api_call *call);
+
 /* Prints the description of a model. False: the fault says why. */
 bool api_describe(const tw_model *model, const char *id, uint64_t size, tw_text *out, api_fault *fault);
 

@@ -224,19 +224,6 @@ static api_outcome find_local(const detail_request *request) {
 
 /* ---- the answer ---------------------------------------------------------------------------------------- */
 
-/* Answers with the stored model: nothing has moved. */
-static api_outcome reply_same(api_call *call) {
-  tw_text path = {0};
-  tw_text_add(&path, "/v1/models/");
-  tw_text_add(&path, call->id);
-  const char *location = path.failed ? NULL : tw_arena_text(call->arena, path.data, path.size);
-  tw_text_deinit(&path);
-  if (!location) return api_fail_without_memory(call);
-  api_outcome outcome = api_get_model(call);
-  if (outcome == API_DONE) api_answer_header(&call->answer, "Location", location);
-  return outcome;
-}
-
 static api_outcome sculpt(detail_request *request) {
   api_remade *remade = &request->remade;
   api_call *call = remade->call;
@@ -252,7 +239,7 @@ static api_outcome sculpt(detail_request *request) {
     return is_point ? api_fail_in_document(call) : api_fail(call);
   }
   bool has_changed = remade->cage.positions != mesh->positions || remade->cage.details != mesh->details;
-  return has_changed ? api_remade_store(remade, NULL) : reply_same(call);
+  return has_changed ? api_remade_store(remade, NULL) : api_model_reply_stored(call);
 }
 
 api_outcome api_post_detail(api_call *call) {

@@ -90,7 +90,7 @@ count_models() {
       expect 200
       mv answer shown.obj
       near dented.obj shown.obj
-      sculpt "$sculpted" "$level" shown.obj
+      sculpt "$sculpted" "$level" shown.obj -H 'If-None-Match: *'
       expect 200
       [ "$id" = "$sculpted" ]
       grep -qix "location: /v1/models/$id" <(tr -d '\r' <headers)

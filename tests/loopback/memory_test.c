@@ -213,6 +213,7 @@ TEST_WITH(editing_survives, fail_json, mend_json) {
   fail_each("POST", "/v1/models/%s/detail", "level=1",
             "{\"positions\":[[0,0,0],[1,0,0],[1,1,0],[0,1,0],[0,0,1],[1,0,1],[1,1,1],[0,1,1],[0.5,0.5,2]]}",
             model);
+  fail_each("POST", "/v1/models/%s/detail", "level=0", "{\"positions\":[0,0,0,1,0,0,1,1,0,0,1,0]}", model);
   fail_each("POST", "/v1/models/%s/coarsen", "", "", dented);
   fail_each("GET", "/v1/models/%s/surface.glb", "level=0&polygons=ngon", NULL, model);
 }
