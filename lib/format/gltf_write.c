@@ -155,9 +155,23 @@ static char *append(char *out, const char *bytes, size_t size) {
   return out + size;
 }
 
-static char *append_u32(char *out, uint64_t value) {
-  for (int shift = 0; shift < 32; shift += 8) *out++ = (char)(value >> shift & 0xFF);
+static uint8_t *put_u32(uint8_t *out, uint64_t value) {
+  for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);
   return out;
+}
+
+uint8_t *tw_glb_put_head(uint8_t *out, uint64_t json_size, uint64_t data_size) {
+  memcpy(out, "glTF", 4);
+  out = put_u32(put_u32(out + 4, 2), 12 + 8 + json_size + (data_size ? 8 + data_size : 0));
+  out = put_u32(out, json_size);
+  memcpy(out, "JSON", 4);
+  return out + 4;
+}
+
+uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size) {
+  out = put_u32(out, data_size);
+  memcpy(out, "BIN", 4); /* and its terminator */
+  return out + 4;
 }
 
 static bool allocate_text(text *text, size_t size) {
@@ -197,20 +211,13 @@ static bool build_glb(tw_gltf_stream *stream) {
   size_t chunk_size = (buffers_size + rest_size + 3) / 4 * 4;
   stream->data_text_size = data_size;
   if (!allocate_text(&stream->head, 12 + 8 + chunk_size + (data_size ? 8 : 0))) return false;
-  char *out = append(stream->head.bytes, "glTF", 4);
-  out = append_u32(out, 2);
-  out = append_u32(out, stream->head.size + data_size);
-  out = append_u32(out, chunk_size);
-  out = append(out, "JSON", 4);
+  char *out = (char *)tw_glb_put_head((uint8_t *)stream->head.bytes, chunk_size, data_size);
   out = append(out, buffers.opening, strlen(buffers.opening));
   out = append(out, buffers.closing, strlen(buffers.closing));
   stream->rest = out;
   out = append(out, json->data + 1, rest_size);
   for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
-  if (data_size) {
-    out = append_u32(out, data_size);
-    append(out, "BIN", 4);
-  }
+  if (data_size) tw_glb_put_bin_head((uint8_t *)out, data_size);
   return true;
 }
 

@@ -10,17 +10,11 @@ std::string CageTags::place_of(const char *name) const {
   return text("/meshes/", index_, "/extras/tweend/", name);
 }
 
-int CageTags::accessor_of(const char *object, const char *name) {
-  const char *value = object && *object == '{' ? tw_json_member(object, name) : nullptr;
-  double number = -1;
-  if (value && tw_json_is_number(value)) tw_json_number(value, &number);
-  return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
-}
-
 // nullptr where there is none.
 const Elements *CageTags::open_tag(const char *object, const char *name, bool is_float) {
-  if (!object || *object != '{' || !tw_json_member(object, name)) return nullptr;
-  const Elements &elements = accessors_.open(accessor_of(object, name), TINYGLTF_TYPE_SCALAR, place_of(name));
+  const char *index = tw_json_member(object, name);
+  if (!index) return nullptr;
+  const Elements &elements = accessors_.open(index_of(index), TINYGLTF_TYPE_SCALAR, place_of(name));
   int wanted = is_float ? TINYGLTF_COMPONENT_TYPE_FLOAT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
   if (elements.component_type() != wanted)
     refuse(TW_INVALID, place_of(name), name, " are of another component type");
@@ -55,7 +49,8 @@ void CageTags::open_holes(const char *holes, const Elements &positions) {
   for (Items item(holes); item.more(); item.next(), i++) {
     std::string pointer = text(place_of("holes"), "/", i);
     if (*item.value() != '{') refuse(TW_INVALID, pointer, "a hole is no object");
-    int indices = accessor_of(item.value(), "indices"), found = accessor_of(item.value(), "material");
+    int indices = index_of(tw_json_member(item.value(), "indices")),
+        found = index_of(tw_json_member(item.value(), "material"));
     if (found >= 0 && static_cast<uint32_t>(found) >= document_.model->material_count)
       refuse(TW_INVALID, pointer, "there is no material ", found);
     const Elements &elements = accessors_.open(indices, TINYGLTF_TYPE_SCALAR, pointer + "/indices");
@@ -73,12 +68,12 @@ void CageTags::open_details(const char *details) {
   uint32_t above = 0;
   for (Items item(details); item.more(); item.next()) {
     std::string pointer = text(place_of("details"), "/", details_.size());
-    uint32_t level = static_cast<uint32_t>(accessor_of(item.value(), "level"));
+    uint32_t level = static_cast<uint32_t>(index_of(tw_json_member(item.value(), "level")));
     if (level <= above || level > TW_LEVEL_MAX)
       refuse(TW_INVALID, pointer, "levels of details ascend from 1 to ", int{TW_LEVEL_MAX});
     above = level;
-    const Elements &offsets =
-        accessors_.open(accessor_of(item.value(), "offsets"), TINYGLTF_TYPE_VEC3, pointer + "/offsets");
+    const Elements &offsets = accessors_.open(index_of(tw_json_member(item.value(), "offsets")),
+                                              TINYGLTF_TYPE_VEC3, pointer + "/offsets");
     if (offsets.component_type() != TINYGLTF_COMPONENT_TYPE_FLOAT)
       refuse(TW_INVALID, pointer, "offsets are of another component type");
     // Details may name the same accessor many times.
@@ -223,7 +218,7 @@ void CageTags::write_groups(const Vector<uint32_t> &place) {
 }
 
 int CageTags::rule(const char *rules, const char *name, int most) {
-  int value = accessor_of(rules, name);
+  int value = index_of(tw_json_member(rules, name));
   return value >= 0 && value <= most ? value : static_cast<int>(TW_TAG_UNSET);
 }
 

@@ -45,7 +45,6 @@ private:
   std::vector<Hole> holes_;
 
   std::string place_of(const char *name) const;
-  static int accessor_of(const char *object, const char *name);
   const Elements *open_tag(const char *object, const char *name, bool is_float);
   void check_points(const Elements *positions) const;
   void open_holes(const char *holes, const Elements &positions);

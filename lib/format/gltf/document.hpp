@@ -46,6 +46,9 @@ template <typename... Parts>
 // A member's name as a part of a pointer (RFC 6901).
 std::string pointer_part(const std::string &name);
 
+// The same at the C surface: fills the error, and returns the status.
+tw_status report(const Refusal &refusal, tw_error *error);
+
 // ---- memory --------------------------------------------------------------------------------------
 
 // Bytes that reading may still take, of those that tw_reading_size promises. Whoever takes more is refused.
@@ -130,6 +133,19 @@ inline bool is_escaped(std::string_view key) {
   return key.find('\\') != std::string_view::npos;
 }
 
+// Calls element(index, value) for each element of an array; for none of what is no array, or nullptr.
+template <typename Element> void each(const char *array, Element element) {
+  size_t index = 0;
+  if (array && *array == '[')
+    for (Items i(array); i.more(); i.next()) element(index++, i.value());
+}
+
+// A whole number that JSON and a double hold alike; nothing for any other value, or nullptr.
+std::optional<uint64_t> whole_number(const char *value);
+
+// The same as tinygltf has indices; -1 for what is none.
+int index_of(const char *value);
+
 // Whether the words of a list, a blank between two, have this one.
 bool has_word(std::string_view list, std::string_view word);
 
@@ -139,6 +155,28 @@ std::string unescape(std::string_view written);
 // The bytes of base64 text as far as it goes, "\/" being a slash as JSON may write it. rest: what stands
 // behind it.
 Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest = nullptr);
+
+// JSON text under way.
+class Text {
+protected:
+  explicit Text(Budget &budget) : text_(Counted<char>(budget)) {}
+
+  Vector<char> text_;
+
+  void put(std::string_view text) { text_.insert(text_.end(), text.begin(), text.end()); }
+
+  // The comma before a member or an element, unless it is the first.
+  void put_comma() {
+    if (text_.back() != '{' && text_.back() != '[') text_.push_back(',');
+  }
+
+  void put_key(std::string_view key) {
+    put_comma();
+    put("\"");
+    put(key);
+    put("\":");
+  }
+};
 
 // ---- before tinygltf -----------------------------------------------------------------------------
 

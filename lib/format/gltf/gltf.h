@@ -76,6 +76,11 @@ enum {
   TW_GLTF_BOUND_TEXT = 24 /* bytes kept for each number of bounds that come later */
 };
 
+/* Writes the header of a GLB and that of its JSON chunk, whose size is a multiple of 4, or that of its BIN
+ * chunk; both return the end. data_size 0: there is no BIN chunk. */
+uint8_t *tw_glb_put_head(uint8_t *out, uint64_t json_size, uint64_t data_size);
+uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size);
+
 /* Where the bytes of a view come from. */
 typedef enum tw_gltf_source {
   TW_GLTF_MEMORY,    /* as they are */

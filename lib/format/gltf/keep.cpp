@@ -37,13 +37,6 @@ bool names_buffers(const char *value) {
   return false;
 }
 
-// Calls element(index, value) for each element of an array; for none of what is no array.
-template <typename Element> void each(const char *array, Element element) {
-  size_t index = 0;
-  if (array && *array == '[')
-    for (Items i(array); i.more(); i.next()) element(index++, i.value());
-}
-
 // What the elements of an accessor that is handed on are.
 enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
 
@@ -128,11 +121,10 @@ private:
   }
 };
 
-class Keeper {
+class Keeper : Text {
 public:
   Keeper(Document &document, Accessors &accessors)
-      : document_(document), kept_(document.kept), elements_(document, accessors),
-        text_(Counted<char>(document.budget)) {}
+      : Text(document.budget), document_(document), kept_(document.kept), elements_(document, accessors) {}
 
   void run(tw_gltf_assets &assets) {
     const char *root = document_.outline.root;
@@ -179,8 +171,7 @@ private:
   Document &document_;
   Kept &kept_;
   ElementKeeper elements_;
-  Vector<char> text_; // of the object under way
-  std::string place_; // of it
+  std::string place_; // of the object under way in text_
   std::vector<Dropped> dropped_;
   std::string_view unkept_; // member of extras that is read, and written anew
   uint32_t materials_ = 0;
@@ -188,39 +179,21 @@ private:
 
   // ---- text
 
-  void put(std::string_view text) { text_.insert(text_.end(), text.begin(), text.end()); }
-
-  void put_key(std::string_view key) {
-    if (text_.back() != '{') put(",");
-    put("\"");
-    put(key);
-    put("\":");
-  }
-
-  void put_plain(const char *value) {
+  // A value; is_plain: of the application's own, else its extensions are those of glTF.
+  void put_value(const char *value, bool is_plain = false) {
     bool is_object = *value == '{';
     if (!is_object && *value != '[') return put(value_text(value));
     put(is_object ? "{" : "[");
     for (Items i(value); i.more(); i.next()) {
-      if (is_object) put_key(i.key());
-      if (!is_object && text_.back() != '[') put(",");
-      put_plain(i.value());
-    }
-    put(is_object ? "}" : "]");
-  }
-
-  // A value whose extensions are those of glTF.
-  void put_value(const char *value) {
-    bool is_object = *value == '{';
-    if (!is_object && *value != '[') return put(value_text(value));
-    put(is_object ? "{" : "[");
-    for (Items i(value); i.more(); i.next()) {
-      if (is_object)
+      if (is_object && !is_plain) {
         put_member(i);
-      else {
-        if (text_.back() != '[') put(",");
-        put_value(i.value());
+        continue;
       }
+      if (is_object)
+        put_key(i.key());
+      else
+        put_comma();
+      put_value(i.value(), is_plain);
     }
     put(is_object ? "}" : "]");
   }
@@ -235,7 +208,7 @@ private:
   void put_extras(const char *extras) {
     if (unkept_.empty() || *extras != '{' || !tw_json_member(extras, unkept_.data())) {
       put_key("extras");
-      return put_plain(extras);
+      return put_value(extras, true);
     }
     bool any = false;
     for (Items i(extras); i.more(); i.next()) {
@@ -246,7 +219,7 @@ private:
       }
       any = true;
       put_key(i.key());
-      put_plain(i.value());
+      put_value(i.value(), true);
     }
     if (any) put("}");
   }
@@ -271,7 +244,7 @@ private:
 
   // Its attributes are accessors.
   void put_instances(const char *instances) {
-    if (*instances != '{') return put_plain(instances);
+    if (*instances != '{') return put_value(instances, true);
     put("{");
     for (Items i(instances); i.more(); i.next()) {
       if (i.key() != "attributes" || *i.value() != '{') {
@@ -288,13 +261,6 @@ private:
       put("}");
     }
     put("}");
-  }
-
-  // Of an accessor; -1 for what is no index.
-  static int index_of(const char *value) {
-    double number = -1;
-    if (tw_json_is_number(value)) tw_json_number(value, &number);
-    return number >= 0 && number < INT32_MAX ? static_cast<int>(number) : -1;
   }
 
   bool is_left_out(const Items &extension) {
@@ -558,8 +524,8 @@ private:
 
   // A channel of something else than a node, with its sampler: in text_. own: what both say.
   const Vector<char> &loose_channel(const tinygltf::Animation &parsed, const char *channel, const char *own) {
-    const char *number = tw_json_member(channel, "sampler"), *target = tw_json_member(channel, "target");
-    int sampler = number ? index_of(number) : -1;
+    const char *target = tw_json_member(channel, "target");
+    int sampler = index_of(tw_json_member(channel, "sampler"));
     if (sampler < 0 || static_cast<size_t>(sampler) >= parsed.samplers.size())
       refuse(TW_INVALID, place_ + "/sampler", "there is no such sampler");
     if (!target) refuse(TW_INVALID, place_, "a channel needs a target");
@@ -593,8 +559,7 @@ private:
   const char *track(const char *channel, const Vector<const char *> &samplers) {
     const char *own = object(channel, "sampler target"), *target = tw_json_member(channel, "target");
     const char *of_target = target ? object(target, "node path") : nullptr;
-    const char *number = tw_json_member(channel, "sampler");
-    int sampler = number ? index_of(number) : -1;
+    int sampler = index_of(tw_json_member(channel, "sampler"));
     bool has_sampler = sampler >= 0 && static_cast<size_t>(sampler) < samplers.size();
     const char *of_sampler = has_sampler ? samplers[static_cast<size_t>(sampler)] : nullptr;
     text_.clear();

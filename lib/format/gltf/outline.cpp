@@ -3,6 +3,7 @@
 #include "gltf/document.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 
 #include "meshopt_read.h"
@@ -576,16 +577,17 @@ bool is_read(std::string_view member) {
 }
 
 // Copies what is read, and adds up what parsing the copy will take.
-class Copier {
+class Copier : Text {
 public:
   explicit Copier(Document &document)
-      : budget_(document.budget), out_(document.outline), parsed_(document.source) {}
+      : Text(document.budget), budget_(document.budget), out_(document.outline), parsed_(document.source) {}
 
   void run(const char *root, size_t size) {
-    out_.json.reserve(size);
+    text_.reserve(size);
     put("{");
     for (Items i(root); i.more(); i.next()) root_member(i);
     put("}");
+    out_.json = std::move(text_);
     out_.tree_size = tree_ + growth_ + 6 * longest_;
     out_.model_size = model_;
   }
@@ -598,13 +600,8 @@ private:
   uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
   uint64_t longest_ = 0; // text; the parser holds several copies of it
 
-  void put(std::string_view text) { out_.json.insert(out_.json.end(), text.begin(), text.end()); }
-
   void put_key(std::string_view key) {
-    if (out_.json.back() != '{') put(",");
-    put("\"");
-    put(key);
-    put("\":");
+    Text::put_key(key);
     count_text(key.size(), 1);
     tree_ += tree_member;
   }
@@ -699,7 +696,8 @@ private:
     put("[");
     for (Items i(value); i.more(); i.next()) {
       if (is_read && !is_read(i.value())) continue;
-      if (count++ > 0) put(",");
+      count++;
+      put_comma();
       element(i.value());
     }
     put("]");
@@ -797,6 +795,19 @@ bool is_track(const char *channel) {
   const char *node = tw_json_member(target, "node");
   const char *path = tw_json_member(target, "path");
   return node && path && *path == '"' && has_word("translation rotation scale weights", string_of(path));
+}
+
+std::optional<uint64_t> whole_number(const char *value) {
+  double number;
+  if (!value || !tw_json_is_number(value)) return {};
+  tw_json_number(value, &number);
+  if (!(number >= 0 && number <= 9007199254740992.0) || number != std::floor(number)) return {};
+  return static_cast<uint64_t>(number);
+}
+
+int index_of(const char *value) {
+  std::optional<uint64_t> number = whole_number(value);
+  return number && *number < INT32_MAX ? static_cast<int>(*number) : -1;
 }
 
 std::string pointer_part(const std::string &name) {

@@ -68,20 +68,6 @@ void read(const Bytes &file, const tw_read_limits &limits, Document &document) {
   read_clips(document, accessors);
 }
 
-// A text from the document may not be fit to be shown.
-std::string printable(std::string text) {
-  if (!tw_utf8_is_name(text.data(), text.size()))
-    for (char &c : text)
-      if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
-  return text;
-}
-
-tw_status report(const Refusal &refusal, tw_error *error) {
-  tw_fail(error, refusal.status, "%s", printable(refusal.detail).c_str());
-  if (!refusal.pointer.empty()) tw_error_at(error, "%s", printable(refusal.pointer).c_str());
-  return refusal.status;
-}
-
 // Whether an allocation of this thread has failed. The parser catches that itself and reports a document that
 // is not valid; the handler notes what really happened.
 thread_local bool is_out_of_memory;
@@ -125,6 +111,20 @@ tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &li
 }
 
 } // namespace
+
+// A text from the document may not be fit to be shown.
+static std::string printable(std::string text) {
+  if (!tw_utf8_is_name(text.data(), text.size()))
+    for (char &c : text)
+      if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) >= 0x7F) c = '?';
+  return text;
+}
+
+tw_status report(const Refusal &refusal, tw_error *error) {
+  tw_fail(error, refusal.status, "%s", printable(refusal.detail).c_str());
+  if (!refusal.pointer.empty()) tw_error_at(error, "%s", printable(refusal.pointer).c_str());
+  return refusal.status;
+}
 
 const char *copy_name(Document &document, const std::string &name) {
   if (name.empty()) return nullptr;

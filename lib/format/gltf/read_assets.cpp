@@ -20,10 +20,8 @@ struct Way {
 
 // An index must be a whole number below count.
 void check_index(const char *value, uint64_t count, const Way &way) {
-  double index = -1;
-  if (tw_json_is_number(value)) tw_json_number(value, &index);
-  if (!(index >= 0 && index < static_cast<double>(count)) ||
-      index != static_cast<double>(static_cast<uint64_t>(index)))
+  std::optional<uint64_t> index = whole_number(value);
+  if (!index || *index >= count)
     refuse(TW_INVALID, way.pointer(), "index ", value_text(value).substr(0, 32),
            " is out of range: there are ", count);
 }
@@ -138,11 +136,8 @@ void name_materials(Document &document) {
 }
 
 int set_of(const char *info, int absent) {
-  const char *set = tw_json_member(info, "texCoord");
-  double number = 0;
-  if (!set || !tw_json_is_number(set)) return absent;
-  tw_json_number(set, &number);
-  return number >= 0 && number < 256 ? static_cast<int>(number) : absent;
+  int set = index_of(tw_json_member(info, "texCoord"));
+  return set >= 0 && set < 256 ? set : absent;
 }
 
 const char *extension(const char *object, const char *name) {

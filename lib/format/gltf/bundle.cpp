@@ -1,0 +1,373 @@
+// A glTF document and the files that it names as one GLB: the files become the BIN chunk, in the order in
+// which buffers and images name them, so that the same files make the same bytes in whatever order they came.
+// Of the JSON only what says where bytes are changes: buffers, images[].uri, and the buffer and byteOffset of
+// bufferViews and of their meshopt extensions; all else is copied as it stands. Names of files are compared,
+// nothing is opened.
+#include "gltf/document.hpp"
+
+#include <algorithm>
+#include <cstring>
+
+namespace gltf {
+
+namespace {
+
+// ---- names -----------------------------------------------------------------------------------------
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// Undoes percent-encoding; what is no escape stays.
+std::string decode_percent(std::string_view uri) {
+  std::string out;
+  for (size_t i = 0; i < uri.size(); i++) {
+    bool is_escape =
+        uri[i] == '%' && i + 2 < uri.size() && hex_digit(uri[i + 1]) >= 0 && hex_digit(uri[i + 2]) >= 0;
+    out += is_escape ? static_cast<char>(hex_digit(uri[i + 1]) << 4 | hex_digit(uri[i + 2])) : uri[i];
+    if (is_escape) i += 2;
+  }
+  return out;
+}
+
+// Slashes between the steps of a path, no "." among them.
+std::string simplify_path(std::string path) {
+  std::replace(path.begin(), path.end(), '\\', '/');
+  std::string out;
+  for (size_t at = 0, end; at < path.size(); at = end + 1) {
+    end = std::min(path.find('/', at), path.size());
+    std::string step = path.substr(at, end - at);
+    if (step.empty() || step == ".") continue;
+    out += step;
+    if (end < path.size()) out += '/';
+  }
+  return out;
+}
+
+std::string base_of(const std::string &path) {
+  return path.substr(path.rfind('/') + 1);
+}
+
+// The files by what may be called.
+class Names {
+public:
+  Names(const tw_named_file *files, uint32_t count) {
+    for (uint32_t i = 0; i < count; i++) {
+      std::string path = simplify_path(files[i].name);
+      bases_.emplace(base_of(path), i);
+      paths_.emplace(path, i);
+    }
+  }
+
+  // The file that a uri means: by its path, else by its base name where only one file has that.
+  uint32_t find(const std::string &uri, const std::string &pointer) const {
+    std::string path = simplify_path(decode_percent(uri));
+    auto found = paths_.equal_range(path);
+    if (found.first == found.second) found = bases_.equal_range(base_of(path));
+    if (found.first == found.second)
+      refuse(TW_INVALID, pointer, "the file \"", path.substr(0, 100), "\" was not sent");
+    if (std::next(found.first) != found.second)
+      refuse(TW_INVALID, pointer, "several files are called \"", found.first->first.substr(0, 100), "\"");
+    return found.first->second;
+  }
+
+private:
+  std::multimap<std::string, uint32_t> paths_, bases_;
+};
+
+bool has_scheme(std::string_view uri, std::string_view scheme) {
+  return uri.size() >= scheme.size() &&
+         std::equal(scheme.begin(), scheme.end(), uri.begin(),
+                    [](char a, char b) { return a == (b >= 'A' && b <= 'Z' ? b + 32 : b); });
+}
+
+// The uri of a buffer or an image that is a file's; nothing where it has none, the bytes are in it, or on the
+// web.
+std::optional<std::string> file_uri(const char *object) {
+  const char *written = tw_json_member(object, "uri");
+  if (!written || *written != '"' || has_scheme(string_of(written), "data:")) return {};
+  return unescape(string_of(written));
+}
+
+std::optional<std::string> image_uri(const char *object) {
+  std::optional<std::string> uri = file_uri(object);
+  bool is_web = uri && (has_scheme(*uri, "http://") || has_scheme(*uri, "https://"));
+  return is_web ? std::nullopt : uri;
+}
+
+// UINT64_MAX where that is no number, which the reader refuses.
+uint64_t declared_length(const char *object) {
+  return whole_number(tw_json_member(object, "byteLength")).value_or(UINT64_MAX);
+}
+
+// The type that the bytes show; nullptr for another one.
+const char *image_type(std::string_view bytes) {
+  using namespace std::string_view_literals;
+  static constexpr struct {
+    const char *type;
+    size_t at; // behind "RIFF" and a size, or the size of a box
+    std::string_view magic;
+  } known[] = {{"image/png", 0, "\x89PNG\r\n\x1A\n"sv},
+               {"image/jpeg", 0, "\xFF\xD8\xFF"sv},
+               {"image/ktx2", 0, "\xABKTX 20\xBB\r\n\x1A\n"sv},
+               {"image/vnd-ms.dds", 0, "DDS "sv},
+               {"image/webp", 8, "WEBP"sv},
+               {"image/avif", 4, "ftypavif"sv}};
+  for (const auto &[type, at, magic] : known)
+    if (bytes.size() >= at + magic.size() && bytes.substr(at, magic.size()) == magic &&
+        (at != 8 || bytes.substr(0, 4) == "RIFF"))
+      return type;
+  return nullptr;
+}
+
+// ---- the bundle --------------------------------------------------------------------------------------
+
+class Bundle : Text {
+public:
+  Bundle(const char *root, tw_named_file *files, uint32_t file_count, Budget &budget)
+      : Text(budget), root_(root), buffer_array_(find_array("buffers")),
+        view_array_(find_array("bufferViews")), image_array_(find_array("images")),
+        view_count_(view_array_ ? tw_json_count(view_array_) : 0), files_(files), names_(files, file_count),
+        offsets_(file_count, UINT64_MAX), image_views_(file_count, TW_NO_INDEX) {}
+
+  // Finds where the files go. False where the document names none.
+  bool place() {
+    each(buffer_array_, [&](size_t i, const char *buffer) { place_buffer(buffer, i); });
+    each(image_array_, [&](size_t i, const char *image) { place_image(image, i); });
+    uint32_t next = 1; // behind the BIN chunk
+    for (Buffer &buffer : buffers_) buffer.index = buffer.is_file ? 0 : next++;
+    return bin_size_ > 0;
+  }
+
+  // Header, JSON chunk padded with blanks, BIN chunk padded with zeros; malloc'ed.
+  uint8_t *make(uint64_t max_size, size_t *out_size) {
+    put_document();
+    uint64_t json_size = (uint64_t{text_.size()} + 3) / 4 * 4, size = 28 + json_size + bin_size_;
+    if (size > max_size || size > UINT32_MAX)
+      refuse(TW_LIMIT, "", "together the files would have ", size, " bytes, over the limit");
+    auto *glb = static_cast<uint8_t *>(tw_alloc_zero(static_cast<size_t>(size), 1));
+    if (!glb) throw std::bad_alloc();
+    uint8_t *end = tw_glb_put_head(glb, json_size, bin_size_);
+    std::memset(std::copy(text_.begin(), text_.end(), end), ' ', json_size - text_.size());
+    end = tw_glb_put_bin_head(end + json_size, bin_size_);
+    for (size_t i = 0; i < offsets_.size(); i++)
+      if (offsets_[i] != UINT64_MAX) std::copy_n(files_[i].bytes, files_[i].size, end + offsets_[i]);
+    *out_size = static_cast<size_t>(size);
+    return glb;
+  }
+
+private:
+  // Where the bytes of a buffer of the document are in the GLB.
+  struct Buffer {
+    bool is_file;
+    uint32_t index;
+    uint64_t offset, length; // in the BIN chunk; as declared
+  };
+
+  const char *root_, *buffer_array_, *view_array_, *image_array_; // nullptr where the document has none
+  uint64_t view_count_;
+  tw_named_file *files_;
+  Names names_;
+  std::vector<uint64_t> offsets_;     // of the files in the BIN chunk; UINT64_MAX: not in it
+  std::vector<uint32_t> image_views_; // of the files: buffer views of images; TW_NO_INDEX: none
+  std::vector<uint32_t> added_;       // files that have those
+  std::vector<Buffer> buffers_;
+  uint64_t bin_size_ = 0;
+  size_t merged_count_ = 0;      // buffers that came as files
+  const char *merged_ = nullptr; // the last of them
+
+  const char *find_array(const char *name) const {
+    const char *value = tw_json_member(root_, name);
+    return value && *value == '[' ? value : nullptr;
+  }
+
+  // ---- placing
+
+  uint64_t place_file(uint32_t file) {
+    if (offsets_[file] == UINT64_MAX) {
+      offsets_[file] = bin_size_;
+      bin_size_ = (bin_size_ + files_[file].size + 3) / 4 * 4;
+      files_[file].is_used = true;
+    }
+    return offsets_[file];
+  }
+
+  void place_buffer(const char *object, size_t index) {
+    Buffer buffer = {false, 0, 0, declared_length(object)};
+    if (std::optional<std::string> uri = file_uri(object)) {
+      uint32_t file = names_.find(*uri, text("/buffers/", index, "/uri"));
+      if (buffer.length > files_[file].size)
+        refuse(TW_INVALID, text("/buffers/", index, "/byteLength"), "the file of the buffer has only ",
+               files_[file].size, " bytes");
+      buffer.is_file = true;
+      buffer.offset = place_file(file);
+      merged_ = object;
+      merged_count_++;
+    }
+    buffers_.push_back(buffer);
+  }
+
+  void place_image(const char *object, size_t index) {
+    std::optional<std::string> uri = image_uri(object);
+    if (!uri) return;
+    uint32_t file = names_.find(*uri, text("/images/", index, "/uri"));
+    place_file(file);
+    if (image_views_[file] != TW_NO_INDEX) return;
+    image_views_[file] = static_cast<uint32_t>(view_count_ + added_.size());
+    added_.push_back(file);
+  }
+
+  // ---- printing
+
+  void put_member(const Items &member) {
+    put_key(member.key());
+    put(value_text(member.value()));
+  }
+
+  void put_count(std::string_view key, uint64_t count) {
+    put_key(key);
+    put(text(count));
+  }
+
+  // The extensions of a buffer view: those of meshopt name a buffer too.
+  void put_view_extensions(const char *extensions, size_t index) {
+    put("{");
+    for (Items i(extensions); i.more(); i.next()) {
+      put_key(i.key());
+      if (has_word("EXT_meshopt_compression KHR_meshopt_compression", i.key()))
+        put_view(i.value(), index);
+      else
+        put(value_text(i.value()));
+    }
+    put("}");
+  }
+
+  // A view, or the extension of one, which say alike where their bytes are. What goes past the end of its
+  // file would read the next one.
+  void put_view(const char *object, size_t index) {
+    if (*object != '{') return put(value_text(object)); // which the reader refuses
+    const char *begin = tw_json_member(object, "byteOffset");
+    std::optional<uint64_t> number = whole_number(tw_json_member(object, "buffer")),
+                            offset = begin ? whole_number(begin) : 0;
+    const Buffer *buffer = number && *number < buffers_.size() ? &buffers_[*number] : nullptr;
+    uint64_t length = declared_length(object);
+    if (!buffer || !offset || *offset > buffer->length || length > buffer->length - *offset)
+      refuse(TW_INVALID, text("/bufferViews/", index), "the buffer view does not lie within a buffer");
+    put("{");
+    put_count("buffer", buffer->index);
+    put_count("byteOffset", buffer->offset + *offset);
+    for (Items i(object); i.more(); i.next()) {
+      if (has_word("buffer byteOffset", i.key())) continue;
+      put_key(i.key());
+      if (i.key() == "extensions" && *i.value() == '{')
+        put_view_extensions(i.value(), index);
+      else
+        put(value_text(i.value()));
+    }
+    put("}");
+  }
+
+  // The document's, then those of images that came as files.
+  void put_views() {
+    put_key("bufferViews");
+    put("[");
+    each(view_array_, [&](size_t i, const char *view) {
+      put_comma();
+      put_view(view, i);
+    });
+    for (uint32_t file : added_) {
+      put_comma();
+      put("{");
+      put_count("buffer", 0);
+      put_count("byteOffset", offsets_[file]);
+      put_count("byteLength", files_[file].size);
+      put("}");
+    }
+    put("]");
+  }
+
+  // The buffer that all files become, then those that are none. Where one became it, it keeps its name,
+  // extras and extensions.
+  void put_buffers() {
+    put_key("buffers");
+    put("[{");
+    put_count("byteLength", bin_size_);
+    if (merged_count_ == 1)
+      for (Items i(merged_); i.more(); i.next())
+        if (!has_word("byteLength uri", i.key())) put_member(i);
+    put("}");
+    each(buffer_array_, [&](size_t i, const char *buffer) {
+      if (buffers_[i].is_file) return;
+      put_comma();
+      put(value_text(buffer));
+    });
+    put("]");
+  }
+
+  void put_image(const char *object, size_t index) {
+    std::optional<std::string> uri = image_uri(object);
+    if (!uri) return put(value_text(object));
+    std::string pointer = text("/images/", index, "/uri");
+    uint32_t file = names_.find(*uri, pointer);
+    put("{");
+    for (Items i(object); i.more(); i.next())
+      if (i.key() != "uri") put_member(i);
+    if (!tw_json_member(object, "mimeType")) {
+      const char *type = image_type({reinterpret_cast<const char *>(files_[file].bytes), files_[file].size});
+      if (!type) refuse(TW_UNSUPPORTED, pointer, "the file is neither PNG, JPEG, WebP, KTX2, AVIF nor DDS");
+      put_key("mimeType");
+      put(text('"', type, '"'));
+    }
+    put_count("bufferView", image_views_[file]);
+    put("}");
+  }
+
+  void put_images() {
+    put_key("images");
+    put("[");
+    each(image_array_, [&](size_t i, const char *image) {
+      put_comma();
+      put_image(image, i);
+    });
+    put("]");
+  }
+
+  void put_document() {
+    text_.reserve(value_text(root_).size());
+    put("{");
+    for (Items i(root_); i.more(); i.next())
+      if (i.value() != buffer_array_ && i.value() != view_array_ && i.value() != image_array_) put_member(i);
+    put_buffers();
+    put_views();
+    if (image_array_) put_images();
+    put("}");
+  }
+};
+
+} // namespace
+
+} // namespace gltf
+
+tw_status tw_gltf_bundle(const uint8_t *bytes, size_t size, tw_named_file *files, uint32_t file_count,
+                         uint64_t json_values, uint64_t max_size, uint8_t **out, size_t *out_size,
+                         tw_error *error) {
+  const tw_json_rules rules = {json_values, false};
+  const char *text = reinterpret_cast<const char *>(bytes);
+  *out = nullptr;
+  tw_status status = tw_json_check(text, size, &rules, error);
+  const char *root = status == TW_OK ? tw_json_root(text, size) : nullptr;
+  if (status != TW_OK || *root != '{') return status;
+  try {
+    gltf::Budget budget(UINT64_MAX); // the JSON does not grow by more than its numbers
+    gltf::Bundle bundle(root, files, file_count, budget);
+    if (bundle.place()) *out = bundle.make(max_size, out_size);
+    return TW_OK;
+  } catch (const gltf::Refusal &refusal) {
+    return gltf::report(refusal, error);
+  } catch (const std::bad_alloc &) {
+    return tw_fail(error, TW_NO_MEMORY, "no memory to join a glTF and its files");
+  }
+}
