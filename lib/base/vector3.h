@@ -2,11 +2,26 @@
 #ifndef TWEEND_VECTOR3_H
 #define TWEEND_VECTOR3_H
 
+#include <math.h>
+
 static inline void tw_cross3(const double *a, const double *b, double *out) {
   for (int i = 0; i < 3; i++) out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
 }
 static inline double tw_dot3(const double *a, const double *b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+static inline double tw_length3(const double *vector) {
+  return sqrt(tw_dot3(vector, vector));
+}
+/* In radians, exact near 0 too. */
+static inline double tw_angle3(const double *a, const double *b) {
+  double across[3];
+  tw_cross3(a, b, across);
+  return atan2(tw_length3(across), tw_dot3(a, b));
+}
+/* From one point to another. */
+static inline void tw_side3(const float *from, const float *to, double *out) {
+  for (int i = 0; i < 3; i++) out[i] = (double)to[i] - (double)from[i];
 }
 
 #endif

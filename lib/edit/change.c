@@ -84,6 +84,17 @@ void tw_change_keep_face(tw_change *change, uint32_t face, const uint32_t *point
   tw_change_face(change, face, flags);
 }
 
+void tw_change_turn_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags) {
+  const tw_topology *t = change->editor->topology;
+  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
+  for (uint32_t i = 0; i < size; i++) {
+    uint32_t corner = begin + (size - i) % size, point = t->corner_vertex[corner];
+    tw_change_corner(change, point_of ? point_of[point] : point, corner,
+                     t->corner_edge[tw_corner_previous(t, corner)], 0);
+  }
+  tw_change_face(change, face, flags);
+}
+
 static uint32_t corner_behind(const tw_change *c, uint32_t face, uint32_t corner) {
   return corner + 1 < c->face_offsets[face + 1] ? corner + 1 : c->face_offsets[face];
 }
@@ -446,27 +457,23 @@ static bool carry_creases(const maker *m) {
 /* A point that is one of before is as sharp as that. */
 static bool carry_sharp_points(const maker *m) {
   const tw_change *c = m->change;
+  tw_mesh *to = m->to;
   if (m->from->sharp_point_count == 0) return true;
-  float *sharpness = tw_alloc_zero(m->from->point_count, sizeof *sharpness);
-  uint32_t count = 0;
-  for (uint32_t i = 0; sharpness && i < m->from->sharp_point_count; i++)
-    sharpness[m->from->sharp_points[i]] = m->from->point_sharpness[i];
-  for (uint32_t p = 0; sharpness && p < c->point_count; p++)
-    count += c->point_parents[p] < m->from->point_count && sharpness[c->point_parents[p]] > 0;
-  uint32_t *points = tw_arena_alloc_raw(m->arena, count, sizeof *points);
-  float *out = tw_arena_alloc_raw(m->arena, count, sizeof *out);
-  bool has_room = sharpness && points && out;
-  count = 0;
-  for (uint32_t p = 0; has_room && p < c->point_count; p++) {
-    uint32_t parent = c->point_parents[p];
-    if (parent >= m->from->point_count || !(sharpness[parent] > 0)) continue;
-    points[count] = p;
-    out[count++] = sharpness[parent];
-  }
-  free(sharpness);
-  m->to->sharp_point_count = count;
-  m->to->sharp_points = points;
-  m->to->point_sharpness = out;
+  float *before = tw_alloc_zero(m->from->point_count, sizeof *before);
+  uint8_t *is_sharp = tw_alloc_zero(c->point_count, 1);
+  for (uint32_t i = 0; before && i < m->from->sharp_point_count; i++)
+    before[m->from->sharp_points[i]] = m->from->point_sharpness[i];
+  for (uint32_t p = 0; before && is_sharp && p < c->point_count; p++)
+    is_sharp[p] = c->point_parents[p] < m->from->point_count && before[c->point_parents[p]] > 0;
+  if (before && is_sharp)
+    to->sharp_points = tw_list_flagged(m->arena, is_sharp, 1, c->point_count, &to->sharp_point_count);
+  float *sharpness = tw_arena_alloc_raw(m->arena, to->sharp_point_count, sizeof *sharpness);
+  bool has_room = before && is_sharp && to->sharp_points && sharpness;
+  for (uint32_t i = 0; has_room && i < to->sharp_point_count; i++)
+    sharpness[i] = before[c->point_parents[to->sharp_points[i]]];
+  to->point_sharpness = sharpness;
+  free(before);
+  free(is_sharp);
   return has_room;
 }
 
@@ -474,20 +481,15 @@ static bool carry_sharp_points(const maker *m) {
 static bool carry_holes(const maker *m) {
   const tw_change *c = m->change;
   if (m->from->hole_count == 0) return true;
-  uint8_t *is_hole = tw_alloc_zero(m->from->face_count, 1);
-  uint32_t count = 0;
-  for (uint32_t i = 0; is_hole && i < m->from->hole_count; i++) is_hole[m->from->holes[i]] = 1;
-  for (uint32_t f = 0; is_hole && f < c->face_count; f++)
-    count += is_hole[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW);
-  uint32_t *holes = tw_arena_alloc_raw(m->arena, count, sizeof *holes);
-  bool has_room = is_hole && holes;
-  count = 0;
+  uint8_t *before = tw_alloc_zero(m->from->face_count, 1), *is_hole = tw_alloc_zero(c->face_count, 1);
+  bool has_room = before && is_hole;
+  for (uint32_t i = 0; has_room && i < m->from->hole_count; i++) before[m->from->holes[i]] = 1;
   for (uint32_t f = 0; has_room && f < c->face_count; f++)
-    if (is_hole[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW)) holes[count++] = f;
+    is_hole[f] = before[c->face_parents[f]] && !(c->face_flags[f] & TW_CHANGE_NEW);
+  if (has_room) m->to->holes = tw_list_flagged(m->arena, is_hole, 1, c->face_count, &m->to->hole_count);
+  free(before);
   free(is_hole);
-  m->to->hole_count = count;
-  m->to->holes = holes;
-  return has_room;
+  return has_room && m->to->holes;
 }
 
 /* ---- names --------------------------------------------------------------------------------------------- */
@@ -608,18 +610,6 @@ static bool carry_named(const maker *m, tw_named *named, uint32_t named_count) {
   return has_room;
 }
 
-uint32_t *tw_list_flagged(tw_arena *arena, const uint8_t *flags, uint8_t mask, uint32_t count,
-                          uint32_t *listed) {
-  uint32_t next = 0;
-  for (uint32_t i = 0; i < count; i++) next += (flags[i] & mask) != 0;
-  uint32_t *out = tw_arena_alloc_raw(arena, next, sizeof *out);
-  *listed = out ? next : 0;
-  next = 0;
-  for (uint32_t i = 0; out && i < count; i++)
-    if (flags[i] & mask) out[next++] = i;
-  return out;
-}
-
 static bool name_made(const maker *m, tw_named *named) {
   const tw_change *c = m->change;
   named->faces = tw_list_flagged(m->arena, c->face_flags, TW_CHANGE_MADE, c->face_count, &named->face_count);
@@ -639,14 +629,9 @@ static bool name_made(const maker *m, tw_named *named) {
 
 /* ---- all of it ----------------------------------------------------------------------------------------- */
 
-static void drop_normals(tw_mesh *mesh) {
-  memset(&mesh->normals, 0, sizeof mesh->normals);
-  mesh->morph_normals = NULL;
-}
-
 static bool make_mesh(const maker *m) {
   *m->to = *m->from;
-  drop_normals(m->to);
+  tw_mesh_drop_normals(m->to);
   return make_points(m) && make_faces(m) && make_uvs(m) && carry_creases(m) && carry_sharp_points(m) &&
          carry_holes(m);
 }
@@ -683,16 +668,6 @@ tw_status tw_editor_apply(tw_editor *editor, const tw_change *change) {
   return TW_OK;
 }
 
-tw_status tw_editor_loosen(tw_editor *editor) {
-  size_t size = (size_t)editor->mesh.point_count * sizeof(float[3]);
-  float *positions = tw_arena_alloc_raw(editor->arena, size, 1);
-  if (!positions) return tw_editor_no_memory(editor);
-  if (size > 0) memcpy(positions, editor->mesh.positions, size);
-  editor->mesh.positions = positions;
-  drop_normals(&editor->mesh);
-  return TW_OK;
-}
-
 tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
   const tw_mesh *mesh = &editor->mesh;
   const tw_change_size size = {
@@ -710,26 +685,4 @@ tw_status tw_editor_copy(tw_editor *editor, tw_arena *arena, tw_mesh *out) {
   made.morph_normals = mesh->morph_normals;
   *out = made;
   return TW_OK;
-}
-
-tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3]) {
-  float *out = tw_editor_positions(editor) + 3 * (size_t)point;
-  for (int i = 0; i < 3; i++) {
-    if (!(fabs(at[i]) <= (double)TW_COORDINATE_MAX))
-      return tw_editor_fail(editor, TW_INVALID, "", "the edit moves a point beyond 1e18");
-    out[i] = (float)at[i];
-  }
-  return TW_OK;
-}
-
-tw_named *tw_editor_name(tw_editor *editor) {
-  const char *name = editor->edit->name;
-  if (!name) return NULL;
-  uint32_t kept = 0;
-  editor->is_named = true;
-  for (uint32_t i = 0; i < editor->named_count; i++)
-    if (strcmp(editor->named[i].name, name) != 0) editor->named[kept++] = editor->named[i];
-  editor->named[kept] = (tw_named){.name = name};
-  editor->named_count = kept + 1;
-  return &editor->named[kept];
 }

@@ -32,7 +32,7 @@ static const float *neighbour(const finder *f, uint32_t point, uint32_t i) {
 static double distance(const float *point, const double *from) {
   double side[3];
   for (int i = 0; i < 3; i++) side[i] = (double)point[i] - from[i];
-  return sqrt(tw_dot3(side, side));
+  return tw_length3(side);
 }
 
 /* Two neighbours have no middle that a point could be off of. */
@@ -88,10 +88,9 @@ tw_status tw_edit_despike(tw_editor *editor) {
   uint32_t most = 0;
   if (!(factor > 0 && isfinite(factor)))
     return tw_editor_fail(editor, TW_INVALID, "/factor", "a factor is a number above 0");
-  tw_status status = tw_editor_select(editor, &selected);
+  tw_status status = tw_editor_select_points(editor, &selected, &points);
   if (status != TW_OK || !selected) return status;
-  status = tw_editor_points_of(editor, selected, &points);
-  if (status == TW_OK) status = tw_editor_loosen(editor);
+  status = tw_editor_loosen(editor);
   if (status != TW_OK) return status;
   const tw_topology *t = editor->topology;
   for (uint32_t p = 0; p < t->vertex_count; p++)

@@ -1,8 +1,6 @@
 /* The list of edits: each finds the mesh that the one before it left. */
 #include "tweend/edit.h"
 
-#include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,91 +13,39 @@ const char *const tw_edit_names[TW_EDIT_KINDS] = {
     "mirror",  "move",   "rotate",      "scale",     "crease",      "corner",  "hole",
     "flip",    "orient", "triangulate", "quads",     "drop_pieces", "despike", "smooth"};
 
-tw_status tw_editor_no_memory(const tw_editor *editor) {
-  return tw_fail(editor->error, TW_NO_MEMORY, "out of memory");
-}
-
-tw_status tw_editor_go_on(const tw_editor *editor) {
-  tw_status status = tw_parallel_for_status(editor->limits->parallel);
-  return status == TW_OK ? status : tw_fail(editor->error, status, "the edits are not wanted any more");
-}
-
-tw_status tw_editor_fail(const tw_editor *editor, tw_status status, const char *place, const char *format,
-                         ...) {
-  char detail[256];
-  va_list arguments;
-  va_start(arguments, format);
-  vsnprintf(detail, sizeof detail, format, arguments);
-  va_end(arguments);
-  tw_fail(editor->error, status, "%s", detail);
-  tw_error_at(editor->error, "/%u%s", editor->index, place);
-  return status;
-}
-
-tw_status tw_editor_need_topology(tw_editor *editor) {
-  if (editor->topology) return TW_OK;
-  const tw_mesh *mesh = &editor->mesh;
-  tw_topology *topology = tw_arena_alloc(editor->arena, 1, sizeof *topology);
-  tw_status status = topology
-                         ? tw_topology_build(topology, editor->arena, mesh->point_count, mesh->face_count,
-                                             mesh->face_offsets, mesh->corner_count, mesh->corners)
-                         : TW_NO_MEMORY;
-  if (status != TW_OK) return tw_editor_no_memory(editor);
-  editor->topology = topology;
-  return TW_OK;
-}
-
-/* ---- geometry ------------------------------------------------------------------------------------------ */
-
-double tw_unit3(double *vector) {
-  double length = sqrt(tw_dot3(vector, vector));
-  bool has_length = length > 0 && isfinite(length);
-  for (int i = 0; i < 3; i++) vector[i] = has_length ? vector[i] / length : 0;
-  return has_length ? length : 0;
-}
-
-void tw_editor_face_normal(const tw_editor *editor, uint32_t face, double out[3]) {
-  const tw_mesh *mesh = &editor->mesh;
-  uint32_t begin = mesh->face_offsets[face], end = mesh->face_offsets[face + 1];
-  const float *first = tw_editor_point(editor, mesh->corners[begin]);
-  double before[3] = {0}, side[3], part[3];
-  out[0] = out[1] = out[2] = 0;
-  for (uint32_t c = begin + 1; c < end; c++) {
-    const float *at = tw_editor_point(editor, mesh->corners[c]);
-    for (int i = 0; i < 3; i++) side[i] = (double)at[i] - (double)first[i];
-    tw_cross3(before, side, part);
-    for (int i = 0; i < 3; i++) out[i] += part[i];
-    memcpy(before, side, sizeof before);
-  }
-  tw_unit3(out);
-}
-
-/* ---- the list ------------------------------------------------------------------------------------------ */
-
 enum { FACES = 1 << TW_EDIT_FACES, EDGES = 1 << TW_EDIT_EDGES, VERTICES = 1 << TW_EDIT_VERTICES, ALL = 8 };
 
-/* What each edit is applied to; ALL: the whole mesh where it does not say. 0: it selects nothing. */
-static const uint8_t applies_to[TW_EDIT_KINDS] = {[TW_EDIT_EXTRUDE] = FACES,
-                                                  [TW_EDIT_INSET] = FACES,
-                                                  [TW_EDIT_SUBDIVIDE] = FACES | EDGES,
-                                                  [TW_EDIT_DELETE] = FACES | EDGES | VERTICES,
-                                                  [TW_EDIT_MERGE] = VERTICES,
-                                                  [TW_EDIT_MOVE] = FACES | EDGES | VERTICES,
-                                                  [TW_EDIT_ROTATE] = FACES | EDGES | VERTICES,
-                                                  [TW_EDIT_SCALE] = FACES | EDGES | VERTICES,
-                                                  [TW_EDIT_CREASE] = EDGES,
-                                                  [TW_EDIT_CORNER] = VERTICES,
-                                                  [TW_EDIT_HOLE] = FACES,
-                                                  [TW_EDIT_FLIP] = FACES | ALL,
-                                                  [TW_EDIT_ORIENT] = FACES | ALL,
-                                                  [TW_EDIT_TRIANGULATE] = FACES | ALL,
-                                                  [TW_EDIT_QUADS] = FACES | ALL,
-                                                  [TW_EDIT_DESPIKE] = FACES | EDGES | VERTICES | ALL,
-                                                  [TW_EDIT_SMOOTH] = FACES | EDGES | VERTICES | ALL};
+/* Each edit, and what it is applied to; ALL: the whole mesh where it does not say. 0: it selects nothing. */
+static const struct {
+  tw_status (*apply)(tw_editor *editor);
+  uint8_t to;
+} kinds[TW_EDIT_KINDS] = {
+    [TW_EDIT_EXTRUDE] = {tw_edit_extrude, FACES},
+    [TW_EDIT_INSET] = {tw_edit_inset, FACES},
+    [TW_EDIT_LOOP_CUT] = {tw_edit_loop_cut, 0},
+    [TW_EDIT_SUBDIVIDE] = {tw_edit_subdivide, FACES | EDGES},
+    [TW_EDIT_DELETE] = {tw_edit_delete, FACES | EDGES | VERTICES},
+    [TW_EDIT_MERGE] = {tw_edit_merge, VERTICES},
+    [TW_EDIT_FILL] = {tw_edit_fill, 0},
+    [TW_EDIT_MIRROR] = {tw_edit_mirror, 0},
+    [TW_EDIT_MOVE] = {tw_edit_transform, FACES | EDGES | VERTICES},
+    [TW_EDIT_ROTATE] = {tw_edit_transform, FACES | EDGES | VERTICES},
+    [TW_EDIT_SCALE] = {tw_edit_transform, FACES | EDGES | VERTICES},
+    [TW_EDIT_CREASE] = {tw_edit_crease, EDGES},
+    [TW_EDIT_CORNER] = {tw_edit_corner, VERTICES},
+    [TW_EDIT_HOLE] = {tw_edit_hole, FACES},
+    [TW_EDIT_FLIP] = {tw_edit_flip, FACES | ALL},
+    [TW_EDIT_ORIENT] = {tw_edit_orient, FACES | ALL},
+    [TW_EDIT_TRIANGULATE] = {tw_edit_triangulate, FACES | ALL},
+    [TW_EDIT_QUADS] = {tw_edit_quads, FACES | ALL},
+    [TW_EDIT_DROP_PIECES] = {tw_edit_drop_pieces, 0},
+    [TW_EDIT_DESPIKE] = {tw_edit_despike, FACES | EDGES | VERTICES | ALL},
+    [TW_EDIT_SMOOTH] = {tw_edit_smooth, FACES | EDGES | VERTICES | ALL},
+};
 
 static tw_status check_selection(const tw_editor *e) {
   const tw_selection *s = &e->edit->selection;
-  uint8_t to = applies_to[e->edit->kind];
+  uint8_t to = kinds[e->edit->kind].to;
   if (to == 0) return TW_OK;
   if (s->by == TW_SELECT_NOTHING) {
     if (to & ALL) return TW_OK;
@@ -111,32 +57,10 @@ static tw_status check_selection(const tw_editor *e) {
   return tw_editor_fail(e, TW_INVALID, place, "the edit is not applied to %s", tw_edit_element_names[s->of]);
 }
 
-static tw_status (*const apply[TW_EDIT_KINDS])(tw_editor *) = {[TW_EDIT_EXTRUDE] = tw_edit_extrude,
-                                                               [TW_EDIT_INSET] = tw_edit_inset,
-                                                               [TW_EDIT_LOOP_CUT] = tw_edit_loop_cut,
-                                                               [TW_EDIT_SUBDIVIDE] = tw_edit_subdivide,
-                                                               [TW_EDIT_DELETE] = tw_edit_delete,
-                                                               [TW_EDIT_MERGE] = tw_edit_merge,
-                                                               [TW_EDIT_FILL] = tw_edit_fill,
-                                                               [TW_EDIT_MIRROR] = tw_edit_mirror,
-                                                               [TW_EDIT_MOVE] = tw_edit_transform,
-                                                               [TW_EDIT_ROTATE] = tw_edit_transform,
-                                                               [TW_EDIT_SCALE] = tw_edit_transform,
-                                                               [TW_EDIT_CREASE] = tw_edit_crease,
-                                                               [TW_EDIT_CORNER] = tw_edit_corner,
-                                                               [TW_EDIT_HOLE] = tw_edit_hole,
-                                                               [TW_EDIT_FLIP] = tw_edit_flip,
-                                                               [TW_EDIT_ORIENT] = tw_edit_orient,
-                                                               [TW_EDIT_TRIANGULATE] = tw_edit_triangulate,
-                                                               [TW_EDIT_QUADS] = tw_edit_quads,
-                                                               [TW_EDIT_DROP_PIECES] = tw_edit_drop_pieces,
-                                                               [TW_EDIT_DESPIKE] = tw_edit_despike,
-                                                               [TW_EDIT_SMOOTH] = tw_edit_smooth};
-
 static tw_status apply_edit(tw_editor *e) {
   tw_status status = check_selection(e);
   e->is_named = false;
-  if (status == TW_OK) status = apply[e->edit->kind](e);
+  if (status == TW_OK) status = kinds[e->edit->kind].apply(e);
   /* What did nothing made nothing. */
   if (status == TW_OK && !e->is_named) tw_editor_name(e);
   return status;

@@ -98,10 +98,15 @@ void tw_change_face(tw_change *change, uint32_t parent, uint8_t flags);
 void tw_change_keep_points(tw_change *change);
 /* A face of before; point_of: [point_count before] points of the change, NULL: the same. */
 void tw_change_keep_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags);
+/* The same from its first corner the other way round. */
+void tw_change_turn_face(tw_change *change, uint32_t face, const uint32_t *point_of, uint8_t flags);
 
 /* Makes the mesh that the change tells; its positions may be written (tw_editor_positions) until the edit is
  * done. TW_NO_MEMORY. */
 tw_status tw_editor_apply(tw_editor *editor, const tw_change *change);
+
+/* Normals of the mesh say nothing where points or faces change. */
+void tw_mesh_drop_normals(tw_mesh *mesh);
 
 /* Lets positions be written where nothing else changes. TW_NO_MEMORY. */
 tw_status tw_editor_loosen(tw_editor *editor);
@@ -129,8 +134,8 @@ tw_status tw_editor_place(tw_editor *editor, uint32_t point, const double at[3])
  * is nothing and the edit is optional. TW_SELECT_NOTHING: all. TW_INVALID with the pointer; TW_NO_MEMORY. */
 tw_status tw_editor_select(tw_editor *editor, uint8_t **flags);
 
-/* The points of what is selected: *points [point_count], in the arena. TW_NO_MEMORY. */
-tw_status tw_editor_points_of(tw_editor *editor, uint8_t *selected, uint8_t **points);
+/* The same, and the points of what is selected: *points [point_count], in the arena. */
+tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **points);
 
 /* Lets the edit's name, where it has one, mean what is selected. TW_NO_MEMORY. */
 tw_status tw_editor_name_selected(tw_editor *editor, const uint8_t *selected, const uint8_t *points);

@@ -44,9 +44,15 @@ static uint32_t fan_of(parting *p, uint32_t corner) {
 }
 
 static void side_of(const tw_editor *e, const tw_topology *t, uint32_t corner, double out[3]) {
-  const float *a = tw_editor_point(e, t->corner_vertex[corner]),
-              *b = tw_editor_point(e, t->corner_vertex[tw_corner_next(t, corner)]);
-  for (int i = 0; i < 3; i++) out[i] = (double)b[i] - (double)a[i];
+  tw_side3(tw_editor_point(e, t->corner_vertex[corner]),
+           tw_editor_point(e, t->corner_vertex[tw_corner_next(t, corner)]), out);
+}
+
+/* From a corner to the next one and to the one before. */
+static void sides_of(const parting *p, uint32_t corner, double ahead[3], double back[3]) {
+  side_of(p->editor, p->t, corner, ahead);
+  side_of(p->editor, p->t, tw_corner_previous(p->t, corner), back);
+  for (int i = 0; i < 3; i++) back[i] = -back[i];
 }
 
 static tw_status begin(parting *p) {
@@ -120,12 +126,9 @@ static void add_pull(pull *to, const double *direction, double weight) {
 
 /* The angle of a face at a corner. */
 static double angle_at(const parting *p, uint32_t corner) {
-  double ahead[3], back[3], across[3];
-  side_of(p->editor, p->t, corner, ahead);
-  side_of(p->editor, p->t, tw_corner_previous(p->t, corner), back);
-  for (int i = 0; i < 3; i++) back[i] = -back[i];
-  tw_cross3(ahead, back, across);
-  return atan2(sqrt(tw_dot3(across, across)), tw_dot3(ahead, back));
+  double ahead[3], back[3];
+  sides_of(p, corner, ahead, back);
+  return tw_angle3(ahead, back);
 }
 
 /* Into the face, square to the edge behind a corner; 0 0 0 where that has no length. */
@@ -179,9 +182,7 @@ static uint32_t slide(parting *p, uint32_t corner, uint32_t last, const double *
   const tw_topology *t = p->t;
   double ahead[3], back[3];
   uint32_t next = tw_corner_next(t, corner), previous = tw_corner_previous(t, corner);
-  side_of(p->editor, t, corner, ahead);
-  side_of(p->editor, t, previous, back);
-  for (int i = 0; i < 3; i++) back[i] = -back[i];
+  sides_of(p, corner, ahead, back);
   double aa = tw_dot3(ahead, ahead), bb = tw_dot3(back, back), ab = tw_dot3(ahead, back);
   double det = aa * bb - ab * ab, x = tw_dot3(by, ahead), y = tw_dot3(by, back);
   if (!(det > 1e-4 * aa * bb)) return corner;
@@ -285,7 +286,7 @@ static void put_wall(parting *p, uint32_t corner, const uint32_t *parents) {
   for (int i = 0; i < 2 && !p->is_inset && p->editor->mesh.uv_set_count > 0; i++) {
     double out[3];
     inward(p, corner, out);
-    double height = sqrt(tw_dot3(p->change.shifts[top[i]], p->change.shifts[top[i]]));
+    double height = tw_length3(p->change.shifts[top[i]]);
     for (int k = 0; k < 3; k++) out[k] *= -height;
     foot[i] = slide(p, foot[i], i == 0 ? next : corner, out);
   }

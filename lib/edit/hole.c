@@ -69,15 +69,14 @@ tw_hole_budget tw_hole_budget_of(const tw_editor *editor) {
 }
 
 static void side(const covering *c, uint32_t from, uint32_t to, double out[3]) {
-  const float *a = tw_editor_point(c->editor, c->patch->loop[from]);
-  const float *b = tw_editor_point(c->editor, c->patch->loop[to]);
-  for (int i = 0; i < 3; i++) out[i] = (double)b[i] - (double)a[i];
+  tw_side3(tw_editor_point(c->editor, c->patch->loop[from]), tw_editor_point(c->editor, c->patch->loop[to]),
+           out);
 }
 
 static double length(const covering *c, uint32_t a, uint32_t b) {
   double between[3];
   side(c, a, b, between);
-  return sqrt(tw_dot3(between, between));
+  return tw_length3(between);
 }
 
 /* Twice the area. */
@@ -86,7 +85,7 @@ static double area(const covering *c, uint32_t a, uint32_t b, uint32_t d) {
   side(c, a, b, first);
   side(c, a, d, second);
   tw_cross3(first, second, across);
-  return sqrt(tw_dot3(across, across));
+  return tw_length3(across);
 }
 
 static bool is_taken(const covering *c, uint32_t a, uint32_t b) {

@@ -76,31 +76,19 @@ static void find_rests(fairing *f) {
   }
 }
 
-/* The Laplacians of what is 0 on the loop. */
-static void apply(const fairing *f, vector *from, vector *to) {
+/* The Laplacians of what is 0 on the loop, or the transpose of that. */
+static void apply(const fairing *f, bool is_transposed, vector *from, vector *to) {
   for (uint32_t i = 0; i < f->patch->point_count; i++)
     for (int k = 0; k < 3; k++) to[i][k] = -from[i][k];
   for (uint32_t e = 0; e < f->edge_count; e++) {
     uint32_t a = f->edges[e][0], b = f->edges[e][1];
+    double share_a = f->shares[is_transposed ? b : a], share_b = f->shares[is_transposed ? a : b];
     for (int k = 0; k < 3; k++) {
-      to[a][k] += f->shares[a] * from[b][k];
-      to[b][k] += f->shares[b] * from[a][k];
+      to[a][k] += share_a * from[b][k];
+      to[b][k] += share_b * from[a][k];
     }
   }
-}
-
-/* The transpose of that. */
-static void apply_back(const fairing *f, vector *from, vector *to) {
-  for (uint32_t i = 0; i < f->patch->point_count; i++)
-    for (int k = 0; k < 3; k++) to[i][k] = -from[i][k];
-  for (uint32_t e = 0; e < f->edge_count; e++) {
-    uint32_t a = f->edges[e][0], b = f->edges[e][1];
-    for (int k = 0; k < 3; k++) {
-      to[a][k] += f->shares[b] * from[b][k];
-      to[b][k] += f->shares[a] * from[a][k];
-    }
-  }
-  memset(to, 0, f->patch->loop_count * sizeof *to);
+  if (is_transposed) memset(to, 0, f->patch->loop_count * sizeof *to);
 }
 
 static double square(const fairing *f, vector *of) {
@@ -115,16 +103,16 @@ static void add(const fairing *f, vector *to, double factor, vector *what) {
 }
 
 static void solve(fairing *f) {
-  apply_back(f, f->rests, f->slopes);
+  apply(f, true, f->rests, f->slopes);
   add(f, f->ways, -1, f->slopes);
   double slope = square(f, f->slopes), least = 1e-16 * slope;
   for (uint32_t i = 0; i < f->steps_max && slope > least; i++) {
-    apply(f, f->ways, f->steps);
+    apply(f, false, f->ways, f->steps);
     double by = slope / square(f, f->steps), before = slope;
     if (!isfinite(by)) return;
     add(f, f->moved, by, f->ways);
     add(f, f->rests, by, f->steps);
-    apply_back(f, f->rests, f->slopes);
+    apply(f, true, f->rests, f->slopes);
     slope = square(f, f->slopes);
     for (uint32_t p = 0; p < f->patch->point_count; p++)
       for (int k = 0; k < 3; k++) f->ways[p][k] = slope / before * f->ways[p][k] - f->slopes[p][k];

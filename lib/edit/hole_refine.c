@@ -25,10 +25,10 @@ tw_status tw_rings_find(tw_rings *rings, const tw_editor *editor) {
     const uint32_t *ends = t->edge_vertices[e];
     const float *at[2] = {tw_editor_point(editor, ends[0]), tw_editor_point(editor, ends[1])};
     double side[3];
-    for (int i = 0; i < 3; i++) side[i] = (double)at[1][i] - (double)at[0][i];
+    tw_side3(at[0], at[1], side);
     for (int end = 0; end < 2; end++) {
       rings->counts[ends[end]]++;
-      rings->scales[ends[end]] += sqrt(tw_dot3(side, side));
+      rings->scales[ends[end]] += tw_length3(side);
       for (int i = 0; i < 3; i++) rings->sums[ends[end]][i] += (double)at[1 - end][i];
     }
   }
@@ -154,7 +154,7 @@ static void mean_of_terms(const tw_patch *p, const uint32_t corners[3], tw_term 
 static double distance(const double *a, const double *b) {
   double side[3];
   for (int i = 0; i < 3; i++) side[i] = b[i] - a[i];
-  return sqrt(tw_dot3(side, side));
+  return tw_length3(side);
 }
 
 /* Whether a triangle is too large; its centre and the scale there. */
@@ -191,13 +191,12 @@ static void split(tw_patch *p, uint32_t t, const double centre[3], double scale)
 
 /* The angle at a point between two others. */
 static double angle(const tw_patch *p, uint32_t at, uint32_t a, uint32_t b) {
-  double first[3], second[3], across[3];
+  double first[3], second[3];
   for (int i = 0; i < 3; i++) {
     first[i] = p->points[a][i] - p->points[at][i];
     second[i] = p->points[b][i] - p->points[at][i];
   }
-  tw_cross3(first, second, across);
-  return atan2(sqrt(tw_dot3(across, across)), tw_dot3(first, second));
+  return tw_angle3(first, second);
 }
 
 /* Whether two places have an edge: in the patch round the first of them from triangle t on, or in the mesh.

@@ -45,17 +45,6 @@ static bool put_points(mirror *m) {
   return true;
 }
 
-/* From the same corner the other way round. */
-static void put_image(mirror *m, uint32_t face) {
-  const tw_topology *t = m->t;
-  uint32_t begin = tw_face_begin(t, face), size = tw_face_size(t, face);
-  for (uint32_t i = 0; i < size; i++) {
-    uint32_t corner = begin + (size - i) % size, before = tw_corner_previous(t, corner);
-    tw_change_corner(&m->change, m->images[t->corner_vertex[corner]], corner, t->corner_edge[before], 0);
-  }
-  tw_change_face(&m->change, face, TW_CHANGE_MADE);
-}
-
 /* Displacements of images are images. first: the first point that is one. */
 static void turn_morphs(tw_editor *e, int axis, uint32_t first) {
   for (uint32_t i = 0; i < e->mesh.morph_count; i++) {
@@ -93,7 +82,7 @@ tw_status tw_edit_mirror(tw_editor *editor) {
   for (uint32_t f = 0; f < m.t->face_count; f++)
     if (!m.is_flat[f]) tw_change_keep_face(&m.change, f, m.points, 0);
   for (uint32_t f = 0; f < m.t->face_count; f++)
-    if (!m.is_flat[f]) put_image(&m, f);
+    if (!m.is_flat[f]) tw_change_turn_face(&m.change, f, m.images, TW_CHANGE_MADE);
   status = tw_editor_apply(editor, &m.change);
   if (status == TW_OK) turn_morphs(editor, edit->mirror.axis, first);
   return status;

@@ -123,13 +123,6 @@ static bool is_angle(double degrees) {
   return degrees >= 0 && degrees <= 180;
 }
 
-/* The angle between unit vectors, in radians, exact near 0 too. */
-static double angle_between(const double *a, const double *b) {
-  double across[3];
-  tw_cross3(a, b, across);
-  return atan2(sqrt(tw_dot3(across, across)), tw_dot3(a, b));
-}
-
 /* A face at the angle itself counts, whatever rounding did to it. */
 #define SLACK 1e-6
 
@@ -141,7 +134,7 @@ static tw_status pick_facing(picker *p) {
   for (uint32_t f = 0; f < p->count; f++) {
     tw_editor_face_normal(p->editor, f, normal);
     p->flags[f] = tw_dot3(normal, normal) > 0 &&
-                  angle_between(normal, direction) <= p->selection->degrees * RADIANS + SLACK;
+                  tw_angle3(normal, direction) <= p->selection->degrees * RADIANS + SLACK;
   }
   return TW_OK;
 }
@@ -185,7 +178,7 @@ static tw_status pick_sharper(picker *p) {
     const double *a = normals[tw_corner_face(t, t->edge_corner[e])];
     const double *b = normals[tw_corner_face(t, t->sibling[t->edge_corner[e]])];
     bool has_angle = tw_dot3(a, a) > 0 && tw_dot3(b, b) > 0;
-    p->flags[e] = has_angle && angle_between(a, b) > p->selection->degrees * RADIANS + SLACK;
+    p->flags[e] = has_angle && tw_angle3(a, b) > p->selection->degrees * RADIANS + SLACK;
   }
   return TW_OK;
 }
@@ -327,10 +320,13 @@ tw_status tw_editor_select(tw_editor *editor, uint8_t **flags) {
   return editor->edit->is_optional ? TW_OK : refuse(&p, "", "the selection is empty");
 }
 
-tw_status tw_editor_points_of(tw_editor *editor, uint8_t *selected, uint8_t **points) {
+tw_status tw_editor_select_points(tw_editor *editor, uint8_t **flags, uint8_t **points) {
+  tw_status status = tw_editor_select(editor, flags);
+  if (status != TW_OK || !*flags) return status;
   const tw_topology *t = editor->topology;
   const tw_edit_element of = editor->edit->selection.of;
-  *points = of == TW_EDIT_VERTICES ? selected : tw_arena_alloc(editor->arena, t->vertex_count, 1);
+  const uint8_t *selected = *flags;
+  *points = of == TW_EDIT_VERTICES ? *flags : tw_arena_alloc(editor->arena, t->vertex_count, 1);
   if (!*points) return tw_editor_no_memory(editor);
   for (uint32_t c = 0; of == TW_EDIT_FACES && c < t->corner_count; c++)
     if (selected[t->corner_face[c]]) (*points)[t->corner_vertex[c]] = 1;

@@ -51,10 +51,9 @@ tw_status tw_edit_smooth(tw_editor *editor) {
   if (edit->smooth.iterations < 1 || edit->smooth.iterations > TW_EDIT_ITERATIONS_MAX)
     return tw_editor_fail(editor, TW_INVALID, "/iterations", "a mesh is smoothed 1 to %d times",
                           TW_EDIT_ITERATIONS_MAX);
-  tw_status status = tw_editor_select(editor, &selected);
+  tw_status status = tw_editor_select_points(editor, &selected, &points);
   if (status != TW_OK || !selected) return status;
-  status = tw_editor_points_of(editor, selected, &points);
-  if (status == TW_OK) status = tw_editor_loosen(editor);
+  status = tw_editor_loosen(editor);
   if (status != TW_OK) return status;
   const tw_topology *t = editor->topology;
   smoother s = {.t = t, .moves = find_moving(editor, points)};

@@ -5,86 +5,56 @@
 
 #include "editor.h"
 
-static tw_status check_sharpness(const tw_editor *e) {
-  double sharpness = e->edit->sharpness;
-  if (sharpness >= 0 && sharpness <= (double)TW_SHARPNESS_INFINITE) return TW_OK;
-  return tw_editor_fail(e, TW_INVALID, "/sharpness", "sharpness is a number from 0 to 10");
-}
-
-static tw_status select_tagged(tw_editor *e, uint8_t **selected, uint8_t **points) {
-  tw_status status = check_sharpness(e);
-  if (status == TW_OK) status = tw_editor_select(e, selected);
-  if (status == TW_OK && *selected) status = tw_editor_points_of(e, *selected, points);
-  if (status == TW_OK && *selected) status = tw_editor_name_selected(e, *selected, *points);
-  return status;
+/* items: [count][width] what is tagged, of creases the two points of each; sharpness: [count]. Both become
+ * those of after. */
+static tw_status retag(tw_editor *e, uint32_t width, uint32_t *count, const uint32_t **items,
+                       const float **sharpness) {
+  uint8_t *selected, *points;
+  double sharp = e->edit->sharpness;
+  if (!(sharp >= 0 && sharp <= (double)TW_SHARPNESS_INFINITE))
+    return tw_editor_fail(e, TW_INVALID, "/sharpness", "sharpness is a number from 0 to 10");
+  tw_status status = tw_editor_select_points(e, &selected, &points);
+  if (status == TW_OK && selected) status = tw_editor_name_selected(e, selected, points);
+  if (status != TW_OK || !selected) return status;
+  const tw_topology *t = e->topology;
+  const uint32_t counts[] = {t->face_count, t->edge_count, t->vertex_count};
+  uint32_t elements = counts[e->edit->selection.of], next = 0;
+  uint64_t most = (uint64_t)*count + elements;
+  uint32_t *tagged = tw_arena_alloc_raw(e->arena, most, width * sizeof *tagged);
+  float *values = tw_arena_alloc_raw(e->arena, most, sizeof *values);
+  if (!tagged || !values) return tw_editor_no_memory(e);
+  for (uint32_t i = 0; i < *count; i++) {
+    const uint32_t *item = *items + width * (size_t)i;
+    uint32_t element = width == 2 ? tw_topology_find_edge(t, item[0], item[1]) : *item;
+    if (element != UINT32_MAX && selected[element]) continue;
+    memcpy(tagged + width * (size_t)next, item, width * sizeof *item);
+    values[next++] = (*sharpness)[i];
+  }
+  for (uint32_t i = 0; sharp > 0 && i < elements; i++) {
+    if (!selected[i]) continue;
+    memcpy(tagged + width * (size_t)next, width == 2 ? t->edge_vertices[i] : &i, width * sizeof *tagged);
+    values[next++] = (float)sharp;
+  }
+  *count = next;
+  *items = tagged;
+  *sharpness = values;
+  return TW_OK;
 }
 
 tw_status tw_edit_crease(tw_editor *editor) {
-  uint8_t *selected, *points;
   tw_mesh *mesh = &editor->mesh;
-  tw_status status = select_tagged(editor, &selected, &points);
-  if (status != TW_OK || !selected) return status;
-  const tw_topology *t = editor->topology;
-  uint64_t most = (uint64_t)mesh->crease_count + t->edge_count;
-  uint32_t(*edges)[2] = tw_arena_alloc_raw(editor->arena, most, sizeof *edges), count = 0;
-  float *sharpness = tw_arena_alloc_raw(editor->arena, most, sizeof *sharpness);
-  if (!edges || !sharpness) return tw_editor_no_memory(editor);
-  for (uint32_t i = 0; i < mesh->crease_count; i++) {
-    const uint32_t *ends = mesh->crease_edges + 2 * (size_t)i;
-    uint32_t edge = tw_topology_find_edge(t, ends[0], ends[1]);
-    if (edge != UINT32_MAX && selected[edge]) continue;
-    memcpy(edges[count], ends, sizeof *edges);
-    sharpness[count++] = mesh->crease_sharpness[i];
-  }
-  for (uint32_t e = 0; editor->edit->sharpness > 0 && e < t->edge_count; e++) {
-    if (!selected[e]) continue;
-    memcpy(edges[count], t->edge_vertices[e], sizeof *edges);
-    sharpness[count++] = (float)editor->edit->sharpness;
-  }
-  mesh->crease_count = count;
-  mesh->crease_edges = edges[0];
-  mesh->crease_sharpness = sharpness;
-  return TW_OK;
+  return retag(editor, 2, &mesh->crease_count, &mesh->crease_edges, &mesh->crease_sharpness);
 }
 
 tw_status tw_edit_corner(tw_editor *editor) {
-  uint8_t *selected, *points;
   tw_mesh *mesh = &editor->mesh;
-  tw_status status = select_tagged(editor, &selected, &points);
-  if (status != TW_OK || !selected) return status;
-  uint64_t most = (uint64_t)mesh->sharp_point_count + mesh->point_count;
-  uint32_t *sharp = tw_arena_alloc_raw(editor->arena, most, sizeof *sharp), count = 0;
-  float *sharpness = tw_arena_alloc_raw(editor->arena, most, sizeof *sharpness);
-  if (!sharp || !sharpness) return tw_editor_no_memory(editor);
-  for (uint32_t i = 0; i < mesh->sharp_point_count; i++) {
-    if (selected[mesh->sharp_points[i]]) continue;
-    sharp[count] = mesh->sharp_points[i];
-    sharpness[count++] = mesh->point_sharpness[i];
-  }
-  for (uint32_t p = 0; editor->edit->sharpness > 0 && p < mesh->point_count; p++) {
-    if (!selected[p]) continue;
-    sharp[count] = p;
-    sharpness[count++] = (float)editor->edit->sharpness;
-  }
-  mesh->sharp_point_count = count;
-  mesh->sharp_points = sharp;
-  mesh->point_sharpness = sharpness;
-  return TW_OK;
+  return retag(editor, 1, &mesh->sharp_point_count, &mesh->sharp_points, &mesh->point_sharpness);
 }
 
+/* A hole is not more or less so. */
 tw_status tw_edit_hole(tw_editor *editor) {
-  uint8_t *selected, *points;
   tw_mesh *mesh = &editor->mesh;
-  tw_status status = select_tagged(editor, &selected, &points);
-  if (status != TW_OK || !selected) return status;
-  uint64_t most = (uint64_t)mesh->hole_count + mesh->face_count;
-  uint32_t *holes = tw_arena_alloc_raw(editor->arena, most, sizeof *holes), count = 0;
-  if (!holes) return tw_editor_no_memory(editor);
-  for (uint32_t i = 0; i < mesh->hole_count; i++)
-    if (!selected[mesh->holes[i]]) holes[count++] = mesh->holes[i];
-  for (uint32_t f = 0; editor->edit->sharpness > 0 && f < mesh->face_count; f++)
-    if (selected[f]) holes[count++] = f;
-  mesh->hole_count = count;
-  mesh->holes = holes;
-  return TW_OK;
+  const float *sharpness = tw_arena_alloc(editor->arena, mesh->hole_count, sizeof *sharpness);
+  return sharpness ? retag(editor, 1, &mesh->hole_count, &mesh->holes, &sharpness)
+                   : tw_editor_no_memory(editor);
 }

@@ -58,10 +58,9 @@ static tw_status find_motion(const tw_editor *e, const uint8_t *points, motion *
 tw_status tw_edit_transform(tw_editor *editor) {
   uint8_t *selected, *points;
   motion m;
-  tw_status status = tw_editor_select(editor, &selected);
+  tw_status status = tw_editor_select_points(editor, &selected, &points);
   if (status != TW_OK || !selected) return status;
-  status = tw_editor_points_of(editor, selected, &points);
-  if (status == TW_OK) status = find_motion(editor, points, &m);
+  status = find_motion(editor, points, &m);
   if (status == TW_OK) status = tw_editor_loosen(editor);
   for (uint32_t p = 0; status == TW_OK && p < editor->mesh.point_count; p++) {
     if (!points[p]) continue;

@@ -23,21 +23,16 @@ static void triangle_normal(const tw_editor *e, const uint32_t corners[3], doubl
   const float *at[3];
   double a[3], b[3];
   for (int k = 0; k < 3; k++) at[k] = tw_editor_point(e, e->mesh.corners[corners[k]]);
-  for (int i = 0; i < 3; i++) {
-    a[i] = (double)at[1][i] - (double)at[0][i];
-    b[i] = (double)at[2][i] - (double)at[0][i];
-  }
+  tw_side3(at[0], at[1], a);
+  tw_side3(at[0], at[2], b);
   tw_cross3(a, b, out);
 }
 
+/* Its square. */
 static double distance(const tw_editor *e, uint32_t a, uint32_t b) {
-  double sum = 0;
-  for (int i = 0; i < 3; i++) {
-    double side =
-        (double)tw_editor_point(e, e->mesh.corners[a])[i] - (double)tw_editor_point(e, e->mesh.corners[b])[i];
-    sum += side * side;
-  }
-  return sum;
+  double side[3];
+  tw_side3(tw_editor_point(e, e->mesh.corners[a]), tw_editor_point(e, e->mesh.corners[b]), side);
+  return tw_dot3(side, side);
 }
 
 /* Whether the halves at a diagonal from corner `first` (0 or 1) look the same way. */

@@ -13,17 +13,10 @@ static tw_status turn(tw_editor *e, const uint8_t *is_turned, const uint8_t *sel
   tw_change_keep_points(&change);
   for (uint32_t f = 0; f < t->face_count; f++) {
     uint8_t made = selected[f] ? TW_CHANGE_MADE : 0;
-    uint32_t begin = tw_face_begin(t, f), count = tw_face_size(t, f);
-    if (!is_turned[f]) {
+    if (is_turned[f])
+      tw_change_turn_face(&change, f, NULL, made);
+    else
       tw_change_keep_face(&change, f, NULL, made);
-      continue;
-    }
-    for (uint32_t i = 0; i < count; i++) {
-      uint32_t corner = begin + (count - i) % count;
-      tw_change_corner(&change, t->corner_vertex[corner], corner,
-                       t->corner_edge[tw_corner_previous(t, corner)], 0);
-    }
-    tw_change_face(&change, f, made);
   }
   return tw_editor_apply(e, &change);
 }
@@ -86,8 +79,7 @@ static double volume_of(const orienter *o, uint32_t face, const float *from) {
   for (uint32_t c = begin + 1; c + 1 < end; c++) {
     const uint32_t corners[3] = {begin, c, c + 1};
     for (int k = 0; k < 3; k++)
-      for (int i = 0; i < 3; i++)
-        sides[k][i] = (double)tw_editor_point(o->editor, mesh->corners[corners[k]])[i] - (double)from[i];
+      tw_side3(from, tw_editor_point(o->editor, mesh->corners[corners[k]]), sides[k]);
     tw_cross3(sides[1], sides[2], across);
     sum += tw_dot3(sides[0], across);
   }
