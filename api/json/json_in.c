@@ -576,11 +576,5 @@ tw_status api_model_from_json(const char *text, size_t size, const api_making *m
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   model->format = TW_FORMAT_JSON;
   tw_status status = read_document(text, size, making, model, error);
-  if (status == TW_OK) status = tw_model_finish(model, error);
-  if (status != TW_OK) {
-    tw_model_destroy(model);
-    return status;
-  }
-  *out = model;
-  return TW_OK;
+  return tw_model_end(model, status, out, error);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "soup_mesh.h"
+#include "word.h"
 
 /* A byte of text may become much: an object of an OBJ file a mesh and a node, "{}," in tweend JSON likewise,
  * and in glTF the struct that tinygltf has for a material. The readers keep to it by what they do (OBJ,
@@ -56,7 +57,7 @@ tw_format tw_format_sniff(const uint8_t *bytes, size_t size) {
   if (size >= 4 && memcmp(bytes, "glTF", 4) == 0) return TW_FORMAT_GLB;
   if (tw_is_ply(bytes, size)) return TW_FORMAT_PLY;
   if (tw_is_stl(bytes, size)) return TW_FORMAT_STL;
-  size_t at = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
+  size_t at = tw_byte_order_mark(bytes, size);
   at = skip_space(bytes, size, at);
   if (at == size || bytes[at] != '{') return TW_FORMAT_OBJ;
   return has_asset_key(bytes, size, at) ? TW_FORMAT_GLTF : TW_FORMAT_JSON;

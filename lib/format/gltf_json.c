@@ -198,7 +198,7 @@ static void put_node(tw_gltf_writer *writer, const node_links *links, uint32_t i
   if (node->mesh != TW_NO_INDEX && holder == TW_NO_INDEX) put_mesh_of(writer, index);
   put_transform(writer, index, links->animated[index]);
   put_children(writer, links, index, holder);
-  tw_gltf_put_kept(writer, node->kept);
+  tw_gltf_put_kept(writer, node->kept, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -255,7 +255,7 @@ static void put_scene(tw_gltf_writer *writer, uint32_t index) {
     if (has_more) put_roots(writer, file_nodes);
     tw_text_add(writer->text, "]");
   }
-  tw_gltf_put_kept(writer, scene->kept);
+  tw_gltf_put_kept(writer, scene->kept, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -277,15 +277,6 @@ static void put_scenes(tw_gltf_writer *writer) {
 
 /* ---- skins and animations ------------------------------------------------------------------------------ */
 
-static void put_indices(tw_gltf_writer *writer, const char *member, const uint32_t *indices, size_t count) {
-  tw_member_open(writer->text, member, "[");
-  for (size_t i = 0; i < count; i++) {
-    tw_text_element(writer->text);
-    tw_text_count(writer->text, indices[i]);
-  }
-  tw_text_add(writer->text, "]");
-}
-
 static void put_skins(tw_gltf_writer *writer) {
   const tw_model *model = writer->scene->model;
   if (model->skin_count == 0) return;
@@ -294,10 +285,10 @@ static void put_skins(tw_gltf_writer *writer) {
     const tw_skin *skin = &model->skins[i];
     tw_gltf_open_object(writer);
     tw_gltf_put_name(writer, skin->name);
-    put_indices(writer, "joints", skin->joints, skin->joint_count);
+    tw_gltf_put_indices(writer, "joints", skin->joints, skin->joint_count);
     tw_member_count(writer->text, "inverseBindMatrices", writer->plan->skin_matrices[i]);
     if (skin->skeleton != TW_NO_INDEX) tw_member_count(writer->text, "skeleton", skin->skeleton);
-    tw_gltf_put_kept(writer, skin->kept);
+    tw_gltf_put_kept(writer, skin->kept, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");
@@ -305,9 +296,7 @@ static void put_skins(tw_gltf_writer *writer) {
 
 /* The part of a track's kept object that is called so. */
 static void put_part(tw_gltf_writer *writer, const char *kept, const char *name) {
-  const char *part = tw_json_member(kept, name);
-  tw_gltf_put_others(writer, part, "");
-  if (part) tw_gltf_note_extensions(writer, part);
+  tw_gltf_put_kept(writer, tw_json_member(kept, name), NULL);
 }
 
 /* Channels of something else than nodes, or their samplers (`name`), behind those of nodes. */
@@ -359,7 +348,7 @@ static void put_animation(tw_gltf_writer *writer, const tw_gltf_animation *anima
   for (uint32_t i = 0; i < animation->channel_count; i++) put_sampler(writer, &channels[i]);
   if (loose) put_loose_channels(writer, loose, "sampler", 0);
   tw_text_add(writer->text, "]");
-  tw_gltf_put_kept(writer, clip->kept);
+  tw_gltf_put_kept(writer, clip->kept, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -383,7 +372,7 @@ static void put_images(tw_gltf_writer *writer) {
       tw_member_count(writer->text, "bufferView", writer->plan->image_views[i]);
       if (image->mime_type) tw_member_open(writer->text, "mimeType", image->mime_type);
     }
-    tw_gltf_put_kept(writer, image->kept);
+    tw_gltf_put_kept(writer, image->kept, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");
@@ -412,7 +401,7 @@ static void put_asset(tw_gltf_writer *writer) {
   tw_text_add(writer->text, ",\"generator\":\"tweend ");
   tw_text_add(writer->text, tw_version());
   tw_text_add(writer->text, "\"");
-  tw_gltf_put_kept(writer, writer->assets->asset);
+  tw_gltf_put_kept(writer, writer->assets->asset, NULL);
   tw_gltf_close_object(writer);
 }
 
@@ -434,7 +423,7 @@ static void put_document(tw_gltf_writer *writer) {
   tw_gltf_put_objects(writer, "cameras", &assets->cameras);
   put_accessors(writer);
   put_views(writer);
-  tw_gltf_put_kept(writer, assets->root);
+  tw_gltf_put_kept(writer, assets->root, NULL);
   tw_gltf_put_extensions(writer);
   tw_text_add(writer->text, "}");
 }

@@ -76,10 +76,9 @@ static void put_kept_and_ngon(tw_gltf_writer *writer, const char *kept) {
   tw_member_open(writer->text, "extensions", "{");
   tw_member_open(writer->text, NGON, "{}");
   tw_gltf_note_extension(writer, NGON, sizeof NGON - 1);
-  tw_gltf_put_others(writer, extensions, "");
+  tw_gltf_put_members(writer, extensions, NULL);
   tw_text_add(writer->text, "}");
-  tw_gltf_put_others(writer, kept, "extensions");
-  if (kept) tw_gltf_note_extensions(writer, kept);
+  tw_gltf_put_kept(writer, kept, "extensions");
 }
 
 /* What primitives of these faces say. */
@@ -107,7 +106,7 @@ static void put_primitive(tw_gltf_writer *writer, const tw_gltf_mesh *mesh,
   if (writer->scene->polygons == TW_POLYGONS_NGON)
     put_kept_and_ngon(writer, kept);
   else
-    tw_gltf_put_kept(writer, kept);
+    tw_gltf_put_kept(writer, kept, NULL);
 }
 
 static void put_primitives(tw_gltf_writer *writer, uint32_t index) {
@@ -128,9 +127,8 @@ static void put_loose(tw_gltf_writer *writer, const tw_mesh *mesh) {
   for (bool more = tw_json_first(mesh->loose, &item); more;
        more = tw_json_next(tw_json_skip(item.value), &item)) {
     tw_gltf_open_object(writer);
-    tw_gltf_put_others(writer, item.value, mesh->morph_count > 0 ? "" : "targets");
+    tw_gltf_put_kept(writer, item.value, mesh->morph_count > 0 ? NULL : "targets");
     tw_gltf_close_object(writer);
-    tw_gltf_note_extensions(writer, item.value);
   }
 }
 
@@ -238,10 +236,9 @@ static void put_kept_and_tags(tw_gltf_writer *writer, const tw_gltf_mesh *mesh, 
   const char *extras = source->kept ? tw_json_member(source->kept, "extras") : NULL;
   tw_member_open(writer->text, "extras", "{");
   put_tags(writer, mesh, source);
-  if (extras && *extras == '{') tw_gltf_put_others(writer, extras, "");
+  if (extras && *extras == '{') tw_gltf_put_members(writer, extras, NULL);
   tw_gltf_close_object(writer);
-  tw_gltf_put_others(writer, source->kept, "extras");
-  if (source->kept) tw_gltf_note_extensions(writer, source->kept);
+  tw_gltf_put_kept(writer, source->kept, "extras");
 }
 
 void tw_gltf_put_meshes(tw_gltf_writer *writer) {
@@ -265,7 +262,7 @@ void tw_gltf_put_meshes(tw_gltf_writer *writer) {
     if (mesh->tags.is_cage)
       put_kept_and_tags(writer, mesh, source);
     else
-      tw_gltf_put_kept(writer, source->kept);
+      tw_gltf_put_kept(writer, source->kept, NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");

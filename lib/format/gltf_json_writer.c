@@ -8,17 +8,17 @@ static const char QUANTIZATION[] = "KHR_mesh_quantization";
 /* ---- extensions ---------------------------------------------------------------------------------------- */
 
 static int compare_names(const void *left, const void *right) {
-  const tw_gltf_name *a = left, *b = right;
-  int order = memcmp(a->text, b->text, a->size < b->size ? a->size : b->size);
-  return order != 0 ? order : (a->size > b->size) - (a->size < b->size);
+  const tw_word *a = left, *b = right;
+  int order = memcmp(a->text, b->text, a->length < b->length ? a->length : b->length);
+  return order != 0 ? order : (a->length > b->length) - (a->length < b->length);
 }
 
 void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t size) {
-  const tw_gltf_name name = {text, size};
+  const tw_word name = {text, size};
   if (writer->used_count > 0 && compare_names(&writer->used[writer->used_count - 1], &name) == 0) return;
   if (writer->used_count == writer->used_capacity) {
     size_t capacity = 2 * writer->used_capacity + 16;
-    tw_gltf_name *used = realloc(writer->used, capacity * sizeof *used);
+    tw_word *used = realloc(writer->used, capacity * sizeof *used);
     if (!used) {
       writer->text->failed = true;
       return;
@@ -29,7 +29,8 @@ void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t siz
   writer->used[writer->used_count++] = name;
 }
 
-void tw_gltf_note_extensions(tw_gltf_writer *writer, const char *container) {
+/* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
+static void note_extensions(tw_gltf_writer *writer, const char *container) {
   tw_json_item item;
   for (bool more = tw_json_first(container, &item); more;
        more = tw_json_next(tw_json_skip(item.value), &item)) {
@@ -42,7 +43,7 @@ void tw_gltf_note_extensions(tw_gltf_writer *writer, const char *container) {
            next = tw_json_next(tw_json_skip(extension.value), &extension))
         tw_gltf_note_extension(writer, extension.key, extension.key_size);
     }
-    tw_gltf_note_extensions(writer, item.value);
+    note_extensions(writer, item.value);
   }
 }
 
@@ -64,7 +65,7 @@ typedef struct name_list {
   bool is_open;
 } name_list;
 
-static void list_name(name_list *list, const tw_gltf_name *used) {
+static void list_name(name_list *list, const tw_word *used) {
   tw_gltf_writer *writer = list->writer;
   if (list->done[used - writer->used]) return;
   list->done[used - writer->used] = true;
@@ -72,17 +73,17 @@ static void list_name(name_list *list, const tw_gltf_name *used) {
   list->is_open = true;
   tw_text_element(writer->text);
   tw_text_add(writer->text, "\"");
-  tw_text_bytes(writer->text, used->text, used->size);
+  tw_text_bytes(writer->text, used->text, used->length);
   tw_text_add(writer->text, "\"");
 }
 
 /* Unless it is not used. */
 static void list_if_used(name_list *list, const char *text) {
   const tw_gltf_writer *writer = list->writer;
-  const tw_gltf_name name = {text, strlen(text)};
-  const tw_gltf_name *found =
-      writer->used_count ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
-                         : NULL;
+  const tw_word name = {text, strlen(text)};
+  const tw_word *found = writer->used_count
+                             ? bsearch(&name, writer->used, writer->used_count, sizeof name, compare_names)
+                             : NULL;
   if (found) list_name(list, found);
 }
 
@@ -118,22 +119,28 @@ void tw_gltf_put_extensions(tw_gltf_writer *writer) {
 
 /* ---- parts of objects ---------------------------------------------------------------------------------- */
 
-void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept) {
-  size_t size = kept ? strlen(kept) : 0;
-  if (size <= 2) return;
-  tw_text_element(writer->text);
-  tw_text_bytes(writer->text, kept + 1, size - 2);
-  if (strstr(kept, "\"extensions\"")) tw_gltf_note_extensions(writer, kept);
-}
-
-void tw_gltf_put_others(tw_gltf_writer *writer, const char *object, const char *except) {
+void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except) {
   tw_json_item item;
   if (!object) return;
   for (bool more = tw_json_first(object, &item); more; more = tw_json_next(tw_json_skip(item.value), &item)) {
-    if (tw_json_key_is(&item, except)) continue;
+    if (except && tw_json_key_is(&item, except)) continue;
     tw_text_element(writer->text);
     tw_text_bytes(writer->text, item.key - 1, (size_t)(tw_json_skip(item.value) - item.key) + 1);
   }
+}
+
+void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept, const char *except) {
+  tw_gltf_put_members(writer, kept, except);
+  if (kept) note_extensions(writer, kept);
+}
+
+void tw_gltf_put_indices(tw_gltf_writer *writer, const char *member, const uint32_t *indices, size_t count) {
+  tw_member_open(writer->text, member, "[");
+  for (size_t i = 0; i < count; i++) {
+    tw_text_element(writer->text);
+    tw_text_count(writer->text, indices[i]);
+  }
+  tw_text_add(writer->text, "]");
 }
 
 void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *objects) {
@@ -141,7 +148,7 @@ void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gl
   tw_member_open(writer->text, member, "[");
   for (uint32_t i = 0; i < objects->count; i++) {
     tw_gltf_open_object(writer);
-    tw_gltf_put_kept(writer, objects->items[i]);
+    tw_gltf_put_kept(writer, objects->items[i], NULL);
     tw_gltf_close_object(writer);
   }
   tw_text_add(writer->text, "]");

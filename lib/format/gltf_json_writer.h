@@ -5,12 +5,7 @@
 
 #include "gltf/gltf.h"
 #include "tweend/json_text.h"
-
-/* What stands between the quotes of a JSON string. */
-typedef struct tw_gltf_name {
-  const char *text;
-  size_t size;
-} tw_gltf_name;
+#include "word.h"
 
 typedef struct tw_gltf_writer {
   const tw_gltf_plan *plan;
@@ -18,8 +13,8 @@ typedef struct tw_gltf_writer {
   const tw_gltf_assets *assets;
   tw_text *text;
   size_t (*bounds)[6]; /* of the next accessor that is BOUNDED_LATER */
-  /* Extensions that occur in what is written, each at least once; from malloc. */
-  tw_gltf_name *used;
+  /* Extensions that occur in what is written, each at least once, as they stand in quotes; from malloc. */
+  tw_word *used;
   size_t used_count, used_capacity;
 } tw_gltf_writer;
 
@@ -36,20 +31,21 @@ static inline void tw_gltf_put_name(tw_gltf_writer *writer, const char *name) {
   if (name) tw_member_string(writer->text, "name", name);
 }
 
-/* The members of a kept object, behind those that are already there. kept may be NULL. */
-void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept);
+/* The members of an object, behind those that are already there. except: a member that is not put, or NULL.
+ * object may be NULL. */
+void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except);
 
-/* The members of a kept object but for one; does not note extensions. object may be NULL. */
-void tw_gltf_put_others(tw_gltf_writer *writer, const char *object, const char *except);
+/* The same of a kept object, and notes the extensions that occur in all of it. */
+void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept, const char *except);
 
 /* Kept objects as they are. */
 void tw_gltf_put_objects(tw_gltf_writer *writer, const char *member, const tw_gltf_objects *objects);
 
+/* A member with indices. */
+void tw_gltf_put_indices(tw_gltf_writer *writer, const char *member, const uint32_t *indices, size_t count);
+
 /* The text must live as long as the writer. */
 void tw_gltf_note_extension(tw_gltf_writer *writer, const char *text, size_t size);
-
-/* Notes the extensions of an object or array and of all that is in it. Extras are the application's own. */
-void tw_gltf_note_extensions(tw_gltf_writer *writer, const char *container);
 
 /* extensionsUsed and extensionsRequired, when all else is written. */
 void tw_gltf_put_extensions(tw_gltf_writer *writer);

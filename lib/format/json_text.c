@@ -1,8 +1,7 @@
 /* The check keeps only the stack of open containers, the walk nothing. */
 #include "tweend/json_text.h"
 
-#include "number.h"
-#include "tweend/base.h"
+#include "word.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -256,14 +255,9 @@ static tw_status scan_after_value(json_scan *scan) {
   return TW_OK;
 }
 
-/* Behind a byte order mark, which is no part of the document. */
-static size_t document_start(const char *text, size_t size) {
-  return size >= 3 && memcmp(text, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;
-}
-
 tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rules, tw_error *error) {
   json_scan scan = {
-      .text = text, .size = size, .at = document_start(text, size), .rules = rules, .error = error};
+      .text = text, .size = size, .at = tw_byte_order_mark(text, size), .rules = rules, .error = error};
   skip_blanks(&scan);
   do {
     bool opened;
@@ -303,7 +297,7 @@ static const char *past_string(const char *at) {
 }
 
 const char *tw_json_root(const char *text, size_t size) {
-  return past_blanks(text + document_start(text, size));
+  return past_blanks(text + tw_byte_order_mark(text, size));
 }
 
 /* Of a number, true, false or null. */

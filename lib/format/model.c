@@ -421,6 +421,15 @@ tw_status tw_model_finish(tw_model *model, tw_error *error) {
   return status;
 }
 
+tw_status tw_model_end(tw_model *model, tw_status status, tw_model **out, tw_error *error) {
+  if (status == TW_OK) status = tw_model_finish(model, error);
+  if (status == TW_OK)
+    *out = model;
+  else
+    tw_model_destroy(model);
+  return status;
+}
+
 tw_status tw_model_weld(tw_model *model, double distance, tw_error *error) {
   uint64_t dropped = 0;
   for (uint32_t i = 0; i < model->mesh_count; i++) {

@@ -110,25 +110,25 @@ static tw_status deal_points(tw_obj_reader *reader, uint32_t *mesh_count, uint32
 /* ---- into the model -------------------------------------------------------------------------------------
  */
 
-static tw_status copy_name(const tw_obj_reader *reader, tw_obj_word word, const char **out) {
+static tw_status copy_name(const tw_obj_reader *reader, tw_word word, const char **out) {
   if (word.length == 0) return TW_OK;
   *out = tw_arena_name(reader->arena, word.text, word.length);
   return *out ? TW_OK : tw_obj_fail_memory(reader);
 }
 
 /* The words of a name of at most 1024 bytes, one blank between two. */
-static tw_status copy_words(const tw_obj_reader *reader, tw_obj_word name, const char **out) {
+static tw_status copy_words(const tw_obj_reader *reader, tw_word name, const char **out) {
   char words[1024];
   size_t length = 0;
-  for (tw_obj_word word = tw_obj_cut_word(&name); word.length > 0; word = tw_obj_cut_word(&name)) {
+  for (tw_word word = tw_obj_cut_word(&name); word.length > 0; word = tw_obj_cut_word(&name)) {
     if (length > 0) words[length++] = ' ';
     memcpy(words + length, word.text, word.length);
     length += word.length;
   }
-  return copy_name(reader, (tw_obj_word){words, length}, out);
+  return copy_name(reader, (tw_word){words, length}, out);
 }
 
-typedef tw_status copy_text(const tw_obj_reader *reader, tw_obj_word text, const char **out);
+typedef tw_status copy_text(const tw_obj_reader *reader, tw_word text, const char **out);
 
 /* *out: [names->count]. */
 static tw_status copy_names(const tw_obj_reader *reader, const tw_obj_names *names, copy_text *copy,
@@ -359,13 +359,7 @@ tw_status tw_obj_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   if (status == TW_OK) warn(&reader, model);
   if (status == TW_OK && weld != TW_WELD_NONE) status = close_seams(&reader, model);
   tw_obj_reader_deinit(&reader);
-  if (status == TW_OK) status = tw_model_finish(model, error);
-  if (status != TW_OK) {
-    tw_model_destroy(model);
-    return status;
-  }
-  *out = model;
-  return TW_OK;
+  return tw_model_end(model, status, out, error);
 }
 
 tw_status tw_obj_read_points(const uint8_t *bytes, size_t size, tw_arena *arena, float **out, uint32_t *count,

@@ -7,17 +7,16 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "number.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
 
 /* ---- names -------------------------------------------------------------------------------------- */
 
 /* FNV-1a over the words, a blank behind each. */
-static uint64_t hash_name(tw_obj_word name) {
+static uint64_t hash_name(tw_word name) {
   uint64_t value = 14695981039346656037u;
   tw_obj_text text = tw_obj_text_of(name);
-  for (tw_obj_word word = tw_obj_read_word(&text); word.length > 0; word = tw_obj_read_word(&text)) {
+  for (tw_word word = tw_obj_read_word(&text); word.length > 0; word = tw_obj_read_word(&text)) {
     for (size_t i = 0; i < word.length; i++) value = (value ^ (uint8_t)word.text[i]) * 1099511628211u;
     value = (value ^ ' ') * 1099511628211u;
   }
@@ -25,7 +24,7 @@ static uint64_t hash_name(tw_obj_word name) {
 }
 
 /* Names are lists of words: what is between two does not matter. */
-static bool same_name(tw_obj_word a, tw_obj_word b) {
+static bool same_name(tw_word a, tw_word b) {
   if (a.length == b.length && memcmp(a.text, b.text, a.length) == 0) return true;
   tw_obj_text left = tw_obj_text_of(a), right = tw_obj_text_of(b);
   for (;;) {
@@ -38,7 +37,7 @@ static bool same_name(tw_obj_word a, tw_obj_word b) {
 
 /* The slot that holds `name` or waits for it; NULL where so many others stand in its way that the names must
  * have been made to collide: by chance, with half of the slots empty, a row of 256 does not occur. */
-static uint32_t *find_slot(const tw_obj_names *table, tw_obj_word name) {
+static uint32_t *find_slot(const tw_obj_names *table, tw_word name) {
   enum { PROBES_MAX = 256 };
   size_t mask = 2 * table->capacity - 1, at = (size_t)hash_name(name);
   for (int i = 0; i < PROBES_MAX; i++) {
@@ -55,7 +54,7 @@ static tw_status fail_colliding(tw_error *error) {
 /* Doubles names and slots, so that at most half the slots are taken. */
 static tw_status grow_names(tw_obj_names *table, tw_error *error) {
   size_t capacity = table->capacity ? table->capacity * 2 : 32;
-  tw_obj_word *grown = realloc(table->names, capacity * sizeof *grown);
+  tw_word *grown = realloc(table->names, capacity * sizeof *grown);
   if (grown) table->names = grown;
   uint32_t *slots = tw_alloc_zero(capacity * 2, sizeof *slots);
   if (!grown || !slots) {
@@ -74,7 +73,7 @@ static tw_status grow_names(tw_obj_names *table, tw_error *error) {
 }
 
 /* The number of a name, a new one where it is new; TW_OBJ_NO_NAME for a new one beyond `most`. */
-static tw_status number_name(tw_obj_names *table, tw_obj_word name, uint32_t most, uint32_t *out,
+static tw_status number_name(tw_obj_names *table, tw_word name, uint32_t most, uint32_t *out,
                              tw_error *error) {
   if (table->count == table->capacity) {
     tw_status status = grow_names(table, error);
@@ -166,7 +165,7 @@ static bool read_hex(const char *digits, uint32_t *out) {
 /* #MRGB MMRRGGBBMMRRGGBB...: mask and colour of the next points, in hexadecimal. A comment cannot be
  * malformed: what is no colour ends it. */
 static tw_status read_colors(tw_obj_reader *reader, tw_obj_text *text) {
-  tw_obj_word word = tw_obj_read_word(text);
+  tw_word word = tw_obj_read_word(text);
   tw_status status = TW_OK;
   for (size_t i = 0; i + 8 <= word.length && reader->painted_points < reader->all.points; i += 8) {
     float rgb[3];
@@ -390,18 +389,18 @@ static void begin_object(tw_obj_reader *reader, tw_obj_text *text) {
 /* The set of groups that the faces to come are in. `default` is the group of faces that are in none. */
 static void begin_groups(tw_obj_reader *reader, tw_obj_text *text) {
   enum { TEXT_MAX = 1024 }; /* each part of an answer may name its groups again */
-  tw_obj_word names = tw_obj_read_word(text), word = names;
+  tw_word names = tw_obj_read_word(text), word = names;
   for (; word.length > 0; word = tw_obj_read_word(text))
     names.length = (size_t)(word.text + word.length - names.text);
   if (reader->first_group.length == 0) reader->first_group = names;
   reader->group = TW_OBJ_NO_NAME;
   reader->long_groups += names.length > TEXT_MAX;
-  if (names.length > TEXT_MAX || tw_obj_word_is(names, "default")) names.length = 0;
+  if (names.length > TEXT_MAX || tw_word_is(names, "default")) names.length = 0;
   reader->group_words = names;
 }
 
 static tw_status use_material(tw_obj_reader *reader, tw_obj_text *text) {
-  tw_obj_word name = tw_obj_read_rest(text);
+  tw_word name = tw_obj_read_rest(text);
   reader->material = TW_OBJ_NO_NAME;
   if (name.length == 0) return TW_OK;
   tw_status status =
@@ -416,28 +415,28 @@ static void begin_smoothing(tw_obj_reader *reader, tw_obj_text *text) {
   int64_t group;
   tw_obj_text rest = *text;
   reader->smoothing_group = 0;
-  if (tw_obj_word_is(tw_obj_read_word(text), "off")) return;
+  if (tw_word_is(tw_obj_read_word(text), "off")) return;
   tw_obj_skip_blanks(&rest);
   bool is_group = tw_obj_read_integer(&rest, &group) && group >= 0 && group < UINT32_MAX;
   reader->smoothing_group = is_group ? (uint32_t)group : TW_OBJ_NO_VALUE;
 }
 
 /* Statements of the format that have nothing to do with a surface of polygons. */
-static bool is_known(tw_obj_word word) {
+static bool is_known(tw_word word) {
   static const char *const words[] = {
       "bevel",      "bmat",   "bsp",    "bzp",  "c_interp", "call",      "cdc",  "cdp",    "con",
       "csh",        "cstype", "ctech",  "curv", "curv2",    "d_interp",  "deg",  "end",    "hole",
       "l",          "lod",    "maplib", "mg",   "mtllib",   "p",         "parm", "res",    "scrv",
       "shadow_obj", "sp",     "stech",  "step", "surf",     "trace_obj", "trim", "usemap", "vp"};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-    if (tw_obj_word_is(word, words[i])) return true;
+    if (tw_word_is(word, words[i])) return true;
   return false;
 }
 
 /* Counts statements that shape no surface; what is no word is no OBJ file either. */
-static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_obj_word word) {
-  if (tw_obj_word_is(word, "l") || tw_obj_word_is(word, "p") || tw_obj_word_is(word, "curv") ||
-      tw_obj_word_is(word, "curv2") || tw_obj_word_is(word, "surf")) {
+static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_word word) {
+  if (tw_word_is(word, "l") || tw_word_is(word, "p") || tw_word_is(word, "curv") ||
+      tw_word_is(word, "curv2") || tw_word_is(word, "surf")) {
     if (reader->ignored_elements++ == 0) reader->first_ignored = text->line;
   }
   for (size_t i = 0; i < word.length; i++) {
@@ -457,24 +456,24 @@ static tw_status read_other(tw_obj_reader *reader, const tw_obj_text *text, tw_o
 /* ---- two passes ---------------------------------------------------------------------------------------- */
 
 /* Older files write fo. */
-static bool is_face(tw_obj_word word) {
-  return tw_obj_word_is(word, "f") || tw_obj_word_is(word, "fo");
+static bool is_face(tw_word word) {
+  return tw_word_is(word, "f") || tw_word_is(word, "fo");
 }
 
-static void count_statement(tw_obj_reader *reader, tw_obj_word word, tw_obj_text *text) {
+static void count_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *text) {
   tw_obj_counts *all = &reader->all;
   if (is_face(word)) {
     all->faces++;
     all->corners += tw_obj_count_words(text);
   }
-  all->points += tw_obj_word_is(word, "v");
-  all->uvs += tw_obj_word_is(word, "vt");
-  all->normals += tw_obj_word_is(word, "vn");
-  all->objects += tw_obj_word_is(word, "o");
-  if (tw_obj_word_is(word, "t")) tw_obj_count_tag(&reader->tags.all, text);
+  all->points += tw_word_is(word, "v");
+  all->uvs += tw_word_is(word, "vt");
+  all->normals += tw_word_is(word, "vn");
+  all->objects += tw_word_is(word, "o");
+  if (tw_word_is(word, "t")) tw_obj_count_tag(&reader->tags.all, text);
 }
 
-static tw_status read_statement(tw_obj_reader *reader, tw_obj_word word, tw_obj_text *text) {
+static tw_status read_statement(tw_obj_reader *reader, tw_word word, tw_obj_text *text) {
   if (word.length == 1) {
     switch (word.text[0]) {
     case 'v': return read_point(reader, text);
@@ -486,10 +485,10 @@ static tw_status read_statement(tw_obj_reader *reader, tw_obj_word word, tw_obj_
     }
   }
   if (is_face(word)) return read_face(reader, text);
-  if (tw_obj_word_is(word, "vt")) return read_uv(reader, text);
-  if (tw_obj_word_is(word, "usemtl")) return use_material(reader, text);
-  if (tw_obj_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, text);
-  if (!tw_obj_word_is(word, "vn")) return read_other(reader, text, word);
+  if (tw_word_is(word, "vt")) return read_uv(reader, text);
+  if (tw_word_is(word, "usemtl")) return use_material(reader, text);
+  if (tw_word_is(word, TW_OBJ_COLORS)) return read_colors(reader, text);
+  if (!tw_word_is(word, "vn")) return read_other(reader, text, word);
   read_normal(reader, text);
   return TW_OK;
 }
@@ -528,10 +527,9 @@ static tw_status make_all_room(tw_obj_reader *reader) {
 }
 
 tw_status tw_obj_read_statements(tw_obj_reader *reader, const uint8_t *bytes, size_t size) {
-  bool has_mark = size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0;
-  const uint8_t *first = bytes + (has_mark ? 3 : 0);
+  const uint8_t *first = bytes + tw_byte_order_mark(bytes, size);
   tw_obj_text text, file = {first, bytes + size, 1, first}, start = file;
-  tw_obj_word word;
+  tw_word word;
   reader->material = reader->group = TW_OBJ_NO_NAME;
   reader->smoothing_group = TW_OBJ_NO_VALUE;
   reader->tags.boundary = reader->tags.uv = reader->tags.creasing = reader->tags.triangles = TW_TAG_UNSET;

@@ -8,7 +8,7 @@
 /* Names of materials or of sets of groups, numbered in the order of their first use. A zeroed table is
  * empty. */
 typedef struct tw_obj_names {
-  tw_obj_word *names; /* [count], in the text, as first written */
+  tw_word *names; /* [count], in the text, as first written */
   size_t count, capacity;
   uint32_t *slots; /* [2 x capacity], hash table of numbers + 1 */
 } tw_obj_names;
@@ -26,7 +26,7 @@ typedef struct tw_obj_counts {
 
 /* Faces from first_face up to the next object's. */
 typedef struct tw_obj_object {
-  tw_obj_word name; /* length 0: none */
+  tw_word name; /* length 0: none */
   uint32_t first_face;
 } tw_obj_object;
 
@@ -52,8 +52,8 @@ typedef struct tw_obj_reader {
   size_t dropped_count;
   tw_obj_object *objects; /* from malloc, [TW_OBJ_OBJECTS_MAX + 1 or fewer], by ascending first_face */
   size_t object_count;
-  tw_obj_word first_group; /* names of the first `g` */
-  tw_obj_word group_words; /* of the faces to come, numbered when one comes; length 0: none */
+  tw_word first_group; /* names of the first `g` */
+  tw_word group_words; /* of the faces to come, numbered when one comes; length 0: none */
   uint32_t material, group;
   uint32_t smoothing_group; /* TW_OBJ_NO_VALUE until an `s` */
   tw_obj_names material_names, group_names;
@@ -62,7 +62,7 @@ typedef struct tw_obj_reader {
   uint64_t ignored_elements;                  /* lines, points, free-form */
   uint64_t first_ignored;                     /* its line */
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
-  tw_obj_word unknown_word;                   /* its first word */
+  tw_word unknown_word;                       /* its first word */
   uint64_t missing_uvs, long_groups, late_groups, bad_normals;
 } tw_obj_reader;
 

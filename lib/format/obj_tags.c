@@ -7,7 +7,7 @@
 /* One tag on its way. */
 typedef struct obj_tag {
   tw_error *error;
-  tw_obj_word name;
+  tw_word name;
   uint64_t line;
   uint64_t int_count, float_count, string_count;
 } obj_tag;
@@ -144,10 +144,10 @@ static tw_status set_from_string(const obj_tag *tag, tw_obj_text *text, const ch
   for (uint64_t i = 0; i < tag->int_count && status == TW_OK; i++) status = read_tag_int(tag, text, &number);
   if (status == TW_OK) status = skip_tag_rest(tag, text, tag->float_count);
   if (status != TW_OK) return status;
-  tw_obj_word word = {"", 0};
+  tw_word word = {"", 0};
   if (tag->string_count > 0) word = tw_obj_read_word(text);
   for (size_t i = 0; names[i]; i++) {
-    if (!tw_obj_word_is(word, names[i])) continue;
+    if (!tw_word_is(word, names[i])) continue;
     *out = values[i];
     return TW_OK;
   }
@@ -195,7 +195,7 @@ tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error)
   obj_tag tag = {.error = error, .line = text->line, .name = tw_obj_read_word(text)};
   tags->any = true;
   for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
-    if (!tw_obj_word_is(tag.name, kinds[i].name)) continue;
+    if (!tw_word_is(tag.name, kinds[i].name)) continue;
     if (!read_counts(text, &tag)) return bad_tag(&tag, "the tag's counts are not INTS/FLOATS/STRINGS");
     return kinds[i].read(tags, &tag, text);
   }
@@ -206,10 +206,10 @@ tw_status tw_obj_read_tag(tw_obj_tags *tags, tw_obj_text *text, tw_error *error)
 /* Two integers have a byte between them or a sign before the second one. */
 void tw_obj_count_tag(tw_obj_tag_counts *all, tw_obj_text *text) {
   obj_tag tag = {.name = tw_obj_read_word(text)};
-  uint64_t *count = tw_obj_word_is(tag.name, "crease")   ? &all->crease_points
-                    : tw_obj_word_is(tag.name, "corner") ? &all->sharp_points
-                    : tw_obj_word_is(tag.name, "hole")   ? &all->holes
-                                                         : NULL;
+  uint64_t *count = tw_word_is(tag.name, "crease")   ? &all->crease_points
+                    : tw_word_is(tag.name, "corner") ? &all->sharp_points
+                    : tw_word_is(tag.name, "hole")   ? &all->holes
+                                                     : NULL;
   if (!count || !read_counts(text, &tag)) return;
   uint64_t most = ((uint64_t)(text->end - text->at) + 1) / 2;
   *count += tag.int_count < most ? tag.int_count : most;

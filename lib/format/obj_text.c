@@ -1,7 +1,5 @@
 #include "obj_text.h"
 
-#include "number.h"
-
 static bool is_line_end(uint8_t c) {
   return c == '\n' || c == '\r';
 }
@@ -37,14 +35,14 @@ static bool ends_word(const uint8_t *at, const uint8_t *end) {
   return *at == '\\' && end - at > 1 && is_line_end(at[1]);
 }
 
-tw_obj_word tw_obj_read_word(tw_obj_text *text) {
+tw_word tw_obj_read_word(tw_obj_text *text) {
   tw_obj_skip_blanks(text);
   const uint8_t *start = text->at;
   while (text->at < text->end && !ends_word(text->at, text->end)) text->at++;
-  return (tw_obj_word){(const char *)start, (size_t)(text->at - start)};
+  return (tw_word){(const char *)start, (size_t)(text->at - start)};
 }
 
-tw_obj_quote tw_obj_quote_word(tw_obj_word word) {
+tw_obj_quote tw_obj_quote_word(tw_word word) {
   static const char more[] = "...";
   tw_obj_quote out = {{0}};
   size_t most = sizeof out.text - sizeof more, length = word.length < most ? word.length : most;
@@ -66,19 +64,18 @@ tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *
   return TW_SYNTAX;
 }
 
-tw_obj_word tw_obj_read_rest(tw_obj_text *text) {
+tw_word tw_obj_read_rest(tw_obj_text *text) {
   tw_obj_skip_blanks(text);
   const uint8_t *start = text->at, *end = text->end;
   while (end > start && is_blank(end[-1])) end--;
   text->at = text->end;
-  return (tw_obj_word){(const char *)start, (size_t)(end - start)};
+  return (tw_word){(const char *)start, (size_t)(end - start)};
 }
 
 bool tw_obj_read_number(tw_obj_text *text, double *out) {
   tw_obj_skip_blanks(text);
-  const char *start = (const char *)text->at;
-  size_t left = (size_t)(text->end - text->at), used = tw_read_plain(start, left, out);
-  if (used == 0) used = tw_read_double(start, left, out);
+  size_t left = (size_t)(text->end - text->at);
+  size_t used = tw_word_begin_number((tw_word){(const char *)text->at, left}, out);
   const uint8_t *stop = text->at + used;
   if (used == 0 || (stop < text->end && *stop != '#' && !ends_word(stop, text->end))) return false;
   text->at = stop;
@@ -127,7 +124,7 @@ static bool begins_colors(const tw_obj_text *text) {
          is_blank(text->at[length]);
 }
 
-bool tw_obj_next_statement(tw_obj_text *file, tw_obj_word *word, tw_obj_text *statement) {
+bool tw_obj_next_statement(tw_obj_text *file, tw_word *word, tw_obj_text *statement) {
   for (;; next_line(file)) {
     tw_obj_skip_blanks(file);
     if (file->at == file->end) break;
@@ -135,7 +132,7 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_obj_word *word, tw_obj_text *st
     *word = tw_obj_read_word(file);
     *statement = *file;
     /* What these name goes to the end of its line, whatever that is. */
-    if (tw_obj_word_is(*word, "o") || tw_obj_word_is(*word, "usemtl")) {
+    if (tw_word_is(*word, "o") || tw_word_is(*word, "usemtl")) {
       tw_obj_skip_blanks(file);
       statement->end = file->at;
       while (statement->end < file->end && !is_line_end(*statement->end)) statement->end++;
@@ -149,15 +146,15 @@ bool tw_obj_next_statement(tw_obj_text *file, tw_obj_word *word, tw_obj_text *st
   return false;
 }
 
-tw_obj_text tw_obj_text_of(tw_obj_word word) {
+tw_obj_text tw_obj_text_of(tw_word word) {
   const uint8_t *start = (const uint8_t *)word.text;
   return (tw_obj_text){start, start + word.length, 0, NULL};
 }
 
-tw_obj_word tw_obj_cut_word(tw_obj_word *name) {
+tw_word tw_obj_cut_word(tw_word *name) {
   tw_obj_text text = tw_obj_text_of(*name);
-  tw_obj_word word = tw_obj_read_word(&text);
-  *name = (tw_obj_word){(const char *)text.at, (size_t)(text.end - text.at)};
+  tw_word word = tw_obj_read_word(&text);
+  *name = (tw_word){(const char *)text.at, (size_t)(text.end - text.at)};
   return word;
 }
 

@@ -2,26 +2,14 @@
 #ifndef TWEEND_OBJ_TEXT_H
 #define TWEEND_OBJ_TEXT_H
 
-#include <string.h>
-
-#include "tweend/base.h"
-
-/* A piece of the text. */
-typedef struct tw_obj_word {
-  const char *text;
-  size_t length;
-} tw_obj_word;
-
-static inline bool tw_obj_word_is(tw_obj_word word, const char *text) {
-  return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
-}
+#include "word.h"
 
 /* The beginning of a word for a sentence: printable characters, all others as question marks. */
 typedef struct tw_obj_quote {
   char text[44];
 } tw_obj_quote;
 
-tw_obj_quote tw_obj_quote_word(tw_obj_word word);
+tw_obj_quote tw_obj_quote_word(tw_word word);
 
 /* Lines end with LF, CRLF or a lone CR; a backslash just before a line end is a blank. */
 typedef struct tw_obj_text {
@@ -35,7 +23,7 @@ typedef struct tw_obj_text {
 
 /* The next statement of the file: its first word, and the text behind that up to its end. False at the end of
  * the file, where the statement is empty. */
-bool tw_obj_next_statement(tw_obj_text *file, tw_obj_word *word, tw_obj_text *statement);
+bool tw_obj_next_statement(tw_obj_text *file, tw_word *word, tw_obj_text *statement);
 
 /* ---- the rest takes the text of one statement, or of a name -------------------------------------------- */
 
@@ -46,10 +34,10 @@ void tw_obj_skip_blanks(tw_obj_text *text);
 bool tw_obj_statement_ends(tw_obj_text *text);
 
 /* The characters up to the next blank or line end. */
-tw_obj_word tw_obj_read_word(tw_obj_text *text);
+tw_word tw_obj_read_word(tw_obj_text *text);
 
 /* The rest of the text without blanks at its ends. */
-tw_obj_word tw_obj_read_rest(tw_obj_text *text);
+tw_word tw_obj_read_rest(tw_obj_text *text);
 
 /* How many are left; moves over them. */
 uint64_t tw_obj_count_words(tw_obj_text *text);
@@ -65,9 +53,9 @@ bool tw_obj_take_slash(tw_obj_text *text);
 /* The word round `at` is not what is expected there: TW_SYNTAX, with line and column. */
 tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *error);
 
-tw_obj_text tw_obj_text_of(tw_obj_word name);
+tw_obj_text tw_obj_text_of(tw_word name);
 
 /* The first word of a name, which goes from it; of length 0 at its end. */
-tw_obj_word tw_obj_cut_word(tw_obj_word *name);
+tw_word tw_obj_cut_word(tw_word *name);
 
 #endif

@@ -6,20 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "number.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
+#include "word.h"
 
 /* ---- text --------------------------------------------------------------------------------------- */
-
-typedef struct ply_word {
-  const char *text;
-  size_t length;
-} ply_word;
-
-static bool word_is(ply_word word, const char *text) {
-  return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
-}
 
 /* Blanks of a line. */
 static bool is_blank(char c) {
@@ -27,17 +18,11 @@ static bool is_blank(char c) {
 }
 
 /* The next word of a line; length 0 at its end. */
-static ply_word next_word(ply_word *line) {
+static tw_word next_word(tw_word *line) {
   while (line->length > 0 && is_blank(*line->text)) line->text++, line->length--;
-  ply_word word = {line->text, 0};
+  tw_word word = {line->text, 0};
   while (line->length > 0 && !is_blank(*line->text)) line->text++, line->length--, word.length++;
   return word;
-}
-
-static bool read_number(ply_word word, double *out) {
-  size_t used = tw_read_plain(word.text, word.length, out);
-  if (used == 0) used = tw_read_double(word.text, word.length, out);
-  return used > 0 && used == word.length;
 }
 
 /* ---- header ------------------------------------------------------------------------------------- */
@@ -68,14 +53,14 @@ typedef struct ply_property {
   bool is_list;
   ply_type type, count_type; /* count_type: of lists */
   ply_use use;
-  ply_word name;
+  tw_word name;
 } ply_property;
 
 enum { PROPERTIES_MAX = 256, ELEMENTS_MAX = 64 };
 
 typedef struct ply_element {
   enum { PLY_VERTICES, PLY_FACES, PLY_OTHERS } kind;
-  ply_word name;
+  tw_word name;
   uint64_t count;
   uint32_t first_property, property_count;
   bool uses[PLY_USES]; /* which the properties have */
@@ -96,30 +81,30 @@ static tw_status fail(const ply_file *file, const char *detail) {
 }
 
 /* Moves over a line: it ends with LF, CRLF or CR. False at the end of the file. */
-static bool next_line(ply_file *file, ply_word *out) {
+static bool next_line(ply_file *file, tw_word *out) {
   if (file->at == file->end) return false;
   const uint8_t *start = file->at, *at = start;
   while (at < file->end && *at != '\n' && *at != '\r') at++;
-  *out = (ply_word){(const char *)start, (size_t)(at - start)};
+  *out = (tw_word){(const char *)start, (size_t)(at - start)};
   if (at < file->end) at += at[0] == '\r' && file->end - at > 1 && at[1] == '\n' ? 2 : 1;
   file->at = at;
   file->line++;
   return true;
 }
 
-static bool find_type(ply_word word, ply_type *out) {
+static bool find_type(tw_word word, ply_type *out) {
   static const char *const names[][2] = {{"char", "int8"},     {"uchar", "uint8"},   {"short", "int16"},
                                          {"ushort", "uint16"}, {"int", "int32"},     {"uint", "uint32"},
                                          {"float", "float32"}, {"double", "float64"}};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-    if (word_is(word, names[i][0]) || word_is(word, names[i][1])) {
+    if (tw_word_is(word, names[i][0]) || tw_word_is(word, names[i][1])) {
       *out = (ply_type)i;
       return true;
     }
   return false;
 }
 
-static ply_use find_use(const ply_element *element, bool is_list, ply_word name) {
+static ply_use find_use(const ply_element *element, bool is_list, tw_word name) {
   static const struct {
     const char *name;
     ply_use use;
@@ -146,7 +131,7 @@ static ply_use find_use(const ply_element *element, bool is_list, ply_word name)
                {"vertex_indices", PLY_CORNERS},
                {"vertex_index", PLY_CORNERS}};
   for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-    if (!word_is(name, names[i].name)) continue;
+    if (!tw_word_is(name, names[i].name)) continue;
     bool is_corners = names[i].use == PLY_CORNERS;
     bool fits =
         is_corners ? is_list && element->kind == PLY_FACES : !is_list && element->kind == PLY_VERTICES;
@@ -155,11 +140,12 @@ static ply_use find_use(const ply_element *element, bool is_list, ply_word name)
   return PLY_UNUSED;
 }
 
-static tw_status add_element(ply_file *file, ply_word line) {
-  ply_word name = next_word(&line);
+static tw_status add_element(ply_file *file, tw_word line) {
+  tw_word name = next_word(&line);
   double count;
   if (file->element_count == ELEMENTS_MAX) return fail(file, "there are more than 64 elements");
-  if (!read_number(next_word(&line), &count) || !(count >= 0 && count < UINT32_MAX) || count != floor(count))
+  if (!tw_word_number(next_word(&line), &count) || !(count >= 0 && count < UINT32_MAX) ||
+      count != floor(count))
     return fail(file, "an element needs a name and a count below 2^32");
   ply_element *element = &file->elements[file->element_count++];
   *element = (ply_element){
@@ -167,18 +153,18 @@ static tw_status add_element(ply_file *file, ply_word line) {
   bool is_first[2] = {true, true};
   for (uint32_t i = 0; i + 1 < file->element_count; i++)
     if (file->elements[i].kind != PLY_OTHERS) is_first[file->elements[i].kind] = false;
-  if (word_is(name, "vertex") && is_first[PLY_VERTICES]) element->kind = PLY_VERTICES;
-  if (word_is(name, "face") && is_first[PLY_FACES]) element->kind = PLY_FACES;
+  if (tw_word_is(name, "vertex") && is_first[PLY_VERTICES]) element->kind = PLY_VERTICES;
+  if (tw_word_is(name, "face") && is_first[PLY_FACES]) element->kind = PLY_FACES;
   return TW_OK;
 }
 
-static tw_status add_property(ply_file *file, ply_word line) {
+static tw_status add_property(ply_file *file, tw_word line) {
   if (file->element_count == 0) return fail(file, "a property stands before the first element");
   if (file->property_count == PROPERTIES_MAX) return fail(file, "there are more than 256 properties");
   ply_element *element = &file->elements[file->element_count - 1];
   ply_property *property = &file->properties[file->property_count++];
-  ply_word word = next_word(&line);
-  *property = (ply_property){.is_list = word_is(word, "list")};
+  tw_word word = next_word(&line);
+  *property = (ply_property){.is_list = tw_word_is(word, "list")};
   bool is_known = true;
   if (property->is_list) {
     is_known = find_type(next_word(&line), &property->count_type) && property->count_type < PLY_F32;
@@ -193,29 +179,29 @@ static tw_status add_property(ply_file *file, ply_word line) {
   return TW_OK;
 }
 
-static tw_status set_format(ply_file *file, ply_word line) {
-  ply_word name = next_word(&line);
-  file->is_text = word_is(name, "ascii");
-  file->is_big_endian = word_is(name, "binary_big_endian");
-  if (file->is_text || file->is_big_endian || word_is(name, "binary_little_endian")) return TW_OK;
+static tw_status set_format(ply_file *file, tw_word line) {
+  tw_word name = next_word(&line);
+  file->is_text = tw_word_is(name, "ascii");
+  file->is_big_endian = tw_word_is(name, "binary_big_endian");
+  if (file->is_text || file->is_big_endian || tw_word_is(name, "binary_little_endian")) return TW_OK;
   return fail(file, "the format is not ascii, binary_little_endian or binary_big_endian");
 }
 
 /* Up to the line behind end_header. Lines that say something else are read over. */
 static tw_status read_header(ply_file *file) {
-  ply_word line;
+  tw_word line;
   bool has_format = false;
   tw_status status = TW_OK;
   while (status == TW_OK) {
     if (!next_line(file, &line)) return fail(file, "the file ends within its header");
-    ply_word word = next_word(&line);
-    if (word_is(word, "end_header")) return has_format ? TW_OK : fail(file, "the header says no format");
-    if (word_is(word, "format")) {
+    tw_word word = next_word(&line);
+    if (tw_word_is(word, "end_header")) return has_format ? TW_OK : fail(file, "the header says no format");
+    if (tw_word_is(word, "format")) {
       status = set_format(file, line);
       has_format = true;
-    } else if (word_is(word, "element")) {
+    } else if (tw_word_is(word, "element")) {
       status = add_element(file, line);
-    } else if (word_is(word, "property")) {
+    } else if (tw_word_is(word, "property")) {
       status = add_property(file, line);
     }
   }
@@ -237,7 +223,7 @@ static tw_status read_text_value(ply_file *file, double *out) {
   const char *start = (const char *)file->at;
   while (file->at < file->end && !is_blank((char)*file->at) && *file->at != '\n' && *file->at != '\r')
     file->at++;
-  if (read_number((ply_word){start, (size_t)((const char *)file->at - start)}, out)) return TW_OK;
+  if (tw_word_number((tw_word){start, (size_t)((const char *)file->at - start)}, out)) return TW_OK;
   return fail(file, file->at == file->end ? "the file is cut off" : "a number is malformed");
 }
 
@@ -446,7 +432,7 @@ typedef struct ply_unread {
 } ply_unread;
 
 /* Adds ELEMENT or ELEMENT.PROPERTY, as long as there is room. */
-static void add_unread(ply_unread *unread, ply_word element, ply_word property) {
+static void add_unread(ply_unread *unread, tw_word element, tw_word property) {
   size_t needed = 2 + element.length + 1 + property.length;
   if (needed > sizeof unread->text - unread->size) return;
   char *out = unread->text + unread->size;
@@ -461,7 +447,7 @@ static void warn_of_unread(const ply_file *file, tw_model *model) {
   for (uint32_t i = 0; i < file->element_count; i++) {
     const ply_element *element = &file->elements[i];
     if (element->count == 0) continue;
-    if (element->kind == PLY_OTHERS) add_unread(&unread, element->name, (ply_word){0});
+    if (element->kind == PLY_OTHERS) add_unread(&unread, element->name, (tw_word){0});
     for (uint32_t k = 0; k < element->property_count && element->kind != PLY_OTHERS; k++) {
       const ply_property *property = &file->properties[element->first_property + k];
       if (property->use == PLY_UNUSED) add_unread(&unread, element->name, property->name);
@@ -504,10 +490,5 @@ tw_status tw_ply_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
     status = read_file(file, weld, tw_reading_size(TW_FORMAT_PLY, size) - size, model);
   }
   free(file);
-  if (status == TW_OK) status = tw_model_finish(model, error);
-  if (status == TW_OK)
-    *out = model;
-  else
-    tw_model_destroy(model);
-  return status;
+  return tw_model_end(model, status, out, error);
 }

@@ -4,9 +4,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "number.h"
 #include "soup_mesh.h"
 #include "tweend/format.h"
+#include "word.h"
 
 enum { HEADER = 84, FACET = 50 }; /* bytes: 80 of text and a count; a normal, three points, two more */
 
@@ -53,11 +53,6 @@ typedef struct stl_text {
   uint64_t line; /* of `at`, from 1 */
 } stl_text;
 
-typedef struct stl_word {
-  const char *text;
-  size_t length;
-} stl_word;
-
 static bool is_space(char c) {
   return c == ' ' || (c >= '\t' && c <= '\r');
 }
@@ -67,15 +62,15 @@ static void skip_space(stl_text *text) {
 }
 
 /* Length 0 at the end. */
-static stl_word next_word(stl_text *text) {
+static tw_word next_word(stl_text *text) {
   skip_space(text);
   const char *start = text->at;
   while (text->at < text->end && !is_space(*text->at)) text->at++;
-  return (stl_word){start, (size_t)(text->at - start)};
+  return (tw_word){start, (size_t)(text->at - start)};
 }
 
 /* Without regard to case. word: in lower case. */
-static bool word_is(stl_word found, const char *word) {
+static bool word_is(tw_word found, const char *word) {
   size_t length = strlen(word);
   for (size_t i = 0; found.length == length && i < length; i++)
     if ((found.text[i] | 0x20) != word[i]) return false;
@@ -85,10 +80,7 @@ static bool word_is(stl_word found, const char *word) {
 static tw_status read_point(stl_text *text, float out[3], tw_error *error) {
   for (int i = 0; i < 3; i++) {
     double value;
-    stl_word word = next_word(text);
-    size_t used = tw_read_plain(word.text, word.length, &value);
-    if (used == 0) used = tw_read_double(word.text, word.length, &value);
-    if (used == 0 || used != word.length)
+    if (!tw_word_number(next_word(text), &value))
       return tw_fail_line(error, TW_SYNTAX, text->line, "a vertex needs 3 numbers");
     out[i] = (float)value;
     if (!isfinite(out[i]))
@@ -105,18 +97,18 @@ static tw_status end_loop(tw_polygons_read *out, uint64_t line, tw_error *error)
 }
 
 /* The name of a solid goes to the end of its line. */
-static stl_word read_name(stl_text *text) {
+static tw_word read_name(stl_text *text) {
   while (text->at < text->end && (*text->at == ' ' || *text->at == '\t')) text->at++;
   const char *start = text->at;
   while (text->at < text->end && *text->at != '\n' && *text->at != '\r') text->at++;
   const char *end = text->at;
   while (end > start && is_space(end[-1])) end--;
-  return (stl_word){start, (size_t)(end - start)};
+  return (tw_word){start, (size_t)(end - start)};
 }
 
 /* What text says besides its facets. */
 typedef struct stl_solids {
-  stl_word name;  /* of the first one that has one; length 0: none */
+  tw_word name;   /* of the first one that has one; length 0: none */
   uint32_t names; /* other names */
 } stl_solids;
 
@@ -125,7 +117,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
   bool in_loop = false, has_end = false;
   out->face_offsets[0] = 0;
   while (status == TW_OK) {
-    stl_word word = next_word(&text);
+    tw_word word = next_word(&text);
     if (word.length == 0) break;
     if (word_is(word, "vertex") && in_loop) {
       status = read_point(&text, out->positions + 3 * (size_t)out->vertex_count++, error);
@@ -135,7 +127,7 @@ static tw_status read_text(stl_text text, tw_polygons_read *out, stl_solids *sol
     } else if (word_is(word, "loop") && !in_loop) {
       in_loop = true;
     } else if (word_is(word, "solid")) {
-      stl_word name = read_name(&text);
+      tw_word name = read_name(&text);
       if (solids->name.length == 0)
         solids->name = name;
       else
@@ -206,10 +198,5 @@ tw_status tw_stl_read(const uint8_t *bytes, size_t size, tw_weld weld, tw_model 
   if (solids.names > 0)
     tw_model_warn(model, "all solids are one mesh: the names of %u of them are left out", solids.names);
   free(read.positions);
-  if (status == TW_OK) status = tw_model_finish(model, error);
-  if (status == TW_OK)
-    *out = model;
-  else
-    tw_model_destroy(model);
-  return status;
+  return tw_model_end(model, status, out, error);
 }

@@ -107,7 +107,7 @@ tw_status read_model(const uint8_t *bytes, size_t size, const tw_read_limits &li
   } catch (...) {
     return tw_fail(error, TW_INVALID, "the document is not valid glTF");
   }
-  return status == TW_OK ? tw_model_finish(model, error) : status;
+  return status;
 }
 
 } // namespace
@@ -144,10 +144,5 @@ tw_status tw_gltf_read(const uint8_t *bytes, size_t size, tw_quads quads, tw_wel
   if (!model) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_read_limits none = {};
   tw_status status = gltf::read_model(bytes, size, limits ? *limits : none, quads, weld, model, error);
-  if (status != TW_OK) {
-    tw_model_destroy(model);
-    return status;
-  }
-  *out = model;
-  return TW_OK;
+  return tw_model_end(model, status, out, error);
 }

@@ -93,6 +93,10 @@ void tw_model_warn(tw_model *model, const char *format, ...) TW_PRINTF(2, 3);
  * Errors bear a pointer in tweend JSON's words ("/meshes/0/faces/3/1"). */
 tw_status tw_model_finish(tw_model *model, tw_error *error);
 
+/* What every reader ends with. status TW_OK: finishes the model and hands it out; else, and where it cannot
+ * be finished, destroys it (NULL accepted). Returns the status. */
+tw_status tw_model_end(tw_model *model, tw_status status, tw_model **out, tw_error *error);
+
 /* Makes one of the points of each mesh within a distance of a first one, 0: at the same place; faces that
  * this leaves with fewer than three points go, with a warning. Of a model that nobody else sees yet. The
  * distance is 1e-12 or more, or 0. TW_NO_MEMORY: some meshes may be welded. O(n log n). */
