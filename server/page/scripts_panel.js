@@ -35,24 +35,26 @@ export class ScriptsPanel {
     watch(() => state('tab') === 'scripts' && this.render());
   }
 
-  /** [title, URL, file name, JavaScript after `tweend.`] of each request. */
+  /** [title, URL, file name, JavaScript] of each request. */
   requests() {
     const id = state('model');
     const options = surfaceOptions();
+    const call = (method, ...values) => `await tweend.${method}(${[`'${id}'`, ...values].join(', ')})`;
+    const given = JSON.stringify(options);
     const list = [
-      ['This surface', tweend.surfaceUrl(id, options), `${id.slice(0, 8)}.glb`, `surface('${id}', ${JSON.stringify(options)})`],
-      ['Its counts', tweend.surfaceUrl(id, options, 'json'), '-', `surface('${id}', ${JSON.stringify(options)}, 'json')`],
+      ['This surface', tweend.surfaceUrl(id, options), `${id.slice(0, 8)}.glb`, `const glb = await (${call('surface', given)}).arrayBuffer();`],
+      ['Its counts', tweend.surfaceUrl(id, options, 'json'), '-', `const counts = ${call('surfaceCounts', given)};`],
     ];
     const { clip } = this.animation;
     if (clip) {
       const pose = { clip: clip.name, at: Math.round((this.animation.time ?? 0) * 1000) / 1000 };
       const all = { clip: clip.name, from: 0, to: clip.duration, fps: 60 };
       const live = { clip: clip.name, loop: state('loop'), speed: Number(state('speed')), fps: 30 };
-      const ofPose = (chosen, form) => [tweend.poseUrl(id, chosen, form), `request(tweend.poseUrl('${id}', ${JSON.stringify(chosen)}, '${form}'))`];
-      const [poseUrl, poseCode] = ofPose(pose, 'json');
-      const [allUrl, allCode] = ofPose(all, 'bin');
-      list.push(['This pose', poseUrl, '-', poseCode], ['The clip at 60 a second', allUrl, 'poses.bin', allCode],
-        ['The live stream', tweend.liveUrl(id, live), '-', `request(tweend.liveUrl('${id}', ${JSON.stringify(live)}))`]);
+      list.push(
+        ['This pose', tweend.poseUrl(id, pose), '-', `const pose = ${call('pose', JSON.stringify(pose))};`],
+        ['The clip at 60 a second', tweend.poseUrl(id, all, 'bin'), 'poses.bin', `const poses = ${call('poseTable', JSON.stringify(all))};`],
+        ['The live stream', tweend.liveUrl(id, live), '-', '// gltf: the surface as GLTFLoader of three.js loads it\n' +
+          `const player = ${call('live', 'gltf.scene', JSON.stringify(live))};\nplayer.update(); // before each frame`]);
     }
     return list;
   }
@@ -66,8 +68,7 @@ export class ScriptsPanel {
     const key = tweend.key ? ', { key }' : '';
     const entries = this.requests().map(([title, url, file, code]) => {
       const curl = `curl ${tweend.key ? '-H "Authorization: Bearer $KEY" ' : ''}${file === '-' ? '' : `-o ${file} `}${quote(url)}`;
-      const script = `const { Tweend } = await import('${base}tweend.js'); const tweend = new Tweend('${base}'${key}); ` +
-        `const bytes = await (await tweend.${code}).arrayBuffer();`;
+      const script = `const { Tweend } = await import('${base}tweend.js');\nconst tweend = new Tweend('${base}'${key});\n${code}`;
       return make('section', {}, make('h3', {}, title), codeLine('curl', curl), codeLine('JavaScript', script));
     });
     this.content.replaceChildren(

@@ -127,6 +127,13 @@ visits('work can be cancelled', { hash: '#tab=surface' }, async (visit) => {
   assert.equal(await visit.page.getByRole('slider', { name: 'Level' }).inputValue(), '2');
 });
 
+/** A page without a policy of its own for scripts, as other sites have them. */
+async function otherPage(visit) {
+  const page = await visit.page.context().newPage();
+  await page.goto(`${daemon.url}/version`);
+  return page;
+}
+
 visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&limit=true' }, async (visit) => {
   await visit.level(1);
   const surface = visit.page.locator('section', { hasText: 'This surface' });
@@ -137,10 +144,9 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
     const [, file] = curl.match(/-o (\S+)/);
     const bytes = readFileSync(join(folder, file));
     assert.equal(bytes.subarray(0, 4).toString(), 'glTF');
-    const other = await visit.page.context().newPage(); // of no origin, as any page may be
-    await other.goto(`${daemon.url}/version`);
+    const other = await otherPage(visit);
     const base64 = await other.evaluate(async (line) => {
-      const bytes = await new (async () => {}).constructor(`${line} return bytes;`)();
+      const bytes = await new (async () => {}).constructor(`${line} return glb;`)();
       return btoa(String.fromCharCode(...new Uint8Array(bytes)));
     }, script);
     assert.ok(bytes.equals(Buffer.from(base64, 'base64')));
@@ -154,6 +160,22 @@ visits('scripts give the bytes that are shown', { hash: '#tab=scripts&level=1&li
   await visit.picture('scripts');
   await visit.seek(1.5);
   assert.match(await visit.text('section:has(h3:text-is("This pose")) pre'), /at=1\.5/);
+});
+
+visits('the JavaScript of every request runs', { hash: '#tab=scripts&level=1&t=1.5' }, async (visit) => {
+  await visit.level(1);
+  const scripts = await visit.page.locator('pre[aria-label=JavaScript]').allInnerTexts();
+  const other = await otherPage(visit);
+  const found = await other.evaluate(async (texts) => {
+    const hull = { quaternion: [], position: [], scale: [] };
+    const names = ['glb', 'counts', 'pose', 'poses', 'player'];
+    const run = (name, i) => new (async () => {}).constructor('gltf', `${texts[i]}\nreturn ${name};`)({ scene: { hull } });
+    const [glb, counts, pose, poses, player] = await Promise.all(names.map(run));
+    player.close();
+    return { scripts: texts.length, size: glb.byteLength, bytes: counts.bytes, at: pose.times, poses: poses.header.poses, turned: hull.quaternion.length };
+  }, scripts);
+  assert.equal(found.size, found.bytes);
+  assert.deepEqual({ ...found, size: 0, bytes: 0 }, { scripts: 5, size: 0, bytes: 0, at: [1.5], poses: 241, turned: 4 });
 });
 
 /** What a click downloads; clicked again where the list was drawn anew under the pointer. */
