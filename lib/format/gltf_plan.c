@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "gltf/gltf.h"
-#include "quat.h"
 
 enum {
   ADDED_KEYS_MAX = 1 << 20 /* of all tracks that cannot keep their keys: two may say many turns */
@@ -12,8 +11,6 @@ enum {
 
 /* Views, accessors, nodes and materials are told in the JSON, which is held in memory. */
 static const uint64_t PARTS_MAX = 1 << 18;
-
-static const tw_tolerance TOLERANCE = {.angle = 0.0017453292519943296, .distance = 1}; /* 0.1 degrees */
 
 static tw_status no_memory(tw_error *error) {
   return tw_fail(error, TW_NO_MEMORY, "no memory for the plan of a glTF answer");
@@ -432,81 +429,6 @@ static tw_status add_meshes(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
       if (!scene->model->assets || !scene->model->meshes[i].loose) add_nothing(plan);
     }
   }
-  return TW_OK;
-}
-
-/* ---- tracks as glTF can hold them ---------------------------------------------------------------------- */
-
-/* Scales quaternions, of a spline with their tangents, to unit length and to the side of the one before, as
- * tw_clip does. Keys that are so already stay the track's own. */
-static tw_status straighten(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
-                            tw_error *error) {
-  bool is_spline = track->interpolation == TW_CUBICSPLINE;
-  size_t width = is_spline ? 12 : 4, value = is_spline ? 4 : 0;
-  float *scaled = NULL;
-  double previous[4];
-  for (size_t key = 0; key < track->key_count; key++) {
-    double rotation[4];
-    quat_widen(track->values + key * width + value, rotation);
-    double scale = tw_quat_key_scale(rotation, key > 0 ? previous : NULL);
-    for (int i = 0; i < 4; i++) previous[i] = rotation[i] * scale;
-    if (scale == 1) continue;
-    if (!scaled) {
-      scaled = tw_arena_alloc_raw(arena, track->key_count, width * sizeof *scaled);
-      if (!scaled) return no_memory(error);
-      memcpy(scaled, track->values, track->key_count * width * sizeof *scaled);
-    }
-    for (size_t i = 0; i < width; i++)
-      scaled[key * width + i] = (float)((double)track->values[key * width + i] * scale);
-  }
-  *out = *track;
-  if (scaled) out->values = scaled;
-  return TW_OK;
-}
-
-static tw_status take_spline(const tw_track_keys *track, tw_arena *arena, tw_track_keys *out,
-                             tw_error *error) {
-  *out = *track;
-  tw_status status = track->path == TW_ROTATION ? straighten(track, arena, out, error) : TW_OK;
-  if (status == TW_OK && track->key_count == 1) {
-    out->interpolation = TW_STEP;
-    out->values += out->width; /* between its tangents */
-  }
-  return status;
-}
-
-/* glTF interpolates between the keys as the track does. */
-static bool is_native(const tw_track_keys *track) {
-  if (track->interpolation == TW_LINEAR) return track->form != TW_KEY_AXIS_ANGLE;
-  return track->interpolation == TW_STEP;
-}
-
-static tw_status take_rotation(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena,
-                               tw_track_keys *out, tw_error *error) {
-  if (is_native(track) && track->form == TW_KEY_QUATERNION) return straighten(track, arena, out, error);
-  tw_track_keys alone = *track;
-  alone.node = 0;
-  const tw_clip_keys keys = {.track_count = 1, .tracks = &alone};
-  tw_clip_keys taken;
-  tw_tolerance reached;
-  tw_clip *clip = NULL;
-  tw_status status = tw_clip_create(&keys, 1, -1, &clip, error);
-  if (status != TW_OK) return status;
-  status = is_native(track)
-               ? tw_clip_bake(clip, track->times, track->key_count, arena, &taken, error)
-               : tw_clip_reduce(clip, &keys, TOLERANCE, max_keys, arena, &taken, &reached, error);
-  tw_clip_destroy(clip);
-  if (status != TW_OK) return status;
-  *out = taken.tracks[0];
-  out->node = track->node;
-  return TW_OK;
-}
-
-tw_status tw_gltf_keys_of(const tw_track_keys *track, uint32_t max_keys, tw_arena *arena, tw_track_keys *out,
-                          tw_error *error) {
-  if (track->interpolation == TW_CUBICSPLINE) return take_spline(track, arena, out, error);
-  if (track->path == TW_ROTATION) return take_rotation(track, max_keys, arena, out, error);
-  *out = *track;
   return TW_OK;
 }
 

@@ -225,6 +225,10 @@ struct Document;
 // object. Fills the outline, and gives the document's arrays the room that they need.
 void make_outline(const Bytes &file, const tw_read_limits &limits, Document &document);
 
+// Copies what is read of a checked document into the outline, and adds up what parsing the copy takes, which
+// stays in the budget.
+void copy_for_parser(const char *root, Document &document);
+
 // ---- accessors -----------------------------------------------------------------------------------
 
 // A view of one accessor's elements (glTF 2.0, section 3.6.2), checked: whoever holds one may read any of

@@ -1,0 +1,199 @@
+// The document that tinygltf sees: a copy of the checked one without buffers, images and all that is not
+// read; and what parsing it takes.
+#include "gltf/document.hpp"
+
+#include <algorithm>
+
+namespace gltf {
+
+namespace {
+
+// What malloc takes for so many bytes.
+constexpr uint64_t chunk(uint64_t size) {
+  return size == 0 ? 0 : size <= 24 ? 32 : (size + 8 + 15) / 16 * 16;
+}
+
+// The nodes of a JSON tree, which is made of std::map, std::vector and std::string. An element has 16 bytes.
+constexpr uint64_t tree_slot = 16, tree_member = chunk(80), tree_object = chunk(48), tree_array = chunk(24),
+                   tree_string = chunk(32);
+
+// What becomes of its values in tinygltf's structs, at most: attributes of a map, numbers of an array, maps
+// of an array.
+constexpr uint64_t member_cost = 80, element_cost = 16, object_cost = 96;
+
+template <auto Member> void reserve(tinygltf::Model &model, size_t count) {
+  (model.*Member).reserve(count);
+}
+
+// From 2.9 on tinygltf begins with an empty model: what was reserved is gone, and arrays double as they grow.
+bool parser_keeps_room() {
+  static const bool keeps = [] {
+    static const char document[] = "{\"asset\":{\"version\":\"2.0\"}}";
+    tinygltf::Model model;
+    std::string error, warning;
+    model.nodes.reserve(8);
+    tinygltf::TinyGLTF().LoadASCIIFromString(&model, &error, &warning, document, sizeof document - 1, "");
+    return model.nodes.capacity() >= 8;
+  }();
+  return keeps;
+}
+
+// What is read of an object, or of each object of an array; all else is left out.
+struct Schema {
+  std::string_view key;      // of the member that it is
+  uint64_t size;             // bytes of the struct that an element of the array becomes; 0: it is no array
+  std::string_view members;  // that are copied as they are, a blank between two
+  std::vector<Schema> parts; // and those of which some is
+  void (*reserve)(tinygltf::Model &model, size_t count) = nullptr; // of the root's arrays
+  bool (*is_read)(const char *element) = nullptr;                  // nullptr: all elements are
+
+  const Schema *part(std::string_view name) const {
+    auto found =
+        std::find_if(parts.begin(), parts.end(), [&](const Schema &part) { return part.key == name; });
+    return found == parts.end() ? nullptr : &*found;
+  }
+  // An escaped key may be any member: kept for tinygltf.
+  bool has(std::string_view name) const { return is_escaped(name) || has_word(members, name) || part(name); }
+};
+
+const Schema &root_schema() {
+  using namespace tinygltf;
+  static const Schema target = {"target", 0, "node path", {}},
+                      primitives = {"primitives",
+                                    2 * sizeof(Primitive),
+                                    "attributes indices material mode targets",
+                                    {}},
+                      channels = {"channels", sizeof(AnimationChannel), "sampler", {target}, nullptr,
+                                  is_track},
+                      samplers = {"samplers", sizeof(AnimationSampler), "input output interpolation", {}};
+  static const Schema root = {
+      "",
+      0,
+      "scene",
+      {{"asset", 0, "version minVersion", {}},
+       {"nodes",
+        sizeof(Node),
+        "name children mesh skin matrix translation rotation scale weights",
+        {},
+        reserve<&Model::nodes>},
+       {"meshes", sizeof(Mesh), "name weights", {primitives}, reserve<&Model::meshes>},
+       {"accessors",
+        sizeof(Accessor),
+        "bufferView byteOffset normalized componentType count type sparse",
+        {},
+        reserve<&Model::accessors>},
+       {"bufferViews",
+        sizeof(BufferView),
+        "buffer byteOffset byteLength byteStride",
+        {},
+        reserve<&Model::bufferViews>},
+       {"skins", sizeof(Skin), "name joints skeleton inverseBindMatrices", {}, reserve<&Model::skins>},
+       {"animations", sizeof(Animation), "name", {channels, samplers}, reserve<&Model::animations>},
+       {"scenes", sizeof(Scene), "nodes", {}, reserve<&Model::scenes>}}};
+  return root;
+}
+
+// Copies what is read, and adds up what parsing the copy will take.
+class Copier : Text {
+public:
+  explicit Copier(Document &document)
+      : Text(document.budget), budget_(document.budget), out_(document.outline), parsed_(document.source) {}
+
+  void run(const char *root) {
+    size_t size = 2;
+    for (Items i(root); i.more(); i.next())
+      if (root_schema().has(i.key())) size += i.key().size() + 4 + value_text(i.value()).size();
+    text_.reserve(size);
+    copy(root, &root_schema());
+    out_.json = std::move(text_);
+    out_.tree_size = tree_ + growth_ + 6 * longest_;
+    out_.model_size = model_;
+  }
+
+private:
+  Budget &budget_;
+  Outline &out_;
+  tinygltf::Model &parsed_;
+  uint64_t tree_ = 0, model_ = 0;
+  uint64_t growth_ = 0;  // the most that an array takes beside itself while it grows
+  uint64_t longest_ = 0; // text; the parser holds several copies of it
+
+  void check(std::string_view array, uint64_t index) const {
+    if (tree_ + model_ + growth_ + 6 * longest_ <= budget_.left()) return;
+    refuse(TW_LIMIT, text("/", array, "/", index), "the JSON text up to here takes too much memory to parse");
+  }
+
+  // Arrays double as they grow.
+  void count_array(uint64_t &sum, uint64_t count, uint64_t size) {
+    uint64_t capacity = count > 0;
+    while (capacity < count) capacity *= 2;
+    sum += chunk(capacity * size);
+    growth_ = std::max(growth_, chunk(capacity * size / 2));
+  }
+
+  // Short text is in its string.
+  void count_text(uint64_t size, uint64_t copies) {
+    if (size > 15) {
+      tree_ += chunk(size + 1);
+      model_ += copies * chunk(size + 1);
+    }
+    longest_ = std::max(longest_, size);
+  }
+
+  // schema: nullptr for what is copied as it is.
+  void copy(const char *value, const Schema *schema) {
+    if (*value == '{') return copy_object(value, schema);
+    if (*value == '[') return copy_array(value, schema);
+    put(value_text(value));
+    if (*value != '"') return;
+    tree_ += tree_string;
+    count_text(string_of(value).size(), 2);
+  }
+
+  void copy_object(const char *value, const Schema *schema) {
+    tree_ += tree_object;
+    if (!schema) model_ += object_cost;
+    put("{");
+    for (Items i(value); i.more(); i.next()) {
+      if (schema && !schema->has(i.key())) continue;
+      if (!schema) model_ += member_cost;
+      tree_ += tree_member;
+      count_text(i.key().size(), 1);
+      put_key(i.key());
+      copy(i.value(), schema ? schema->part(i.key()) : nullptr);
+    }
+    put("}");
+  }
+
+  void copy_array(const char *value, const Schema *schema) {
+    bool is_root_array = schema && schema->reserve;
+    uint64_t count = 0;
+    put("[");
+    for (Items i(value); i.more(); i.next()) {
+      if (schema && schema->is_read && !schema->is_read(i.value())) continue;
+      put_comma();
+      copy(i.value(), schema);
+      if (is_root_array) { // which has room for just these
+        if (parser_keeps_room()) model_ += schema->size;
+        check(schema->key, count);
+      }
+      count++;
+    }
+    put("]");
+    tree_ += tree_array;
+    count_array(tree_, count, tree_slot);
+    if (is_root_array && parser_keeps_room())
+      schema->reserve(parsed_, static_cast<size_t>(count));
+    else
+      count_array(model_, count, schema ? schema->size : element_cost);
+    if (is_root_array) check(schema->key, count);
+  }
+};
+
+} // namespace
+
+void copy_for_parser(const char *root, Document &document) {
+  Copier(document).run(root);
+}
+
+} // namespace gltf

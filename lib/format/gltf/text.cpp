@@ -1,0 +1,80 @@
+// Strings and numbers of JSON text as they are meant.
+#include "gltf/document.hpp"
+
+#include <cmath>
+
+namespace gltf {
+
+namespace {
+
+int base64_digit(char c) {
+  if (c >= 'A' && c <= 'Z') return c - 'A';
+  if (c >= 'a' && c <= 'z') return c - 'a' + 26;
+  if (c >= '0' && c <= '9') return c - '0' + 52;
+  return c == '+' ? 62 : c == '/' ? 63 : -1;
+}
+
+// "\/" is a slash: the digit that stands at `at`, -1 at the end of the text.
+int next_digit(std::string_view written, size_t &at) {
+  if (at + 1 < written.size() && written[at] == '\\' && written[at + 1] == '/') at++;
+  return at < written.size() ? base64_digit(written[at++]) : -1;
+}
+
+} // namespace
+
+Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::string_view *rest) {
+  size_t digits = 0, end = 0;
+  for (size_t at = 0; next_digit(written, at) >= 0; end = at) digits++;
+  if (rest) *rest = written.substr(end);
+  Vector<uint8_t> out(digits * 6 / 8, Counted<uint8_t>(budget));
+  uint32_t bits = 0, count = 0;
+  size_t at = 0;
+  for (uint8_t &byte : out) {
+    for (; count < 8; count += 6) bits = bits << 6 | static_cast<uint32_t>(next_digit(written, at));
+    count -= 8;
+    byte = static_cast<uint8_t>(bits >> count);
+  }
+  return out;
+}
+
+std::string unescape(std::string_view written) {
+  std::string out(written.size(), '\0');
+  out.resize(static_cast<size_t>(tw_json_unescape(written.data(), written.size(), out.data()) - out.data()));
+  return out;
+}
+
+bool has_word(std::string_view list, std::string_view word) {
+  for (size_t at = list.find(word); at != std::string_view::npos; at = list.find(word, at + 1)) {
+    size_t end = at + word.size();
+    if ((at == 0 || list[at - 1] == ' ') && (end == list.size() || list[end] == ' ')) return true;
+  }
+  return false;
+}
+
+bool is_track(const char *channel) {
+  const char *target = tw_json_member(channel, "target");
+  const char *node = tw_json_member(target, "node");
+  const char *path = tw_json_member(target, "path");
+  return node && path && *path == '"' && has_word("translation rotation scale weights", string_of(path));
+}
+
+std::optional<uint64_t> whole_number(const char *value) {
+  double number;
+  if (!value || !tw_json_is_number(value)) return {};
+  tw_json_number(value, &number);
+  if (!(number >= 0 && number <= 9007199254740992.0) || number != std::floor(number)) return {};
+  return static_cast<uint64_t>(number);
+}
+
+int index_of(const char *value) {
+  std::optional<uint64_t> number = whole_number(value);
+  return number && *number < INT32_MAX ? static_cast<int>(*number) : -1;
+}
+
+std::string pointer_part(const std::string &name) {
+  std::string part;
+  for (char c : name) part += c == '~' ? "~0" : c == '/' ? "~1" : std::string(1, c);
+  return part;
+}
+
+} // namespace gltf
