@@ -3,9 +3,8 @@
 
 #include <string.h>
 
-#include "catmull_clark.h"
-#include "loop.h"
 #include "open_border.h"
+#include "refine.h"
 
 /* ---- the cage ------------------------------------------------------------------------------- */
 
@@ -207,22 +206,20 @@ static uint8_t *pass_on_visible(const tw_cage *c, bool loop, const uint32_t *fac
 /* An open mesh with a border: its first level is made, the others follow. */
 static tw_status count_open(const tw_surface_options *options, const tw_cage *c, tw_surface_counts *out,
                             uint64_t *refined_faces) {
-  tw_rules rules = {.linear = options->scheme == TW_BILINEAR,
-                    .chaikin = options->creasing == TW_CREASE_CHAIKIN};
+  const tw_rules rules = tw_rules_of(options);
   tw_topology full, first;
   uint32_t *faces, *vertices;
-  bool loop = options->scheme == TW_LOOP;
-  tw_status status = loop ? tw_loop_topology(&c->topology, &rules, c->arena, NULL, &full)
-                          : tw_refine_topology(&c->topology, &rules, c->arena, NULL, &full);
+  tw_status status = tw_refine_topology(&c->topology, &rules, c->arena, NULL, &full);
   if (status != TW_OK) return status;
   uint32_t face_count = tw_open_faces(&c->topology, &full, c->arena, &faces);
   status = faces ? tw_open_cut(&full, faces, face_count, c->arena, &first, &vertices) : TW_NO_MEMORY;
   if (status != TW_OK) return status;
-  uint8_t *visible = pass_on_visible(c, loop, faces, face_count);
+  uint8_t *visible = pass_on_visible(c, rules.loop, faces, face_count);
   if (!visible) return TW_NO_MEMORY;
   uint32_t level = options->level;
-  *out = loop ? tw_loop_open_count(&first, visible, level) : tw_open_count(&first, visible, level);
-  tw_surface_counts all = loop ? tw_loop_open_count(&first, NULL, level) : tw_open_count(&first, NULL, level);
+  *out = rules.loop ? tw_loop_open_count(&first, visible, level) : tw_open_count(&first, visible, level);
+  tw_surface_counts all =
+      rules.loop ? tw_loop_open_count(&first, NULL, level) : tw_open_count(&first, NULL, level);
   *refined_faces = all.faces;
   return TW_OK;
 }

@@ -5,20 +5,6 @@
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
-static tw_status count_child(const tw_topology *p, tw_topology *child) {
-  memset(child, 0, sizeof *child);
-  uint64_t vertices = (uint64_t)p->vertex_count + p->edge_count + p->face_count;
-  uint64_t edges = 2 * (uint64_t)p->edge_count + p->corner_count;
-  uint64_t corners = 4 * (uint64_t)p->corner_count;
-  if (vertices >= UINT32_MAX || edges >= UINT32_MAX || corners >= UINT32_MAX) return TW_LIMIT;
-  child->vertex_count = (uint32_t)vertices;
-  child->edge_count = (uint32_t)edges;
-  child->face_count = p->corner_count;
-  child->face_size = 4;
-  child->corner_count = (uint32_t)corners;
-  return TW_OK;
-}
-
 /* The four corners of each child quad of one face. */
 static void split_face(const tw_topology *p, uint32_t face, tw_topology *child) {
   uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face);
@@ -94,9 +80,11 @@ static void link_faces(void *context, uint32_t part, uint32_t begin, uint32_t en
   }
 }
 
-tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                             const tw_parallel_for *parallel, tw_topology *child) {
-  tw_status status = count_child(parent, child);
+tw_status tw_catmull_clark_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                                    const tw_parallel_for *parallel, tw_topology *child) {
+  uint64_t vertices = (uint64_t)parent->vertex_count + parent->edge_count + parent->face_count,
+           edges = 2 * (uint64_t)parent->edge_count + parent->corner_count;
+  tw_status status = tw_child_count(child, vertices, edges, parent->corner_count, 4);
   const tw_child_step step = {.parent = parent,
                               .child = child,
                               .middle_corners = 2,
@@ -108,20 +96,6 @@ tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, t
 }
 
 /* ---- masks -------------------------------------------------------------------------------------- */
-
-static uint32_t larger(uint32_t a, uint32_t b) {
-  return a > b ? a : b;
-}
-
-uint32_t tw_refine_mask_capacity(const tw_topology *p) {
-  uint32_t capacity = 1;
-  for (uint32_t f = 0; f < p->face_count; f++) capacity = larger(capacity, tw_face_size(p, f));
-  for (uint32_t v = 0; v < p->vertex_count; v++)
-    capacity = larger(capacity, 1 + p->ring_offsets[v + 1] - p->ring_offsets[v] + p->fan_offsets[v + 1] -
-                                    p->fan_offsets[v]);
-  /* The faces of an edge are among those of its ends, and an edge has two ends itself. */
-  return capacity + 2;
-}
 
 static uint32_t face_mask(const tw_topology *p, uint32_t face, tw_share *shares) {
   uint32_t begin = tw_face_begin(p, face), size = tw_face_size(p, face);
@@ -176,7 +150,8 @@ static uint32_t vertex_mask(const tw_topology *p, const tw_rules *rules, uint32_
   return 1 + edges + faces;
 }
 
-uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares) {
+uint32_t tw_catmull_clark_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child,
+                               tw_share *shares) {
   if (child < parent->vertex_count) return vertex_mask(parent, rules, child, shares);
   child -= parent->vertex_count;
   if (child < parent->edge_count) return edge_mask(parent, rules, child, shares);

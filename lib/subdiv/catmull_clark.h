@@ -13,15 +13,12 @@
 
 #include "child.h"
 
-/* Topology and sharpness of the next level; TW_NO_MEMORY. The parent's sharpness must be set. */
-tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
-                             const tw_parallel_for *parallel, tw_topology *child);
+/* Topology and sharpness of the next level. TW_LIMIT, TW_NO_MEMORY. The parent's sharpness must be set. */
+tw_status tw_catmull_clark_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                                    const tw_parallel_for *parallel, tw_topology *child);
 
-/* Shares that the largest mask has. O(parent). */
-uint32_t tw_refine_mask_capacity(const tw_topology *parent);
-
-/* Fills in the shares of a vertex of the child, which sum to 1, and returns their number. No vertex comes
- * up twice but for the ends of doubled edges. */
-uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
+/* As tw_refine_mask. */
+uint32_t tw_catmull_clark_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child,
+                               tw_share *shares);
 
 #endif

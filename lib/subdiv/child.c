@@ -3,6 +3,18 @@
 
 #include <string.h>
 
+tw_status tw_child_count(tw_topology *child, uint64_t vertices, uint64_t edges, uint64_t faces,
+                         uint32_t face_size) {
+  uint64_t corners = face_size * faces;
+  if (vertices >= UINT32_MAX || edges >= UINT32_MAX || corners >= UINT32_MAX) return TW_LIMIT;
+  *child = (tw_topology){.vertex_count = (uint32_t)vertices,
+                         .edge_count = (uint32_t)edges,
+                         .face_count = (uint32_t)faces,
+                         .corner_count = (uint32_t)corners,
+                         .face_size = face_size};
+  return TW_OK;
+}
+
 static tw_status allocate(tw_topology *child, tw_arena *arena) {
   size_t edges = child->edge_count, corners = child->corner_count;
   child->corner_vertex = tw_arena_alloc(arena, corners, sizeof(uint32_t));

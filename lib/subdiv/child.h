@@ -30,6 +30,10 @@ static inline void tw_put_edge(tw_child_fans *fans, uint32_t edge) {
   fans->child->ring_edges[fans->edges++] = edge;
 }
 
+/* Sets the counts of a child, and its face size. TW_LIMIT over 32 bits. */
+tw_status tw_child_count(tw_topology *child, uint64_t vertices, uint64_t edges, uint64_t faces,
+                         uint32_t face_size);
+
 /* What a scheme adds. Its loops get the step as their context. */
 typedef struct tw_child_step {
   const tw_topology *parent;

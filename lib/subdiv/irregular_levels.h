@@ -9,7 +9,7 @@
 #ifndef TWEEND_IRREGULAR_LEVELS_H
 #define TWEEND_IRREGULAR_LEVELS_H
 
-#include "catmull_clark.h"
+#include "child.h"
 #include "limit.h"
 #include "simd.h"
 

@@ -5,9 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "catmull_clark.h"
 #include "limit.h"
-#include "loop.h"
 #include "refine.h"
 #include "tweend/detail.h"
 #include "vector3.h"
@@ -213,13 +211,6 @@ static const tw_detail *detail_of(const tw_detail_list *list, uint32_t level) {
   return NULL;
 }
 
-/* Topology and values of the next level. */
-static tw_status refine(const tw_topology *parent, const tw_rules *rules, const tw_parallel_for *parallel,
-                        tw_arena *arena, tw_topology *child) {
-  return rules->loop ? tw_loop_topology(parent, rules, arena, parallel, child)
-                     : tw_refine_topology(parent, rules, arena, parallel, child);
-}
-
 static double *refine_values(const tw_topology *parent, const tw_rules *rules, const tw_topology *child,
                              const tw_parallel_for *parallel, tw_arena *arena, const double *in) {
   double *out = tw_arena_alloc_raw(arena, child->vertex_count, 3 * sizeof *out);
@@ -233,7 +224,7 @@ static tw_status follow(const tw_detail_step *step, const tw_parallel_for *paral
   const double *plain = positions, *modelled = positions;
   for (uint32_t level = step->level + 1; level <= tw_deepest_detail(step->list); level++, parent = child) {
     const tw_detail *detail = detail_of(step->list, level);
-    tw_status status = refine(&parent, step->rules, parallel, arena, &child);
+    tw_status status = tw_refine_topology(&parent, step->rules, arena, parallel, &child);
     if (status == TW_OK) status = tw_parallel_for_status(parallel);
     if (status != TW_OK) return status;
     double *next_plain = refine_values(&parent, step->rules, &child, parallel, arena, plain),
@@ -298,7 +289,7 @@ tw_status tw_detail_level_of(const tw_mesh *mesh, const tw_surface_options *opti
           mesh->positions[3 * (size_t)(cage.point_of ? cage.point_of[v] : v) + c];
   for (uint32_t level = 1; level <= options->level; level++) {
     const tw_topology parent = out->topology;
-    status = refine(&parent, &rules, parallel, arena, &out->topology);
+    status = tw_refine_topology(&parent, &rules, arena, parallel, &out->topology);
     if (status != TW_OK) return status;
     out->positions = refine_values(&parent, &rules, &out->topology, parallel, arena, out->positions);
     if (!out->positions) return TW_NO_MEMORY;

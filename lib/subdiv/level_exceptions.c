@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "irregular_levels.h"
+#include "refine.h"
 #include "surface.h"
 #include "tangent_space.h"
 

@@ -6,20 +6,6 @@
 
 /* ---- topology ------------------------------------------------------------------------------- */
 
-static tw_status count_child(const tw_topology *p, tw_topology *child) {
-  memset(child, 0, sizeof *child);
-  uint64_t vertices = (uint64_t)p->vertex_count + p->edge_count;
-  uint64_t edges = 2 * (uint64_t)p->edge_count + p->corner_count;
-  uint64_t faces = 4 * (uint64_t)p->face_count, corners = 3 * faces;
-  if (vertices >= UINT32_MAX || edges >= UINT32_MAX || corners >= UINT32_MAX) return TW_LIMIT;
-  child->vertex_count = (uint32_t)vertices;
-  child->edge_count = (uint32_t)edges;
-  child->face_count = (uint32_t)faces;
-  child->face_size = 3;
-  child->corner_count = (uint32_t)corners;
-  return TW_OK;
-}
-
 /* The corner of the middle child that lies on the edge of corner c. */
 static uint32_t middle_corner(uint32_t c) {
   return 9 * (c / 3 + 1) + tw_triangle_previous(c);
@@ -96,7 +82,9 @@ static void split_faces(void *context, uint32_t part, uint32_t begin, uint32_t e
 
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                            const tw_parallel_for *parallel, tw_topology *child) {
-  tw_status status = count_child(parent, child);
+  uint64_t vertices = (uint64_t)parent->vertex_count + parent->edge_count,
+           edges = 2 * (uint64_t)parent->edge_count + parent->corner_count;
+  tw_status status = tw_child_count(child, vertices, edges, 4 * (uint64_t)parent->face_count, 3);
   const tw_child_step step = {.parent = parent,
                               .child = child,
                               .middle_corners = 3,

@@ -17,8 +17,7 @@
 tw_status tw_loop_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
                            const tw_parallel_for *parallel, tw_topology *child);
 
-/* Fills in the shares of a vertex of the child in vertices of the parent, and returns their number: at most
- * tw_refine_mask_capacity. */
+/* As tw_refine_mask. */
 uint32_t tw_loop_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
 
 /* How far the smooth rule at a vertex of this valence moves it towards the sum of its neighbours. */

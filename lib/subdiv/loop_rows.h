@@ -4,8 +4,8 @@
 #ifndef TWEEND_LOOP_ROWS_H
 #define TWEEND_LOOP_ROWS_H
 
+#include "child.h"
 #include "limit.h"
-#include "loop.h"
 
 typedef struct tw_loop_rows {
   tw_topology above;

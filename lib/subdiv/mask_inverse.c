@@ -4,8 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "catmull_clark.h"
-#include "loop.h"
+#include "refine.h"
 
 enum { ROUNDS_MAX = 500 };
 
@@ -26,7 +25,7 @@ typedef struct step {
 static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
   const tw_topology *p = s->parent;
   s->faces = p->vertex_count + p->edge_count;
-  s->rows = s->faces + (rules->loop ? 0 : p->face_count);
+  s->rows = s->faces + tw_refine_face_points(p, rules);
   /* Vertices take themselves, their edges and faces; edges their ends, and faces or the corners across; face
    * points their corners. The last mask may be written over the end of what it has. */
   uint64_t room = (uint64_t)p->vertex_count + 6 * (uint64_t)p->edge_count + 3 * (uint64_t)p->corner_count +
@@ -38,8 +37,7 @@ static tw_status read_masks(step *s, const tw_rules *rules, tw_arena *arena) {
   uint32_t used = 0;
   for (uint32_t row = 0; row < s->rows; row++) {
     s->offsets[row] = used;
-    used += rules->loop ? tw_loop_mask(p, rules, row, s->shares + used)
-                        : tw_refine_mask(p, rules, row, s->shares + used);
+    used += tw_refine_mask(p, rules, row, s->shares + used);
   }
   s->offsets[s->rows] = used;
   return TW_OK;

@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "catmull_clark.h"
+#include "refine.h"
 
 enum {
   BUCKETS_FIRST = 16,

@@ -1,4 +1,4 @@
-/* Sums up the masks of a level: first those of face points, then those of edges and vertices, which take
+/* The step of either scheme. Values: the masks of face points are summed up first, as edges and vertices take
  * shares of them. */
 #include "refine.h"
 
@@ -8,6 +8,33 @@
 
 #include "catmull_clark.h"
 #include "loop.h"
+
+tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                             const tw_parallel_for *parallel, tw_topology *child) {
+  return rules->loop ? tw_loop_topology(parent, rules, arena, parallel, child)
+                     : tw_catmull_clark_topology(parent, rules, arena, parallel, child);
+}
+
+uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares) {
+  return rules->loop ? tw_loop_mask(parent, rules, child, shares)
+                     : tw_catmull_clark_mask(parent, rules, child, shares);
+}
+
+static uint32_t larger(uint32_t a, uint32_t b) {
+  return a > b ? a : b;
+}
+
+uint32_t tw_refine_mask_capacity(const tw_topology *p) {
+  uint32_t capacity = 1;
+  for (uint32_t f = 0; f < p->face_count; f++) capacity = larger(capacity, tw_face_size(p, f));
+  for (uint32_t v = 0; v < p->vertex_count; v++)
+    capacity = larger(capacity, 1 + p->ring_offsets[v + 1] - p->ring_offsets[v] + p->fan_offsets[v + 1] -
+                                    p->fan_offsets[v]);
+  /* The faces of an edge are among those of its ends, and an edge has two ends itself. */
+  return capacity + 2;
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
 
 enum { WIDTH_MAX = 4 };
 
@@ -40,8 +67,7 @@ static void sum_masks(void *context, uint32_t part, uint32_t begin, uint32_t end
   (void)part;
   if (!shares) atomic_store(&j->failed, true);
   for (uint32_t child = j->first + begin; shares && child < j->first + end; child++) {
-    uint32_t count = j->rules->loop ? tw_loop_mask(j->parent, j->rules, child, shares)
-                                    : tw_refine_mask(j->parent, j->rules, child, shares);
+    uint32_t count = tw_refine_mask(j->parent, j->rules, child, shares);
     double *out = j->out + (size_t)child * j->width;
     if (j->width == 3) /* points; a known width lets the compiler unroll */
       sum_shares(j, shares, count, 3, out);
@@ -53,7 +79,7 @@ static void sum_masks(void *context, uint32_t part, uint32_t begin, uint32_t end
 
 tw_status tw_refine_values(const tw_topology *parent, const tw_rules *rules, uint32_t width, const double *in,
                            const tw_parallel_for *parallel, double *out) {
-  uint32_t others = parent->vertex_count + parent->edge_count, faces = rules->loop ? 0 : parent->face_count;
+  uint32_t others = parent->vertex_count + parent->edge_count, faces = tw_refine_face_points(parent, rules);
   values_job job = {.parent = parent, .rules = rules, .width = width, .first = others, .in = in, .out = out};
   job.capacity = tw_refine_mask_capacity(parent);
   tw_parallel_for_run(parallel, faces, TW_PARALLEL_FOR_LEAST, sum_masks, &job);

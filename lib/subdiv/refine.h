@@ -1,9 +1,24 @@
-/* Values of the next level, in either scheme. */
+/* One step to the next level, in either scheme (catmull_clark.h, loop.h). */
 #ifndef TWEEND_REFINE_H
 #define TWEEND_REFINE_H
 
-#include "crease.h"
-#include "parallel_for.h"
+#include "child.h"
+
+/* Topology and sharpness of the next level; TW_LIMIT, TW_NO_MEMORY. The parent's sharpness must be set. */
+tw_status tw_refine_topology(const tw_topology *parent, const tw_rules *rules, tw_arena *arena,
+                             const tw_parallel_for *parallel, tw_topology *child);
+
+/* Shares that the largest mask has. O(parent). */
+uint32_t tw_refine_mask_capacity(const tw_topology *parent);
+
+/* Fills in the shares of a vertex of the child, which sum to 1, and returns their number. No vertex comes
+ * up twice but for the ends of doubled edges. */
+uint32_t tw_refine_mask(const tw_topology *parent, const tw_rules *rules, uint32_t child, tw_share *shares);
+
+/* Vertices of the child that are face points: the last ones. Loop's scheme has none. */
+static inline uint32_t tw_refine_face_points(const tw_topology *parent, const tw_rules *rules) {
+  return rules->loop ? 0 : parent->face_count;
+}
 
 /* in: [parent vertices][width], out: [child vertices][width]; width 1 to 4. In double, because levels come on
  * top of each other: rounding stays small beside faces that shrink with each. TW_NO_MEMORY. */

@@ -6,8 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "catmull_clark.h"
-#include "loop.h"
+#include "refine.h"
 
 /* About the precision of float at 1. */
 static const float negligible = 1e-7f;
@@ -206,7 +205,6 @@ tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, con
 typedef struct step {
   const tw_topology *parent;
   const tw_rules *rules;
-  bool loop;
   const tw_influences *in;
   tw_influences faces; /* of the face points, which come last and are needed first */
   tw_influences out;
@@ -217,7 +215,7 @@ typedef struct step {
 
 static tw_status start_step(step *s) {
   const tw_topology *p = s->parent;
-  uint32_t faces = s->loop ? 0 : p->face_count; /* Loop has no face points */
+  uint32_t faces = tw_refine_face_points(p, s->rules);
   uint32_t joints = s->in->joint_count, children = p->vertex_count + p->edge_count + faces;
   tw_status status = start(&s->faces, faces, joints, 4 * (size_t)faces);
   if (status == TW_OK) status = start(&s->out, children, joints, 4 * (size_t)children);
@@ -231,8 +229,7 @@ static tw_status start_step(step *s) {
 static bool refine_range(step *s, uint32_t first, uint32_t end, tw_influences *out) {
   uint32_t first_face = s->parent->vertex_count + s->parent->edge_count;
   for (uint32_t child = first; child < end; child++) {
-    uint32_t count = s->loop ? tw_loop_mask(s->parent, s->rules, child, s->shares)
-                             : tw_refine_mask(s->parent, s->rules, child, s->shares);
+    uint32_t count = tw_refine_mask(s->parent, s->rules, child, s->shares);
     for (uint32_t i = 0; i < count; i++) {
       uint32_t vertex = s->shares[i].vertex;
       if (vertex < first_face)
@@ -266,10 +263,10 @@ static void trim(tw_influences *out) {
   out->capacity = count;
 }
 
-tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules,
-                               bool loop) {
-  step s = {.parent = parent, .rules = rules, .loop = loop, .in = influences};
-  uint32_t first_face = parent->vertex_count + parent->edge_count, faces = loop ? 0 : parent->face_count;
+tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules) {
+  step s = {.parent = parent, .rules = rules, .in = influences};
+  uint32_t first_face = parent->vertex_count + parent->edge_count,
+           faces = tw_refine_face_points(parent, rules);
   tw_status status = start_step(&s);
   bool complete = status == TW_OK && refine_range(&s, first_face, first_face + faces, &s.faces) &&
                   refine_range(&s, 0, first_face, &s.out) && append_all(&s.out, &s.faces);

@@ -4,7 +4,6 @@
 #ifndef TWEEND_SKIN_WEIGHTS_H
 #define TWEEND_SKIN_WEIGHTS_H
 
-#include "catmull_clark.h"
 #include "irregular_levels.h"
 #include "patch.h"
 
@@ -29,9 +28,8 @@ tw_status tw_influences_init(tw_influences *influences, const tw_mesh *mesh, con
 void tw_influences_deinit(tw_influences *influences);
 size_t tw_influences_size(const tw_influences *influences);
 
-/* Replaces them by those of the next level; loop: of Loop's scheme. */
-tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules,
-                               bool loop);
+/* Replaces them by those of the next level. */
+tw_status tw_influences_refine(tw_influences *influences, const tw_topology *parent, const tw_rules *rules);
 
 /* Replaces them by those of some of the vertices. */
 tw_status tw_influences_keep(tw_influences *influences, const uint32_t *vertices, uint32_t count);

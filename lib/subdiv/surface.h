@@ -6,7 +6,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "catmull_clark.h"
 #include "irregular_levels.h"
 #include "level_detail.h"
 #include "loop_rows.h"

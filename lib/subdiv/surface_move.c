@@ -80,7 +80,7 @@ static float *gather_cage(const tw_surface *s, const float *positions, const tw_
 
 static uint32_t refined_count(const tw_surface *s, const tw_surface_step *step) {
   const tw_topology *p = &step->parent;
-  return p->vertex_count + p->edge_count + (s->options.scheme == TW_LOOP ? 0 : p->face_count);
+  return p->vertex_count + p->edge_count + tw_refine_face_points(p, &s->rules);
 }
 
 /* Adds what is modelled onto a level. */

@@ -7,7 +7,6 @@
 
 #include "cage.h"
 #include "limit.h"
-#include "loop.h"
 #include "open_border.h"
 #include "patch_stencils.h"
 #include "refine.h"
@@ -316,8 +315,7 @@ static tw_status refine_field(build *b, const tw_topology *parents, uint32_t fie
   const tw_topology *parent = &parents[field];
   tw_topology *child = &b->topologies[field];
   tw_rules rules = rules_of(b, field);
-  tw_status status = is_loop(b) ? tw_loop_topology(parent, &rules, arena, b->parallel, child)
-                                : tw_refine_topology(parent, &rules, arena, b->parallel, child);
+  tw_status status = tw_refine_topology(parent, &rules, arena, b->parallel, child);
   if (status == TW_OK && field > 0 && rules.chaikin)
     status = tw_topology_copy_semi(child, &b->topologies[0], arena);
   return status;
@@ -365,7 +363,7 @@ static tw_status refine_level(build *b, tw_arena *arena) {
   s->steps[s->step_count++] = (tw_surface_step){parents[0], b->topologies[0].vertex_count, NULL};
   if (status == TW_OK) status = change_values(b, refine_set, parents, arena);
   if (status == TW_OK && b->mesh->skin.joints)
-    status = tw_influences_refine(&s->influences, &parents[0], &b->rules, is_loop(b));
+    status = tw_influences_refine(&s->influences, &parents[0], &b->rules);
   if (status != TW_OK) return status;
   if (!b->whole) {
     uint32_t *source = tw_arena_alloc(b->arena, b->topologies[0].face_count, sizeof *source);

@@ -5,8 +5,6 @@
 #include <string.h>
 
 #include "cage.h"
-#include "catmull_clark.h"
-#include "loop.h"
 #include "surface.h"
 #include "surface_rows.h"
 #include "test.h"
