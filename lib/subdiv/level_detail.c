@@ -252,19 +252,6 @@ tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *para
   return status;
 }
 
-tw_status tw_details_add_floats(const tw_detail_step *step, const tw_parallel_for *parallel,
-                                float *positions) {
-  if (step->list->count == 0) return TW_OK;
-  size_t count = 3 * (size_t)step->topology->vertex_count;
-  double *exact = tw_alloc(count, sizeof *exact);
-  if (!exact) return TW_NO_MEMORY;
-  for (size_t i = 0; i < count; i++) exact[i] = (double)positions[i];
-  tw_status status = tw_details_add(step, parallel, exact);
-  for (size_t i = 0; i < count && status == TW_OK; i++) positions[i] = (float)exact[i];
-  free(exact);
-  return status;
-}
-
 /* ---- a level of a mesh
  * ------------------------------------------------------------------------------------- */
 

@@ -39,10 +39,6 @@ typedef struct tw_detail_step {
  * TW_COORDINATE_MAX. TW_CANCELLED, TW_NO_MEMORY. */
 tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *parallel, double *positions);
 
-/* The same of floats. */
-tw_status tw_details_add_floats(const tw_detail_step *step, const tw_parallel_for *parallel,
-                                float *positions);
-
 /* A level of a mesh as subdivision makes it of the levels above and their details, without its own. */
 typedef struct tw_detail_level {
   const uint32_t *point_of; /* of the cage; NULL: all points are used */

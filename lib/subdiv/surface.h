@@ -27,7 +27,8 @@ typedef struct tw_values {
   bool is_color; /* rows hold it from 0 to 1 */
   float *cage;   /* [cage vertices][width]; only kept for level 0 */
   float *base;   /* [base vertices][width] */
-  /* The base unrounded, of Loop's scheme, which refines in double; else NULL. */
+  /* The base unrounded, of positions whose normals are of limit masks, or what tw_loop_rows_keep keeps; else
+   * NULL. */
   double *exact;
   /* Of levels that are read whole, else NULL: all of the last level as rows hold them, and, of positions, as
    * normals are computed from them: the same unless rows hold limits. */
@@ -71,11 +72,10 @@ typedef enum tw_way {
   TW_WAY_LOOP     /* from what Loop's scheme makes of the base; of that only the counts are there */
 } tw_way;
 
-/* A generic step of the points, on the way from the cage to the base. */
+/* The points' level after a generic step, on the way from the cage to the base. */
 typedef struct tw_surface_step {
-  tw_topology parent;
-  uint32_t vertex_count; /* after it */
-  const uint32_t *kept;  /* vertices that an open border leaves of those, ascending; NULL: all */
+  tw_topology topology;
+  const uint32_t *kept; /* vertices of those refined that an open border leaves, ascending; NULL: all */
 } tw_surface_step;
 
 struct tw_surface {
@@ -83,18 +83,18 @@ struct tw_surface {
   tw_surface_counts counts;
   tw_surface_layout layout;
   tw_arena *arena;
-  tw_arena *points_arena; /* the cage and the steps' topologies; NULL where nothing needs them any more */
+  tw_arena *points_arena; /* the cage, details and the steps' topologies; NULL where nothing needs them */
 
   /* From whose memory everything but positions and bounds is borrowed; NULL: all is its own. */
   const tw_surface *plan;
 
-  /* Where the points of the cage come from, and how they are refined; beyond the first, steps live in
-   * points_arena. */
-  const uint32_t *point_of; /* [vertices of the cage], NULL when all points are used */
-  tw_surface_step *steps;
+  /* How positions come from the mesh to the base. Until there are some, and where it is movable: */
+  const uint32_t *point_of; /* [cage_vertex_count], NULL when all points are used */
   uint32_t step_count;
+  tw_surface_step *steps; /* [step_count + 1], the first is the cage */
+  tw_detail_list details;
+  uint32_t cage_vertex_count; /* and at any time these */
   tw_rules rules;
-  tw_detail_list details; /* likewise */
 
   tw_way way;
   tw_levels *levels; /* [field_count] */
@@ -149,7 +149,7 @@ struct tw_surface {
   uint32_t cage_points, cage_uv_points, cage_vertices; /* rows of each domain at level 0 */
   tw_surface_tags *tags;                               /* where a level 0 keeps them, else NULL */
 
-  atomic_int *bounds_ready; /* [1 + morph_count] */
+  atomic_int *bounds_ready; /* [tw_surface_bounds_count] */
   float (*bounds)[2][3];
   uint32_t scratch_points, mask_capacity;
 };
@@ -159,10 +159,20 @@ static inline uint32_t tw_base_quad(const tw_surface *s, uint32_t visible) {
   return s->quads ? s->quads[visible] : visible;
 }
 
-/* Points of the last level from those of the mesh; `of` maps those of the cage to them, NULL: all are used.
- * TW_NO_MEMORY. */
-tw_status tw_surface_refine_levels(const tw_surface *surface, const float *in, const uint32_t *of,
-                                   const tw_parallel_for *parallel, tw_values *values);
+/* Attributes and displacements. */
+static inline uint32_t tw_smooth_set_count(const tw_surface *s) {
+  return s->attribute_count + s->morph_count;
+}
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+/* Of TW_WAY_LEVELS: all points of the level from the base's values. TW_NO_MEMORY, TW_CANCELLED. */
+tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values);
+
+/* Positions, of all points of the mesh, for a surface that has none. Errors likewise. */
+tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel);
+void tw_surface_free_positions(tw_surface *surface);
+size_t tw_surface_positions_size(const tw_surface *surface);
 
 static inline void tw_values_free_points(tw_values *values) {
   if (values->points != values->refined) free(values->points);
@@ -173,9 +183,11 @@ static inline size_t tw_values_points_size(const tw_surface *s, const tw_values 
   return values->points != values->refined ? 2 * size : size;
 }
 
-/* What tw_surface_destroy and tw_surface_size do with a surface that has a plan. */
-void tw_surface_free_moved(tw_surface *surface);
-size_t tw_surface_size_moved(const tw_surface *surface);
+/* Bounds of positions, which each surface has its own of, and of displacements, which its plan has. */
+static inline size_t tw_surface_bounds_count(const tw_surface *s) {
+  return s->plan ? 1 : 1 + (size_t)s->morph_count;
+}
+tw_status tw_surface_start_bounds(tw_surface *surface); /* TW_NO_MEMORY */
 
 /* Leaves the position in its rows, and the normal where that is wanted. */
 void tw_surface_bare_rows(tw_surface *surface, bool normals);
@@ -191,6 +203,15 @@ static inline void tw_gather_rows(const void *in, const uint32_t *indices, uint3
   for (uint32_t i = 0; indices && i < count; i++)
     memmove((char *)out + i * size, (const char *)in + indices[i] * size, size);
 }
+
+static inline void *tw_arena_gather(tw_arena *arena, const void *in, const uint32_t *indices, uint32_t count,
+                                    size_t size) {
+  void *out = tw_arena_alloc_raw(arena, count, size);
+  if (out) tw_gather_rows(in, indices, count, size, out);
+  return out;
+}
+
+/* ---- numbers -------------------------------------------------------------------------------- */
 
 /* How many groups the mesh's faces make where all are visible and stand in the order of an answer; else 0. */
 uint32_t tw_ordered_groups(const tw_mesh *mesh, const uint8_t *visible);

@@ -207,6 +207,13 @@ static tw_status compute(const tw_surface *s, int morph, const tw_parallel_for *
 
 enum { BOUNDS_UNKNOWN, BOUNDS_BEING_WRITTEN, BOUNDS_KNOWN };
 
+tw_status tw_surface_start_bounds(tw_surface *surface) {
+  size_t count = tw_surface_bounds_count(surface);
+  surface->bounds_ready = tw_alloc_zero(count, sizeof *surface->bounds_ready);
+  surface->bounds = tw_alloc_zero(count, sizeof *surface->bounds);
+  return surface->bounds_ready && surface->bounds ? TW_OK : TW_NO_MEMORY;
+}
+
 tw_status tw_surface_bounds_by(const tw_surface *surface, int morph, const tw_parallel_for *parallel,
                                float min[3], float max[3]) {
   /* Displacements are the plan's own. */

@@ -74,25 +74,48 @@ TEST(a_level_has_the_points_that_it_was_given) {
     }
 }
 
-/* The surface of a mesh whose level 1 was modelled is that of the level as a mesh of its own. */
-TEST(levels_above_go_on_from_it) {
-  cage *c = torus(TORUS_TRIANGLES, NO_GAPS, false);
+/* The surface of a mesh whose level 1 was modelled is that of the level as a mesh of its own: points, and
+ * normals of the limit. */
+static void goes_on(const tw_mesh *cage, tw_scheme scheme, uint32_t steps) {
   tw_arena *arena = tw_arena_create();
-  level first = refine(&c->mesh, options_of(TW_LOOP, 1));
+  level first = refine(cage, options_of(scheme, 1));
   float *points = moved_points(&first, 2);
-  tw_mesh mesh = sculpt(&c->mesh, options_of(TW_LOOP, 1), points, arena), own = first.mesh;
+  tw_mesh mesh = sculpt(cage, options_of(scheme, 1), points, arena), own = first.mesh;
   own.positions = points;
-  level there = refine(&own, options_of(TW_LOOP, 1)), here = refine(&mesh, options_of(TW_LOOP, 2));
+  tw_surface_options options = options_of(scheme, steps);
+  options.normals = true;
+  level there = refine(&own, options);
+  options.level++;
+  level here = refine(&mesh, options);
+  uint32_t *here_rows = faces_of(&here.r, TW_DOMAIN_VERTICES),
+           *there_rows = faces_of(&there.r, TW_DOMAIN_VERTICES);
   assert_int_equal(here.mesh.corner_count, there.mesh.corner_count);
-  for (uint32_t i = 0; i < here.mesh.corner_count; i++)
-    assert_true(greatest_difference(here.points + 3 * here.corners[i], there.points + 3 * there.corners[i],
-                                    3) < 2e-6f);
+  for (uint32_t i = 0; i < here.mesh.corner_count; i++) {
+    const float *a = here.r.values + here.r.layout->stride * here_rows[i],
+                *b = there.r.values + there.r.layout->stride * there_rows[i];
+    assert_true(greatest_difference(a, b, 3) < 5e-6f);
+    assert_true(greatest_difference(a + 3, b + 3, 3) < 1e-3f);
+  }
+  free(here_rows);
+  free(there_rows);
   free_level(&there);
   free_level(&here);
   free_level(&first);
   free(points);
   tw_arena_destroy(arena);
+}
+
+TEST(levels_above_go_on_from_it) {
+  cage *c = torus(TORUS_TRIANGLES, NO_GAPS, false);
+  goes_on(&c->mesh, TW_LOOP, 1);
   free(c);
+  for (int kind = TORUS_TRIANGLES; kind <= TORUS_MIXED; kind++)
+    for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++)
+      for (uint32_t steps = 1; steps <= 3; steps++) {
+        c = torus((torus_faces)kind, (torus_gaps)gaps, true);
+        goes_on(&c->mesh, TW_CATMULL_CLARK, steps);
+        free(c);
+      }
 }
 
 /* Turned by a quarter about y, moved, and three times as large. */

@@ -1,0 +1,223 @@
+/* From the cage to the base by generic steps: the topologies of points and UVs, and all values of vertices
+ * but positions, for which surface_positions.c takes the same steps. */
+#include <string.h>
+
+#include "open_border.h"
+#include "refine.h"
+#include "surface_plan.h"
+#include "tangent_space.h"
+
+/* ---- at the cage ----------------------------------------------------------------------------- */
+
+/* What rows are read from lives as long as the surface; of TW_WAY_LEVELS they are not read from the base. */
+static tw_arena *values_arena(const tw_build *b, uint32_t level) {
+  bool stays = level == b->levels && b->surface->way != TW_WAY_LEVELS;
+  return stays ? b->surface->arena : b->arena;
+}
+
+/* Topologies of points may be needed for other positions. */
+static tw_arena *topology_arena(const tw_build *b, uint32_t field, uint32_t level) {
+  tw_arena *arena = values_arena(b, level);
+  return arena == b->arena && field == 0 ? b->points_arena : arena;
+}
+
+/* Fills in the cage's values of one set, base for now the same. */
+static bool start_values(tw_build *b, tw_values *values, const float *in, const uint32_t *indices) {
+  tw_arena *arena = b->surface->options.level == 0 ? b->surface->arena : values_arena(b, 0);
+  uint32_t count = b->topologies[values->field].vertex_count;
+  values->cage = tw_arena_gather(arena, in, indices, count, values->width * sizeof *in);
+  values->base = values->cage;
+  return values->cage != NULL;
+}
+
+/* Attributes, then displacements. */
+static tw_status start_smooth(tw_build *b) {
+  const tw_mesh *mesh = b->mesh;
+  tw_surface *s = b->surface;
+  uint32_t count = tw_smooth_set_count(s), attributes = mesh->attribute_count;
+  s->smooth = tw_arena_alloc(s->arena, count, sizeof *s->smooth);
+  if (!s->smooth) return TW_NO_MEMORY;
+  for (uint32_t i = 0; i < count; i++) {
+    bool is_morph = i >= attributes;
+    const float *values = is_morph ? mesh->morphs[i - attributes] : mesh->attributes[i].values;
+    s->smooth[i].width = is_morph ? 3 : mesh->attributes[i].width;
+    s->smooth[i].is_color = !is_morph && mesh->attributes[i].is_color;
+    if (!start_values(b, &s->smooth[i], values, b->cage.point_of)) return TW_NO_MEMORY;
+  }
+  return TW_OK;
+}
+
+static tw_status start_influences(tw_build *b) {
+  tw_surface *s = b->surface;
+  if (!b->mesh->skin.joints) return TW_OK;
+  const uint32_t *point_of = b->cage.point_of;
+  uint32_t vertices = b->topologies[0].vertex_count;
+  tw_status status = tw_influences_init(&s->influences, b->mesh, point_of, vertices);
+  if (status == TW_OK && s->options.level == 0 && b->levels > 0)
+    status = tw_influences_init(&s->cage_influences, b->mesh, point_of, vertices);
+  return status;
+}
+
+static tw_status start_uvs(tw_build *b) {
+  tw_surface *s = b->surface;
+  for (uint32_t i = 0; i < b->mesh->uv_set_count; i++) {
+    const tw_uv_set *set = &b->mesh->uv_sets[i];
+    uint32_t *values_of;
+    tw_topology *t = &b->topologies[1 + i];
+    tw_arena *arena = topology_arena(b, 1 + i, 0);
+    tw_status status = tw_uv_topology(&b->cage.topology, set, s->options.uv, arena, t, &values_of);
+    if (status == TW_OK && s->rules.chaikin) status = tw_topology_copy_semi(t, &b->cage.topology, arena);
+    if (status != TW_OK) return status;
+    s->fields[1 + i].linear = s->rules.linear || s->options.uv == TW_UV_ALL;
+    s->uvs[i].field = 1 + i;
+    s->uvs[i].width = 2;
+    if (!start_values(b, &s->uvs[i], set->values, values_of)) return TW_NO_MEMORY;
+  }
+  return TW_OK;
+}
+
+static tw_status start_sources(tw_build *b) {
+  if (b->whole) return TW_OK;
+  b->source = tw_arena_alloc(b->arena, b->mesh->face_count, sizeof *b->source);
+  if (!b->source) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < b->mesh->face_count; f++) b->source[f] = f;
+  return TW_OK;
+}
+
+static tw_status start_base(tw_build *b) {
+  b->topologies[0] = b->cage.topology;
+  b->surface->steps[0].topology = b->cage.topology;
+  tw_status status = start_smooth(b);
+  if (status == TW_OK) status = start_influences(b);
+  if (status == TW_OK) status = start_uvs(b);
+  for (uint32_t f = 0; f < b->surface->field_count; f++) b->cage_vertices[f] = b->topologies[f].vertex_count;
+  return status == TW_OK ? start_sources(b) : status;
+}
+
+/* ---- a step --------------------------------------------------------------------------------- */
+
+/* Calls `change` for every set of values. */
+typedef tw_status value_change(tw_build *b, const void *context, tw_values *values);
+
+static tw_status change_values(tw_build *b, value_change *change, const void *context) {
+  tw_surface *s = b->surface;
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++)
+    status = change(b, context, &s->smooth[i]);
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++)
+    status = change(b, context, &s->uvs[i]);
+  return status;
+}
+
+/* context: the topologies of the level above. */
+static tw_status refine_set(tw_build *b, const void *context, tw_values *values) {
+  const tw_topology *parent = (const tw_topology *)context + values->field;
+  size_t before = (size_t)parent->vertex_count * values->width,
+         after = (size_t)b->topologies[values->field].vertex_count * values->width;
+  double *in = values->exact ? values->exact : tw_arena_alloc_raw(b->arena, before, sizeof *in);
+  double *out = tw_arena_alloc_raw(b->arena, after, sizeof *out);
+  if (!in || !out) return TW_NO_MEMORY;
+  for (size_t i = 0; !values->exact && i < before; i++) in[i] = (double)values->base[i];
+  values->exact = out;
+  tw_rules rules = tw_build_rules(b, values->field);
+  return tw_refine_values(parent, &rules, values->width, in, b->parallel, out);
+}
+
+/* context: for each field, the old vertices that are kept. */
+static tw_status cut_set(tw_build *b, const void *context, tw_values *values) {
+  uint32_t *const *kept = context;
+  uint32_t count = b->topologies[values->field].vertex_count;
+  tw_gather_rows(values->exact, kept[values->field], count, values->width * sizeof *values->exact,
+                 values->exact);
+  return TW_OK;
+}
+
+static tw_status refine_field(tw_build *b, const tw_topology *parents, uint32_t field, uint32_t level) {
+  tw_arena *arena = topology_arena(b, field, level);
+  tw_topology *child = &b->topologies[field];
+  tw_rules rules = tw_build_rules(b, field);
+  tw_status status = tw_refine_topology(&parents[field], &rules, arena, b->parallel, child);
+  if (status == TW_OK && field > 0 && rules.chaikin)
+    status = tw_topology_copy_semi(child, &b->topologies[0], arena);
+  return status;
+}
+
+static tw_status refine_sources(tw_build *b, const tw_topology *parent) {
+  if (b->whole) return TW_OK;
+  uint32_t count = b->topologies[0].face_count, *source = tw_arena_alloc_raw(b->arena, count, sizeof *source);
+  if (!source) return TW_NO_MEMORY;
+  for (uint32_t q = 0; q < count; q++)
+    source[q] = b->source[b->surface->rules.loop ? q / 4 : tw_corner_face(parent, q)];
+  b->source = source;
+  return TW_OK;
+}
+
+/* Cuts a level back to the faces whose parents all exist. */
+static tw_status cut_border(tw_build *b, const tw_topology *parent, uint32_t level) {
+  uint32_t *faces, *kept[1 + TW_UV_SETS_MAX] = {NULL};
+  uint32_t face_count = tw_open_faces(parent, &b->topologies[0], b->arena, &faces);
+  tw_status status = faces ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t f = 0; f < b->surface->field_count && status == TW_OK; f++) {
+    tw_topology full = b->topologies[f];
+    status = tw_open_cut(&full, faces, face_count, topology_arena(b, f, level), &b->topologies[f], &kept[f]);
+  }
+  b->surface->steps[level].kept = kept[0];
+  if (status == TW_OK) status = change_values(b, cut_set, kept);
+  if (status == TW_OK && b->mesh->skin.joints)
+    status = tw_influences_keep(&b->surface->influences, kept[0], b->topologies[0].vertex_count);
+  for (uint32_t q = 0; !b->whole && q < face_count && status == TW_OK; q++)
+    b->source[q] = b->source[faces[q]];
+  return status;
+}
+
+static tw_status make_level(tw_build *b, uint32_t level) {
+  tw_surface *s = b->surface;
+  tw_topology parents[1 + TW_UV_SETS_MAX];
+  memcpy(parents, b->topologies, sizeof parents);
+  tw_status status = TW_OK;
+  for (uint32_t f = 0; f < s->field_count && status == TW_OK; f++)
+    status = refine_field(b, parents, f, level);
+  if (status == TW_OK) status = change_values(b, refine_set, parents);
+  if (status == TW_OK && b->mesh->skin.joints)
+    status = tw_influences_refine(&s->influences, &parents[0], &s->rules);
+  if (status == TW_OK) status = refine_sources(b, &parents[0]);
+  if (status == TW_OK && tw_cage_shrinks(&b->cage, &s->options)) status = cut_border(b, &parents[0], level);
+  s->steps[level].topology = b->topologies[0];
+  s->step_count = level;
+  return status == TW_OK ? tw_parallel_for_status(b->parallel) : status;
+}
+
+/* ---- the base ------------------------------------------------------------------------------- */
+
+/* context: unused. */
+static tw_status round_set(tw_build *b, const void *context, tw_values *values) {
+  size_t count = (size_t)b->topologies[values->field].vertex_count * values->width;
+  (void)context;
+  if (!values->exact) return TW_OK;
+  values->base = tw_arena_alloc_raw(values_arena(b, b->levels), count, sizeof *values->base);
+  if (!values->base) return TW_NO_MEMORY;
+  for (size_t i = 0; i < count; i++) values->base[i] = (float)values->exact[i];
+  values->exact = NULL;
+  return TW_OK;
+}
+
+tw_status tw_build_base(tw_build *b) {
+  tw_status status = start_base(b);
+  for (uint32_t level = 1; level <= b->levels && status == TW_OK; level++) status = make_level(b, level);
+  return status == TW_OK ? change_values(b, round_set, NULL) : status;
+}
+
+tw_status tw_build_find_frames(tw_build *b) {
+  tw_surface *s = b->surface;
+  const uint8_t *sets = b->mesh->tangent_uvs;
+  uint32_t faces = b->topologies[0].face_count;
+  if (!tw_build_has_tangents(b)) return TW_OK;
+  s->tangent_frames = tw_arena_alloc_raw(s->arena, faces, 1);
+  if (!s->tangent_frames) return TW_NO_MEMORY;
+  for (uint32_t f = 0; f < faces; f++) {
+    uint32_t set = sets ? sets[b->source ? b->source[f] : f] : 0;
+    bool mirrored = tw_uv_is_mirrored(&b->topologies[1 + set], s->uvs[set].base, f);
+    s->tangent_frames[f] = (uint8_t)(2 * set + mirrored);
+  }
+  return TW_OK;
+}

@@ -1,0 +1,221 @@
+/* A surface of which all points of the level are kept (irregular_levels.h): what its plan makes of the base,
+ * and its rows: those of the points by ranges, then those of the list of what is not smooth. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "surface_plan.h"
+#include "surface_reader.h"
+
+/* ---- values --------------------------------------------------------------------------------- */
+
+/* The middle of points that are farther from 0 than from each other, by coordinate; else 0. */
+static tw_point far_origin(const tw_point *points, uint32_t count) {
+  tw_point low = points[0], high = points[0], origin = {0};
+  float extent = 0;
+  for (uint32_t v = 1; v < count; v++)
+    for (int c = 0; c < 3; c++) {
+      if (points[v][c] < low[c]) low[c] = points[v][c];
+      if (points[v][c] > high[c]) high[c] = points[v][c];
+    }
+  for (int c = 0; c < 3; c++) extent = fmaxf(extent, high[c] - low[c]);
+  for (int c = 0; c < 3; c++) {
+    float middle = low[c] / 2 + high[c] / 2;
+    if (fabsf(middle) > extent) origin[c] = middle;
+  }
+  return origin;
+}
+
+/* The base's values; NULL without memory. */
+static tw_point *widen_base(const tw_levels *levels, const tw_values *values) {
+  uint32_t count = levels->at[0].vertex_count;
+  tw_point *base = tw_alloc(count, sizeof *base);
+  for (uint32_t v = 0; base && v < count; v++) {
+    base[v] = (tw_point){0};
+    memcpy(&base[v], values->base + (size_t)values->width * v, values->width * sizeof *values->base);
+  }
+  return base;
+}
+
+tw_status tw_levels_fill(const tw_surface *surface, const tw_parallel_for *parallel, tw_values *values) {
+  const tw_levels *levels = &surface->levels[values->field];
+  bool positions = values == &surface->positions, limit = surface->options.limit;
+  /* Normals and tangents are of the points before their limits. */
+  bool sloped = positions ? surface->options.normals : values->field > 0 && surface->tangent_frames;
+  tw_point *base = widen_base(levels, values);
+  values->refined = tw_alloc(tw_levels_points(levels), sizeof *values->refined);
+  values->points = limit ? tw_alloc(tw_levels_points(levels), sizeof *values->points) : values->refined;
+  tw_status status = base && values->refined && values->points ? TW_OK : TW_NO_MEMORY;
+  if (status == TW_OK) {
+    uint32_t count = levels->at[0].vertex_count;
+    values->origin = positions ? far_origin(base, count) : (tw_point){0};
+    for (uint32_t v = 0; v < count; v++) base[v] -= values->origin;
+    status = tw_levels_refine(levels, base, parallel, values->refined);
+  }
+  if (status == TW_OK && limit) tw_levels_limit(levels, values->refined, parallel, values->points);
+  free(base);
+  if (status != TW_OK || !limit || sloped) return status;
+  free(values->refined);
+  values->refined = values->points;
+  return TW_OK;
+}
+
+/* ---- the plan ------------------------------------------------------------------------------- */
+
+/* Of all values but positions; those of the base are of no more use. */
+static tw_status fill_all(tw_build *b) {
+  tw_surface *s = b->surface;
+  tw_status status = TW_OK;
+  for (uint32_t i = 0; i < b->mesh->uv_set_count && status == TW_OK; i++) {
+    status = tw_levels_fill(s, b->parallel, &s->uvs[i]);
+    s->uvs[i].cage = s->uvs[i].base = NULL;
+  }
+  for (uint32_t i = 0; i < tw_smooth_set_count(s) && status == TW_OK; i++) {
+    status = tw_levels_fill(s, b->parallel, &s->smooth[i]);
+    s->smooth[i].cage = s->smooth[i].base = NULL;
+  }
+  if (status == TW_OK && b->mesh->skin.joints)
+    status =
+        tw_skin_refine_levels(&s->levels[0], &s->influences, s->options.limit, b->parallel, &s->skin_rows);
+  tw_influences_deinit(&s->influences);
+  return status;
+}
+
+tw_status tw_build_levels(tw_build *b) {
+  tw_surface *s = b->surface;
+  tw_levels_wish wish = {.level = s->options.level - b->levels,
+                         .field_count = s->field_count,
+                         .rules = s->rules,
+                         .limit = s->options.limit,
+                         .normals = s->options.normals,
+                         .parallel = b->parallel};
+  for (uint32_t f = 0; f < s->field_count; f++) {
+    wish.fields[f] = &b->topologies[f];
+    wish.linear[f] = s->fields[f].linear;
+  }
+  s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
+  tw_status status = s->levels ? tw_build_find_frames(b) : TW_NO_MEMORY;
+  wish.frames = s->tangent_frames;
+  if (status == TW_OK) status = tw_levels_plan(&wish, s->arena, s->levels, &s->level_rows);
+  if (status == TW_OK) status = fill_all(b);
+  if (status != TW_OK) return status;
+  const tw_level *last = &s->levels[0].at[wish.level];
+  s->fields[0].base = (tw_topology){.vertex_count = last->vertex_count,
+                                    .edge_count = last->edge_count,
+                                    .face_count = last->face_count,
+                                    .corner_count = last->corner_count,
+                                    .face_size = 4};
+  s->points = (tw_numbering){.corner_count = last->vertex_count};
+  s->vertices = (tw_numbering){.corner_count = s->level_rows.row_count};
+  if (s->field_count > 1) s->uv_points = (tw_numbering){.corner_count = tw_levels_points(&s->levels[1])};
+  const tw_face_order order = {b->mesh, b->cage.visible, NULL, s->options.level};
+  return tw_surface_order(s, &order);
+}
+
+/* ---- rows ----------------------------------------------------------------------------------- */
+
+static void copy_positions(const tw_values *positions, uint32_t first, uint32_t count, uint32_t stride,
+                           float *out) {
+  for (uint32_t i = first; i < first + count; i++, out += stride)
+    tw_store_point(positions->points[i] + positions->origin, out);
+}
+
+/* All that a row holds but position and normal. uvs: vertex of each UV set. */
+static void level_attributes(const tw_surface *s, uint32_t point, const uint32_t *uvs, float *out) {
+  const tw_surface_layout *l = &s->layout;
+  for (uint32_t i = 0; i < l->uv_count; i++)
+    memcpy(out + l->uvs[i], &s->uvs[i].points[uvs[i]], 2 * sizeof *out);
+  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
+    memcpy(out + tw_smooth_column(l, i), &s->smooth[i].points[point], s->smooth[i].width * sizeof *out);
+  if (s->skin_rows) tw_skin_write_rows(&s->skin_rows[point], 1, tw_skin_columns_of(s, out));
+}
+
+/* From the slopes of points and UVs of a row of a frame, which has its normal. */
+static void level_tangent(const tw_surface *s, uint8_t frame, const tw_point points[2], const tw_point uvs[2],
+                          float *out) {
+  float slopes[2][TW_DERIVATIVE_WIDTH];
+  memcpy(slopes[0], points, sizeof slopes[0]);
+  memcpy(slopes[1], uvs, sizeof slopes[1]);
+  tw_write_tangents(slopes[0], slopes[1], 1, false, frame % 2, tw_tangent_columns_of(s, out));
+}
+
+enum { AT_ONCE = 256 };
+
+/* uvs: of each set, the vertices of the rows, which are the points'. */
+static void point_tangents(const tw_surface *s, uint32_t first, uint32_t count,
+                           uint32_t (*const uvs)[AT_ONCE], float *out) {
+  uint32_t faces[AT_ONCE];
+  tw_point slopes[AT_ONCE][2], uv_slopes[2];
+  tw_levels_cage_faces(&s->levels[0], first, count, faces);
+  tw_levels_slopes(&s->levels[0], s->positions.refined, first, count, slopes[0]);
+  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
+    uint8_t frame = s->tangent_frames[faces[i]];
+    const tw_values *set = &s->uvs[frame / 2];
+    tw_levels_slopes(&s->levels[set->field], set->refined, uvs[frame / 2][i], 1, uv_slopes);
+    level_tangent(s, frame, slopes[i], uv_slopes, out);
+  }
+}
+
+/* Attributes of rows that are the points'. */
+static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  uint32_t uvs[TW_UV_SETS_MAX][AT_ONCE], own[TW_UV_SETS_MAX], sets = s->layout.uv_count;
+  for (uint32_t taken; count > 0; first += taken, count -= taken) {
+    taken = count < AT_ONCE ? count : AT_ONCE;
+    for (uint32_t i = 0; i < sets; i++)
+      tw_levels_uv_vertices(&s->levels[0], &s->levels[1 + i], first, taken, uvs[i]);
+    if (s->tangent_frames) point_tangents(s, first, taken, uvs, out);
+    for (uint32_t k = 0; k < taken; k++, out += s->layout.stride) {
+      for (uint32_t i = 0; i < sets; i++) own[i] = uvs[i][k];
+      level_attributes(s, first + k, own, out);
+    }
+  }
+}
+
+/* Those of the rows from `first` that stand in the list, from the first one that does. */
+static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
+  const tw_level_rows *rows = &s->level_rows;
+  uint32_t begin = 0, end = rows->count, own[TW_UV_SETS_MAX];
+  while (begin < end) {
+    uint32_t middle = begin + (end - begin) / 2;
+    if (rows->rows[middle] < first)
+      begin = middle + 1;
+    else
+      end = middle;
+  }
+  for (uint32_t n = begin; n < rows->count && rows->rows[n] - first < count; n++) {
+    float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
+    copy_positions(&s->positions, rows->points[n], 1, 3, row);
+    if (s->layout.normal != UINT32_MAX)
+      tw_levels_row_normal(rows, n, s->positions.refined, row + s->layout.normal);
+    for (uint32_t i = 0; i < s->layout.uv_count; i++) own[i] = rows->uvs[i][n];
+    level_attributes(s, rows->points[n], own, row);
+    if (!s->tangent_frames) continue;
+    tw_point points[2], uvs[2];
+    tw_levels_row_slopes(rows, n, s->positions.refined, s->uvs[rows->frames[n] / 2].refined, points, uvs);
+    level_tangent(s, rows->frames[n], points, uvs, row);
+  }
+}
+
+void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
+                        float *out) {
+  const tw_surface *s = surface;
+  const tw_values *positions = &s->positions;
+  uint32_t points = s->points.corner_count, stride = s->layout.stride;
+  if (domain == TW_DOMAIN_UVS) {
+    for (uint32_t i = 0; i < count; i++)
+      memcpy(out + 2 * (size_t)i, &s->uvs[0].points[first + i], 2 * sizeof *out);
+    return;
+  }
+  if (domain == TW_DOMAIN_POINTS) {
+    copy_positions(positions, first, count, 3, out);
+    return;
+  }
+  uint32_t own = first < points ? points - first < count ? points - first : count : 0;
+  const tw_level_points made = {positions->refined, positions->points, positions->origin};
+  if (tw_has_normals(s, domain))
+    tw_levels_normals(&s->levels[0], &made, first, own, stride, out);
+  else
+    copy_positions(positions, first, own, stride, out);
+  if (tw_has_attributes(s, domain)) point_attributes(s, first, own, out);
+  listed_rows(s, first, count, out);
+}

@@ -1,0 +1,171 @@
+/* The positions of a surface, from those of the mesh: the first ones and all later ones by the same steps, so
+ * that not a bit tells how a surface came about. */
+#include <assert.h>
+#include <math.h>
+#include <stdlib.h>
+
+#include "refine.h"
+#include "surface.h"
+
+/* Vertices of the base that the steps lead to. */
+static uint32_t base_vertex_count(const tw_surface *s) {
+  switch (s->way) {
+  case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
+  case TW_WAY_LOOP: return s->loop.above.vertex_count;
+  case TW_WAY_BASE:
+  case TW_WAY_PATCHES: break;
+  }
+  return s->fields[0].base.vertex_count;
+}
+
+/* Numbers that positions.exact holds. */
+static size_t exact_count(const tw_surface *s) {
+  return 3 * (s->way == TW_WAY_LOOP ? tw_loop_rows_kept_count(&s->loop) : base_vertex_count(s));
+}
+
+/* ---- steps ---------------------------------------------------------------------------------- */
+
+/* Adds what is modelled onto a level. */
+static tw_status add_details(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
+                             double *positions) {
+  const tw_detail_step step = {&s->details, &s->steps[level].topology, &s->rules, level, s->options.level};
+  return s->details.count > 0 ? tw_details_add(&step, parallel, positions) : TW_OK;
+}
+
+/* Of the vertices that the cage has; NULL without memory. */
+static double *gather_cage(const tw_surface *s, const float *positions) {
+  double *cage = tw_alloc(s->cage_vertex_count, 3 * sizeof *cage);
+  for (size_t v = 0; cage && v < s->cage_vertex_count; v++)
+    for (size_t c = 0; c < 3; c++) cage[3 * v + c] = positions[3 * (s->point_of ? s->point_of[v] : v) + c];
+  return cage;
+}
+
+/* From a level to the next. */
+static tw_status make_level(const tw_surface *s, uint32_t level, const tw_parallel_for *parallel,
+                            double **positions) {
+  const tw_topology *above = &s->steps[level - 1].topology;
+  const tw_surface_step *step = &s->steps[level];
+  uint32_t all = above->vertex_count + above->edge_count + tw_refine_face_points(above, &s->rules);
+  double *next = tw_alloc(all, 3 * sizeof *next);
+  tw_status status = next ? tw_refine_values(above, &s->rules, 3, *positions, parallel, next) : TW_NO_MEMORY;
+  if (status == TW_OK && step->kept)
+    tw_gather_rows(next, step->kept, step->topology.vertex_count, 3 * sizeof *next, next);
+  if (status == TW_OK) status = add_details(s, level, parallel, next);
+  if (status == TW_OK) status = tw_parallel_for_status(parallel);
+  free(*positions);
+  *positions = next;
+  return status;
+}
+
+/* ---- what rows are made of ------------------------------------------------------------------ */
+
+static float *round_positions(const double *positions, size_t vertices) {
+  float *rounded = tw_alloc(vertices, 3 * sizeof *rounded);
+  for (size_t i = 0; rounded && i < 3 * vertices; i++) rounded[i] = (float)positions[i];
+  return rounded;
+}
+
+/* Of normals by masks alone the doubles are kept, as they live on differences. */
+static tw_status keep_base(tw_surface *s, double **base) {
+  tw_values *out = &s->positions;
+  bool is_cage = s->step_count == 0 && s->options.level == 0;
+  out->base = is_cage ? out->cage : round_positions(*base, base_vertex_count(s));
+  if (!out->base) return TW_NO_MEMORY;
+  if (s->step_count == 0 || !s->options.normals || s->depth > 0) return TW_OK;
+  out->exact = *base;
+  *base = NULL;
+  return TW_OK;
+}
+
+static tw_status keep_loop(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
+  s->positions.exact = tw_alloc(exact_count(s), sizeof(double));
+  return s->positions.exact ? tw_loop_rows_keep(&s->loop, base, parallel, s->positions.exact) : TW_NO_MEMORY;
+}
+
+static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
+  s->positions.base = round_positions(base, base_vertex_count(s));
+  tw_status status = s->positions.base ? tw_levels_fill(s, parallel, &s->positions) : TW_NO_MEMORY;
+  free(s->positions.base);
+  s->positions.base = NULL;
+  return status;
+}
+
+static tw_status keep(tw_surface *s, const tw_parallel_for *parallel, double **base) {
+  switch (s->way) {
+  case TW_WAY_LEVELS: return keep_levels(s, *base, parallel);
+  case TW_WAY_LOOP: return keep_loop(s, *base, parallel);
+  case TW_WAY_BASE:
+  case TW_WAY_PATCHES: break;
+  }
+  return keep_base(s, base);
+}
+
+tw_status tw_surface_place(tw_surface *surface, const float *positions, const tw_parallel_for *parallel) {
+  tw_surface *s = surface;
+  s->positions.width = 3;
+  double *at = gather_cage(s, positions);
+  tw_status status = at ? add_details(s, 0, parallel, at) : TW_NO_MEMORY;
+  if (status == TW_OK && s->options.level == 0) {
+    s->positions.cage = round_positions(at, s->cage_vertex_count);
+    if (!s->positions.cage) status = TW_NO_MEMORY;
+  }
+  for (uint32_t level = 1; level <= s->step_count && status == TW_OK; level++)
+    status = make_level(s, level, parallel, &at);
+  if (status == TW_OK) status = keep(s, parallel, &at);
+  free(at);
+  return status;
+}
+
+void tw_surface_free_positions(tw_surface *surface) {
+  tw_values *positions = &surface->positions;
+  if (positions->cage != positions->base) free(positions->cage);
+  free(positions->base);
+  free(positions->exact);
+  tw_values_free_points(positions);
+}
+
+size_t tw_surface_positions_size(const tw_surface *surface) {
+  const tw_values *positions = &surface->positions;
+  size_t size = tw_values_points_size(surface, positions);
+  if (positions->base) size += 3 * (size_t)base_vertex_count(surface) * sizeof *positions->base;
+  if (positions->exact) size += exact_count(surface) * sizeof *positions->exact;
+  if (positions->cage && positions->cage != positions->base)
+    size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
+  return size;
+}
+
+/* ---- other positions ------------------------------------------------------------------------ */
+
+tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *positions,
+                                       const tw_parallel_for *parallel, tw_surface **out) {
+  assert(plan->options.movable);
+  tw_surface *s = tw_alloc(1, sizeof *s);
+  if (!s) return TW_NO_MEMORY;
+  *s = *plan;
+  if (!plan->plan) s->plan = plan;
+  s->positions = (tw_values){0};
+  tw_status status = tw_surface_start_bounds(s);
+  if (status == TW_OK) status = tw_surface_place(s, positions, parallel);
+  if (status == TW_OK)
+    *out = s;
+  else
+    tw_surface_destroy(s);
+  return status;
+}
+
+tw_status tw_surface_morph(tw_surface *surface, const tw_mesh *mesh, const tw_parallel_for *parallel) {
+  size_t count = 3 * (size_t)mesh->point_count;
+  float *positions = tw_alloc(count, sizeof *positions);
+  surface->morphed = tw_arena_alloc(surface->arena, mesh->morph_count, sizeof *surface->morphed);
+  tw_status status = positions && surface->morphed ? TW_OK : TW_NO_MEMORY;
+  for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++) {
+    for (size_t i = 0; i < count; i++) {
+      float moved = mesh->positions[i] + mesh->morphs[m][i];
+      positions[i] = fmaxf(-TW_COORDINATE_MAX, fminf(moved, TW_COORDINATE_MAX));
+    }
+    status = tw_surface_with_positions_by(surface, positions, parallel, &surface->morphed[m]);
+    if (status == TW_OK) tw_surface_bare_rows(surface->morphed[m], true);
+  }
+  free(positions);
+  return status;
+}

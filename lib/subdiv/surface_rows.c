@@ -1,0 +1,118 @@
+/* Which rows a surface has, where rows are those of a base or of its patches, and what they hold. */
+#include <stdlib.h>
+
+#include "surface_plan.h"
+
+/* Rows that stand for vertices of the cage: they come first in every numbering. */
+static uint32_t rows_of_cage(const tw_numbering *n, const tw_topology *base, uint32_t cage_vertices) {
+  if (n->same_as) return cage_vertices;
+  uint32_t count = 0;
+  while (count < n->corner_count && base->corner_vertex[n->corner_base[count]] < cage_vertices) count++;
+  return count;
+}
+
+static bool needs_splits(const tw_build *b) {
+  const tw_surface *s = b->surface;
+  if (s->way == TW_WAY_LOOP) return false;
+  if (b->mesh->uv_set_count > 0 || tw_has_own_normals(b->mesh, &s->options)) return true;
+  return s->options.normals && (s->rules.linear || tw_topology_parts_normals(&b->topologies[0]));
+}
+
+static tw_status split_vertices(tw_build *b, const uint8_t *visible) {
+  tw_surface *s = b->surface;
+  const tw_topology *base = &s->fields[0].base;
+  bool has_own = tw_has_own_normals(b->mesh, &s->options);
+  tw_own_normals own = {.tangents = tw_build_has_tangents(b), .morphs = b->morph_normals};
+  tw_splits splits = {.uv_count = b->mesh->uv_set_count, .normals = s->options.normals};
+  for (uint32_t i = 0; i < splits.uv_count; i++) splits.uv_bases[i] = &s->fields[1 + i].base;
+  /* Of a bilinear surface every edge of the cage is sharp: at each level their parts come first. */
+  splits.sharp_below = s->rules.linear ? b->cage.topology.edge_count << b->levels : 0;
+  tw_status status = tw_build_find_frames(b);
+  splits.tangent_frames = s->tangent_frames;
+  if (status == TW_OK && has_own) {
+    status = tw_own_normals_read(s, b->mesh, b->arena, &own);
+    splits.own_normals = own.splits;
+    splits.normals &= !own.is_whole; /* they alone say what parts */
+  }
+  if (status == TW_OK) status = tw_number_vertices(base, &splits, visible, s->arena, &s->vertices);
+  if (status == TW_OK && has_own)
+    status = tw_own_normals_keep(s, b->mesh, &own, rows_of_cage(&s->vertices, base, b->cage_vertices[0]));
+  return status;
+}
+
+/* Gives points the order that they have without what is modelled onto this level and deeper ones, so that the
+ * rows that somebody took from it and moved still fit. */
+static tw_status order_points(tw_build *b) {
+  tw_surface *s = b->surface, *before;
+  const tw_topology *base = &s->fields[0].base;
+  tw_mesh mesh = *b->mesh;
+  mesh.detail_count = tw_coarser_details(&s->details, s->options.level).count;
+  tw_surface_options options = s->options;
+  options.shapes = NULL;
+  options.movable = false;
+  bool too_irregular = false;
+  tw_status status = tw_build_plan(&mesh, &options, b->parallel, false, &before, &too_irregular, NULL);
+  if (status == TW_NO_MEMORY || status == TW_CANCELLED) return status;
+  if (status != TW_OK) return TW_OK; /* there are no such rows: the numbers of the level serve */
+  uint32_t rows = (uint32_t)tw_surface_row_count(before, TW_DOMAIN_POINTS);
+  uint32_t *vertices = tw_arena_alloc_raw(b->arena, rows, sizeof *vertices);
+  if (vertices) tw_surface_vertices_of_points(before, base, vertices);
+  status = vertices ? tw_number_vertices_as(base, vertices, rows, s->arena, &s->points) : TW_NO_MEMORY;
+  tw_surface_destroy(before);
+  return status;
+}
+
+tw_status tw_build_number(tw_build *b) {
+  tw_surface *s = b->surface;
+  const tw_topology *base = &s->fields[0].base;
+  uint8_t *visible = NULL;
+  if (!b->whole) {
+    visible = tw_alloc(base->face_count, 1);
+    if (!visible) return TW_NO_MEMORY;
+    for (uint32_t q = 0; q < base->face_count; q++) visible[q] = b->cage.visible[b->source[q]];
+  }
+  tw_status status = tw_number_field(base, visible, s->arena, &s->points);
+  if (status == TW_OK && s->options.level > 0 && s->options.level <= tw_deepest_detail(&s->details))
+    status = order_points(b);
+  s->cage_points = rows_of_cage(&s->points, base, b->cage_vertices[0]);
+  if (status == TW_OK && b->mesh->uv_set_count > 0) {
+    status = tw_number_field(&s->fields[1].base, visible, s->arena, &s->uv_points);
+    s->cage_uv_points = rows_of_cage(&s->uv_points, &s->fields[1].base, b->cage_vertices[1]);
+  }
+  s->vertices = s->points;
+  if (status == TW_OK && needs_splits(b)) status = split_vertices(b, visible);
+  s->cage_vertices = rows_of_cage(&s->vertices, base, b->cage_vertices[0]);
+  free(visible);
+  return status;
+}
+
+void tw_build_lay_out(tw_build *b) {
+  tw_surface *s = b->surface;
+  tw_surface_layout *l = &s->layout;
+  uint32_t stride = 3;
+  l->normal = l->tangent = l->joints = l->weights = l->morphs = UINT32_MAX;
+  if (s->options.normals) {
+    l->normal = stride;
+    stride += 3;
+  }
+  if (s->tangent_frames) {
+    l->tangent = stride;
+    stride += 4;
+  }
+  l->uv_count = b->mesh->uv_set_count;
+  for (uint32_t i = 0; i < l->uv_count; i++, stride += 2) l->uvs[i] = stride;
+  l->attribute_count = s->attribute_count;
+  for (uint32_t i = 0; i < l->attribute_count; stride += s->smooth[i++].width) l->attributes[i] = stride;
+  if (b->mesh->skin.joints) {
+    l->joints = stride;
+    l->weights = stride + 4;
+    stride += 8;
+  }
+  l->morph_count = s->morph_count;
+  l->morph_width = b->morph_normals ? 6 : 3;
+  if (s->morph_count > 0) {
+    l->morphs = stride;
+    stride += l->morph_width * s->morph_count;
+  }
+  l->stride = stride;
+}

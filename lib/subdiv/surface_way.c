@@ -1,0 +1,112 @@
+/* By what the rows of a surface are computed, and how many levels generic steps make before. */
+#include <string.h>
+
+#include "surface_plan.h"
+
+/* ---- what can be done ----------------------------------------------------------------------- */
+
+/* An open border removes faces: only a single group is sure to keep its order. */
+static bool is_whole(const tw_build *b) {
+  if (b->mesh->tangent_uvs) return false; /* which face a quad comes from has to be known */
+  uint32_t groups = tw_ordered_groups(b->mesh, b->cage.visible);
+  return groups == 1 || (groups > 1 && !tw_cage_shrinks(&b->cage, &b->surface->options));
+}
+
+/* Chaikin's rule looks across UV seams at the sharpness beyond them, which a patch does not see. */
+static bool crosses_seams(const tw_mesh *mesh, const tw_surface_options *options) {
+  if (options->creasing != TW_CREASE_CHAIKIN || mesh->uv_set_count == 0) return false;
+  for (uint32_t i = 0; i < mesh->crease_count; i++)
+    if (tw_is_semi_sharp(mesh->crease_sharpness[i])) return true;
+  return false;
+}
+
+/* Whether rows hold refined points, at most with normals. */
+static bool is_bare(const tw_build *b) {
+  const tw_mesh *m = b->mesh;
+  const tw_surface *s = b->surface;
+  bool points_only =
+      m->uv_set_count == 0 && tw_smooth_set_count(s) == 0 && !m->skin.joints && s->details.count == 0;
+  return points_only && s->options.level > 0 && b->whole && !s->options.limit &&
+         !tw_cage_shrinks(&b->cage, &s->options);
+}
+
+/* ---- what is worth it ----------------------------------------------------------------------- */
+
+enum { LEVELS_BYTES_MAX = 128 << 20 };
+
+/* Whether nearly all vertices of a level of quads have four faces: patches are then quicker from three levels
+ * below it on. Those that have not are vertices and faces of the cage. */
+static bool is_regular(const tw_cage *cage, uint32_t level) {
+  const tw_topology *t = &cage->topology;
+  if (level == 0 && t->face_size != 4) return false;
+  uint64_t vertices = tw_cage_counts_at(cage, false, level).vertices, irregular = 0;
+  for (uint32_t v = 0; v < t->vertex_count; v++) irregular += t->fan_offsets[v + 1] - t->fan_offsets[v] != 4;
+  for (uint32_t f = 0; f < t->face_count; f++) irregular += tw_face_size(t, f) != 4;
+  return vertices - irregular > vertices / 8 * 7;
+}
+
+/* Whether all points of the level can be kept and rows read from them. Faces that are left out are for
+ * patches. */
+static bool fits_levels(const tw_build *b) {
+  const tw_mesh *m = b->mesh;
+  const tw_surface *s = b->surface;
+  const tw_surface_options *options = &s->options;
+  const tw_topology *cage = &b->cage.topology;
+  uint32_t base = tw_deepest_detail(&s->details);
+  if (options->scheme != TW_CATMULL_CLARK || options->level <= base || options->level > base + TW_LEVELS_MAX)
+    return false;
+  if (m->face_count == 0) return false;
+  if (s->rules.smooth_triangles && base == 0 && cage->face_size != 4) return false;
+  if (memchr(b->cage.visible, 0, cage->face_count) || tw_cage_shrinks(&b->cage, options)) return false;
+  if (m->skin.joints && !tw_skin_fits_levels(m)) return false;
+  uint32_t uv_copies = options->limit && tw_build_has_tangents(b) ? 2 : 1;
+  uint64_t sets = (options->limit && options->normals ? 2u : 1u) + uv_copies * m->uv_set_count +
+                  (m->skin.joints ? 2u : 0u) + tw_smooth_set_count(s) +
+                  (b->morph_normals ? (options->limit ? 2u : 1u) * m->morph_count : 0u);
+  if (s->counts.vertices * sets * sizeof(tw_point) > LEVELS_BYTES_MAX || !tw_levels_fit(cage)) return false;
+  return options->level < base + 3 || !is_regular(&b->cage, base);
+}
+
+/* ---- the choice ----------------------------------------------------------------------------- */
+
+/* Levels that Loop's rows take the place of as many generic steps for. */
+static void choose_loop_rows(tw_build *b) {
+  tw_surface *s = b->surface;
+  const tw_topology *cage = &b->cage.topology;
+  uint32_t level = s->options.level;
+  if (s->options.scheme != TW_LOOP || !is_bare(b)) return;
+  if (s->options.normals && !tw_loop_rows_fit_normals(cage, &s->rules, level)) return;
+  s->loop.levels = tw_loop_rows_fit(cage, &s->rules, level);
+  s->loop.normals = s->options.normals;
+  b->levels -= s->loop.levels;
+}
+
+tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
+  tw_surface *s = b->surface;
+  uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
+  b->whole = is_whole(b);
+  bool small = b->cage.refined_faces <= TW_GENERIC_FACES_MAX, loop = s->rules.loop,
+       even = b->cage.topology.face_size == (loop ? 3 : 4);
+  if (generic && !small)
+    return tw_fail(error, TW_LIMIT,
+                   "the mesh is too irregular for level %u: it has great poles, or thousands of "
+                   "different sharpness values",
+                   level);
+  if (fits_levels(b)) {
+    s->way = TW_WAY_LEVELS;
+    b->levels = deepest;
+  } else {
+    bool few = !even && level <= 1;
+    generic |= tw_cage_shrinks(&b->cage, &s->options) || loop ||
+               (small && (few || crosses_seams(b->mesh, &s->options)));
+    b->levels = (generic || level <= deepest) && level > 0 ? level : even ? 0 : 1;
+    if (deepest < level && deepest > b->levels) b->levels = deepest;
+    s->depth = level > b->levels ? level - b->levels : 0;
+    choose_loop_rows(b);
+    s->way = s->loop.levels > 0 ? TW_WAY_LOOP : s->depth > 0 ? TW_WAY_PATCHES : TW_WAY_BASE;
+  }
+  s->side = 1u << s->depth;
+  s->cage_step = b->levels == 0 ? 1 : 4;
+  s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
+  return s->steps ? TW_OK : TW_NO_MEMORY;
+}
