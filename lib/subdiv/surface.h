@@ -27,8 +27,8 @@ typedef struct tw_values {
   bool is_color; /* rows hold it from 0 to 1 */
   float *cage;   /* [cage vertices][width]; only kept for level 0 */
   float *base;   /* [base vertices][width] */
-  /* The base unrounded, of positions whose normals are of limit masks, or what tw_loop_rows_keep keeps; else
-   * NULL. */
+  /* Unrounded, else NULL: of positions the base, where normals are of limit masks, and all of the level of
+   * Loop's rows. */
   double *exact;
   /* Of levels that are read whole, else NULL: all of the last level as rows hold them, and, of positions, as
    * normals are computed from them: the same unless rows hold limits. */
@@ -69,7 +69,7 @@ typedef enum tw_way {
   TW_WAY_BASE,    /* from the base itself: its values, and limit masks at its vertices */
   TW_WAY_PATCHES, /* patches of the base's quads */
   TW_WAY_LEVELS,  /* from all points of the last level; of the base only counts are there */
-  TW_WAY_LOOP     /* from what Loop's scheme makes of the base; of that only the counts are there */
+  TW_WAY_LOOP     /* from all points of the level, and what is above it; of the base only counts are there */
 } tw_way;
 
 /* The points' level after a generic step, on the way from the cage to the base. */
@@ -100,8 +100,7 @@ struct tw_surface {
   tw_levels *levels; /* [field_count] */
   tw_level_rows level_rows;
 
-  /* Of TW_WAY_LOOP, where positions.exact holds what is kept for it. */
-  tw_loop_rows loop;
+  tw_topology loop_above; /* of TW_WAY_LOOP: the level above the rows */
 
   uint32_t depth; /* levels between the base and the answer */
   uint32_t side;  /* cells along a patch: 1 << depth */

@@ -164,7 +164,7 @@ static size_t read_base_faces(const tw_surface *s, const tw_numbering *n, uint64
                               uint32_t *out) {
   uint32_t size = corners_a_face(s);
   if (s->way == TW_WAY_LOOP) {
-    tw_loop_rows_triangles(&s->loop, (uint32_t)first, (uint32_t)count, out);
+    tw_loop_rows_triangles(&s->loop_above, (uint32_t)first, (uint32_t)count, out);
     return size * count;
   }
   for (size_t i = 0; i < count; i++) {

@@ -107,10 +107,9 @@ static void need_masks(tw_surface *s, const tw_topology *t) {
 /* Of the level that Loop's rows are of the counts are enough. */
 static void plan_loop_rows(tw_build *b) {
   tw_surface *s = b->surface;
-  s->loop.above = b->topologies[0];
-  s->loop.rules = s->rules;
-  if (s->loop.normals) need_masks(s, &s->loop.above);
-  b->topologies[0] = tw_loop_rows_counts(&s->loop);
+  s->loop_above = b->topologies[0];
+  if (s->options.normals) need_masks(s, &s->loop_above);
+  b->topologies[0] = tw_loop_rows_counts(&s->loop_above);
 }
 
 /* NULL without memory. */
@@ -160,7 +159,7 @@ static tw_status plan_rows(tw_build *b, tw_error *error) {
   tw_surface *s = b->surface;
   if (s->way == TW_WAY_LOOP) plan_loop_rows(b);
   for (uint32_t f = 0; f < s->field_count; f++) s->fields[f].base = b->topologies[f];
-  const tw_face_order order = {b->mesh, b->cage.visible, b->source, s->loop.levels + b->levels};
+  const tw_face_order order = {b->mesh, b->cage.visible, b->source, b->levels + (s->way == TW_WAY_LOOP)};
   tw_status status = tw_surface_order(s, &order);
   if (status == TW_OK) status = tw_build_number(b);
   if (status != TW_OK || s->way == TW_WAY_LOOP) return status;

@@ -11,16 +11,11 @@
 static uint32_t base_vertex_count(const tw_surface *s) {
   switch (s->way) {
   case TW_WAY_LEVELS: return s->levels[0].at[0].vertex_count;
-  case TW_WAY_LOOP: return s->loop.above.vertex_count;
+  case TW_WAY_LOOP: return s->loop_above.vertex_count;
   case TW_WAY_BASE:
   case TW_WAY_PATCHES: break;
   }
   return s->fields[0].base.vertex_count;
-}
-
-/* Numbers that positions.exact holds. */
-static size_t exact_count(const tw_surface *s) {
-  return 3 * (s->way == TW_WAY_LOOP ? tw_loop_rows_kept_count(&s->loop) : base_vertex_count(s));
 }
 
 /* ---- steps ---------------------------------------------------------------------------------- */
@@ -77,9 +72,9 @@ static tw_status keep_base(tw_surface *s, double **base) {
   return TW_OK;
 }
 
-static tw_status keep_loop(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
-  s->positions.exact = tw_alloc(exact_count(s), sizeof(double));
-  return s->positions.exact ? tw_loop_rows_keep(&s->loop, base, parallel, s->positions.exact) : TW_NO_MEMORY;
+static tw_status keep_loop(tw_surface *s, const double *above, const tw_parallel_for *parallel) {
+  double *all = s->positions.exact = tw_alloc(s->fields[0].base.vertex_count, 3 * sizeof *all);
+  return all ? tw_refine_values(&s->loop_above, &s->rules, 3, above, parallel, all) : TW_NO_MEMORY;
 }
 
 static tw_status keep_levels(tw_surface *s, const double *base, const tw_parallel_for *parallel) {
@@ -128,7 +123,7 @@ size_t tw_surface_positions_size(const tw_surface *surface) {
   const tw_values *positions = &surface->positions;
   size_t size = tw_values_points_size(surface, positions);
   if (positions->base) size += 3 * (size_t)base_vertex_count(surface) * sizeof *positions->base;
-  if (positions->exact) size += exact_count(surface) * sizeof *positions->exact;
+  if (positions->exact) size += 3 * (size_t)surface->fields[0].base.vertex_count * sizeof *positions->exact;
   if (positions->cage && positions->cage != positions->base)
     size += 3 * (size_t)surface->cage_vertex_count * sizeof *positions->cage;
   return size;

@@ -164,15 +164,12 @@ static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
 
 static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
-  uint32_t stride = s->layout.stride;
-  const double *kept = s->positions.exact;
-  if (!s->loop.normals || domain == TW_DOMAIN_POINTS) {
-    tw_loop_rows_points(&s->loop, kept, first, count, out);
-    return;
-  }
-  for (uint32_t i = 0; i < count; i++)
-    tw_loop_rows_points(&s->loop, kept, first + i, 1, out + (size_t)i * stride);
-  tw_loop_rows_normals(&s->loop, kept, first, count, r->mask, out + s->layout.normal, stride);
+  uint32_t stride = tw_row_width(s, domain);
+  const double *points = s->positions.exact, *point = points + 3 * (size_t)first;
+  for (size_t i = 0; i < count; i++, point += 3)
+    for (size_t c = 0; c < 3; c++) out[i * stride + c] = (float)point[c];
+  float *normals = normal_in(s, domain, out);
+  if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask, normals, stride);
 }
 
 /* Of rows of level 0 whose mesh has its own. */

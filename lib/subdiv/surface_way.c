@@ -69,16 +69,11 @@ static bool fits_levels(const tw_build *b) {
 
 /* ---- the choice ----------------------------------------------------------------------------- */
 
-/* Levels that Loop's rows take the place of as many generic steps for. */
-static void choose_loop_rows(tw_build *b) {
-  tw_surface *s = b->surface;
-  const tw_topology *cage = &b->cage.topology;
-  uint32_t level = s->options.level;
-  if (s->options.scheme != TW_LOOP || !is_bare(b)) return;
-  if (s->options.normals && !tw_loop_rows_fit_normals(cage, &s->rules, level)) return;
-  s->loop.levels = tw_loop_rows_fit(cage, &s->rules, level);
-  s->loop.normals = s->options.normals;
-  b->levels -= s->loop.levels;
+/* Whether the last generic step need not be taken, and rows are read from the level above it. */
+static bool fits_loop_rows(const tw_build *b) {
+  const tw_surface *s = b->surface;
+  if (s->options.scheme != TW_LOOP || !is_bare(b)) return false;
+  return !s->options.normals || tw_loop_rows_fit(&b->cage.topology, &s->rules, s->options.level - 1);
 }
 
 tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
@@ -102,8 +97,8 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
     b->levels = (generic || level <= deepest) && level > 0 ? level : even ? 0 : 1;
     if (deepest < level && deepest > b->levels) b->levels = deepest;
     s->depth = level > b->levels ? level - b->levels : 0;
-    choose_loop_rows(b);
-    s->way = s->loop.levels > 0 ? TW_WAY_LOOP : s->depth > 0 ? TW_WAY_PATCHES : TW_WAY_BASE;
+    s->way = fits_loop_rows(b) ? TW_WAY_LOOP : s->depth > 0 ? TW_WAY_PATCHES : TW_WAY_BASE;
+    if (s->way == TW_WAY_LOOP) b->levels--;
   }
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
