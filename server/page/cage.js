@@ -56,6 +56,35 @@ function nearest(position, places) {
   return places.map((place) => found(place).reduce((best, i) => (away(place, i) < away(place, best) ? i : best), 0));
 }
 
+/** For each vertex how far apart lines are there, about: between the shortest and the mean of its edges. edges: pairs of vertices. */
+function spacingOf(position, edges) {
+  const shortest = new Float32Array(position.count).fill(Infinity);
+  const sums = new Float32Array(position.count);
+  const counts = new Uint32Array(position.count);
+  const [a, b] = [new Vector3(), new Vector3()];
+  for (let i = 0; i < edges.length; i += 2) {
+    const length = a.fromBufferAttribute(position, edges[i]).distanceTo(b.fromBufferAttribute(position, edges[i + 1]));
+    for (const vertex of [edges[i], edges[i + 1]]) {
+      shortest[vertex] = Math.min(shortest[vertex], length);
+      sums[vertex] += length;
+      counts[vertex]++;
+    }
+  }
+  return sums.map((sum, i) => (counts[i] > 0 ? Math.sqrt((shortest[i] * sum) / counts[i]) : 0));
+}
+
+/** Fades lines or dots by the attribute `spacing`, as it is in the picture: a dense cage would hide its surface. The steps are
+ *  parts of half the picture's height. bias: how far they are drawn before their places. */
+function fadeWhereDense(material, bias) {
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = `attribute float spacing;\nvarying float seen;\n${shader.vertexShader}`.replace('#include <project_vertex>', `#include <project_vertex>
+      float apart = spacing * length(modelViewMatrix[0].xyz) * projectionMatrix[1][1] / gl_Position.w;
+      seen = mix(0.1, 1.0, smoothstep(0.01, 0.04, apart));
+      gl_Position.z -= float(${bias}) * gl_Position.w;`);
+    shader.fragmentShader = `varying float seen;\n${shader.fragmentShader}`.replace('#include <color_fragment>', '#include <color_fragment>\ndiffuseColor.a *= seen;');
+  };
+}
+
 let dot = null;
 function round() {
   if (dot) return dot;
@@ -80,10 +109,9 @@ export class Cage {
     this.thin = new LineBasicMaterial({ vertexColors: true, depthWrite: false, transparent: true }); // after the edges
     this.dots = new PointsMaterial({ sizeAttenuation: false, vertexColors: true,
       map: round(), alphaTest: 0.5, transparent: true });
-    // A little before their places, or the surface would cut them in half.
-    this.dots.onBeforeCompile = (shader) => {
-      shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', '#include <project_vertex>\ngl_Position.z -= 0.0001 * gl_Position.w;');
-    };
+    fadeWhereDense(this.lines, 0);
+    fadeWhereDense(this.hidden, 0);
+    fadeWhereDense(this.dots, 0.0001); // the surface would cut them in half
     this.parts = { cage: [], points: [] };
     this.sharpnesses = new Set();
     this.valences = new Set();
@@ -105,14 +133,17 @@ export class Cage {
     const geometry = new BufferGeometry();
     geometry.setAttribute('position', position);
     geometry.setIndex(edges);
+    const spacing = spacingOf(position, edges);
+    geometry.setAttribute('spacing', new BufferAttribute(spacing, 1));
     const hidden = linesOn(mesh, geometry, this.hidden);
     hidden.renderOrder = 1;
     this.parts.cage.push(linesOn(mesh, geometry, this.lines), hidden);
-    if (extraordinary.length > 0) this.parts.points.push(this.points(mesh, extraordinary));
+    if (extraordinary.length > 0) this.parts.points.push(this.points(mesh, extraordinary, spacing));
   }
 
-  points(mesh, extraordinary) {
+  points(mesh, extraordinary, spacing) {
     const geometry = pick(mesh, extraordinary.map(([i]) => i));
+    geometry.setAttribute('spacing', new Float32BufferAttribute(extraordinary.map(([i]) => spacing[i]), 1));
     const [few, many] = [new Color(FEW), new Color(MANY)];
     geometry.setAttribute('color', new Float32BufferAttribute(extraordinary.flatMap(([, n]) => (n < 4 ? few : many).toArray()), 3));
     for (const [, n] of extraordinary) this.valences.add(n < 4 ? 'few' : 'many');

@@ -162,13 +162,13 @@ export const drop = (visit, files) =>
       document.body.dispatchEvent(new DragEvent(type, { dataTransfer, bubbles: true, cancelable: true }));
   }, files);
 
-/** The part of the pixels whose colours differ. */
-export function difference(a, b) {
+/** The part of the pixels whose colours differ, by more than `least` of 765. */
+export function difference(a, b, least = 24) {
   assert.equal(a.length, b.length);
   let differing = 0;
   for (let i = 0; i < a.length; i += 4) {
     const apart = Math.abs(a[i] - b[i]) + Math.abs(a[i + 1] - b[i + 1]) + Math.abs(a[i + 2] - b[i + 2]);
-    if (apart > 24) differing++;
+    if (apart > least) differing++;
   }
   return differing / (a.length / 4);
 }

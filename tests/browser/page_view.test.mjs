@@ -38,6 +38,35 @@ visits('the tank is there, its cage over it', DESKTOP, async (visit) => {
   assert.match(await visit.text('#facts'), /^Level 2 · 3,530 points · 3,520 faces · 136 kB · [\d.]+ ms$/);
 });
 
+/** A square of side 1 in n x n quads, as OBJ. */
+function grid(n) {
+  const points = Array.from({ length: (n + 1) ** 2 }, (_, i) => `v ${(i % (n + 1)) / n} ${Math.floor(i / (n + 1)) / n} 0`);
+  const faces = Array.from({ length: n * n }, (_, i) => {
+    const at = Math.floor(i / n) * (n + 1) + (i % n) + 1;
+    return `f ${at} ${at + 1} ${at + n + 2} ${at + n + 1}`;
+  });
+  return [...points, ...faces, ''].join('\n');
+}
+
+visits('a dense cage does not hide its surface, and is seen from nearby', {}, async (visit) => {
+  await visit.level(2);
+  const share = async () => {
+    await visit.shows('cage', false);
+    const plain = await visit.pixels();
+    await visit.shows('cage', true);
+    return difference(plain, await visit.pixels(), 150); // black lines
+  };
+  await drop(visit, { 'dense.obj': grid(150) });
+  await visit.wait(() => document.getElementById('facts').textContent.includes(' 360,000 faces'));
+  await visit.drawn();
+  const far = await share();
+  await visit.page.locator('canvas').focus();
+  for (let i = 0; i < 20; i++) await visit.page.keyboard.press('+');
+  await visit.drawn();
+  const near = await share();
+  assert.ok(far < 0.02 && near > 0.05, `${far} of the picture is changed by the cage, ${near} from nearby`);
+});
+
 visits('creases of a glTF are found, and stay on its edges', { hash: '#show=cage&tab=surface' }, async (visit) => {
   await visit.level(2);
   // The sample cube as glTF, its node turned and moved; then the same under a joint that bends it.
