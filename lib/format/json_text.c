@@ -192,14 +192,6 @@ static tw_status scan_word(json_scan *scan, const char *word) {
 
 /* ---- structure ------------------------------------------------------------------------------- */
 
-static tw_status open_frame(json_scan *scan) {
-  if (scan->depth == TW_JSON_DEPTH_MAX)
-    return fail(scan, TW_SYNTAX, "nested deeper than %d levels", TW_JSON_DEPTH_MAX);
-  scan->frames[scan->depth++] = (json_frame){.is_object = peek(scan) == '{'};
-  scan->at++;
-  return TW_OK;
-}
-
 /* A key and its colon. */
 static tw_status scan_key(json_scan *scan) {
   json_frame *frame = &scan->frames[scan->depth - 1];
@@ -217,14 +209,40 @@ static tw_status scan_key(json_scan *scan) {
   return TW_OK;
 }
 
-/* A scalar, or the opening of an array or object (*opened). */
-static tw_status scan_value(json_scan *scan, bool *opened) {
-  *opened = false;
+static tw_status scan_value(json_scan *scan);
+
+/* An array or object. */
+static tw_status scan_container(json_scan *scan) {
+  if (scan->depth == TW_JSON_DEPTH_MAX)
+    return fail(scan, TW_SYNTAX, "nested deeper than %d levels", TW_JSON_DEPTH_MAX);
+  bool is_object = peek(scan) == '{';
+  char closing = is_object ? '}' : ']';
+  json_frame *frame = &scan->frames[scan->depth++];
+  *frame = (json_frame){.is_object = is_object};
+  scan->at++;
+  skip_blanks(scan);
+  for (bool is_empty = peek(scan) == closing; !is_empty; frame->index++) {
+    tw_status status = is_object ? scan_key(scan) : TW_OK;
+    if (status == TW_OK) status = scan_value(scan);
+    if (status != TW_OK) return status;
+    skip_blanks(scan);
+    if (peek(scan) != ',') break;
+    scan->at++;
+    skip_blanks(scan);
+  }
+  if (peek(scan) != closing) return fail_here(scan, is_object ? "',' or '}'" : "',' or ']'");
+  scan->at++;
+  scan->depth--;
+  return TW_OK;
+}
+
+/* No deeper than TW_JSON_DEPTH_MAX. */
+static tw_status scan_value(json_scan *scan) {
   if (++scan->values > scan->rules->values_max && scan->rules->values_max > 0)
     return fail(scan, TW_LIMIT, "more than %llu values", (unsigned long long)scan->rules->values_max);
   switch (peek(scan)) {
   case '{':
-  case '[': *opened = true; return open_frame(scan);
+  case '[': return scan_container(scan);
   case '"': return scan_string(scan);
   case 't': return scan_word(scan, "true");
   case 'f': return scan_word(scan, "false");
@@ -235,43 +253,12 @@ static tw_status scan_value(json_scan *scan, bool *opened) {
   return fail_here(scan, "a value");
 }
 
-/* Behind a value: closes what ends here, until a comma or the end of the document. */
-static tw_status scan_after_value(json_scan *scan) {
-  while (scan->depth > 0) {
-    skip_blanks(scan);
-    json_frame *frame = &scan->frames[scan->depth - 1];
-    char c = peek(scan);
-    if (c == ',') {
-      scan->at++;
-      skip_blanks(scan);
-      frame->index++;
-      return frame->is_object ? scan_key(scan) : TW_OK;
-    }
-    if (c != (frame->is_object ? '}' : ']'))
-      return fail_here(scan, frame->is_object ? "',' or '}'" : "',' or ']'");
-    scan->at++;
-    scan->depth--;
-  }
-  return TW_OK;
-}
-
 tw_status tw_json_check(const char *text, size_t size, const tw_json_rules *rules, tw_error *error) {
   json_scan scan = {
       .text = text, .size = size, .at = tw_byte_order_mark(text, size), .rules = rules, .error = error};
   skip_blanks(&scan);
-  do {
-    bool opened;
-    tw_status status = scan_value(&scan, &opened);
-    if (status == TW_OK && opened) {
-      skip_blanks(&scan);
-      bool is_object = scan.frames[scan.depth - 1].is_object;
-      bool is_empty = peek(&scan) == (is_object ? '}' : ']');
-      if (!is_empty && is_object) status = scan_key(&scan);
-      if (!is_empty && status == TW_OK) continue; /* its first value */
-    }
-    if (status == TW_OK) status = scan_after_value(&scan);
-    if (status != TW_OK) return status;
-  } while (scan.depth > 0);
+  tw_status status = scan_value(&scan);
+  if (status != TW_OK) return status;
   skip_blanks(&scan);
   if (scan.at < size) return fail(&scan, TW_SYNTAX, "there is more behind the end of the JSON document");
   return TW_OK;

@@ -279,80 +279,69 @@ static uint64_t least_size(const ply_file *file, const ply_element *element) {
 
 /* ---- elements ----------------------------------------------------------------------------------- */
 
-/* A row that is read over, or whose corners are counted. */
-static tw_status skip_row(ply_file *file, const ply_element *element, uint64_t *corner_count) {
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
-    const ply_property *property = &file->properties[element->first_property + i];
-    uint64_t count = 1;
-    double ignored;
-    if (property->is_list) status = read_list_length(file, property, &count);
-    if (property->use == PLY_CORNERS) *corner_count += count;
-    while (count-- > 0 && status == TW_OK) status = read_value(file, property->type, &ignored);
-  }
-  return status;
+/* Full intensity is 1 for floats, 65,535 for 16-bit integers, else 255. */
+static float intensity(ply_type type, double value) {
+  if (type >= PLY_F32) return (float)value;
+  return (float)(value / (type == PLY_U16 || type == PLY_I16 ? 65535 : 255));
 }
 
-/* The value of full intensity: 1 for floats, 65,535 for 16-bit integers, else 255. */
-static double color_scale(ply_type type) {
-  if (type >= PLY_F32) return 1;
-  return type == PLY_U16 || type == PLY_I16 ? 65535 : 255;
-}
-
-static tw_status read_vertex(ply_file *file, const ply_element *element, uint32_t vertex,
+/* A number of vertex `row` that is read. */
+static tw_status take_number(const ply_file *file, const ply_property *property, double value, size_t row,
                              tw_polygons_read *out) {
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < element->property_count; i++) {
-    const ply_property *property = &file->properties[element->first_property + i];
-    uint64_t count = 1;
-    double value = 0;
-    if (property->is_list) status = read_list_length(file, property, &count);
-    while (count-- > 0 && status == TW_OK) status = read_value(file, property->type, &value);
-    if (status != TW_OK) return status;
-    if (property->use == PLY_UNUSED) continue;
-    float single = (float)value;
-    if (!isfinite(single) && property->use < PLY_NX)
-      return tw_fail(file->error, TW_INVALID, "vertex %u: a number is not finite", vertex);
-    if (property->use <= PLY_Z)
-      out->positions[3 * (size_t)vertex + property->use] = single;
-    else if (property->use <= PLY_BLUE && out->colors)
-      out->colors[4 * (size_t)vertex + property->use - PLY_RED] =
-          tw_linear_from_srgb((float)(value / color_scale(property->type)));
-    else if (property->use == PLY_ALPHA && out->colors)
-      out->colors[4 * (size_t)vertex + 3] = fminf(fmaxf((float)(value / color_scale(property->type)), 0), 1);
-    else if (property->use >= PLY_U && property->use <= PLY_V && out->uvs)
-      out->uvs[2 * (size_t)vertex + property->use - PLY_U] = single;
-    else if (property->use >= PLY_NX && out->normals)
-      out->normals[3 * (size_t)vertex + property->use - PLY_NX] = single;
-  }
-  if (out->colors && !element->uses[PLY_ALPHA]) out->colors[4 * (size_t)vertex + 3] = 1;
-  float *normal = out->normals ? out->normals + 3 * (size_t)vertex : NULL;
-  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])))
-    normal[0] = normal[1] = normal[2] = 0; /* none */
+  float single = (float)value;
+  ply_use use = property->use;
+  if (!isfinite(single) && use < PLY_NX)
+    return tw_fail(file->error, TW_INVALID, "vertex %zu: a number is not finite", row);
+  if (use <= PLY_Z)
+    out->positions[3 * row + use] = single;
+  else if (use <= PLY_BLUE && out->colors)
+    out->colors[4 * row + use - PLY_RED] = tw_linear_from_srgb(intensity(property->type, value));
+  else if (use == PLY_ALPHA && out->colors)
+    out->colors[4 * row + 3] = fminf(fmaxf(intensity(property->type, value), 0), 1);
+  else if (use >= PLY_U && use <= PLY_V && out->uvs)
+    out->uvs[2 * row + use - PLY_U] = single;
+  else if (use >= PLY_NX && out->normals)
+    out->normals[3 * row + use - PLY_NX] = single;
   return TW_OK;
 }
 
-static tw_status read_face(ply_file *file, const ply_element *element, tw_polygons_read *out) {
-  uint64_t count, ignored = 0;
+static tw_status take_corner(const ply_file *file, double vertex, tw_polygons_read *out) {
+  if (!(vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)))
+    return tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices",
+                   out->face_count, out->vertex_count);
+  out->corners[out->corner_count++] = (uint32_t)vertex;
+  return TW_OK;
+}
+
+/* What a vertex or face has when all its numbers are read. */
+static void end_row(const ply_element *element, size_t row, tw_polygons_read *out) {
+  if (element->kind == PLY_FACES) {
+    out->face_offsets[++out->face_count] = out->corner_count;
+    return;
+  }
+  if (out->colors && !element->uses[PLY_ALPHA]) out->colors[4 * row + 3] = 1;
+  float *normal = out->normals ? out->normals + 3 * row : NULL;
+  if (normal && !(isfinite(normal[0]) && isfinite(normal[1]) && isfinite(normal[2])))
+    normal[0] = normal[1] = normal[2] = 0; /* none */
+}
+
+/* out: NULL where a row is read over, or its corners are counted. */
+static tw_status read_row(ply_file *file, const ply_element *element, size_t row, tw_polygons_read *out,
+                          uint64_t *corner_count) {
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < element->property_count && status == TW_OK; i++) {
     const ply_property *property = &file->properties[element->first_property + i];
-    if (property->use != PLY_CORNERS) {
-      ply_element one = {.first_property = element->first_property + i, .property_count = 1};
-      status = skip_row(file, &one, &ignored);
-      continue;
-    }
-    status = read_list_length(file, property, &count);
-    for (; status == TW_OK && count > 0; count--) {
-      double vertex;
-      status = read_value(file, property->type, &vertex);
-      if (status == TW_OK && !(vertex >= 0 && vertex < out->vertex_count && vertex == floor(vertex)))
-        status = tw_fail(file->error, TW_INVALID, "face %u: an index is not one of the %u vertices",
-                         out->face_count, out->vertex_count);
-      if (status == TW_OK) out->corners[out->corner_count++] = (uint32_t)vertex;
+    uint64_t count = 1;
+    if (property->is_list) status = read_list_length(file, property, &count);
+    if (property->use == PLY_CORNERS) *corner_count += count;
+    for (double value; status == TW_OK && count > 0; count--) {
+      status = read_value(file, property->type, &value);
+      if (status != TW_OK || !out || property->use == PLY_UNUSED) continue;
+      status = property->use == PLY_CORNERS ? take_corner(file, value, out)
+                                            : take_number(file, property, value, row, out);
     }
   }
-  out->face_offsets[++out->face_count] = out->corner_count;
+  if (status == TW_OK && out) end_row(element, row, out);
   return status;
 }
 
@@ -365,11 +354,16 @@ static tw_status check_rows(const ply_file *file, const ply_element *element) {
                  (unsigned long long)element->count);
 }
 
-static tw_status skip_rows(ply_file *file, const ply_element *element, uint64_t *corner_count) {
-  tw_status status = check_rows(file, element);
-  for (uint64_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
-    status = skip_row(file, element, corner_count);
-  return status;
+/* All rows of all elements. out: NULL, to count the corners alone. */
+static tw_status read_rows(ply_file *file, tw_polygons_read *out, uint64_t *corner_count) {
+  for (uint32_t i = 0; i < file->element_count; i++) {
+    const ply_element *element = &file->elements[i];
+    tw_status status = check_rows(file, element);
+    for (size_t row = 0; row < element->count && element->property_count > 0 && status == TW_OK; row++)
+      status = read_row(file, element, row, element->kind == PLY_OTHERS ? NULL : out, corner_count);
+    if (status != TW_OK) return status;
+  }
+  return TW_OK;
 }
 
 /* ---- the file ----------------------------------------------------------------------------------- */
@@ -386,10 +380,8 @@ static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_p
   uint64_t corner_count = 0, face_count = faces ? faces->count : 0;
   if (!vertices || !vertices->uses[PLY_X] || !vertices->uses[PLY_Y] || !vertices->uses[PLY_Z])
     return tw_fail(file.error, TW_INVALID, "there is no element vertex with x, y and z");
-  for (uint32_t i = 0; i < file.element_count; i++) {
-    tw_status status = skip_rows(&file, &file.elements[i], &corner_count);
-    if (status != TW_OK) return status;
-  }
+  tw_status status = read_rows(&file, NULL, &corner_count);
+  if (status != TW_OK) return status;
   if (corner_count >= UINT32_MAX || tw_polygons_size(vertices->count, corner_count, face_count) > budget)
     return tw_fail(file.error, TW_LIMIT, "so few bytes may not make so large a mesh");
   const bool *uses = vertices->uses;
@@ -407,21 +399,6 @@ static tw_status make_room(ply_file file, uint64_t budget, tw_arena *arena, tw_p
                  (out->uvs || !has_uvs) && (out->normals || !has_normals);
   if (!is_made) return tw_fail(file.error, TW_NO_MEMORY, "out of memory");
   out->face_offsets[0] = 0;
-  return TW_OK;
-}
-
-static tw_status read_elements(ply_file *file, tw_polygons_read *out) {
-  tw_status status = TW_OK;
-  for (uint32_t i = 0; i < file->element_count; i++) {
-    const ply_element *element = &file->elements[i];
-    bool is_read = element->kind != PLY_OTHERS;
-    uint64_t ignored = 0;
-    if (!is_read) status = skip_rows(file, element, &ignored);
-    for (uint64_t row = 0; is_read && row < element->count && status == TW_OK; row++)
-      status = element->kind == PLY_VERTICES ? read_vertex(file, element, (uint32_t)row, out)
-                                             : read_face(file, element, out);
-    if (status != TW_OK) return status;
-  }
   return TW_OK;
 }
 
@@ -465,10 +442,11 @@ bool tw_is_ply(const uint8_t *bytes, size_t size) {
 
 static tw_status read_file(ply_file *file, tw_weld weld, uint64_t budget, tw_model *model) {
   tw_polygons_read read = {0};
+  uint64_t ignored = 0;
   tw_status status = read_header(file);
   if (status == TW_OK) drop_cornerless(file);
   if (status == TW_OK) status = make_room(*file, budget, model->arena, &read);
-  if (status == TW_OK) status = read_elements(file, &read);
+  if (status == TW_OK) status = read_rows(file, &read, &ignored);
   if (status == TW_OK) status = tw_model_of_polygons(&read, weld, model, file->error);
   if (status == TW_OK) warn_of_unread(file, model);
   free(read.positions);

@@ -82,21 +82,20 @@ const char *name_of(int type) {
 
 // ---- reading --------------------------------------------------------------------------------------
 
-const uint8_t *Elements::find(uint32_t i) const {
+const uint8_t *Elements::find_sparse(uint32_t i) const {
+  auto index = [&](uint32_t k) {
+    return index_value(sparse_indices_ + size_t{k} * component_size(sparse_index_type_), sparse_index_type_);
+  };
   uint32_t low = 0, high = sparse_count_;
   while (low < high) {
     uint32_t middle = low + (high - low) / 2;
-    if (index_value(sparse_indices_ + size_t{middle} * component_size(sparse_index_type_),
-                    sparse_index_type_) < i)
+    if (index(middle) < i)
       low = middle + 1;
     else
       high = middle;
   }
-  uint32_t size = component_size(component_type_);
-  if (low < sparse_count_ && index_value(sparse_indices_ + size_t{low} * component_size(sparse_index_type_),
-                                         sparse_index_type_) == i)
-    return sparse_values_ + size_t{low} * size * width_;
-  return data_ ? data_ + size_t{i} * stride_ : nullptr;
+  bool is_replaced = low < sparse_count_ && index(low) == i;
+  return is_replaced ? sparse_values_ + size_t{low} * component_size(component_type_) * width_ : nullptr;
 }
 
 void Elements::read(uint32_t i, float *out) const {
@@ -105,7 +104,7 @@ void Elements::read(uint32_t i, float *out) const {
 }
 
 bool Elements::read_finite(uint32_t i, float *out) const {
-  const uint8_t *at = sparse_count_ ? find(i) : data_ ? data_ + size_t{i} * stride_ : nullptr;
+  const uint8_t *at = find(i);
   if (!at) {
     std::fill(out, out + width_, 0.0f);
     return true;
@@ -123,7 +122,7 @@ bool Elements::read_finite(uint32_t i, float *out) const {
 }
 
 void Elements::copy(uint32_t i, uint8_t *out) const {
-  const uint8_t *at = sparse_count_ ? find(i) : data_ ? data_ + size_t{i} * stride_ : nullptr;
+  const uint8_t *at = find(i);
   size_t size = size_t{width_} * component_size(component_type_);
   if (at)
     std::memcpy(out, at, size);
@@ -132,7 +131,7 @@ void Elements::copy(uint32_t i, uint8_t *out) const {
 }
 
 uint32_t Elements::read_index(uint32_t i) const {
-  const uint8_t *at = sparse_count_ ? find(i) : data_ ? data_ + size_t{i} * stride_ : nullptr;
+  const uint8_t *at = find(i);
   return at ? index_value(at, component_type_) : 0;
 }
 
@@ -159,8 +158,7 @@ const uint8_t *Accessors::check_range(int view, uint64_t offset, uint64_t count,
 }
 
 Accessors::Accessors(const tinygltf::Model &model, const Vector<Bytes> &buffers, Budget &budget)
-    : model_(model), buffers_(buffers),
-      opened_(model.accessors.size(), Counted<std::optional<Elements>>(budget)), sparse_left_(sparse_free) {
+    : model_(model), buffers_(buffers), opened_(budget, model.accessors.size()), sparse_left_(sparse_free) {
   for (const Bytes &bytes : buffers) sparse_left_ += bytes.size;
 }
 

@@ -27,7 +27,7 @@ void CageTags::check_points(const Elements *positions) const {
   if (!points_ || !positions || points_->count() != positions->count())
     refuse(TW_INVALID, pointer, "there are not as many points as vertices");
   uint32_t count = points_->count();
-  Vector<uint32_t> vertex(count, UINT32_MAX, Counted<uint32_t>(document_.budget)); // of each point
+  Vector<uint32_t> vertex(document_.budget, count, UINT32_MAX); // of each point
   uint32_t found = 0, last = 0;
   for (uint32_t v = 0; v < count; v++) {
     uint32_t point = points_->read_index(v);
@@ -202,7 +202,7 @@ void CageTags::write_groups(const Vector<uint32_t> &place) {
   const char *groups = tw_json_member(text_, "groups"), *names = tw_json_member(groups, "names");
   if (groups_->count() != mesh_.face_count || !names || *names != '[')
     refuse(TW_INVALID, pointer, "there are not as many groups as faces");
-  Vector<uint32_t> numbers(Counted<uint32_t>(document_.budget));
+  Vector<uint32_t> numbers(document_.budget);
   for (Items name(names); name.more(); name.next()) {
     if (*name.value() != '"') refuse(TW_INVALID, pointer, "a name of groups is no text");
     numbers.push_back(group_number(unescape(string_of(name.value()))));
@@ -280,7 +280,7 @@ void CageTags::open(const char *extras, const Elements *positions) {
 }
 
 void CageTags::write(uint32_t hole_faces) {
-  Vector<uint32_t> place(mesh_.face_count, 0, Counted<uint32_t>(document_.budget));
+  Vector<uint32_t> place(document_.budget, mesh_.face_count, 0);
   try {
     check_sharpness("creases", crease_edges_, crease_sharpness_, 2);
     check_sharpness("corners", corner_vertices_, corner_sharpness_, 1);

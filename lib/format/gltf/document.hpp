@@ -100,7 +100,12 @@ template <typename T> struct Counted {
   template <typename U> bool operator!=(const Counted<U> &other) const { return budget != other.budget; }
 };
 
-template <typename T> using Vector = std::vector<T, Counted<T>>;
+template <typename T> class Vector : public std::vector<T, Counted<T>> {
+public:
+  explicit Vector(Budget &budget) : Vector::vector(Counted<T>(budget)) {}
+  Vector(Budget &budget, size_t count, const T &value = T())
+      : Vector::vector(count, value, Counted<T>(budget)) {}
+};
 
 // ---- the JSON text -------------------------------------------------------------------------------
 // Checked by tw_json_check before any of this sees it.
@@ -159,7 +164,7 @@ Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::str
 // JSON text under way.
 class Text {
 protected:
-  explicit Text(Budget &budget) : text_(Counted<char>(budget)) {}
+  explicit Text(Budget &budget) : text_(budget) {}
 
   Vector<char> text_;
 
@@ -201,9 +206,7 @@ struct DecodedView {
 // What a file holds, apart from what tinygltf reads.
 struct Outline {
   explicit Outline(Budget &budget)
-      : json(Counted<char>(budget)), buffers(Counted<Bytes>(budget)),
-        decoded(Counted<Vector<uint8_t>>(budget)), images(Counted<ImageOutline>(budget)),
-        decoded_views(Counted<DecodedView>(budget)) {}
+      : json(budget), buffers(budget), decoded(budget), images(budget), decoded_views(budget) {}
 
   bool binary = false;   // a GLB
   const char *root;      // the JSON object
@@ -264,7 +267,14 @@ private:
   int sparse_index_type_ = 0;
   const uint8_t *sparse_indices_ = nullptr, *sparse_values_ = nullptr;
 
-  const uint8_t *find(uint32_t i) const;
+  // nullptr for what is not replaced.
+  const uint8_t *find_sparse(uint32_t i) const;
+
+  // nullptr for 0.
+  const uint8_t *find(uint32_t i) const {
+    const uint8_t *replaced = sparse_count_ ? find_sparse(i) : nullptr;
+    return replaced ? replaced : data_ ? data_ + size_t{i} * stride_ : nullptr;
+  }
 };
 
 // Opens accessors, each one once.
@@ -300,14 +310,9 @@ private:
 // where that is nothing.
 struct Kept {
   explicit Kept(Budget &budget)
-      : nodes(Counted<const char *>(budget)), meshes(Counted<const char *>(budget)),
-        skins(Counted<const char *>(budget)), animations(Counted<const char *>(budget)),
-        channels(Counted<const char *>(budget)), first_channel(Counted<size_t>(budget)),
-        loose_channels(Counted<const char *>(budget)), marked(Counted<uint8_t>(budget)),
-        primitives(Counted<const char *>(budget)), attributes(Counted<const char *>(budget)),
-        loose(Counted<const char *>(budget)), tags(Counted<const char *>(budget)),
-        first_primitive(Counted<size_t>(budget)), slots(Counted<tw_material_slot>(budget)),
-        normal_maps(Counted<int>(budget)) {}
+      : nodes(budget), meshes(budget), skins(budget), animations(budget), channels(budget),
+        first_channel(budget), loose_channels(budget), marked(budget), primitives(budget), attributes(budget),
+        loose(budget), tags(budget), first_primitive(budget), slots(budget), normal_maps(budget) {}
 
   Vector<const char *> nodes, meshes, skins, animations;
   Vector<const char *> channels;       // of all animations, one animation after the other

@@ -44,7 +44,7 @@ enum Use { VERTICES, VERTICES_AS_FLOATS, INDICES, TIMES, PLAIN };
 class ElementKeeper {
 public:
   ElementKeeper(Document &document, Accessors &accessors)
-      : document_(document), accessors_(accessors), kept_(Counted<tw_gltf_elements>(document.budget)) {}
+      : document_(document), accessors_(accessors), kept_(document.budget) {}
 
   // The number of the accessor in an answer.
   uint32_t keep(int accessor, Use use, const std::string &pointer) {
@@ -205,41 +205,42 @@ private:
     put_value(member.value());
   }
 
+  // An object without the members that are skipped; nothing where none is left.
+  template <typename Skip, typename Put>
+  void put_some(std::string_view key, const char *object, Skip is_skipped, Put put_one) {
+    bool any = false;
+    for (Items i(object); i.more(); i.next()) {
+      if (is_skipped(i)) continue;
+      if (!any) {
+        put_key(key);
+        put("{");
+      }
+      any = true;
+      put_key(i.key());
+      put_one(i);
+    }
+    if (any) put("}");
+  }
+
   void put_extras(const char *extras) {
     if (unkept_.empty() || *extras != '{' || !tw_json_member(extras, unkept_.data())) {
       put_key("extras");
       return put_value(extras, true);
     }
-    bool any = false;
-    for (Items i(extras); i.more(); i.next()) {
-      if (i.key() == unkept_) continue;
-      if (!any) {
-        put_key("extras");
-        put("{");
-      }
-      any = true;
-      put_key(i.key());
-      put_value(i.value(), true);
-    }
-    if (any) put("}");
+    put_some(
+        "extras", extras, [&](const Items &item) { return item.key() == unkept_; },
+        [&](const Items &item) { put_value(item.value(), true); });
   }
 
   void put_extensions(const char *extensions) {
-    bool any = false;
-    for (Items i(extensions); i.more(); i.next()) {
-      if (is_left_out(i)) continue;
-      if (!any) {
-        put_key("extensions");
-        put("{");
-      }
-      any = true;
-      put_key(i.key());
-      if (i.key() == "EXT_mesh_gpu_instancing")
-        put_instances(i.value());
-      else
-        put_value(i.value());
-    }
-    if (any) put("}");
+    put_some(
+        "extensions", extensions, [&](const Items &item) { return is_left_out(item); },
+        [&](const Items &item) {
+          if (item.key() == "EXT_mesh_gpu_instancing")
+            put_instances(item.value());
+          else
+            put_value(item.value());
+        });
   }
 
   // Its attributes are accessors.
@@ -388,7 +389,7 @@ private:
 
   void meshes() {
     each(tw_json_member(document_.outline.root, "meshes"), [&](size_t index, const char *mesh) {
-      Vector<char> loose{Counted<char>(document_.budget)};
+      Vector<char> loose{document_.budget};
       check_parsed(count_of(tw_json_member(mesh, "primitives")), document_.source.meshes[index].primitives,
                    text("/meshes/", index, "/primitives"));
       kept_.first_primitive.push_back(kept_.marked.size());
@@ -501,8 +502,8 @@ private:
       const char *samplers = tw_json_member(animation, "samplers");
       const tinygltf::Animation &parsed = document_.source.animations[index];
       check_parsed(count_of(samplers), parsed.samplers, text("/animations/", index, "/samplers"));
-      Vector<const char *> sampler_texts{Counted<const char *>(document_.budget)};
-      Vector<char> loose{Counted<char>(document_.budget)};
+      Vector<const char *> sampler_texts{document_.budget};
+      Vector<char> loose{document_.budget};
       each(samplers, [&](size_t i, const char *sampler) {
         place_ = text("/animations/", index, "/samplers/", i);
         sampler_texts.push_back(object(sampler, "input output interpolation"));

@@ -150,9 +150,8 @@ size_t data_head(std::string_view uri) {
 class Checker {
 public:
   Checker(const Container &container, Budget &budget, Outline &out)
-      : container_(container), budget_(budget), out_(out), buffers_(Counted<Buffer>(budget)),
-        views_(Counted<View>(budget)), accessor_views_(Counted<uint64_t>(budget)),
-        indices_(Counted<Indices>(budget)) {}
+      : container_(container), budget_(budget), out_(out), buffers_(budget), views_(budget),
+        accessor_views_(budget), indices_(budget) {}
 
   void run(const char *root) {
     if (*root != '{') refuse(TW_SYNTAX, "", "a glTF document is a JSON object");
@@ -280,7 +279,7 @@ private:
     if (views_[i].length > 64 * packed.length)
       refuse(TW_INVALID, place.pointer(""), "the compressed bytes are too few for what they say to hold");
     budget_.place = place.pointer("");
-    Vector<uint8_t> decoded(static_cast<size_t>(views_[i].length), 0, Counted<uint8_t>(budget_));
+    Vector<uint8_t> decoded(budget_, static_cast<size_t>(views_[i].length), 0);
     if (tw_meshopt_decode(&form, bytes.data + packed.offset, static_cast<size_t>(packed.length),
                           decoded.data(), &error) != TW_OK)
       refuse(TW_INVALID, place.pointer(""), error.detail);

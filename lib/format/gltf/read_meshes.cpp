@@ -61,9 +61,8 @@ public:
   MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
       : document_(document), accessors_(accessors), source_(document.source.meshes[index]), index_(index),
         mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
-        scratch_(scratch), elements_(Counted<uint32_t>(document.budget)),
-        positions_(Counted<float>(document.budget)), point_(Counted<uint32_t>(document.budget)),
-        first_vertex_(Counted<uint32_t>(document.budget)), tags_(document, accessors, index) {}
+        scratch_(scratch), elements_(document.budget), positions_(document.budget), point_(document.budget),
+        first_vertex_(document.budget), tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -488,7 +487,7 @@ private:
   // Neighbouring corners of a face that are at one point, maybe by welding, are one corner; a face that is
   // left with fewer than three different points has no place in a surface.
   void drop_doubled_corners() {
-    Vector<uint32_t> seen(mesh_.point_count, Counted<uint32_t>(document_.budget)); // by which face, from 1
+    Vector<uint32_t> seen(document_.budget, mesh_.point_count); // by which face, from 1
     uint32_t face = 0;
     size_t begin = 0;
     corner_count_ = face_count_ = 0;
@@ -741,7 +740,7 @@ private:
 
   // Rows of all vertices; v up, as meshes have it.
   Vector<float> read_uvs(size_t set) const {
-    Vector<float> uvs(2 * elements_.size(), 0.0f, Counted<float>(document_.budget));
+    Vector<float> uvs(document_.budget, 2 * elements_.size(), 0.0f);
     for (uint32_t v = 0; v < elements_.size(); v++) {
       const Elements *elements = source_of(v).uvs[set];
       if (!elements) continue;
@@ -754,7 +753,7 @@ private:
 
   void write_uv_set(const Vector<float> &uvs) {
     uint32_t vertices = static_cast<uint32_t>(elements_.size()), count = 0;
-    Vector<uint32_t> value(vertices, Counted<uint32_t>(document_.budget));
+    Vector<uint32_t> value(document_.budget, vertices);
     tw_soup soup = view_soup();
     {
       Hold hold(document_.budget, tw_weld_size(soup.vertex_count, soup.corner_count));
@@ -831,7 +830,7 @@ void read_meshes(Document &document, Accessors &accessors) {
   size_t count = document.source.meshes.size();
   document.model->meshes = allocate_zero<tw_mesh>(document, count);
   document.model->mesh_count = static_cast<uint32_t>(count);
-  Vector<uint32_t> scratch(Counted<uint32_t>(document.budget));
+  Vector<uint32_t> scratch(document.budget);
   for (size_t i = 0; i < count; i++) MeshReader(document, accessors, i, scratch).read();
   const Vector<tw_material_slot> &slots = document.kept.slots;
   tw_material_slot *kept = allocate<tw_material_slot>(document, slots.size());

@@ -15,6 +15,11 @@ uint32_t optional_index(int index, size_t count, const std::string &pointer) {
   return static_cast<uint32_t>(index);
 }
 
+uint32_t required_index(int index, size_t count, const std::string &pointer) {
+  if (index == -1) refuse(TW_INVALID, pointer, "index -1 is out of range");
+  return optional_index(index, count, pointer);
+}
+
 // Numbers of a member that has either none or `count` of them.
 void copy_numbers(const std::vector<double> &numbers, size_t count, float *out, const std::string &pointer) {
   if (numbers.empty()) return;
@@ -44,8 +49,7 @@ void read_children(Document &document, size_t index) {
   const std::vector<int> &children = document.source.nodes[index].children;
   for (size_t i = 0; i < children.size(); i++) {
     std::string pointer = text("/nodes/", index, "/children/", i);
-    uint32_t child = optional_index(children[i], document.source.nodes.size(), pointer);
-    if (child == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
+    uint32_t child = required_index(children[i], document.source.nodes.size(), pointer);
     uint32_t &parent = document.model->nodes[child].parent;
     if (parent != TW_NO_INDEX) refuse(TW_INVALID, pointer, "node ", child, " has two parents");
     parent = static_cast<uint32_t>(index);
@@ -79,11 +83,8 @@ void check_cycles(const Document &document) {
 const uint32_t *read_roots(Document &document, size_t index) {
   const std::vector<int> &nodes = document.source.scenes[index].nodes;
   uint32_t *roots = allocate<uint32_t>(document, nodes.size());
-  for (size_t i = 0; i < nodes.size(); i++) {
-    std::string pointer = text("/scenes/", index, "/nodes/", i);
-    roots[i] = optional_index(nodes[i], document.model->node_count, pointer);
-    if (roots[i] == TW_NO_INDEX) refuse(TW_INVALID, pointer, "index -1 is out of range");
-  }
+  for (size_t i = 0; i < nodes.size(); i++)
+    roots[i] = required_index(nodes[i], document.model->node_count, text("/scenes/", index, "/nodes/", i));
   return roots;
 }
 
@@ -318,11 +319,8 @@ void read_skins(Document &document, Accessors &accessors) {
     if (count > UINT16_MAX + size_t{1})
       refuse(TW_LIMIT, pointer + "/joints", "a skin has at most 65536 joints");
     uint32_t *joints = allocate<uint32_t>(document, count);
-    for (size_t j = 0; j < count; j++) {
-      joints[j] = optional_index(source.joints[j], nodes, text(pointer, "/joints/", j));
-      if (joints[j] == TW_NO_INDEX)
-        refuse(TW_INVALID, text(pointer, "/joints/", j), "index -1 is out of range");
-    }
+    for (size_t j = 0; j < count; j++)
+      joints[j] = required_index(source.joints[j], nodes, text(pointer, "/joints/", j));
     skin.name = copy_name(document, source.name);
     skin.kept = document.kept.skins[i];
     skin.joint_count = static_cast<uint32_t>(count);

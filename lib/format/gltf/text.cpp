@@ -26,7 +26,7 @@ Vector<uint8_t> decode_base64(std::string_view written, Budget &budget, std::str
   size_t digits = 0, end = 0;
   for (size_t at = 0; next_digit(written, at) >= 0; end = at) digits++;
   if (rest) *rest = written.substr(end);
-  Vector<uint8_t> out(digits * 6 / 8, Counted<uint8_t>(budget));
+  Vector<uint8_t> out(budget, digits * 6 / 8);
   uint32_t bits = 0, count = 0;
   size_t at = 0;
   for (uint8_t &byte : out) {
