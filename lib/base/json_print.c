@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "tweend/base.h"
+#include "number.h"
 
 void tw_text_deinit(tw_text *text) {
   free(text->data);
@@ -131,12 +131,7 @@ void tw_text_string(tw_text *text, const char *value) {
 
 void tw_text_count(tw_text *text, uint64_t value) {
   char digits[20];
-  size_t start = sizeof digits;
-  do {
-    digits[--start] = (char)('0' + value % 10);
-    value /= 10;
-  } while (value > 0);
-  tw_text_bytes(text, digits + start, sizeof digits - start);
+  tw_text_bytes(text, digits, (size_t)(tw_print_count(digits, value) - digits));
 }
 
 void tw_text_integer(tw_text *text, int64_t value) {

@@ -2,6 +2,8 @@
 #ifndef TWEEND_NUMBER_H
 #define TWEEND_NUMBER_H
 
+#include <string.h>
+
 #include "tweend/base.h"
 
 #ifdef __cplusplus
@@ -36,6 +38,18 @@ static inline size_t tw_read_plain(const char *text, size_t length, double *out)
   double value = (double)digits / powers[decimals];
   *out = negative ? -value : value;
   return (size_t)(at - text);
+}
+
+/* Writes a whole number, of at most 20 digits; returns the end. */
+static inline char *tw_print_count(char *out, uint64_t value) {
+  char digits[20], *first = digits + sizeof digits;
+  do {
+    *--first = (char)('0' + value % 10);
+    value /= 10;
+  } while (value > 0);
+  size_t length = (size_t)(digits + sizeof digits - first);
+  memcpy(out, first, length);
+  return out + length;
 }
 
 /* tw_print_vectors on one instruction set, with a comma after each vector. Returns the end. */

@@ -17,10 +17,6 @@ enum {
   GROUPS_A_PASS = 4096     /* of base64: 3 bytes, 4 characters each */
 };
 
-static uint64_t least(uint64_t a, uint64_t b) {
-  return a < b ? a : b;
-}
-
 /* Computes elements (rows, triangles, bytes) of views; one stream's own. */
 typedef struct filler {
   const tw_scene *scene;
@@ -298,7 +294,7 @@ static const tw_gltf_view *find_view(const tw_gltf_plan *plan, uint64_t offset) 
 
 static size_t read_window(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   size_t from = (size_t)(offset - stream->window_offset);
-  size_t size = (size_t)least(stream->window_size - from, capacity);
+  size_t size = (size_t)tw_least(stream->window_size - from, capacity);
   memcpy(out, stream->window + from, size);
   return size;
 }
@@ -310,17 +306,17 @@ static size_t read_data(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, s
   const tw_gltf_view *view = find_view(&stream->plan, offset);
   uint64_t within = offset - view->offset;
   if (within >= view->size) { /* up to the next view at a multiple of 4 */
-    size_t size = (size_t)least(4 - offset % 4, capacity);
+    size_t size = (size_t)tw_least(4 - offset % 4, capacity);
     memset(out, 0, size);
     return size;
   }
   uint64_t first = within / view->element_size, count = view->size / view->element_size - first;
   bool aligned = view->element_size == 1 || (uintptr_t)out % sizeof(float) == 0;
   if (capacity >= DIRECT_SIZE && aligned && within % view->element_size == 0) {
-    count = least(count, capacity / view->element_size);
+    count = tw_least(count, capacity / view->element_size);
     return fill(stream->filler, view, first, (size_t)count, out) ? (size_t)count * view->element_size : 0;
   }
-  count = least(count, WINDOW_SIZE / view->element_size);
+  count = tw_least(count, WINDOW_SIZE / view->element_size);
   stream->window_size = 0;
   if (!fill(stream->filler, view, first, (size_t)count, stream->window)) return 0;
   stream->window_offset = view->offset + first * view->element_size;
@@ -350,14 +346,14 @@ static void write_group(const uint8_t *bytes, size_t size, uint8_t out[4]) {
 static size_t read_base64(tw_gltf_stream *stream, uint64_t offset, uint8_t *out, size_t capacity) {
   uint64_t first = offset / 4, groups = stream->data_text_size / 4 - first;
   bool whole = offset % 4 == 0 && capacity >= 4;
-  groups = whole ? least(least(groups, capacity / 4), GROUPS_A_PASS) : 1;
-  size_t size = (size_t)least(3 * groups, stream->plan.data_size - 3 * first);
+  groups = whole ? tw_least(tw_least(groups, capacity / 4), GROUPS_A_PASS) : 1;
+  size_t size = (size_t)tw_least(3 * groups, stream->plan.data_size - 3 * first);
   if (!read_data_fully(stream, 3 * first, stream->group_bytes, size)) return 0;
   uint8_t part[4];
   for (size_t i = 0; i < groups; i++)
-    write_group(stream->group_bytes + 3 * i, (size_t)least(3, size - 3 * i), whole ? out + 4 * i : part);
+    write_group(stream->group_bytes + 3 * i, (size_t)tw_least(3, size - 3 * i), whole ? out + 4 * i : part);
   if (whole) return (size_t)groups * 4;
-  size_t skip = (size_t)(offset % 4), taken = (size_t)least(4 - skip, capacity);
+  size_t skip = (size_t)(offset % 4), taken = (size_t)tw_least(4 - skip, capacity);
   memcpy(out, part + skip, taken);
   return taken;
 }

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "number.h"
 #include "tweend/format.h"
 
 enum {
@@ -89,23 +90,12 @@ static void put_rows(tw_obj_stream *stream, const char *keyword, const float *va
   }
 }
 
-static char *write_index(char *out, uint64_t index) {
-  char digits[20], *first = digits + sizeof digits;
-  do {
-    *--first = (char)('0' + index % 10);
-    index /= 10;
-  } while (index);
-  size_t length = (size_t)(digits + sizeof digits - first);
-  memcpy(out, first, length);
-  return out + length;
-}
-
 /* The integers of a tag, then its sharpness. */
 static void put_tag_values(tw_obj_stream *stream, const uint64_t *numbers, int count, float sharpness) {
   char *out = end_of(stream);
   for (int i = 0; i < count; i++) {
     if (i > 0) *out++ = ' ';
-    out = write_index(out, numbers[i]);
+    out = tw_print_count(out, numbers[i]);
   }
   *out++ = ' ';
   out += tw_print_float(out, sharpness);
@@ -212,11 +202,11 @@ static void put_groups(tw_obj_stream *stream, uint32_t names) {
 static char *write_corner(const tw_obj_stream *stream, const tw_surface *surface, size_t corner, char *out) {
   bool uvs = listed_rows(surface, TW_DOMAIN_UVS) > 0, normals = has_normals(surface);
   *out++ = ' ';
-  out = write_index(out, stream->base[0] + stream->corners[0][corner] + 1);
+  out = tw_print_count(out, stream->base[0] + stream->corners[0][corner] + 1);
   if (uvs || normals) *out++ = '/';
-  if (uvs) out = write_index(out, stream->base[1] + stream->corners[1][corner] + 1);
+  if (uvs) out = tw_print_count(out, stream->base[1] + stream->corners[1][corner] + 1);
   if (normals) *out++ = '/';
-  if (normals) out = write_index(out, stream->base[2] + stream->corners[2][corner] + 1);
+  if (normals) out = tw_print_count(out, stream->base[2] + stream->corners[2][corner] + 1);
   return out;
 }
 

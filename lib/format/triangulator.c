@@ -5,10 +5,6 @@
 
 enum { FACES_SCRATCH = 1024 };
 
-static uint64_t least(uint64_t a, uint64_t b) {
-  return a < b ? a : b;
-}
-
 bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *surfaces, uint32_t count,
                           tw_polygons polygons, tw_surface_reader *reader) {
   *triangles =
@@ -134,7 +130,7 @@ static size_t write_run(const tw_triangulator *t, const tw_surface_group *group,
   size_t done = 0;
   for (uint64_t face = run.face; face < run.stop && done < count;) {
     size_t left = count - done; /* triangles */
-    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, least(run.stop - face, left / 2));
+    size_t quads = ngons || from > 0 ? 0 : count_quads(sizes, tw_least(run.stop - face, left / 2));
     if (quads > 0) { /* nearly always all of them; only ngons ask for the previous face */
       write_quads(corners, quads, out + 3 * done);
       done += 2 * quads;
@@ -146,7 +142,7 @@ static size_t write_run(const tw_triangulator *t, const tw_surface_group *group,
     uint32_t size = *sizes++, start = 0;
     if (ngons && (face - group->first_face) % 2 == 1)
       start = tw_fan_start(corners, previous, face + 1 < run.stop || run.has_next ? corners + size : NULL);
-    uint32_t to = (uint32_t)least(size - 2, from + left);
+    uint32_t to = (uint32_t)tw_least(size - 2, from + left);
     write_fan(corners, size, start, from, to, out + 3 * done);
     done += to - from;
     from = 0;

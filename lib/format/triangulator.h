@@ -4,6 +4,10 @@
 
 #include "tweend/format.h"
 
+static inline uint64_t tw_least(uint64_t a, uint64_t b) {
+  return a < b ? a : b;
+}
+
 /* Turns faces to triangles; one stream's own. */
 typedef struct tw_triangulator {
   tw_surface_reader *reader; /* the caller's, of all the surfaces */

@@ -347,6 +347,12 @@ struct Document {
   size_t degenerate_faces = 0, partly_textured = 0;
   uint32_t reversed_edges = 0;
   std::set<std::string> attribute_warnings;
+  // What became of an attribute.
+  void note(const std::string &fate) {
+    constexpr size_t most = 16; // more are told of as these
+    if (attribute_warnings.size() < most) attribute_warnings.insert(fate);
+  }
+
   // Sets of named groups, of all meshes.
   std::map<std::string, uint32_t> group_numbers;
   std::vector<const char *> group_names;

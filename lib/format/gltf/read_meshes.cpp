@@ -1,6 +1,7 @@
 // Meshes: one tw_mesh for each, all its triangle primitives together (glTF 2.0, section 3.7.2), welded into a
 // surface. What the model keeps is written straight into its arena; what is only on the way is counted, too.
 #include "gltf/cage_tags.hpp"
+#include "gltf/vertex_sources.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,33 +17,11 @@ namespace gltf {
 
 namespace {
 
-using Attributes = std::map<std::string, int>;
-using SourceKey = std::pair<Attributes, std::vector<Attributes>>;
-
 constexpr uint64_t SLOT_SIZE = 96; // of an entry in the map of slots
 
 void check_status(tw_status status) {
   if (status != TW_OK) throw std::bad_alloc(); // all that the C side can run out of here
 }
-
-// The attributes of a primitive, opened. Primitives that name the same accessors share one.
-struct VertexSource {
-  const Elements *position = nullptr;
-  std::array<const Elements *, TW_UV_SETS_MAX> uvs = {};
-  const Elements *normal = nullptr, *tangent = nullptr;
-  std::vector<const Elements *> attributes; // of the mesh's smooth attributes, as far as it has them
-  std::array<const Elements *, 2> joints = {}, weights = {};
-  // An entry is nullptr for a target that moves no point, or normal.
-  std::vector<const Elements *> morphs, morph_normals;
-  uint32_t first_vertex = 0; // vertices are numbered source by source
-};
-
-// A colour, or an attribute of an application's own, of all primitives that have it.
-struct SmoothAttribute {
-  std::string name;
-  uint32_t width;
-  bool is_color() const { return name[0] != '_'; }
-};
 
 // The triangles of a primitive, which become faces.
 struct FaceList {
@@ -61,8 +40,9 @@ public:
   MeshReader(Document &document, Accessors &accessors, size_t index, Vector<uint32_t> &scratch)
       : document_(document), accessors_(accessors), source_(document.source.meshes[index]), index_(index),
         mesh_(document.model->meshes[index]), pointer_(text("/meshes/", index, "/primitives/")),
-        scratch_(scratch), elements_(document.budget), positions_(document.budget), point_(document.budget),
-        first_vertex_(document.budget), tags_(document, accessors, index) {}
+        scratch_(scratch), opened_(document, accessors, index), elements_(document.budget),
+        positions_(document.budget), point_(document.budget), first_vertex_(document.budget),
+        tags_(document, accessors, index) {}
 
   void read() {
     document_.budget.place = text("/meshes/", index_);
@@ -100,10 +80,9 @@ private:
   tw_mesh &mesh_;
   std::string pointer_;
   Vector<uint32_t> &scratch_; // by element: vertex + 1; all 0 between calls
-  std::vector<VertexSource> sources_;
-  std::map<SourceKey, uint32_t> known_sources_;
-  std::vector<SmoothAttribute> attributes_; // in the order of the document
-  std::vector<FaceList> lists_;             // in the file's order
+  VertexSources opened_;
+  const std::vector<VertexSource> &sources_ = opened_.all;
+  std::vector<FaceList> lists_; // in the file's order
   uint32_t *corners_ =
       nullptr; // of the triangles as elements; then of the faces as vertices, at last as points
   uint32_t *offsets_ = nullptr; // of the faces
@@ -124,7 +103,7 @@ private:
         refuse(TW_INVALID, text(pointer_, i, "/mode"), "mode ", primitive.mode, " is out of range");
       if (primitive.mode < TINYGLTF_MODE_TRIANGLES) continue; // passes through
       bool marked = marks()[i] && document_.quads != TW_QUADS_OFF;
-      lists_.push_back({find_source(i), slot(material(primitive.material, i), i), polygons || marked, false,
+      lists_.push_back({opened_.find(i), slot(material(primitive.material, i), i), polygons || marked, false,
                         primitive.mode, primitive.indices, text(pointer_, i), 0, 0, 0});
     }
   }
@@ -167,140 +146,6 @@ private:
       slots.push_back({material, kept});
     }
     return static_cast<int32_t>(document_.model->material_count + found->second);
-  }
-
-  uint32_t find_source(size_t i) {
-    const tinygltf::Primitive &primitive = source_.primitives[i];
-    auto [found, fresh] = known_sources_.try_emplace(SourceKey(primitive.attributes, primitive.targets),
-                                                     static_cast<uint32_t>(sources_.size()));
-    if (fresh) sources_.push_back(open_source(primitive, i));
-    return found->second;
-  }
-
-  // An attribute of as many elements as there are positions, or nullptr.
-  const Elements *attribute(const Attributes &attributes, const std::string &name, const std::string &pointer,
-                            const Elements *position) {
-    auto found = attributes.find(name);
-    if (found == attributes.end()) return nullptr;
-    std::string place = pointer + "/" + name;
-    const Elements &elements = accessors_.open_any(found->second, place);
-    if (position && elements.count() != position->count())
-      refuse(TW_INVALID, place, "the attribute has ", elements.count(), " elements, and POSITION ",
-             position->count());
-    return &elements;
-  }
-
-  const Elements *vector_attribute(const Attributes &attributes, const std::string &name, uint32_t least,
-                                   uint32_t most, const std::string &pointer, const Elements *position) {
-    const Elements *elements = attribute(attributes, name, pointer, position);
-    if (elements && (elements->width() < least || elements->width() > most))
-      refuse(TW_INVALID, text("/accessors/", attributes.at(name), "/type"), name, " must have ", least,
-             " components");
-    return elements;
-  }
-
-  VertexSource open_source(const tinygltf::Primitive &primitive, size_t i) {
-    const Attributes &attributes = primitive.attributes;
-    std::string primitive_pointer = text(pointer_, i), pointer = primitive_pointer + "/attributes";
-    VertexSource source;
-    source.position = vector_attribute(attributes, "POSITION", 3, 3, pointer, nullptr);
-    if (!source.position) refuse(TW_INVALID, pointer, "a primitive needs the attribute POSITION");
-    for (size_t set = 0; set < source.uvs.size(); set++)
-      source.uvs[set] = vector_attribute(attributes, text("TEXCOORD_", set), 2, 2, pointer, source.position);
-    open_smooth(attributes, i, pointer, source);
-    for (size_t set = 0; set < source.joints.size(); set++) {
-      source.joints[set] = vector_attribute(attributes, text("JOINTS_", set), 4, 4, pointer, source.position);
-      source.weights[set] =
-          vector_attribute(attributes, text("WEIGHTS_", set), 4, 4, pointer, source.position);
-      check_joints(attributes, source, set, pointer);
-    }
-    source.normal = vector_attribute(attributes, "NORMAL", 3, 3, pointer, source.position);
-    source.tangent = vector_attribute(attributes, "TANGENT", 4, 4, pointer, source.position);
-    for (size_t target = 0; target < primitive.targets.size(); target++) {
-      const Attributes &displaced = primitive.targets[target];
-      std::string place = text(primitive_pointer, "/targets/", target);
-      source.morphs.push_back(vector_attribute(displaced, "POSITION", 3, 3, place, source.position));
-      source.morph_normals.push_back(vector_attribute(displaced, "NORMAL", 3, 3, place, source.position));
-      if (source.normal || !source.morph_normals.back()) continue;
-      note("NORMAL of morph targets is left out: there is nothing to displace");
-      source.morph_normals.back() = nullptr;
-    }
-    note_unread(primitive);
-    return source;
-  }
-
-  // tinygltf knows no order of attributes, the document's text does.
-  void open_smooth(const Attributes &attributes, size_t i, const std::string &pointer, VertexSource &source) {
-    const char *text = document_.kept.attributes[document_.kept.first_primitive[index_] + i];
-    if (!text || *text != '{') return; // it is called by an escaped name
-    for (Items item(text); item.more(); item.next()) {
-      std::string name = unescape(item.key());
-      const Elements *elements = nullptr;
-      if (name == "COLOR_0")
-        elements = vector_attribute(attributes, name, 3, 4, pointer, source.position);
-      else if (is_custom(name))
-        elements = attribute(attributes, name, pointer, source.position);
-      if (!elements) continue;
-      if (accessors_.type_name(attributes.at(name))[0] == 'M')
-        note(name + " is left out");
-      else if (std::optional<size_t> number = smooth_number(name, elements->width()); !number)
-        note(name + too_many);
-      else
-        put_at(source.attributes, *number, elements);
-    }
-  }
-
-  static constexpr char too_many[] = " is left out: a mesh keeps 15 such, of 32 components in all";
-
-  static void put_at(std::vector<const Elements *> &list, size_t number, const Elements *elements) {
-    if (list.size() <= number) list.resize(number + 1);
-    list[number] = elements;
-  }
-
-  static bool is_custom(const std::string &name) {
-    return name[0] == '_' && std::none_of(name.begin(), name.end(), [](char c) {
-             return static_cast<unsigned char>(c) < 0x20 || c == 0x7F;
-           });
-  }
-
-  // Of attributes_, where the name finds or takes a place; a colour always does.
-  std::optional<size_t> smooth_number(const std::string &name, uint32_t width) {
-    size_t number = 0, others = 0;
-    while (number < attributes_.size() && attributes_[number].name != name)
-      others += !attributes_[number++].is_color();
-    if (number == attributes_.size() && others == TW_ATTRIBUTES_MAX - 1 && is_custom(name)) return {};
-    if (number == attributes_.size()) attributes_.push_back({name, 0});
-    SmoothAttribute &found = attributes_[number];
-    found.width = found.is_color() ? 4 : std::max(found.width, width);
-    return number;
-  }
-
-  void note_unread(const tinygltf::Primitive &primitive) {
-    static constexpr char read[] =
-        "POSITION NORMAL TANGENT TEXCOORD_0 TEXCOORD_1 TEXCOORD_2 TEXCOORD_3 COLOR_0 "
-        "JOINTS_0 JOINTS_1 WEIGHTS_0 WEIGHTS_1";
-    for (const auto &[name, accessor] : primitive.attributes)
-      if (!has_word(read, name) && !is_custom(name)) note(name + " is left out");
-    for (const Attributes &target : primitive.targets)
-      for (const auto &[name, accessor] : target)
-        if (name != "POSITION" && name != "NORMAL") note(name + " of morph targets is left out");
-  }
-
-  void note(const std::string &fate) {
-    constexpr size_t most = 16; // more are told of as these
-    if (document_.attribute_warnings.size() < most) document_.attribute_warnings.insert(fate);
-  }
-
-  static void check_joints(const Attributes &attributes, const VertexSource &source, size_t set,
-                           const std::string &pointer) {
-    if (!source.joints[set] != !source.weights[set])
-      refuse(TW_INVALID, pointer, "JOINTS_", set, " and WEIGHTS_", set, " come together");
-    if (!source.joints[set]) return;
-    int type = source.joints[set]->component_type();
-    if ((type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE && type != TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) ||
-        source.joints[set]->normalized())
-      refuse(TW_INVALID, text("/accessors/", attributes.at(text("JOINTS_", set)), "/componentType"),
-             "joints are unsigned bytes or shorts");
   }
 
   // ---- triangles -------------------------------------------------------------------------------
@@ -393,7 +238,7 @@ private:
     elements_.reserve(static_cast<size_t>(std::min<uint64_t>(most, corner_count_)));
     auto list = order.begin();
     for (uint32_t source = 0; source < sources_.size(); source++) {
-      sources_[source].first_vertex = static_cast<uint32_t>(elements_.size());
+      opened_.all[source].first_vertex = static_cast<uint32_t>(elements_.size());
       uint32_t count = sources_[source].position->count();
       if (scratch_.size() < count) scratch_.resize(count);
       for (; list != order.end() && lists_[*list].source == source; ++list) number_list(lists_[*list]);
@@ -585,13 +430,13 @@ private:
   }
 
   void write_attributes() {
-    tw_attribute *attributes = allocate<tw_attribute>(document_, attributes_.size());
+    tw_attribute *attributes = allocate<tw_attribute>(document_, opened_.smooth.size());
     uint32_t count = 0, columns_left = TW_ATTRIBUTE_COLUMNS_MAX - 4; // a colour has its place
-    for (size_t i = 0; i < attributes_.size(); i++) {
-      const auto &[name, width] = attributes_[i];
-      bool is_color = attributes_[i].is_color();
+    for (size_t i = 0; i < opened_.smooth.size(); i++) {
+      const auto &[name, width] = opened_.smooth[i];
+      bool is_color = opened_.smooth[i].is_color();
       if (!is_color && width > columns_left) {
-        note(name + too_many);
+        document_.note(name + too_many_attributes);
         continue;
       }
       if (!is_color) columns_left -= width;
@@ -603,7 +448,7 @@ private:
 
   // Points without a colour are white, as a renderer shows them; other attributes are 0 there.
   const float *read_attribute(size_t i) {
-    const SmoothAttribute &attribute = attributes_[i];
+    const SmoothAttribute &attribute = opened_.smooth[i];
     float *values = allocate<float>(document_, size_t{attribute.width} * mesh_.point_count), *value = values;
     bool has_all = true, is_usable = true;
     std::fill_n(values, size_t{attribute.width} * mesh_.point_count, attribute.is_color() ? 1.0f : 0.0f);
@@ -617,8 +462,9 @@ private:
       else if (elements)
         is_usable &= read_usable(*elements, elements_[vertex], value);
     }
-    if (!has_all && !attribute.is_color()) note(attribute.name + " is 0 where a primitive lacks it");
-    if (!is_usable) note(attribute.name + " is 0 where it is no number up to 1e18");
+    if (!has_all && !attribute.is_color())
+      document_.note(attribute.name + " is 0 where a primitive lacks it");
+    if (!is_usable) document_.note(attribute.name + " is 0 where it is no number up to 1e18");
     return values;
   }
 
@@ -802,7 +648,7 @@ private:
     uint64_t held = sizeof(float) * 3 * uint64_t{mesh_.morph_count} * corner_count_;
     if (held > morph_normals_max || numbers > document_.values_left ||
         sizeof(float) * numbers > document_.budget.left() / 2) {
-      note("NORMAL of morph targets is left out: there are too many");
+      document_.note("NORMAL of morph targets is left out: there are too many");
       return;
     }
     spend_morphs(numbers);
