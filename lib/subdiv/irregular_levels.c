@@ -227,32 +227,6 @@ INLINE void middles(const pass *p, uint32_t size, operation op, uint32_t born, u
   }
 }
 
-/* Round the middle of a face: the spokes from its edges. */
-INLINE void centres(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
-  const tw_level *l = &p->levels->at[born - 1];
-  const tw_point *E = edge_points(p), *F = face_points(p);
-  uint32_t steps = p->step - born, spokes = 2 * l->edge_count;
-  for (uint32_t f = begin; f < end; f++) {
-    uint32_t c = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - c,
-             v = l->vertex_count + l->edge_count + f;
-    ring r = start_ring(p, op, v, n);
-    tw_point edges[4], faces[4];
-    for (uint32_t i = 0; i < n; i++) {
-      uint32_t before = c + (i ? i : n) - 1;
-      tw_point edge = E[edge_after(2 * (spokes + before) + 1, steps)],
-               face = F[face_after(4 * (c + i) + 2, steps + 1) / 4];
-      if (size == 4)
-        edges[i] = edge, faces[i] = face;
-      else
-        add_to_ring(&r, op, i, edge, face);
-    }
-    if (size == 4)
-      take_four(p, op, v, edges, faces);
-    else
-      end_ring(p, op, v, &r);
-  }
-}
-
 /* ---- vertices that the step makes: limits and normals ---------------------------------------- */
 
 INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
@@ -280,17 +254,22 @@ INLINE void new_edges(const pass *p, uint32_t size, operation op, uint32_t born,
   }
 }
 
-INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
-                      uint32_t end) {
+/* ---- round the middles of faces, of either kind ----------------------------------------------- */
+
+INLINE void round_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+                        uint32_t end, bool is_new) {
   const tw_level *l = &p->levels->at[born - 1];
-  const tw_point *Q = p->points, *E = edge_points(p);
+  const tw_point *Q = p->points, *E = edge_points(p), *F = face_points(p);
+  uint32_t steps = p->step - born, spokes = 2 * l->edge_count;
   for (uint32_t f = begin; f < end; f++) {
-    uint32_t c = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - c,
+    uint32_t first = tw_level_face_begin(l, size, f), n = tw_level_face_end(l, size, f) - first,
              v = l->vertex_count + l->edge_count + f;
     ring r = start_ring(p, op, v, n);
     tw_point edges[4], faces[4];
     for (uint32_t i = 0; i < n; i++) {
-      tw_point edge = E[l->corner_half[c + (i ? i : n) - 1] / 2], face = Q[l->corner_vertex[c + i]];
+      uint32_t c = first + i, before = first + (i ? i : n) - 1;
+      tw_point edge = E[is_new ? l->corner_half[before] / 2 : edge_after(2 * (spokes + before) + 1, steps)],
+               face = is_new ? Q[l->corner_vertex[c]] : F[face_after(4 * c + 2, steps + 1) / 4];
       if (size == 4)
         edges[i] = edge, faces[i] = face;
       else
@@ -301,6 +280,16 @@ INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t born,
     else
       end_ring(p, op, v, &r);
   }
+}
+
+/* By the spokes from the edges of a face. */
+INLINE void centres(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin, uint32_t end) {
+  round_faces(p, size, op, born, begin, end, false);
+}
+/* By the edges and corners of the face itself. */
+INLINE void new_faces(const pass *p, uint32_t size, operation op, uint32_t born, uint32_t begin,
+                      uint32_t end) {
+  round_faces(p, size, op, born, begin, end, true);
 }
 
 /* ---- which loop ----------------------------------------------------------------------------- */
