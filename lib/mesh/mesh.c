@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sorted.h"
+
 void tw_mesh_init(tw_mesh *mesh) {
   memset(mesh, 0, sizeof *mesh);
   mesh->tag_boundary = mesh->tag_uv = mesh->tag_creasing = mesh->tag_triangles = TW_TAG_UNSET;
@@ -72,18 +74,6 @@ static tw_status check_faces(const tw_mesh *mesh, tw_error *error, uint32_t *bad
   return status;
 }
 
-static uint32_t face_of_corner(const tw_mesh *mesh, uint32_t corner) {
-  uint32_t begin = 0, end = mesh->face_count;
-  while (end - begin > 1) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (mesh->face_offsets[middle] <= corner)
-      begin = middle;
-    else
-      end = middle;
-  }
-  return begin;
-}
-
 static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_face) {
   for (uint32_t s = 0; s < mesh->uv_set_count; s++) {
     const tw_uv_set *set = &mesh->uv_sets[s];
@@ -92,7 +82,7 @@ static tw_status check_uvs(const tw_mesh *mesh, tw_error *error, uint32_t *bad_f
     for (uint32_t c = 0; c < mesh->corner_count; c++) {
       status = check_index(set->corners[c], set->value_count, "uvs", error);
       if (status == TW_OK) continue;
-      *bad_face = face_of_corner(mesh, c);
+      *bad_face = tw_run_of(mesh->face_offsets, mesh->face_count, c);
       return tw_error_at(error, "/face_uvs/%u/%u", *bad_face, c - mesh->face_offsets[*bad_face]);
     }
   }

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "hard_edges.h"
+#include "sorted.h"
 #include "topology.h"
 #include "union_find.h"
 #include "weld.h"
@@ -183,15 +184,10 @@ static tw_status describe_seams(const tw_mesh *mesh, const tw_topology *t, tw_me
 
 /* ---- numbers ---------------------------------------------------------------------------------- */
 
-static int compare_uint32(const void *left, const void *right) {
-  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-  return a < b ? -1 : a > b;
-}
-
 /* Sorts values and counts equal ones into fresh arrays, NULL before. */
 static tw_status tally(uint32_t *values, uint32_t count, uint32_t **keys, uint32_t **counts,
                        uint32_t *key_count) {
-  qsort(values, count, sizeof *values, compare_uint32);
+  qsort(values, count, sizeof *values, tw_compare_uint32);
   uint32_t distinct = 0;
   for (uint32_t i = 0; i < count; i++) distinct += i == 0 || values[i] != values[i - 1];
   *keys = tw_alloc(distinct, sizeof **keys);

@@ -17,12 +17,12 @@ static inline __attribute__((always_inline)) void tw_small_sort(void *items, uin
     qsort(items, count, size, compare);
     return;
   }
-  for (uint32_t i = 1; i < count; i++)
-    for (unsigned char *at = first + i * size; at > first && compare(at, at - size) < 0; at -= size) {
-      memcpy(item, at, size);
-      memcpy(at, at - size, size);
-      memcpy(at - size, item, size);
-    }
+  for (uint32_t i = 1; i < count; i++) {
+    unsigned char *at = first + i * size;
+    memcpy(item, at, size);
+    for (; at > first && compare(item, at - size) < 0; at -= size) memcpy(at, at - size, size);
+    memcpy(at, item, size);
+  }
 }
 
 static inline int tw_compare_uint32(const void *left, const void *right) {

@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sorted.h"
+
 /* Starts of the runs that `counts` describes: offsets[0] = 0, offsets[count] = total. */
 static void counts_to_offsets(uint32_t *offsets, uint32_t count) {
   uint32_t sum = 0;
@@ -66,31 +68,17 @@ static void file_half_edges(const tw_topology *t, const uint32_t *known_edges, u
   buckets[0] = 0;
 }
 
+/* By edge, then corner. */
 static int compare_half_edges(const void *left, const void *right) {
   half_edge a = *(const half_edge *)left, b = *(const half_edge *)right;
   return a < b ? -1 : a > b;
-}
-
-/* By edge, then corner. Buckets hold a handful but for great poles. */
-static void sort_bucket(half_edge *halves, uint32_t count) {
-  enum { INSERTION_UP_TO = 24 };
-  if (count > INSERTION_UP_TO) {
-    qsort(halves, count, sizeof *halves, compare_half_edges);
-    return;
-  }
-  for (uint32_t i = 1; i < count; i++) {
-    half_edge half = halves[i];
-    uint32_t place = i;
-    for (; place > 0 && halves[place - 1] > half; place--) halves[place] = halves[place - 1];
-    halves[place] = half;
-  }
 }
 
 /* Joins the half-edges of one bucket that end in the same vertex, or are of the same known edge. A face that
  * runs along an edge again has a second one there, as OpenSubdiv has it. Edges that are not known so come out
  * sorted by their lower and then their upper vertex, which tw_topology_find_edge relies on. */
 static void join_bucket(tw_topology *t, half_edge *halves, uint32_t count) {
-  sort_bucket(halves, count);
+  tw_small_sort(halves, count, sizeof *halves, compare_half_edges);
   for (uint32_t i = 0; i < count; i++) {
     uint32_t corner = (uint32_t)halves[i];
     bool same_edge = i > 0 && key_of(halves[i - 1]) == key_of(halves[i]);

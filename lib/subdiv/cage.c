@@ -5,6 +5,7 @@
 
 #include "open_border.h"
 #include "refine.h"
+#include "sorted.h"
 
 /* ---- the cage ------------------------------------------------------------------------------- */
 
@@ -32,15 +33,8 @@ static tw_status compact(const tw_mesh *mesh, tw_cage *c, const uint32_t **corne
 /* The vertex of a point, or UINT32_MAX when no face uses it: point_of ascends. */
 static uint32_t vertex_of_point(const tw_cage *c, uint32_t point) {
   if (!c->point_of) return point;
-  uint32_t begin = 0, end = c->topology.vertex_count;
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (c->point_of[middle] < point)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  return begin < c->topology.vertex_count && c->point_of[begin] == point ? begin : UINT32_MAX;
+  uint32_t count = c->topology.vertex_count, vertex = tw_lower_bound(c->point_of, count, point);
+  return vertex < count && c->point_of[vertex] == point ? vertex : UINT32_MAX;
 }
 
 /* Tags of edges and points that the faces do not have are passed over, as OpenSubdiv does. */

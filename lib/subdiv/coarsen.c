@@ -9,6 +9,7 @@
 #include "cage.h"
 #include "coarse_details.h"
 #include "mask_inverse.h"
+#include "sorted.h"
 #include "surface.h"
 
 /* A step fits when it misses no point by more than this share of the mesh's size. */
@@ -44,11 +45,6 @@ typedef struct parents {
 /* ---- the parents' connectivity ---------------------------------------------------------------------------
  */
 
-static int compare_numbers(const void *left, const void *right) {
-  uint32_t a = *(const uint32_t *)left, b = *(const uint32_t *)right;
-  return a < b ? -1 : a > b;
-}
-
 /* Vertices keep their order. corners: [faces.corner_count] receives them. */
 static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t *corners, uint32_t *count) {
   const tw_topology *t = &s->child.topology;
@@ -61,7 +57,7 @@ static tw_status number_vertices(step *s, parents *p, tw_arena *arena, uint32_t 
     s->number_of[vertex] = 0;
     p->vertices[(*count)++] = vertex;
   }
-  qsort(p->vertices, *count, sizeof *p->vertices, compare_numbers);
+  qsort(p->vertices, *count, sizeof *p->vertices, tw_compare_uint32);
   for (uint32_t v = 0; v < *count; v++) s->number_of[p->vertices[v]] = v;
   for (uint32_t c = 0; c < p->faces.corner_count; c++)
     corners[c] = s->number_of[t->corner_vertex[p->faces.origins[c]]];

@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "small_sort.h"
+#include "sorted.h"
 #include "surface.h"
 
 typedef struct placed_value {

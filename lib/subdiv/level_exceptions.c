@@ -367,11 +367,10 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
 /* For masks of any field. */
 static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   uint32_t capacity = 1;
-  for (uint32_t f = 0; f < l->wish->field_count; f++)
-    for (uint32_t v = 0; v < s->fields[f].vertex_count; v++) {
-      uint32_t own = tw_limit_capacity(&s->fields[f], v);
-      if (own > capacity) capacity = own;
-    }
+  for (uint32_t f = 0; f < l->wish->field_count; f++) {
+    uint32_t own = tw_limit_greatest_capacity(&s->fields[f]);
+    if (own > capacity) capacity = own;
+  }
   return tw_alloc(capacity, sizeof(tw_limit_entry));
 }
 

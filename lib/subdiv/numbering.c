@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "small_sort.h"
+#include "sorted.h"
 #include "surface.h"
 #include "union_find.h"
 

@@ -2,6 +2,7 @@
 #include <assert.h>
 #include <string.h>
 
+#include "sorted.h"
 #include "surface_reader.h"
 
 /* Above level 0. */
@@ -121,15 +122,8 @@ static void read_level_run(const tw_surface *s, tw_domain domain, uint32_t first
   tw_levels_faces(&s->levels[domain == TW_DOMAIN_UVS ? 1 : 0], first, count, out);
   const tw_level_rows *rows = &s->level_rows;
   if (domain != TW_DOMAIN_VERTICES) return;
-  uint32_t begin = 0, end = rows->corner_count;
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (rows->corners[middle] < 4 * first)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  for (uint32_t i = begin; i < rows->corner_count && rows->corners[i] - 4 * first < 4 * count; i++)
+  uint32_t i = tw_lower_bound(rows->corners, rows->corner_count, 4 * first);
+  for (; i < rows->corner_count && rows->corners[i] - 4 * first < 4 * count; i++)
     out[rows->corners[i] - 4 * first] = rows->corner_rows[i];
 }
 

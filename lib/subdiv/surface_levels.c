@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "sorted.h"
 #include "surface_plan.h"
 #include "surface_reader.h"
 
@@ -174,15 +175,8 @@ static void point_attributes(const tw_surface *s, uint32_t first, uint32_t count
 /* Those of the rows from `first` that stand in the list, from the first one that does. */
 static void listed_rows(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
   const tw_level_rows *rows = &s->level_rows;
-  uint32_t begin = 0, end = rows->count, own[TW_UV_SETS_MAX];
-  while (begin < end) {
-    uint32_t middle = begin + (end - begin) / 2;
-    if (rows->rows[middle] < first)
-      begin = middle + 1;
-    else
-      end = middle;
-  }
-  for (uint32_t n = begin; n < rows->count && rows->rows[n] - first < count; n++) {
+  uint32_t own[TW_UV_SETS_MAX], n = tw_lower_bound(rows->rows, rows->count, first);
+  for (; n < rows->count && rows->rows[n] - first < count; n++) {
     float *row = out + (size_t)(rows->rows[n] - first) * s->layout.stride;
     copy_positions(&s->positions, rows->points[n], 1, 3, row);
     if (s->layout.normal != UINT32_MAX)

@@ -6,6 +6,7 @@
 
 #include "limit.h"
 #include "patch_stencils.h"
+#include "sorted.h"
 
 /* ---- what outlives the mesh ----------------------------------------------------------------- */
 
@@ -64,18 +65,6 @@ static void forget_sources(tw_surface *s) {
   s->details = (tw_detail_list){0, NULL};
 }
 
-static uint32_t face_of_corner(const tw_mesh *mesh, uint32_t corner) {
-  uint32_t low = 0, high = mesh->face_count;
-  while (high - low > 1) {
-    uint32_t middle = low + (high - low) / 2;
-    if (mesh->face_offsets[middle] <= corner)
-      low = middle;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 /* All faces are visible: the rows of the points are the vertices of the cage. */
 static tw_status keep_tags(tw_build *b) {
   tw_surface *s = b->surface;
@@ -93,7 +82,7 @@ static tw_status keep_tags(tw_build *b) {
   bool complete =
       faces && tags->crease_edges && tags->crease_sharpness && tags->sharp_points && tags->point_sharpness;
   for (uint32_t i = 0; complete && i < s->face_count; i++)
-    faces[i] = face_of_corner(b->mesh, s->face_first[i]);
+    faces[i] = tw_run_of(b->mesh->face_offsets, b->mesh->face_count, s->face_first[i]);
   return complete ? TW_OK : TW_NO_MEMORY;
 }
 
