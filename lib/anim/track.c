@@ -71,11 +71,21 @@ typedef struct rotation_keys {
   double *scale;      /* factor from the source's value, also for its tangents */
 } rotation_keys;
 
-static bool rotation_keys_init(rotation_keys *keys, tw_arena *arena, uint32_t key_count) {
-  keys->unit = tw_arena_alloc(arena, key_count, sizeof *keys->unit);
-  keys->stored = tw_arena_alloc(arena, key_count, sizeof *keys->stored);
-  keys->scale = tw_arena_alloc(arena, key_count, sizeof *keys->scale);
-  return keys->unit && keys->stored && keys->scale;
+/* What segments are built of. */
+typedef struct building {
+  const tw_track_keys *keys;
+  const tw_track *track;
+  rotation_keys rotations; /* of a rotation track */
+  const float *values;     /* [key_count][width]: what samples at the keys give */
+} building;
+
+static tw_status start_rotations(building *b, tw_arena *scratch) {
+  rotation_keys *r = &b->rotations;
+  uint32_t count = b->keys->key_count;
+  r->unit = tw_arena_alloc(scratch, count, sizeof *r->unit);
+  r->stored = tw_arena_alloc(scratch, count, sizeof *r->stored);
+  r->scale = tw_arena_alloc(scratch, count, sizeof *r->scale);
+  return r->unit && r->stored && r->scale ? TW_OK : TW_NO_MEMORY;
 }
 
 static tw_status no_rotation(tw_error *error, const char *form, uint32_t key, const char *why) {
@@ -121,11 +131,6 @@ static tw_status prepare_rotations(const tw_track_keys *keys, rotation_keys *out
   return TW_OK;
 }
 
-static const void *no_memory(tw_error *error) {
-  tw_fail(error, TW_NO_MEMORY, "no memory for a track");
-  return NULL;
-}
-
 /* Half the rotation vector from one unit quaternion to another, in the frame of either. */
 static void step_between(const double from[4], const double to[4], double out[3]) {
   double turn[4] = {-from[0], -from[1], -from[2], from[3]};
@@ -133,62 +138,51 @@ static void step_between(const double from[4], const double to[4], double out[3]
   tw_quat_log(turn, out);
 }
 
-static double seconds_to_next(const tw_timeline *timeline, uint32_t key) {
-  return (double)timeline->times[key + 1] - (double)timeline->times[key];
-}
-
 /* The arc from key i to the next; the last one, or any one with `hold`, stands still. */
-static tw_arc_segment build_arc(const rotation_keys *keys, const tw_timeline *timeline, uint32_t i,
-                                bool hold) {
-  tw_arc_segment out = {.start = timeline->times[i]};
-  memcpy(out.from, keys->stored[i], sizeof out.from);
-  if (hold || i + 1 == timeline->key_count) return out;
-  tw_arc arc = tw_arc_between(keys->unit[i], keys->unit[i + 1]);
+static tw_arc_segment build_arc(const building *b, uint32_t i, bool hold) {
+  const rotation_keys *r = &b->rotations;
+  tw_arc_segment out = {.start = b->keys->times[i]};
+  memcpy(out.from, r->stored[i], sizeof out.from);
+  if (hold || i + 1 == b->keys->key_count) return out;
+  tw_arc arc = tw_arc_between(r->unit[i], r->unit[i + 1]);
   double from[4];
-  quat_widen(keys->stored[i], from);
+  quat_widen(r->stored[i], from);
   double length = tw_length(from, 4);
   for (size_t j = 0; j < 4; j++) out.toward[j] = (float)(arc.toward[j] * length);
   /* Keeps samples finite where a segment takes a denormal part of a second. */
-  out.rate = (float)fmin(arc.angle / seconds_to_next(timeline, i), (double)FLT_MAX);
+  out.rate = (float)fmin(arc.angle / tw_track_seconds(b->track, i), (double)FLT_MAX);
   return out;
 }
 
-static const tw_arc_segment *build_arcs(tw_arena *arena, const rotation_keys *keys,
-                                        const tw_timeline *timeline, bool hold, tw_error *error) {
-  tw_arc_segment *arcs = tw_arena_alloc(arena, timeline->key_count, sizeof *arcs);
-  if (!arcs) return no_memory(error);
-  for (uint32_t i = 0; i < timeline->key_count; i++) arcs[i] = build_arc(keys, timeline, i, hold);
-  return arcs;
+static void build_arcs(const building *b, tw_arc_segment *out) {
+  for (uint32_t i = 0; i < b->keys->key_count; i++) out[i] = build_arc(b, i, b->track->holds);
 }
 
-static const nlerp_segment *build_nlerps(tw_arena *arena, const rotation_keys *keys,
-                                         const tw_timeline *timeline, tw_error *error) {
-  nlerp_segment *nlerps = tw_arena_alloc(arena, timeline->key_count, sizeof *nlerps);
-  if (!nlerps) return no_memory(error);
-  for (uint32_t i = 0; i < timeline->key_count; i++) {
-    nlerps[i].arc = build_arc(keys, timeline, i, false);
-    if (i + 1 == timeline->key_count) break;
-    double angle = tw_arc_between(keys->unit[i], keys->unit[i + 1]).angle, half = sin(angle / 2);
-    nlerps[i].versine = (float)(2 * half * half);
-    nlerps[i].sine = (float)sin(angle);
+static void build_nlerps(const building *b, nlerp_segment *out) {
+  const rotation_keys *r = &b->rotations;
+  for (uint32_t i = 0; i < b->keys->key_count; i++) {
+    out[i].arc = build_arc(b, i, false);
+    if (i + 1 == b->keys->key_count) break;
+    double angle = tw_arc_between(r->unit[i], r->unit[i + 1]).angle, half = sin(angle / 2);
+    out[i].versine = (float)(2 * half * half);
+    out[i].sine = (float)sin(angle);
   }
-  return nlerps;
 }
 
 /* Half the angular velocity at a key, in the key's own frame: the mean over the segments on both sides,
  * at the ends of the only one. However unequal they are, it carries the control points no farther than
  * the keys themselves are apart. */
-static void key_velocity(const rotation_keys *keys, const tw_timeline *timeline, uint32_t key,
-                         double out[3]) {
-  uint32_t last = timeline->key_count - 1;
+static void key_velocity(const building *b, uint32_t key, double out[3]) {
+  const rotation_keys *r = &b->rotations;
+  uint32_t last = b->keys->key_count - 1;
   uint32_t first_side = key > 0 ? key - 1 : 0, end_side = key < last ? key + 1 : last;
   double seconds = 0;
   for (int i = 0; i < 3; i++) out[i] = 0;
   for (uint32_t side = first_side; side < end_side; side++) {
     double step[3];
-    step_between(keys->unit[side], keys->unit[side + 1], step);
+    step_between(r->unit[side], r->unit[side + 1], step);
     for (int i = 0; i < 3; i++) out[i] += step[i];
-    seconds += seconds_to_next(timeline, side);
+    seconds += tw_track_seconds(b->track, side);
   }
   for (int i = 0; i < 3 && seconds > 0; i++) out[i] /= seconds;
 }
@@ -203,38 +197,32 @@ static void control_point(const double key[4], const double step[3], const doubl
   quat_multiply(key, turn, out);
 }
 
-static const squad_segment *build_squads(tw_arena *arena, const rotation_keys *keys,
-                                         const tw_timeline *timeline, tw_error *error) {
-  squad_segment *squads = tw_arena_alloc(arena, timeline->key_count, sizeof *squads);
-  if (!squads) return no_memory(error);
+static void build_squads(const building *b, squad_segment *out) {
   double velocity[3], next_velocity[3];
-  key_velocity(keys, timeline, 0, velocity);
-  for (uint32_t i = 0; i + 1 < timeline->key_count; i++) {
-    const double *q = keys->unit[i], *next = keys->unit[i + 1];
-    double step[3], out_control[4], in_control[4], seconds = seconds_to_next(timeline, i);
+  key_velocity(b, 0, velocity);
+  for (uint32_t i = 0; i + 1 < b->keys->key_count; i++) {
+    const double *q = b->rotations.unit[i], *next = b->rotations.unit[i + 1];
+    double step[3], out_control[4], in_control[4], seconds = tw_track_seconds(b->track, i);
     step_between(q, next, step);
-    key_velocity(keys, timeline, i + 1, next_velocity);
+    key_velocity(b, i + 1, next_velocity);
     control_point(q, step, velocity, seconds, 1, out_control);
     control_point(next, step, next_velocity, seconds, -1, in_control);
-    squads[i].keys = tw_arc_between(q, next);
-    squads[i].controls = tw_arc_between(out_control, in_control);
+    out[i].keys = tw_arc_between(q, next);
+    out[i].controls = tw_arc_between(out_control, in_control);
     memcpy(velocity, next_velocity, sizeof velocity);
   }
-  return squads;
 }
 
-/* Cubic splines of `width` components. scale: [key_count], or NULL for 1. stored: [key_count][width]. */
-static const cubic *build_cubics(tw_arena *arena, const tw_track_keys *keys, const float *stored,
-                                 const double *scale, tw_error *error) {
-  uint32_t width = keys->width, key_count = keys->key_count;
-  cubic *cubics = tw_arena_alloc(arena, (size_t)key_count * width, sizeof *cubics);
-  if (!cubics) return no_memory(error);
-  for (uint32_t i = 0; i < key_count; i++) {
-    const float *from = stored + (size_t)i * width;
-    cubic *out = cubics + (size_t)i * width;
+/* Cubic splines of as many components as the track has, rotations' with the scale of their keys. */
+static void build_cubics(const building *b, cubic *out) {
+  const tw_track_keys *keys = b->keys;
+  const double *scale = b->rotations.scale;
+  uint32_t width = b->track->width;
+  const float *from = b->values;
+  for (uint32_t i = 0; i < keys->key_count; i++, from += width, out += width) {
     for (uint32_t j = 0; j < width; j++) out[j].c[0] = (double)from[j];
-    if (i + 1 == key_count) break;
-    double seconds = (double)keys->times[i + 1] - (double)keys->times[i];
+    if (i + 1 == keys->key_count) break;
+    double seconds = tw_track_seconds(b->track, i);
     const float *out_tangents = keys->values + (3 * (size_t)i + 2) * width;
     const float *in_tangents = keys->values + 3 * ((size_t)i + 1) * width;
     double out_scale = seconds * (scale ? scale[i] : 1), in_scale = seconds * (scale ? scale[i + 1] : 1);
@@ -246,26 +234,21 @@ static const cubic *build_cubics(tw_arena *arena, const tw_track_keys *keys, con
       out[j].c[3] = 2 * (start - end) + leaving + arriving;
     }
   }
-  return cubics;
 }
 
 /* Own angles of an Euler track; any other keys become XYZ triples, each the one nearest to the triple
  * before it. */
-static const euler_segment *build_eulers(tw_arena *arena, const tw_track_keys *keys,
-                                         const rotation_keys *rotations, tw_error *error) {
-  euler_segment *eulers = tw_arena_alloc(arena, keys->key_count, sizeof *eulers);
-  if (!eulers) return no_memory(error);
+static void build_eulers(const building *b, euler_segment *out) {
+  const tw_track_keys *keys = b->keys;
   for (uint32_t i = 0; i < keys->key_count; i++) {
     if (keys->form == TW_KEY_EULER)
-      memcpy(eulers[i].start, keys->angles + 3 * (size_t)i, sizeof eulers[i].start);
+      memcpy(out[i].start, keys->angles + 3 * (size_t)i, sizeof out[i].start);
     else if (i == 0)
-      tw_euler_of(rotations->unit[i], TW_XYZ, eulers[i].start);
+      tw_euler_of(b->rotations.unit[i], TW_XYZ, out[i].start);
     else
-      tw_euler_near(rotations->unit[i], TW_XYZ, eulers[i - 1].start, eulers[i].start);
-    for (int j = 0; i > 0 && j < 3; j++)
-      eulers[i - 1].change[j] = eulers[i].start[j] - eulers[i - 1].start[j];
+      tw_euler_near(b->rotations.unit[i], TW_XYZ, out[i - 1].start, out[i].start);
+    for (int j = 0; i > 0 && j < 3; j++) out[i - 1].change[j] = out[i].start[j] - out[i - 1].start[j];
   }
-  return eulers;
 }
 
 static void turn_between(const double *from, const double *to, turn_segment *out) {
@@ -289,109 +272,120 @@ static void turn_between(const double *from, const double *to, turn_segment *out
   out->change = sign * to[3] - from[3];
 }
 
-static const turn_segment *build_turns(tw_arena *arena, const tw_track_keys *keys, tw_error *error) {
-  turn_segment *turns = tw_arena_alloc(arena, keys->key_count, sizeof *turns);
-  if (!turns) return no_memory(error);
-  for (uint32_t i = 0; i < keys->key_count; i++) {
-    const double *key = keys->angles + 4 * (size_t)i;
-    bool last = i + 1 == keys->key_count;
-    turn_between(key, last ? key : key + 4, &turns[i]);
+static void build_turns(const building *b, turn_segment *out) {
+  for (uint32_t i = 0; i < b->keys->key_count; i++) {
+    const double *key = b->keys->angles + 4 * (size_t)i;
+    bool last = i + 1 == b->keys->key_count;
+    turn_between(key, last ? key : key + 4, &out[i]);
   }
-  return turns;
 }
 
-static tw_status build_rotation(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
-                                tw_interpolation interpolation, bool forced, const rotation_keys *rotations,
-                                tw_error *error) {
-  const void *built = NULL;
+/* ---- tracks ------------------------------------------------------------------------------------------- */
+
+static track_kind kind_of(const tw_track_keys *keys, tw_interpolation interpolation, bool forced) {
+  if (keys->path != TW_ROTATION) {
+    if (interpolation == TW_STEP) return TRACK_VALUES_STEP;
+    return interpolation == TW_CUBICSPLINE ? TRACK_VALUES_HERMITE : TRACK_VALUES_LINEAR;
+  }
   switch (interpolation) {
-  case TW_STEP:
-    track->kind = TRACK_ARC;
-    built = track->segments.arcs = build_arcs(arena, rotations, track->timeline, true, error);
-    break;
-  case TW_LINEAR:
-    if (keys->form == TW_KEY_AXIS_ANGLE && !forced) {
-      track->kind = TRACK_AXIS_ANGLE;
-      built = track->segments.turns = build_turns(arena, keys, error);
-    } else {
-      track->kind = TRACK_ARC;
-      built = track->segments.arcs = build_arcs(arena, rotations, track->timeline, false, error);
-    }
-    break;
-  case TW_NLERP:
-    track->kind = TRACK_NLERP;
-    built = track->segments.nlerps = build_nlerps(arena, rotations, track->timeline, error);
-    break;
-  case TW_SQUAD:
-    track->kind = TRACK_SQUAD;
-    built = track->segments.squads = build_squads(arena, rotations, track->timeline, error);
-    break;
-  case TW_CUBICSPLINE:
-    track->kind = TRACK_HERMITE;
-    built = track->segments.cubics = build_cubics(arena, keys, rotations->stored[0], rotations->scale, error);
-    break;
-  case TW_EULER:
-    track->kind = TRACK_EULER;
-    track->order = keys->form == TW_KEY_EULER ? keys->order : TW_XYZ;
-    built = track->segments.eulers = build_eulers(arena, keys, rotations, error);
-    break;
+  case TW_LINEAR: return keys->form == TW_KEY_AXIS_ANGLE && !forced ? TRACK_AXIS_ANGLE : TRACK_ARC;
+  case TW_NLERP: return TRACK_NLERP;
+  case TW_SQUAD: return TRACK_SQUAD;
+  case TW_CUBICSPLINE: return TRACK_HERMITE;
+  case TW_EULER: return TRACK_EULER;
+  case TW_STEP: break;
   }
-  return built ? TW_OK : TW_NO_MEMORY;
+  return TRACK_ARC;
 }
 
-static const float *copy_floats(tw_arena *arena, const float *values, size_t count, tw_error *error) {
-  float *copy = tw_arena_alloc(arena, count, sizeof *copy);
-  if (!copy) return no_memory(error);
-  memcpy(copy, values, count * sizeof *copy);
-  return copy;
+static size_t segment_size(const tw_track *track) {
+  switch (track->kind) {
+  case TRACK_ARC: return sizeof(tw_arc_segment);
+  case TRACK_NLERP: return sizeof(nlerp_segment);
+  case TRACK_SQUAD: return sizeof(squad_segment);
+  case TRACK_EULER: return sizeof(euler_segment);
+  case TRACK_AXIS_ANGLE: return sizeof(turn_segment);
+  case TRACK_HERMITE:
+  case TRACK_VALUES_HERMITE: return track->width * sizeof(cubic);
+  case TRACK_VALUES_STEP:
+  case TRACK_VALUES_LINEAR: break;
+  }
+  return 0;
 }
 
-static tw_status build_rotations(tw_track *track, tw_arena *arena, tw_arena *scratch,
-                                 const tw_track_keys *keys, tw_interpolation interpolation, bool forced,
-                                 tw_error *error) {
-  rotation_keys rotations;
-  if (!rotation_keys_init(&rotations, scratch, keys->key_count))
-    return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
-  tw_status status = prepare_rotations(keys, &rotations, error);
+static void build_segments(const building *b, void *out) {
+  switch (b->track->kind) {
+  case TRACK_ARC: build_arcs(b, out); return;
+  case TRACK_NLERP: build_nlerps(b, out); return;
+  case TRACK_SQUAD: build_squads(b, out); return;
+  case TRACK_EULER: build_eulers(b, out); return;
+  case TRACK_AXIS_ANGLE: build_turns(b, out); return;
+  case TRACK_HERMITE:
+  case TRACK_VALUES_HERMITE: build_cubics(b, out); return;
+  case TRACK_VALUES_STEP:
+  case TRACK_VALUES_LINEAR: return;
+  }
+}
+
+/* [key_count][width]: the values amid their tangents. */
+static float *spline_values(const tw_track_keys *keys, tw_arena *scratch) {
+  size_t width = keys->width;
+  float *values = tw_arena_alloc(scratch, keys->key_count, width * sizeof *values);
+  for (uint32_t i = 0; values && i < keys->key_count; i++)
+    memcpy(values + i * width, keys->values + (3 * (size_t)i + 1) * width, width * sizeof *values);
+  return values;
+}
+
+static tw_status read_keys(building *b, tw_arena *scratch, tw_error *error) {
+  if (b->track->kind == TRACK_VALUES_HERMITE) {
+    b->values = spline_values(b->keys, scratch);
+    return b->values ? TW_OK : TW_NO_MEMORY;
+  }
+  b->values = b->keys->values;
+  if (b->keys->path != TW_ROTATION) return TW_OK;
+  tw_status status = start_rotations(b, scratch);
+  b->values = status == TW_OK ? b->rotations.stored[0] : NULL;
+  return status == TW_OK ? prepare_rotations(b->keys, &b->rotations, error) : status;
+}
+
+/* Whether samples look at the values of keys, too. */
+static bool needs_values(track_kind kind) {
+  return kind == TRACK_SQUAD || kind == TRACK_HERMITE || kind == TRACK_VALUES_STEP ||
+         kind == TRACK_VALUES_LINEAR;
+}
+
+static tw_status build(tw_track *track, tw_arena *arena, tw_arena *scratch, const tw_track_keys *keys,
+                       tw_error *error) {
+  building b = {.keys = keys, .track = track};
+  size_t values_size = track->width * sizeof *b.values;
+  tw_status status = read_keys(&b, scratch, error);
   if (status != TW_OK) return status;
-  status = build_rotation(track, arena, keys, interpolation, forced, &rotations, error);
-  if (status != TW_OK || (track->kind != TRACK_SQUAD && track->kind != TRACK_HERMITE)) return status;
-  track->keys = copy_floats(arena, rotations.stored[0], 4 * (size_t)keys->key_count, error);
-  return track->keys ? TW_OK : TW_NO_MEMORY;
-}
-
-static tw_status build_values(tw_track *track, tw_arena *arena, tw_arena *scratch, const tw_track_keys *keys,
-                              tw_error *error) {
-  size_t width = keys->width, count = keys->key_count * width;
-  if (keys->interpolation != TW_CUBICSPLINE) {
-    track->kind = keys->interpolation == TW_STEP ? TRACK_VALUES_STEP : TRACK_VALUES_LINEAR;
-    track->keys = copy_floats(arena, keys->values, count, error);
-    return track->keys ? TW_OK : TW_NO_MEMORY;
-  }
-  float *stored = tw_arena_alloc(scratch, count, sizeof *stored);
-  if (!stored) return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
-  for (uint32_t i = 0; i < keys->key_count; i++)
-    memcpy(stored + i * width, keys->values + (3 * (size_t)i + 1) * width, width * sizeof *stored);
-  track->kind = TRACK_VALUES_HERMITE;
-  track->segments.cubics = build_cubics(arena, keys, stored, NULL, error);
-  return track->segments.cubics ? TW_OK : TW_NO_MEMORY;
+  void *segments = tw_arena_alloc(arena, keys->key_count, segment_size(track));
+  if (!segments) return TW_NO_MEMORY;
+  build_segments(&b, segments);
+  track->segments.any = segments;
+  if (!needs_values(track->kind)) return TW_OK;
+  float *values = tw_arena_alloc(arena, keys->key_count, values_size);
+  if (!values) return TW_NO_MEMORY;
+  memcpy(values, b.values, keys->key_count * values_size);
+  track->keys = values;
+  return TW_OK;
 }
 
 tw_status tw_track_build(tw_track *track, tw_arena *arena, const tw_track_keys *keys,
                          tw_interpolation interpolation, bool forced, const tw_timeline *timeline,
                          tw_error *error) {
+  track->kind = kind_of(keys, interpolation, forced);
   track->node = keys->node;
   track->path = keys->path;
   track->holds = interpolation == TW_STEP;
   track->width = keys->path == TW_ROTATION ? 4 : keys->width;
+  track->order = track->kind == TRACK_EULER && keys->form == TW_KEY_EULER ? keys->order : TW_XYZ;
   track->timeline = timeline;
   tw_arena *scratch = tw_arena_create();
-  if (!scratch) return tw_fail(error, TW_NO_MEMORY, "no memory for a track");
-  tw_status status = keys->path == TW_ROTATION
-                         ? build_rotations(track, arena, scratch, keys, interpolation, forced, error)
-                         : build_values(track, arena, scratch, keys, error);
+  tw_status status = scratch ? build(track, arena, scratch, keys, error) : TW_NO_MEMORY;
   tw_arena_destroy(scratch);
-  return status;
+  return status == TW_NO_MEMORY ? tw_fail(error, status, "no memory for a track") : status;
 }
 
 /* ---- sampling ------------------------------------------------------------------------------------------ */

@@ -124,6 +124,7 @@ typedef struct tw_track {
     const cubic *cubics;         /* [key_count][width] */
     const euler_segment *eulers; /* [key_count] */
     const turn_segment *turns;   /* [key_count] */
+    const void *any;
   } segments;
 } tw_track;
 
