@@ -3,164 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "patch.h"
 #include "surface_reader.h"
-
-/* ---- values at corners ---------------------------------------------------------------------- */
-
-static tw_patch_job job_for(const tw_surface_reader *r, const tw_values *values, float *out, float *normals,
-                            uint32_t stride) {
-  return (tw_patch_job){.in = values->base,
-                        .width = values->width,
-                        .limit = r->surface->options.limit,
-                        .values = out,
-                        .normals = normals,
-                        .stride = stride,
-                        .scratch = r->scratch};
-}
-
-static void evaluate_corner(tw_surface_reader *r, const tw_values *values, uint32_t corner, float *out,
-                            float *normal) {
-  const tw_surface *s = r->surface;
-  if (s->depth == 0) {
-    tw_corner_by_mask(r, values, corner, out, normal);
-    return;
-  }
-  tw_patch_job job = job_for(r, values, out, normal, 4);
-  tw_patch_evaluate(&s->fields[values->field].patches, corner / 4, &job,
-                    tw_patch_corner(s->side, corner % 4));
-}
-
-/* Where a row has its normal; NULL: nowhere. */
-static float *normal_in(const tw_surface *s, tw_domain domain, float *row) {
-  return tw_has_normals(s, domain) ? row + s->layout.normal : NULL;
-}
-
-/* A batch of points and, where vertices have them, normals. */
-static void begin_batch(const tw_surface_reader *r, tw_domain domain, tw_patch_piece piece, size_t count,
-                        tw_patch_batch *batch) {
-  const tw_surface *s = r->surface;
-  tw_patch_job job = job_for(r, &s->positions, NULL, NULL, tw_row_width(s, domain));
-  bool normals = tw_has_normals(s, domain);
-  tw_patch_batch_begin(batch, &s->fields[s->positions.field].patches, &job, normals, piece, count);
-}
-
-/* Whether some vertices of a domain share their point. */
-static bool is_split(const tw_surface *s, tw_domain domain) {
-  return domain == TW_DOMAIN_VERTICES &&
-         (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
-}
-
-/* Split vertices share their point to the last bit: it is computed from the corner that stands for the point.
- */
-static uint32_t shared_corner(const tw_surface *s, uint32_t corner) {
-  return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
-}
-
-/* Point and normal. */
-static void corner_point(tw_surface_reader *r, tw_domain domain, uint32_t corner, float *out) {
-  uint32_t shared = domain == TW_DOMAIN_VERTICES ? shared_corner(r->surface, corner) : corner;
-  float *normal = normal_in(r->surface, domain, out);
-  evaluate_corner(r, &r->surface->positions, shared, out, shared == corner ? normal : NULL);
-  if (normal && shared != corner) evaluate_corner(r, &r->surface->positions, corner, NULL, normal);
-}
-
-/* Points and normals of many. */
-static void corner_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count,
-                          float *out) {
-  const tw_surface *s = r->surface;
-  const tw_numbering *n = tw_numbering_of(s, domain);
-  uint32_t width = tw_row_width(s, domain);
-  bool split = is_split(s, domain);
-  tw_patch_batch batch;
-  begin_batch(r, domain, TW_PATCH_CORNER, count, &batch);
-  for (uint32_t i = 0; i < count; i++, out += width) {
-    uint32_t corner = tw_corner_of_row(n, first + i);
-    if (!split || shared_corner(s, corner) == corner)
-      tw_patch_batch_add(&batch, corner, out);
-    else
-      corner_point(r, domain, corner, out);
-  }
-  tw_patch_batch_end(&batch);
-}
-
-static void uv_corners(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  for (uint32_t i = 0; i < count; i++, out += 2) {
-    evaluate_corner(r, &s->uvs[0], tw_corner_of_row(&s->uv_points, first + i), out, NULL);
-  }
-}
-
-static tw_slope_source slope_source(const tw_surface *s, const tw_values *values) {
-  const tw_field *field = &s->fields[values->field];
-  return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
-}
-
-/* The UVs that the tangents of a face follow. */
-static const tw_values *tangent_uvs(const tw_surface *s, uint32_t face) {
-  return &s->uvs[s->tangent_frames[face] / 2];
-}
-
-static void patch_tangents(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
-                           float *out) {
-  const tw_surface *s = r->surface;
-  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, quad));
-  size_t count = (size_t)(rect.i1 - rect.i0 + 1) * (rect.j1 - rect.j0 + 1);
-  tw_patch_slopes(&points, quad, rect, r->scratch, r->slopes[0]);
-  tw_patch_slopes(&uvs, quad, rect, r->scratch, r->slopes[1]);
-  tw_write_tangents(r->slopes[0], r->slopes[1], count, backwards, s->tangent_frames[quad] % 2,
-                    tw_tangent_columns_of(s, out));
-}
-
-static void corner_tangent(tw_surface_reader *r, uint32_t corner, float *out) {
-  const tw_surface *s = r->surface;
-  uint32_t face = tw_corner_face(&s->fields[0].base, corner);
-  if (s->depth > 0) {
-    patch_tangents(r, face, tw_patch_corner(s->side, corner % 4), false, out);
-    return;
-  }
-  const tw_slope_source points = slope_source(s, &s->positions), uvs = slope_source(s, tangent_uvs(s, face));
-  tw_corner_slopes(&points, corner, r->mask, r->slopes[0]);
-  tw_corner_slopes(&uvs, corner, r->mask, r->slopes[1]);
-  tw_write_tangents(r->slopes[0], r->slopes[1], 1, false, s->tangent_frames[face] % 2,
-                    tw_tangent_columns_of(s, out));
-}
-
-static void patch_weights(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, bool backwards,
-                          float *out) {
-  const tw_surface *s = r->surface;
-  const tw_skin_patch patch = {&s->influences, &s->fields[0].patches, quad, rect, s->options.limit, backwards,
-                               r->scratch};
-  tw_skin_patch_rows(&patch, &r->skin, tw_skin_columns_of(s, out));
-}
-
-/* Where no patch covers it, a vertex has its own influences, or those of its limit mask. */
-static void corner_weights(tw_surface_reader *r, uint32_t corner, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_field *field = &s->fields[0];
-  if (s->depth > 0) {
-    patch_weights(r, corner / 4, tw_patch_corner(s->side, corner % 4), false, out);
-  } else if (s->options.limit) {
-    uint32_t count = tw_limit_mask(&field->base, field->linear, corner, r->mask);
-    tw_skin_mask_row(&s->influences, r->mask, count, &r->skin, tw_skin_columns_of(s, out));
-  } else {
-    const tw_influences *own = s->cage_influences.offsets ? &s->cage_influences : &s->influences;
-    const tw_limit_entry itself = {field->base.corner_vertex[corner], 1, 0, 0};
-    tw_skin_mask_row(own, &itself, 1, &r->skin, tw_skin_columns_of(s, out));
-  }
-}
-
-/* All else that a vertex's row holds. */
-static void corner_attributes(tw_surface_reader *r, uint32_t row, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_surface_layout *l = &s->layout;
-  uint32_t corner = tw_corner_of_row(&s->vertices, row), shared = shared_corner(s, corner);
-  if (l->tangent != UINT32_MAX) corner_tangent(r, corner, out);
-  for (uint32_t i = 0; i < l->uv_count; i++) evaluate_corner(r, &s->uvs[i], corner, out + l->uvs[i], NULL);
-  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
-    evaluate_corner(r, &s->smooth[i], shared, out + tw_smooth_column(l, i), NULL);
-  if (l->joints != UINT32_MAX) corner_weights(r, shared, out);
-}
 
 static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
   const tw_surface *s = r->surface;
@@ -168,193 +11,18 @@ static void loop_rows(tw_surface_reader *r, tw_domain domain, uint32_t first, ui
   const double *points = s->positions.exact, *point = points + 3 * (size_t)first;
   for (size_t i = 0; i < count; i++, point += 3)
     for (size_t c = 0; c < 3; c++) out[i * stride + c] = (float)point[c];
-  float *normals = normal_in(s, domain, out);
+  float *normals = tw_normal_in(s, domain, out);
   if (normals) tw_loop_rows_normals(&s->loop_above, points, first, count, r->mask, normals, stride);
 }
 
-/* Of rows of level 0 whose mesh has its own. */
-static void own_normals(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
-    const float *own = s->own_normals + 3 * (size_t)(first + i);
-    if (own[0] != 0 || own[1] != 0 || own[2] != 0) memcpy(out + s->layout.normal, own, 3 * sizeof *own);
+/* Rows of corners: all rows, but for patches. */
+static void read_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
+  switch (r->surface->way) {
+  case TW_WAY_BASE: tw_base_read_rows(r, domain, first, count, out); return;
+  case TW_WAY_PATCHES: tw_patch_read_items(r, domain, TW_PATCH_CORNER, first, count, out); return;
+  case TW_WAY_LEVELS: tw_level_read_rows(r->surface, domain, first, count, out); return;
+  case TW_WAY_LOOP: loop_rows(r, domain, first, count, out); return;
   }
-}
-
-static void own_tangents(const tw_surface *s, uint32_t first, uint32_t count, float *out) {
-  for (uint32_t i = 0; i < count; i++, out += s->layout.stride) {
-    const float *own = s->own_tangents + 4 * (size_t)(first + i);
-    if (own[0] != 0 || own[1] != 0 || own[2] != 0) memcpy(out + s->layout.tangent, own, 4 * sizeof *own);
-  }
-}
-
-static void fill_corners(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  uint32_t width = tw_row_width(s, domain);
-  if (s->way == TW_WAY_LEVELS) {
-    tw_level_read_rows(s, domain, first, count, out);
-    return;
-  }
-  if (s->way == TW_WAY_LOOP) {
-    loop_rows(r, domain, first, count, out);
-    return;
-  }
-  if (domain == TW_DOMAIN_UVS) {
-    uv_corners(r, first, count, out);
-    return;
-  }
-  if (s->depth > 0) {
-    corner_points(r, domain, first, count, out);
-  } else {
-    for (uint32_t i = 0; i < count; i++)
-      corner_point(r, domain, tw_corner_of_row(tw_numbering_of(s, domain), first + i),
-                   out + (size_t)i * width);
-  }
-  bool is_own = s->own_normals && domain == TW_DOMAIN_VERTICES;
-  if (is_own) own_normals(s, first, count, out); /* tangents are orthogonal to them */
-  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++)
-    corner_attributes(r, first + i, out + (size_t)i * width);
-  if (is_own && s->own_tangents) own_tangents(s, first, count, out);
-}
-
-/* ---- insides of edges ----------------------------------------------------------------------- */
-
-/* The inside of the edge at a base corner, in the corner's direction, or against it. */
-static void evaluate_edge(tw_surface_reader *r, const tw_values *values, uint32_t corner, bool against,
-                          float *out, float *normals, uint32_t stride) {
-  bool backwards;
-  tw_patch_rect rect = tw_patch_side(r->surface->side, corner % 4, &backwards);
-  tw_patch_job job = job_for(r, values, out, normals, stride);
-  job.backwards = backwards != against;
-  tw_patch_evaluate(&r->surface->fields[values->field].patches, corner / 4, &job, rect);
-}
-
-/* As at corners: the point's own representative, from which an edge may run the other way. */
-typedef struct shared_edge {
-  uint32_t corner;
-  bool against, same; /* same: it is the edge itself */
-} shared_edge;
-
-static shared_edge share_edge(const tw_surface *s, uint32_t corner) {
-  uint32_t edge = tw_row_of_edge(&s->points, corner), shared = tw_corner_of_edge(&s->points, edge / 2);
-  return (shared_edge){shared, edge & 1, shared == corner && (edge & 1) == 0};
-}
-
-/* Points and normals. */
-static void edge_points(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_numbering *n = tw_numbering_of(s, domain);
-  uint32_t width = tw_row_width(s, domain);
-  bool split = is_split(s, domain);
-  tw_patch_batch batch;
-  begin_batch(r, domain, TW_PATCH_SIDE, count, &batch);
-  for (uint32_t i = 0; i < count; i++, out += tw_rows_inside_edge(s) * width) {
-    uint32_t corner = tw_corner_of_edge(n, first + i);
-    shared_edge shared = {corner, false, true};
-    if (split) shared = share_edge(s, corner);
-    if (shared.same) {
-      tw_patch_batch_add(&batch, corner, out);
-      continue;
-    }
-    float *normals = normal_in(s, domain, out);
-    evaluate_edge(r, &s->positions, shared.corner, shared.against, out, NULL, width);
-    if (normals) evaluate_edge(r, &s->positions, corner, false, NULL, normals, width);
-  }
-  tw_patch_batch_end(&batch);
-}
-
-/* All else that the rows of vertices hold. */
-static void edge_attributes(tw_surface_reader *r, uint32_t edge, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_surface_layout *l = &s->layout;
-  uint32_t corner = tw_corner_of_edge(&s->vertices, edge);
-  shared_edge shared = share_edge(s, corner);
-  if (l->tangent != UINT32_MAX) {
-    bool backwards;
-    tw_patch_rect rect = tw_patch_side(s->side, corner % 4, &backwards);
-    patch_tangents(r, corner / 4, rect, backwards, out);
-  }
-  for (uint32_t i = 0; i < l->uv_count; i++)
-    evaluate_edge(r, &s->uvs[i], corner, false, out + l->uvs[i], NULL, l->stride);
-  for (uint32_t i = 0; i < tw_smooth_count(l); i++) {
-    float *column = out + tw_smooth_column(l, i);
-    evaluate_edge(r, &s->smooth[i], shared.corner, shared.against, column, NULL, l->stride);
-  }
-  if (l->joints != UINT32_MAX) {
-    bool backwards;
-    tw_patch_rect rect = tw_patch_side(s->side, shared.corner % 4, &backwards);
-    patch_weights(r, shared.corner / 4, rect, backwards != shared.against, out);
-  }
-}
-
-static void uv_edges(tw_surface_reader *r, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  for (uint32_t i = 0; i < count; i++, out += 2 * tw_rows_inside_edge(s)) {
-    evaluate_edge(r, &s->uvs[0], tw_corner_of_edge(&s->uv_points, first + i), false, out, NULL, 2);
-  }
-}
-
-static void fill_edges(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  const tw_surface *s = r->surface;
-  if (domain == TW_DOMAIN_UVS) {
-    uv_edges(r, first, count, out);
-    return;
-  }
-  edge_points(r, domain, first, count, out);
-  size_t step = tw_rows_inside_edge(s) * tw_row_width(s, domain);
-  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++, out += step) {
-    edge_attributes(r, first + i, out);
-  }
-}
-
-/* ---- insides of quads ----------------------------------------------------------------------- */
-
-static void evaluate_inside(tw_surface_reader *r, const tw_values *values, uint32_t quad, tw_patch_rect rect,
-                            float *out, float *normals, uint32_t stride) {
-  tw_patch_job job = job_for(r, values, out, normals, stride);
-  tw_patch_evaluate(&r->surface->fields[values->field].patches, quad, &job, rect);
-}
-
-/* All else that the rows of vertices hold. */
-static void inside_attributes(tw_surface_reader *r, uint32_t quad, tw_patch_rect rect, float *out) {
-  const tw_surface *s = r->surface;
-  const tw_surface_layout *l = &s->layout;
-  uint32_t width = l->stride;
-  if (l->tangent != UINT32_MAX) patch_tangents(r, quad, rect, false, out);
-  for (uint32_t i = 0; i < l->uv_count; i++)
-    evaluate_inside(r, &s->uvs[i], quad, rect, out + l->uvs[i], NULL, width);
-  for (uint32_t i = 0; i < tw_smooth_count(l); i++)
-    evaluate_inside(r, &s->smooth[i], quad, rect, out + tw_smooth_column(l, i), NULL, width);
-  if (l->joints != UINT32_MAX) patch_weights(r, quad, rect, false, out);
-}
-
-/* Lines j0 to j1 of the inside of one quad. */
-static void fill_lines(tw_surface_reader *r, tw_domain domain, uint32_t visible, uint32_t j0, uint32_t j1,
-                       float *out) {
-  const tw_surface *s = r->surface;
-  const tw_values *values = domain == TW_DOMAIN_UVS ? &s->uvs[0] : &s->positions;
-  uint32_t quad = tw_base_quad(s, visible);
-  tw_patch_rect rect = {1, s->side - 1, j0, j1};
-  evaluate_inside(r, values, quad, rect, out, normal_in(s, domain, out), tw_row_width(s, domain));
-  if (domain == TW_DOMAIN_VERTICES) inside_attributes(r, quad, rect, out);
-}
-
-/* Whole insides of some quads. Short lines are computed in many patches at once. */
-static void fill_quads(tw_surface_reader *r, tw_domain domain, uint32_t first, uint32_t count, float *out) {
-  enum { SHORT_SIDE = 8 };
-  const tw_surface *s = r->surface;
-  size_t step = tw_rows_inside_quad(s) * tw_row_width(s, domain);
-  if (domain == TW_DOMAIN_UVS || s->side > SHORT_SIDE) {
-    for (uint32_t i = 0; i < count; i++) fill_lines(r, domain, first + i, 1, s->side - 1, out + i * step);
-    return;
-  }
-  tw_patch_batch batch;
-  begin_batch(r, domain, TW_PATCH_INSIDE, count, &batch);
-  for (uint32_t i = 0; i < count; i++)
-    tw_patch_batch_add(&batch, 4 * tw_base_quad(s, first + i), out + i * step);
-  tw_patch_batch_end(&batch);
-  tw_patch_rect rect = {1, s->side - 1, 1, s->side - 1};
-  for (uint32_t i = 0; tw_has_attributes(s, domain) && i < count; i++)
-    inside_attributes(r, tw_base_quad(s, first + i), rect, out + i * step);
 }
 
 enum { PIECE_ROWS = 2048, MOVED_WIDTH = 6 };
@@ -432,14 +100,14 @@ static void compute_piece(tw_surface_reader *r, tw_domain domain, const piece *p
   const tw_surface *s = r->surface;
   uint32_t last_line = s->side - 1;
   if (p->kind == PIECE_CORNERS) {
-    fill_corners(r, domain, p->item, p->items, out);
+    read_corners(r, domain, p->item, p->items, out);
   } else if (p->kind == PIECE_EDGES) {
-    fill_edges(r, domain, p->item, p->items, out);
+    tw_patch_read_items(r, domain, TW_PATCH_SIDE, p->item, p->items, out);
   } else if (p->kind == PIECE_QUADS) {
-    fill_quads(r, domain, p->item, p->items, out);
+    tw_patch_read_quads(r, domain, p->item, p->items, out);
   } else {
     uint32_t first_line = 1 + p->items, lines = p->count / last_line;
-    fill_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
+    tw_patch_read_lines(r, domain, p->item, first_line, first_line + lines - 1, out);
   }
   if (tw_has_attributes(s, domain)) finish_rows(s, p->count, out);
 }

@@ -61,6 +61,27 @@ static inline tw_skin_columns tw_skin_columns_of(const tw_surface *s, float *row
   return (tw_skin_columns){row + s->layout.joints, row + s->layout.weights, s->layout.stride};
 }
 
+/* Where a row has its normal; NULL: nowhere. */
+static inline float *tw_normal_in(const tw_surface *s, tw_domain domain, float *row) {
+  return tw_has_normals(s, domain) ? row + s->layout.normal : NULL;
+}
+
+/* Whether some vertices of a domain share their point. */
+static inline bool tw_is_split(const tw_surface *s, tw_domain domain) {
+  return domain == TW_DOMAIN_VERTICES &&
+         (s->vertices.same_as != s->points.same_as || s->vertices.corner_row != s->points.corner_row);
+}
+
+/* The corner that stands for the point of a corner. */
+static inline uint32_t tw_shared_corner(const tw_surface *s, uint32_t corner) {
+  return tw_corner_of_row(&s->points, tw_row_of_corner(&s->points, corner));
+}
+
+static inline tw_slope_source tw_slopes_of(const tw_surface *s, const tw_values *values) {
+  const tw_field *field = &s->fields[values->field];
+  return (tw_slope_source){&field->base, &field->patches, field->linear, values->base, values->width};
+}
+
 static inline uint64_t tw_rows_inside_edge(const tw_surface *s) {
   return s->side - 1;
 }
@@ -77,9 +98,18 @@ void tw_turn_to_points(tw_surface_reader *reader, const tw_surface *surface, int
 void tw_level_read_rows(const tw_surface *surface, tw_domain domain, uint32_t first, uint32_t count,
                         float *out);
 
-/* A vertex that no patch covers, at a base corner: its value or limit, and its normal; each NULL where it is
- * not wanted. */
-void tw_corner_by_mask(tw_surface_reader *reader, const tw_values *values, uint32_t corner, float *out,
-                       float *normal);
+/* Rows of TW_WAY_BASE, in the same state. */
+void tw_base_read_rows(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
+                       float *out);
+
+/* Rows of TW_WAY_PATCHES, likewise: corners [first, first + count), or as many edges' insides; */
+void tw_patch_read_items(tw_surface_reader *reader, tw_domain domain, tw_patch_piece piece, uint32_t first,
+                         uint32_t count, float *out);
+/* insides of visible quads; */
+void tw_patch_read_quads(tw_surface_reader *reader, tw_domain domain, uint32_t first, uint32_t count,
+                         float *out);
+/* lines j0 to j1 of one of them. */
+void tw_patch_read_lines(tw_surface_reader *reader, tw_domain domain, uint32_t visible, uint32_t j0,
+                         uint32_t j1, float *out);
 
 #endif
