@@ -3,7 +3,6 @@
  * as triangles. Memory that is too small or unaligned for that is filled from a window on the chunk, where
  * the next reads find what an earlier one computed. */
 #include <inttypes.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -122,17 +121,12 @@ static filler *filler_create(const tw_scene *scene) {
 
 /* ---- the stream: types --------------------------------------------------------------------------------- */
 
-typedef struct text {
-  char *bytes;
-  size_t size;
-} text;
-
 struct tw_gltf_stream {
   tw_scene scene; /* a copy: the caller's struct may end */
   tw_gltf_plan plan;
   tw_gltf_json json;
-  text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
-  char *rest;      /* the JSON in there after its brace */
+  tw_text head, tail; /* before and after the BIN chunk; one of them holds the JSON */
+  char *rest;         /* the JSON in there after its brace */
   bool bounds_known, base64;
   uint64_t data_text_size; /* of the BIN chunk as it is sent */
   uint64_t size, position;
@@ -145,11 +139,6 @@ struct tw_gltf_stream {
 
 /* ---- text around the data -------------------------------------------------------------------------------
  */
-
-static char *append(char *out, const char *bytes, size_t size) {
-  memcpy(out, bytes, size);
-  return out + size;
-}
 
 static uint8_t *put_u32(uint8_t *out, uint64_t value) {
   for (int shift = 0; shift < 32; shift += 8) *out++ = (uint8_t)(value >> shift);
@@ -170,69 +159,63 @@ uint8_t *tw_glb_put_bin_head(uint8_t *out, uint64_t data_size) {
   return out + 4;
 }
 
-static bool allocate_text(text *text, size_t size) {
-  text->bytes = tw_alloc(size, 1);
-  text->size = size;
-  return text->bytes;
+/* The JSON up to where the data of the first buffer goes on after `uri`, and what stands behind that. A
+ * second buffer without bytes stands for what compressed views decode to. Without a BIN chunk there is no
+ * array. */
+static void put_buffers_before(tw_text *out, const tw_gltf_plan *plan, const char *uri) {
+  tw_text_add(out, "{");
+  if (plan->data_size == 0) return;
+  tw_member_open(out, "buffers", "[{");
+  tw_member_count(out, "byteLength", plan->data_size);
+  tw_text_add(out, uri);
 }
 
-/* The JSON's array of buffers, in two pieces. The BIN chunk, in base64, goes between them where the first
- * buffer has a data URI. A second buffer without bytes stands for what compressed views decode to. Without a
- * BIN chunk there is no array. */
-typedef struct buffers_text {
-  char opening[96], closing[160];
-} buffers_text;
-
-static buffers_text print_buffers(const tw_gltf_plan *plan, const char *uri) {
-  buffers_text out = {"{", ""};
-  if (plan->data_size == 0) return out;
-  snprintf(out.opening, sizeof out.opening, "{\"buffers\":[{\"byteLength\":%" PRIu64 "%s", plan->data_size,
-           uri);
-  const char *end = *uri ? "\"}" : "}";
-  if (plan->decoded_size > 0)
-    snprintf(out.closing, sizeof out.closing,
-             "%s,{\"byteLength\":%" PRIu64 ",\"extensions\":{\"" TW_GLTF_MESHOPT "\":{\"fallback\":true}}}],",
-             end, plan->decoded_size);
-  else
-    snprintf(out.closing, sizeof out.closing, "%s],", end);
-  return out;
+static void put_buffers_behind(tw_text *out, const tw_gltf_plan *plan, const char *end) {
+  if (plan->data_size == 0) return;
+  tw_text_add(out, end);
+  if (plan->decoded_size > 0) {
+    tw_text_add(out, ",{");
+    tw_member_count(out, "byteLength", plan->decoded_size);
+    tw_text_add(out, ",\"extensions\":{\"" TW_GLTF_MESHOPT "\":{\"fallback\":true}}}");
+  }
+  tw_text_add(out, "],");
 }
 
-/* Header, JSON chunk, header of the BIN chunk. The JSON goes on after its brace with the buffers. */
-static bool build_glb(tw_gltf_stream *stream) {
+/* The JSON after its brace. False without memory. */
+static bool put_rest(tw_gltf_stream *stream, tw_text *out) {
   const tw_text *json = &stream->json.text;
+  size_t offset = out->size;
+  tw_text_bytes(out, json->data + 1, json->size - 1);
+  stream->rest = out->failed ? NULL : out->data + offset;
+  return !out->failed;
+}
+
+/* Header, JSON chunk, header of the BIN chunk. */
+static bool build_glb(tw_gltf_stream *stream) {
+  enum { HEAD = 20, BIN_HEAD = 8, MORE = 512 };
+  uint8_t bytes[HEAD] = {0};
   uint64_t data_size = stream->plan.data_size;
-  const buffers_text buffers = print_buffers(&stream->plan, "");
-  size_t buffers_size = strlen(buffers.opening) + strlen(buffers.closing), rest_size = json->size - 1;
-  size_t chunk_size = (buffers_size + rest_size + 3) / 4 * 4;
+  tw_text *head = &stream->head;
   stream->data_text_size = data_size;
-  if (!allocate_text(&stream->head, 12 + 8 + chunk_size + (data_size ? 8 : 0))) return false;
-  char *out = (char *)tw_glb_put_head((uint8_t *)stream->head.bytes, chunk_size, data_size);
-  out = append(out, buffers.opening, strlen(buffers.opening));
-  out = append(out, buffers.closing, strlen(buffers.closing));
-  stream->rest = out;
-  out = append(out, json->data + 1, rest_size);
-  for (size_t i = buffers_size + rest_size; i < chunk_size; i++) *out++ = ' ';
-  if (data_size) tw_glb_put_bin_head((uint8_t *)out, data_size);
-  return true;
+  tw_text_reserve(head, stream->json.text.size + MORE); /* so that the rest stays where it is */
+  tw_text_bytes(head, (char *)bytes, HEAD);
+  put_buffers_before(head, &stream->plan, "");
+  put_buffers_behind(head, &stream->plan, "}");
+  if (!put_rest(stream, head)) return false;
+  while (head->size % 4 != 0) tw_text_add(head, " ");
+  tw_glb_put_head((uint8_t *)head->data, head->size - HEAD, data_size);
+  tw_glb_put_bin_head(bytes, data_size);
+  if (data_size > 0) tw_text_bytes(head, (char *)bytes, BIN_HEAD);
+  return !head->failed;
 }
 
 /* The buffer's data URI stands at the beginning, so that the rest is one text after it. */
 static bool build_gltf(tw_gltf_stream *stream) {
-  const tw_text *json = &stream->json.text;
-  const buffers_text buffers =
-      print_buffers(&stream->plan, ",\"uri\":\"data:application/octet-stream;base64,");
-  size_t opening_size = strlen(buffers.opening), closing_size = strlen(buffers.closing);
   stream->base64 = true;
   stream->data_text_size = (stream->plan.data_size + 2) / 3 * 4;
-  if (!allocate_text(&stream->head, opening_size) ||
-      !allocate_text(&stream->tail, closing_size + json->size - 1))
-    return false;
-  append(stream->head.bytes, buffers.opening, opening_size);
-  char *out = append(stream->tail.bytes, buffers.closing, closing_size);
-  stream->rest = out;
-  append(out, json->data + 1, json->size - 1);
-  return true;
+  put_buffers_before(&stream->head, &stream->plan, ",\"uri\":\"data:application/octet-stream;base64,");
+  put_buffers_behind(&stream->tail, &stream->plan, "\"}");
+  return put_rest(stream, &stream->tail) && !stream->head.failed;
 }
 
 static void write_bound(char *out, float bound) {
@@ -268,12 +251,12 @@ static bool write_bounds(tw_gltf_stream *stream) {
 }
 
 /* Bounds cost a pass over the surface, so they are computed when the text is first read. */
-static size_t read_text(tw_gltf_stream *stream, const text *text, uint64_t offset, uint8_t *out,
+static size_t read_text(tw_gltf_stream *stream, const tw_text *text, uint64_t offset, uint8_t *out,
                         size_t capacity) {
   if (!stream->bounds_known) stream->bounds_known = write_bounds(stream);
   if (!stream->bounds_known) return 0;
   size_t left = text->size - (size_t)offset, size = left < capacity ? left : capacity;
-  memcpy(out, text->bytes + offset, size);
+  memcpy(out, text->data + offset, size);
   return size;
 }
 
@@ -412,8 +395,8 @@ void tw_gltf_stream_destroy(tw_gltf_stream *stream) {
   filler_destroy(stream->filler);
   tw_gltf_json_deinit(&stream->json);
   tw_gltf_plan_deinit(&stream->plan);
-  free(stream->head.bytes);
-  free(stream->tail.bytes);
+  tw_text_deinit(&stream->head);
+  tw_text_deinit(&stream->tail);
   free(stream);
 }
 

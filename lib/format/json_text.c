@@ -130,9 +130,7 @@ static tw_status scan_number(json_scan *scan) {
 static int32_t scan_hex(json_scan *scan) {
   int32_t value = 0;
   for (int i = 0; i < 4; i++, scan->at++) {
-    char c = peek(scan);
-    int digit = c >= '0' && c <= '9' ? c - '0' : c >= 'a' && c <= 'f' ? c - 'a' + 10 : -1;
-    if (c >= 'A' && c <= 'F') digit = c - 'A' + 10;
+    int digit = tw_hex_digit(peek(scan));
     if (digit < 0) return -1;
     value = value * 16 + digit;
   }
@@ -358,8 +356,7 @@ const char *tw_json_member(const char *value, const char *name) {
 
 static uint32_t hex4(const char *digits) {
   uint32_t unit = 0;
-  for (int i = 0; i < 4; i++)
-    unit = unit << 4 | (uint32_t)(digits[i] <= '9' ? digits[i] - '0' : (digits[i] | 0x20) - 'a' + 10);
+  for (int i = 0; i < 4; i++) unit = unit << 4 | (uint32_t)tw_hex_digit(digits[i]);
   return unit;
 }
 

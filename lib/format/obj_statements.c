@@ -152,14 +152,9 @@ static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
 }
 
 static bool read_hex(const char *digits, uint32_t *out) {
-  *out = 0;
-  for (int i = 0; i < 2; i++) {
-    char c = digits[i], letter = (char)(c | 0x20);
-    bool is_letter = letter >= 'a' && letter <= 'f';
-    if (!is_letter && !tw_is_digit(c)) return false;
-    *out = *out << 4 | (uint32_t)(is_letter ? letter - 'a' + 10 : c - '0');
-  }
-  return true;
+  int high = tw_hex_digit(digits[0]), low = tw_hex_digit(digits[1]);
+  *out = (uint32_t)(16 * high + low);
+  return high >= 0 && low >= 0;
 }
 
 /* #MRGB MMRRGGBBMMRRGGBB...: mask and colour of the next points, in hexadecimal. A comment cannot be

@@ -28,6 +28,13 @@ static inline bool tw_word_number(tw_word word, double *out) {
   return used > 0 && used == word.length;
 }
 
+/* The value of a hexadecimal digit; -1 for any other character. */
+static inline int tw_hex_digit(char c) {
+  if (tw_is_digit(c)) return c - '0';
+  char letter = (char)(c | 0x20);
+  return letter >= 'a' && letter <= 'f' ? letter - 'a' + 10 : -1;
+}
+
 /* Bytes of a byte order mark, which some editors put before UTF-8. */
 static inline size_t tw_byte_order_mark(const void *bytes, size_t size) {
   return size >= 3 && memcmp(bytes, "\xEF\xBB\xBF", 3) == 0 ? 3 : 0;

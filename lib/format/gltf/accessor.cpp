@@ -7,14 +7,6 @@
 
 namespace gltf {
 
-namespace {
-
-// An accessor without data costs nothing in the file: this many zeros are enough for anybody.
-constexpr uint64_t zeros_max = 1u << 20;
-
-// Accessors may share the bytes of their sparse indices, all of which are checked.
-constexpr uint64_t sparse_free = 4u << 20;
-
 uint32_t component_size(int component_type) {
   switch (component_type) {
   case TINYGLTF_COMPONENT_TYPE_BYTE:
@@ -26,6 +18,14 @@ uint32_t component_size(int component_type) {
   default: return 0; // doubles and signed 32-bit integers are no types of glTF
   }
 }
+
+namespace {
+
+// An accessor without data costs nothing in the file: this many zeros are enough for anybody.
+constexpr uint64_t zeros_max = 1u << 20;
+
+// Accessors may share the bytes of their sparse indices, all of which are checked.
+constexpr uint64_t sparse_free = 4u << 20;
 
 template <typename Component> Component load(const uint8_t *at) {
   Component value;

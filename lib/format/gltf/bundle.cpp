@@ -8,26 +8,21 @@
 #include <algorithm>
 #include <cstring>
 
+#include "word.h"
+
 namespace gltf {
 
 namespace {
 
 // ---- names -----------------------------------------------------------------------------------------
 
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
 // Undoes percent-encoding; what is no escape stays.
 std::string decode_percent(std::string_view uri) {
   std::string out;
   for (size_t i = 0; i < uri.size(); i++) {
     bool is_escape =
-        uri[i] == '%' && i + 2 < uri.size() && hex_digit(uri[i + 1]) >= 0 && hex_digit(uri[i + 2]) >= 0;
-    out += is_escape ? static_cast<char>(hex_digit(uri[i + 1]) << 4 | hex_digit(uri[i + 2])) : uri[i];
+        uri[i] == '%' && i + 2 < uri.size() && tw_hex_digit(uri[i + 1]) >= 0 && tw_hex_digit(uri[i + 2]) >= 0;
+    out += is_escape ? static_cast<char>(tw_hex_digit(uri[i + 1]) << 4 | tw_hex_digit(uri[i + 2])) : uri[i];
     if (is_escape) i += 2;
   }
   return out;

@@ -234,6 +234,9 @@ void copy_for_parser(const char *root, Document &document);
 
 // ---- accessors -----------------------------------------------------------------------------------
 
+// Bytes of a component; 0 for a type that glTF does not have.
+uint32_t component_size(int component_type);
+
 // A view of one accessor's elements (glTF 2.0, section 3.6.2), checked: whoever holds one may read any of
 // them.
 class Elements {

@@ -75,11 +75,6 @@ private:
   Vector<tw_gltf_elements> kept_;
   std::map<std::pair<int, Use>, uint32_t> numbers_;
 
-  static uint32_t size_of(int component) {
-    if (component == TW_GLTF_UNSIGNED_INT || component == TW_GLTF_FLOAT) return 4;
-    return component >= 5122 ? 2 : 1;
-  }
-
   tw_gltf_elements copy(int accessor, const Elements &elements, Use use) {
     bool is_vertex = use == VERTICES || use == VERTICES_AS_FLOATS;
     tw_gltf_elements out = {};
@@ -88,8 +83,8 @@ private:
     out.component = use == VERTICES_AS_FLOATS ? TW_GLTF_FLOAT : elements.component_type();
     out.normalized = elements.normalized() && out.component != TW_GLTF_FLOAT;
     out.target = is_vertex ? TW_GLTF_VERTICES : use == INDICES ? TW_GLTF_INDICES : 0;
-    out.stride = elements.width() * size_of(out.component);
-    if (out.type[0] == 'M' && size_of(out.component) < 4)
+    out.stride = elements.width() * component_size(out.component);
+    if (out.type[0] == 'M' && component_size(out.component) < 4)
       refuse(TW_UNSUPPORTED, text("/accessors/", accessor), "matrices of small integers are not read");
     if (is_vertex) out.stride = (out.stride + 3) / 4 * 4;
     uint8_t *bytes = allocate_zero<uint8_t>(document_, size_t{out.count} * out.stride);
