@@ -413,7 +413,8 @@ api_outcome api_upload_format(api_call *call, api_bytes bytes, tw_format *out) {
   }
   if (declared != found)
     return api_fail_with(call, 400, "declared as %s, but the bytes look like %s",
-                         tw_format_media_types[declared], shown[found]);
+                         type == API_TYPE_TEXT ? "text/plain" : tw_format_media_types[declared],
+                         shown[found]);
   *out = found;
   return API_DONE;
 }

@@ -93,6 +93,11 @@ TEST_WITH(a_type_that_contradicts_the_bytes_is_400, loopback_setup, loopback_tea
   assert_int_equal(loopback_store_count(*state), 0);
 }
 
+TEST_WITH(the_declared_type_is_quoted_as_it_was_sent, loopback_setup, loopback_teardown) {
+  assert_problem(loopback_post(*state, "/v1/models", "text/plain; charset=utf-8", "{\"nodes\":[]}"), 400,
+                 NULL, "declared as text/plain, but the bytes look like tweend JSON");
+}
+
 TEST_WITH(an_obj_error_bears_its_line, loopback_setup, loopback_teardown) {
   reply r = loopback_post(*state, "/v1/models", "model/obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n");
   assert_non_null(strstr(r.body, "\"line\":4"));
