@@ -14,9 +14,8 @@ static tw_status read_levels(const api_query *query, uint32_t *out, tw_error *er
   const char *text = api_query_get(query, "levels");
   uint64_t levels = TW_LEVEL_MAX;
   tw_status status =
-      text && strcmp(text, "max") != 0 ? api_query_count(query, "levels", &levels, error) : TW_OK;
-  if (status != TW_OK) return status;
-  if (levels < 1 || levels > TW_LEVEL_MAX)
+      text && strcmp(text, "max") != 0 ? api_query_count(query, "levels", &levels, NULL) : TW_OK;
+  if (status != TW_OK || levels < 1 || levels > TW_LEVEL_MAX)
     return tw_fail(error, TW_SYNTAX, "levels=%.60s: expected max, or 1 to %d", text, TW_LEVEL_MAX);
   *out = (uint32_t)levels;
   return TW_OK;

@@ -120,6 +120,8 @@ upload_box() {
     http POST "/v1/models/$id/coarsen?$query"
     expect 400
   done
+  http POST "/v1/models/$id/coarsen?levels=most"
+  holds '.detail | contains("max, or 1 to 16")'
   for query in mesh=head scheme=bilinear scheme=loop boundary=open; do
     http POST "/v1/models/$id/coarsen?$query"
     expect 422
