@@ -99,33 +99,33 @@ needs_plain_build() { [[ -z ${TESTED_SANITIZED-} ]] || skip "says nothing under 
 # http METHOD PATH [CURL ARGUMENT...]: leaves $status, the headers in the file headers, the body in the
 # file answer. A network error is status 000.
 http() {
-  local method=$1 path=$2 how
+  local method=$1 path=$2 how answer_size answer_type
   shift 2
   how=(--request "$method")
   [[ $method != HEAD ]] || how=(--head)
   rm -f headers answer
-  status=$(curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" \
-    --dump-header headers --output answer --write-out '%{http_code}' "$@" "$url$path") || true
+  read -r status answer_size answer_type < <(curl --silent --show-error --max-time 120 --globoff --path-as-is "${how[@]}" \
+    --dump-header headers --output answer --write-out '%{http_code} %{size_download} %{content_type}\n' "$@" "$url$path")
   touch headers answer
   keep_glb "$path"
   keep_traffic "$method" "$path"
 }
 
+# Both keep what http left; each request of each test takes them, so that they start few programs.
 keep_glb() {
-  [[ -n ${TESTED_GLB_DIR-} && $status == 200 && $1 != */source* ]] || return 0
-  [[ $(head -c 4 answer | tr -d '\0') == glTF && $(stat -c %s answer) -lt 8000000 ]] || return 0
+  [[ -n ${TESTED_GLB_DIR-} && $status == 200 && $answer_type == model/gltf-binary && $1 != */source* ]] || return 0
+  [[ $(head -c 4 answer | tr -d '\0') == glTF ]] && ((answer_size < 8000000)) || return 0
+  local file=${BATS_TEST_FILENAME##*/}
   mkdir -p "$TESTED_GLB_DIR"
-  cp answer "$TESTED_GLB_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
+  cp answer "$TESTED_GLB_DIR/${file%.bats}-$BATS_TEST_NUMBER-$(sha256sum answer | head -c 8).glb"
 }
 
 keep_traffic() {
   [[ -n ${TESTED_TRAFFIC_DIR-} && $status != 000 ]] || return 0
-  mkdir -p "$TESTED_TRAFFIC_DIR"
-  local file
-  file=$(mktemp "$TESTED_TRAFFIC_DIR/$(basename "$BATS_TEST_FILENAME" .bats)-$BATS_TEST_NUMBER-XXXXXX")
-  { printf '%s %s\n' "$1" "$2"; cat headers; } >"$file"
-  [[ $(header content-type) != *json* || -n $(header content-encoding) || $(stat -c %s answer) -ge 8000000 ]] ||
-    cat answer >>"$file"
+  [[ -d $TESTED_TRAFFIC_DIR ]] || mkdir -p "$TESTED_TRAFFIC_DIR"
+  local file=${BATS_TEST_FILENAME##*/} body=()
+  [[ $answer_type != *json* ]] || ((answer_size >= 8000000)) || grep -qi '^content-encoding:' headers || body=(answer)
+  { printf '%s %s\n' "$1" "$2"; cat headers "${body[@]}"; } >"$TESTED_TRAFFIC_DIR/${file%.bats}-$BATS_TEST_NUMBER-$BASHPID-$EPOCHREALTIME"
 }
 
 get() { http GET "$@"; }
@@ -162,12 +162,15 @@ value() { jq --raw-output "$1" answer; }
 
 # problem STATUS [PATTERN]: a problem document of the contract's form, its detail matching.
 problem() {
+  local detail
   expect "$1"
   [[ $(header content-type) == application/problem+json* ]] || { show; return 1; }
-  holds "(.type | startswith(\"urn:tweend:problem:\")) and (.type | endswith(\":internal\")) == ($1 == 500)"
-  holds "(.title|type) == \"string\" and (.detail|type) == \"string\" and .status == $1"
-  [[ $(value .instance) == *"$(header x-request-id)" && -n $(header x-request-id) ]] || { show; return 1; }
-  [[ -z ${2-} ]] || [[ $(value .detail) =~ $2 ]] || { echo "detail does not match $2"; show; return 1; }
+  detail=$(jq --raw-output --argjson status "$1" --arg request "$(header x-request-id)" '
+    if (.type | startswith("urn:tweend:problem:")) and (.type | endswith(":internal")) == ($status == 500)
+      and (.title | type) == "string" and (.detail | type) == "string" and .status == $status
+      and $request != "" and (.instance | endswith($request))
+    then .detail else error("no problem document") end' answer) || { show; return 1; }
+  [[ -z ${2-} || $detail =~ $2 ]] || { echo "detail does not match $2"; show; return 1; }
 }
 
 # ---- bytes ---------------------------------------------------------------------------------------

@@ -301,38 +301,6 @@ forgotten() {
   rm -r "$shared"
 }
 
-@test "what was acknowledged outlives twenty kills, and all that is listed is whole" {
-  : >acknowledged
-  for round in $(seq 20); do
-    (
-      for ((i = 0; ; i++)); do
-        { cat "$samples/octopus.obj"; echo "# $round $i"; } >upload.obj
-        [[ $(curl --silent --output /dev/null --write-out '%{http_code}' --data-binary @upload.obj \
-          "$url/v1/models") == 201 ]] || exit 0
-        sha256sum upload.obj >>acknowledged
-      done
-    ) 3>&- &
-    client=$!
-    for ((i = 0; i < 600 && $(wc -l <acknowledged) < round; i++)); do sleep 0.05; done
-    sleep "0.$((RANDOM % 200 + 100))"
-    kill -KILL "$daemon"
-    wait "$daemon" || true
-    wait "$client"
-    again
-  done
-  [ "$(wc -l <acknowledged)" -ge 20 ]
-  cut -c -32 acknowledged | while read -r id; do
-    get "/v1/models/$id/source"
-    expect 200
-    [ "$(sha256sum answer | head -c 32)" = "$id" ]
-  done
-  get '/v1/models?limit=1000'
-  value '.models[].id' | while read -r id; do
-    get "/v1/models/$id"
-    expect 200
-  done
-}
-
 @test "models outlive the daemon" {
   upload "$samples/octopus.obj"
   cube=$id
