@@ -177,12 +177,12 @@ static void free_content(content *c) {
   free(c->corners);
 }
 
-static void check_same(content shared, const content *alone) {
-  assert_int_equal(shared.row_size, alone->row_size);
-  assert_int_equal(shared.corner_count, alone->corner_count);
-  assert_memory_equal(shared.rows, alone->rows, alone->row_size * sizeof *alone->rows);
-  assert_memory_equal(shared.corners, alone->corners, alone->corner_count * sizeof *alone->corners);
-  free_content(&shared);
+static void check_same(content one, const content *other) {
+  assert_int_equal(one.row_size, other->row_size);
+  assert_int_equal(one.corner_count, other->corner_count);
+  assert_memory_equal(one.rows, other->rows, other->row_size * sizeof *other->rows);
+  assert_memory_equal(one.corners, other->corners, other->corner_count * sizeof *other->corners);
+  free_content(&one);
 }
 
 /* Made by the calling thread, then moved to where it is. */
@@ -197,17 +197,27 @@ static content move(const tw_mesh *mesh, tw_surface_options options, const tw_pa
   return c;
 }
 
-/* Returns the number of parts. */
+/* What one thread makes races nothing: without the thread sanitizer it has the same bytes. */
+static bool is_thread_sanitized(void) {
+  const char *sanitizer = getenv("TESTED_SANITIZED");
+  return sanitizer && strcmp(sanitizer, "thread") == 0;
+}
+
+/* Returns the number of parts that threads shared. */
 static uint32_t check(const sheet *s, tw_surface_options options) {
-  uint32_t parts = 0;
-  content alone = make(&s->mesh, &options, NULL);
-  assert_true(alone.corner_count > 0);
-  for (int threads = 0; threads < 2; threads++) {
-    const tw_parallel_for parallel = {.owner = &parts, .run = threads ? run_on_threads : run_backwards};
-    check_same(make(&s->mesh, &options, &parallel), &alone);
-    check_same(move(&s->mesh, options, &parallel), &alone);
+  uint32_t parts = 0, others = 0;
+  const tw_parallel_for threads = {.owner = &parts, .run = run_on_threads},
+                        backwards = {.owner = &others, .run = run_backwards};
+  content shared = make(&s->mesh, &options, &threads);
+  assert_true(shared.corner_count > 0);
+  check_same(move(&s->mesh, options, &threads), &shared);
+  if (!is_thread_sanitized()) {
+    check_same(make(&s->mesh, &options, NULL), &shared);
+    check_same(make(&s->mesh, &options, &backwards), &shared);
+    check_same(move(&s->mesh, options, &backwards), &shared);
+    assert_int_equal(others, parts);
   }
-  free_content(&alone);
+  free_content(&shared);
   return parts;
 }
 
@@ -229,7 +239,7 @@ static void check_all(uint32_t side, kind kind, tw_surface_options options) {
     if (cases[i] & CREASED) parts += check(&s, options);
     free_sheet(&s);
   }
-  assert_true(parts > 50);
+  assert_true(parts > 25);
 }
 
 /* ---- tests ---------------------------------------------------------------------------------- */
@@ -253,7 +263,7 @@ TEST(shallow_surfaces_are_the_same) {
   join(&s, SIDE);
   for (uint32_t level = 1; level <= 2; level++)
     for (int normals = 0; normals < 2; normals++)
-      assert_true(check(&s, (tw_surface_options){.level = level, .normals = normals}) >= 8);
+      assert_true(check(&s, (tw_surface_options){.level = level, .normals = normals}) >= 4);
   free_sheet(&s);
 }
 
