@@ -118,6 +118,115 @@ TEST(levels_above_go_on_from_it) {
       }
 }
 
+enum { JOINTS = 5 };
+
+/* A cage that bears all that rows can hold. */
+typedef struct dressed {
+  cage *c;
+  float uvs[4 * FACES_MAX][2], colors[POINTS_MAX][4], morph[POINTS_MAX][3];
+  uint32_t uv_corners[4 * FACES_MAX];
+  uint16_t joints[POINTS_MAX][4];
+  float weights[POINTS_MAX][4];
+  tw_uv_set set;
+  tw_attribute attribute;
+  const float *morphs[1];
+} dressed;
+
+/* UVs are parted at some faces; the others have the points' places on the torus. */
+static dressed *dress(cage *c) {
+  dressed *d = calloc(1, sizeof *d);
+  assert_non_null(d);
+  d->c = c;
+  tw_mesh *m = &c->mesh;
+  uint32_t values = m->point_count;
+  for (uint32_t p = 0; p < m->point_count; p++) {
+    d->uvs[p][0] = (float)(p % TORUS_SIDE);
+    d->uvs[p][1] = (float)(p / TORUS_SIDE);
+    for (uint32_t i = 0; i < 4; i++) d->colors[p][i] = (float)((p * (i + 2)) % 7) / 7;
+    for (uint32_t i = 0; i < 3; i++) d->morph[p][i] = 0.1f * (float)((p + i) % 4);
+    d->joints[p][0] = (uint16_t)(p % JOINTS);
+    d->joints[p][1] = (uint16_t)((p + 1) % JOINTS);
+    d->weights[p][0] = 0.75f;
+    d->weights[p][1] = 0.25f;
+  }
+  for (uint32_t f = 0; f < m->face_count; f++)
+    for (uint32_t k = c->offsets[f]; k < c->offsets[f + 1]; k++) {
+      d->uv_corners[k] = f % 7 == 3 ? values++ : c->corners[k];
+      if (f % 7 == 3)
+        for (uint32_t i = 0; i < 2; i++) d->uvs[values - 1][i] = d->uvs[c->corners[k]][i] + (float)f;
+    }
+  d->set = (tw_uv_set){.value_count = values, .values = d->uvs[0], .corners = d->uv_corners};
+  d->attribute = (tw_attribute){.name = "COLOR_0", .width = 4, .is_color = true, .values = d->colors[0]};
+  d->morphs[0] = d->morph[0];
+  m->uv_set_count = 1;
+  m->uv_sets[0] = d->set;
+  m->attribute_count = m->morph_count = 1;
+  m->attributes = &d->attribute;
+  m->morphs = d->morphs;
+  m->skin.joints = d->joints[0];
+  m->skin.weights = d->weights[0];
+  return d;
+}
+
+static void weights_of(const tw_surface_layout *l, const float *row, float out[JOINTS]) {
+  memset(out, 0, JOINTS * sizeof *out);
+  for (uint32_t i = 0; i < 4; i++) out[(uint32_t)row[l->joints + i]] += row[l->weights + i];
+}
+
+static void same_rows(const tw_mesh *one, const tw_mesh *other, tw_surface_options options) {
+  rows a = read_rows(one, options), b = read_rows(other, options);
+  uint32_t *a_faces = faces_of(&a, TW_DOMAIN_VERTICES), *b_faces = faces_of(&b, TW_DOMAIN_VERTICES);
+  const tw_surface_layout *l = a.layout;
+  assert_int_equal(a.count, b.count);
+  for (uint64_t c = 0; c < tw_surface_get_counts(a.surface)->corners; c++) {
+    const float *p = a.values + (size_t)l->stride * a_faces[c],
+                *q = b.values + (size_t)l->stride * b_faces[c];
+    float of_p[JOINTS], of_q[JOINTS];
+    assert_true(greatest_difference(p, q, 3) < 1e-5f);
+    assert_true(greatest_difference(p + 3, q + 3, 3) < 1e-3f);
+    if (l->tangent != UINT32_MAX) assert_true(greatest_difference(p + l->tangent, q + l->tangent, 4) < 1e-3f);
+    assert_true(greatest_difference(p + l->uvs[0], q + l->uvs[0], l->joints - l->uvs[0]) < 1e-5f);
+    assert_true(greatest_difference(p + l->morphs, q + l->morphs, 3) < 1e-5f);
+    weights_of(l, p, of_p);
+    weights_of(l, q, of_q);
+    assert_true(greatest_difference(of_p, of_q, JOINTS) < 1e-5f);
+  }
+  free(a_faces);
+  free(b_faces);
+  free_rows(&a);
+  free_rows(&b);
+}
+
+TEST(all_that_a_mesh_bears_goes_on_from_a_level_with_a_detail) {
+  for (int gaps = NO_GAPS; gaps <= GAPS_THAT_TOUCH; gaps++) {
+    dressed *d = dress(torus(TORUS_MIXED, (torus_gaps)gaps, false));
+    crease_some(d->c, 2.5f);
+    for (uint32_t at = 1; at <= 2; at++) {
+      level base = refine(&d->c->mesh, options_of(TW_CATMULL_CLARK, at));
+      float *offsets = calloc(base.mesh.point_count, 3 * sizeof *offsets);
+      assert_non_null(offsets);
+      const tw_detail detail = {at, base.mesh.point_count, offsets};
+      tw_mesh mesh = d->c->mesh;
+      mesh.detail_count = 1;
+      mesh.details = &detail;
+      for (uint32_t depth = at + 1; depth <= 3; depth++)
+        for (int kind = 0; kind < 4; kind++) {
+          tw_surface_options options = options_of(TW_CATMULL_CLARK, depth);
+          options.normals = true;
+          options.limit = kind % 2;
+          /* Which way round a face's map is has to be the same for its children. */
+          d->c->mesh.has_tangents = mesh.has_tangents = kind / 2;
+          options.uv = kind / 2 ? TW_UV_ALL : TW_UV_CORNERS_ONLY;
+          same_rows(&d->c->mesh, &mesh, options);
+        }
+      free(offsets);
+      free_level(&base);
+    }
+    free(d->c);
+    free(d);
+  }
+}
+
 /* Turned by a quarter about y, moved, and three times as large. */
 static void move_rigidly(const float *in, uint32_t count, float *out) {
   for (uint32_t i = 0; i < count; i++, in += 3, out += 3) {
