@@ -178,10 +178,10 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
   if (!frames.mask) atomic_store(&a->failed, true);
   for (uint32_t v = begin; frames.mask && v < end; v++) {
     const float *offsets = a->detail->offsets + 3 * (size_t)v;
-    double frame[3][3];
+    double frame[3][3], *point = a->positions + 3 * (size_t)v;
+    memcpy(point, frames.positions + 3 * (size_t)v, 3 * sizeof *point);
     if (offsets[0] == 0 && offsets[1] == 0 && offsets[2] == 0) continue;
     find_frame(&frames, v, frame);
-    double *point = a->positions + 3 * (size_t)v;
     for (int c = 0; c < 3; c++) {
       for (int axis = 0; axis < 3; axis++) point[c] += (double)offsets[axis] * frame[axis][c];
       point[c] = in_range(point[c]);
@@ -192,17 +192,24 @@ static void add_vertices(void *context, uint32_t part, uint32_t begin, uint32_t 
 
 /* Frames are those of the level as it was before any vertex moved. */
 static tw_status add_detail(const tw_detail *detail, const tw_topology *t, bool linear,
-                            const tw_parallel_for *parallel, double *positions) {
-  double *before = tw_alloc(t->vertex_count, 3 * sizeof *before);
-  if (!before) return TW_NO_MEMORY;
-  memcpy(before, positions, 3 * (size_t)t->vertex_count * sizeof *before);
+                            const tw_parallel_for *parallel, const double *before, double *after) {
   const tw_detail_frames level = {t, linear, before, NULL};
   adding a = {
-      .detail = detail, .level = &level, .capacity = tw_limit_greatest_capacity(t), .positions = positions};
+      .detail = detail, .level = &level, .capacity = tw_limit_greatest_capacity(t), .positions = after};
   /* A frame takes as long as some iterations of a few nanoseconds. */
   tw_parallel_for_run(parallel, t->vertex_count, TW_PARALLEL_FOR_LEAST / 8, add_vertices, &a);
-  free(before);
   return atomic_load(&a.failed) ? TW_NO_MEMORY : TW_OK;
+}
+
+static tw_status add_own(const tw_detail_step *step, const tw_detail *detail, const tw_parallel_for *parallel,
+                         double *positions) {
+  size_t count = 3 * (size_t)step->topology->vertex_count;
+  double *before = tw_alloc(count, sizeof *before);
+  if (!before) return TW_NO_MEMORY;
+  memcpy(before, positions, count * sizeof *before);
+  tw_status status = add_detail(detail, step->topology, step->rules->linear, parallel, before, positions);
+  free(before);
+  return status;
 }
 
 static const tw_detail *detail_of(const tw_detail_list *list, uint32_t level) {
@@ -228,9 +235,11 @@ static tw_status follow(const tw_detail_step *step, const tw_parallel_for *paral
     if (status == TW_OK) status = tw_parallel_for_status(parallel);
     if (status != TW_OK) return status;
     double *next_plain = refine_values(&parent, step->rules, &child, parallel, arena, plain),
-           *next = refine_values(&parent, step->rules, &child, parallel, arena, modelled);
-    if (!next_plain || !next) return TW_NO_MEMORY;
-    if (detail) status = add_detail(detail, &child, step->rules->linear, parallel, next);
+           *moved = next_plain, *next;
+    if (modelled != plain) moved = refine_values(&parent, step->rules, &child, parallel, arena, modelled);
+    next = detail ? tw_arena_alloc_raw(arena, child.vertex_count, 3 * sizeof *next) : moved;
+    if (!next_plain || !moved || !next) return TW_NO_MEMORY;
+    if (detail) status = add_detail(detail, &child, step->rules->linear, parallel, moved, next);
     if (status != TW_OK) return status;
     plain = next_plain;
     modelled = next;
@@ -243,7 +252,7 @@ static tw_status follow(const tw_detail_step *step, const tw_parallel_for *paral
 tw_status tw_details_add(const tw_detail_step *step, const tw_parallel_for *parallel, double *positions) {
   if (step->level > step->answer) return TW_OK;
   const tw_detail *own = detail_of(step->list, step->level);
-  tw_status status = own ? add_detail(own, step->topology, step->rules->linear, parallel, positions) : TW_OK;
+  tw_status status = own ? add_own(step, own, parallel, positions) : TW_OK;
   if (status != TW_OK || step->level < step->answer || tw_deepest_detail(step->list) <= step->level)
     return status;
   tw_arena *arena = tw_arena_create();
