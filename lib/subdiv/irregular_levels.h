@@ -105,7 +105,7 @@ typedef struct tw_level_rows {
 } tw_level_rows;
 
 /* What a plan is made from. fields: of the cage, sharpened; [0] the points. */
-typedef struct tw_levels_wish {
+typedef struct tw_levels_inputs {
   uint32_t level, field_count;
   const tw_topology *fields[1 + TW_UV_SETS_MAX];
   bool linear[1 + TW_UV_SETS_MAX];
@@ -113,16 +113,17 @@ typedef struct tw_levels_wish {
   bool limit, normals;
   const uint8_t *frames; /* of tangents, or NULL: [cage faces] 2 x UV set, + 1 where its map is mirrored */
   const tw_parallel_for *parallel;
-} tw_levels_wish;
+} tw_levels_inputs;
 
 /* Whether all valences and face sizes are low enough for tables by valence: 4,096 at most. */
 bool tw_levels_fit(const tw_topology *cage);
 
 /* out: [field_count]; lives in `arena`. TW_NO_MEMORY. */
-tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out, tw_level_rows *rows);
+tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
+                         tw_level_rows *rows);
 
 /* Lists all that is not smooth: the last part of tw_levels_plan. */
-tw_status tw_levels_list_exceptions(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out,
+tw_status tw_levels_list_exceptions(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
                                     tw_level_rows *rows);
 
 static inline uint32_t tw_levels_points(const tw_levels *levels) {

@@ -26,7 +26,7 @@ typedef struct strip {
 } strip;
 
 typedef struct listing {
-  const tw_levels_wish *wish;
+  const tw_levels_inputs *inputs;
   tw_arena *arena; /* of the plan */
   tw_arena *scratch;
   tw_levels *levels;
@@ -97,7 +97,7 @@ static tw_status mark_special(const listing *l, strip *s, const uint8_t *candida
   s->special = tw_arena_alloc(l->scratch, points->vertex_count, 1);
   if (!s->special) return TW_NO_MEMORY;
   for (uint32_t v = 0; s->frames && v < points->vertex_count; v++) s->special[v] = parts_frames(s, v);
-  for (uint32_t f = 0; f < l->wish->field_count; f++) {
+  for (uint32_t f = 0; f < l->inputs->field_count; f++) {
     const tw_topology *t = &s->fields[f];
     s->odd[f] = tw_arena_alloc_raw(l->scratch, t->vertex_count, 1);
     if (!s->odd[f]) return TW_NO_MEMORY;
@@ -208,9 +208,9 @@ static tw_status cut_field(const strip *s, uint32_t field, const cut *c, tw_aren
 
 /* Sums for Chaikin's rule, of the points; UV sets take them over. */
 static tw_status sum_semi(const listing *l, strip *s) {
-  if (!l->wish->rules.chaikin) return TW_OK;
+  if (!l->inputs->rules.chaikin) return TW_OK;
   tw_status status = tw_topology_sum_semi(&s->fields[0], l->scratch);
-  for (uint32_t f = 1; f < l->wish->field_count && status == TW_OK; f++)
+  for (uint32_t f = 1; f < l->inputs->field_count && status == TW_OK; f++)
     status = tw_topology_copy_semi(&s->fields[f], &s->fields[0], l->scratch);
   return status;
 }
@@ -220,7 +220,7 @@ static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
   cut c;
   memset(out, 0, sizeof *out);
   tw_status status = choose_faces(s, l->scratch, &c);
-  for (uint32_t f = 0; f < l->wish->field_count && status == TW_OK; f++)
+  for (uint32_t f = 0; f < l->inputs->field_count && status == TW_OK; f++)
     status = cut_field(s, f, &c, l->scratch, out);
   if (status != TW_OK) return status;
   if (s->frames) {
@@ -238,8 +238,8 @@ static tw_status cut_strip(const listing *l, const strip *s, strip *out) {
 /* ---- a step --------------------------------------------------------------------------------- */
 
 static tw_rules rules_of(const listing *l, uint32_t field) {
-  tw_rules rules = l->wish->rules;
-  rules.linear = l->wish->linear[field];
+  tw_rules rules = l->inputs->rules;
+  rules.linear = l->inputs->linear[field];
   return rules;
 }
 
@@ -347,7 +347,7 @@ static tw_status refine_special(const listing *l, const strip *s, strip *out) {
 static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, strip *out) {
   memset(out, 0, sizeof *out);
   tw_status status = TW_OK;
-  for (uint32_t f = 0; f < l->wish->field_count && status == TW_OK; f++)
+  for (uint32_t f = 0; f < l->inputs->field_count && status == TW_OK; f++)
     status = refine_field(l, s, f, step, out);
   const tw_topology *t = &s->fields[0];
   out->corners = tw_arena_alloc_raw(l->scratch, out->fields[0].corner_count, sizeof *out->corners);
@@ -367,7 +367,7 @@ static tw_status refine_strip(const listing *l, const strip *s, uint32_t step, s
 /* For masks of any field. */
 static tw_limit_entry *mask_room(const listing *l, const strip *s) {
   uint32_t capacity = 1;
-  for (uint32_t f = 0; f < l->wish->field_count; f++) {
+  for (uint32_t f = 0; f < l->inputs->field_count; f++) {
     uint32_t own = tw_limit_greatest_capacity(&s->fields[f]);
     if (own > capacity) capacity = own;
   }
@@ -431,7 +431,7 @@ static void push_slopes(const listing *l, row_list *list, uint32_t corner, row *
   for (int i = 0; i < 2; i++) {
     out->slopes[i] = (uint32_t)list->entries.count;
     uint32_t field = fields[i],
-             count = tw_slope_mask(&s->fields[field], l->wish->linear[field], corner, list->room);
+             count = tw_slope_mask(&s->fields[field], l->inputs->linear[field], corner, list->room);
     for (uint32_t e = 0; e < count; e++) {
       list->room[e].vertex = s->vertices[field][list->room[e].vertex];
       push(&list->entries, &list->room[e]);
@@ -445,13 +445,13 @@ static void push_row(const listing *l, row_list *list, uint32_t number, uint32_t
   const strip *s = list->s;
   const tw_topology *t = &s->fields[0];
   row own = {.row = number, .point = s->vertices[0][t->corner_vertex[corner]]};
-  for (uint32_t u = 1; u < l->wish->field_count; u++)
+  for (uint32_t u = 1; u < l->inputs->field_count; u++)
     own.uvs[u - 1] = s->vertices[u][s->fields[u].corner_vertex[corner]];
-  if (l->wish->normals && whole) { /* the surface has one normal there */
+  if (l->inputs->normals && whole) { /* the surface has one normal there */
     own.first_entry = whole->first_entry;
     own.end_entry = whole->end_entry;
     memcpy(own.quad, whole->quad, sizeof own.quad);
-  } else if (l->wish->normals) {
+  } else if (l->inputs->normals) {
     own.first_entry = (uint32_t)list->entries.count;
     push_entries(s, 0, corner, true, list->room, &list->entries);
     own.end_entry = (uint32_t)list->entries.count;
@@ -507,7 +507,7 @@ static int compare_rows(const void *left, const void *right) {
 static tw_status store_rows(const listing *l, row_list *list) {
   tw_level_rows *out = l->rows;
   size_t count = list->rows.count;
-  bool normals = l->wish->normals;
+  bool normals = l->inputs->normals;
   if (list->rows.failed) return TW_NO_MEMORY;
   out->count = (uint32_t)count;
   if (count > 0) qsort(list->rows.items, count, sizeof(row), compare_rows);
@@ -518,10 +518,10 @@ static tw_status store_rows(const listing *l, row_list *list) {
   out->quad = tw_arena_alloc_raw(l->arena, normals ? count : 0, sizeof *out->quad);
   out->entries = settle(&list->entries, l->arena);
   bool complete = out->rows && out->points && out->first_entry && out->end_entry && out->quad && out->entries;
-  out->frames = tw_arena_alloc_raw(l->arena, l->wish->frames ? count : 0, 1);
-  out->slopes = tw_arena_alloc_raw(l->arena, l->wish->frames ? count : 0, sizeof *out->slopes);
+  out->frames = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, 1);
+  out->slopes = tw_arena_alloc_raw(l->arena, l->inputs->frames ? count : 0, sizeof *out->slopes);
   complete = complete && out->frames && out->slopes;
-  for (uint32_t u = 0; u + 1 < l->wish->field_count; u++) {
+  for (uint32_t u = 0; u + 1 < l->inputs->field_count; u++) {
     out->uvs[u] = tw_arena_alloc_raw(l->arena, count, sizeof *out->uvs[u]);
     complete = complete && out->uvs[u];
   }
@@ -529,12 +529,12 @@ static tw_status store_rows(const listing *l, row_list *list) {
     const row *r = (const row *)(const void *)list->rows.items + i;
     out->rows[i] = r->row;
     out->points[i] = r->point;
-    for (uint32_t u = 0; u + 1 < l->wish->field_count; u++) out->uvs[u][i] = r->uvs[u];
+    for (uint32_t u = 0; u + 1 < l->inputs->field_count; u++) out->uvs[u][i] = r->uvs[u];
     if (!normals) continue;
     out->first_entry[i] = r->first_entry;
     out->end_entry[i] = r->end_entry;
     memcpy(out->quad[i], r->quad, sizeof r->quad);
-    if (!l->wish->frames) continue;
+    if (!l->inputs->frames) continue;
     out->frames[i] = r->frame;
     memcpy(out->slopes[i], r->slopes, sizeof r->slopes);
   }
@@ -545,7 +545,7 @@ static tw_status store_rows(const listing *l, row_list *list) {
 static tw_status number_parted(const listing *l, row_list *list, uint32_t **new_row) {
   const strip *s = list->s;
   tw_splits splits = {
-      .uv_count = l->wish->field_count - 1, .normals = l->wish->normals, .tangent_frames = s->frames};
+      .uv_count = l->inputs->field_count - 1, .normals = l->inputs->normals, .tangent_frames = s->frames};
   for (uint32_t u = 0; u < splits.uv_count; u++) splits.uv_bases[u] = &s->fields[1 + u];
   list->parted = splits.uv_count > 0 || (splits.normals && tw_topology_parts_normals(&s->fields[0]));
   if (!list->parted) return TW_OK;
@@ -576,31 +576,31 @@ static tw_status list_rows(const listing *l, const strip *s) {
 /* ---- all ------------------------------------------------------------------------------------ */
 
 static tw_status list_from(const listing *l, strip *s) {
-  const tw_levels_wish *wish = l->wish;
-  for (uint32_t step = 0; step < wish->level; step++) {
+  const tw_levels_inputs *inputs = l->inputs;
+  for (uint32_t step = 0; step < inputs->level; step++) {
     strip child, *last = s;
     tw_status status = TW_OK;
-    for (uint32_t f = 0; f < wish->field_count && status == TW_OK; f++)
-      if (!wish->linear[f]) status = list_masks(l, last, f, step);
+    for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++)
+      if (!inputs->linear[f]) status = list_masks(l, last, f, step);
     if (status == TW_OK) status = refine_strip(l, last, step, &child);
-    if (status == TW_OK && step + 1 < wish->level) status = cut_strip(l, &child, s);
+    if (status == TW_OK && step + 1 < inputs->level) status = cut_strip(l, &child, s);
     if (status != TW_OK) return status;
-    if (step + 1 == wish->level) *s = child;
+    if (step + 1 == inputs->level) *s = child;
   }
   tw_status status = TW_OK;
-  for (uint32_t f = 0; wish->limit && f < wish->field_count && status == TW_OK; f++)
-    if (!wish->linear[f]) status = list_limits(l, s, f);
+  for (uint32_t f = 0; inputs->limit && f < inputs->field_count && status == TW_OK; f++)
+    if (!inputs->linear[f]) status = list_limits(l, s, f);
   return status == TW_OK ? list_rows(l, s) : status;
 }
 
 static tw_status list_all(const listing *l) {
-  const tw_levels_wish *wish = l->wish;
+  const tw_levels_inputs *inputs = l->inputs;
   strip cage = {0}, s;
-  for (uint32_t f = 0; f < wish->field_count; f++) cage.fields[f] = *wish->fields[f];
-  if (wish->frames) {
+  for (uint32_t f = 0; f < inputs->field_count; f++) cage.fields[f] = *inputs->fields[f];
+  if (inputs->frames) {
     cage.frames = tw_arena_alloc_raw(l->scratch, cage.fields[0].face_count, 1);
     if (!cage.frames) return TW_NO_MEMORY;
-    memcpy(cage.frames, wish->frames, cage.fields[0].face_count);
+    memcpy(cage.frames, inputs->frames, cage.fields[0].face_count);
   }
   tw_status status = mark_special(l, &cage, NULL);
   if (status != TW_OK || !memchr(cage.special, 1, cage.fields[0].vertex_count)) return status;
@@ -608,9 +608,9 @@ static tw_status list_all(const listing *l) {
   return status == TW_OK ? list_from(l, &s) : status;
 }
 
-tw_status tw_levels_list_exceptions(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out,
+tw_status tw_levels_list_exceptions(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
                                     tw_level_rows *rows) {
-  listing l = {wish, arena, tw_arena_create(), out, rows};
+  listing l = {inputs, arena, tw_arena_create(), out, rows};
   *rows = (tw_level_rows){.row_count = tw_levels_points(&out[0])};
   tw_status status = l.scratch ? list_all(&l) : TW_NO_MEMORY;
   tw_arena_destroy(l.scratch);

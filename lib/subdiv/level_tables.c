@@ -226,8 +226,9 @@ static tw_status make_child_tables(const tw_level *above, const tw_parallel_for 
   return TW_OK;
 }
 
-static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_arena *arena, tw_levels *out) {
-  const tw_topology *cage = wish->fields[field], *points = wish->fields[0];
+static tw_status make_tables(const tw_levels_inputs *inputs, uint32_t field, tw_arena *arena,
+                             tw_levels *out) {
+  const tw_topology *cage = inputs->fields[field], *points = inputs->fields[0];
   tw_levels *levels = &out[field];
   if (field > 0 && cage->vertex_count == points->vertex_count && cage->edge_count == points->edge_count) {
     memcpy(levels->at, out[0].at, sizeof levels->at); /* without a seam all numbers are those of the points */
@@ -235,12 +236,12 @@ static tw_status make_tables(const tw_levels_wish *wish, uint32_t field, tw_aren
     levels->fan_corners = out[0].fan_corners;
     return TW_OK;
   }
-  tw_status status = make_cage_tables(cage, wish->parallel, arena, levels);
-  for (uint32_t p = 1; p <= wish->level; p++) {
+  tw_status status = make_cage_tables(cage, inputs->parallel, arena, levels);
+  for (uint32_t p = 1; p <= inputs->level; p++) {
     levels->at[p] = next_counts(&levels->at[p - 1]);
-    if (status == TW_OK) status = tw_parallel_for_status(wish->parallel);
-    if (status == TW_OK && p < wish->level)
-      status = make_child_tables(&levels->at[p - 1], wish->parallel, arena, &levels->at[p]);
+    if (status == TW_OK) status = tw_parallel_for_status(inputs->parallel);
+    if (status == TW_OK && p < inputs->level)
+      status = make_child_tables(&levels->at[p - 1], inputs->parallel, arena, &levels->at[p]);
   }
   return status;
 }
@@ -299,17 +300,18 @@ static tw_status map_uvs(const tw_topology *points, const tw_topology *set, tw_a
   return TW_OK;
 }
 
-tw_status tw_levels_plan(const tw_levels_wish *wish, tw_arena *arena, tw_levels *out, tw_level_rows *rows) {
+tw_status tw_levels_plan(const tw_levels_inputs *inputs, tw_arena *arena, tw_levels *out,
+                         tw_level_rows *rows) {
   tw_status status = TW_OK;
-  for (uint32_t f = 0; f < wish->field_count && status == TW_OK; f++) {
-    out[f] = (tw_levels){.level = wish->level, .linear = wish->linear[f]};
-    status = make_tables(wish, f, arena, out);
-    if (status == TW_OK && f > 0) status = map_uvs(wish->fields[0], wish->fields[f], arena, &out[f]);
+  for (uint32_t f = 0; f < inputs->field_count && status == TW_OK; f++) {
+    out[f] = (tw_levels){.level = inputs->level, .linear = inputs->linear[f]};
+    status = make_tables(inputs, f, arena, out);
+    if (status == TW_OK && f > 0) status = map_uvs(inputs->fields[0], inputs->fields[f], arena, &out[f]);
   }
-  if (status == TW_OK && wish->normals) status = make_weights(wish->fields[0], arena, &out[0]);
-  for (uint32_t f = 1; f < wish->field_count; f++) {
+  if (status == TW_OK && inputs->normals) status = make_weights(inputs->fields[0], arena, &out[0]);
+  for (uint32_t f = 1; f < inputs->field_count; f++) {
     out[f].weights_of = out[0].weights_of;
     out[f].weights = out[0].weights;
   }
-  return status == TW_OK ? tw_levels_list_exceptions(wish, arena, out, rows) : status;
+  return status == TW_OK ? tw_levels_list_exceptions(inputs, arena, out, rows) : status;
 }

@@ -26,18 +26,18 @@ static uint32_t control_count_of(const tw_patch_class *shape) {
 }
 
 /* What stencils are made for. scratch_points and splines: of patches of the depth. */
-typedef struct stencil_wish {
+typedef struct stencil_inputs {
   uint32_t depth, scratch_points;
   tw_spline *splines;
   bool limit, normals;
-} stencil_wish;
+} stencil_inputs;
 
 /* ---- weights -------------------------------------------------------------------------------- */
 
 /* A class as the only patch there is. */
 typedef struct basis {
   tw_patch_class *shape;
-  const stencil_wish *wish;
+  const stencil_inputs *inputs;
   uint32_t points, control_count;
   uint32_t *controls; /* [point_count] */
   float *in;          /* [point_count][TOGETHER] */
@@ -50,7 +50,8 @@ typedef struct basis {
  * block ends up to a block behind it. */
 static float *alloc_blocks(const basis *b, tw_arena *arena, size_t width) {
   enum { LINE_FLOATS = CACHE_LINE / sizeof(float) };
-  size_t blocks = tw_section_blocks(1u << b->wish->depth), size = b->control_count * width * TW_STENCIL_BLOCK;
+  size_t blocks = tw_section_blocks(1u << b->inputs->depth),
+         size = b->control_count * width * TW_STENCIL_BLOCK;
   float *weights = tw_arena_alloc(arena, blocks * size + TW_STENCIL_BLOCK + LINE_FLOATS, sizeof *weights);
   size_t over = (uintptr_t)weights % CACHE_LINE / sizeof *weights;
   return weights && over > 0 ? weights + LINE_FLOATS - over : weights;
@@ -60,29 +61,29 @@ static bool allocate(basis *b, tw_arena *scratch, tw_arena *arena) {
   uint32_t count = b->shape->point_count;
   b->controls = tw_arena_alloc(scratch, count, sizeof *b->controls);
   b->in = tw_arena_alloc(scratch, count, TOGETHER * sizeof *b->in);
-  b->scratch = tw_arena_alloc(scratch, b->wish->scratch_points, TOGETHER * sizeof *b->scratch);
+  b->scratch = tw_arena_alloc(scratch, b->inputs->scratch_points, TOGETHER * sizeof *b->scratch);
   b->values = tw_arena_alloc(scratch, b->points, TOGETHER * sizeof *b->values);
   b->slopes = tw_arena_alloc(scratch, b->points, SLOPE_WIDTH * sizeof *b->slopes);
   b->out = alloc_blocks(b, arena, 1);
-  if (b->wish->normals) b->tangents = alloc_blocks(b, arena, 2);
+  if (b->inputs->normals) b->tangents = alloc_blocks(b, arena, 2);
   return b->controls && b->in && b->scratch && b->values && b->slopes && b->out &&
-         (!b->wish->normals || b->tangents);
+         (!b->inputs->normals || b->tangents);
 }
 
 /* The patch of the control points that are set. */
 static void evaluate(const basis *b) {
   tw_patch patch = {.shape = b->shape};
   tw_patches patches = {
-      .depth = b->wish->depth, .patches = &patch, .controls = b->controls, .splines = b->wish->splines};
-  uint32_t n = 1u << b->wish->depth;
+      .depth = b->inputs->depth, .patches = &patch, .controls = b->controls, .splines = b->inputs->splines};
+  uint32_t n = 1u << b->inputs->depth;
   tw_patch_job job = {.in = b->in,
                       .width = TOGETHER,
-                      .limit = b->wish->limit,
+                      .limit = b->inputs->limit,
                       .values = b->values,
                       .stride = TOGETHER,
                       .scratch = b->scratch};
   tw_patch_evaluate(&patches, 0, &job, (tw_patch_rect){0, n, 0, n});
-  if (!b->wish->normals) return;
+  if (!b->inputs->normals) return;
   job.values = NULL;
   job.derivatives = b->slopes;
   job.unframed = true;
@@ -99,7 +100,7 @@ static size_t block_at(const basis *b, uint32_t place, uint32_t k, size_t width)
 static void store_at(const basis *b, uint32_t k, uint32_t nth, uint32_t point, uint32_t place) {
   uint32_t lane = place % TW_STENCIL_BLOCK;
   b->out[block_at(b, place, k, 1) + lane] = b->values[point * TOGETHER + nth];
-  if (!b->wish->normals) return;
+  if (!b->inputs->normals) return;
   float *tangents = b->tangents + block_at(b, place, k, 2) + lane;
   for (uint32_t t = 0; t < 2; t++)
     tangents[t * TW_STENCIL_BLOCK] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
@@ -107,7 +108,7 @@ static void store_at(const basis *b, uint32_t k, uint32_t nth, uint32_t point, u
 
 /* The same at all points. */
 static void store(const basis *b, uint32_t k, uint32_t nth) {
-  uint32_t n = 1u << b->wish->depth;
+  uint32_t n = 1u << b->inputs->depth;
   for (uint32_t section = 0; section < TW_SECTIONS; section++) {
     tw_patch_rect rect;
     if (!tw_section_rect(n, section, &rect)) continue;
@@ -137,17 +138,18 @@ static void scale_tangent(const basis *b, float *weights) {
 }
 
 static void scale_tangents(const basis *b) {
-  uint32_t blocks = tw_section_blocks(1u << b->wish->depth);
-  for (uint32_t block = 0; b->wish->normals && block < blocks; block++)
+  uint32_t blocks = tw_section_blocks(1u << b->inputs->depth);
+  for (uint32_t block = 0; b->inputs->normals && block < blocks; block++)
     for (size_t lane = 0; lane < 2 * (size_t)TW_STENCIL_BLOCK; lane++)
       scale_tangent(b, b->tangents + block_at(b, block * TW_STENCIL_BLOCK, 0, 2) + lane);
 }
 
 /* Makes one that lives in the arena. TW_NO_MEMORY. */
-static tw_status make_stencil(tw_patch_class *shape, const stencil_wish *wish, tw_arena *arena,
+static tw_status make_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena,
                               tw_stencil *out) {
-  uint32_t side = (1u << wish->depth) + 1;
-  basis b = {.shape = shape, .wish = wish, .points = side * side, .control_count = control_count_of(shape)};
+  uint32_t side = (1u << inputs->depth) + 1;
+  basis b = {
+      .shape = shape, .inputs = inputs, .points = side * side, .control_count = control_count_of(shape)};
   tw_arena *scratch = tw_arena_create();
   tw_status status = scratch && allocate(&b, scratch, arena) ? TW_OK : TW_NO_MEMORY;
   if (status == TW_OK) {
@@ -162,18 +164,18 @@ static tw_status make_stencil(tw_patch_class *shape, const stencil_wish *wish, t
 
 /* ---- of all patches ------------------------------------------------------------------------- */
 
-static size_t bytes_of(const tw_patch_class *shape, const stencil_wish *wish) {
-  size_t places = (size_t)tw_section_blocks(1u << wish->depth) * TW_STENCIL_BLOCK;
-  return (wish->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * places;
+static size_t bytes_of(const tw_patch_class *shape, const stencil_inputs *inputs) {
+  size_t places = (size_t)tw_section_blocks(1u << inputs->depth) * TW_STENCIL_BLOCK;
+  return (inputs->normals ? 3 : 1) * sizeof(float) * control_count_of(shape) * places;
 }
 
 /* What the other surfaces of a scene have made serves as well; what they have not asked for is made anew. */
-static tw_status need_stencil(tw_patch_class *shape, const stencil_wish *wish, tw_arena *arena) {
-  const tw_stencil **known = &shape->stencils[wish->limit][wish->depth];
-  if (*known && (!wish->normals || (*known)->tangents)) return TW_OK;
+static tw_status need_stencil(tw_patch_class *shape, const stencil_inputs *inputs, tw_arena *arena) {
+  const tw_stencil **known = &shape->stencils[inputs->limit][inputs->depth];
+  if (*known && (!inputs->normals || (*known)->tangents)) return TW_OK;
   if (tw_arena_size(arena) > ALL_BYTES_MAX) return TW_LIMIT;
   tw_stencil *stencil = tw_arena_alloc(arena, 1, sizeof *stencil);
-  tw_status status = stencil ? make_stencil(shape, wish, arena, stencil) : TW_NO_MEMORY;
+  tw_status status = stencil ? make_stencil(shape, inputs, arena, stencil) : TW_NO_MEMORY;
   if (status == TW_OK) *known = stencil;
   return status;
 }
@@ -182,7 +184,7 @@ static tw_status need_stencil(tw_patch_class *shape, const stencil_wish *wish, t
  * share its classes. */
 tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limit, bool normals) {
   if (patches->depth > TW_STENCIL_DEPTH_MAX) return TW_OK;
-  const stencil_wish wish = {patches->depth, patches->scratch_points, patches->splines, limit, normals};
+  const stencil_inputs inputs = {patches->depth, patches->scratch_points, patches->splines, limit, normals};
   size_t bytes = 0;
   tw_patch *first = patches->patches, *end = first + patches->base->face_count;
   for (tw_patch *patch = first; patch < end; patch++)
@@ -194,10 +196,10 @@ tw_status tw_patches_sum(tw_patches *patches, tw_patch_shapes *shapes, bool limi
     patch->summed = false;
     if (!shape || shape->point_count > TW_STENCIL_CONTROLS_MAX || shape->uses < USES_MIN) continue;
     if (shape->uses != TAKEN) {
-      bytes += bytes_of(shape, &wish);
+      bytes += bytes_of(shape, &inputs);
       shape->uses = bytes <= BYTES_MAX ? TAKEN : 0;
       tw_status status =
-          shape->uses == TAKEN ? need_stencil(shape, &wish, tw_patch_shapes_stencils(shapes)) : TW_OK;
+          shape->uses == TAKEN ? need_stencil(shape, &inputs, tw_patch_shapes_stencils(shapes)) : TW_OK;
       if (status != TW_OK) return status;
     }
     patch->summed = shape->uses == TAKEN;

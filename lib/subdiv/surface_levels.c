@@ -84,23 +84,23 @@ static tw_status fill_all(tw_build *b) {
 
 tw_status tw_build_levels(tw_build *b) {
   tw_surface *s = b->surface;
-  tw_levels_wish wish = {.level = s->options.level - b->levels,
-                         .field_count = s->field_count,
-                         .rules = s->rules,
-                         .limit = s->options.limit,
-                         .normals = s->options.normals,
-                         .parallel = b->parallel};
+  tw_levels_inputs inputs = {.level = s->options.level - b->levels,
+                             .field_count = s->field_count,
+                             .rules = s->rules,
+                             .limit = s->options.limit,
+                             .normals = s->options.normals,
+                             .parallel = b->parallel};
   for (uint32_t f = 0; f < s->field_count; f++) {
-    wish.fields[f] = &b->topologies[f];
-    wish.linear[f] = s->fields[f].linear;
+    inputs.fields[f] = &b->topologies[f];
+    inputs.linear[f] = s->fields[f].linear;
   }
   s->levels = tw_arena_alloc(s->arena, s->field_count, sizeof *s->levels);
   tw_status status = s->levels ? tw_build_find_frames(b) : TW_NO_MEMORY;
-  wish.frames = s->tangent_frames;
-  if (status == TW_OK) status = tw_levels_plan(&wish, s->arena, s->levels, &s->level_rows);
+  inputs.frames = s->tangent_frames;
+  if (status == TW_OK) status = tw_levels_plan(&inputs, s->arena, s->levels, &s->level_rows);
   if (status == TW_OK) status = fill_all(b);
   if (status != TW_OK) return status;
-  const tw_level *last = &s->levels[0].at[wish.level];
+  const tw_level *last = &s->levels[0].at[inputs.level];
   s->fields[0].base = (tw_topology){.vertex_count = last->vertex_count,
                                     .edge_count = last->edge_count,
                                     .face_count = last->face_count,
