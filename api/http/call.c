@@ -146,13 +146,30 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
   return false;
 }
 
-static api_outcome validate(api_call *call, const char *representation, const char *canonical,
-                            const char *cache_control) {
+/* Other bytes, another tag. */
+static const char *coded_etag(api_call *call, const char *representation, api_coding coding,
+                              const char *canonical) {
   static const char *const suffixes[] = {
       [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
-  char coded[32]; /* other bytes, another tag */
-  snprintf(coded, sizeof coded, "%s%s", representation, suffixes[call->coding]);
-  const char *etag = api_etag(call, call->id, coded, canonical);
+  char coded[32];
+  snprintf(coded, sizeof coded, "%s%s", representation, suffixes[coding]);
+  return api_etag(call, call->id, coded, canonical);
+}
+
+api_outcome api_check_if_match(api_call *call, const char *representation) {
+  const char *if_match = api_call_header(call, "If-Match");
+  if (!if_match) return API_CONTINUE;
+  for (api_coding coding = API_CODING_NONE; coding <= API_CODING_ZSTD; coding++) {
+    const char *etag = coded_etag(call, representation, coding, "");
+    if (!etag) return api_fail_without_memory(call);
+    if (etag_matches(if_match, etag, false)) return API_CONTINUE;
+  }
+  return api_fail_with(call, 412, "If-Match names no representation that this URL has");
+}
+
+static api_outcome validate(api_call *call, const char *representation, const char *canonical,
+                            const char *cache_control) {
+  const char *etag = coded_etag(call, representation, call->coding, canonical);
   if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
   if (if_match && !etag_matches(if_match, etag, false))

@@ -76,6 +76,10 @@ api_outcome api_validate(api_call *call, const char *representation, const char 
  * time. */
 api_outcome api_validate_file(api_call *call, const char *hash);
 
+/* For a request that changes what the URL has: API_FAILED for 412 where If-Match names none of the entity
+ * tags that the representation has in any content coding, else API_CONTINUE. */
+api_outcome api_check_if_match(api_call *call, const char *representation);
+
 /* A part of the representation. */
 typedef struct api_range {
   uint64_t first, count;

@@ -506,6 +506,7 @@ api_outcome api_model_reply_stored(api_call *call) {
 }
 
 api_outcome api_delete_model(api_call *call) {
+  if (api_check_if_match(call, description) != API_CONTINUE) return API_FAILED;
   if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
   const api_store *store = &call->service->store;
   api_store_status status = store->remove(store->context, call->id);

@@ -589,6 +589,25 @@ TEST_WITH(deleting_forgets_the_model_at_once, loopback_setup, loopback_teardown)
   reply_free(&r);
 }
 
+TEST_WITH(what_if_match_does_not_name_is_not_deleted, loopback_setup, loopback_teardown) {
+  char id[API_ID_TEXT], path[64], headers[160];
+  loopback_upload(*state, "model/obj", triangle, id);
+  snprintf(path, sizeof path, "/v1/models/%s", id);
+  reply packed = get_with(*state, path, "Accept-Encoding: gzip\n");
+  const char *const misses[] = {"If-Match: \"a\"\n", "If-Match: W/%s\n"};
+  for (size_t i = 0; i < sizeof misses / sizeof *misses; i++) {
+    snprintf(headers, sizeof headers, misses[i], reply_header(&packed, "ETag"));
+    assert_problem(loopback_ask(*state, "DELETE", path, headers, NULL, 0), 412, NULL, "If-Match");
+  }
+  assert_int_equal(loopback_store_count(*state), 1);
+  snprintf(headers, sizeof headers, "If-Match: \"a\", %s\n", reply_header(&packed, "ETag"));
+  reply_free(&packed);
+  reply r = loopback_ask(*state, "DELETE", path, headers, NULL, 0);
+  assert_int_equal(r.status, 204);
+  reply_free(&r);
+  assert_problem(loopback_ask(*state, "DELETE", path, "If-Match: *\n", NULL, 0), 404, NULL, NULL);
+}
+
 TEST_WITH(ids_that_cannot_be_are_404, loopback_setup, loopback_teardown) {
   const char *const ids[] = {"x",
                              "0123456789ABCDEF0123456789ABCDEF",
