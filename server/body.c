@@ -39,17 +39,9 @@ srv_body_status srv_body_expect(srv_body *body, uint64_t size) {
   return take(body, size) ? SRV_BODY_OK : SRV_BODY_CROWDED;
 }
 
-/* A file that vanishes with its descriptor, however the process ends. */
-static int open_nameless(const char *folder) {
-  char path[PATH_MAX];
-  int file = srv_create_temporary(folder, path);
-  if (file >= 0) unlink(path);
-  return file;
-}
-
 /* Moves what memory holds to a file. */
 static bool spool(srv_body *body) {
-  int file = open_nameless(body->spool->folder);
+  int file = srv_create_nameless(body->spool->folder);
   if (file < 0) return false;
   body->file = file;
   body->spooled = true;

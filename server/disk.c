@@ -1,10 +1,12 @@
 /* Files that are small by nature (keys, certificates, summaries) and bytes that are not. */
 #include "disk.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <sys/random.h>
 #include <unistd.h>
 
@@ -54,6 +56,15 @@ char *srv_read_text(const char *path, size_t size_max) {
   return fitting != NULL ? fitting : text;
 }
 
+char *srv_trim(char *text) {
+  static const char BLANKS[] = " \t\r\n";
+  text += strspn(text, BLANKS);
+  size_t size = strlen(text);
+  while (size > 0 && strchr(BLANKS, text[size - 1]) != NULL) size--;
+  text[size] = '\0';
+  return text;
+}
+
 int srv_create_temporary(const char *folder, char path[PATH_MAX]) {
   uint64_t random[2];
   if (getrandom(random, sizeof random, 0) != (ssize_t)sizeof random) return -1;
@@ -64,4 +75,30 @@ int srv_create_temporary(const char *folder, char path[PATH_MAX]) {
     return -1;
   }
   return open(path, O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
+}
+
+int srv_create_nameless(const char *folder) {
+  char path[PATH_MAX];
+  int file = srv_create_temporary(folder, path);
+  if (file >= 0) unlink(path);
+  return file;
+}
+
+bool srv_each_file(const char *folder,
+                   bool (*take)(void *context, const char *name, const struct stat *facts), void *context) {
+  bool goes_on = true;
+  for (unsigned prefix = 0; prefix <= 0xff && goes_on; prefix++) {
+    char path[PATH_MAX + 4];
+    snprintf(path, sizeof path, "%s/%02x", folder, prefix);
+    DIR *listing = opendir(path);
+    if (listing == NULL) continue;
+    for (struct dirent *entry = readdir(listing); entry != NULL && goes_on; entry = readdir(listing)) {
+      struct stat facts;
+      bool is_file =
+          fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(facts.st_mode);
+      if (is_file) goes_on = take(context, entry->d_name, &facts);
+    }
+    closedir(listing);
+  }
+  return goes_on;
 }

@@ -4,9 +4,8 @@
  * no list in memory, and outlives the daemon. */
 #include "disk_cache.h"
 
-#include "log.h"
+#include "disk.h"
 
-#include <dirent.h>
 #include <fcntl.h>
 #include <limits.h>
 #include <pthread.h>
@@ -31,6 +30,7 @@ typedef struct copy {
 } copy;
 
 typedef struct copies {
+  const srv_disk_cache *cache;
   copy *list;
   size_t count, capacity;
   uint64_t bytes;
@@ -45,8 +45,10 @@ static void summary_path(const srv_disk_cache *cache, const char *id, char path[
   snprintf(path, PATH_MAX, "%s/summaries/%.2s/%s", cache->root, id, id + 2);
 }
 
-/* A copy without a summary counts as the oldest. */
-static bool add_copy(const srv_disk_cache *cache, const char *id, uint64_t bytes, copies *all) {
+/* A copy without a summary counts as the oldest. False without memory. */
+static bool add_copy(void *context, const char *id, const struct stat *object) {
+  copies *all = context;
+  if (strlen(id) != API_ID_TEXT - 1) return true;
   if (all->count == all->capacity) {
     size_t capacity = all->capacity > 0 ? 2 * all->capacity : 1024;
     copy *longer = realloc(all->list, capacity * sizeof *longer);
@@ -57,39 +59,14 @@ static bool add_copy(const srv_disk_cache *cache, const char *id, uint64_t bytes
   copy *c = &all->list[all->count++];
   char path[PATH_MAX];
   struct stat facts;
-  *c = (copy){.bytes = bytes};
+  *c = (copy){.bytes = disk_size(object)};
   memcpy(c->id, id, sizeof c->id);
-  summary_path(cache, id, path);
+  summary_path(all->cache, id, path);
   if (stat(path, &facts) == 0) {
     c->bytes += disk_size(&facts);
     c->used_ns = (int64_t)facts.st_mtim.tv_sec * 1000000000 + facts.st_mtim.tv_nsec;
   }
   all->bytes += c->bytes;
-  return true;
-}
-
-static bool count_folder(const srv_disk_cache *cache, DIR *listing, copies *all) {
-  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
-    struct stat facts;
-    bool is_copy = strlen(entry->d_name) == API_ID_TEXT - 1 &&
-                   fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
-                   S_ISREG(facts.st_mode);
-    if (is_copy && !add_copy(cache, entry->d_name, disk_size(&facts), all)) return false;
-  }
-  return true;
-}
-
-/* False without memory. */
-static bool count(const srv_disk_cache *cache, copies *all) {
-  for (unsigned prefix = 0; prefix <= 0xff; prefix++) {
-    char path[PATH_MAX];
-    snprintf(path, sizeof path, "%s/objects/%02x", cache->root, prefix);
-    DIR *listing = opendir(path);
-    if (listing == NULL) continue;
-    bool is_counted = count_folder(cache, listing, all);
-    closedir(listing);
-    if (!is_counted) return false;
-  }
   return true;
 }
 
@@ -101,9 +78,11 @@ static int compare_use(const void *a, const void *b) {
 /* Counts anew, and removes the oldest where there is too much. One thread does at a time; others go on
  * meanwhile. */
 static void shrink(srv_disk_cache *cache) {
-  copies all = {0};
+  copies all = {.cache = cache};
+  char objects[PATH_MAX];
   if (pthread_mutex_trylock(&cache->counting) != 0) return;
-  if (count(cache, &all)) {
+  snprintf(objects, sizeof objects, "%s/objects", cache->root);
+  if (srv_each_file(objects, add_copy, &all)) {
     uint64_t bytes = all.bytes, aim = cache->limit - cache->limit / 10;
     if (bytes > cache->limit) qsort(all.list, all.count, sizeof *all.list, compare_use);
     for (size_t i = 0; all.bytes > cache->limit && i < all.count && bytes > aim; i++) {

@@ -3,6 +3,8 @@
  * Errors name lines and items and never show what is in them. */
 #include "keyring.h"
 
+#include "disk.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,14 +73,6 @@ static size_t count_items(const char *text, char separator) {
   return count;
 }
 
-static char *trim(char *item) {
-  item += strspn(item, BLANKS);
-  size_t size = strlen(item);
-  while (size > 0 && strchr(BLANKS, item[size - 1]) != NULL) size--;
-  item[size] = '\0';
-  return item;
-}
-
 /* Cuts the text; empty items and, in files, lines that begin with '#' are skipped. Returns the number of the
  * first malformed item, from 1; 0: none is. */
 static size_t take_items(srv_keyring *keyring, char *text, bool is_file, take_item *take) {
@@ -88,7 +82,7 @@ static size_t take_items(srv_keyring *keyring, char *text, bool is_file, take_it
     next = strchr(at, separator);
     if (next != NULL) *next++ = '\0';
     number++;
-    char *item = trim(at);
+    char *item = srv_trim(at);
     if (*item == '\0' || (is_file && *item == '#')) continue;
     if (!take(keyring, item)) return number;
   }

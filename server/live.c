@@ -232,12 +232,11 @@ static void *run(void *context) {
   pthread_mutex_lock(&live->lock);
   while (!live->stopping) {
     uint64_t next = run_channels(live);
-    if (next == UINT64_MAX) {
-      if (!live->stopping) pthread_cond_wait(&live->wake, &live->lock);
-      continue;
-    }
-    struct timespec due = {.tv_sec = (time_t)(next / 1000000000), .tv_nsec = (long)(next % 1000000000)};
-    if (!live->stopping) pthread_cond_timedwait(&live->wake, &live->lock, &due);
+    if (live->stopping) break;
+    if (next == UINT64_MAX)
+      pthread_cond_wait(&live->wake, &live->lock);
+    else
+      srv_timed_wait(&live->wake, &live->lock, next);
   }
   pthread_mutex_unlock(&live->lock);
   return NULL;
@@ -410,11 +409,7 @@ srv_live *srv_live_create(size_t max_listeners, uint64_t pulse_ns) {
   if (live == NULL) return NULL;
   live->max_listeners = max_listeners;
   live->pulse_ns = pulse_ns;
-  pthread_condattr_t monotonic;
-  pthread_condattr_init(&monotonic);
-  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-  pthread_cond_init(&live->wake, &monotonic);
-  pthread_condattr_destroy(&monotonic);
+  srv_timed_init(&live->wake);
   pthread_mutex_init(&live->lock, NULL);
   if (pthread_create(&live->thread, NULL, run, live) == 0) return live;
   pthread_cond_destroy(&live->wake);

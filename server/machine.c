@@ -35,6 +35,26 @@ uint64_t srv_unix_ns(void) {
   return read_ns(CLOCK_REALTIME);
 }
 
+void srv_timed_init(pthread_cond_t *condition) {
+  pthread_condattr_t monotonic;
+  pthread_condattr_init(&monotonic);
+  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+  pthread_cond_init(condition, &monotonic);
+  pthread_condattr_destroy(&monotonic);
+}
+
+void srv_timed_wait(pthread_cond_t *condition, pthread_mutex_t *lock, uint64_t end_ns) {
+  const struct timespec end = {(time_t)(end_ns / NS_PER_S), (long)(end_ns % NS_PER_S)};
+  pthread_cond_timedwait(condition, lock, &end);
+}
+
+bool srv_join_soon(pthread_t thread) {
+  struct timespec end;
+  clock_gettime(CLOCK_REALTIME, &end);
+  end.tv_sec++;
+  return pthread_timedjoin_np(thread, NULL, &end) == 0;
+}
+
 /* Reads the first line of a file in a group's folder. */
 static bool read_line(const char *folder, const char *name, char text[LINE_SIZE]) {
   char path[PATH_MAX];

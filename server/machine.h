@@ -3,6 +3,8 @@
 #ifndef SRV_MACHINE_H
 #define SRV_MACHINE_H
 
+#include <pthread.h>
+#include <stdbool.h>
 #include <stdint.h>
 
 /* Time that no setting of the clock moves. srv_now_ms is cheaper, and behind by a tick of the kernel at most,
@@ -12,6 +14,12 @@ uint64_t srv_now_ms(void);
 
 /* Unix time. */
 uint64_t srv_unix_ns(void);
+
+/* A condition whose waits end at a time of srv_now_ns, at the latest. */
+void srv_timed_init(pthread_cond_t *condition);
+void srv_timed_wait(pthread_cond_t *condition, pthread_mutex_t *lock, uint64_t end_ns);
+/* Joins a thread that ends within a second; false where it does not. */
+bool srv_join_soon(pthread_t thread);
 
 /* The least memory limit of the cgroups that this process is in (versions 1 and 2), in bytes; UINT64_MAX
  * without one. root: of the file system, "" but for tests. */

@@ -21,22 +21,12 @@ static bool copy(const char *text, char *out, size_t out_size) {
   return true;
 }
 
-/* Cuts blanks off both ends. */
-static char *trim(char *text) {
-  static const char BLANKS[] = " \t\r\n";
-  text += strspn(text, BLANKS);
-  size_t size = strlen(text);
-  while (size > 0 && strchr(BLANKS, text[size - 1]) != NULL) size--;
-  text[size] = '\0';
-  return text;
-}
-
 /* One "name = value"; false where the value is too long. */
 static bool read_assignment(char *line, srv_s3_credentials *out) {
   char *equals = strchr(line, '=');
   if (equals == NULL) return true;
   *equals = '\0';
-  const char *name = trim(line), *value = trim(equals + 1);
+  const char *name = srv_trim(line), *value = srv_trim(equals + 1);
   if (strcmp(name, "aws_access_key_id") == 0) return copy(value, out->key, sizeof out->key);
   if (strcmp(name, "aws_secret_access_key") == 0) return copy(value, out->secret, sizeof out->secret);
   if (strcmp(name, "aws_session_token") == 0) return copy(value, out->token, sizeof out->token);
@@ -47,12 +37,12 @@ static bool read_profile(char *text, const char *profile, srv_s3_credentials *ou
   bool is_in = true;
   char *rest = NULL;
   for (char *line = strtok_r(text, "\n", &rest); line != NULL; line = strtok_r(NULL, "\n", &rest)) {
-    line = trim(line);
+    line = srv_trim(line);
     size_t size = strlen(line);
     if (line[0] == '#' || line[0] == ';') continue;
     if (line[0] == '[' && line[size - 1] == ']') {
       line[size - 1] = '\0';
-      is_in = strcmp(trim(line + 1), profile) == 0;
+      is_in = strcmp(srv_trim(line + 1), profile) == 0;
     } else if (is_in && !read_assignment(line, out)) {
       return false;
     }

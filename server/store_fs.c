@@ -87,15 +87,14 @@ static api_store_status unavailable(const char *what) {
   return is_full ? API_STORE_FULL : API_STORE_UNAVAILABLE;
 }
 
-/* Of a model in the table. */
-static size_t place_of(const char *id) {
+size_t srv_store_place(const char *id, size_t count) {
   const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
-  return strtoul(first, NULL, 16) % VERDICTS;
+  return strtoul(first, NULL, 16) % count;
 }
 
 static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
   pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = &store->verdicts[place_of(id)];
+  verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
   if (strcmp(v->id, id) != 0 && is_whole) {
     *v = (verdict){0};
     memcpy(v->id, id, sizeof v->id);
@@ -104,8 +103,16 @@ static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
   pthread_mutex_unlock(&store->verdicts_lock);
 }
 
-static bool is_id(const char *text) {
+bool srv_store_is_id(const char *text) {
   return strspn(text, "0123456789abcdef") == ID_SIZE && text[ID_SIZE] == '\0';
+}
+
+bool srv_store_is_hash(struct sha256_ctx *hash, const char *id) {
+  uint8_t digest[ID_SIZE / 2];
+  char text[ID_SIZE];
+  sha256_digest(hash, sizeof digest, digest);
+  base16_encode_update(text, sizeof digest, digest);
+  return memcmp(text, id, sizeof text) == 0;
 }
 
 /* ---- paths ----------------------------------------------------------------------------------- */
@@ -219,13 +226,12 @@ static void *run_probes(void *context) {
   srv_store_fs *store = context;
   pthread_mutex_lock(&store->probe_lock);
   while (!store->is_closing) {
-    uint64_t now_ns = srv_now_ns(), due_ns = now_ns + PROBE_NS;
-    struct timespec due = {.tv_sec = (time_t)(due_ns / 1000000000), .tv_nsec = (long)(due_ns % 1000000000)};
+    uint64_t now_ns = srv_now_ns();
     if (store->asked_ns == 0 || now_ns - store->asked_ns > QUIET_NS) {
       pthread_cond_wait(&store->probe_wake, &store->probe_lock);
     } else {
       try_once(store);
-      if (!store->is_closing) pthread_cond_timedwait(&store->probe_wake, &store->probe_lock, &due);
+      if (!store->is_closing) srv_timed_wait(&store->probe_wake, &store->probe_lock, now_ns + PROBE_NS);
     }
   }
   pthread_mutex_unlock(&store->probe_lock);
@@ -233,25 +239,18 @@ static void *run_probes(void *context) {
 }
 
 static void init_probes(srv_store_fs *store) {
-  pthread_condattr_t monotonic;
-  pthread_condattr_init(&monotonic);
-  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
   pthread_mutex_init(&store->probe_lock, NULL);
-  pthread_cond_init(&store->probe_wake, &monotonic);
-  pthread_condattr_destroy(&monotonic);
+  srv_timed_init(&store->probe_wake);
   store->is_usable = true;
 }
 
 /* False where a try hangs: then the thread stays. */
 static bool stop_probes(srv_store_fs *store) {
-  struct timespec end;
-  clock_gettime(CLOCK_REALTIME, &end);
-  end.tv_sec++;
   pthread_mutex_lock(&store->probe_lock);
   store->is_closing = true;
   pthread_cond_signal(&store->probe_wake);
   pthread_mutex_unlock(&store->probe_lock);
-  if (store->is_probed && pthread_timedjoin_np(store->prober, NULL, &end) != 0) return false;
+  if (store->is_probed && !srv_join_soon(store->prober)) return false;
   pthread_mutex_destroy(&store->probe_lock);
   pthread_cond_destroy(&store->probe_wake);
   return true;
@@ -461,7 +460,7 @@ static char *read_summary(const srv_store_fs *store, const char *id) {
 static char *summary_of(void *context, const char *id) {
   const srv_store_fs *store = context;
   path name = object_path(store, id);
-  return is_id(id) && access(name.text, F_OK) == 0 ? read_summary(store, id) : NULL;
+  return srv_store_is_id(id) && access(name.text, F_OK) == 0 ? read_summary(store, id) : NULL;
 }
 
 /* The model is stored, with or without a summary. */
@@ -477,7 +476,7 @@ static void put_summary(const srv_store_fs *store, const char *id, const char *s
 static api_store_status put(void *context, const char *id, api_bytes bytes, const char *summary,
                             bool *existed) {
   srv_store_fs *store = context;
-  if (!is_id(id)) return API_STORE_UNAVAILABLE;
+  if (!srv_store_is_id(id)) return API_STORE_UNAVAILABLE;
   path objects = folder_path(store, "objects"), folder = prefix_path(store, "objects", id);
   path name = object_path(store, id);
   if (!make_folders(store) || !make_folder(store, folder.text)) return unavailable("cannot make a folder");
@@ -500,7 +499,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
 
 static api_store_status drop(void *context, const char *id) {
   srv_store_fs *store = context;
-  if (!is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   path folder = prefix_path(store, "objects", id), object = object_path(store, id);
   path summary = summary_path(store, id);
   struct stat facts = {0};
@@ -539,7 +538,7 @@ static bool same_facts(const file_facts *a, const file_facts *b) {
 
 static bool recall(srv_store_fs *store, const char *id, const file_facts *facts, bool *whole) {
   pthread_mutex_lock(&store->verdicts_lock);
-  const verdict *v = &store->verdicts[place_of(id)];
+  const verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
   bool known = strcmp(v->id, id) == 0 && same_facts(&v->facts, facts);
   if (known) *whole = v->whole;
   pthread_mutex_unlock(&store->verdicts_lock);
@@ -553,7 +552,7 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
   static const int64_t TICK_NS = 100000000;
   if (began_ns - facts->changed_ns < TICK_NS) return;
   pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = &store->verdicts[place_of(id)];
+  verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
   if (strcmp(v->id, id) != 0) v->seen_ns = 0;
   memcpy(v->id, id, sizeof v->id);
   v->whole = whole;
@@ -564,17 +563,14 @@ static void remember(srv_store_fs *store, const char *id, const file_facts *fact
 /* Hashes the file. False when it cannot be read. */
 static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
   struct sha256_ctx hash;
-  uint8_t piece[PIECE], digest[ID_SIZE / 2];
-  char text[ID_SIZE];
+  uint8_t piece[PIECE];
   sha256_init(&hash);
   for (uint64_t at = 0; at < size; at += sizeof piece) {
     ptrdiff_t got = srv_read_at(fd, piece, sizeof piece, at);
     if (got < 0) return false;
     sha256_update(&hash, (size_t)got, piece);
   }
-  sha256_digest(&hash, sizeof digest, digest);
-  base16_encode_update(text, sizeof digest, digest);
-  *matches = memcmp(text, id, sizeof text) == 0;
+  *matches = srv_store_is_hash(&hash, id);
   return true;
 }
 
@@ -635,7 +631,7 @@ static api_store_status open_file(srv_store_fs *store, int fd, const char *id, a
 
 static api_store_status open_object(void *context, const char *id, api_blob *out) {
   srv_store_fs *store = context;
-  if (!is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   path name = object_path(store, id);
   int fd = open(name.text, O_RDONLY | O_CLOEXEC);
   if (fd < 0) return errno == ENOENT ? not_found(store) : unavailable("cannot open a model");
@@ -647,9 +643,9 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
 /* Once a second at most for a model that is there and whole. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_fs *store = context;
-  if (!is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   pthread_mutex_lock(&store->verdicts_lock);
-  const verdict *v = &store->verdicts[place_of(id)];
+  const verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
   bool is_whole = strcmp(v->id, id) == 0 && v->seen_ns != 0 && srv_now_ns() - v->seen_ns < LOOK_NS;
   pthread_mutex_unlock(&store->verdicts_lock);
   if (is_whole) return API_STORE_OK;
@@ -687,7 +683,7 @@ static api_store_status collect(const srv_store_fs *store, unsigned prefix, cons
   DIR *listing = opendir(folder.text);
   if (listing == NULL) return errno == ENOENT ? API_STORE_OK : unavailable("cannot list");
   for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
-    if (is_id(entry->d_name) && strcmp(entry->d_name, after) > 0) page_insert(p, entry->d_name);
+    if (srv_store_is_id(entry->d_name) && strcmp(entry->d_name, after) > 0) page_insert(p, entry->d_name);
   }
   closedir(listing);
   return API_STORE_OK;
@@ -727,7 +723,7 @@ static size_t describe(const srv_store_fs *store, const page *p, size_t limit, a
 static api_store_status list(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
                              bool *more) {
   srv_store_fs *store = context;
-  if (after[0] != '\0' && !is_id(after)) return API_STORE_UNAVAILABLE;
+  if (after[0] != '\0' && !srv_store_is_id(after)) return API_STORE_UNAVAILABLE;
   if (limit >= SIZE_MAX / API_ID_TEXT) return API_STORE_UNAVAILABLE;
   page p = {.ids = calloc(limit + 1, API_ID_TEXT), .capacity = limit + 1};
   if (p.ids == NULL) return API_STORE_UNAVAILABLE;

@@ -2,13 +2,10 @@
  * What this daemon stores and removes is counted at once. */
 #include "store_quota.h"
 
+#include "disk.h"
 #include "machine.h"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <stdio.h>
-#include <string.h>
-#include <sys/stat.h>
 
 static const uint64_t RECOUNT_NS = 60000000000;
 
@@ -22,29 +19,16 @@ void srv_store_quota_deinit(srv_store_quota *quota) {
   pthread_mutex_destroy(&quota->lock);
 }
 
-static uint64_t count_folder(DIR *listing) {
-  uint64_t size = 0;
-  for (struct dirent *entry = readdir(listing); entry != NULL; entry = readdir(listing)) {
-    struct stat facts;
-    bool is_file =
-        fstatat(dirfd(listing), entry->d_name, &facts, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(facts.st_mode);
-    if (is_file) size += (uint64_t)facts.st_size;
-  }
-  return size;
+static bool add_size(void *context, const char *name, const struct stat *facts) {
+  (void)name;
+  *(uint64_t *)context += (uint64_t)facts->st_size;
+  return true;
 }
 
 /* Under the lock. What is in the folder and not settled yet counts twice until the next time. */
 static void count(srv_store_quota *quota, uint64_t now_ns) {
-  uint64_t size = 0;
-  for (unsigned prefix = 0; prefix <= 0xff; prefix++) {
-    char name[PATH_MAX + 4];
-    snprintf(name, sizeof name, "%s/%02x", quota->folder, prefix);
-    DIR *listing = opendir(name);
-    if (listing == NULL) continue;
-    size += count_folder(listing);
-    closedir(listing);
-  }
-  quota->used = size;
+  quota->used = 0;
+  srv_each_file(quota->folder, add_size, &quota->used);
   quota->counted_ns = now_ns;
 }
 

@@ -30,7 +30,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { ID_SIZE = API_ID_TEXT - 1, VERDICTS = 1 << 14, KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
+enum { VERDICTS = 1 << 14, KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
 
 static const uint64_t LOOK_NS = 1000000000, SHORT_MS = 8000, TRY_MS = 5000;
 
@@ -61,10 +61,6 @@ struct srv_store_s3 {
   pthread_cond_t wake;
   bool is_watched, is_closing;
 };
-
-static bool is_id(const char *text) {
-  return strspn(text, "0123456789abcdef") == ID_SIZE && text[ID_SIZE] == '\0';
-}
 
 static void print_key(const char *id, char key[KEY_SIZE]) {
   snprintf(key, KEY_SIZE, "objects/%.2s/%s", id, id);
@@ -101,9 +97,7 @@ static void *watch(void *context) {
       atomic_store(&store->was_reached, true);
       atomic_store(&store->is_down, false);
     } else if (!store->is_closing) {
-      uint64_t due_ns = srv_now_ns() + 1000000000;
-      const struct timespec due = {(time_t)(due_ns / 1000000000), (long)(due_ns % 1000000000)};
-      pthread_cond_timedwait(&store->wake, &store->lock, &due);
+      srv_timed_wait(&store->wake, &store->lock, srv_now_ns() + 1000000000);
     }
   }
   pthread_mutex_unlock(&store->lock);
@@ -159,8 +153,7 @@ static api_store_status ask_head(srv_store_s3 *store, const char *id, srv_s3_ans
 
 /* Of a model in the table. */
 static verdict *place_of(const srv_store_s3 *store, const char *id) {
-  const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
-  return &store->verdicts[strtoul(first, NULL, 16) % VERDICTS];
+  return &store->verdicts[srv_store_place(id, VERDICTS)];
 }
 
 /* A zeroed one where nothing is known. */
@@ -215,14 +208,6 @@ static bool take_piece(void *context, uint64_t offset, const uint8_t *data, size
   return srv_write_all(a->file, data, size);
 }
 
-static bool has_hash(arrival *a, const char *id) {
-  uint8_t digest[ID_SIZE / 2];
-  char text[ID_SIZE];
-  sha256_digest(&a->hash, sizeof digest, digest);
-  base16_encode_update(text, sizeof digest, digest);
-  return memcmp(text, id, sizeof text) == 0;
-}
-
 static bool read_mapping(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
   memcpy(out, (const uint8_t *)blob->owner + offset, size);
   return true;
@@ -262,7 +247,7 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a,
                                 &answer);
   if (status == API_STORE_ABSENT) forget(store, id);
   if (status != API_STORE_OK) return status;
-  if (!has_hash(a, id)) {
+  if (!srv_store_is_hash(&a->hash, id)) {
     srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its object are not those uploaded",
             id, (unsigned long long)a->size);
     forget(store, id);
@@ -280,10 +265,8 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a,
 
 /* Reads and judges the object, and keeps a copy. */
 static api_store_status fetch(srv_store_s3 *store, const char *id, api_blob *out) {
-  char path[PATH_MAX];
-  arrival a = {.file = srv_create_temporary(store->temporary, path)};
+  arrival a = {.file = srv_create_nameless(store->temporary)};
   if (a.file < 0) return fail_locally("cannot write a file in --cache-dir");
-  unlink(path);
   api_store_status status = receive(store, id, &a, out);
   close(a.file);
   return status;
@@ -318,7 +301,7 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
 /* Once a second at most for a model that is there. */
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_s3 *store = context;
-  if (!is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   verdict known = recall(store, id);
   if (is_fresh(&known)) return API_STORE_OK;
   if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
@@ -351,7 +334,7 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
 static char *summary_of(void *context, const char *id) {
   srv_store_s3 *store = context;
   srv_s3_answer answer;
-  if (!is_id(id)) return NULL;
+  if (!srv_store_is_id(id)) return NULL;
   api_store_status status = ask_head(store, id, &answer);
   return status == API_STORE_UNAVAILABLE ? srv_disk_cache_summary(store->cache, id) : answer.summary;
 }
@@ -420,7 +403,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   enum { ROUNDS = 4 }; /* each but the first after somebody stored or removed it meanwhile */
   srv_store_s3 *store = context;
   api_store_status status = API_STORE_UNAVAILABLE;
-  if (!is_id(id)) return status;
+  if (!srv_store_is_id(id)) return status;
   for (int round = 0; round < ROUNDS; round++) {
     srv_s3_answer head;
     status = ask_head(store, id, &head);
@@ -449,7 +432,7 @@ static api_store_status drop(void *context, const char *id) {
   srv_store_s3 *store = context;
   srv_s3_answer answer;
   char key[KEY_SIZE];
-  if (!is_id(id)) return API_STORE_ABSENT;
+  if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   api_store_status status = ask_head(store, id, &answer); /* DELETE does not tell whether it was there */
   free(answer.summary);
   print_key(id, key);
@@ -478,7 +461,7 @@ static bool take_key(void *context, const char *key, uint64_t size) {
   listing *l = context;
   const char *id = strrchr(key, '/');
   char expected[KEY_SIZE];
-  if (id == NULL || !is_id(id + 1)) return true;
+  if (id == NULL || !srv_store_is_id(id + 1)) return true;
   print_key(id + 1, expected);
   if (strcmp(expected, key) != 0) return true;
   l->more = l->count == l->limit;
@@ -509,7 +492,7 @@ static void read_all_summaries(listing *l) {
 static api_store_status list(void *context, const char *after, size_t limit, api_listed *out, size_t *count,
                              bool *more) {
   srv_store_s3 *store = context;
-  if (after[0] != '\0' && !is_id(after)) return API_STORE_UNAVAILABLE;
+  if (after[0] != '\0' && !srv_store_is_id(after)) return API_STORE_UNAVAILABLE;
   if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
   listing l = {.store = store, .out = out, .limit = limit};
   char key[KEY_SIZE] = "";
@@ -533,22 +516,14 @@ static api_store_status probe(void *context) {
 
 /* ---- opening and closing the store ------------------------------------------------------------ */
 
-static void init_watch(srv_store_s3 *store) {
-  pthread_condattr_t monotonic;
-  pthread_condattr_init(&monotonic);
-  pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
-  pthread_mutex_init(&store->lock, NULL);
-  pthread_cond_init(&store->wake, &monotonic);
-  pthread_condattr_destroy(&monotonic);
-  pthread_mutex_init(&store->verdicts_lock, NULL);
-}
-
 srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, char *error,
                                 size_t error_size) {
   srv_store_s3 *store = calloc(1, sizeof *store);
   snprintf(error, error_size, "out of memory");
   if (store == NULL) return NULL;
-  init_watch(store);
+  pthread_mutex_init(&store->lock, NULL);
+  srv_timed_init(&store->wake);
+  pthread_mutex_init(&store->verdicts_lock, NULL);
   store->place = strdup(config->data);
   store->verdicts = calloc(VERDICTS, sizeof *store->verdicts);
   store->cache = srv_disk_cache_create(folder, config->cache_dir, config->cache_size);
@@ -586,15 +561,12 @@ bool srv_store_s3_check(const srv_config *config, char *error, size_t error_size
 
 void srv_store_s3_close(srv_store_s3 *store) {
   if (store == NULL) return;
-  struct timespec end;
-  clock_gettime(CLOCK_REALTIME, &end);
-  end.tv_sec++;
   pthread_mutex_lock(&store->lock);
   store->is_closing = true;
   pthread_cond_signal(&store->wake);
   pthread_mutex_unlock(&store->lock);
   /* Where a try hangs, the thread stays, and what it uses. */
-  if (store->is_watched && pthread_timedjoin_np(store->watcher, NULL, &end) != 0) return;
+  if (store->is_watched && !srv_join_soon(store->watcher)) return;
   pthread_mutex_destroy(&store->lock);
   pthread_cond_destroy(&store->wake);
   pthread_mutex_destroy(&store->verdicts_lock);
