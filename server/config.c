@@ -632,19 +632,7 @@ srv_config_status srv_config_read(srv_config *config, int argc, char *const *arg
 }
 
 void srv_config_deinit(srv_config *config) {
-  free(config->listen);
-  free(config->admin_listen);
-  free(config->trusted_proxies);
-  free(config->data);
-  free(config->s3_endpoint);
-  free(config->s3_region);
-  free(config->s3_credentials);
-  free(config->cache_dir);
-  free(config->api_keys);
-  free(config->url_keys);
-  free(config->cors_origins);
-  free(config->tls_cert);
-  free(config->tls_key);
-  free(config->log_level);
+  for (size_t i = 0; i < SETTING_COUNT; i++)
+    if (SETTINGS[i].kind == KIND_TEXT) free(*(char **)(void *)((char *)config + SETTINGS[i].offset));
   *config = (srv_config){0};
 }

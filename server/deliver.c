@@ -152,10 +152,10 @@ static bool is_sized(const api_answer *answer) {
   return answer->live.frame == NULL && (answer->body.read == NULL || answer->body.size != API_SIZE_UNKNOWN);
 }
 
-bool srv_deliver(srv_connection *c) {
+enum MHD_Result srv_deliver(srv_connection *c) {
   srv_exchange *exchange = &c->exchange;
   delivery *d = malloc(sizeof *d);
-  if (d == NULL) return false;
+  if (d == NULL) return MHD_NO;
   srv_listener *listener = join_stream(c);
   *d = (delivery){exchange->answer, c, listener, read_ahead(c, &exchange->answer)};
   exchange->answer = (api_answer){0};
@@ -163,7 +163,7 @@ bool srv_deliver(srv_connection *c) {
   struct MHD_Response *response = create_response(d);
   if (response == NULL) {
     free_delivery(d);
-    return false;
+    return MHD_NO;
   }
   bool is_head = strcmp(exchange->method, "HEAD") == 0;
   /* In chunks the library ends even what has no body with a last chunk, which the client would take for the
@@ -178,5 +178,5 @@ bool srv_deliver(srv_connection *c) {
   MHD_destroy_response(response);
   if (!is_queued) exchange->bytes_out = 0;
   srv_enter(c, listener != NULL ? SRV_PHASE_LIVE : SRV_PHASE_SEND);
-  return is_queued;
+  return is_queued ? MHD_YES : MHD_NO;
 }

@@ -182,6 +182,15 @@ static void refuse_crowded_body(srv_exchange *exchange) {
                       "the long bodies under way have as many bytes as the daemon takes", BODY_RETRY_S);
 }
 
+static void refuse_roomless_body(srv_exchange *exchange, int status) {
+  srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, status, "there is no room for the body at present",
+                      BODY_RETRY_S);
+}
+
+static void refuse_late(srv_exchange *exchange) {
+  srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
+}
+
 /* Terminated, and cut where it does not fit. */
 static void copy_cut(char *out, size_t capacity, const char *text) {
   size_t size = strnlen(text, capacity - 1);
@@ -271,8 +280,7 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
   case SRV_BODY_CROWDED: refuse_crowded_body(exchange); break;
   case SRV_BODY_FAILED:
     srv_log(SRV_LOG_ERROR, "no memory or disk for a request body");
-    srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, is_disk_full ? 507 : 503,
-                        "there is no room for the body at present", BODY_RETRY_S);
+    refuse_roomless_body(exchange, is_disk_full ? 507 : 503);
     break;
   }
   exchange->close = true;
@@ -323,7 +331,7 @@ static void run(srv_job *job) {
   if (!exchange->wanted(exchange)) {
     srv_exchange_refuse(exchange, API_REFUSAL_NONE, 503, "the client is gone", 0);
   } else if (is_late(exchange, exchange->worked_ns)) {
-    srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
+    refuse_late(exchange);
   } else if (handle(exchange, API_HEAVY) == API_WAITS) {
     return;
   } else if (!exchange->answered) {
@@ -369,7 +377,7 @@ static void woken(api_ticket *ticket) {
 bool srv_exchange_give_up(srv_exchange *exchange) {
   if (!is_late(exchange, srv_now_ns())) return false;
   if (!api_ticket_cancel(exchange->server->service, &exchange->ticket)) return false;
-  srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
+  refuse_late(exchange);
   return true;
 }
 
@@ -381,8 +389,7 @@ srv_exchange_step srv_exchange_finish(srv_exchange *exchange) {
   exchange->ticket.pauses = pauses;
   exchange->request.ticket = &exchange->ticket;
   if (srv_body_view(&exchange->body, &exchange->request.body) != SRV_BODY_OK) {
-    srv_exchange_refuse(exchange, SRV_REFUSAL_ROOM, 503, "there is no room for the body at present",
-                        BODY_RETRY_S);
+    refuse_roomless_body(exchange, 503);
   } else {
     switch (handle(exchange, API_LIGHT)) {
     case API_ANSWERED: break;
@@ -452,34 +459,27 @@ char *srv_exchange_print(const srv_exchange *exchange, const char *reason, size_
 
 void srv_exchange_end(srv_exchange *exchange, const char *peer, bool aborted) {
   if (exchange->target == NULL) return;
-  uint64_t ended_ns = srv_now_ns();
-  double total_ms = milliseconds(exchange->started_ns, ended_ns);
-  const char *route = exchange->route;
-  if (route == NULL) route = api_route_name(exchange->request.path);
   char client[SRV_CLIENT_TEXT];
   srv_client_print(&exchange->client, client);
-  srv_log_access(&(srv_log_request){.id = exchange->id,
-                                    .peer = exchange->is_forwarded ? client : peer,
-                                    .method = exchange->method,
-                                    .path = exchange->request.path,
-                                    .query = exchange->request.query,
-                                    .route = route,
-                                    .traceparent = exchange->traceparent,
-                                    .status = exchange->status,
-                                    .aborted = aborted,
-                                    .bytes_in = exchange->bytes_in,
-                                    .bytes_out = exchange->bytes_out,
-                                    .receive_ms = milliseconds(exchange->started_ns, exchange->received_ns),
-                                    .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
-                                    .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
-                                    .total_ms = total_ms});
+  const char *route = exchange->route != NULL ? exchange->route : api_route_name(exchange->request.path);
+  const srv_log_request request = {.id = exchange->id,
+                                   .peer = exchange->is_forwarded ? client : peer,
+                                   .method = exchange->method,
+                                   .path = exchange->request.path,
+                                   .query = exchange->request.query,
+                                   .route = route,
+                                   .traceparent = exchange->traceparent,
+                                   .status = exchange->status,
+                                   .aborted = aborted,
+                                   .bytes_in = exchange->bytes_in,
+                                   .bytes_out = exchange->bytes_out,
+                                   .receive_ms = milliseconds(exchange->started_ns, exchange->received_ns),
+                                   .queue_ms = milliseconds(exchange->received_ns, exchange->worked_ns),
+                                   .work_ms = milliseconds(exchange->worked_ns, exchange->answered_ns),
+                                   .total_ms = milliseconds(exchange->started_ns, srv_now_ns())};
+  srv_log_access(&request);
   srv_metrics_refusal(exchange->server->metrics, exchange->refusal);
-  srv_metrics_request(exchange->server->metrics, &(srv_finished){.route = route,
-                                                                 .status = exchange->status,
-                                                                 .is_aborted = aborted,
-                                                                 .seconds = total_ms / 1e3,
-                                                                 .bytes_in = exchange->bytes_in,
-                                                                 .bytes_out = exchange->bytes_out});
+  srv_metrics_request(exchange->server->metrics, &request);
   if (exchange->opened) atomic_fetch_sub(&exchange->server->in_flight, 1);
   atomic_fetch_add(&exchange->server->ended, 1);
   if (exchange->answered) api_answer_deinit(&exchange->answer);

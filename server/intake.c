@@ -146,10 +146,6 @@ static void come_back(srv_exchange *exchange) {
   srv_hand_back(exchange);
 }
 
-static enum MHD_Result deliver(srv_connection *c) {
-  return srv_deliver(c) ? MHD_YES : MHD_NO;
-}
-
 /* The last values of X-Forwarded-For: those that the nearest proxies wrote. */
 typedef struct forwarded {
   const char *values[8];
@@ -187,7 +183,7 @@ static enum MHD_Result open_request(srv_connection *c, const char *method, const
   c->exchange.ready = come_back;
   if (srv_exchange_open(&c->exchange, method, framing, find_header, c) == SRV_EXCHANGE_NOW) {
     c->is_unread = true;
-    return deliver(c); /* then the library closes the connection */
+    return srv_deliver(c); /* then the library closes the connection */
   }
   srv_enter(c, SRV_PHASE_BODY);
   return MHD_YES;
@@ -204,7 +200,7 @@ static enum MHD_Result take_body(srv_connection *c, const char *data, size_t *si
 }
 
 static enum MHD_Result finish_request(srv_connection *c) {
-  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return deliver(c);
+  if (srv_exchange_finish(&c->exchange) == SRV_EXCHANGE_NOW) return srv_deliver(c);
   srv_enter(c, SRV_PHASE_WORK);
   MHD_suspend_connection(c->mhd);
   return MHD_YES;

@@ -39,7 +39,6 @@ typedef struct srv_connection {
   struct srv_connection *previous, *next; /* among the owner's */
   struct srv_connection *next_done;
   srv_client client; /* the peer */
-  bool is_counted;   /* among the server's peers */
   bool is_reserve;   /* over --max-connections */
   bool is_unread;    /* answered before its request had been read to the end */
   bool is_cut;       /* ended for its slowness, with what is unsent */
@@ -87,8 +86,8 @@ void srv_note_unsent(srv_connection *connection);
 /* Gives a connection (owner) back to its thread, which resumes it. On any thread. */
 void srv_hand_back(void *owner);
 
-/* Hands the exchange's answer over to the library. False: the connection has to be closed. */
-bool srv_deliver(srv_connection *connection);
+/* Hands the exchange's answer over to the library. MHD_NO: the connection has to be closed. */
+enum MHD_Result srv_deliver(srv_connection *connection);
 
 /* ---- connections.c ------------------------------------------------------------------------------ */
 

@@ -95,11 +95,11 @@ static void count_duration(srv_metrics *metrics, const char *route, double secon
   h->sum_s += seconds;
 }
 
-void srv_metrics_request(srv_metrics *metrics, const srv_finished *request) {
+void srv_metrics_request(srv_metrics *metrics, const srv_log_request *request) {
   pthread_mutex_lock(&metrics->lock);
   count_status(metrics, request->route, request->status);
-  count_duration(metrics, request->route, request->seconds);
-  metrics->aborted += request->is_aborted;
+  count_duration(metrics, request->route, request->total_ms / 1e3);
+  metrics->aborted += request->aborted;
   metrics->bytes_in += request->bytes_in;
   metrics->bytes_out += request->bytes_out;
   pthread_mutex_unlock(&metrics->lock);

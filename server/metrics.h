@@ -42,17 +42,9 @@ typedef struct srv_metrics srv_metrics;
 srv_metrics *srv_metrics_create(void); /* NULL without memory */
 void srv_metrics_destroy(srv_metrics *metrics);
 
-/* One finished request. */
-typedef struct srv_finished {
-  const char *route; /* a text that lives as long as the program, one of few */
-  int status;
-  bool is_aborted; /* the answer was not delivered completely */
-  double seconds;
-  uint64_t bytes_in, bytes_out; /* of bodies */
-} srv_finished;
-
-/* Each counts one. Any thread. */
-void srv_metrics_request(srv_metrics *metrics, const srv_finished *request);
+/* Each counts one. Any thread. The route of a request is one of few texts that live as long as the program.
+ */
+void srv_metrics_request(srv_metrics *metrics, const srv_log_request *request);
 void srv_metrics_refusal(srv_metrics *metrics, unsigned reason); /* API_REFUSAL_NONE: none */
 void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint64_t ns, bool has_failed);
 
