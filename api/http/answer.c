@@ -15,6 +15,12 @@ void api_answer_deinit(api_answer *answer) {
   *answer = (api_answer){0};
 }
 
+const char *api_text_keep(tw_text *text, tw_arena *arena) {
+  const char *kept = text->failed ? NULL : tw_arena_text(arena, text->data, text->size);
+  tw_text_deinit(text);
+  return kept;
+}
+
 void api_answer_header(api_answer *answer, const char *name, const char *value) {
   assert(answer->header_count < API_HEADERS_MAX);
   answer->headers[answer->header_count++] = (api_header){name, value};

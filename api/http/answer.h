@@ -6,6 +6,9 @@
 #include "tweend/base.h"
 #include "tweend/json_print.h"
 
+/* The text in the arena, terminated; NULL without memory. Empties the text. */
+const char *api_text_keep(tw_text *text, tw_arena *arena);
+
 /* Adds a header; the value must live as long as the answer. */
 void api_answer_header(api_answer *answer, const char *name, const char *value);
 /* The value of a header, NULL when the answer does not bear it. */

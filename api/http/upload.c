@@ -267,8 +267,7 @@ static api_outcome warn_of_unused(api_call *call, const api_form *form) {
     tw_text text = {0};
     tw_text_add(&text, "the glTF does not name the file ");
     tw_text_bytes(&text, file->name, strlen(file->name));
-    const char *sentence = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-    tw_text_deinit(&text);
+    const char *sentence = api_text_keep(&text, call->arena);
     if (!sentence) return api_fail_without_memory(call);
     api_call_warn(call, &sentence, 1);
   }
@@ -355,19 +354,23 @@ api_outcome api_upload_read(api_call *call, api_upload *out) {
   return outcome;
 }
 
+api_outcome api_json_read(api_call *call, api_bytes bytes, uint64_t values_max, api_json_reader *read,
+                          void *context) {
+  api_json json = {call->arena, &call->fault.error, NULL};
+  api_value root;
+  tw_status status = api_json_open(&json, (const char *)bytes.data, bytes.size, values_max, &root);
+  if (status == TW_OK) status = read(context, &root);
+  api_json_close(&root);
+  if (call->fault.stall != API_STALL_NONE) return API_FAILED;
+  return status == TW_OK ? API_DONE : api_fail_in_document(call);
+}
+
 api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader *read, void *context) {
   api_upload upload = {0};
   api_outcome outcome = api_upload_read(call, &upload);
-  if (outcome != API_DONE) return outcome;
-  api_json json = {call->arena, &call->fault.error, NULL};
-  api_value root;
-  tw_status status =
-      api_json_open(&json, (const char *)upload.bytes.data, upload.bytes.size, values_max, &root);
-  if (status == TW_OK) status = read(context, &root);
-  api_json_close(&root);
+  if (outcome == API_DONE) outcome = api_json_read(call, upload.bytes, values_max, read, context);
   api_upload_deinit(&upload);
-  if (call->fault.stall != API_STALL_NONE) return API_FAILED;
-  return status == TW_OK ? API_DONE : api_fail_in_document(call);
+  return outcome;
 }
 
 /* What is in none of the formats is refused by what it looks like. Everything that does not begin like

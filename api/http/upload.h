@@ -18,6 +18,10 @@ typedef struct api_upload {
 api_outcome api_upload_read(api_call *call, api_upload *out);
 void api_upload_deinit(api_upload *upload);
 
+/* Reads one JSON document of at most values_max values: read(context, root). 400, 422 with the pointer. */
+api_outcome api_json_read(api_call *call, api_bytes bytes, uint64_t values_max, api_json_reader *read,
+                          void *context);
+
 /* Reads a body that is one JSON document of at most values_max values: read(context, root). 400, 413, 422
  * with the pointer. */
 api_outcome api_upload_json(api_call *call, uint64_t values_max, api_json_reader *read, void *context);

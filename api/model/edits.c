@@ -8,7 +8,7 @@
 #include <string.h>
 
 typedef struct edits_request {
-  api_remade remade;
+  api_remade *remade;
   tw_made *made; /* [made_count] */
   uint32_t made_count;
 } edits_request;
@@ -20,7 +20,7 @@ static tw_status find_mesh(const api_value *value, edits_request *request) {
   tw_error error;
   if (value->item && !cJSON_IsString(value->item))
     return api_json_fail(value, TW_SYNTAX, "the name of a mesh is expected");
-  tw_status status = api_remade_choose(&request->remade, cJSON_GetStringValue(value->item), &error);
+  tw_status status = api_remade_choose(request->remade, cJSON_GetStringValue(value->item), &error);
   return status == TW_OK ? TW_OK : api_json_fail(value, status, "%s", error.detail);
 }
 
@@ -41,15 +41,15 @@ static tw_status check_faces(const tw_mesh *mesh, const api_value *edits) {
 static void keep_details(edits_request *request) {
   static const char *const lost =
       "the edits change faces: what was modelled onto the mesh's levels is left out";
-  const tw_mesh *before = &request->remade.model->meshes[request->remade.mesh];
-  tw_mesh *after = &request->remade.cage;
+  const tw_mesh *before = &request->remade->model->meshes[request->remade->mesh];
+  tw_mesh *after = &request->remade->cage;
   bool is_same = after->point_count == before->point_count && after->face_count == before->face_count &&
                  memcmp(after->face_offsets, before->face_offsets,
                         ((size_t)before->face_count + 1) * sizeof(uint32_t)) == 0 &&
                  memcmp(after->corners, before->corners, before->corner_count * sizeof(uint32_t)) == 0;
   after->details = before->details;
   after->detail_count = is_same ? before->detail_count : 0;
-  if (before->detail_count > 0 && !is_same) api_call_warn(request->remade.call, &lost, 1);
+  if (before->detail_count > 0 && !is_same) api_call_warn(request->remade->call, &lost, 1);
 }
 
 static tw_status read_document(void *context, const api_value *root) {
@@ -62,7 +62,7 @@ static tw_status read_document(void *context, const api_value *root) {
     status = api_json_fail(root, TW_SYNTAX, "edits are missing: a list");
   if (status == TW_OK) status = find_mesh(&values[MESH], request);
   if (status != TW_OK) return status;
-  api_remade *remade = &request->remade;
+  api_remade *remade = request->remade;
   const api_making making = api_making_of(&remade->maker);
   const api_edit_call edit = {&remade->model->meshes[remade->mesh], remade->model, &making, 0};
   status = api_edits_apply(&values[EDITS], &edit, &remade->cage, &request->made, &request->made_count);
@@ -96,7 +96,7 @@ static const uint32_t *number_points(const tw_mesh *mesh, tw_arena *arena) {
 /* The last of equal names wins. */
 static void print_made(void *context, tw_text *out) {
   const edits_request *request = context;
-  const uint32_t *numbers = number_points(&request->remade.cage, request->remade.call->arena);
+  const uint32_t *numbers = number_points(&request->remade->cage, request->remade->call->arena);
   out->failed |= !numbers;
   tw_member_open(out, "made", "{");
   for (uint32_t i = 0; numbers && i < request->made_count; i++) {
@@ -115,16 +115,15 @@ static void print_made(void *context, tw_text *out) {
   tw_text_add(out, "}");
 }
 
-api_outcome api_post_edits(api_call *call) {
-  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  api_entry *entry;
-  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
-  if (outcome != API_DONE) return outcome;
-  edits_request request = {.remade = api_remade_of(call, entry)};
-  request.remade.maker.granted = tw_reading_size(TW_FORMAT_JSON, call->request->body.size);
-  outcome = api_upload_json(call, API_JSON_VALUES_MAX, read_document, &request);
+static api_outcome edit(api_remade *remade) {
+  api_call *call = remade->call;
+  edits_request request = {.remade = remade};
+  remade->maker.granted = tw_reading_size(TW_FORMAT_JSON, call->request->body.size);
+  api_outcome outcome = api_upload_json(call, API_JSON_VALUES_MAX, read_document, &request);
   const api_addition made = {print_made, &request};
-  if (outcome == API_DONE) outcome = api_remade_store(&request.remade, &made);
-  api_entry_release(entry);
-  return outcome;
+  return outcome == API_DONE ? api_remade_store(remade, &made) : outcome;
+}
+
+api_outcome api_post_edits(api_call *call) {
+  return api_remade_answer(call, edit);
 }

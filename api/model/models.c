@@ -56,6 +56,10 @@ static void fail_writing(api_store_status status, api_fault *fault) {
     fail_unavailable(fault);
 }
 
+static void fail_absent(const char *id, api_fault *fault) {
+  api_fault_with(fault, 404, "no model has the id %s", id);
+}
+
 /* What was made from the whole bytes goes too: all answers about the model say that it is damaged. */
 static void fail_damaged(api_service *service, const char *id, api_fault *fault) {
   api_cache_forget(service->cache, id);
@@ -66,7 +70,7 @@ static void fail_damaged(api_service *service, const char *id, api_fault *fault)
 static bool open_stored(api_service *service, const char *id, api_blob *out, api_fault *fault) {
   switch (service->store.open(service->store.context, id, out)) {
   case API_STORE_OK: return true;
-  case API_STORE_ABSENT: api_fault_with(fault, 404, "no model has the id %s", id); return false;
+  case API_STORE_ABSENT: fail_absent(id, fault); return false;
   case API_STORE_DAMAGED: fail_damaged(service, id, fault); return false;
   case API_STORE_UNAVAILABLE:
   case API_STORE_FULL:
@@ -87,7 +91,8 @@ api_outcome api_model_look(api_call *call, const char *id) {
   case API_STORE_ABSENT: break;
   }
   api_cache_forget(call->service->cache, id);
-  return api_fail_with(call, 404, "no model has the id %s", id);
+  fail_absent(id, &call->fault);
+  return API_FAILED;
 }
 
 /* All bytes of an open blob, malloc'ed; NULL: the fault says why. */
@@ -297,10 +302,9 @@ static void answer_stored(api_call *call, int status, const model_head *head, tw
   api_answer_header(&call->answer, "ETag", head->etag);
 }
 
-/* Stores a model and answers. The answer is printed first: nothing is stored by a request that fails.
- * addition: or NULL. */
-static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name,
-                                    const api_addition *addition, tw_model *model) {
+/* The answer is printed first: nothing is stored by a request that fails. */
+static api_outcome store_printed(api_call *call, api_bytes bytes, const char *name,
+                                 const api_addition *addition, tw_model *model) {
   char id[API_ID_TEXT];
   tw_text text = {0};
   bool existed = false;
@@ -327,6 +331,17 @@ static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char 
   return API_DONE;
 }
 
+/* Stores a model and answers; takes the model over. addition: or NULL. */
+static api_outcome store_and_answer(api_call *call, api_bytes bytes, const char *name,
+                                    const api_addition *addition, tw_model *model) {
+  api_outcome outcome = store_printed(call, bytes, name, addition, model);
+  if (outcome == API_DONE)
+    remember(call->service, call->id, model);
+  else
+    tw_model_destroy(model);
+  return outcome;
+}
+
 /* The name that an upload comes with: of the query, of the request, of the file in a form; NULL for none. */
 static api_outcome find_name(api_call *call, const api_upload *upload, const char **out) {
   const char *name = api_query_get(&call->query, "name"),
@@ -346,9 +361,8 @@ api_outcome api_post_model(api_call *call) {
   if (outcome != API_DONE) return outcome;
   const char *name = NULL;
   outcome = find_name(call, &upload, &name);
-  if (outcome == API_DONE) outcome = store_and_answer(call, upload.bytes, name, NULL, model);
   if (outcome == API_DONE)
-    remember(call->service, call->id, model);
+    outcome = store_and_answer(call, upload.bytes, name, NULL, model);
   else
     tw_model_destroy(model);
   api_upload_deinit(&upload);
@@ -360,12 +374,7 @@ api_outcome api_model_store(api_call *call, api_bytes bytes, uint64_t held, cons
   tw_model *model = NULL;
   if (!read_granted(call, bytes, held, TW_FORMAT_GLB, (api_reading){0}, &model, &call->fault))
     return API_FAILED;
-  api_outcome outcome = store_and_answer(call, bytes, name, addition, model);
-  if (outcome == API_DONE)
-    remember(call->service, call->id, model);
-  else
-    tw_model_destroy(model);
-  return outcome;
+  return store_and_answer(call, bytes, name, addition, model);
 }
 
 int api_seed(api_service *service, const char *name, const uint8_t *bytes, size_t size) {
@@ -511,13 +520,13 @@ api_outcome api_delete_model(api_call *call) {
   const api_store *store = &call->service->store;
   api_store_status status = store->remove(store->context, call->id);
   api_cache_forget(call->service->cache, call->id);
-  if (status == API_STORE_ABSENT) return api_fail_with(call, 404, "no model has the id %s", call->id);
-  if (status != API_STORE_OK) {
-    fail_writing(status, &call->fault);
-    return API_FAILED;
-  }
   call->answer.status = 204;
-  return API_DONE;
+  if (status == API_STORE_OK) return API_DONE;
+  if (status == API_STORE_ABSENT)
+    fail_absent(call->id, &call->fault);
+  else
+    fail_writing(status, &call->fault);
+  return API_FAILED;
 }
 
 /* ---- source ------------------------------------------------------------------------------------- */

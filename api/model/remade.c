@@ -7,8 +7,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-api_remade api_remade_of(api_call *call, const api_entry *entry) {
-  return (api_remade){.call = call, .model = api_entry_value(entry), .maker = {call, &call->fault, 0}};
+api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *remade)) {
+  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
+  api_entry *entry;
+  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
+  if (outcome != API_DONE) return outcome;
+  api_remade remade = {.call = call, .model = api_entry_value(entry), .maker = {call, &call->fault, 0}};
+  outcome = make(&remade);
+  api_entry_release(entry);
+  return outcome;
 }
 
 /* One without a name is mesh_0 by its index. */

@@ -13,8 +13,9 @@ typedef struct api_remade {
   tw_mesh cage; /* in the arena of the call */
 } api_remade;
 
-/* The model that an entry holds, which outlives it. */
-api_remade api_remade_of(api_call *call, const api_entry *entry);
+/* Answers a request for a model that is made of the call's: make(remade) finds the cage and stores it.
+ * API_NEEDS_THREAD in a light call. */
+api_outcome api_remade_answer(api_call *call, api_outcome (*make)(api_remade *remade));
 
 /* Chooses the mesh of a name; NULL: the only one. TW_INVALID. */
 tw_status api_remade_choose(api_remade *remade, const char *name, tw_error *error);

@@ -67,12 +67,5 @@ static api_outcome coarsen(api_remade *remade) {
 }
 
 api_outcome api_post_coarsen(api_call *call) {
-  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  api_entry *entry;
-  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
-  if (outcome != API_DONE) return outcome;
-  api_remade remade = api_remade_of(call, entry);
-  outcome = coarsen(&remade);
-  api_entry_release(entry);
-  return outcome;
+  return api_remade_answer(call, coarsen);
 }

@@ -11,7 +11,7 @@
 #include <string.h>
 
 typedef struct detail_request {
-  api_remade remade;
+  api_remade *remade;
   api_surface_query query;
   tw_surface_options options;
   uint32_t node;    /* the first one that shows the mesh, or TW_NO_INDEX */
@@ -28,11 +28,8 @@ static tw_status read_level(const api_query *query, const api_limits *limits, ui
   if (!api_query_get(query, "level"))
     return tw_fail(error, TW_SYNTAX, "level is missing: the level whose points the body has");
   tw_status status = api_query_count(query, "level", &level, error);
-  if (status == TW_OK && level > limits->max_level)
-    return tw_fail(error, TW_LIMIT, "level=%llu is over the limit of %u", (unsigned long long)level,
-                   limits->max_level);
   *out = (uint32_t)level;
-  return status;
+  return status == TW_OK ? api_plan_check(limits, level, 0, error) : status;
 }
 
 static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
@@ -40,7 +37,7 @@ static bool shows(const tw_model *model, uint32_t node, uint32_t mesh) {
 }
 
 static tw_status read_query(detail_request *request, tw_error *error) {
-  api_remade *remade = &request->remade;
+  api_remade *remade = request->remade;
   const api_query *query = &remade->call->query;
   tw_status status = api_surface_query_begin(query, &request->query, error);
   if (status == TW_OK)
@@ -57,14 +54,13 @@ static tw_status read_query(detail_request *request, tw_error *error) {
 
 /* Points of a mesh at the level. */
 static tw_status count_points(const detail_request *request, uint32_t mesh, uint64_t *out, tw_error *error) {
-  const tw_mesh *of = &request->remade.model->meshes[mesh];
+  const tw_mesh *of = &request->remade->model->meshes[mesh];
   const tw_surface_options options = api_surface_options(&request->query, of);
-  uint64_t most = request->remade.call->service->limits.max_faces;
   tw_surface_counts counts;
   tw_status status = tw_surface_count(of, &options, &counts, error);
-  if (status == TW_OK && counts.faces > most)
-    status = tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
-                     (unsigned long long)counts.faces, (unsigned long long)most);
+  if (status == TW_OK)
+    status =
+        api_plan_check(&request->remade->call->service->limits, request->query.level, counts.faces, error);
   *out = counts.vertices;
   return status;
 }
@@ -92,25 +88,15 @@ static tw_status read_document(void *context, const api_value *root) {
                  : api_json_float_rows(&positions, 3, 3, request->positions);
 }
 
-static api_outcome read_json(detail_request *request, api_bytes bytes) {
-  api_call *call = request->remade.call;
-  api_json json = {call->arena, &call->fault.error, NULL};
-  api_value root;
-  tw_status status = api_json_open(&json, (const char *)bytes.data, bytes.size, API_JSON_VALUES_MAX, &root);
-  if (status == TW_OK) status = read_document(request, &root);
-  api_json_close(&root);
-  return status == TW_OK ? API_DONE : api_fail_in_document(call);
-}
-
 static api_outcome read_obj(detail_request *request, api_bytes bytes) {
-  api_call *call = request->remade.call;
+  api_call *call = request->remade->call;
   tw_status status = tw_obj_read_points(bytes.data, bytes.size, call->arena, &request->positions,
                                         &request->count, &call->fault.error);
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
 static api_outcome read_points(detail_request *request) {
-  api_call *call = request->remade.call;
+  api_call *call = request->remade->call;
   api_upload upload = {0};
   tw_format format = TW_FORMAT_OBJ;
   api_outcome outcome = api_upload_read(call, &upload);
@@ -120,7 +106,9 @@ static api_outcome read_points(detail_request *request) {
   if (outcome == API_DONE && !fits)
     outcome = api_fail_with(call, 415, "points come as OBJ, or as JSON with positions");
   if (outcome == API_DONE)
-    outcome = format == TW_FORMAT_OBJ ? read_obj(request, upload.bytes) : read_json(request, upload.bytes);
+    outcome = format == TW_FORMAT_OBJ
+                  ? read_obj(request, upload.bytes)
+                  : api_json_read(call, upload.bytes, API_JSON_VALUES_MAX, read_document, request);
   api_upload_deinit(&upload);
   return outcome;
 }
@@ -128,8 +116,8 @@ static api_outcome read_points(detail_request *request) {
 /* The points of the whole OBJ, and where in it those of the mesh begin: nodes come one behind the other, each
  * with the points of its mesh. */
 static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_t *first, tw_error *error) {
-  const tw_model *model = request->remade.model;
-  uint64_t *points = tw_arena_alloc(request->remade.call->arena, model->mesh_count, sizeof *points);
+  const tw_model *model = request->remade->model;
+  uint64_t *points = tw_arena_alloc(request->remade->call->arena, model->mesh_count, sizeof *points);
   if (!points) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   *all = 0;
   for (uint32_t n = 0; n < model->node_count; n++) {
@@ -145,9 +133,9 @@ static tw_status count_obj(const detail_request *request, uint64_t *all, uint64_
 
 /* Finds the mesh's points: they are all that came, or it was the OBJ of the whole model. */
 static api_outcome take_points(detail_request *request) {
-  api_call *call = request->remade.call;
+  api_call *call = request->remade->call;
   uint64_t rows, all = 0, first = 0;
-  if (count_points(request, request->remade.mesh, &rows, &call->fault.error) != TW_OK) return api_fail(call);
+  if (count_points(request, request->remade->mesh, &rows, &call->fault.error) != TW_OK) return api_fail(call);
   request->rows = (uint32_t)rows;
   if (request->count == rows) return API_DONE;
   if (request->node != TW_NO_INDEX && count_obj(request, &all, &first, &call->fault.error) != TW_OK)
@@ -161,8 +149,8 @@ static api_outcome take_points(detail_request *request) {
 
 /* The world matrix of the node that shows the mesh; false without memory. */
 static bool find_world(const detail_request *request, float out[16]) {
-  const tw_model *model = request->remade.model;
-  tw_arena *arena = request->remade.call->arena;
+  const tw_model *model = request->remade->model;
+  tw_arena *arena = request->remade->call->arena;
   float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
   tw_trs *locals = tw_arena_alloc(arena, model->node_count, sizeof *locals);
   if (!world || !locals) return false;
@@ -195,7 +183,7 @@ static void leave_world(const detail_request *request, const float world[16], co
 /* The points as the mesh has them. */
 static api_outcome find_local(const detail_request *request) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
-  api_call *call = request->remade.call;
+  api_call *call = request->remade->call;
   float world[16];
   double cofactors[9];
   if (request->node == TW_NO_INDEX) return API_DONE;
@@ -206,7 +194,7 @@ static api_outcome find_local(const detail_request *request) {
     return api_fail_with(call, 422,
                          "the node that shows the mesh has no size, so that no point can be taken back");
   tw_surface *surface;
-  if (tw_surface_create_by(&request->remade.model->meshes[request->remade.mesh], &request->options,
+  if (tw_surface_create_by(&request->remade->model->meshes[request->remade->mesh], &request->options,
                            call->service->parallel, &surface, &call->fault.error) != TW_OK)
     return api_fail(call);
   tw_surface_reader *reader = tw_surface_reader_create(surface);
@@ -225,7 +213,7 @@ static api_outcome find_local(const detail_request *request) {
 /* ---- the answer ---------------------------------------------------------------------------------------- */
 
 static api_outcome sculpt(detail_request *request) {
-  api_remade *remade = &request->remade;
+  api_remade *remade = request->remade;
   api_call *call = remade->call;
   const tw_mesh *mesh = &remade->model->meshes[remade->mesh];
   /* Reading counts for itself; then there are the points. */
@@ -242,15 +230,14 @@ static api_outcome sculpt(detail_request *request) {
   return has_changed ? api_remade_store(remade, NULL) : api_model_reply_stored(call);
 }
 
-api_outcome api_post_detail(api_call *call) {
-  if (call->effort != API_HEAVY) return API_NEEDS_THREAD;
-  api_entry *entry;
-  api_outcome outcome = api_model_take(call, call->id, NULL, &entry);
-  if (outcome != API_DONE) return outcome;
-  detail_request request = {.remade = api_remade_of(call, entry)};
-  outcome = read_query(&request, &call->fault.error) == TW_OK ? read_points(&request) : api_fail(call);
+static api_outcome answer_detail(api_remade *remade) {
+  detail_request request = {.remade = remade};
+  tw_error *error = &remade->call->fault.error;
+  api_outcome outcome = read_query(&request, error) == TW_OK ? read_points(&request) : api_fail(remade->call);
   if (outcome == API_DONE) outcome = take_points(&request);
-  if (outcome == API_DONE) outcome = sculpt(&request);
-  api_entry_release(entry);
-  return outcome;
+  return outcome == API_DONE ? sculpt(&request) : outcome;
+}
+
+api_outcome api_post_detail(api_call *call) {
+  return api_remade_answer(call, answer_detail);
 }

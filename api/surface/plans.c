@@ -122,19 +122,23 @@ static bool is_surely_within(const plan_source *source) {
   return most <= source->service->limits.max_faces;
 }
 
+tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t faces, tw_error *error) {
+  if (level > limits->max_level)
+    return tw_fail(error, TW_LIMIT, "level=%llu is over the limit of %u", (unsigned long long)level,
+                   limits->max_level);
+  if (faces > limits->max_faces)
+    return tw_fail(error, TW_LIMIT, "the surface would have %llu faces, over the limit of %llu",
+                   (unsigned long long)faces, (unsigned long long)limits->max_faces);
+  return TW_OK;
+}
+
+/* status: of counting, which finds the library's own limit. */
 static bool check_limits(const plan_source *source, const tw_surface_counts *total, tw_status status,
                          api_fault *fault) {
-  const api_limits *limits = &source->service->limits;
-  bool is_level = source->query->level > limits->max_level;
-  bool is_faces = total->faces > limits->max_faces;
-  if (status == TW_OK && !is_level && !is_faces) return true;
-  if (is_level)
-    api_fault_with(fault, 422, "level=%u is over the limit of %u", source->query->level, limits->max_level);
-  else if (is_faces)
-    api_fault_with(fault, 422, "the surface would have %llu faces, over the limit of %llu",
-                   (unsigned long long)total->faces, (unsigned long long)limits->max_faces);
-  else
-    api_fault_complete(fault); /* the library's own limit */
+  tw_status over =
+      api_plan_check(&source->service->limits, source->query->level, total->faces, &fault->error);
+  if (status == TW_OK && over == TW_OK) return true;
+  api_fault_complete(fault);
   fault->is_predicted = total->faces > 0;
   fault->predicted = *total;
   return false;

@@ -60,6 +60,9 @@ uint64_t api_detail_cost(const tw_mesh *mesh, uint64_t points);
 /* All meshes of a model, none of which moves. */
 api_plan_meshes api_plan_all(const tw_model *model);
 
+/* TW_LIMIT for a surface over --max-level or --max-faces. */
+tw_status api_plan_check(const api_limits *limits, uint64_t level, uint64_t faces, tw_error *error);
+
 /* The options of one mesh: the request's, else the mesh's tags, else the defaults. */
 tw_surface_options api_surface_options(const api_surface_query *query, const tw_mesh *mesh);
 
