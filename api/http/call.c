@@ -68,13 +68,11 @@ enum { WARNING_SIZE = 388 }; /* 400 with the count before it */
  * text: UTF-8. NULL without memory. */
 static const char *encode_warning(tw_arena *arena, const char *text) {
   static const char ellipsis[] = "%E2%80%A6";
-  static const char plain[] = "-._~";
   char out[WARNING_SIZE];
   size_t size = 0, left = strlen(text), length;
   for (; (length = tw_utf8_length(text, left)) > 0; text += length, left -= length) {
     char c = *text;
-    bool is_plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-                    (length == 1 && strchr(plain, c));
+    bool is_plain = api_is_unreserved(c);
     size_t more = is_plain ? 1 : 3 * length;
     if (size + more + sizeof ellipsis > sizeof out) {
       memcpy(out + size, ellipsis, sizeof ellipsis - 1);

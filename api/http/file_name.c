@@ -19,12 +19,6 @@ static char *unquote(tw_arena *arena, api_span value) {
   return text;
 }
 
-static int hex_digit(char c) {
-  static const char digits[] = "0123456789abcdef";
-  const char *found = c ? strchr(digits, c >= 'A' && c <= 'F' ? c + ('a' - 'A') : c) : NULL;
-  return found ? (int)(found - digits) : -1;
-}
-
 /* UTF-8''na%C3%AFve (RFC 8187), in place; what is no escape stays as it is. */
 static char *decode_extended(char *text) {
   static const char charset[] = "UTF-8'";
@@ -33,7 +27,7 @@ static char *decode_extended(char *text) {
   if (!language) return text;
   char *out = text;
   for (const char *c = language + 1; *c; c++) {
-    int high = *c == '%' ? hex_digit(c[1]) : -1, low = high >= 0 ? hex_digit(c[2]) : -1;
+    int high = *c == '%' ? api_hex_digit(c[1]) : -1, low = high >= 0 ? api_hex_digit(c[2]) : -1;
     *out++ = low >= 0 ? (char)(high * 16 + low) : *c;
     if (low >= 0) c += 2;
   }
@@ -82,22 +76,17 @@ static size_t stem_length(const char *name) {
   return length;
 }
 
-static bool is_plain(char c) {
-  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
-         (c && strchr("-._~", c));
-}
-
 /* For readers that know no filename*: what is not plain becomes '_'. */
 static void add_fallback(tw_text *text, const char *stem, size_t length) {
   for (size_t i = 0; i < length; i++)
-    tw_text_bytes(text, is_plain(stem[i]) || stem[i] == ' ' ? &stem[i] : "_", 1);
+    tw_text_bytes(text, api_is_unreserved(stem[i]) || stem[i] == ' ' ? &stem[i] : "_", 1);
 }
 
 static void add_extended(tw_text *text, const char *stem, size_t length) {
   for (size_t i = 0; i < length; i++) {
     char escape[3] = {'%'};
     api_hex((const uint8_t *)&stem[i], 1, escape + 1);
-    tw_text_bytes(text, is_plain(stem[i]) ? &stem[i] : escape, is_plain(stem[i]) ? 1 : 3);
+    tw_text_bytes(text, api_is_unreserved(stem[i]) ? &stem[i] : escape, api_is_unreserved(stem[i]) ? 1 : 3);
   }
 }
 
@@ -118,8 +107,7 @@ api_outcome api_file_name_suggest(api_call *call, const char *name, const char *
   add_extended(&text, stem, length);
   tw_text_add(&text, ".");
   tw_text_add(&text, extension);
-  const char *value = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
+  const char *value = api_text_keep(&text, call->arena);
   if (!value) return api_fail_without_memory(call);
   api_answer_header(&call->answer, "Content-Disposition", value);
   return API_DONE;

@@ -10,7 +10,12 @@
 /* More than any route knows; a longer query is a mistake or worse. */
 enum { PARAMETERS_MAX = 64 };
 
-static int hex_digit(char c) {
+bool api_is_unreserved(char c) {
+  return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') ||
+         (c && strchr("-._~", c));
+}
+
+int api_hex_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'a' && c <= 'f') return c - 'a' + 10;
   if (c >= 'A' && c <= 'F') return c - 'A' + 10;
@@ -25,8 +30,8 @@ static tw_status decode(const char *text, size_t length, tw_arena *arena, const 
   for (size_t i = 0; i < length; i++) {
     char c = (char)(text[i] == '+' ? ' ' : text[i]);
     if (c == '%') {
-      int high = length - i > 2 ? hex_digit(text[i + 1]) : -1;
-      int low = length - i > 2 ? hex_digit(text[i + 2]) : -1;
+      int high = length - i > 2 ? api_hex_digit(text[i + 1]) : -1;
+      int low = length - i > 2 ? api_hex_digit(text[i + 2]) : -1;
       if (high < 0 || low < 0) return tw_fail(error, TW_SYNTAX, "the query has a '%%' that is no escape");
       c = (char)(high * 16 + low);
       i += 2;

@@ -34,6 +34,11 @@ tw_status api_query_flag(const api_query *query, const char *name, bool *out, tw
 tw_status api_query_choice(const api_query *query, const char *name, const char *const *choices, int *out,
                            tw_error *error);
 
+/* Whether a character stands for itself in URLs (RFC 3986, section 2.3). */
+bool api_is_unreserved(char c);
+/* The value of a hex digit, -1 where it is none. */
+int api_hex_digit(char c);
+
 /* Reads a finite number that is all of text[0..length); false otherwise. */
 bool api_number_read(const char *text, size_t length, double *out);
 

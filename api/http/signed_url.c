@@ -24,8 +24,7 @@ static void add_encoded(struct hmac_sha256_ctx *hash, const char *text) {
   static const char digits[] = "0123456789ABCDEF";
   for (; *text; text++) {
     char c = *text;
-    bool is_plain =
-        (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || strchr("-._~", c);
+    bool is_plain = api_is_unreserved(c);
     const uint8_t bytes[] = {'%', (uint8_t)digits[(uint8_t)c >> 4], (uint8_t)digits[(uint8_t)c & 15]};
     hmac_sha256_update(hash, is_plain ? 1 : 3, is_plain ? (const uint8_t *)text : bytes);
   }
@@ -161,8 +160,7 @@ static api_outcome read_url(api_call *call, const char *url, const char **path, 
 static bool add_end(api_call *call, uint64_t end_s, api_query *query) {
   tw_text text = {0};
   tw_text_count(&text, end_s);
-  const char *value = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
+  const char *value = api_text_keep(&text, call->arena);
   api_parameter *more = tw_arena_alloc(call->arena, query->count + 1, sizeof *more);
   if (!value || !more) return false;
   if (query->count) memcpy(more, query->parameters, query->count * sizeof *more);

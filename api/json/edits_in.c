@@ -218,23 +218,6 @@ static tw_status read_kind(const api_value *object, int *kind) {
   return api_json_choice(&value, kinds, kind);
 }
 
-/* values: [MEMBERS]; what the kind does not have is without an item. */
-static tw_status spread(const api_value *object, uint32_t members, api_value *values) {
-  const char *known[MEMBERS + 1] = {0};
-  api_value found[MEMBERS];
-  int members_at[MEMBERS];
-  size_t count = 0;
-  for (int i = 0; i < MEMBERS; i++) {
-    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
-    if (i > OPTIONAL && !(members & HAS(i))) continue;
-    members_at[count] = i;
-    known[count++] = names[i];
-  }
-  tw_status status = api_json_members(object, known, found);
-  for (size_t i = 0; i < count && status == TW_OK; i++) values[members_at[i]] = found[i];
-  return status;
-}
-
 static tw_status need(const api_value *value) {
   if (value->item) return TW_OK;
   return api_json_fail(value, TW_SYNTAX, "the edit needs %s", value->at.name);
@@ -440,7 +423,9 @@ static tw_status read_edit(void *context, const api_value *object) {
   int kind = 0;
   tw_status status = read_kind(object, &kind);
   bool is_weld = kind == WELD_ALL;
-  if (status == TW_OK) status = spread(object, is_weld ? HAS(DISTANCE) : members_of[kind], values);
+  if (status != TW_OK) return status;
+  uint32_t members = HAS(EDIT) | HAS(NAME) | HAS(OPTIONAL) | (is_weld ? HAS(DISTANCE) : members_of[kind]);
+  status = api_json_members_of(object, names, MEMBERS, members, values);
   if (status != TW_OK) return status;
   *edit = (tw_edit){.kind = is_weld ? TW_EDIT_MERGE : (tw_edit_kind)kind};
   status = api_json_text(&values[NAME], &edit->name);

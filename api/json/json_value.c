@@ -168,6 +168,23 @@ tw_status api_json_members(const api_value *object, const char *const *names, ap
   return TW_OK;
 }
 
+tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
+                              uint32_t members, api_value *values) {
+  enum { MOST = 32 };
+  const char *known[MOST + 1] = {0};
+  api_value found[MOST];
+  size_t places[MOST], known_count = 0;
+  for (size_t i = 0; i < count; i++) {
+    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
+    if (!(members >> i & 1)) continue;
+    places[known_count] = i;
+    known[known_count++] = names[i];
+  }
+  tw_status status = api_json_members(object, known, found);
+  for (size_t i = 0; i < known_count && status == TW_OK; i++) values[places[i]] = found[i];
+  return status;
+}
+
 /* ---- arrays ---------------------------------------------------------------------------------- */
 
 tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count) {

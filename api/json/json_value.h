@@ -45,6 +45,11 @@ tw_status api_json_no_memory(const api_json *json);
  * object outlives the values. TW_SYNTAX for a member that is unknown or given twice. */
 tw_status api_json_members(const api_value *object, const char *const *names, api_value *values);
 
+/* The same of an object of which the kind says what members it has: only those of names[0..count)
+ * whose bit is in `members`. What it does not have is without an item. count: at most 32. */
+tw_status api_json_members_of(const api_value *object, const char *const *names, size_t count,
+                              uint32_t members, api_value *values);
+
 /* The number of elements. TW_SYNTAX for what is no array, TW_LIMIT for more than `most`. */
 tw_status api_json_count(const api_value *array, uint32_t most, uint32_t *count);
 

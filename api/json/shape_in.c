@@ -29,23 +29,6 @@ static tw_status read_kind(const api_value *object, int *kind) {
   return api_json_fail(object, TW_SYNTAX, "a shape needs a kind: %s", list);
 }
 
-/* values: [MEMBERS]; what the kind does not have is without an item. */
-static tw_status spread(const api_value *object, unsigned members, api_value *values) {
-  const char *known[MEMBERS + 1] = {0};
-  int members_at[MEMBERS];
-  size_t count = 0;
-  for (int i = 0; i < MEMBERS; i++) {
-    values[i] = (api_value){object->json, NULL, {&object->at, names[i], 0}};
-    if (i != KIND && !(members & HAS(i))) continue;
-    members_at[count] = i;
-    known[count++] = names[i];
-  }
-  api_value found[MEMBERS];
-  tw_status status = api_json_members(object, known, found);
-  for (size_t i = 0; i < count && status == TW_OK; i++) values[members_at[i]] = found[i];
-  return status;
-}
-
 static tw_status read_length(const api_value *value, float *out) {
   return value->item ? api_json_float(value, out) : TW_OK;
 }
@@ -84,7 +67,8 @@ static tw_status read_shape(void *context, const api_value *object) {
   api_value values[MEMBERS];
   int kind = TW_SHAPE_GRID;
   tw_status status = read_kind(object, &kind);
-  if (status == TW_OK) status = spread(object, members_of[kind], values);
+  if (status == TW_OK)
+    status = api_json_members_of(object, names, MEMBERS, HAS(KIND) | members_of[kind], values);
   if (status != TW_OK) return status;
   tw_shape_init(shape, (tw_shape_kind)kind);
   int cap = (int)shape->caps;

@@ -190,8 +190,7 @@ static bool note_missing(api_clip *clip, const tw_model *lender, uint32_t node, 
   tw_text text = {0};
   tw_text_add(&text, "the clip moves a node that the model does not have: ");
   tw_text_add(&text, tw_model_node_name(lender, node, buffer));
-  const char *kept = text.failed ? NULL : tw_arena_text(clip->arena, text.data, text.size);
-  tw_text_deinit(&text);
+  const char *kept = api_text_keep(&text, clip->arena);
   clip->warnings[clip->warning_count] = kept;
   return clip->warnings[clip->warning_count++] != NULL;
 }
@@ -274,9 +273,7 @@ void api_node_names_print(const tw_model *model, const uint32_t *nodes, uint32_t
 static const char *keep_node_names(const tw_model *model, tw_arena *arena) {
   tw_text text = {0};
   api_node_names_print(model, NULL, model->node_count, &text);
-  const char *kept = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return kept;
+  return api_text_keep(&text, arena);
 }
 
 /* The names of all clips, commas between them. NULL without memory. */
@@ -288,9 +285,7 @@ static const char *join_names(const clip_source *source, tw_arena *arena) {
     tw_text_add(&text,
                 tw_model_clip_name(lender_of(source, i), api_clips_get(source->choices, i).index, buffer));
   }
-  const char *kept = text.failed ? NULL : tw_arena_text(arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return kept;
+  return api_text_keep(&text, arena);
 }
 
 /* The keys of each chosen clip, as the model can play it. NULL without memory. */
@@ -358,9 +353,7 @@ static const char *make_key(api_call *call, const api_clip_choices *choices, int
   tw_text_count(&text, (uint64_t)(force + 1));
   tw_text_add(&text, "&clips=");
   api_clips_print(choices, &text);
-  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return key;
+  return api_text_keep(&text, call->arena);
 }
 
 /* Deleted and stored again between two looks, a lender is the same bytes: the index still holds. */

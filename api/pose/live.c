@@ -143,9 +143,7 @@ static const char *make_key(api_call *call, const live_request *request) {
     tw_text_add(&text, "&");
     tw_text_double(&text, numbers[i]);
   }
-  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return key;
+  return api_text_keep(&text, call->arena);
 }
 
 static double duration_of(const api_pose_request *pose) {

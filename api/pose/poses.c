@@ -57,9 +57,7 @@ static const char *print_canonical(api_call *call, const api_pose_request *reque
   api_pose_request_print(request, &text);
   tw_text_add(&text, "&at=");
   api_times_print(&request->times, &text);
-  const char *canonical = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return canonical;
+  return api_text_keep(&text, call->arena);
 }
 
 /* What the answer is remembered under; NULL without memory. */

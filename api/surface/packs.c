@@ -84,9 +84,7 @@ static const char *make_key(api_call *call, const api_packs_query *query, const 
   tw_text_add(&text, query->is_measured ? "/packs?measured&" : "/packs?");
   tw_text_add(&text, surfaces);
   api_encoding_print(query->encoding, &text);
-  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return key;
+  return api_text_keep(&text, call->arena);
 }
 
 api_outcome api_packs_take(api_call *call, const tw_model *model, const api_plan *plan,

@@ -71,6 +71,13 @@ api_outcome api_scene_read(api_call *call, bool meshes_alone, api_scene_query *o
   return status == TW_OK ? API_DONE : api_fail(call);
 }
 
+static void print_tolerance(const tw_tolerance *tolerance, tw_text *text) {
+  tw_text_add(text, "&tolerance=");
+  tw_text_double(text, tolerance->angle);
+  tw_text_add(text, "/");
+  tw_text_double(text, tolerance->distance);
+}
+
 void api_scene_print(const api_surface_scene *scene, tw_text *text) {
   const api_scene_query *query = &scene->query;
   tw_text_add(text, query->is_bare ? "&meshes=none" : "&meshes=all");
@@ -79,11 +86,7 @@ void api_scene_print(const api_surface_scene *scene, tw_text *text) {
   api_clips_print(&scene->choices, text);
   tw_text_add(text, "&times=");
   if (query->times.is_given) api_times_print(&query->times, text);
-  if (!query->reduction.is_wide) return;
-  tw_text_add(text, "&tolerance=");
-  tw_text_double(text, query->reduction.tolerance.angle);
-  tw_text_add(text, "/");
-  tw_text_double(text, query->reduction.tolerance.distance);
+  if (query->reduction.is_wide) print_tolerance(&query->reduction.tolerance, text);
 }
 
 /* ---- the clips ----------------------------------------------------------------------------------- */
@@ -267,13 +270,8 @@ static const char *make_reduced_key(api_call *call, const api_surface_scene *sce
   tw_text_add(&text, call->id);
   tw_text_add(&text, reduction->is_wide ? "/reduced?wide=1&clips=" : "/reduced?wide=0&clips=");
   api_clips_print(&scene->choices, &text);
-  tw_text_add(&text, "&tolerance=");
-  tw_text_double(&text, reduction->tolerance.angle);
-  tw_text_add(&text, "/");
-  tw_text_double(&text, reduction->tolerance.distance);
-  const char *key = text.failed ? NULL : tw_arena_text(call->arena, text.data, text.size);
-  tw_text_deinit(&text);
-  return key;
+  print_tolerance(&reduction->tolerance, &text);
+  return api_text_keep(&text, call->arena);
 }
 
 /* The reduced tracks of the clips: scene->reduced holds them. Reducing takes far longer than sending, so what

@@ -163,13 +163,6 @@ static void print_polygons(const surface_request *request, tw_text *text) {
   tw_text_add(text, request->polygons == TW_POLYGONS_NGON ? "&polygons=ngon" : "&polygons=triangles");
 }
 
-/* The text in the arena of the call; NULL without memory. */
-static const char *take_text(api_call *call, tw_text *text) {
-  const char *copy = text->failed ? NULL : tw_arena_text(call->arena, text->data, text->size);
-  tw_text_deinit(text);
-  return copy;
-}
-
 /* All parameters with their defaults. */
 static const char *canonical(api_call *call, const surface_request *request) {
   tw_text text = {0};
@@ -177,7 +170,7 @@ static const char *canonical(api_call *call, const surface_request *request) {
   print_polygons(request, &text);
   api_encoding_print(request->encoding, &text);
   api_scene_print(&request->scene, &text);
-  return take_text(call, &text);
+  return api_text_keep(&text, call->arena);
 }
 
 /* ---- packs --------------------------------------------------------------------------------------- */
@@ -188,7 +181,7 @@ static const char *packs_key(api_call *call, const surface_request *request) {
   api_surface_query_print(&request->surface, &text);
   print_polygons(request, &text);
   tw_text_add(&text, request->scene.query.is_baked ? "&skin=bake" : "&skin=keep");
-  return take_text(call, &text);
+  return api_text_keep(&text, call->arena);
 }
 
 /* Puts the packs into the scene. */
