@@ -71,6 +71,7 @@ typedef struct plan_source {
   api_ticket *ticket;
   const api_plan_meshes *meshes;
   const api_surface_query *query;
+  uint64_t cost; /* bytes that any plan takes while it is made */
 } plan_source;
 
 /* Stops at half of 64 bits, far over every limit. */
@@ -165,8 +166,26 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
+/* A request that has waited for more keeps it: it goes on from its beginning. */
+static bool grant_at_least(const plan_source *source, uint64_t bytes, api_fault *fault) {
+  return source->ticket->granted >= bytes || api_grant(source->service, source->ticket, bytes, fault);
+}
+
+/* What a plan takes so far. */
+typedef struct plan_grant {
+  const plan_source *source;
+  uint64_t bytes;
+  api_fault *fault;
+} plan_grant;
+
+static bool raise_grant(void *context, uint64_t bytes) {
+  plan_grant *grant = context;
+  grant->bytes += bytes;
+  return grant_at_least(grant->source, grant->bytes, grant->fault);
+}
+
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
-                                tw_error *error) {
+                                const tw_grant *grant, tw_error *error) {
   const api_surface_query *query = source->query;
   tw_mesh mesh;
   tw_status status =
@@ -182,33 +201,37 @@ static tw_status create_surface(const plan_source *source, api_plan *plan, tw_ar
   tw_surface_options options = api_surface_options(query, &mesh);
   options.movable = plan->count >= source->meshes->still_count;
   options.shapes = plan->shapes;
+  options.grant = grant;
   return tw_surface_create_by(&mesh, &options, source->service->parallel, &plan->surfaces[plan->count],
                               error);
 }
 
-static tw_status create_surfaces(const plan_source *source, api_plan *plan, tw_error *error) {
+static tw_status create_surfaces(const plan_source *source, api_plan *plan, api_fault *fault) {
   const api_plan_meshes *all = source->meshes;
+  tw_error *error = &fault->error;
   plan->surfaces = tw_alloc_zero(all->count, sizeof(tw_surface *));
   plan->shapes = tw_patch_shapes_create();
   if (!plan->surfaces || !plan->shapes) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_arena *scratch = tw_arena_create(); /* of the creases, until their surface is made */
   if (!scratch) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  plan_grant held = {source, source->cost, fault};
+  const tw_grant grant = {&held, raise_grant};
   tw_status status = TW_OK;
   for (; plan->count < all->count && status == TW_OK; plan->count += status == TW_OK)
-    status = create_surface(source, plan, scratch, error);
+    status = create_surface(source, plan, scratch, &grant, error);
   tw_arena_destroy(scratch);
   return status;
 }
 
-/* NULL: the error says why. */
-static api_plan *create_plan(const plan_source *source, tw_error *error) {
+/* NULL: the fault's error or stall says why. */
+static api_plan *create_plan(const plan_source *source, api_fault *fault) {
   api_plan *plan = tw_alloc_zero(1, sizeof *plan);
   if (!plan) {
-    tw_fail(error, TW_NO_MEMORY, "out of memory");
+    tw_fail(&fault->error, TW_NO_MEMORY, "out of memory");
     return NULL;
   }
   atomic_init(&plan->is_warm, false);
-  if (create_surfaces(source, plan, error) != TW_OK) {
+  if (create_surfaces(source, plan, fault) != TW_OK) {
     destroy_plan(plan);
     return NULL;
   }
@@ -224,8 +247,8 @@ static api_plan *count_and_create(const plan_source *source, api_fault *fault) {
   tw_status status = count_all(source, &total, &fault->error);
   bool is_counted = status == TW_OK || status == TW_LIMIT;
   if (is_counted && !check_limits(source, &total, status, fault)) return NULL;
-  api_plan *plan = is_counted ? create_plan(source, &fault->error) : NULL;
-  if (!plan) api_fault_complete(fault);
+  api_plan *plan = is_counted ? create_plan(source, fault) : NULL;
+  if (!plan && fault->stall == API_STALL_NONE) api_fault_complete(fault);
   return plan;
 }
 
@@ -288,9 +311,9 @@ static uint64_t building_cost(const plan_source *source) {
 
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
-  if (!api_grant(source->service, source->ticket, building_cost(source), fault)) return false;
-  api_plan *plan = is_surely_within(source) ? create_plan(source, &fault->error) : NULL;
-  if (!plan) plan = count_and_create(source, fault);
+  if (!grant_at_least(source, source->cost, fault)) return false;
+  api_plan *plan = is_surely_within(source) ? create_plan(source, fault) : NULL;
+  if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source, fault);
   if (!plan) return false;
   *out = (api_built){plan, plan_size(plan), destroy_plan, API_CACHED_PLAN};
   return true;
@@ -299,7 +322,8 @@ static bool build_plan(void *context, api_built *out, api_fault *fault) {
 /* A plan of one request's own, or one that stays for others. */
 static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bool is_stored,
                                const api_surface_query *query, api_entry **out) {
-  plan_source source = {call->service, call->request->ticket, meshes, query};
+  plan_source source = {call->service, call->request->ticket, meshes, query, 0};
+  source.cost = building_cost(&source);
   tw_text key = {0};
   tw_text_add(&key, call->id);
   tw_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");

@@ -76,6 +76,25 @@ static bool fits_loop_rows(const tw_build *b) {
   return !s->options.normals || tw_loop_rows_fit(&b->cage.topology, &s->rules, s->options.level - 1);
 }
 
+/* More than the levels take that steps make below those that something is modelled onto: measured for cages
+ * of triangles, by face of the last one. */
+static uint64_t steps_size(const tw_build *b) {
+  enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
+  const tw_surface *s = b->surface;
+  const tw_mesh *m = b->mesh;
+  uint32_t levels = b->levels + (s->way == TW_WAY_LOOP);
+  if (levels < 2 || levels <= tw_deepest_detail(&s->details)) return 0;
+  uint64_t values = tw_smooth_set_count(s) + (m->skin.joints ? 4 : 0), own = s->way == TW_WAY_LOOP ? LOOP_ROWS
+                                                                             : s->rules.loop       ? LOOP
+                                                                                             : CATMULL_CLARK;
+  return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces *
+         (own * (1 + m->uv_set_count) + 32 * values);
+}
+
+static bool may_take(const tw_grant *grant, uint64_t bytes) {
+  return bytes == 0 || !grant || grant->take(grant->context, bytes);
+}
+
 tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
   tw_surface *s = b->surface;
   uint32_t level = s->options.level, deepest = tw_deepest_detail(&s->details);
@@ -102,6 +121,7 @@ tw_status tw_build_choose(tw_build *b, bool generic, tw_error *error) {
   }
   s->side = 1u << s->depth;
   s->cage_step = b->levels == 0 ? 1 : 4;
+  if (!may_take(s->options.grant, steps_size(b))) return TW_NO_MEMORY;
   s->steps = tw_arena_alloc(s->arena, (size_t)b->levels + 1, sizeof *s->steps);
   return s->steps ? TW_OK : TW_NO_MEMORY;
 }

@@ -163,6 +163,31 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
   (($(resident NOW) < 16 + 64))
 }
 
+@test "surfaces that are made step by step wait for memory in proportion to their points" {
+  needs_process
+  needs_plain_build
+  start_daemon --max-memory 128MiB --threads 4
+  grid_of_triangles='BEGIN { for (i = 0; i < 81; i++) printf "v %d %d %d\n", i % 9, i / 9, i % 2
+    for (y = 0; y < 8; y++) for (x = 1; x < 9; x++) {
+      a = 9 * y + x
+      printf "f %d %d %d\nf %d %d %d\n", a, a + 1, a + 10, a, a + 10, a + 9
+    } }'
+  awk "$grid_of_triangles" >plain
+  before=$(resident PEAK)
+  for i in $(seq 6); do
+    { cat plain; echo "# $i"; } >"body-$i"
+    query='scheme=loop&limit=true&level=6'
+    ((i % 2)) || query='boundary=open&level=5'
+    curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@body-$i" "$url/v1/surface.glb?$query" >"code-$i" 3>&- &
+  done
+  wait $(jobs -p | grep -vx "$daemon")
+  cat code-*
+  grown=$(($(resident PEAK) - before))
+  echo "$grown MB more resident"
+  [ "$(sort -u code-*)" = 200 ]
+  ((grown < 160)) # of some 400 that they take together
+}
+
 @test "a request that is alone is served although it needs more than the budget" {
   needs_process
   start_daemon --max-memory 16MiB

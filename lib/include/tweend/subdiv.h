@@ -41,6 +41,12 @@ tw_patch_shapes *tw_patch_shapes_create(void);         /* NULL without memory */
 void tw_patch_shapes_destroy(tw_patch_shapes *shapes); /* NULL accepted */
 size_t tw_patch_shapes_size(const tw_patch_shapes *shapes);
 
+/* Whether so many bytes, beside those that the cage takes in any case, may be taken. */
+typedef struct tw_grant {
+  void *context;
+  bool (*take)(void *context, uint64_t bytes);
+} tw_grant;
+
 typedef struct tw_surface_options {
   uint32_t level; /* 0 to TW_LEVEL_MAX */
   tw_scheme scheme;
@@ -59,6 +65,10 @@ typedef struct tw_surface_options {
   /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
    * is made with it nothing else uses it or them. */
   tw_patch_shapes *shapes;
+  /* Asked while the surface is made, once, before levels are made step by step: by loop, with an open
+   * border, and where a cage is too irregular for patches, the memory is in proportion to the answer. What it
+   * refuses is TW_NO_MEMORY. NULL: any size may be taken. */
+  const tw_grant *grant;
 } tw_surface_options;
 
 /* Exact sizes of a surface, known before any of it is computed. */
@@ -75,7 +85,7 @@ tw_status tw_surface_count(const tw_mesh *mesh, const tw_surface_options *option
                            tw_error *error);
 
 /* A surface ready to be read: immutable, any number of threads. It holds memory in proportion to
- * the cage, not to the answer. */
+ * the cage, not to the answer, but where options.grant says otherwise. */
 typedef struct tw_surface tw_surface;
 
 /* The mesh must have passed tw_mesh_check. It may be freed after the call.
