@@ -99,7 +99,7 @@ public:
     thread_.join();
   }
 
-  tw_parallel_for parallel() { return {this, run}; }
+  tw_parallel_for parallel() { return {this, run, nullptr}; }
 
 private:
   using Part = void (*)(void *context, uint32_t index);
