@@ -74,9 +74,9 @@ function* oddRequests(asked, sent) {
   yield { headers: { ...sent.headers, Authorization: '' }, body: sent.body };
   yield { headers: { ...sent.headers, Authorization: 'Bearer nobody' }, body: sent.body };
   if (asked.path.includes('{id}')) yield { id: missing, ...sent };
+  if (asked.method !== 'POST') yield { headers: { 'If-Match': '"another"' } };
   if (asked.method === 'GET') {
     yield { headers: { 'If-None-Match': '*' } };
-    yield { headers: { 'If-Match': '"another"' } };
     yield { headers: { Range: 'bytes=0-11' } };
     yield { headers: { Range: 'bytes=999999999-' } };
     yield { headers: { 'Last-Event-ID': '999999' } };
