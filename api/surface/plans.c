@@ -167,8 +167,8 @@ static size_t plan_size(const api_plan *plan) {
 }
 
 /* A request that has waited for more keeps it: it goes on from its beginning. */
-static bool grant_at_least(const plan_source *source, uint64_t bytes, api_fault *fault) {
-  return source->ticket->granted >= bytes || api_grant(source->service, source->ticket, bytes, fault);
+static bool grant_at_least(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault) {
+  return ticket->granted >= bytes || api_grant(service, ticket, bytes, fault);
 }
 
 /* What a plan takes so far. */
@@ -181,7 +181,7 @@ typedef struct plan_grant {
 static bool raise_grant(void *context, uint64_t bytes) {
   plan_grant *grant = context;
   grant->bytes += bytes;
-  return grant_at_least(grant->source, grant->bytes, grant->fault);
+  return grant_at_least(grant->source->service, grant->source->ticket, grant->bytes, grant->fault);
 }
 
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
@@ -311,7 +311,7 @@ static uint64_t building_cost(const plan_source *source) {
 
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
-  if (!grant_at_least(source, source->cost, fault)) return false;
+  if (!grant_at_least(source->service, source->ticket, source->cost, fault)) return false;
   api_plan *plan = is_surely_within(source) ? create_plan(source, fault) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source, fault);
   if (!plan) return false;
@@ -340,6 +340,17 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
 
 /* ---- moving ------------------------------------------------------------------------------------ */
 
+/* The surfaces that move, and once more the largest, for what it needs while it is made. */
+static uint64_t moving_cost(const api_plan *source, const api_plan_moves *moves) {
+  uint64_t cost = 0, largest = 0;
+  for (uint32_t i = 0; i < moves->count; i++) {
+    uint64_t size = moves->positions[i] ? tw_surface_moved_size(source->surfaces[moves->of[i]]) : 0;
+    cost += size;
+    if (size > largest) largest = size;
+  }
+  return cost + largest;
+}
+
 static tw_status move_surfaces(const api_plan *source, const api_plan_moves *moves,
                                const tw_parallel_for *parallel, api_plan *plan) {
   plan->surfaces = tw_alloc_zero(moves->count, sizeof(tw_surface *));
@@ -358,7 +369,7 @@ static tw_status move_surfaces(const api_plan *source, const api_plan_moves *mov
   return TW_OK;
 }
 
-/* Takes the reference to the source over. */
+/* NULL without memory. Takes the reference to the source over. */
 static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_moves *moves,
                             const tw_parallel_for *parallel) {
   const api_plan *still = api_entry_value(source);
@@ -380,10 +391,18 @@ static api_entry *move_plan(api_cache *cache, api_entry *source, const api_plan_
 
 api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const api_plan_moves *moves,
                           bool is_stored, const api_surface_query *query, api_entry **out) {
+  api_service *service = call->service;
   api_entry *plan = NULL;
   api_outcome outcome = take_source(call, meshes, is_stored, query, &plan);
   if (outcome != API_DONE) return outcome;
-  if (moves->count > 0) plan = move_plan(call->service->cache, plan, moves, call->service->parallel);
+  if (moves->count > 0) {
+    uint64_t cost = moving_cost(api_entry_value(plan), moves);
+    if (!grant_at_least(service, call->request->ticket, cost, &call->fault)) {
+      api_entry_release(plan);
+      return API_FAILED;
+    }
+    plan = move_plan(service->cache, plan, moves, service->parallel);
+  }
   *out = plan;
   return plan ? API_DONE : api_fail_without_memory(call);
 }

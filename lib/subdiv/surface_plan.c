@@ -299,10 +299,13 @@ static size_t plan_size(const tw_surface *s) {
   return s->shapes ? size + tw_patch_shapes_size(s->shapes) : size;
 }
 
+size_t tw_surface_moved_size(const tw_surface *plan) {
+  return sizeof *plan + tw_surface_positions_size(plan) +
+         tw_surface_bounds_count(plan) * (sizeof *plan->bounds_ready + sizeof *plan->bounds);
+}
+
 size_t tw_surface_size(const tw_surface *surface) {
-  size_t size = sizeof *surface + tw_surface_positions_size(surface) +
-                tw_surface_bounds_count(surface) * (sizeof *surface->bounds_ready + sizeof *surface->bounds);
-  return surface->plan ? size : size + plan_size(surface);
+  return tw_surface_moved_size(surface) + (surface->plan ? 0 : plan_size(surface));
 }
 
 const tw_surface_counts *tw_surface_get_counts(const tw_surface *surface) {

@@ -188,6 +188,49 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
   ((grown < 160)) # of some 400 that they take together
 }
 
+# skinned_nodes COUNT: a GLB of as many nodes that show one skinned grid of 1,800 triangles, whose joint turns.
+skinned_nodes() {
+  node -e '
+    const n = 30, nodes = Number(process.argv[1]), points = [], faces = [];
+    for (let i = 0; i < (n + 1) ** 2; i++) points.push(i % (n + 1), Math.floor(i / (n + 1)), i % 5 / 9);
+    for (let i = 0, at; i < n * n; i++) {
+      at = i + Math.floor(i / n);
+      faces.push(at, at + 1, at + n + 2, at, at + n + 2, at + n + 1);
+    }
+    const count = points.length / 3, one = new Array(count).fill([1, 0, 0, 0]).flat();
+    const data = [new Float32Array(points), new Uint32Array(faces), new Uint8Array(4 * count), new Float32Array(one),
+      new Float32Array([0, 1]), new Float32Array([0, 0, 0, 1, 0, 0, 1, 0])].map(({ buffer }) => Buffer.from(buffer));
+    let end = 0;
+    const bufferViews = data.map(({ length }) => ({ buffer: 0, byteOffset: (end += length) - length, byteLength: length }));
+    const of = (bufferView, componentType, count, type, more) => ({ bufferView, componentType, count, type, ...more });
+    const json = JSON.stringify({ asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: [...Array(nodes + 1).keys()] }],
+      nodes: [{}, ...Array(nodes).fill({ mesh: 0, skin: 0 })], skins: [{ joints: [0] }],
+      meshes: [{ primitives: [{ attributes: { POSITION: 0, JOINTS_0: 2, WEIGHTS_0: 3 }, indices: 1 }] }],
+      animations: [{ samplers: [{ input: 4, output: 5 }], channels: [{ sampler: 0, target: { node: 0, path: "rotation" } }] }],
+      accessors: [of(0, 5126, count, "VEC3", { min: [0, 0, 0], max: [n, n, 1] }), of(1, 5125, faces.length, "SCALAR"), of(2, 5121, count, "VEC4"),
+        of(3, 5126, count, "VEC4"), of(4, 5126, 2, "SCALAR", { min: [0], max: [1] }), of(5, 5126, 2, "VEC4")],
+      bufferViews, buffers: [{ byteLength: end, uri: "data:application/octet-stream;base64," + Buffer.concat(data).toString("base64") }] });
+    process.stdout.write(json);' "$1"
+}
+
+@test "skinned surfaces of many nodes wait for the memory of all of them" {
+  needs_process
+  needs_plain_build
+  start_daemon --max-memory 160MiB --threads 4
+  for i in 1 2 3 4; do skinned_nodes $((300 + i)) >"body-$i"; done
+  before=$(resident PEAK)
+  for i in 1 2 3 4; do
+    curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@body-$i" \
+      "$url/v1/surface.glb?skin=bake&at=0.5&level=2" >"code-$i" 3>&- &
+  done
+  wait $(jobs -p | grep -vx "$daemon")
+  cat code-*
+  grown=$(($(resident PEAK) - before))
+  echo "$grown MB more resident"
+  [ "$(sort -u code-*)" = 200 ]
+  ((grown < 165)) # two at once take 220
+}
+
 @test "a request that is alone is served although it needs more than the budget" {
   needs_process
   start_daemon --max-memory 16MiB

@@ -111,6 +111,8 @@ tw_status tw_surface_with_positions_by(const tw_surface *plan, const float *posi
 
 void tw_surface_destroy(tw_surface *surface);      /* NULL accepted */
 size_t tw_surface_size(const tw_surface *surface); /* bytes held; of a plan's none */
+/* Bytes that a surface over other positions holds, or a few more. */
+size_t tw_surface_moved_size(const tw_surface *plan);
 
 /* Three numberings of the same surface. */
 typedef enum tw_domain {
