@@ -35,7 +35,7 @@ static inline void tw_gltf_put_name(tw_gltf_writer *writer, const char *name) {
  * object may be NULL. */
 void tw_gltf_put_members(tw_gltf_writer *writer, const char *object, const char *except);
 
-/* The same of a kept object, and notes the extensions that occur in all of it. */
+/* As tw_gltf_put_members, of an object that was kept as text; all extensions in it join the file's list. */
 void tw_gltf_put_kept(tw_gltf_writer *writer, const char *kept, const char *except);
 
 /* Kept objects as they are. */

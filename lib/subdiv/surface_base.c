@@ -9,7 +9,8 @@
 
 /* ---- at the cage ----------------------------------------------------------------------------- */
 
-/* What rows are read from lives as long as the surface; of TW_WAY_LEVELS they are not read from the base. */
+/* Values of the base live as long as the surface where rows are read from them, which TW_WAY_LEVELS does not;
+ * values of the levels above live until the surface is made. */
 static tw_arena *values_arena(const tw_build *b, uint32_t level) {
   bool stays = level == b->levels && b->surface->way != TW_WAY_LEVELS;
   return stays ? b->surface->arena : b->arena;

@@ -203,7 +203,7 @@ tw_status tw_build_plan(const tw_mesh *mesh, const tw_surface_options *options,
   tw_status status = s->arena && b.arena && b.points_arena ? plan(&b, generic, error) : TW_NO_MEMORY;
   tw_arena_destroy(b.arena);
   *too_irregular = b.too_irregular;
-  s->options.grant = NULL; /* it need not outlive the call */
+  s->options.grant = NULL; /* the caller's, for this call */
   if (status == TW_OK)
     *out = s;
   else

@@ -1,4 +1,4 @@
-/* Which rows a surface has, where rows are those of a base or of its patches, and what they hold. */
+/* Numbers the rows of a surface that is read from its base or from patches, and lays out what a row holds. */
 #include <stdlib.h>
 
 #include "surface_plan.h"

@@ -76,19 +76,19 @@ static bool fits_loop_rows(const tw_build *b) {
   return !s->options.normals || tw_loop_rows_fit(&b->cage.topology, &s->rules, s->options.level - 1);
 }
 
-/* More than the levels take that steps make below those that something is modelled onto: measured for cages
- * of triangles, by face of the last one. */
+/* An upper bound, in bytes, of what generic steps need beyond the levels of details, which the caller counts.
+ * Bytes for each face of the last level were measured on cages of triangles. */
 static uint64_t steps_size(const tw_build *b) {
   enum { LOOP_ROWS = 56, LOOP = 180, CATMULL_CLARK = 420 };
   const tw_surface *s = b->surface;
   const tw_mesh *m = b->mesh;
   uint32_t levels = b->levels + (s->way == TW_WAY_LOOP);
   if (levels < 2 || levels <= tw_deepest_detail(&s->details)) return 0;
-  uint64_t values = tw_smooth_set_count(s) + (m->skin.joints ? 4 : 0), own = s->way == TW_WAY_LOOP ? LOOP_ROWS
-                                                                             : s->rules.loop       ? LOOP
-                                                                                             : CATMULL_CLARK;
+  uint64_t topology = s->rules.loop ? LOOP : CATMULL_CLARK, values = tw_smooth_set_count(s);
+  if (s->way == TW_WAY_LOOP) topology = LOOP_ROWS;
+  if (m->skin.joints) values += 4;
   return tw_cage_counts_at(&b->cage, s->rules.loop, levels).faces *
-         (own * (1 + m->uv_set_count) + 32 * values);
+         (topology * (1 + m->uv_set_count) + 32 * values);
 }
 
 static bool may_take(const tw_grant *grant, uint64_t bytes) {

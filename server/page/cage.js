@@ -56,7 +56,8 @@ function nearest(position, places) {
   return places.map((place) => found(place).reduce((best, i) => (away(place, i) < away(place, best) ? i : best), 0));
 }
 
-/** For each vertex how far apart lines are there, about: between the shortest and the mean of its edges. edges: pairs of vertices. */
+/** For each vertex about how far apart its lines are: the geometric mean of its shortest and its mean edge. edges: pairs of
+ *  vertices. */
 function spacingOf(position, edges) {
   const shortest = new Float32Array(position.count).fill(Infinity);
   const sums = new Float32Array(position.count);
@@ -73,8 +74,8 @@ function spacingOf(position, edges) {
   return sums.map((sum, i) => (counts[i] > 0 ? Math.sqrt((shortest[i] * sum) / counts[i]) : 0));
 }
 
-/** Fades lines or dots by the attribute `spacing`, as it is in the picture: a dense cage would hide its surface. The steps are
- *  parts of half the picture's height. bias: how far they are drawn before their places. */
+/** Makes a material fade where its attribute `spacing` is small in the picture, so that a dense cage does not hide its
+ *  surface: from 4 % of half the picture's height down to 1 %. bias: how far it is drawn before its places, in depth. */
 function fadeWhereDense(material, bias) {
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = `attribute float spacing;\nvarying float seen;\n${shader.vertexShader}`.replace('#include <project_vertex>', `#include <project_vertex>

@@ -163,6 +163,16 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
   (($(resident NOW) < 16 + 64))
 }
 
+# all_served_within MEGABYTES: the requests under way get 200, and the peak is less than so much over `before`.
+all_served_within() {
+  wait $(jobs -p | grep -vx "$daemon")
+  cat code-*
+  local grown=$(($(resident PEAK) - before))
+  echo "$grown MB more resident"
+  [ "$(sort -u code-*)" = 200 ]
+  ((grown < $1))
+}
+
 @test "surfaces that are made step by step wait for memory in proportion to their points" {
   needs_process
   needs_plain_build
@@ -180,15 +190,10 @@ loopback_bytes() { cat /sys/class/net/lo/statistics/tx_bytes; }
     ((i % 2)) || query='boundary=open&level=5'
     curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@body-$i" "$url/v1/surface.glb?$query" >"code-$i" 3>&- &
   done
-  wait $(jobs -p | grep -vx "$daemon")
-  cat code-*
-  grown=$(($(resident PEAK) - before))
-  echo "$grown MB more resident"
-  [ "$(sort -u code-*)" = 200 ]
-  ((grown < 160)) # of some 400 that they take together
+  all_served_within 160 # of some 400 that they take together
 }
 
-# skinned_nodes COUNT: a GLB of as many nodes that show one skinned grid of 1,800 triangles, whose joint turns.
+# skinned_nodes COUNT: a glTF of as many nodes that show one skinned grid of 1,800 triangles, whose joint turns.
 skinned_nodes() {
   node -e '
     const n = 30, nodes = Number(process.argv[1]), points = [], faces = [];
@@ -223,12 +228,7 @@ skinned_nodes() {
     curl --silent --output /dev/null --write-out '%{http_code}\n' --data-binary "@body-$i" \
       "$url/v1/surface.glb?skin=bake&at=0.5&level=2" >"code-$i" 3>&- &
   done
-  wait $(jobs -p | grep -vx "$daemon")
-  cat code-*
-  grown=$(($(resident PEAK) - before))
-  echo "$grown MB more resident"
-  [ "$(sort -u code-*)" = 200 ]
-  ((grown < 165)) # two at once take 220
+  all_served_within 165 # two at once take 220
 }
 
 @test "a request that is alone is served although it needs more than the budget" {

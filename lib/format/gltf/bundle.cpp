@@ -93,7 +93,8 @@ std::optional<std::string> image_uri(const char *object) {
   return is_web ? std::nullopt : uri;
 }
 
-// UINT64_MAX where that is no number, which the reader refuses.
+// The buffer's byteLength; UINT64_MAX, which no file has, where it is no whole number: the reader refuses
+// that.
 uint64_t declared_length(const char *object) {
   return whole_number(tw_json_member(object, "byteLength")).value_or(UINT64_MAX);
 }

@@ -65,9 +65,9 @@ typedef struct tw_surface_options {
   /* Shared by surfaces of a scene, or NULL: one of the surface's own. It outlives the surfaces, and while one
    * is made with it nothing else uses it or them. */
   tw_patch_shapes *shapes;
-  /* Asked while the surface is made, once, before levels are made step by step: by loop, with an open
-   * border, and where a cage is too irregular for patches, the memory is in proportion to the answer. What it
-   * refuses is TW_NO_MEMORY. NULL: any size may be taken. */
+  /* Asked once before levels are made step by step, which takes memory in proportion to the answer: by loop,
+   * with an open border, and where a cage is too irregular for patches. A refusal is TW_NO_MEMORY. NULL: any
+   * size may be taken. It need not outlive the call. */
   const tw_grant *grant;
 } tw_surface_options;
 
