@@ -189,6 +189,9 @@ api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes)
   ticket->needed = bytes;
   if (result == API_WAIT_BEGUN) link_last(budget, ticket);
   pthread_mutex_unlock(&budget->lock);
+  /* The grant that it gave back may be what those before it wait for, and memory that was given back while it
+   * looked has woken nobody. */
+  if (result != API_WAIT_OVER) api_budget_poke(budget);
   return result;
 }
 
@@ -197,5 +200,6 @@ bool api_budget_cancel(api_budget *budget, api_ticket *ticket) {
   bool waited = ticket->is_waiting_for_memory;
   if (waited) unlink_ticket(budget, ticket);
   pthread_mutex_unlock(&budget->lock);
+  if (waited) api_budget_poke(budget); /* those behind it may fit */
   return waited;
 }

@@ -41,7 +41,7 @@ typedef enum api_wait {
   API_WAIT_CROWDED, /* too many wait */
 } api_wait;
 
-/* Waits until `bytes` in all can be granted. */
+/* Waits until `bytes` in all can be granted; the ticket holds nothing meanwhile. */
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 /* True when the ticket waited here: it will not be woken. */
 bool api_budget_cancel(api_budget *budget, api_ticket *ticket);

@@ -387,6 +387,65 @@ TEST(who_waits_for_memory_is_woken_in_turn_and_few_may_wait) {
   api_budget_destroy(budget);
 }
 
+TEST(who_gives_its_grant_back_to_wait_wakes_those_before_it) {
+  api_budget *budget = api_budget_create(16000000, 2);
+  loopback_ticket *first = loopback_ticket_create(), *second = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &second->ticket, 10000000));
+  assert_int_equal(api_budget_wait(budget, &first->ticket, 9000000), API_WAIT_BEGUN);
+  assert_int_equal(api_budget_wait(budget, &second->ticket, 12000000), API_WAIT_BEGUN);
+  loopback_ticket_await(first);
+  assert_int_equal(second->ticket.granted, 0);
+  api_budget_grant(budget, &first->ticket, 0);
+  loopback_ticket_await(second);
+  assert_int_equal(second->ticket.granted, 12000000);
+  api_budget_grant(budget, &second->ticket, 0);
+  loopback_ticket_destroy(NULL, first);
+  loopback_ticket_destroy(NULL, second);
+  assert_int_equal(api_budget_used(budget), 0);
+  api_budget_destroy(budget);
+}
+
+TEST(who_stops_waiting_lets_those_behind_it_pass) {
+  api_budget *budget = api_budget_create(16000000, 2);
+  api_ticket holder = {0}, large = {0};
+  loopback_ticket *behind = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &holder, 10000000));
+  assert_int_equal(api_budget_wait(budget, &large, 9000000), API_WAIT_BEGUN);
+  assert_int_equal(api_budget_wait(budget, &behind->ticket, 3000000), API_WAIT_BEGUN);
+  assert_true(api_budget_cancel(budget, &large));
+  loopback_ticket_await(behind);
+  assert_int_equal(behind->ticket.granted, 3000000);
+  api_budget_grant(budget, &holder, 0);
+  api_budget_grant(budget, &behind->ticket, 0);
+  loopback_ticket_destroy(NULL, behind);
+  api_budget_destroy(budget);
+}
+
+enum { WAITERS = 6, WAITS = 3000 };
+
+static void *waits_and_holds(void *context) {
+  api_budget *budget = context;
+  loopback_ticket *t = loopback_ticket_create();
+  for (int i = 0; i < WAITS; i++)
+    for (uint64_t bytes = 4000000; bytes <= 12000000; bytes += 4000000)
+      if (!api_budget_grant(budget, &t->ticket, bytes) &&
+          api_budget_wait(budget, &t->ticket, bytes) == API_WAIT_BEGUN)
+        loopback_ticket_await(t);
+  api_budget_grant(budget, &t->ticket, 0);
+  loopback_ticket_destroy(NULL, t);
+  return NULL;
+}
+
+TEST(no_one_waits_for_ever_beside_others_who_wait) {
+  api_budget *budget = api_budget_create(16000000, WAITERS);
+  pthread_t threads[WAITERS];
+  for (int i = 0; i < WAITERS; i++)
+    assert_int_equal(pthread_create(&threads[i], NULL, waits_and_holds, budget), 0);
+  for (int i = 0; i < WAITERS; i++) pthread_join(threads[i], NULL);
+  assert_int_equal(api_budget_used(budget), 0);
+  api_budget_destroy(budget);
+}
+
 /* ---- threads ---------------------------------------------------------------------------------- */
 
 enum { THREADS = 8, ROUNDS = 2000, KEYS = 20 };
