@@ -52,7 +52,7 @@ typedef struct problem_kind {
 static const problem_kind kinds[] = {
     {400, "bad-request", "Bad request"},
     {401, "key-missing", "API key missing"},
-    {403, "key-wrong", "API key not accepted"},
+    {403, "not-allowed", "Not allowed"},
     {404, "not-found", "Not found"},
     {405, "method-not-allowed", "Method not allowed"},
     {406, "not-acceptable", "No acceptable representation"},

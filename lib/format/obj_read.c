@@ -308,6 +308,9 @@ static void warn(const tw_obj_reader *reader, tw_model *model) {
   if (reader->missing_uvs > 0 && reader->corner_uvs)
     tw_model_warn(model, "%llu face corners have no texture coordinate and get 0 0",
                   (unsigned long long)reader->missing_uvs);
+  if (reader->bad_uvs > 0 && reader->corner_uvs)
+    tw_model_warn(model, "%llu texture coordinates are 0 0: they are no numbers up to 1e18",
+                  (unsigned long long)reader->bad_uvs);
   if (reader->bad_normals > 0)
     tw_model_warn(model, "%llu normals are left out: they are not three finite numbers",
                   (unsigned long long)reader->bad_normals);

@@ -110,16 +110,13 @@ tw_status tw_obj_fail_memory(const tw_obj_reader *reader) {
 
 /* ---- v, vt, vn ---------------------------------------------------------------------------------- */
 
-/* Up to `most` numbers of this statement; *count says how many there were. */
+/* Up to `most` numbers of this statement; *count says how many there were. Infinity for what is too large. */
 static tw_status read_numbers(tw_obj_text *text, float *out, size_t most, size_t *count, tw_error *error) {
   *count = 0;
   while (*count < most && !tw_obj_statement_ends(text)) {
     double value;
     if (!tw_obj_read_number(text, &value)) return tw_obj_fail_word(text, "number", error);
-    out[*count] = (float)value;
-    if (!isfinite(out[*count]))
-      return tw_fail_line(error, TW_INVALID, text->line, "a number is too large for a 32-bit float");
-    (*count)++;
+    out[(*count)++] = (float)value;
   }
   return TW_OK;
 }
@@ -147,6 +144,9 @@ static tw_status read_point(tw_obj_reader *reader, tw_obj_text *text) {
   if (count < 3 || count == 5)
     return tw_fail_line(reader->error, TW_SYNTAX, line,
                         "a point needs 3 coordinates, and 3 more numbers for a colour");
+  for (size_t i = 0; i < count; i++)
+    if (!isfinite(values[i]))
+      return tw_fail_line(reader->error, TW_INVALID, line, "a number is no finite 32-bit float");
   memcpy(reader->positions + 3 * point, values, 3 * sizeof(float));
   return count >= 6 ? set_color(reader, point, values + 3) : TW_OK;
 }
@@ -175,7 +175,7 @@ static tw_status read_colors(tw_obj_reader *reader, tw_obj_text *text) {
   return status;
 }
 
-/* vt u, vt u v or vt u v w. */
+/* vt u, vt u v or vt u v w. One that is not finite, as photogrammetry leaves it, is 0 0, as in glTF. */
 static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   float values[3] = {0, 0, 0};
   size_t count;
@@ -183,7 +183,9 @@ static tw_status read_uv(tw_obj_reader *reader, tw_obj_text *text) {
   tw_status status = read_numbers(text, values, 3, &count, reader->error);
   if (status != TW_OK) return status;
   if (count == 0) return tw_fail_line(reader->error, TW_SYNTAX, line, "a texture coordinate needs a number");
-  memcpy(reader->uvs + 2 * uv, values, 2 * sizeof(float));
+  bool is_usable = fabsf(values[0]) <= TW_COORDINATE_MAX && fabsf(values[1]) <= TW_COORDINATE_MAX;
+  if (!is_usable) reader->bad_uvs++;
+  memcpy(reader->uvs + 2 * uv, is_usable ? values : (const float[2]){0, 0}, 2 * sizeof(float));
   return TW_OK;
 }
 

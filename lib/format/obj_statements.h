@@ -63,7 +63,7 @@ typedef struct tw_obj_reader {
   uint64_t first_ignored;                     /* its line */
   uint64_t unknown_statements, first_unknown; /* the line of the first one */
   tw_word unknown_word;                       /* its first word */
-  uint64_t missing_uvs, long_groups, late_groups, bad_normals;
+  uint64_t missing_uvs, bad_uvs, long_groups, late_groups, bad_normals;
 } tw_obj_reader;
 
 /* Reads all statements into a reader that has an arena, perhaps an error, and is zero otherwise. Names point

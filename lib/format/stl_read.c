@@ -84,7 +84,7 @@ static tw_status read_point(stl_text *text, float out[3], tw_error *error) {
       return tw_fail_line(error, TW_SYNTAX, text->line, "a vertex needs 3 numbers");
     out[i] = (float)value;
     if (!isfinite(out[i]))
-      return tw_fail_line(error, TW_INVALID, text->line, "a number is too large for a 32-bit float");
+      return tw_fail_line(error, TW_INVALID, text->line, "a number is no finite 32-bit float");
   }
   return TW_OK;
 }

@@ -61,11 +61,14 @@ TEST(bad_files_are_refused_at_their_line) {
       {"v 0 0 1e\n", TW_SYNTAX, 1},
       {"v 0 0 0x10\n", TW_SYNTAX, 1},
       {"v 0 0 -\n", TW_SYNTAX, 1},
-      {"\nv nan 0 0\n", TW_SYNTAX, 2},
-      {"v inf 0 0\n", TW_SYNTAX, 1},
+      {"\nv nan 0 0\n", TW_INVALID, 2},
+      {"v 0 -nan(ind) 0\n", TW_INVALID, 1},
+      {"v 0 +Inf 0\n", TW_INVALID, 1},
+      {"v nano 0 0\n", TW_SYNTAX, 1},
+      {"v 0 nan(ind 0\n", TW_SYNTAX, 1},
       {"v 1e999 0 0\n", TW_INVALID, 1},
       {"v 0 -1e39 0\n", TW_INVALID, 1},
-      {"v 0 0 0 1 nan 0\n", TW_SYNTAX, 1},
+      {"v 0 0 0 1 nan 0\n", TW_INVALID, 1},
       {TRIANGLE "vt\nf 1 2 3\n", TW_SYNTAX, 4},
       {TRIANGLE "vt x\nf 1 2 3\n", TW_SYNTAX, 4},
       {TRIANGLE "f 1 2\n", TW_INVALID, 4},
@@ -262,6 +265,18 @@ TEST(files_without_vt_have_no_uvs) {
   tw_model *model = read_good(TRIANGLE "vt 0 0\nf 1 2 3\n");
   assert_int_equal(model->meshes[0].uv_set_count, 0);
   assert_int_equal(model->warning_count, 0);
+  tw_model_destroy(model);
+}
+
+TEST(texture_coordinates_that_are_not_finite_become_0_with_a_warning) {
+  tw_model *model = read_good(TRIANGLE "vt nan 1\nvt 0.5 -nan(ind)\nvt 0.25 1\nf 1/1 2/2 3/3\n");
+  assert_int_equal(model->meshes[0].uv_set_count, 1);
+  const tw_uv_set *set = &model->meshes[0].uv_sets[0];
+  const float expected[3][2] = {{0, 0}, {0, 0}, {0.25f, 1}};
+  for (int c = 0; c < 3; c++)
+    assert_memory_equal(set->values + 2 * set->corners[c], expected[c], sizeof expected[c]);
+  assert_int_equal(model->warning_count, 1);
+  assert_non_null(strstr(model->warnings[0], "2 texture coordinates are 0 0"));
   tw_model_destroy(model);
 }
 

@@ -49,6 +49,7 @@ TEST(bad_rows_are_refused) {
   assert_refused(HEADER("ascii", "4000000000", "0") "0 0 0\n", TW_SYNTAX, "too short");
   assert_refused(HEADER("ascii", "1", "0") "0 0 zero 1 1 1\n", TW_SYNTAX, "malformed");
   assert_refused(HEADER("ascii", "1", "0") "0 0 1e40 1 1 1\n", TW_INVALID, "vertex 0");
+  assert_refused(HEADER("ascii", "1", "0") "0 0 nan 1 1 1\n", TW_INVALID, "vertex 0");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n3 0 0 1\n", TW_INVALID, "face 0");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n-3 0 0 0\n", TW_SYNTAX, "length of a list");
   assert_refused(HEADER("ascii", "1", "1") "0 0 1 1 1 1\n4000000000 0 0 0\n", TW_SYNTAX, "cut off");

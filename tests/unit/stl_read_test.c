@@ -47,6 +47,7 @@ TEST(words_out_of_place_are_refused_with_their_line) {
   assert_refused("solid\nouter loop\nvertex 0 0\nendloop", TW_SYNTAX, 4);
   assert_refused("solid\nouter loop\nvertex 0 0 1x\n", TW_SYNTAX, 3);
   assert_refused("solid\nouter loop\nvertex 0 0 1e40\n", TW_INVALID, 3);
+  assert_refused("solid\nouter loop\nvertex 0 nan 1\n", TW_INVALID, 3);
   assert_refused("solid\nouter loop\nvertex 0 0 1\n", TW_SYNTAX, 4);
   assert_refused("solid", TW_SYNTAX, 0);
   assert_refused("neither", TW_SYNTAX, 0);
