@@ -118,18 +118,21 @@ void srv_metrics_store(srv_metrics *metrics, srv_store_operation operation, uint
 
 /* ---- printing -------------------------------------------------------------------------------- */
 
-static void print_family(FILE *out, const char *name, const char *type, const char *help) {
-  fprintf(out, "# HELP tweend_%s %s\n# TYPE tweend_%s %s\n", name, help, name, type);
+/* Names tell counters by their end. */
+static void print_family(FILE *out, const char *name, const char *help) {
+  size_t end = strlen("_total"), size = strlen(name);
+  bool is_counter = size > end && strcmp(name + size - end, "_total") == 0;
+  fprintf(out, "# HELP %s %s\n# TYPE %s %s\n", name, help, name, is_counter ? "counter" : "gauge");
 }
 
-static void print_number(FILE *out, const char *name, const char *type, const char *help, uint64_t value) {
-  print_family(out, name, type, help);
-  fprintf(out, "tweend_%s %" PRIu64 "\n", name, value);
+static void print_number(FILE *out, const char *name, const char *help, uint64_t value) {
+  print_family(out, name, help);
+  fprintf(out, "%s %" PRIu64 "\n", name, value);
 }
 
 /* One number of a family that has a label. */
 static void print_labelled(FILE *out, const char *name, const char *label, const char *value, double number) {
-  fprintf(out, "tweend_%s{%s=\"%s\"} %.15g\n", name, label, value, number);
+  fprintf(out, "%s{%s=\"%s\"} %.15g\n", name, label, value, number);
 }
 
 static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
@@ -154,8 +157,8 @@ static const char *const REFUSALS[SRV_REFUSAL_COUNT] = {
 };
 
 static void print_refusals(FILE *out, srv_metrics *metrics) {
-  static const char NAME[] = "refusals_total";
-  print_family(out, NAME, "counter", "Requests and connections that were turned away, by reason.");
+  static const char NAME[] = "tweend_refusals_total";
+  print_family(out, NAME, "Requests and connections that were turned away, by reason.");
   for (size_t i = API_REFUSAL_NONE + 1; i < SRV_REFUSAL_COUNT; i++)
     print_labelled(out, NAME, "reason", REFUSALS[i], (double)atomic_load(&metrics->refusals[i]));
 }
@@ -166,33 +169,32 @@ static const char *const OPERATIONS[SRV_STORE_COUNT] = {
 };
 
 static void print_bucket(FILE *out, const srv_store_s3_load *bucket) {
-  print_number(out, "store_up", "gauge", "1 while the object store can be reached, as far as is known.",
+  print_number(out, "tweend_store_up", "1 while the object store can be reached, as far as is known.",
                bucket->is_reachable);
-  print_number(out, "store_retries_total", "counter", "Requests to it that were tried again.",
-               bucket->retries);
-  print_number(out, "store_cache_bytes", "gauge", "Disk that copies of models take.", bucket->cache.bytes);
-  print_number(out, "store_cache_limit_bytes", "gauge", "--cache-size.", bucket->cache.limit);
-  print_number(out, "store_cache_hits_total", "counter", "Models read from a copy.", bucket->cache.hits);
-  print_number(out, "store_cache_misses_total", "counter", "Models read without one.", bucket->cache.misses);
+  print_number(out, "tweend_store_retries_total", "Requests to it that were tried again.", bucket->retries);
+  print_number(out, "tweend_store_cache_bytes", "Disk that copies of models take.", bucket->cache.bytes);
+  print_number(out, "tweend_store_cache_limit_bytes", "--cache-size.", bucket->cache.limit);
+  print_number(out, "tweend_store_cache_hits_total", "Models read from a copy.", bucket->cache.hits);
+  print_number(out, "tweend_store_cache_misses_total", "Models read without one.", bucket->cache.misses);
 }
 
 static void print_store(FILE *out, srv_metrics *metrics, const srv_config *config, const srv_gauges *gauges) {
-  static const char COUNT[] = "store_operations_total", ERRORS[] = "store_errors_total",
-                    SECONDS[] = "store_seconds_total";
-  print_family(out, COUNT, "counter", "Operations of the store.");
+  static const char COUNT[] = "tweend_store_operations_total", ERRORS[] = "tweend_store_errors_total",
+                    SECONDS[] = "tweend_store_seconds_total";
+  print_family(out, COUNT, "Operations of the store.");
   for (size_t i = 0; i < SRV_STORE_COUNT; i++)
     print_labelled(out, COUNT, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].count));
-  print_family(out, ERRORS, "counter", "Those that failed: not reached, full, or damaged.");
+  print_family(out, ERRORS, "Those that failed: not reached, full, or damaged.");
   for (size_t i = 0; i < SRV_STORE_COUNT; i++)
     print_labelled(out, ERRORS, "operation", OPERATIONS[i], (double)atomic_load(&metrics->store[i].failed));
-  print_family(out, SECONDS, "counter", "What they took.");
+  print_family(out, SECONDS, "What they took.");
   for (size_t i = 0; i < SRV_STORE_COUNT; i++)
     print_labelled(out, SECONDS, "operation", OPERATIONS[i],
                    (double)atomic_load(&metrics->store[i].ns) / 1e9);
   if (gauges->bucket != NULL) print_bucket(out, gauges->bucket);
   if (config->store_limit == 0) return;
-  print_number(out, "store_bytes", "gauge", "Bytes of stored models, as last counted.", gauges->store_bytes);
-  print_number(out, "store_limit_bytes", "gauge", "--store-limit.", config->store_limit);
+  print_number(out, "tweend_store_bytes", "Bytes of stored models, as last counted.", gauges->store_bytes);
+  print_number(out, "tweend_store_limit_bytes", "--store-limit.", config->store_limit);
 }
 
 static const char *const CACHED[API_CACHED_COUNT] = {
@@ -203,42 +205,43 @@ static const char *const CACHED[API_CACHED_COUNT] = {
 };
 
 static void print_cache(FILE *out, const api_usage *usage) {
-  static const char HITS[] = "cache_hits_total", MISSES[] = "cache_misses_total",
-                    EVICTIONS[] = "cache_evictions_total";
-  print_family(out, HITS, "counter", "Values that were there when a request looked for them.");
+  static const char HITS[] = "tweend_cache_hits_total", MISSES[] = "tweend_cache_misses_total",
+                    EVICTIONS[] = "tweend_cache_evictions_total";
+  print_family(out, HITS, "Values that were there when a request looked for them.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
     print_labelled(out, HITS, "kind", CACHED[i], (double)usage->cached[i].hits);
-  print_family(out, MISSES, "counter", "Values that had to be made.");
+  print_family(out, MISSES, "Values that had to be made.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
     print_labelled(out, MISSES, "kind", CACHED[i], (double)usage->cached[i].misses);
-  print_family(out, EVICTIONS, "counter", "Values that went to make room.");
+  print_family(out, EVICTIONS, "Values that went to make room.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
     print_labelled(out, EVICTIONS, "kind", CACHED[i], (double)usage->cached[i].evictions);
 }
 
 static void print_memory(FILE *out, const srv_config *config, const api_usage *usage) {
-  static const char NAME[] = "memory_bytes";
+  static const char NAME[] = "tweend_memory_bytes";
   static const char *const HELD[API_HELD_COUNT] = {
       [API_HELD_CONNECTION] = "connection", [API_HELD_BODY] = "body", [API_HELD_BLOCK] = "block"};
-  print_family(out, NAME, "gauge", "What counts against --max-memory.");
+  print_family(out, NAME, "What counts against --max-memory.");
   for (size_t i = 0; i < API_CACHED_COUNT; i++)
     print_labelled(out, NAME, "kind", CACHED[i], (double)usage->cached[i].bytes);
   for (size_t i = 0; i < API_HELD_COUNT; i++)
     print_labelled(out, NAME, "kind", HELD[i], (double)usage->held[i]);
   print_labelled(out, NAME, "kind", "request", (double)usage->granted);
-  print_number(out, "memory_limit_bytes", "gauge", "--max-memory.", config->max_memory);
+  print_number(out, "tweend_memory_limit_bytes", "--max-memory.", config->max_memory);
 }
 
+static const char DURATIONS[] = "tweend_http_request_duration_seconds";
+
 static void print_histogram(FILE *out, const histogram *h) {
-  static const char NAME[] = "tweend_http_request_duration_seconds";
   uint64_t below = 0;
   for (size_t i = 0; i < BUCKET_COUNT; i++) {
     below += h->buckets[i];
-    fprintf(out, "%s_bucket{route=\"%s\",le=\"%g\"} %" PRIu64 "\n", NAME, h->route, BUCKETS_S[i], below);
+    fprintf(out, "%s_bucket{route=\"%s\",le=\"%g\"} %" PRIu64 "\n", DURATIONS, h->route, BUCKETS_S[i], below);
   }
-  fprintf(out, "%s_bucket{route=\"%s\",le=\"+Inf\"} %" PRIu64 "\n", NAME, h->route, h->requests);
-  fprintf(out, "%s_sum{route=\"%s\"} %.9g\n", NAME, h->route, h->sum_s);
-  fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", NAME, h->route, h->requests);
+  fprintf(out, "%s_bucket{route=\"%s\",le=\"+Inf\"} %" PRIu64 "\n", DURATIONS, h->route, h->requests);
+  fprintf(out, "%s_sum{route=\"%s\"} %.9g\n", DURATIONS, h->route, h->sum_s);
+  fprintf(out, "%s_count{route=\"%s\"} %" PRIu64 "\n", DURATIONS, h->route, h->requests);
 }
 
 /* The second number of statm counts resident pages. */
@@ -270,70 +273,64 @@ static uint64_t count_entries(const char *folder) {
   return count < 2 ? 0 : count - 2;
 }
 
-static void print_of_process(FILE *out, const char *name, const char *type, const char *help, double value) {
-  fprintf(out, "# HELP process_%s %s\n# TYPE process_%s %s\nprocess_%s %.15g\n", name, help, name, type, name,
-          value);
-}
-
 /* By the names that Prometheus' own clients give them. */
-static void print_process(FILE *out, double started_s) {
+static void print_process(FILE *out, time_t started_s) {
   struct rlimit limit = {0};
   getrlimit(RLIMIT_NOFILE, &limit);
-  print_of_process(out, "resident_memory_bytes", "gauge", "Resident memory.", (double)resident_bytes());
-  print_of_process(out, "cpu_seconds_total", "counter", "Processor time of all threads.",
-                   processor_seconds());
-  print_of_process(out, "open_fds", "gauge", "Open files and sockets.",
-                   (double)count_entries("/proc/self/fd") - 1); /* but that of the listing */
-  print_of_process(out, "max_fds", "gauge", "How many may be open.", (double)limit.rlim_cur);
-  print_of_process(out, "threads", "gauge", "Threads.", (double)count_entries("/proc/self/task"));
-  print_of_process(out, "start_time_seconds", "gauge", "Unix time of the start.", started_s);
+  print_number(out, "process_resident_memory_bytes", "Resident memory.", resident_bytes());
+  print_family(out, "process_cpu_seconds_total", "Processor time of all threads.");
+  fprintf(out, "process_cpu_seconds_total %.15g\n", processor_seconds());
+  print_number(out, "process_open_fds", "Open files and sockets.",
+               count_entries("/proc/self/fd") - 1); /* but that of the listing */
+  print_number(out, "process_max_fds", "How many may be open.", limit.rlim_cur);
+  print_number(out, "process_threads", "Threads.", count_entries("/proc/self/task"));
+  print_number(out, "process_start_time_seconds", "Unix time of the start.", (uint64_t)started_s);
 }
 
 static void print_requests(FILE *out, const srv_metrics *metrics) {
-  print_family(out, "http_requests_total", "counter", "Finished requests.");
+  print_family(out, "tweend_http_requests_total", "Finished requests.");
   for (size_t i = 0; i < metrics->counter_count; i++) {
     const counter *c = &metrics->counters[i];
     fprintf(out, "tweend_http_requests_total{route=\"%s\",status=\"%d\"} %" PRIu64 "\n", c->route, c->status,
             c->requests);
   }
-  print_family(out, "http_request_duration_seconds", "histogram",
-               "From the request line to the answer's end.");
+  fprintf(out, "# HELP %s From the request line to the answer's end.\n# TYPE %s histogram\n", DURATIONS,
+          DURATIONS);
   for (size_t i = 0; i < metrics->histogram_count; i++) print_histogram(out, &metrics->histograms[i]);
-  print_number(out, "http_aborted_total", "counter", "Requests whose answer was not delivered completely.",
+  print_number(out, "tweend_http_aborted_total", "Requests whose answer was not delivered completely.",
                metrics->aborted);
-  print_number(out, "http_received_bytes_total", "counter", "Bytes of request bodies.", metrics->bytes_in);
-  print_number(out, "http_sent_bytes_total", "counter", "Bytes of answer bodies.", metrics->bytes_out);
+  print_number(out, "tweend_http_received_bytes_total", "Bytes of request bodies.", metrics->bytes_in);
+  print_number(out, "tweend_http_sent_bytes_total", "Bytes of answer bodies.", metrics->bytes_out);
 }
 
 static void print_load(FILE *out, const srv_config *config, const srv_gauges *gauges) {
-  print_number(out, "http_connections", "gauge", "Open connections.", gauges->connections);
-  print_number(out, "http_connections_limit", "gauge", "--max-connections.", config->max_connections);
-  print_number(out, "http_requests_in_flight", "gauge", "Requests being answered.",
-               gauges->requests_in_flight);
-  print_number(out, "spool_bytes", "gauge", "Bytes on disk of request bodies under way, announced ones too.",
+  print_number(out, "tweend_http_connections", "Open connections.", gauges->connections);
+  print_number(out, "tweend_http_connections_limit", "--max-connections.", config->max_connections);
+  print_number(out, "tweend_http_requests_in_flight", "Requests being answered.", gauges->requests_in_flight);
+  print_number(out, "tweend_spool_bytes", "Bytes on disk of request bodies under way, announced ones too.",
                gauges->spool_bytes);
   if (config->spool_limit > 0)
-    print_number(out, "spool_limit_bytes", "gauge", "--spool-limit.", config->spool_limit);
-  print_number(out, "io_threads", "gauge", "Socket threads.", config->io_threads);
-  print_number(out, "compute_threads", "gauge", "Threads for heavy requests.", config->threads);
-  print_number(out, "compute_threads_busy", "gauge", "Those at work.", gauges->threads_busy);
-  print_number(out, "jobs_waiting", "gauge", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
-  print_number(out, "queue_capacity", "gauge", "Heavy requests that may wait.", config->queue);
-  print_number(out, "faces_computed_total", "counter", "Faces of surfaces, as far as answers were read.",
+    print_number(out, "tweend_spool_limit_bytes", "--spool-limit.", config->spool_limit);
+  print_number(out, "tweend_io_threads", "Socket threads.", config->io_threads);
+  print_number(out, "tweend_compute_threads", "Threads for heavy requests.", config->threads);
+  print_number(out, "tweend_compute_threads_busy", "Those at work.", gauges->threads_busy);
+  print_number(out, "tweend_jobs_waiting", "Heavy requests waiting for a thread.", gauges->jobs_waiting);
+  print_number(out, "tweend_queue_capacity", "Heavy requests that may wait.", config->queue);
+  print_number(out, "tweend_faces_computed_total", "Faces of surfaces, as far as answers were read.",
                gauges->usage.faces);
-  print_number(out, "joint_times_computed_total", "counter",
-               "Nodes of poses and live frames, each at one time.", gauges->usage.joint_times);
+  print_number(out, "tweend_joint_times_computed_total", "Nodes of poses and live frames, each at one time.",
+               gauges->usage.joint_times);
 }
 
 static void print_live(FILE *out, const srv_live_load *live, uint64_t limit) {
-  print_number(out, "live_listeners", "gauge", "Open live streams.", live->listeners);
-  print_number(out, "live_listeners_limit", "gauge", "--max-listeners.", limit);
-  print_number(out, "live_channels", "gauge", "What live streams share: equal frames at equal times.",
+  print_number(out, "tweend_live_listeners", "Open live streams.", live->listeners);
+  print_number(out, "tweend_live_listeners_limit", "--max-listeners.", limit);
+  print_number(out, "tweend_live_channels", "What live streams share: equal frames at equal times.",
                live->channels);
-  print_number(out, "live_frames_printed_total", "counter", "Frames evaluated and printed for live streams.",
+  print_number(out, "tweend_live_frames_printed_total", "Frames evaluated and printed for live streams.",
                live->printed);
-  print_number(out, "live_frames_sent_total", "counter", "Frames sent to listeners.", live->sent);
-  print_number(out, "live_frames_skipped_total", "counter", "Frames that slow listeners did not get.",
+  print_number(out, "tweend_live_frames_sent_total", "Frames sent to listeners.", live->sent);
+  print_number(out, "tweend_live_frames_skipped_total", "Frames that slow listeners did not get.",
                live->skipped);
 }
 
@@ -342,7 +339,7 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const sr
   char *text = NULL;
   FILE *out = open_memstream(&text, size);
   if (out == NULL) return NULL;
-  print_family(out, "build_info", "gauge", "The version as a label.");
+  print_family(out, "tweend_build_info", "The version as a label.");
   fputs("tweend_build_info{version=\"" TWEEND_VERSION "\"} 1\n", out);
   pthread_mutex_lock(&metrics->lock);
   print_requests(out, metrics);
@@ -353,7 +350,7 @@ char *srv_metrics_print(srv_metrics *metrics, const srv_config *config, const sr
   print_cache(out, &gauges->usage);
   print_memory(out, config, &gauges->usage);
   print_store(out, metrics, config, gauges);
-  print_process(out, (double)metrics->started_s);
+  print_process(out, metrics->started_s);
   if (fclose(out) == 0) return text;
   free(text);
   return NULL;
