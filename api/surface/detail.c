@@ -147,8 +147,15 @@ static api_outcome take_points(detail_request *request) {
   return API_DONE;
 }
 
-/* The world matrix of the node that shows the mesh; false without memory. */
-static bool find_world(const detail_request *request, float out[16]) {
+/* The space of an OBJ, whose points lie where the node that shows the mesh takes them. */
+typedef struct world_space {
+  float *positions;
+  float matrix[16];
+  double cofactors[9], determinant; /* of the matrix: rows of its inverse times the determinant */
+} world_space;
+
+/* The node's matrix; false without memory. */
+static bool find_matrix(const detail_request *request, float out[16]) {
   const tw_model *model = request->remade->model;
   tw_arena *arena = request->remade->call->arena;
   float(*world)[16] = tw_arena_alloc(arena, model->node_count, sizeof *world);
@@ -161,53 +168,38 @@ static bool find_world(const detail_request *request, float out[16]) {
   return true;
 }
 
-/* Takes points from the world, where OBJ has them, back to the mesh. now: its points, which those that have
- * not moved become again, to the last bit. cofactors: of the world matrix, rows of its inverse times the
- * determinant. */
-static void leave_world(const detail_request *request, const float world[16], const double cofactors[9],
-                        double determinant, const float *now) {
-  for (uint32_t p = 0; p < request->rows; p++, now += 3) {
-    float *point = request->positions + 3 * (size_t)p, shown[3] = {now[0], now[1], now[2]};
+/* As tw_points_back has it: points that have not moved become what they were to the last bit. */
+static void leave_world(void *context, const float *now, uint32_t rows) {
+  const world_space *world = context;
+  for (uint32_t p = 0; p < rows; p++, now += 3) {
+    float *point = world->positions + 3 * (size_t)p, shown[3] = {now[0], now[1], now[2]};
     double from[3];
-    tw_matrix_move(world, shown);
+    tw_matrix_move(world->matrix, shown);
     bool has_moved = shown[0] != point[0] || shown[1] != point[1] || shown[2] != point[2];
-    for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world[12 + c];
-    for (int c = 0; c < 3; c++)
-      point[c] = has_moved ? (float)((cofactors[3 * c] * from[0] + cofactors[3 * c + 1] * from[1] +
-                                      cofactors[3 * c + 2] * from[2]) /
-                                     determinant)
-                           : now[c];
+    for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
+    for (int c = 0; c < 3; c++) {
+      const double *row = &world->cofactors[3 * c];
+      point[c] = has_moved
+                     ? (float)((row[0] * from[0] + row[1] * from[1] + row[2] * from[2]) / world->determinant)
+                     : now[c];
+    }
   }
 }
 
-/* The points as the mesh has them. */
-static api_outcome find_local(const detail_request *request) {
+/* *is_mesh_space: no node moves the mesh. */
+static api_outcome find_space(const detail_request *request, world_space *out, bool *is_mesh_space) {
   static const float identity[16] = {[0] = 1, [5] = 1, [10] = 1, [15] = 1};
   api_call *call = request->remade->call;
-  float world[16];
-  double cofactors[9];
-  if (request->node == TW_NO_INDEX) return API_DONE;
-  if (!find_world(request, world)) return api_fail_without_memory(call);
-  if (memcmp(world, identity, sizeof identity) == 0) return API_DONE;
-  double determinant = tw_matrix_cofactors(world, cofactors);
-  if (!isfinite(determinant) || determinant == 0)
+  *is_mesh_space = request->node == TW_NO_INDEX;
+  if (*is_mesh_space) return API_DONE;
+  if (!find_matrix(request, out->matrix)) return api_fail_without_memory(call);
+  *is_mesh_space = memcmp(out->matrix, identity, sizeof identity) == 0;
+  out->positions = request->positions;
+  out->determinant = tw_matrix_cofactors(out->matrix, out->cofactors);
+  if (!isfinite(out->determinant) || out->determinant == 0)
     return api_fail_with(call, 422,
                          "the node that shows the mesh has no size, so that no point can be taken back");
-  tw_surface *surface;
-  if (tw_surface_create_by(&request->remade->model->meshes[request->remade->mesh], &request->options,
-                           call->service->parallel, &surface, &call->fault.error) != TW_OK)
-    return api_fail(call);
-  tw_surface_reader *reader = tw_surface_reader_create(surface);
-  float *now = tw_alloc(request->rows, 3 * sizeof *now);
-  bool has_memory = reader && now;
-  if (has_memory) {
-    tw_surface_read_rows(reader, TW_DOMAIN_POINTS, 0, request->rows, now);
-    leave_world(request, world, cofactors, determinant, now);
-  }
-  free(now);
-  tw_surface_reader_destroy(reader);
-  tw_surface_destroy(surface);
-  return has_memory ? API_DONE : api_fail_without_memory(call);
+  return API_DONE;
 }
 
 /* ---- the answer ---------------------------------------------------------------------------------------- */
@@ -219,10 +211,13 @@ static api_outcome sculpt(detail_request *request) {
   /* Reading counts for itself; then there are the points. */
   remade->maker.granted = 12 * (uint64_t)request->count;
   if (!api_maker_grant(&remade->maker, api_detail_cost(mesh, request->rows))) return API_FAILED;
-  api_outcome outcome = find_local(request);
+  world_space world;
+  bool is_mesh_space;
+  api_outcome outcome = find_space(request, &world, &is_mesh_space);
   if (outcome != API_DONE) return outcome;
-  if (tw_mesh_sculpt(mesh, &request->options, request->positions, call->service->parallel, call->arena,
-                     &remade->cage, &call->fault.error) != TW_OK) {
+  const tw_points_back back = {leave_world, &world};
+  if (tw_mesh_sculpt(mesh, &request->options, request->positions, is_mesh_space ? NULL : &back,
+                     call->service->parallel, call->arena, &remade->cage, &call->fault.error) != TW_OK) {
     bool is_point = strncmp(call->fault.error.pointer, "/positions/", strlen("/positions/")) == 0;
     return is_point ? api_fail_in_document(call) : api_fail(call);
   }

@@ -159,13 +159,14 @@ static tw_status meet_points(sculpting *s, float *now, tw_arena *arena, tw_mesh 
   return TW_OK;
 }
 
-static tw_status sculpt(sculpting *s, const tw_mesh *mesh, const tw_surface *surface, tw_arena *arena,
-                        tw_mesh *out, tw_error *error) {
+static tw_status sculpt(sculpting *s, const tw_mesh *mesh, const tw_surface *surface,
+                        const tw_points_back *back, tw_arena *arena, tw_mesh *out, tw_error *error) {
   float *now = tw_arena_alloc_raw(s->scratch, s->rows, 3 * sizeof *now);
   s->vertices = tw_arena_alloc_raw(s->scratch, s->rows, sizeof *s->vertices);
   if (!now || !s->vertices) return TW_NO_MEMORY;
-  tw_status status = check_positions(s, error);
-  if (status == TW_OK) status = read_points(s, surface, now);
+  tw_status status = read_points(s, surface, now);
+  if (status == TW_OK && back) back->take(back->context, now, s->rows);
+  if (status == TW_OK) status = check_positions(s, error);
   if (status != TW_OK) return status;
   *out = *mesh;
   uint32_t row = 0;
@@ -178,7 +179,8 @@ static tw_status sculpt(sculpting *s, const tw_mesh *mesh, const tw_surface *sur
 }
 
 tw_status tw_mesh_sculpt(const tw_mesh *mesh, const tw_surface_options *options, const float *positions,
-                         const tw_parallel_for *parallel, tw_arena *arena, tw_mesh *out, tw_error *error) {
+                         const tw_points_back *back, const tw_parallel_for *parallel, tw_arena *arena,
+                         tw_mesh *out, tw_error *error) {
   tw_surface *surface = NULL;
   tw_mesh sculpted;
   tw_status status = tw_surface_create_by(mesh, options, parallel, &surface, error);
@@ -186,7 +188,7 @@ tw_status tw_mesh_sculpt(const tw_mesh *mesh, const tw_surface_options *options,
   sculpting s = {.options = options, .parallel = parallel, .wanted = positions};
   s.rows = (uint32_t)tw_surface_row_count(surface, TW_DOMAIN_POINTS);
   s.scratch = tw_arena_create();
-  status = s.scratch ? sculpt(&s, mesh, surface, arena, &sculpted, error) : TW_NO_MEMORY;
+  status = s.scratch ? sculpt(&s, mesh, surface, back, arena, &sculpted, error) : TW_NO_MEMORY;
   tw_surface_destroy(surface);
   tw_arena_destroy(s.scratch);
   if (status == TW_OK) *out = sculpted;

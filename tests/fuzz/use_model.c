@@ -217,7 +217,7 @@ static void sculpt(const tw_model *model, uint32_t mesh, tw_scheme scheme, tw_me
   tw_surface_counts counts;
   float *positions = (float *)fine->positions;
   for (size_t i = 0; i < 3 * (size_t)fine->point_count; i += 2) positions[i] = 0.5f * positions[i] + 1;
-  if (tw_mesh_sculpt(&model->meshes[mesh], &options, positions, NULL, arena, &sculpted, NULL) != TW_OK)
+  if (tw_mesh_sculpt(&model->meshes[mesh], &options, positions, NULL, NULL, arena, &sculpted, NULL) != TW_OK)
     return;
   check_made(&sculpted, scheme, 2, &counts);
   memcpy(meshes, model->meshes, model->mesh_count * sizeof *meshes);
@@ -227,7 +227,7 @@ static void sculpt(const tw_model *model, uint32_t mesh, tw_scheme scheme, tw_me
   draw(&changed);
   store(&changed);
   if (!refine(&sculpted, scheme, arena, fine)) return;
-  if (tw_mesh_sculpt(&sculpted, &options, fine->positions, NULL, arena, &again, NULL) != TW_OK ||
+  if (tw_mesh_sculpt(&sculpted, &options, fine->positions, NULL, NULL, arena, &again, NULL) != TW_OK ||
       again.details != sculpted.details || again.positions != sculpted.positions)
     abort();
 }

@@ -154,7 +154,8 @@ public:
     const tw_surface_options options = at(level, true);
     tw_mesh sculpted;
     tw_error error{};
-    if (tw_mesh_sculpt(&mesh, &options, points.data(), nullptr, arena_.get(), &sculpted, &error) != TW_OK)
+    if (tw_mesh_sculpt(&mesh, &options, points.data(), nullptr, nullptr, arena_.get(), &sculpted, &error) !=
+        TW_OK)
       return error.detail;
     mesh = sculpted;
     const double missed = greatest_difference(points_of(mesh, options_, level), points);

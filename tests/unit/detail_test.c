@@ -21,7 +21,7 @@ static float *moved_points(const level *at, uint32_t step) {
 static tw_mesh sculpt(const tw_mesh *mesh, tw_surface_options options, const float *points, tw_arena *arena) {
   tw_mesh out;
   tw_error error;
-  if (tw_mesh_sculpt(mesh, &options, points, NULL, arena, &out, &error) != TW_OK)
+  if (tw_mesh_sculpt(mesh, &options, points, NULL, NULL, arena, &out, &error) != TW_OK)
     fail_msg("level %u: %s %s", options.level, error.pointer, error.detail);
   assert_int_equal(tw_mesh_check_details(&out, &error), TW_OK);
   return out;
@@ -331,14 +331,14 @@ TEST(details_of_other_meshes_are_refused) {
   const tw_surface_options options = options_of(TW_CATMULL_CLARK, 1);
   float points[3 * 26] = {0};
   points[7] = NAN;
-  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, arena, &out, &error), TW_INVALID);
+  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, NULL, arena, &out, &error), TW_INVALID);
   assert_string_equal(error.pointer, "/positions/2/1");
   /* Of so small a cube it would be more edges away than an offset may be. */
   float small[8][3];
   for (int i = 0; i < 24; i++) small[i / 3][i % 3] = 1e-3f * cube_points[i / 3][i % 3];
   mesh.positions = small[0];
   points[7] = 0.9e18f;
-  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, arena, &out, &error), TW_INVALID);
+  assert_int_equal(tw_mesh_sculpt(&mesh, &options, points, NULL, NULL, arena, &out, &error), TW_INVALID);
   assert_string_equal(error.pointer, "/positions/2");
   tw_arena_destroy(arena);
 }

@@ -177,12 +177,12 @@ TEST(modelling_a_level_survives_every_failure) {
   float points[98 * 3];
   for (int i = 0; i < 98 * 3; i++) points[i] = (float)(i % 7);
   tw_arena *arena = tw_arena_create();
-  assert_int_equal(tw_mesh_sculpt(&mesh, &second, points, NULL, arena, &deep, NULL), TW_OK);
+  assert_int_equal(tw_mesh_sculpt(&mesh, &second, points, NULL, NULL, arena, &deep, NULL), TW_OK);
   size_t failures = 0;
   for (bool failed = true; failed; failures++) {
     tw_arena *own = tw_arena_create();
     test_memory.left = failures;
-    tw_status status = tw_mesh_sculpt(&deep, &first, points, NULL, own, &both, NULL);
+    tw_status status = tw_mesh_sculpt(&deep, &first, points, NULL, NULL, own, &both, NULL);
     failed = test_memory.left == SIZE_MAX;
     test_memory.left = SIZE_MAX;
     assert_int_equal(status, failed ? TW_NO_MEMORY : TW_OK);
