@@ -50,20 +50,11 @@ static bool read_line(char *line, api_key *key) {
   return first == NULL || read_word(first, second == NULL, key);
 }
 
-/* What becomes of an item, which has no blanks around it; false: the item is malformed. */
-typedef bool take_item(srv_keyring *keyring, char *item);
+/* What an item, which has no blanks around it, says of a key; false: it is malformed. */
+typedef bool read_item(char *item, api_key *key);
 
-static bool take_line(srv_keyring *keyring, char *item) {
-  return read_line(item, &keyring->keys[keyring->list.count++]);
-}
-
-static bool take_key(srv_keyring *keyring, char *item) {
-  keyring->keys[keyring->list.count++] = (api_key){.text = item, .rights = ALL_RIGHTS};
-  return is_key(item);
-}
-
-static bool take_url_key(srv_keyring *keyring, char *item) {
-  keyring->url_keys[keyring->list.url_count++] = item;
+static bool read_bare(char *item, api_key *key) {
+  *key = (api_key){.text = item, .rights = ALL_RIGHTS};
   return is_key(item);
 }
 
@@ -75,82 +66,67 @@ static size_t count_items(const char *text, char separator) {
 
 /* Cuts the text; empty items and, in files, lines that begin with '#' are skipped. Returns the number of the
  * first malformed item, from 1; 0: none is. */
-static size_t take_items(srv_keyring *keyring, char *text, bool is_file, take_item *take) {
+static size_t read_items(srv_key_list *list, bool is_file, read_item *read) {
   char separator = is_file ? '\n' : ',';
   size_t number = 0;
-  for (char *at = text, *next; at != NULL; at = next) {
+  for (char *at = list->text, *next; at != NULL; at = next) {
     next = strchr(at, separator);
     if (next != NULL) *next++ = '\0';
     number++;
     char *item = srv_trim(at);
     if (*item == '\0' || (is_file && *item == '#')) continue;
-    if (!take(keyring, item)) return number;
+    if (!read(item, &list->keys[list->count++])) return number;
   }
   return 0;
 }
 
-/* A setting that is given but has no key is an error: it must not open what it was meant to lock. */
-static bool check_count(const char *flag, size_t count, char *error, size_t error_size) {
-  if (count == 0) snprintf(error, error_size, "--%s: there is no key in it", flag);
-  return count > 0;
-}
-
-static bool read_keys(const srv_config *config, srv_keyring *keyring, char *error, size_t error_size) {
-  const char *setting = config->api_keys;
-  if (setting[0] == '\0') return true;
+/* complaint: of the place of an item that is malformed. A setting that is given but has no key is an error:
+ * it must not open what it was meant to lock. */
+static bool read_list(const char *flag, const char *setting, read_item *read, const char *complaint,
+                      srv_key_list *list, char *error, size_t error_size) {
   bool is_file = setting[0] == '@';
-  keyring->keys_text = srv_config_text("api-keys", setting, FILE_MAX, error, error_size);
-  if (keyring->keys_text == NULL) return false;
-  keyring->keys = calloc(count_items(keyring->keys_text, is_file ? '\n' : ','), sizeof *keyring->keys);
-  if (keyring->keys == NULL) {
+  if (setting[0] == '\0') return true;
+  list->text = srv_config_text(flag, setting, FILE_MAX, error, error_size);
+  if (list->text == NULL) return false;
+  list->keys = calloc(count_items(list->text, is_file ? '\n' : ','), sizeof *list->keys);
+  if (list->keys == NULL) {
     snprintf(error, error_size, "out of memory");
     return false;
   }
-  keyring->list.keys = keyring->keys;
-  size_t bad = take_items(keyring, keyring->keys_text, is_file, is_file ? take_line : take_key);
-  if (bad == 0) return check_count("api-keys", keyring->list.count, error, error_size);
-  if (is_file) {
-    snprintf(error, error_size,
-             "--api-keys: line %zu is not KEY [RIGHTS] [RATE], as in 's3cret read,write 50/s'", bad);
-  } else {
-    snprintf(error, error_size,
-             "--api-keys: item %zu has a blank in it; a list has keys alone, rights and rates need @FILE",
-             bad);
-  }
-  return false;
+  size_t bad = read_items(list, is_file, read);
+  if (bad > 0)
+    snprintf(error, error_size, "--%s: %s %zu %s", flag, is_file ? "line" : "item", bad, complaint);
+  else if (list->count == 0)
+    snprintf(error, error_size, "--%s: there is no key in it", flag);
+  return bad == 0 && list->count > 0;
 }
 
-static bool read_url_keys(const srv_config *config, srv_keyring *keyring, char *error, size_t error_size) {
-  const char *setting = config->url_keys;
-  if (setting[0] == '\0') return true;
-  bool is_file = setting[0] == '@';
-  keyring->urls_text = srv_config_text("url-keys", setting, FILE_MAX, error, error_size);
-  if (keyring->urls_text == NULL) return false;
-  keyring->url_keys =
-      calloc(count_items(keyring->urls_text, is_file ? '\n' : ','), sizeof *keyring->url_keys);
-  if (keyring->url_keys == NULL) {
-    snprintf(error, error_size, "out of memory");
-    return false;
-  }
-  keyring->list.url_keys = keyring->url_keys;
-  size_t bad = take_items(keyring, keyring->urls_text, is_file, take_url_key);
-  if (bad == 0) return check_count("url-keys", keyring->list.url_count, error, error_size);
-  snprintf(error, error_size, "--url-keys: %s %zu is not one key: there is a blank or a comma in it",
-           is_file ? "line" : "item", bad);
-  return false;
+static bool read_keys(const srv_config *config, srv_key_list *list, char *error, size_t error_size) {
+  bool is_file = config->api_keys[0] == '@';
+  return read_list("api-keys", config->api_keys, is_file ? read_line : read_bare,
+                   is_file ? "is not KEY [RIGHTS] [RATE], as in 's3cret read,write 50/s'"
+                           : "has a blank in it; a list has keys alone, rights and rates need @FILE",
+                   list, error, error_size);
 }
 
 bool srv_keyring_read(const srv_config *config, srv_keyring *out, char *error, size_t error_size) {
   *out = (srv_keyring){0};
-  if (read_keys(config, out, error, error_size) && read_url_keys(config, out, error, error_size)) return true;
-  srv_keyring_deinit(out);
-  return false;
+  bool is_read =
+      read_keys(config, &out->keys, error, error_size) &&
+      read_list("url-keys", config->url_keys, read_bare, "is not one key: there is a blank or a comma in it",
+                &out->url_keys, error, error_size);
+  if (!is_read) srv_keyring_deinit(out);
+  out->list = (api_keyring){out->keys.keys, out->keys.count, out->url_keys.keys, out->url_keys.count};
+  return is_read;
+}
+
+static void deinit_list(srv_key_list *list) {
+  free(list->text);
+  free(list->keys);
 }
 
 void srv_keyring_deinit(srv_keyring *keyring) {
-  free(keyring->keys_text);
-  free(keyring->urls_text);
-  free(keyring->keys);
-  free(keyring->url_keys);
+  deinit_list(&keyring->keys);
+  deinit_list(&keyring->url_keys);
   *keyring = (srv_keyring){0};
 }

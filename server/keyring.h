@@ -5,12 +5,16 @@
 #include "api.h"
 #include "config.h"
 
+typedef struct srv_key_list {
+  char *text; /* that the keys lie in */
+  api_key *keys;
+  size_t count;
+} srv_key_list;
+
 /* A value: a zeroed one may be deinited. */
 typedef struct srv_keyring {
-  api_keyring list; /* its parts lie in the members below */
-  char *keys_text, *urls_text;
-  api_key *keys;
-  const char **url_keys;
+  api_keyring list; /* a view of the members below */
+  srv_key_list keys, url_keys;
 } srv_keyring;
 
 /* Both settings, read anew where they name files. False with one line in error. */

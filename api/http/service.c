@@ -27,7 +27,7 @@ static void digest_keyring(const api_keyring *keyring, uint8_t out[API_KEY_DIGES
   }
   sha256_update(&hash, 1, (const uint8_t *)"");
   for (size_t i = 0; i < keyring->url_count; i++)
-    sha256_update(&hash, strlen(keyring->url_keys[i]) + 1, (const uint8_t *)keyring->url_keys[i]);
+    sha256_update(&hash, strlen(keyring->url_keys[i].text) + 1, (const uint8_t *)keyring->url_keys[i].text);
   sha256_digest(&hash, API_KEY_DIGEST, out);
 }
 
@@ -46,8 +46,8 @@ static api_keys *create_keys(const api_keyring *keyring) {
     api_key_digest(key->text, set->keys[i].digest);
   }
   for (size_t i = 0; i < url_count; i++)
-    hmac_sha256_set_key(&set->url_keys[i], strlen(keyring->url_keys[i]),
-                        (const uint8_t *)keyring->url_keys[i]);
+    hmac_sha256_set_key(&set->url_keys[i], strlen(keyring->url_keys[i].text),
+                        (const uint8_t *)keyring->url_keys[i].text);
   digest_keyring(keyring, set->digest);
   return set;
 }

@@ -106,7 +106,7 @@ typedef struct api_key {
 typedef struct api_keyring {
   const api_key *keys; /* [count]; of a text given twice the first counts */
   size_t count;
-  const char *const *url_keys; /* [url_count], which sign URLs; the first one makes new signatures */
+  const api_key *url_keys; /* [url_count], whose texts sign URLs; the first one makes new signatures */
   size_t url_count;
 } api_keyring;
 

@@ -17,7 +17,7 @@ static int start_with_keys(void **state) {
                                  {"remover", API_MAY_DELETE, {0}},
                                  {"twice", API_MAY_WRITE, {7, 60}},
                                  {"twice", API_MAY_READ, {0}}};
-  static const char *const url_keys[] = {"rose", "old"};
+  static const api_key url_keys[] = {{.text = "rose"}, {.text = "old"}};
   api_settings settings = loopback_settings();
   settings.keyring = (api_keyring){.keys = keys, .count = 5, .url_keys = url_keys, .url_count = 2};
   loopback *loop = loopback_start(&settings);

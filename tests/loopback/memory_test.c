@@ -15,7 +15,7 @@
 
 static const char *const key_field[] = {"Authorization", "Bearer k", NULL};
 static const api_key keys[] = {{.text = "k", .rights = API_MAY_READ}};
-static const char *const url_keys[] = {"a key that signs"};
+static const api_key url_keys[] = {{.text = "a key that signs"}};
 static const api_keyring keyring = {.keys = keys, .count = 1, .url_keys = url_keys, .url_count = 1};
 
 /* For a library that is linked already. */

@@ -109,8 +109,8 @@ TEST_WITH(a_file_has_a_key_for_urls_in_a_line, set_up, tear_down) {
   fixture *f = *state;
   assert_true(read_url_file(f, "# keys of the site\n\nrose\r\n  old \n  # last year's\n"));
   assert_int_equal(f->keyring.list.url_count, 2);
-  assert_string_equal(f->keyring.list.url_keys[0], "rose");
-  assert_string_equal(f->keyring.list.url_keys[1], "old");
+  assert_string_equal(f->keyring.list.url_keys[0].text, "rose");
+  assert_string_equal(f->keyring.list.url_keys[1].text, "old");
   static const char *const bad[] = {"ok\ns3cret other", "ok\ns3cret\tother", "ok\ns3cret,other",
                                     "ok\ns3cret # mine"};
   for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
@@ -143,7 +143,7 @@ TEST_WITH(a_list_has_keys_alone, set_up, tear_down) {
   assert_key(f, 0, "one", ALL, 0, 0);
   assert_key(f, 1, "two", ALL, 0, 0);
   assert_int_equal(f->keyring.list.url_count, 2);
-  assert_string_equal(f->keyring.list.url_keys[1], "v");
+  assert_string_equal(f->keyring.list.url_keys[1].text, "v");
   assert_true(read_list(f, "", ""));
   assert_int_equal(f->keyring.list.count, 0);
   assert_false(read_list(f, " , ", ""));
