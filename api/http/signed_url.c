@@ -116,7 +116,7 @@ static tw_status read_document(void *context, const api_value *root) {
   tw_status status = api_json_members(root, names, values);
   if (status == TW_OK && !values[0].item) return api_json_fail(root, TW_SYNTAX, "\"url\" is missing");
   if (status == TW_OK) status = api_json_text(&values[0], &out->url);
-  if (status == TW_OK && values[1].item) status = api_json_index(&values[1], &out->seconds);
+  if (status == TW_OK) status = api_json_index(&values[1], &out->seconds);
   if (status == TW_OK && (out->seconds < 1 || out->seconds > SECONDS_MOST))
     return api_json_fail(&values[1], TW_INVALID, "1 to %d seconds (seven days) are expected", SECONDS_MOST);
   return status;

@@ -47,7 +47,7 @@ static tw_status read_degrees(const api_value *value, double *out) {
 static tw_status read_facing(const api_value *values, tw_selection *out) {
   out->degrees = 45;
   tw_status status = api_json_doubles(&values[BY_FACING], 3, out->direction);
-  if (status == TW_OK && values[BY_WITHIN].item) status = read_degrees(&values[BY_WITHIN], &out->degrees);
+  if (status == TW_OK) status = read_degrees(&values[BY_WITHIN], &out->degrees);
   const double *d = out->direction;
   if (status == TW_OK && d[0] == 0 && d[1] == 0 && d[2] == 0)
     return api_json_fail(&values[BY_FACING], TW_INVALID, "a direction of length 0");
@@ -223,15 +223,6 @@ static tw_status need(const api_value *value) {
   return api_json_fail(value, TW_SYNTAX, "the edit needs %s", value->at.name);
 }
 
-/* The default stays where there is no value. */
-static tw_status read_number(const api_value *value, double *out) {
-  return value->item ? api_json_double(value, out) : TW_OK;
-}
-
-static tw_status read_count(const api_value *value, uint32_t *out) {
-  return value->item ? api_json_index(value, out) : TW_OK;
-}
-
 static tw_status read_vector(const api_value *value, bool *has, double *out) {
   if (has) *has = value->item;
   return api_json_doubles(value, 3, out);
@@ -244,13 +235,13 @@ static tw_status read_extrude(const api_value *values, tw_edit *edit) {
   if (status == TW_OK && edit->extrude.has_by && values[DISTANCE].item)
     return api_json_fail(&values[DISTANCE], TW_SYNTAX, "an extrusion goes by a distance or by a vector");
   if (status == TW_OK && !edit->extrude.has_by) status = need(&values[DISTANCE]);
-  if (status == TW_OK) status = read_number(&values[DISTANCE], &edit->extrude.distance);
+  if (status == TW_OK) status = api_json_double(&values[DISTANCE], &edit->extrude.distance);
   return status == TW_OK ? api_json_flag(&values[INDIVIDUAL], &edit->extrude.is_individual) : status;
 }
 
 static tw_status read_inset(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[AMOUNT]);
-  if (status == TW_OK) status = read_number(&values[AMOUNT], &edit->inset.amount);
+  if (status == TW_OK) status = api_json_double(&values[AMOUNT], &edit->inset.amount);
   return status == TW_OK ? api_json_flag(&values[INDIVIDUAL], &edit->inset.is_individual) : status;
 }
 
@@ -261,7 +252,7 @@ static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
   if (status == TW_OK) status = read_edge(&values[EDGE], edit->loop_cut.edge);
   if (status == TW_OK) status = api_json_count(&values[AT], TW_EDIT_CUTS_MAX, &at_count);
   if (status == TW_OK && values[AT].item) edit->loop_cut.cuts = at_count;
-  if (status == TW_OK) status = read_count(&values[CUTS], &edit->loop_cut.cuts);
+  if (status == TW_OK) status = api_json_index(&values[CUTS], &edit->loop_cut.cuts);
   if (status != TW_OK || !values[AT].item) return status;
   if (at_count != edit->loop_cut.cuts)
     return api_json_fail(&values[AT], TW_INVALID, "there are %u places for %u cuts", at_count,
@@ -274,7 +265,7 @@ static tw_status read_loop_cut(const api_value *values, tw_edit *edit) {
 
 static tw_status read_subdivide(const api_value *values, tw_edit *edit) {
   edit->subdivide.cuts = 1;
-  return read_count(&values[CUTS], &edit->subdivide.cuts);
+  return api_json_index(&values[CUTS], &edit->subdivide.cuts);
 }
 
 /* distance, unless vertices of any distance become one. */
@@ -282,7 +273,7 @@ static tw_status read_merge(const api_value *values, tw_edit *edit) {
   edit->merge.distance = -1;
   if (values[DISTANCE].item && values[TO].item)
     return api_json_fail(&values[TO], TW_SYNTAX, "vertices are merged within a distance, or to a point");
-  tw_status status = read_number(&values[DISTANCE], &edit->merge.distance);
+  tw_status status = api_json_double(&values[DISTANCE], &edit->merge.distance);
   if (status == TW_OK && values[DISTANCE].item && edit->merge.distance < 0)
     return api_json_fail(&values[DISTANCE], TW_INVALID, "a distance is 0 or more");
   return status == TW_OK ? read_vector(&values[TO], &edit->merge.has_to, edit->merge.to) : status;
@@ -294,7 +285,7 @@ static tw_status read_fill(const api_value *values, tw_edit *edit) {
   int method = 0;
   edit->fill.has_border = values[BORDER].item;
   tw_status status = edit->fill.has_border ? read_edge(&values[BORDER], edit->fill.border) : TW_OK;
-  if (status == TW_OK) status = read_count(&values[MAX_EDGES], &edit->fill.max_edges);
+  if (status == TW_OK) status = api_json_index(&values[MAX_EDGES], &edit->fill.max_edges);
   if (status == TW_OK) status = api_json_choice(&values[METHOD], methods, &method);
   edit->fill.method = (tw_fill_method)method;
   return status;
@@ -305,7 +296,7 @@ static const char *const axes[] = {"x", "y", "z", NULL};
 /* A distance; or whether points on the plane are one with their image. */
 static tw_status read_mirror_weld(const api_value *value, double *out) {
   *out = cJSON_IsFalse(value->item) ? -1 : 1e-6;
-  return cJSON_IsBool(value->item) ? TW_OK : read_number(value, out);
+  return cJSON_IsBool(value->item) ? TW_OK : api_json_double(value, out);
 }
 
 static tw_status read_mirror(const api_value *values, tw_edit *edit) {
@@ -333,7 +324,7 @@ static tw_status read_rotate(const api_value *values, tw_edit *edit) {
     if (status == TW_OK && axis[0] == 0 && axis[1] == 0 && axis[2] == 0)
       return api_json_fail(&values[AXIS], TW_INVALID, "an axis of length 0");
   }
-  if (status == TW_OK) status = read_number(&values[DEGREES], &edit->rotate.degrees);
+  if (status == TW_OK) status = api_json_double(&values[DEGREES], &edit->rotate.degrees);
   return status == TW_OK ? read_vector(&values[ABOUT], &edit->rotate.has_about, edit->rotate.about) : status;
 }
 
@@ -352,7 +343,7 @@ static tw_status read_scale(const api_value *values, tw_edit *edit) {
 
 static tw_status read_sharpness(const api_value *values, tw_edit *edit) {
   edit->sharpness = (double)TW_SHARPNESS_INFINITE;
-  tw_status status = read_number(&values[SHARPNESS], &edit->sharpness);
+  tw_status status = api_json_double(&values[SHARPNESS], &edit->sharpness);
   if (status == TW_OK && edit->sharpness < 0)
     return api_json_fail(&values[SHARPNESS], TW_INVALID, "sharpness is 0 or more");
   if (edit->sharpness > (double)TW_SHARPNESS_INFINITE) edit->sharpness = (double)TW_SHARPNESS_INFINITE;
@@ -362,12 +353,12 @@ static tw_status read_sharpness(const api_value *values, tw_edit *edit) {
 /* Here `faces` is a number. */
 static tw_status read_drop_pieces(const api_value *values, tw_edit *edit) {
   tw_status status = need(&values[FACES]);
-  return status == TW_OK ? read_count(&values[FACES], &edit->drop_pieces.faces) : status;
+  return status == TW_OK ? api_json_index(&values[FACES], &edit->drop_pieces.faces) : status;
 }
 
 static tw_status read_despike(const api_value *values, tw_edit *edit) {
   edit->despike.factor = 2;
-  return read_number(&values[FACTOR], &edit->despike.factor);
+  return api_json_double(&values[FACTOR], &edit->despike.factor);
 }
 
 static tw_status read_smooth(const api_value *values, tw_edit *edit) {
@@ -377,7 +368,7 @@ static tw_status read_smooth(const api_value *values, tw_edit *edit) {
   tw_status status = api_json_choice(&values[METHOD], methods, &method);
   edit->smooth.method = (tw_smooth_method)method;
   edit->smooth.iterations = 10;
-  return status == TW_OK ? read_count(&values[ITERATIONS], &edit->smooth.iterations) : status;
+  return status == TW_OK ? api_json_index(&values[ITERATIONS], &edit->smooth.iterations) : status;
 }
 
 static tw_status read_parameters(const api_value *values, tw_edit *edit) {

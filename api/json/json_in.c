@@ -186,9 +186,13 @@ static tw_status read_uvs(const api_value *members, tw_mesh *mesh) {
   return TW_OK;
 }
 
+static tw_status fail_without_number(const api_value *value) {
+  return api_json_fail(value, TW_SYNTAX, "a number is expected");
+}
+
 /* Sharpness beyond infinite is infinite. */
 static tw_status read_sharpness(const api_value *value, float *out) {
-  tw_status status = api_json_float(value, out);
+  tw_status status = value->item ? api_json_float(value, out) : fail_without_number(value);
   if (status == TW_OK && *out < 0) return api_json_fail(value, TW_INVALID, "sharpness is 0 or more");
   if (status == TW_OK && *out > TW_SHARPNESS_INFINITE) *out = TW_SHARPNESS_INFINITE;
   return status;
@@ -219,6 +223,7 @@ static tw_status read_corner(void *context, const api_value *object) {
   uint32_t index = object->at.index;
   api_value values[2];
   tw_status status = api_json_members(object, names, values);
+  if (status == TW_OK && !values[0].item) status = fail_without_number(&values[0]);
   if (status == TW_OK) status = api_json_index(&values[0], out->points + index);
   return status == TW_OK ? read_sharpness(&values[1], out->sharpness + index) : status;
 }

@@ -277,6 +277,7 @@ static tw_status to_index(const api_value *at, double number, uint32_t *out) {
 }
 
 tw_status api_json_float(const api_value *value, float *out) {
+  if (!value->item) return TW_OK;
   return cJSON_IsNumber(value->item) ? to_float(value, value->item->valuedouble, out) : fail_number(value);
 }
 
@@ -287,6 +288,7 @@ static tw_status to_double(const api_value *at, double number, double *out) {
 }
 
 tw_status api_json_double(const api_value *value, double *out) {
+  if (!value->item) return TW_OK;
   return cJSON_IsNumber(value->item) ? to_double(value, value->item->valuedouble, out) : fail_number(value);
 }
 
@@ -298,6 +300,7 @@ tw_status api_json_flag(const api_value *value, bool *out) {
 }
 
 tw_status api_json_index(const api_value *value, uint32_t *out) {
+  if (!value->item) return TW_OK;
   return cJSON_IsNumber(value->item) ? to_index(value, value->item->valuedouble, out) : fail_number(value);
 }
 

@@ -66,11 +66,10 @@ tw_status api_json_text(const api_value *value, const char **out);
 /* One of `choices` (NULL-terminated). */
 tw_status api_json_choice(const api_value *value, const char *const *choices, int *out);
 
-/* A number that a float holds; it has to be there. */
-tw_status api_json_float(const api_value *value, float *out);
-tw_status api_json_double(const api_value *value, double *out); /* finite; it has to be there */
+tw_status api_json_float(const api_value *value, float *out);   /* one that a float holds */
+tw_status api_json_double(const api_value *value, double *out); /* finite */
 tw_status api_json_flag(const api_value *value, bool *out);
-/* A whole number from 0 to 2^32 - 2; it has to be there. */
+/* A whole number from 0 to 2^32 - 2. */
 tw_status api_json_index(const api_value *value, uint32_t *out);
 
 /* An array of exactly `width` numbers, at most 4. */

@@ -29,14 +29,6 @@ static tw_status read_kind(const api_value *object, int *kind) {
   return api_json_fail(object, TW_SYNTAX, "a shape needs a kind: %s", list);
 }
 
-static tw_status read_length(const api_value *value, float *out) {
-  return value->item ? api_json_float(value, out) : TW_OK;
-}
-
-static tw_status read_parts(const api_value *value, uint32_t *out) {
-  return value->item ? api_json_index(value, out) : TW_OK;
-}
-
 /* Of a box and a grid, which has no y: as many numbers as axes. */
 static tw_status read_axes(const api_value *values, tw_shape *shape) {
   bool is_grid = shape->kind == TW_SHAPE_GRID;
@@ -75,14 +67,14 @@ static tw_status read_shape(void *context, const api_value *object) {
   if (kind == TW_SHAPE_GRID || kind == TW_SHAPE_BOX)
     status = read_axes(values, shape);
   else
-    status = read_parts(&values[SEGMENTS], &shape->segments[0]);
-  if (status == TW_OK) status = read_length(&values[RADIUS], &shape->radii[0]);
+    status = api_json_index(&values[SEGMENTS], &shape->segments[0]);
+  if (status == TW_OK) status = api_json_float(&values[RADIUS], &shape->radii[0]);
   if (status == TW_OK) status = api_json_floats(&values[RADII], 3, shape->radii);
-  if (status == TW_OK) status = read_length(&values[HEIGHT], &shape->height);
-  if (status == TW_OK) status = read_length(&values[TUBE], &shape->tube);
-  if (status == TW_OK) status = read_parts(&values[RINGS], &shape->rings);
-  if (status == TW_OK) status = read_parts(&values[SIDES], &shape->sides);
-  if (status == TW_OK) status = read_parts(&values[LEVEL], &shape->level);
+  if (status == TW_OK) status = api_json_float(&values[HEIGHT], &shape->height);
+  if (status == TW_OK) status = api_json_float(&values[TUBE], &shape->tube);
+  if (status == TW_OK) status = api_json_index(&values[RINGS], &shape->rings);
+  if (status == TW_OK) status = api_json_index(&values[SIDES], &shape->sides);
+  if (status == TW_OK) status = api_json_index(&values[LEVEL], &shape->level);
   if (status == TW_OK) status = api_json_choice(&values[CAPS], caps, &cap);
   shape->caps = (tw_caps)cap;
   if (status != TW_OK) return status;
