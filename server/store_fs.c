@@ -21,11 +21,11 @@
 #include "log.h"
 #include "machine.h"
 #include "store_quota.h"
+#include "store_verdicts.h"
 
 #include <dirent.h>
 #include <errno.h>
 #include <fcntl.h>
-#include <nettle/base16.h>
 #include <nettle/sha2.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -36,33 +36,15 @@
 #include <unistd.h>
 
 enum {
-  ID_SIZE = API_ID_TEXT - 1,
   ROOT_MAX = PATH_MAX - 128, /* leaves room for the names below it */
   SUMMARY_MAX = 1 << 20,
   PIECE = 64 << 10,
-  VERDICTS = 1 << 14,
   LEFTOVER_AGE_S = 3600 /* no upload writes for so long, on no host whose clock is at all right */
 };
 
-static const uint64_t LOOK_NS = 1000000000;
 /* The folder is tried once in PROBE_NS, until nobody has asked for QUIET_NS; a try that takes HANG_NS fails.
  */
 static const uint64_t PROBE_NS = 1000000000, QUIET_NS = 60000000000, HANG_NS = 5000000000;
-
-/* What changes when a file is changed: another inode, or other times. */
-typedef struct file_facts {
-  uint64_t device, inode, size;
-  int64_t modified_ns, changed_ns;
-} file_facts;
-
-/* What is known of a model: whether its file, in that state, held the bytes that the id is the hash of, and
- * when it was last found so. What is damaged is looked at each time, and logged each time. */
-typedef struct verdict {
-  char id[API_ID_TEXT]; /* "": of none */
-  bool whole;
-  file_facts facts;
-  uint64_t seen_ns; /* 0: not found whole */
-} verdict;
 
 struct srv_store_fs {
   char root[ROOT_MAX];
@@ -70,8 +52,7 @@ struct srv_store_fs {
   dev_t device;      /* of the root */
   mode_t group_mode; /* what the root lets its group do: so does all that is made below it */
   srv_store_quota quota;
-  pthread_mutex_t verdicts_lock;
-  verdict *verdicts;          /* [VERDICTS], each at the place that its id tells */
+  srv_verdicts *verdicts;
   pthread_t prober;           /* with is_probed */
   pthread_mutex_t probe_lock; /* guards what follows */
   pthread_cond_t probe_wake;
@@ -85,34 +66,6 @@ static api_store_status unavailable(const char *what) {
   bool is_full = errno == ENOSPC || errno == EDQUOT;
   srv_log(SRV_LOG_ERROR, "store: %s: %s", what, strerror(errno));
   return is_full ? API_STORE_FULL : API_STORE_UNAVAILABLE;
-}
-
-size_t srv_store_place(const char *id, size_t count) {
-  const char first[5] = {id[0], id[1], id[2], id[3], '\0'};
-  return strtoul(first, NULL, 16) % count;
-}
-
-static void note_sight(srv_store_fs *store, const char *id, bool is_whole) {
-  pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
-  if (strcmp(v->id, id) != 0 && is_whole) {
-    *v = (verdict){0};
-    memcpy(v->id, id, sizeof v->id);
-  }
-  if (strcmp(v->id, id) == 0) v->seen_ns = is_whole ? srv_now_ns() : 0;
-  pthread_mutex_unlock(&store->verdicts_lock);
-}
-
-bool srv_store_is_id(const char *text) {
-  return strspn(text, "0123456789abcdef") == ID_SIZE && text[ID_SIZE] == '\0';
-}
-
-bool srv_store_is_hash(struct sha256_ctx *hash, const char *id) {
-  uint8_t digest[ID_SIZE / 2];
-  char text[ID_SIZE];
-  sha256_digest(hash, sizeof digest, digest);
-  base16_encode_update(text, sizeof digest, digest);
-  return memcmp(text, id, sizeof text) == 0;
 }
 
 /* ---- paths ----------------------------------------------------------------------------------- */
@@ -319,8 +272,7 @@ static bool prepare_root(srv_store_fs *store) {
 
 static void destroy(srv_store_fs *store) {
   srv_store_quota_deinit(&store->quota);
-  pthread_mutex_destroy(&store->verdicts_lock);
-  free(store->verdicts);
+  srv_verdicts_destroy(store->verdicts);
   free(store);
 }
 
@@ -333,14 +285,13 @@ static bool fits(const char *root, char *error, size_t error_size) {
 srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size) {
   if (!fits(root, error, error_size)) return NULL;
   srv_store_fs *store = calloc(1, sizeof *store);
-  verdict *verdicts = calloc(VERDICTS, sizeof *verdicts);
+  srv_verdicts *verdicts = srv_verdicts_create();
   if (store == NULL || verdicts == NULL) {
     snprintf(error, error_size, "--data: out of memory");
     free(store);
-    free(verdicts);
+    srv_verdicts_destroy(verdicts);
     return NULL;
   }
-  pthread_mutex_init(&store->verdicts_lock, NULL);
   store->verdicts = verdicts;
   strcpy(store->root, root);
   path temporary = folder_path(store, "tmp");
@@ -492,7 +443,9 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
   if (before == DAMAGED_BEFORE)
     srv_log(SRV_LOG_WARN, "store: the damaged file of model %s is replaced by a whole one", id);
   put_summary(store, id, summary);
-  note_sight(store, id, true);
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  srv_verdicts_note(store->verdicts, id, known.wholeness == SRV_WHOLE ? known.state : "", bytes.size,
+                    SRV_WHOLE);
   *existed = outcome == PLACED_BEFORE;
   return API_STORE_OK;
 }
@@ -508,56 +461,24 @@ static api_store_status drop(void *context, const char *id) {
     return errno == ENOENT ? not_found(store) : unavailable("cannot remove a model");
   if (is_sized) srv_store_quota_give_back(&store->quota, (uint64_t)facts.st_size);
   unlink(summary.text);
-  note_sight(store, id, false);
+  srv_verdicts_forget(store->verdicts, id);
   return sync_folder(folder.text) ? API_STORE_OK : unavailable("cannot sync");
 }
 
 /* ---- judging files --------------------------------------------------------------------------- */
 
-static int64_t nanoseconds(struct timespec time) {
-  return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
+/* What changes when a file is changed: another inode, or other times. */
+static void print_state(const struct stat *facts, char out[SRV_STATE_SIZE]) {
+  snprintf(out, SRV_STATE_SIZE, "%jx %jx %jx %jd.%09ld %jd.%09ld", (uintmax_t)facts->st_dev,
+           (uintmax_t)facts->st_ino, (uintmax_t)facts->st_size, (intmax_t)facts->st_mtim.tv_sec,
+           facts->st_mtim.tv_nsec, (intmax_t)facts->st_ctim.tv_sec, facts->st_ctim.tv_nsec);
 }
 
-static bool read_facts(int fd, file_facts *out) {
-  struct stat facts;
-  if (fstat(fd, &facts) != 0) return false;
-  *out = (file_facts){facts.st_dev, facts.st_ino, (uint64_t)facts.st_size, nanoseconds(facts.st_mtim),
-                      nanoseconds(facts.st_ctim)};
-  return true;
-}
-
-/* Whether size and modification time are the same. */
-static bool same_content(const file_facts *a, const file_facts *b) {
-  return a->size == b->size && a->modified_ns == b->modified_ns;
-}
-
-static bool same_facts(const file_facts *a, const file_facts *b) {
-  return a->device == b->device && a->inode == b->inode && a->changed_ns == b->changed_ns &&
-         same_content(a, b);
-}
-
-static bool recall(srv_store_fs *store, const char *id, const file_facts *facts, bool *whole) {
-  pthread_mutex_lock(&store->verdicts_lock);
-  const verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
-  bool known = strcmp(v->id, id) == 0 && same_facts(&v->facts, facts);
-  if (known) *whole = v->whole;
-  pthread_mutex_unlock(&store->verdicts_lock);
-  return known;
-}
-
-/* began_ns: when the hash was begun, by the clock of the day. */
-static void remember(srv_store_fs *store, const char *id, const file_facts *facts, bool whole,
-                     int64_t began_ns) {
-  /* Times of files move in ticks of the kernel: a change in the tick of the last one would not show. */
+/* Whether the state of a file that was changed then tells it from what it becomes by a change from `now` on:
+ * times of files move in ticks of the kernel. */
+static bool is_settled(const struct timespec *changed, const struct timespec *now) {
   static const int64_t TICK_NS = 100000000;
-  if (began_ns - facts->changed_ns < TICK_NS) return;
-  pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
-  if (strcmp(v->id, id) != 0) v->seen_ns = 0;
-  memcpy(v->id, id, sizeof v->id);
-  v->whole = whole;
-  v->facts = *facts;
-  pthread_mutex_unlock(&store->verdicts_lock);
+  return (int64_t)(now->tv_sec - changed->tv_sec) * 1000000000 + now->tv_nsec - changed->tv_nsec >= TICK_NS;
 }
 
 /* Hashes the file. False when it cannot be read. */
@@ -576,12 +497,18 @@ static bool hash_matches(int fd, const char *id, uint64_t size, bool *matches) {
 
 /* Whether the file holds the bytes that its id is the hash of: hashed once for each state of the file. False
  * when it cannot be read. */
-static bool judge(srv_store_fs *store, int fd, const char *id, const file_facts *facts, bool *whole) {
-  if (recall(store, id, facts, whole)) return true;
+static bool judge(srv_store_fs *store, int fd, const char *id, const struct stat *facts, bool *whole) {
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  char state[SRV_STATE_SIZE];
   struct timespec now;
+  print_state(facts, state);
   clock_gettime(CLOCK_REALTIME, &now);
-  if (!hash_matches(fd, id, facts->size, whole)) return false;
-  remember(store, id, facts, *whole, nanoseconds(now));
+  *whole = known.wholeness == SRV_WHOLE;
+  if (strcmp(known.state, state) != 0) {
+    if (!hash_matches(fd, id, (uint64_t)facts->st_size, whole)) return false;
+    if (!is_settled(&facts->st_ctim, &now)) state[0] = '\0';
+  }
+  srv_verdicts_note(store->verdicts, id, state, (uint64_t)facts->st_size, *whole ? SRV_WHOLE : SRV_DAMAGED);
   return true;
 }
 
@@ -590,15 +517,17 @@ static bool judge(srv_store_fs *store, int fd, const char *id, const file_facts 
 typedef struct object {
   int fd;
   char id[API_ID_TEXT];
-  file_facts facts;
+  struct stat facts;
 } object;
 
 /* Not by mmap: a file that is truncated would raise SIGBUS and end the process. */
 static bool read_object(const api_blob *blob, uint64_t offset, uint8_t *out, size_t size) {
   const object *o = blob->owner;
-  file_facts facts;
-  bool read = srv_read_at(o->fd, out, size, offset) == (ptrdiff_t)size && read_facts(o->fd, &facts);
-  if (read && same_content(&facts, &o->facts)) return true;
+  struct stat facts;
+  bool is_read = srv_read_at(o->fd, out, size, offset) == (ptrdiff_t)size && fstat(o->fd, &facts) == 0;
+  if (is_read && facts.st_size == o->facts.st_size &&
+      memcmp(&facts.st_mtim, &o->facts.st_mtim, sizeof facts.st_mtim) == 0)
+    return true;
   srv_log(SRV_LOG_ERROR, "store: the file of model %s was changed or failed while it was read", o->id);
   return false;
 }
@@ -613,15 +542,16 @@ static void close_object(api_blob *blob) {
 static api_store_status open_file(srv_store_fs *store, int fd, const char *id, api_blob *out) {
   object *o = malloc(sizeof *o);
   bool whole;
-  if (o != NULL && read_facts(fd, &o->facts) && judge(store, fd, id, &o->facts, &whole)) {
+  if (o != NULL && fstat(fd, &o->facts) == 0 && judge(store, fd, id, &o->facts, &whole)) {
     if (whole) {
       o->fd = fd;
       memcpy(o->id, id, sizeof o->id);
-      *out = (api_blob){.size = o->facts.size, .owner = o, .read = read_object, .close = close_object};
+      *out = (api_blob){
+          .size = (uint64_t)o->facts.st_size, .owner = o, .read = read_object, .close = close_object};
       return API_STORE_OK;
     }
     srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its file are not those uploaded",
-            id, (unsigned long long)o->facts.size);
+            id, (unsigned long long)o->facts.st_size);
     free(o);
     return API_STORE_DAMAGED;
   }
@@ -634,7 +564,11 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
   path name = object_path(store, id);
   int fd = open(name.text, O_RDONLY | O_CLOEXEC);
-  if (fd < 0) return errno == ENOENT ? not_found(store) : unavailable("cannot open a model");
+  if (fd < 0 && errno == ENOENT) {
+    srv_verdicts_forget(store->verdicts, id);
+    return not_found(store);
+  }
+  if (fd < 0) return unavailable("cannot open a model");
   api_store_status status = open_file(store, fd, id, out);
   if (status != API_STORE_OK) close(fd);
   return status;
@@ -644,16 +578,12 @@ static api_store_status open_object(void *context, const char *id, api_blob *out
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_fs *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  pthread_mutex_lock(&store->verdicts_lock);
-  const verdict *v = &store->verdicts[srv_store_place(id, VERDICTS)];
-  bool is_whole = strcmp(v->id, id) == 0 && v->seen_ns != 0 && srv_now_ns() - v->seen_ns < LOOK_NS;
-  pthread_mutex_unlock(&store->verdicts_lock);
-  if (is_whole) return API_STORE_OK;
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  if (srv_verdict_is_fresh(&known)) return API_STORE_OK;
   if (!may_wait) return API_STORE_UNKNOWN;
   api_blob blob;
   api_store_status status = open_object(store, id, &blob);
   if (status == API_STORE_OK) blob.close(&blob);
-  note_sight(store, id, status == API_STORE_OK);
   return status;
 }
 

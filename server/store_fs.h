@@ -4,8 +4,6 @@
 
 #include "api.h"
 
-#include <nettle/sha2.h>
-
 typedef struct srv_store_fs srv_store_fs;
 
 /* Opens or makes the folder, and those on the way to it, and removes the temporary files that uploads left
@@ -26,13 +24,5 @@ api_store srv_store_fs_api(srv_store_fs *store);
 
 /* Path of a folder on the same disk for temporary files; lives as long as the store. */
 const char *srv_store_fs_temporary(const srv_store_fs *store);
-
-/* ---- ids, for all stores ---- */
-
-bool srv_store_is_id(const char *text);
-/* Whether the hash, which ends here, is the one that the id tells. */
-bool srv_store_is_hash(struct sha256_ctx *hash, const char *id);
-/* The place of a model in a table of `count` of which each holds what was known last. */
-size_t srv_store_place(const char *id, size_t count);
 
 #endif

@@ -19,6 +19,7 @@
 #include "log.h"
 #include "machine.h"
 #include "s3_list.h"
+#include "store_verdicts.h"
 
 #include <errno.h>
 #include <nettle/base16.h>
@@ -30,20 +31,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-enum { VERDICTS = 1 << 14, KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
+enum { KEY_SIZE = 64, PAGE_MAX = 1000, READERS = 16 };
 
-static const uint64_t LOOK_NS = 1000000000, SHORT_MS = 8000, TRY_MS = 5000;
-
-typedef enum wholeness { UNJUDGED, WHOLE, DAMAGED } wholeness;
-
-/* What is known of a model's object. */
-typedef struct verdict {
-  char id[API_ID_TEXT]; /* "": of none */
-  char etag[SRV_S3_ETAG_SIZE];
-  uint64_t size;
-  wholeness wholeness;
-  uint64_t seen_ns; /* when it was last found there, and not damaged; 0: it was not */
-} verdict;
+static const uint64_t SHORT_MS = 8000, TRY_MS = 5000;
 
 struct srv_store_s3 {
   srv_s3 *s3;
@@ -51,8 +41,7 @@ struct srv_store_s3 {
   const char *temporary; /* folder for objects on their way */
   uint64_t timeout_ms;   /* of reading or storing a model */
   srv_disk_cache *cache;
-  pthread_mutex_t verdicts_lock;
-  verdict *verdicts;       /* [VERDICTS], each at the place that its id tells */
+  srv_verdicts *verdicts;
   atomic_bool is_plain;    /* the store knows no If-None-Match */
   atomic_bool is_down;     /* guarded for changes by the lock below */
   atomic_bool was_reached; /* once */
@@ -149,42 +138,10 @@ static api_store_status ask_head(srv_store_s3 *store, const char *id, srv_s3_ans
   return ask(store, (srv_s3_request){.method = SRV_S3_HEAD, .key = key, .timeout_ms = SHORT_MS}, answer);
 }
 
-/* ---- verdicts --------------------------------------------------------------------------------- */
-
-/* Of a model in the table. */
-static verdict *place_of(const srv_store_s3 *store, const char *id) {
-  return &store->verdicts[srv_store_place(id, VERDICTS)];
-}
-
-/* A zeroed one where nothing is known. */
-static verdict recall(srv_store_s3 *store, const char *id) {
-  pthread_mutex_lock(&store->verdicts_lock);
-  verdict v = *place_of(store, id);
-  pthread_mutex_unlock(&store->verdicts_lock);
-  return strcmp(v.id, id) == 0 ? v : (verdict){0};
-}
-
-/* The object is there, as the answer tells. */
-static void note(srv_store_s3 *store, const char *id, const char *etag, uint64_t size, wholeness wholeness) {
-  verdict v = {.size = size, .wholeness = wholeness, .seen_ns = wholeness == DAMAGED ? 0 : srv_now_ns()};
-  memcpy(v.id, id, sizeof v.id);
-  memcpy(v.etag, etag, sizeof v.etag);
-  pthread_mutex_lock(&store->verdicts_lock);
-  *place_of(store, id) = v;
-  pthread_mutex_unlock(&store->verdicts_lock);
-}
-
 /* The object is not there: nor may its copy be served. */
 static void forget(srv_store_s3 *store, const char *id) {
-  pthread_mutex_lock(&store->verdicts_lock);
-  verdict *v = place_of(store, id);
-  if (strcmp(v->id, id) == 0) *v = (verdict){0};
-  pthread_mutex_unlock(&store->verdicts_lock);
+  srv_verdicts_forget(store->verdicts, id);
   srv_disk_cache_forget(store->cache, id);
-}
-
-static bool is_fresh(const verdict *v) {
-  return v->seen_ns != 0 && srv_now_ns() - v->seen_ns < LOOK_NS;
 }
 
 /* ---- reading an object whole ------------------------------------------------------------------ */
@@ -251,12 +208,12 @@ static api_store_status receive(srv_store_s3 *store, const char *id, arrival *a,
     srv_log(SRV_LOG_ERROR, "store: model %s is damaged: the %llu bytes of its object are not those uploaded",
             id, (unsigned long long)a->size);
     forget(store, id);
-    note(store, id, answer.etag, a->size, DAMAGED);
+    srv_verdicts_note(store->verdicts, id, answer.etag, a->size, SRV_DAMAGED);
     status = API_STORE_DAMAGED;
   } else if (!map_arrival(a, out)) {
     status = fail_locally("cannot map a model");
   } else {
-    note(store, id, answer.etag, a->size, WHOLE);
+    srv_verdicts_note(store->verdicts, id, answer.etag, a->size, SRV_WHOLE);
     srv_disk_cache_put(store->cache, id, (api_bytes){out->owner, (size_t)out->size}, answer.summary);
   }
   free(answer.summary);
@@ -282,15 +239,15 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
   if (status == API_STORE_ABSENT) forget(store, id);
   if (status != API_STORE_OK) return status;
   free(answer.summary);
-  verdict known = recall(store, id);
-  bool is_same = strcmp(known.etag, answer.etag) == 0;
-  if (known.wholeness == UNJUDGED || is_same) {
-    if (known.wholeness == DAMAGED)
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  bool is_same = strcmp(known.state, answer.etag) == 0;
+  if (known.wholeness == SRV_UNJUDGED || is_same) {
+    if (known.wholeness == SRV_DAMAGED)
       srv_log(SRV_LOG_ERROR,
               "store: model %s is damaged: the %llu bytes of its object are not those uploaded", id,
               (unsigned long long)answer.size);
-    note(store, id, answer.etag, answer.size, known.wholeness);
-    return known.wholeness == DAMAGED ? API_STORE_DAMAGED : API_STORE_OK;
+    srv_verdicts_note(store->verdicts, id, answer.etag, answer.size, known.wholeness);
+    return known.wholeness == SRV_DAMAGED ? API_STORE_DAMAGED : API_STORE_OK;
   }
   api_blob blob;
   status = fetch(store, id, &blob);
@@ -302,8 +259,8 @@ static api_store_status examine(srv_store_s3 *store, const char *id) {
 static api_store_status look(void *context, const char *id, bool may_wait) {
   srv_store_s3 *store = context;
   if (!srv_store_is_id(id)) return API_STORE_ABSENT;
-  verdict known = recall(store, id);
-  if (is_fresh(&known)) return API_STORE_OK;
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  if (srv_verdict_is_fresh(&known)) return API_STORE_OK;
   if (atomic_load(&store->is_down)) return API_STORE_UNAVAILABLE;
   return may_wait ? examine(store, id) : API_STORE_UNKNOWN;
 }
@@ -311,13 +268,13 @@ static api_store_status look(void *context, const char *id, bool may_wait) {
 /* A copy is as good as the object where it is as long; out of reach, it is all that there is. */
 static bool open_copy(srv_store_s3 *store, const char *id, bool is_reachable, api_blob *out) {
   if (!srv_disk_cache_open(store->cache, id, out)) return false;
-  verdict known = recall(store, id);
-  if (is_reachable && known.wholeness == UNJUDGED) {
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  if (is_reachable && known.wholeness == SRV_UNJUDGED) {
     if (known.size != out->size) {
       out->close(out);
       return false;
     }
-    note(store, id, known.etag, known.size, WHOLE);
+    srv_verdicts_note(store->verdicts, id, known.state, known.size, SRV_WHOLE);
   }
   return true;
 }
@@ -358,8 +315,8 @@ static bool is_md5_of(const char *etag, api_bytes bytes) {
 /* Whether the object that is there is whole. */
 static api_store_status judge_stored(srv_store_s3 *store, const char *id, api_bytes bytes,
                                      const srv_s3_answer *head) {
-  verdict known = recall(store, id);
-  bool is_known = known.wholeness == WHOLE && strcmp(known.etag, head->etag) == 0;
+  const srv_verdict known = srv_verdicts_recall(store->verdicts, id);
+  bool is_known = known.wholeness == SRV_WHOLE && strcmp(known.state, head->etag) == 0;
   if (head->size != bytes.size) return API_STORE_DAMAGED;
   if (is_known || is_md5_of(head->etag, bytes)) return API_STORE_OK;
   api_blob blob;
@@ -394,7 +351,7 @@ static api_store_status send_object(srv_store_s3 *store, const char *id, api_byt
   api_store_status status = judge(store, &answer);
   free(answer.summary);
   if (status == API_STORE_ABSENT) status = API_STORE_UNAVAILABLE; /* of PUT it tells nothing */
-  if (status == API_STORE_OK) note(store, id, answer.etag, bytes.size, WHOLE);
+  if (status == API_STORE_OK) srv_verdicts_note(store->verdicts, id, answer.etag, bytes.size, SRV_WHOLE);
   return status;
 }
 
@@ -419,7 +376,7 @@ static api_store_status put(void *context, const char *id, api_bytes bytes, cons
       *existed = false;
       status = send_object(store, id, bytes, summary, true);
     } else if (status == API_STORE_OK) {
-      note(store, id, head.etag, bytes.size, WHOLE);
+      srv_verdicts_note(store->verdicts, id, head.etag, bytes.size, SRV_WHOLE);
     }
     if (status != API_STORE_ABSENT) break;
   }
@@ -523,9 +480,8 @@ srv_store_s3 *srv_store_s3_open(const srv_config *config, srv_store_fs *folder, 
   if (store == NULL) return NULL;
   pthread_mutex_init(&store->lock, NULL);
   srv_timed_init(&store->wake);
-  pthread_mutex_init(&store->verdicts_lock, NULL);
   store->place = strdup(config->data);
-  store->verdicts = calloc(VERDICTS, sizeof *store->verdicts);
+  store->verdicts = srv_verdicts_create();
   store->cache = srv_disk_cache_create(folder, config->cache_dir, config->cache_size);
   store->temporary = srv_store_fs_temporary(folder);
   store->timeout_ms = config->s3_timeout;
@@ -569,10 +525,9 @@ void srv_store_s3_close(srv_store_s3 *store) {
   if (store->is_watched && !srv_join_soon(store->watcher)) return;
   pthread_mutex_destroy(&store->lock);
   pthread_cond_destroy(&store->wake);
-  pthread_mutex_destroy(&store->verdicts_lock);
   srv_s3_close(store->s3);
   srv_disk_cache_destroy(store->cache);
-  free(store->verdicts);
+  srv_verdicts_destroy(store->verdicts);
   free(store->place);
   free(store);
 }
