@@ -324,18 +324,13 @@ static api_outcome take_source(api_call *call, const api_plan_meshes *meshes, bo
                                const api_surface_query *query, api_entry **out) {
   plan_source source = {call->service, call->request->ticket, meshes, query, 0};
   source.cost = building_cost(&source);
-  tw_text key = {0};
-  tw_text_add(&key, call->id);
-  tw_text_add(&key, meshes->uses ? "/surface?skin=bake&" : "/surface?");
-  api_surface_query_print(query, &key);
-  tw_text_bytes(&key, "", 1);
-  if (key.failed) {
-    tw_text_deinit(&key);
-    return api_fail_without_memory(call);
-  }
-  api_outcome outcome = api_call_take(call, is_stored ? key.data : NULL, build_plan, &source, out);
-  tw_text_deinit(&key);
-  return outcome;
+  tw_text text = {0};
+  tw_text_add(&text, call->id);
+  tw_text_add(&text, meshes->uses ? "/surface?skin=bake&" : "/surface?");
+  api_surface_query_print(query, &text);
+  const char *key = api_text_keep(&text, call->arena);
+  if (!key) return api_fail_without_memory(call);
+  return api_call_take(call, is_stored ? key : NULL, build_plan, &source, out);
 }
 
 /* ---- moving ------------------------------------------------------------------------------------ */

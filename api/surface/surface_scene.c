@@ -149,18 +149,11 @@ void api_scene_release(api_surface_scene *scene) {
 
 /* ---- fewer keys ---------------------------------------------------------------------------------- */
 
-/* The tracks of a clip that a reduction changes. */
-typedef struct reduced_clip {
-  uint32_t track_count;
-  const uint32_t *places; /* [track_count] in the clip, ascending */
-  const tw_track_keys *tracks;
-} reduced_clip;
-
 /* Immutable. */
 typedef struct reduced_clips {
-  tw_arena *arena;      /* of all that follows */
-  reduced_clip *clips;  /* [clips of the source] */
-  tw_tolerance reached; /* the largest error that is left */
+  tw_arena *arena;              /* of all that follows */
+  const tw_track_keys **tracks; /* [clips of the source] in place of those that is_reduced tells; or NULL */
+  tw_tolerance reached;         /* the largest error that is left */
 } reduced_clips;
 
 typedef struct reduced_source {
@@ -190,17 +183,6 @@ static void destroy_reduced(void *value) {
   tw_arena_destroy(((reduced_clips *)value)->arena); /* holds the struct itself */
 }
 
-/* The tracks to reduce as a clip of their own. */
-static void choose_tracks(const tw_clip_keys *clip, const api_reduction *reduction, uint32_t *places,
-                          tw_track_keys *chosen) {
-  uint32_t count = 0;
-  for (uint32_t i = 0; i < clip->track_count; i++) {
-    if (!is_reduced(&clip->tracks[i], reduction)) continue;
-    chosen[count] = clip->tracks[i];
-    places[count++] = i;
-  }
-}
-
 static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys *chosen, tw_arena *arena,
                                tw_clip_keys *out, tw_tolerance *reached, tw_error *error) {
   tw_clip *clip = NULL;
@@ -212,33 +194,30 @@ static tw_status reduce_tracks(const reduced_source *source, const tw_clip_keys 
   return status;
 }
 
+/* The tracks to reduce are a clip of their own. */
 static tw_status reduce_clip(const reduced_source *source, uint32_t index, reduced_clips *reduced,
                              tw_error *error) {
   const tw_clip_keys *clip = &source->clips[index];
-  uint32_t count = count_reduced(clip, source->reduction);
+  uint32_t count = count_reduced(clip, source->reduction), filled = 0;
   if (count == 0) return TW_OK;
-  uint32_t *places = tw_arena_alloc(reduced->arena, count, sizeof *places);
   tw_track_keys *chosen = tw_alloc(count, sizeof *chosen);
+  if (!chosen) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  for (uint32_t i = 0; i < clip->track_count; i++)
+    if (is_reduced(&clip->tracks[i], source->reduction)) chosen[filled++] = clip->tracks[i];
   tw_clip_keys keys = {.track_count = count, .tracks = chosen}, out = {0};
   tw_tolerance reached;
-  tw_status status = TW_NO_MEMORY;
-  if (places && chosen) {
-    choose_tracks(clip, source->reduction, places, chosen);
-    status = reduce_tracks(source, &keys, reduced->arena, &out, &reached, error);
-  } else {
-    tw_fail(error, TW_NO_MEMORY, "out of memory");
-  }
+  tw_status status = reduce_tracks(source, &keys, reduced->arena, &out, &reached, error);
   free(chosen);
   if (status != TW_OK) return status;
-  reduced->clips[index] = (reduced_clip){count, places, out.tracks};
+  reduced->tracks[index] = out.tracks;
   reduced->reached.angle = fmax(reduced->reached.angle, reached.angle);
   reduced->reached.distance = fmax(reduced->reached.distance, reached.distance);
   return TW_OK;
 }
 
 static tw_status reduce_clips(const reduced_source *source, reduced_clips *reduced, tw_error *error) {
-  reduced->clips = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->clips);
-  if (!reduced->clips) return tw_fail(error, TW_NO_MEMORY, "out of memory");
+  reduced->tracks = tw_arena_alloc(reduced->arena, source->clip_count, sizeof *reduced->tracks);
+  if (!reduced->tracks) return tw_fail(error, TW_NO_MEMORY, "out of memory");
   tw_status status = TW_OK;
   for (uint32_t i = 0; i < source->clip_count && status == TW_OK; i++)
     status = reduce_clip(source, i, reduced, error);
@@ -328,22 +307,20 @@ static const tw_clip_keys *gather_clips(api_call *call, const tw_model *model,
   return clips;
 }
 
-/* A copy of the clips with some of their tracks replaced. NULL without memory. */
+/* A copy of the clips with the reduced tracks in it. NULL without memory. */
 static const tw_clip_keys *replace_tracks(tw_arena *arena, const tw_clip_keys *clips, uint32_t count,
-                                          const reduced_clips *reduced) {
+                                          const api_reduction *reduction, const reduced_clips *reduced) {
   tw_clip_keys *out = tw_arena_alloc(arena, count, sizeof *out);
   for (uint32_t i = 0; out && i < count; i++) {
-    const reduced_clip *fewer = &reduced->clips[i];
+    const tw_track_keys *fewer = reduced->tracks[i];
     out[i] = clips[i];
-    if (fewer->track_count == 0) continue;
+    if (!fewer) continue;
     tw_track_keys *tracks = tw_arena_alloc(arena, clips[i].track_count, sizeof *tracks);
     if (!tracks) return NULL;
-    memcpy(tracks, clips[i].tracks, clips[i].track_count * sizeof *tracks);
-    for (uint32_t j = 0; j < fewer->track_count; j++) {
-      tw_track_keys *track = &tracks[fewer->places[j]];
-      const char *kept = track->kept;
-      *track = fewer->tracks[j];
-      track->kept = kept;
+    for (uint32_t j = 0; j < clips[i].track_count; j++) {
+      const tw_track_keys *was = &clips[i].tracks[j];
+      tracks[j] = is_reduced(was, reduction) ? *fewer++ : *was;
+      tracks[j].kept = was->kept;
     }
     out[i].tracks = tracks;
   }
@@ -360,7 +337,7 @@ static api_outcome keep_clips(api_call *call, const tw_model *model, api_surface
     api_outcome outcome = take_reduced(call, model, clips, scene);
     if (outcome != API_DONE) return outcome;
     const reduced_clips *reduced = api_entry_value(scene->reduced);
-    clips = replace_tracks(call->arena, clips, count, reduced);
+    clips = replace_tracks(call->arena, clips, count, &scene->query.reduction, reduced);
     if (!clips) return api_fail_without_memory(call);
     api_answer_headerf(&call->answer, "X-Tweend-Error", "degrees=%.6f, metres=%.9f",
                        reduced->reached.angle * DEGREES, reduced->reached.distance);
