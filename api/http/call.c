@@ -110,20 +110,33 @@ void api_hex(const uint8_t *bytes, size_t count, char *out) {
 
 /* ---- validators -------------------------------------------------------------------------------- */
 
-const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
+/* Other bytes, another tag. */
+static const char *coded_etag(api_call *call, const char *id, const char *representation, api_coding coding,
+                              const char *canonical) {
   enum { DIGEST = 8 };
+  static const char *const suffixes[] = {
+      [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
   struct sha256_ctx hash;
   uint8_t digest[DIGEST];
-  char hex[2 * DIGEST], tag[API_ID_TEXT + sizeof hex + 4];
   sha256_init(&hash);
-  sha256_update(&hash, strlen(representation) + 1, (const uint8_t *)representation);
+  sha256_update(&hash, strlen(representation), (const uint8_t *)representation);
+  sha256_update(&hash, strlen(suffixes[coding]) + 1, (const uint8_t *)suffixes[coding]);
   sha256_update(&hash, strlen(canonical) + 1, (const uint8_t *)canonical);
   /* Another version may print or compute the same answer in other bytes. */
   sha256_update(&hash, strlen(tw_version()), (const uint8_t *)tw_version());
   sha256_digest(&hash, sizeof digest, digest);
-  api_hex(digest, sizeof digest, hex);
-  int length = snprintf(tag, sizeof tag, "\"%s-%.*s\"", id, 2 * DIGEST, hex);
-  return tw_arena_text(call->arena, tag, (size_t)length);
+  char *tag = tw_arena_alloc_raw(call->arena, strlen(id) + 2 * DIGEST + sizeof "\"-\"", 1), *end = tag;
+  if (!tag) return NULL;
+  *end++ = '"';
+  end = stpcpy(end, id);
+  *end++ = '-';
+  api_hex(digest, DIGEST, end);
+  strcpy(end + 2 * DIGEST, "\"");
+  return tag;
+}
+
+const char *api_etag(api_call *call, const char *id, const char *representation, const char *canonical) {
+  return coded_etag(call, id, representation, API_CODING_NONE, canonical);
 }
 
 /* Whether the list of an If-None-Match or If-Match header holds the tag, or is "*". weak: W/ before a listed
@@ -144,21 +157,11 @@ static bool etag_matches(const char *list, const char *etag, bool weak) {
   return false;
 }
 
-/* Other bytes, another tag. */
-static const char *coded_etag(api_call *call, const char *representation, api_coding coding,
-                              const char *canonical) {
-  static const char *const suffixes[] = {
-      [API_CODING_NONE] = "", [API_CODING_GZIP] = "+gzip", [API_CODING_ZSTD] = "+zstd"};
-  char coded[32];
-  snprintf(coded, sizeof coded, "%s%s", representation, suffixes[coding]);
-  return api_etag(call, call->id, coded, canonical);
-}
-
 api_outcome api_check_if_match(api_call *call, const char *representation) {
   const char *if_match = api_call_header(call, "If-Match");
   if (!if_match) return API_CONTINUE;
   for (api_coding coding = API_CODING_NONE; coding <= API_CODING_ZSTD; coding++) {
-    const char *etag = coded_etag(call, representation, coding, "");
+    const char *etag = coded_etag(call, call->id, representation, coding, "");
     if (!etag) return api_fail_without_memory(call);
     if (etag_matches(if_match, etag, false)) return API_CONTINUE;
   }
@@ -167,7 +170,7 @@ api_outcome api_check_if_match(api_call *call, const char *representation) {
 
 static api_outcome validate(api_call *call, const char *representation, const char *canonical,
                             const char *cache_control) {
-  const char *etag = coded_etag(call, representation, call->coding, canonical);
+  const char *etag = coded_etag(call, call->id, representation, call->coding, canonical);
   if (!etag) return api_fail_without_memory(call);
   const char *if_match = api_call_header(call, "If-Match");
   if (if_match && !etag_matches(if_match, etag, false))
