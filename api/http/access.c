@@ -136,9 +136,8 @@ bool api_access_varies(const api_call *call) {
 }
 
 static bool allows_origin(api_call *call) {
-  const char *origin = api_call_header(call, "Origin");
-  if (!origin || !is_guarded(call, call->route) || is_own(call, origin) || allowed_origin(call, call->route))
-    return true;
+  const char *origin = is_guarded(call, call->route) ? api_call_header(call, "Origin") : NULL;
+  if (!origin || is_own(call, origin) || allowed_origin(call, call->route)) return true;
   api_fail_with(call, 403, "pages of other origins than those of --cors-origins may not do this");
   return false;
 }
@@ -164,8 +163,8 @@ bool api_access_allowed(api_call *call) {
 void api_access_headers(api_call *call) {
   const char *origin = allowed_origin(call, call->route);
   if (!origin) return;
-  api_answer_headerf(&call->answer, "Access-Control-Allow-Origin", "%s", origin);
-  api_answer_headerf(&call->answer, "Timing-Allow-Origin", "%s", origin);
+  api_answer_header_copy(&call->answer, "Access-Control-Allow-Origin", origin);
+  api_answer_header_copy(&call->answer, "Timing-Allow-Origin", origin);
   api_answer_header(
       &call->answer, "Access-Control-Expose-Headers",
       "Accept-Ranges, Content-Disposition, Content-Length, Content-Range, ETag, Link, Location, "

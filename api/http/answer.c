@@ -32,6 +32,15 @@ const char *api_answer_find(const api_answer *answer, const char *name) {
   return NULL;
 }
 
+static void add_copy(api_answer *answer, const char *name, const char *value, size_t length) {
+  char *copy = answer->memory ? tw_arena_text(answer->memory, value, length) : NULL;
+  if (copy) api_answer_header(answer, name, copy);
+}
+
+void api_answer_header_copy(api_answer *answer, const char *name, const char *value) {
+  add_copy(answer, name, value, strlen(value));
+}
+
 void api_answer_headerf(api_answer *answer, const char *name, const char *format, ...) {
   char value[512];
   va_list arguments;
@@ -39,8 +48,7 @@ void api_answer_headerf(api_answer *answer, const char *name, const char *format
   int length = vsnprintf(value, sizeof value, format, arguments);
   va_end(arguments);
   assert(length >= 0 && (size_t)length < sizeof value);
-  char *copy = answer->memory ? tw_arena_text(answer->memory, value, (size_t)length) : NULL;
-  if (copy) api_answer_header(answer, name, copy);
+  add_copy(answer, name, value, (size_t)length);
 }
 
 void api_answer_text(api_answer *answer, int status, const char *type, tw_text *text) {

@@ -11,6 +11,8 @@ const char *api_text_keep(tw_text *text, tw_arena *arena);
 
 /* Adds a header; the value must live as long as the answer. */
 void api_answer_header(api_answer *answer, const char *name, const char *value);
+/* The same with a copy of the value; lost without memory. */
+void api_answer_header_copy(api_answer *answer, const char *name, const char *value);
 /* The value of a header, NULL when the answer does not bear it. */
 const char *api_answer_find(const api_answer *answer, const char *name);
 /* Adds a printed header; lost without memory. */

@@ -345,12 +345,10 @@ static void add_vary(api_call *call) {
   static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
   bool is_coded = call->offer && (call->coding != API_CODING_NONE || api_type_is_text(call->offer->type));
   const bool counts[] = {!call->has_one_form, is_coded, api_access_asks(call), api_access_varies(call)};
-  char list[80];
-  size_t length = 0;
+  char list[80], *end = list;
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
-    if (counts[i])
-      length += (size_t)snprintf(list + length, sizeof list - length, "%s%s", length ? ", " : "", fields[i]);
-  if (length) api_answer_headerf(&call->answer, "Vary", "%s", list);
+    if (counts[i]) end = stpcpy(end > list ? stpcpy(end, ", ") : end, fields[i]);
+  if (end > list) api_answer_header_copy(&call->answer, "Vary", list);
 }
 
 /* Lets only the client's own cache keep an answer that needed a key: a shared cache would give it to clients

@@ -195,8 +195,10 @@ static bool build_model(void *context, api_built *out, api_fault *fault) {
 
 void api_model_key(const char *id, const api_reading *reading, char out[API_MODEL_KEY]) {
   const api_reading usual = {0}, *how = reading ? reading : &usual;
-  snprintf(out, API_MODEL_KEY, "%s/model?quads=%d&weld=%d/%.17g", id, (int)how->quads, (int)how->weld,
-           how->distance);
+  char *end = stpcpy(stpcpy(out, id), "/model?");
+  *end++ = (char)('0' + how->quads);
+  *end++ = (char)('0' + how->weld);
+  end[tw_print_double(end, how->distance)] = '\0';
 }
 
 api_outcome api_model_take(api_call *call, const char *id, const api_reading *reading, api_entry **out) {

@@ -145,8 +145,8 @@ static api_outcome read_request(api_call *call, api_pose_request *out) {
 static api_outcome answer_get(api_call *call, api_pose_request *request) {
   api_outcome outcome = prepare(call, true, request);
   if (outcome != API_DONE) return outcome;
-  char representation[16];
-  snprintf(representation, sizeof representation, "pose.%s", call->offer->extension);
+  static const char *const representations[] = {"pose.json", "pose.ndjson", "pose.bin", "pose.csv"};
+  const char *representation = representations[request->form];
   const char *canonical = print_canonical(call, request), *key = NULL;
   if (!canonical) return api_fail_without_memory(call);
   outcome = api_validate(call, representation, canonical);
