@@ -32,11 +32,11 @@ static bool has_form(const char *target) {
 }
 
 void srv_framing_target(srv_framing *framing, const char *target) {
-  size_t size = 0, arguments = 1;
+  size_t size = strlen(target), arguments = 1;
   bool unclean = false;
-  for (; target[size] != '\0'; size++) {
-    unclean |= !is_target_char((unsigned char)target[size]);
-    arguments += target[size] == '&';
+  for (size_t i = 0; i < size; i++) {
+    unclean |= !is_target_char((unsigned char)target[i]);
+    arguments += target[i] == '&';
   }
   framing->seen = size;
   framing->many_arguments = arguments > SRV_ARGUMENTS_MAX;
