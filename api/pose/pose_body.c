@@ -8,8 +8,8 @@
 /* Text is printed in steps of about this many bytes. */
 enum { PIECE = 32 * 1024 };
 
-/* About what an answer takes beside its numbers. */
-enum { HEAD_BYTES = 1000 };
+/* About what an answer takes beside its numbers, and more of it for each node. */
+enum { HEAD_BYTES = 500, NAME_BYTES = 16 };
 
 /* Of the binary form: magic, version, length of the JSON. */
 enum { BIN_PREFIX = 12, BIN_LENGTH = 8 };
@@ -356,14 +356,17 @@ static uint64_t measure_times(const api_times *times) {
 static bool print_bin_head(api_pose_body *body) {
   const api_pose_request *request = &body->request;
   tw_text *text = &body->text;
+  uint64_t row = api_pose_width(request->as) * request->node_count * sizeof(float);
+  uint64_t rows = request->times.count * row;
+  tw_text_reserve(text, HEAD_BYTES + NAME_BYTES * (size_t)request->node_count +
+                            (size_t)(rows < PIECE ? rows : PIECE));
   print_head(body, text);
   uint64_t header = text->size - BIN_PREFIX + measure_times(&request->times) + strlen("]}");
   if (text->failed || header > UINT32_MAX - 4) return false;
   body->padding = (uint32_t)((4 - header % 4) % 4);
   header += body->padding;
   put_u32((uint32_t)header, text->data + BIN_LENGTH);
-  uint64_t row = api_pose_width(request->as) * request->node_count * sizeof(float);
-  body->size = BIN_PREFIX + header + request->times.count * row;
+  body->size = BIN_PREFIX + header + rows;
   return true;
 }
 
@@ -424,10 +427,10 @@ int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity) {
 void api_pose_body_print_all(api_pose_body *body, tw_text *text) {
   const api_pose_request *request = &body->request;
   size_t numbers = (size_t)request->times.count * request->node_count * api_pose_width(request->as);
-  size_t each = request->form == API_POSE_BIN ? sizeof(float) : API_POSE_NUMBER_BYTES;
+  size_t likely = HEAD_BYTES + NAME_BYTES * (size_t)request->node_count + numbers * API_POSE_NUMBER_BYTES;
   *text = body->text; /* the head of the binary form */
   body->text = (tw_text){0};
-  tw_text_reserve(text, HEAD_BYTES + numbers * each);
+  tw_text_reserve(text, body->size == API_SIZE_UNKNOWN ? likely : (size_t)body->size - text->size);
   while (body->phase != PHASE_END && !text->failed) print_piece(body, text);
 }
 

@@ -190,10 +190,13 @@ void api_pose_request_print(const api_pose_request *request, tw_text *text) {
                              request->loop,
                              request->is_skinning};
   api_clips_print(&request->choices, text);
-  for (size_t i = 0; i < sizeof values / sizeof *values; i++) {
-    tw_text_add(text, "&");
-    tw_text_count(text, values[i]);
+  enum { VALUES = sizeof values / sizeof *values };
+  char digits[2 * VALUES]; /* each is one: all are small enumerations */
+  for (size_t i = 0; i < VALUES; i++) {
+    digits[2 * i] = '&';
+    digits[2 * i + 1] = (char)('0' + values[i]);
   }
+  tw_text_bytes(text, digits, sizeof digits);
   tw_text_add(text, "&nodes=");
   if (api_pose_has_all_nodes(request)) {
     tw_text_add(text, "*");
