@@ -38,7 +38,7 @@ enum { PIECE_POINT = 9, PIECE_ZERO, PIECE_MINUS, PIECES = 16 };
 typedef struct batch {
   float values[BATCH];
   uint32_t kinds[BATCH];
-  char pieces[BATCH * PIECES];
+  uint64_t pieces[2 * BATCH];
 } batch;
 
 /* ---- digits -------------------------------------------------------------------------------------------- */
@@ -63,25 +63,31 @@ static inline double nearest(double x) {
   return (x + 0x1p52) - 0x1p52;
 }
 
-/* The nine digits of a value as an integer, and its kind. */
-INLINE uint32_t find_digits(float value, uint32_t *kind) {
+/* What is found of a value before its digits: its kind, its magnitude where the kernel covers it, else 1, and
+ * the power of ten that gives this five digits before the point. */
+INLINE uint32_t find_kind(float value, float *magnitude, float *scale) {
   uint32_t sign = bits_of(value) >> 31;
-  float magnitude = fabsf(value);
-  bool is_covered = magnitude >= 1e-3F && magnitude < 1e5F;
-  float v = is_covered ? magnitude : 1;
+  float size = fabsf(value);
+  bool is_covered = size >= 1e-3F && size < 1e5F;
+  float v = is_covered ? size : 1;
   /* Each bound is the float nearest to a power of ten, and prints as that. */
   uint32_t decade = (uint32_t)(v >= 1e-2F) + (uint32_t)(v >= 1e-1F) + (uint32_t)(v >= 1) +
                     (uint32_t)(v >= 10) + (uint32_t)(v >= 100) + (uint32_t)(v >= 1000) +
                     (uint32_t)(v >= 1e4F);
-  float scale = v >= 1e-2F ? 1e6F : 1e7F;
-  scale = v >= 1e-1F ? 1e5F : scale;
-  scale = v >= 1 ? 1e4F : scale;
-  scale = v >= 10 ? 1e3F : scale;
-  scale = v >= 100 ? 1e2F : scale;
-  scale = v >= 1000 ? 1e1F : scale;
-  scale = v >= 1e4F ? 1 : scale;
-  *kind = is_covered ? 2 * decade + sign : magnitude == 0 ? 2 * DECADES : KIND_OTHER;
+  float power = v >= 1e-2F ? 1e6F : 1e7F;
+  power = v >= 1e-1F ? 1e5F : power;
+  power = v >= 1 ? 1e4F : power;
+  power = v >= 10 ? 1e3F : power;
+  power = v >= 100 ? 1e2F : power;
+  power = v >= 1000 ? 1e1F : power;
+  power = v >= 1e4F ? 1 : power;
+  *magnitude = v;
+  *scale = power;
+  return is_covered ? 2 * decade + sign : size == 0 ? 2 * DECADES : KIND_OTHER;
+}
 
+/* The nine digits of a magnitude as an integer. */
+INLINE uint32_t find_digits(float v, float scale) {
   float half_ulp = float_of((bits_of(v) & EXPONENT) - TO_HALF_ULP);
   double power = (double)scale * 1e4;
   double number = (double)v * power, distance = (double)half_ulp * power;
@@ -104,12 +110,13 @@ static inline uint64_t little_endian(uint64_t word) {
  * digits are split into a first one and two groups of four, those into pairs, those into digits. */
 INLINE void find_pieces_body(batch *restrict b, size_t count) {
   static const uint64_t others = '0' | '.' << 8 | '0' << 16 | '-' << 24;
+  float magnitudes[BATCH], scales[BATCH];
   uint32_t nines[BATCH], firsts[BATCH];
   uint16_t fours[2 * BATCH], pairs[4 * BATCH];
   uint8_t digits[8 * BATCH];
-  uint64_t eights[BATCH], pieces[2 * BATCH];
   for (; count % LANES != 0; count++) b->values[count] = 0;
-  for (size_t i = 0; i < count; i++) nines[i] = find_digits(b->values[i], &b->kinds[i]);
+  for (size_t i = 0; i < count; i++) b->kinds[i] = find_kind(b->values[i], &magnitudes[i], &scales[i]);
+  for (size_t i = 0; i < count; i++) nines[i] = find_digits(magnitudes[i], scales[i]);
   for (size_t i = 0; i < count; i++) {
     firsts[i] = nines[i] / EIGHT_DIGITS;
     uint32_t eight = nines[i] - EIGHT_DIGITS * firsts[i], four = eight / 10000;
@@ -126,12 +133,12 @@ INLINE void find_pieces_body(batch *restrict b, size_t count) {
     digits[2 * i] = (uint8_t)(pairs[i] - 10 * ten);
     digits[2 * i + 1] = (uint8_t)ten;
   }
-  memcpy(eights, digits, count * sizeof *eights);
   for (size_t i = 0; i < count; i++) {
-    pieces[2 * i] = eights[i] | ZEROS;
-    pieces[2 * i + 1] = little_endian(others | firsts[i]);
+    uint64_t eight;
+    memcpy(&eight, digits + 8 * i, sizeof eight);
+    b->pieces[2 * i] = eight | ZEROS;
+    b->pieces[2 * i + 1] = little_endian(others | firsts[i]);
   }
-  memcpy(b->pieces, pieces, count * PIECES);
 }
 
 /* Functions of their own: inlined into the printing loops, GCC makes worse code of both. */
@@ -227,12 +234,9 @@ static __attribute__((noinline)) char *put_other(char *out, float value) {
 INLINE char *put_number(char *out, const batch *b, size_t i, bool avx2) {
   uint32_t kind = b->kinds[i];
   if (kind == KIND_OTHER) return put_other(out, b->values[i]);
-  const char *pieces = b->pieces + i * PIECES;
-  uint64_t word;
-  memcpy(&word, pieces, sizeof word);
-  word = little_endian(word ^ ZEROS);
+  uint64_t word = little_endian(b->pieces[2 * i] ^ ZEROS);
   int zeros = word ? __builtin_ctzll(word) / 8 : 8;
-  shuffle(out, pieces, orders[kind], avx2);
+  shuffle(out, (const char *)&b->pieces[2 * i], orders[kind], avx2);
   out += lengths[kind][zeros];
   out[-1] = ',';
   return out;
