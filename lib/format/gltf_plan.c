@@ -18,14 +18,31 @@ static tw_status no_memory(tw_error *error) {
 
 /* ---- adding -------------------------------------------------------------------------------------------- */
 
+/* Room for one more row behind `count` of them, where rows grow by doubling; the rows, which may have moved.
+ * Every row is counted. NULL over the limit and without memory: the plan is given up at its end, until when
+ * it holds the rows that it has. */
+static void *make_room(tw_gltf_plan *plan, void *rows, uint32_t count, size_t size) {
+  bool is_full = count == 0 || (count >= 64 && (count & (count - 1)) == 0);
+  if (++plan->part_count > PARTS_MAX || plan->lacks_memory) return NULL;
+  void *grown = is_full ? realloc(rows, (count ? 2 * (size_t)count : 64) * size) : rows;
+  plan->lacks_memory = grown == NULL;
+  return grown;
+}
+
 static uint32_t add_view(tw_gltf_plan *plan, tw_gltf_view view) {
+  tw_gltf_view *views = make_room(plan, plan->views, plan->view_count, sizeof *views);
+  if (!views) return 0;
   view.offset = plan->data_size;
   plan->data_size = (view.offset + view.size + 3) / 4 * 4;
+  plan->views = views;
   plan->views[plan->view_count] = view;
   return plan->view_count++;
 }
 
 static uint32_t add_accessor(tw_gltf_plan *plan, tw_gltf_accessor accessor) {
+  tw_gltf_accessor *accessors = make_room(plan, plan->accessors, plan->accessor_count, sizeof *accessors);
+  if (!accessors) return 0;
+  plan->accessors = accessors;
   plan->accessors[plan->accessor_count] = accessor;
   return plan->accessor_count++;
 }
@@ -46,10 +63,13 @@ static uint32_t add_floats(tw_gltf_plan *plan, const float *values, uint64_t cou
 static void add_elements(tw_gltf_plan *plan, const tw_gltf_assets *assets) {
   for (uint32_t i = 0; i < assets->element_count; i++) {
     const tw_gltf_elements *elements = &assets->elements[i];
-    uint32_t view = add_memory(plan, elements->bytes, (uint64_t)elements->count * elements->stride);
-    plan->views[view].target = elements->target;
-    plan->views[view].stride = elements->target == TW_GLTF_VERTICES ? elements->stride : 0;
-    add_accessor(plan, (tw_gltf_accessor){.view = view,
+    tw_gltf_view view = {.size = (uint64_t)elements->count * elements->stride,
+                         .element_size = 1,
+                         .source = TW_GLTF_MEMORY,
+                         .memory = elements->bytes,
+                         .target = elements->target,
+                         .stride = elements->target == TW_GLTF_VERTICES ? elements->stride : 0};
+    add_accessor(plan, (tw_gltf_accessor){.view = add_view(plan, view),
                                           .component = elements->component,
                                           .count = elements->count,
                                           .elements = elements});
@@ -117,7 +137,8 @@ static bool add_target_views(tw_gltf_plan *plan, uint32_t index, const tw_surfac
         plan, index, surface,
         (tw_gltf_view){
             .fields = fields, .field_count = step * count, .first_target = first, .target_count = count});
-    for (uint32_t i = 0; i < count; i++) add_target(plan, &fields[step * i], step, first + i, accessor);
+    for (uint32_t i = 0; i < count; i++)
+      add_target(plan, fields + (size_t)step * i, step, first + i, accessor);
   }
   return true;
 }
@@ -522,11 +543,14 @@ static bool fits_node(const tw_gltf_plan *plan, const tw_scene *scene, const tw_
 }
 
 static uint32_t add_times(tw_gltf_plan *plan, const tw_track_keys *keys) {
-  uint32_t input = add_floats(plan, keys->times, keys->key_count, 1);
-  plan->accessors[input].bounds = TW_GLTF_BOUNDED;
-  plan->accessors[input].min = keys->times[0];
-  plan->accessors[input].max = keys->times[keys->key_count - 1];
-  return input;
+  uint32_t view = add_memory(plan, keys->times, keys->key_count * sizeof(float));
+  return add_accessor(plan, (tw_gltf_accessor){.view = view,
+                                               .component = TW_GLTF_FLOAT,
+                                               .width = 1,
+                                               .count = keys->key_count,
+                                               .bounds = TW_GLTF_BOUNDED,
+                                               .min = keys->times[0],
+                                               .max = keys->times[keys->key_count - 1]});
 }
 
 static uint32_t add_values(tw_gltf_plan *plan, const tw_track_keys *keys) {
@@ -600,39 +624,10 @@ static uint64_t count_tracks(const tw_scene *scene) {
   return count;
 }
 
-/* Upper bounds of views and accessors. */
-static void count_most(const tw_scene *scene, uint64_t *views, uint64_t *accessors) {
-  const tw_model *model = scene->model;
-  uint64_t tracks = count_tracks(scene);
-  const tw_gltf_assets *assets = tw_gltf_assets_of(model);
-  *views = assets->element_count + assets->image_count + model->skin_count + 2 * tracks;
-  *accessors = assets->element_count + model->skin_count + 2 * tracks;
-  for (uint32_t i = 0; i < model->mesh_count; i++) {
-    const tw_surface_layout *layout = tw_surface_get_layout(scene->surfaces[i]);
-    uint64_t targets = layout->morph_width / 3 * (uint64_t)layout->morph_count,
-             primitives = count_primitives(scene, i);
-    enum { TAGS_MOST = 8 };
-    *views += scene->packs ? primitives * scene->packs[i]->part_count : 1 + targets + primitives + TAGS_MOST;
-    uint64_t fields = scene->packs ? scene->packs[i]->field_count : TW_VERTEX_FIELDS_MAX;
-    *accessors += (scene->packs ? primitives : 1) * (fields + targets) + primitives + 1 + TAGS_MOST;
-  }
-}
-
 static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
   const tw_model *model = scene->model;
-  uint64_t views, accessors;
-  count_most(scene, &views, &accessors);
-  uint64_t nodes = (scene->packs ? 2 : 1) * (uint64_t)model->node_count,
-           parts = views + accessors + nodes + model->material_count;
-  if (parts > PARTS_MAX)
-    return tw_fail(error, TW_LIMIT,
-                   "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
-                   "the limit of %llu",
-                   (unsigned long long)parts, (unsigned long long)PARTS_MAX);
   plan->arena = tw_arena_create();
   if (!plan->arena) return no_memory(error);
-  plan->views = tw_arena_alloc(plan->arena, (size_t)views, sizeof *plan->views);
-  plan->accessors = tw_arena_alloc(plan->arena, (size_t)accessors, sizeof *plan->accessors);
   plan->meshes = tw_arena_alloc(plan->arena, model->mesh_count, sizeof *plan->meshes);
   plan->animations = tw_arena_alloc(plan->arena, scene->clip_count, sizeof *plan->animations);
   plan->channels = tw_arena_alloc(plan->arena, (size_t)count_tracks(scene), sizeof *plan->channels);
@@ -640,22 +635,36 @@ static tw_status allocate(tw_gltf_plan *plan, const tw_scene *scene, tw_error *e
       tw_arena_alloc(plan->arena, tw_gltf_assets_of(model)->image_count, sizeof *plan->image_views);
   plan->skin_matrices = tw_arena_alloc(plan->arena, model->skin_count, sizeof *plan->skin_matrices);
   plan->holders = tw_arena_alloc(plan->arena, model->node_count, sizeof *plan->holders);
-  bool all = plan->views && plan->accessors && plan->meshes && plan->animations && plan->channels &&
-             plan->image_views && plan->skin_matrices && plan->holders;
+  bool all = plan->meshes && plan->animations && plan->channels && plan->image_views && plan->skin_matrices &&
+             plan->holders;
   return all ? TW_OK : no_memory(error);
 }
 
+/* Whether all that was added has found room. */
+static tw_status judge_parts(const tw_gltf_plan *plan, tw_error *error) {
+  if (plan->part_count > PARTS_MAX)
+    return tw_fail(error, TW_LIMIT,
+                   "as glTF the answer would have %llu nodes, materials, accessors and buffer views, over "
+                   "the limit of %llu",
+                   (unsigned long long)plan->part_count, (unsigned long long)PARTS_MAX);
+  return plan->lacks_memory ? no_memory(error) : TW_OK;
+}
+
 tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error *error) {
-  *plan = (tw_gltf_plan){0};
-  tw_status status = allocate(plan, scene, error);
+  const tw_model *model = scene->model;
+  *plan = (tw_gltf_plan){.part_count =
+                             (scene->packs ? 2 : 1) * (uint64_t)model->node_count + model->material_count};
+  tw_status status = judge_parts(plan, error);
+  if (status == TW_OK) status = allocate(plan, scene, error);
   if (status == TW_OK) {
     plan->names_groups = names_groups(scene);
-    add_elements(plan, tw_gltf_assets_of(scene->model));
-    add_images(plan, scene->model);
+    add_elements(plan, tw_gltf_assets_of(model));
+    add_images(plan, model);
     add_holders(plan, scene);
     status = add_meshes(plan, scene, error);
     if (status == TW_OK) status = add_skins(plan, scene, error);
     if (status == TW_OK) status = add_animations(plan, scene, error);
+    if (status == TW_OK) status = judge_parts(plan, error);
   }
   if (status != TW_OK) tw_gltf_plan_deinit(plan);
   return status;
@@ -663,5 +672,7 @@ tw_status tw_gltf_plan_init(tw_gltf_plan *plan, const tw_scene *scene, tw_error 
 
 void tw_gltf_plan_deinit(tw_gltf_plan *plan) {
   tw_arena_destroy(plan->arena);
+  free(plan->views);
+  free(plan->accessors);
   *plan = (tw_gltf_plan){0};
 }

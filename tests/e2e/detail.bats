@@ -308,6 +308,30 @@ count_models() {
   done
 }
 
+@test "a mesh of two quads keeps its tags and what is modelled onto eight levels" {
+  cat >quads.json <<'JSON'
+{"meshes": [{"positions": [[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 0, 1], [1, 0, 1], [2, 0, 1]],
+  "faces": [[0, 3, 4, 1], [1, 4, 5, 2]],
+  "creases": [{"edge": [1, 4], "sharpness": 2.5}], "corners": [{"vertex": 0, "sharpness": 10}]}]}
+JSON
+  upload quads.json
+  for level in 1 2 3 4 5 6 7 8; do
+    get "/v1/models/$id/surface.obj?level=$level"
+    dent answer >dented.obj
+    sculpt "$id" "$level" dented.obj
+  done
+  get "/v1/models/$id"
+  [ "$(value '.meshes[0].details | length')" = 8 ]
+  get "/v1/models/$id/surface.glb?level=0&polygons=ngon"
+  expect 200
+  cp answer kept.glb
+  get "/v1/models/$id/surface.obj?level=3"
+  cp answer shown.obj
+  upload kept.glb
+  get "/v1/models/$id/surface.obj?level=3"
+  near answer shown.obj
+}
+
 @test "what is no level of the mesh is refused with its place, and nothing is stored" {
   upload_shape '{"kind": "box"}'
   before=$(count_models)

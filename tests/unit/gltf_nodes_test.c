@@ -202,6 +202,39 @@ TEST(clips_become_animations_in_order) {
   fixture_deinit(&f);
 }
 
+TEST(hundreds_of_tracks_are_written_and_too_many_are_over_the_limit) {
+  enum { FEW = 300, MANY = 140000 };
+  static const float times[2] = {0, 1}, values[2][3] = {{0, 0, 0}, {1, 2, 3}};
+  fixture f;
+  fixture_init(&f, cube_text);
+  fixture_refine(&f, 1, true);
+  tw_track_keys *tracks = fixture_alloc(&f, MANY, sizeof *tracks);
+  for (uint32_t i = 0; i < MANY; i++)
+    tracks[i] = (tw_track_keys){.node = 0,
+                                .path = TW_TRANSLATION,
+                                .interpolation = TW_LINEAR,
+                                .width = 3,
+                                .key_count = 2,
+                                .times = times,
+                                .values = values[0]};
+  tw_clip_keys clip = {.track_count = FEW, .tracks = tracks};
+  f.scene.clips = &clip;
+  f.scene.clip_count = 1;
+  glb file = write_glb(&f.scene);
+  const cJSON *samplers = cJSON_GetObjectItem(at(&file, "animations", 0), "samplers");
+  assert_int_equal(cJSON_GetArraySize(samplers), FEW);
+  float reached[3];
+  read_floats(&file, (int)number(cJSON_GetArrayItem(samplers, FEW - 1), "output", UINT32_MAX), 1, 3, reached);
+  assert_memory_equal(reached, values[1], sizeof reached);
+  free_glb(&file);
+  clip.track_count = MANY;
+  uint64_t size;
+  tw_error error;
+  assert_int_equal(tw_gltf_stream_predict(&f.scene, TW_FORMAT_GLB, &size, &error), TW_LIMIT);
+  assert_non_null(strstr(error.detail, "over the limit of 262144"));
+  fixture_deinit(&f);
+}
+
 TEST(weights_go_only_to_meshes_with_as_many_targets) {
   static const float times[2] = {0, 1}, values[2][3] = {{0, 0.5f, 1}, {1, 0.5f, 0}};
   tw_track_keys track = {.node = 0,

@@ -176,8 +176,10 @@ typedef struct tw_gltf_plan {
   tw_arena *arena;
   uint64_t data_size; /* of the BIN chunk, a multiple of 4 */
   uint32_t view_count, accessor_count, animation_count, channel_count;
-  tw_gltf_view *views;
+  tw_gltf_view *views; /* from malloc, as are the accessors */
   tw_gltf_accessor *accessors;
+  uint64_t part_count; /* views and accessors, also those that have no room, nodes and materials */
+  bool lacks_memory;
   tw_gltf_mesh *meshes;          /* [the model's meshes] */
   tw_gltf_animation *animations; /* clips of which no channel is left are not among them */
   tw_gltf_channel *channels;     /* of all animations, one animation after the other */
