@@ -295,7 +295,7 @@ static void expire(srv_connection *c) {
 static bool has_left(const srv_connection *c, uint64_t now) {
   uint64_t age_ms = now - c->watch.since_ms;
   bool awaits = c->watch.phase == SRV_PHASE_HEAD || c->watch.phase == SRV_PHASE_BODY ||
-                (c->watch.phase == SRV_PHASE_IDLE && age_ms < 4 * SRV_SWEEP_MS);
+                (c->watch.phase == SRV_PHASE_IDLE && age_ms < (uint64_t)4 * SRV_SWEEP_MS);
   return awaits && age_ms >= SRV_SWEEP_MS && srv_raw_is_read_out(c->fd);
 }
 

@@ -78,8 +78,8 @@ typedef struct srv_exchange {
   api_answer answer;                             /* valid with `answered`; not cleared between two requests */
 } srv_exchange;
 
-/* What /metrics shows, malloc'ed; NULL without memory. server: an srv_server. */
-char *srv_server_metrics(void *server, size_t *size);
+/* What /metrics shows, malloc'ed; NULL without memory. context: an srv_server. */
+char *srv_server_metrics(void *context, size_t *size);
 
 /* Begins with the target as it came. False without memory: drop the connection. */
 bool srv_exchange_begin(srv_exchange *exchange, srv_server *server, const char *target);

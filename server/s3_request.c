@@ -256,7 +256,7 @@ static size_t take_head(char *data, size_t one, size_t size, void *context) {
   line[size] = '\0';
   if (strncmp(line, "HTTP/", 5) == 0) {
     const char *status = strchr(line, ' ');
-    answer->status = status != NULL ? atoi(status) : 0;
+    answer->status = status != NULL ? (int)strtol(status, NULL, 10) : 0;
     if (answer->status == 200) t->skips = t->taken; /* the whole object, though its rest was asked for */
     free(answer->summary);
     answer->summary = NULL;

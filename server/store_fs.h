@@ -8,7 +8,7 @@ typedef struct srv_store_fs srv_store_fs;
 
 /* Opens or makes the folder, and those on the way to it, and removes the temporary files that uploads left
  * which were killed over an hour ago. NULL with one line in error. */
-srv_store_fs *srv_store_fs_open(const char *path, char *error, size_t error_size);
+srv_store_fs *srv_store_fs_open(const char *root, char *error, size_t error_size);
 /* Whether the folder could be opened, as far as its rights tell; makes nothing. False with one line in error.
  */
 bool srv_store_fs_check(const char *path, char *error, size_t error_size);

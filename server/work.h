@@ -37,8 +37,8 @@ void srv_work_outside(srv_work *work, bool begins);
 
 /* Calls part(context, i) once for each i below count, in any order, on this thread and on those that are idle
  * or become so; returns when all calls have. Never waits for a thread: jobs go first, and parts call it as
- * well as jobs do. work: a srv_work, as api_parallel_for has it. */
-void srv_work_parallel_for(void *work, uint32_t count, void (*part)(void *context, uint32_t index),
+ * well as jobs do. owner: a srv_work, as api_parallel_for has it. */
+void srv_work_parallel_for(void *owner, uint32_t count, void (*part)(void *context, uint32_t index),
                            void *context);
 
 /* For /metrics. waiting: jobs; busy: threads. */

@@ -28,7 +28,7 @@ static char *decode_extended(char *text) {
   char *out = text;
   for (const char *c = language + 1; *c; c++) {
     int high = *c == '%' ? api_hex_digit(c[1]) : -1, low = high >= 0 ? api_hex_digit(c[2]) : -1;
-    *out++ = low >= 0 ? (char)(high * 16 + low) : *c;
+    *out++ = (char)(low >= 0 ? high * 16 + low : *c);
     if (low >= 0) c += 2;
   }
   *out = '\0';

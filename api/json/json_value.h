@@ -32,8 +32,8 @@ typedef struct api_value {
 } api_value;
 
 /* Checks a document of at most values_max values, and parses its root object. text: outlives the reading.
- * root->item is freed with api_json_close. */
-tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *root);
+ * value->item is freed with api_json_close. */
+tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *value);
 void api_json_close(api_value *root);
 
 tw_status api_json_fail(const api_value *value, tw_status status, const char *format, ...) TW_PRINTF(3, 4);

@@ -350,7 +350,7 @@ static const char *make_key(api_call *call, const api_clip_choices *choices, int
   tw_text text = {0};
   tw_text_add(&text, call->id);
   tw_text_add(&text, "/clip?force=");
-  tw_text_count(&text, (uint64_t)(force + 1));
+  tw_text_count(&text, (uint64_t)force + 1);
   tw_text_add(&text, "&clips=");
   api_clips_print(choices, &text);
   return api_text_keep(&text, call->arena);

@@ -16,13 +16,13 @@ typedef struct api_pose_body api_pose_body;
 /* Takes over the entries of a resolved request. arena: scratch in proportion to the model's nodes; it and the
  * nodes of the request outlive the body. NULL without memory: the request keeps the entries. */
 api_pose_body *api_pose_body_create(api_pose_request *request, api_service *service, tw_arena *arena);
-void api_pose_body_destroy(void *body); /* as in api_body; NULL accepted */
+void api_pose_body_destroy(void *context); /* as in api_body; NULL accepted */
 
 /* Bytes of the whole answer where the form tells (bin), else API_SIZE_UNKNOWN. */
 uint64_t api_pose_body_size(const api_pose_body *body);
 
 /* As in api_body. */
-int64_t api_pose_body_read(void *body, uint8_t *out, size_t capacity);
+int64_t api_pose_body_read(void *context, uint8_t *out, size_t capacity);
 
 /* Prints the whole answer into an empty text, in place of reading it. */
 void api_pose_body_print_all(api_pose_body *body, tw_text *text);

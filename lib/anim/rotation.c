@@ -89,7 +89,7 @@ tw_status tw_rotation_read(tw_rotation_form form, tw_euler_order order, const do
 static void write_matrix(const double q[4], double out[9]) {
   for (int i = 0; i < 3; i++) {
     double axis[3] = {i == 0, i == 1, i == 2};
-    tw_quat_turn(q, axis, out + 3 * i);
+    tw_quat_turn(q, axis, out + 3 * (size_t)i);
   }
 }
 

@@ -83,7 +83,7 @@ typedef struct tw_change {
 } tw_change;
 
 /* Checks the size against the limits and allocates. The editor has its topology. TW_LIMIT, TW_NO_MEMORY. */
-tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_change_size *most);
+tw_status tw_change_init(tw_change *change, const tw_editor *editor, const tw_change_size *size);
 
 /* A mean of points, or of corners; returns its number. Weights sum to 1. Means of corners at one new point
  * have one texture coordinate where their first and their last terms had. */

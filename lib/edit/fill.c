@@ -210,7 +210,7 @@ static tw_status close_holes(filler *h) {
     size.faces += p ? p->triangle_count : 1;
     size.corners += p ? 3 * (uint64_t)p->triangle_count : h->holes[i + 1] - h->holes[i];
     size.mixes += 2 * own;
-    size.terms += 2 * TW_PATCH_TERMS * own;
+    size.terms += (uint64_t)(2 * TW_PATCH_TERMS) * own;
   }
   tw_status status = tw_change_init(&change, h->editor, &size);
   if (status != TW_OK) return status;

@@ -104,13 +104,13 @@ static tw_pack next_pack(cutter *c, const tw_surface_group *faces, uint32_t run,
     for (uint32_t i = 0; i < count; i++) {
       uint32_t before = c->set.count;
       uint64_t here = from + i;
-      if (c->block[3 * i] != fan_vertex) {
-        fan_vertex = c->block[3 * i];
+      if (c->block[3 * (size_t)i] != fan_vertex) {
+        fan_vertex = c->block[3 * (size_t)i];
         fan_begin = here;
         vertices_before_fan = before;
       }
       bool has_room = here - first < TW_PACK_TRIANGLES_MAX;
-      if (has_room && set_add_triangle(&c->set, c->block + 3 * i, places)) continue;
+      if (has_room && set_add_triangle(&c->set, c->block + 3 * (size_t)i, places)) continue;
       if (fan_begin > first) return (tw_pack){run, first, (uint32_t)(fan_begin - first), vertices_before_fan};
       return (tw_pack){run, first, (uint32_t)(here - first), before};
     }
@@ -416,7 +416,7 @@ static bool turn_to_pack(tw_pack_reader *r, const tw_surface *surface) {
     uint32_t count = least(BLOCK, pack->triangle_count - done);
     tw_triangulator_read(r->triangles, surface, faces, pack->first_triangle + done, count, r->block);
     for (uint32_t i = 0; i < count; i++)
-      set_add_triangle(&r->set, r->block + 3 * i, r->indices + 3 * (size_t)(done + i));
+      set_add_triangle(&r->set, r->block + 3 * (size_t)i, r->indices + 3 * (size_t)(done + i));
   }
   bool is_free =
       r->packs->options.encoding == TW_ENCODING_MESHOPT &&
@@ -451,7 +451,8 @@ static void fill_targets(tw_pack_reader *r, const tw_surface *surface, const tw_
   tw_vertex_field fields[TW_DISPLACEMENTS_MAX];
   uint32_t step = r->packs->target_step, count = step * part->target_count;
   uint32_t column = tw_vertex_target_column(tw_surface_get_layout(surface), part->target_count);
-  for (uint32_t i = 0; i < part->target_count; i++) tw_packs_target_fields(r->packs, i, &fields[step * i]);
+  for (uint32_t i = 0; i < part->target_count; i++)
+    tw_packs_target_fields(r->packs, i, fields + (size_t)step * i);
   for (uint32_t i = 0; i < count; i++) fields[i].column = column + 3 * i;
   fill_vertices(r, surface, part, fields, count);
 }

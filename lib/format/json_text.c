@@ -375,7 +375,7 @@ char *tw_json_unescape(const char *written, size_t size, char *out) {
       *out++ = *c++;
     } else if (c[1] != 'u') {
       const char *letter = strchr(letters, c[1]);
-      *out++ = letter ? meant[letter - letters] : c[1];
+      *out++ = (char)(letter ? meant[letter - letters] : c[1]);
       c += 2;
     } else {
       uint32_t code = hex4(c + 2);

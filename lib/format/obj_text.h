@@ -53,7 +53,7 @@ bool tw_obj_take_slash(tw_obj_text *text);
 /* The word round `at` is not what is expected there: TW_SYNTAX, with line and column. */
 tw_status tw_obj_fail_word(const tw_obj_text *text, const char *what, tw_error *error);
 
-tw_obj_text tw_obj_text_of(tw_word name);
+tw_obj_text tw_obj_text_of(tw_word word);
 
 /* The first word of a name, which goes from it; of length 0 at its end. */
 tw_word tw_obj_cut_word(tw_word *name);

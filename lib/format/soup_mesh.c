@@ -12,7 +12,7 @@ float tw_linear_from_srgb(float value) {
 }
 
 uint64_t tw_polygons_size(uint64_t vertex_count, uint64_t corner_count, uint64_t face_count) {
-  uint64_t vertex = 2 * (3 + 4 + 2 + 3) * sizeof(float) + 2 * sizeof(uint32_t);
+  uint64_t vertex = (size_t)(2 * (3 + 4 + 2 + 3)) * sizeof(float) + 2 * sizeof(uint32_t);
   return vertex * vertex_count + 3 * sizeof(uint32_t) * corner_count + sizeof(uint32_t) * face_count +
          tw_weld_size((uint32_t)vertex_count, (uint32_t)corner_count);
 }
@@ -88,7 +88,7 @@ static tw_status keep_normals(const tw_polygons_read *read, tw_arena *arena, tw_
   float *values = tw_arena_alloc_raw(arena, read->vertex_count, 3 * sizeof *values);
   uint32_t *corners = tw_arena_alloc_raw(arena, read->corner_count, sizeof *corners);
   if (!values || !corners) return tw_fail(error, TW_NO_MEMORY, "out of memory");
-  memcpy(values, read->normals, read->vertex_count * 3 * sizeof *values);
+  memcpy(values, read->normals, (size_t)read->vertex_count * 3 * sizeof *values);
   memcpy(corners, read->corners, read->corner_count * sizeof *corners);
   *out = (tw_corner_normals){.value_count = read->vertex_count, .values = values, .corners = corners};
   return TW_OK;

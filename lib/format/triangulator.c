@@ -8,7 +8,7 @@ enum { FACES_SCRATCH = 1024 };
 bool tw_triangulator_init(tw_triangulator *triangles, const tw_surface *const *surfaces, uint32_t count,
                           tw_polygons polygons, tw_surface_reader *reader) {
   *triangles =
-      (tw_triangulator){.reader = reader, .polygons = polygons, .corner_capacity = 4 * FACES_SCRATCH};
+      (tw_triangulator){.reader = reader, .polygons = polygons, .corner_capacity = (size_t)4 * FACES_SCRATCH};
   for (uint32_t i = 0; i < count; i++) {
     size_t three = 3 * tw_surface_largest_face(surfaces[i]);
     if (three > triangles->corner_capacity) triangles->corner_capacity = three;

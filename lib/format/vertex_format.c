@@ -114,7 +114,7 @@ static void write_rounded_joints(const float *joints, bool is_small, uint8_t *ou
 static void write_places(const tw_vertex_field *field, const float *values, uint8_t *out) {
   for (uint32_t i = 0; i < field->width; i++) {
     int16_t place = (int16_t)round_to((values[i] - field->origin[i]) / field->scale, 32767);
-    memcpy(out + 2 * i, &place, sizeof place);
+    memcpy(out + 2 * (size_t)i, &place, sizeof place);
   }
 }
 
@@ -132,7 +132,7 @@ static void write_field(const tw_vertex_field *field, const float *values, uint8
   case TW_CODED_FRACTIONS:
     for (uint32_t i = 0; i < field->width; i++) {
       uint16_t fraction = (uint16_t)round_to(values[i] > 0 ? values[i] : 0, 65535);
-      memcpy(out + 2 * i, &fraction, sizeof fraction);
+      memcpy(out + 2 * (size_t)i, &fraction, sizeof fraction);
     }
     return;
   }
@@ -141,7 +141,7 @@ static void write_field(const tw_vertex_field *field, const float *values, uint8
 void tw_vertex_write(const tw_vertex_field *fields, uint32_t field_count, const float *row, uint8_t *out) {
   for (uint32_t i = 0; i < field_count; i++) {
     uint32_t size = fields[i].width * FACTS[fields[i].coding].size;
-    if (size % 4 > 0) memset(out + fields[i].offset + size / 4 * 4, 0, 4);
+    if (size % 4 > 0) memset(out + fields[i].offset + (size - size % 4), 0, 4);
     write_field(&fields[i], row + fields[i].column, out + fields[i].offset);
   }
 }

@@ -214,7 +214,7 @@ static tw_status add_creases(const finder *f, const uint8_t *is_found, uint32_t 
   float *sharp = tw_arena_alloc_raw(arena, all, sizeof *sharp);
   if (!edges || !sharp) return TW_NO_MEMORY;
   if (mesh->crease_count > 0) {
-    memcpy(edges, mesh->crease_edges, mesh->crease_count * 2 * sizeof *edges);
+    memcpy(edges, mesh->crease_edges, (size_t)mesh->crease_count * 2 * sizeof *edges);
     memcpy(sharp, mesh->crease_sharpness, mesh->crease_count * sizeof *sharp);
   }
   size_t next = mesh->crease_count;

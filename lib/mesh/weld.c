@@ -360,8 +360,9 @@ static void take_near(const near_grid *grid, uint32_t point, uint32_t *first) {
   double cell[3], row[3], x = cell_of(grid, point, 0), y = cell_of(grid, point, 1),
                           z = cell_of(grid, point, 2);
   for (int n = 0; n < 9; n++) {
-    row[0] = cell[0] = x + n / 3 - 1;
-    row[1] = cell[1] = y + n % 3 - 1;
+    int across = n / 3, along = n % 3;
+    row[0] = cell[0] = x + across - 1;
+    row[1] = cell[1] = y + along - 1;
     row[2] = z - 1;
     for (uint32_t i = first_in_cell(grid, row); i < grid->count; i++) {
       uint32_t other = grid->order[i];

@@ -41,8 +41,9 @@ static tw_status part_by_morphs(const tw_mesh *mesh, tw_arena *arena, uint32_t *
   for (uint32_t m = 0; m < mesh->morph_count && status == TW_OK; m++) {
     for (uint32_t c = 0; c < mesh->corner_count; c++) {
       float *row = rows + WIDTH * (size_t)c;
-      row[0] = (float)(equal[c] / HALF); /* floats hold half of a number exactly */
-      row[1] = (float)(equal[c] % HALF);
+      uint32_t high = equal[c] / HALF, low = equal[c] % HALF; /* floats hold half of a number exactly */
+      row[0] = (float)high;
+      row[1] = (float)low;
       memcpy(row + 2, mesh->morph_normals[m] + 3 * (size_t)mesh->normals.corners[c], 3 * sizeof *row);
     }
     status = tw_find_equal_rows(rows, WIDTH, mesh->corner_count, equal, NULL);

@@ -103,7 +103,7 @@ static void store_at(const basis *b, uint32_t k, uint32_t nth, uint32_t point, u
   if (!b->inputs->normals) return;
   float *tangents = b->tangents + block_at(b, place, k, 2) + lane;
   for (uint32_t t = 0; t < 2; t++)
-    tangents[t * TW_STENCIL_BLOCK] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
+    tangents[(size_t)t * TW_STENCIL_BLOCK] = b->slopes[point * SLOPE_WIDTH + t * SLOPE_SECOND + nth];
 }
 
 /* The same at all points. */

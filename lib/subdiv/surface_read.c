@@ -128,7 +128,7 @@ static void displace_normals(tw_surface_reader *r, const piece *p, float *out) {
     }
     for (uint32_t k = 0; k < p->count; k++, row += l->stride)
       for (uint32_t c = 0; c < 3; c++) {
-        float *to = row + l->morphs + 6 * m + 3 + c;
+        float *to = row + l->morphs + 6 * (size_t)m + 3 + c;
         *to = own ? own[3 * k + c] : r->moved[MOVED_WIDTH * k + 3 + c] - row[l->normal + c];
       }
   }

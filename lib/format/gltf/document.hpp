@@ -84,6 +84,8 @@ private:
 // Allocates out of a budget.
 template <typename T> struct Counted {
   using value_type = T;
+  using propagate_on_container_move_assignment =
+      std::true_type; // memory moves with its budget: that never throws
   Budget *budget;
 
   explicit Counted(Budget &from) : budget(&from) {}

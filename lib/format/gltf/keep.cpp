@@ -458,9 +458,9 @@ private:
                                   [](char c) { return c > ' ' && c < 0x7F && c != '"' && c != '\\'; });
       if (!is_plain) continue;
       bool as_it_is = has_word("COLOR JOINTS WEIGHTS", name.substr(0, name.find('_'))) || name[0] == '_';
-      put(text(
-          any ? "," : "", "\"", name, "\":",
-          elements_.keep(accessor, as_it_is ? VERTICES : VERTICES_AS_FLOATS, place_ + where + "/" + name)));
+      put(text(any ? "," : "", "\"", name, "\":",
+               elements_.keep(accessor, as_it_is ? VERTICES : VERTICES_AS_FLOATS,
+                              text(place_, where, "/", name))));
       any = true;
     }
     put("}");

@@ -37,8 +37,8 @@ public:
       : document_(document), accessors_(accessors), source_(document.source.meshes[mesh]), index_(mesh),
         pointer_(text("/meshes/", mesh, "/primitives/")) {}
 
-  // The number of a primitive's source among all.
-  uint32_t find(size_t primitive);
+  // The number of primitive i's source among all.
+  uint32_t find(size_t i);
 
   std::vector<VertexSource> all;
   std::vector<SmoothAttribute> smooth; // in the order of the document
