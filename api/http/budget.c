@@ -18,6 +18,7 @@ struct api_budget {
   size_t waiting_max, granted_count; /* tickets that have a grant */
   api_ticket *first, *last;          /* who waits */
   bool is_serving;                   /* a thread is in serve_waiting */
+  bool is_poked;                     /* memory may have become idle since that thread looked for some */
   uint64_t (*relieve)(void *context, uint64_t bytes);
   void *relieve_context;
 };
@@ -57,7 +58,7 @@ uint64_t api_budget_granted(api_budget *budget) {
 /* ---- grants; under the lock -------------------------------------------------------------------- */
 
 /* By how many bytes `more` goes over the limit. */
-static uint64_t shortage(api_budget *budget, uint64_t more) {
+static uint64_t shortage(const api_budget *budget, uint64_t more) {
   uint64_t limit = more <= SMALL ? budget->limit : budget->limit - budget->limit / 16;
   uint64_t used = atomic_load(&budget->used);
   if (used >= limit) return used - limit + more;
@@ -114,30 +115,39 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
 
 /* ---- waiting ------------------------------------------------------------------------------------ */
 
-/* Wakes those at the head of the queue that fit. One thread at a time: freeing entries calls this again. A
- * thread that returns early has already changed `used`, which the serving thread sees. */
+/* Who is next: the first of the queue, or one behind it that needs little, which would not wait for the first
+ * either if it came now. NULL: nobody fits. */
+static api_ticket *find_next(const api_budget *budget) {
+  for (api_ticket *ticket = budget->first; ticket; ticket = ticket->next) {
+    bool has_turn = ticket == budget->first || ticket->needed <= SMALL;
+    if (has_turn && (shortage(budget, ticket->needed) == 0 || is_alone(budget, ticket))) return ticket;
+  }
+  return NULL;
+}
+
+/* Wakes those that fit. One thread at a time: freeing entries calls this again. A thread that returns early
+ * has already changed `used`, or made entries idle: the serving thread looks again. */
 static void serve_waiting(api_budget *budget) {
-  bool may_relieve = true;
   pthread_mutex_lock(&budget->lock);
+  budget->is_poked = true;
   if (budget->is_serving) {
     pthread_mutex_unlock(&budget->lock);
     return;
   }
   budget->is_serving = true;
   while (budget->first) {
-    api_ticket *ticket = budget->first;
-    uint64_t missing = shortage(budget, ticket->needed);
-    if (missing > 0 && may_relieve) {
-      may_relieve = relieve(budget, missing);
-      continue; /* with whoever is first now: tickets may be cancelled meanwhile */
+    api_ticket *ticket = find_next(budget);
+    if (!ticket && !budget->is_poked) break;
+    if (!ticket) {
+      budget->is_poked = false; /* before the look: who makes an entry idle during it sets it again */
+      relieve(budget, shortage(budget, budget->first->needed));
+      continue;
     }
-    if (missing > 0 && !is_alone(budget, ticket)) break;
     set_grant(budget, ticket, ticket->needed);
     unlink_ticket(budget, ticket);
     pthread_mutex_unlock(&budget->lock);
     ticket->wake(ticket);
     pthread_mutex_lock(&budget->lock);
-    may_relieve = true;
   }
   budget->is_serving = false;
   pthread_mutex_unlock(&budget->lock);

@@ -421,6 +421,63 @@ TEST(who_stops_waiting_lets_those_behind_it_pass) {
   api_budget_destroy(budget);
 }
 
+TEST(who_needs_little_does_not_wait_behind_who_needs_much) {
+  api_budget *budget = api_budget_create(16000000, 3);
+  api_ticket holder = {0}, large = {0};
+  loopback_ticket *small = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &holder, 10000000));
+  api_budget_add(budget, 5500000);
+  assert_int_equal(api_budget_wait(budget, &large, 9000000), API_WAIT_BEGUN);
+  assert_int_equal(api_budget_wait(budget, &small->ticket, 1000000), API_WAIT_BEGUN);
+  api_budget_subtract(budget, 1000000);
+  loopback_ticket_await(small);
+  assert_int_equal(small->ticket.granted, 1000000);
+  assert_true(api_budget_cancel(budget, &large));
+  api_budget_grant(budget, &holder, 0);
+  api_budget_grant(budget, &small->ticket, 0);
+  loopback_ticket_destroy(NULL, small);
+  api_budget_destroy(budget);
+}
+
+/* An entry that becomes idle just when the thread that serves the queue has found none. */
+typedef struct late_entry {
+  api_budget *budget;
+  uint64_t size;
+  int looks;
+} late_entry;
+
+static uint64_t relieve_late(void *context, uint64_t bytes) {
+  late_entry *late = context;
+  (void)bytes;
+  int look = late->looks++;
+  if (look < 2) {                                 /* the first one is of the request itself */
+    if (look == 1) api_budget_poke(late->budget); /* as another thread does meanwhile */
+    return 0;
+  }
+  uint64_t freed = late->size;
+  late->size = 0;
+  if (freed > 0) api_budget_subtract(late->budget, freed);
+  return freed;
+}
+
+TEST(memory_that_becomes_idle_while_others_look_for_some_is_found) {
+  api_budget *budget = api_budget_create(16000000, 2);
+  late_entry late = {budget, 6000000, 0};
+  api_budget_relieved_by(budget, relieve_late, &late);
+  api_ticket holder = {0};
+  loopback_ticket *waiting = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &holder, 4000000));
+  api_budget_add(budget, late.size);
+  assert_int_equal(api_budget_wait(budget, &waiting->ticket, 9000000), API_WAIT_BEGUN);
+  assert_true(late.looks > 2);
+  loopback_ticket_await(waiting);
+  assert_int_equal(waiting->ticket.granted, 9000000);
+  api_budget_grant(budget, &holder, 0);
+  api_budget_grant(budget, &waiting->ticket, 0);
+  loopback_ticket_destroy(NULL, waiting);
+  api_budget_destroy(budget);
+}
+
 enum { WAITERS = 6, WAITS = 3000 };
 
 static void *waits_and_holds(void *context) {
