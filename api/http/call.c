@@ -51,6 +51,7 @@ api_outcome api_call_take(api_call *call, const char *key, api_build build, void
 }
 
 bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault) {
+  if (bytes < ticket->needed) bytes = ticket->needed;
   if (api_budget_grant(service->budget, ticket, bytes)) return true;
   *fault = (api_fault){.stall = API_STALL_MEMORY, .needed = bytes};
   return false;

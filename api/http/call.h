@@ -50,7 +50,9 @@ api_outcome api_fail_without_memory(api_call *call);
  * missing. key NULL: built for this call alone. */
 api_outcome api_call_take(api_call *call, const char *key, api_build build, void *context, api_entry **out);
 
-/* Grants the request `bytes` in all for what it does next. False: the fault stalls. */
+/* Grants the request `bytes` in all for what it does next, but no less than it has waited for: it goes on
+ * from its beginning then, and two that gave that back on the way would take it from each other for ever.
+ * False: the fault stalls. */
 bool api_grant(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault);
 
 /* The header's first value, NULL when absent. */

@@ -203,7 +203,7 @@ typedef struct api_ticket {
   struct api_ticket *previous, *next; /* among those that wait for the same */
   struct api_entry *awaited;          /* held: what it waits or waited for */
   struct api_entry *promised;         /* what others wait for this request to make */
-  uint64_t granted, needed;           /* bytes */
+  uint64_t granted, needed;           /* bytes; needed: waited for last */
   bool is_waiting_for_memory, is_waiting_for_entry;
 } api_ticket;
 

@@ -171,13 +171,35 @@ static bool read_granted(api_call *call, api_bytes bytes, uint64_t held, tw_form
   return api_maker_grant(&maker, 0) && api_model_read(bytes, format, reading, &making, out, fault);
 }
 
+/* The format as a first piece tells it; JSON may be glTF, whose key may stand anywhere. */
+static bool sniff_first(api_service *service, const char *id, const api_blob *blob, tw_format *out,
+                        api_fault *fault) {
+  enum { PIECE = 256 };
+  uint8_t first[PIECE + 1];
+  size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
+  if (!blob->read(blob, 0, first, size)) {
+    fail_damaged(service, id, fault);
+    return false;
+  }
+  first[size] = '{'; /* which may follow where the piece is blank */
+  *out = tw_format_sniff(first, size + 1);
+  return true;
+}
+
+/* What reading the stored bytes takes, before their format is sure. */
+static bool grant_reading(api_call *call, const char *id, const api_blob *blob, api_fault *fault) {
+  tw_format format;
+  if (!sniff_first(call->service, id, blob, &format, fault)) return false;
+  if (format == TW_FORMAT_JSON) format = TW_FORMAT_GLTF; /* which takes most */
+  return api_grant(call->service, call->request->ticket, tw_reading_size(format, blob->size), fault);
+}
+
 static bool build_model(void *context, api_built *out, api_fault *fault) {
   const model_source *source = context;
   api_service *service = source->call->service;
   api_blob blob;
   if (!open_stored(service, source->id, &blob, fault)) return false;
-  bool is_granted =
-      api_grant(service, source->call->request->ticket, tw_reading_size(TW_FORMAT_GLTF, blob.size), fault);
+  bool is_granted = grant_reading(source->call, source->id, &blob, fault);
   uint8_t *data = is_granted ? read_whole(service, source->id, &blob, fault) : NULL;
   api_bytes bytes = {data, (size_t)blob.size};
   blob.close(&blob);
@@ -552,17 +574,9 @@ static void destroy_source(void *context) {
   body->blob.close(&body->blob);
 }
 
-/* A first piece tells the format, unless it is JSON, whose keys may stand anywhere. */
+/* All of it is read where a first piece does not tell. */
 static bool sniff_stored(api_call *call, const api_blob *blob, tw_format *out) {
-  enum { PIECE = 256 };
-  uint8_t first[PIECE + 1];
-  size_t size = blob->size < PIECE ? (size_t)blob->size : PIECE;
-  if (!blob->read(blob, 0, first, size)) {
-    fail_damaged(call->service, call->id, &call->fault);
-    return false;
-  }
-  first[size] = '{'; /* which may follow where the piece is blank */
-  *out = tw_format_sniff(first, size + 1);
+  if (!sniff_first(call->service, call->id, blob, out, &call->fault)) return false;
   if (*out != TW_FORMAT_JSON) return true;
   if (!api_grant(call->service, call->request->ticket, blob->size, &call->fault)) return false;
   uint8_t *bytes = read_whole(call->service, call->id, blob, &call->fault);

@@ -166,11 +166,6 @@ static size_t plan_size(const api_plan *plan) {
   return size;
 }
 
-/* A request that has waited for more keeps it: it goes on from its beginning. */
-static bool grant_at_least(api_service *service, api_ticket *ticket, uint64_t bytes, api_fault *fault) {
-  return ticket->granted >= bytes || api_grant(service, ticket, bytes, fault);
-}
-
 /* What a plan takes so far. */
 typedef struct plan_grant {
   const plan_source *source;
@@ -181,7 +176,7 @@ typedef struct plan_grant {
 static bool raise_grant(void *context, uint64_t bytes) {
   plan_grant *grant = context;
   grant->bytes += bytes;
-  return grant_at_least(grant->source->service, grant->source->ticket, grant->bytes, grant->fault);
+  return api_grant(grant->source->service, grant->source->ticket, grant->bytes, grant->fault);
 }
 
 static tw_status create_surface(const plan_source *source, api_plan *plan, tw_arena *scratch,
@@ -311,7 +306,7 @@ static uint64_t building_cost(const plan_source *source) {
 
 static bool build_plan(void *context, api_built *out, api_fault *fault) {
   const plan_source *source = context;
-  if (!grant_at_least(source->service, source->ticket, source->cost, fault)) return false;
+  if (!api_grant(source->service, source->ticket, source->cost, fault)) return false;
   api_plan *plan = is_surely_within(source) ? create_plan(source, fault) : NULL;
   if (!plan && fault->stall == API_STALL_NONE) plan = count_and_create(source, fault);
   if (!plan) return false;
@@ -392,7 +387,7 @@ api_outcome api_plan_take(api_call *call, const api_plan_meshes *meshes, const a
   if (outcome != API_DONE) return outcome;
   if (moves->count > 0) {
     uint64_t cost = moving_cost(api_entry_value(plan), moves);
-    if (!grant_at_least(service, call->request->ticket, cost, &call->fault)) {
+    if (!api_grant(service, call->request->ticket, cost, &call->fault)) {
       api_entry_release(plan);
       return API_FAILED;
     }
