@@ -416,10 +416,13 @@ static api_outcome run_stages(api_call *call) {
 }
 
 /* What the answer holds from here on; a body that does not fit makes the request wait like any other stall.
- */
+ * An answer that takes no more than its connection does not count: a probe waits for nobody. */
 static api_outcome keep_grant(api_call *call, api_outcome outcome) {
+  enum { UNCOUNTED = 32 << 10 };
   uint64_t held = outcome == API_DONE ? call->held + call->answer.bytes.size : 0;
-  if (api_grant(call->service, call->request->ticket, held, &call->fault)) return outcome;
+  if (held <= UNCOUNTED) held = 0;
+  if (api_budget_grant(call->service->budget, call->request->ticket, held)) return outcome;
+  call->fault = (api_fault){.stall = API_STALL_MEMORY, .needed = held};
   return API_FAILED;
 }
 
@@ -464,6 +467,7 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
   for (;;) {
     api_call call;
     if (!begin(&call, service, request, effort)) {
+      api_cache_end(service->cache, request->ticket);
       api_problem(503, "out of memory", request->id, 1, answer);
       return API_ANSWERED;
     }

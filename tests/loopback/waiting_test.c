@@ -92,3 +92,20 @@ TEST(two_that_wait_for_more_do_not_take_it_from_each_other_for_ever) {
   free(grid);
   loopback_stop(loop);
 }
+
+TEST(probes_are_answered_whatever_memory_others_hold) {
+  api_settings settings = loopback_settings();
+  settings.limits.max_waiting = 0;
+  loopback *loop = loopback_start(&settings);
+  api_budget *budget = loop->service->budget;
+  api_ticket holder = {0};
+  assert_true(api_budget_grant(budget, &holder, 2 * settings.limits.max_memory));
+  static const char *const paths[] = {"/healthz", "/readyz", "/version", "/metrics"};
+  for (size_t i = 0; i < sizeof paths / sizeof *paths; i++) {
+    reply r = loopback_get(loop, paths[i]);
+    assert_int_equal(r.status, 200);
+    reply_free(&r);
+  }
+  api_budget_grant(budget, &holder, 0);
+  loopback_stop(loop);
+}
