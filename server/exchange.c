@@ -157,6 +157,8 @@ void srv_exchange_refuse(srv_exchange *exchange, unsigned reason, int status, co
                          unsigned retry_after) {
   if (exchange->answered) api_answer_deinit(&exchange->answer);
   exchange->answer = (api_answer){0};
+  /* Others do not wait for what it has promised to make until its client has taken the refusal. */
+  if (exchange->request.ticket != NULL) api_ticket_end(exchange->server->service, &exchange->ticket);
   if (exchange->opened) {
     api_refuse(exchange->server->service, &exchange->request, status, detail, retry_after, &exchange->answer);
   } else {
@@ -200,6 +202,10 @@ static void refuse_roomless_body(srv_exchange *exchange, int status) {
 
 static void refuse_late(srv_exchange *exchange) {
   srv_exchange_refuse(exchange, SRV_REFUSAL_WAIT, 503, "the request waited too long for its turn", RETRY_S);
+}
+
+static void refuse_gone(srv_exchange *exchange) {
+  srv_exchange_refuse(exchange, API_REFUSAL_NONE, 503, "the client is gone", 0);
 }
 
 /* Terminated, and cut where it does not fit. */
@@ -340,7 +346,7 @@ static void run(srv_job *job) {
   srv_exchange *exchange = (srv_exchange *)(void *)job;
   exchange->worked_ns = srv_now_ns();
   if (!exchange->wanted(exchange)) {
-    srv_exchange_refuse(exchange, API_REFUSAL_NONE, 503, "the client is gone", 0);
+    refuse_gone(exchange);
   } else if (is_late(exchange, exchange->worked_ns)) {
     refuse_late(exchange);
   } else if (handle(exchange, API_HEAVY) == API_WAITS) {
@@ -386,9 +392,13 @@ static void woken(api_ticket *ticket) {
 }
 
 bool srv_exchange_give_up(srv_exchange *exchange) {
-  if (!is_late(exchange, srv_now_ns())) return false;
+  bool has_time = !is_late(exchange, srv_now_ns());
+  if (has_time && exchange->wanted(exchange)) return false;
   if (!api_ticket_cancel(exchange->server->service, &exchange->ticket)) return false;
-  refuse_late(exchange);
+  if (has_time)
+    refuse_gone(exchange);
+  else
+    refuse_late(exchange);
   return true;
 }
 

@@ -73,7 +73,7 @@ typedef struct srv_exchange {
   uint64_t computed_ns; /* in calls of the api, waits between them not counted */
   uint64_t leg_ns;      /* until when computed_ns has counted */
   /* Set by intake.c before finish. */
-  bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On the compute thread */
+  bool (*wanted)(struct srv_exchange *exchange); /* is the client still there? On any thread */
   void (*ready)(struct srv_exchange *exchange);  /* the answer is there. On the compute thread, last */
   api_answer answer;                             /* valid with `answered`; not cleared between two requests */
 } srv_exchange;
@@ -102,8 +102,8 @@ srv_exchange_step srv_exchange_take(srv_exchange *exchange, const void *data, si
 /* The body is complete. NOW or LATER. */
 srv_exchange_step srv_exchange_finish(srv_exchange *exchange);
 
-/* Refuses a request that waits for memory, or for what another one makes, once it has waited too long. True
- * when the answer is there: deliver it. On the exchange's I/O thread. */
+/* Refuses a request that waits for memory, or for what another one makes, once it has waited too long or its
+ * client is gone: few may wait. True when the answer is there: deliver it. On the exchange's I/O thread. */
 bool srv_exchange_give_up(srv_exchange *exchange);
 
 /* Replaces what answer there may be by a problem document. reason: a refusal of metrics.h. */

@@ -16,7 +16,7 @@ struct api_service {
 static pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
 static pthread_cond_t opened = PTHREAD_COND_INITIALIZER;
 static bool held = false;
-static atomic_size_t started, open_bodies, block_size;
+static atomic_size_t started, open_bodies, block_size, kept_promises;
 static atomic_bool is_memory_full;
 
 void fake_api_hold(void) {
@@ -41,6 +41,10 @@ size_t fake_api_started(void) {
 }
 size_t fake_api_open_bodies(void) {
   return atomic_load(&open_bodies);
+}
+
+size_t fake_api_kept_promises(void) {
+  return atomic_load(&kept_promises);
 }
 
 size_t fake_api_block_size(void) {
@@ -158,15 +162,18 @@ static api_progress run_leg(const api_request *request, api_answer *answer) {
   return API_WAITS;
 }
 
+/* What light calls of heavy requests promise to make. */
+static struct api_entry *const promise = (struct api_entry *)&opened;
+
 static bool is(const api_request *request, const char *path) {
   return strcmp(request->path, path) == 0;
 }
 
 api_verdict api_open(api_service *service, const api_request *request, api_answer *answer) {
   (void)service;
-  static const char *const KNOWN[] = {"/light",   "/heavy",  "/echo",    "/pull",      "/endless",
-                                      "/chunks",  "/broken", "/nothing", "/unchanged", "/readyz",
-                                      "/healthz", "/live",   "/header",  "/wide",      "/stuck"};
+  static const char *const KNOWN[] = {"/light",  "/heavy",   "/echo",      "/pull",   "/endless", "/chunks",
+                                      "/broken", "/nothing", "/unchanged", "/readyz", "/healthz", "/live",
+                                      "/header", "/wide",    "/stuck",     "/waits"};
   for (size_t i = 0; i < sizeof KNOWN / sizeof *KNOWN; i++) {
     if (is(request, KNOWN[i])) return API_READ_BODY;
   }
@@ -178,8 +185,14 @@ api_progress api_handle(api_service *service, const api_request *request, api_ef
                         api_answer *answer) {
   (void)service;
   bool heavy = is(request, "/heavy") || is(request, "/echo"), has_legs = is(request, "/legs");
+  if (heavy && effort == API_LIGHT) request->ticket->promised = promise;
   if ((heavy || has_legs) && effort == API_LIGHT) return API_AGAIN_ON_THREAD;
   if (has_legs) return run_leg(request, answer);
+  if (is(request, "/waits")) {
+    request->ticket->is_waiting_for_memory = true;
+    return API_WAITS;
+  }
+  request->ticket->promised = NULL;
   uint64_t size = strtoull(request->query, NULL, 10);
   if (heavy || is(request, "/stuck")) wait_at_gate();
   if (is(request, "/echo")) {
@@ -234,13 +247,14 @@ void api_service_usage(const api_service *service, api_usage *out) {
 
 bool api_ticket_cancel(api_service *service, api_ticket *ticket) {
   (void)service;
-  (void)ticket;
-  return false;
+  bool waited = ticket->is_waiting_for_memory;
+  ticket->is_waiting_for_memory = false;
+  return waited;
 }
 
 void api_ticket_end(api_service *service, api_ticket *ticket) {
   (void)service;
-  (void)ticket;
+  ticket->promised = NULL;
 }
 
 void api_problem(int status, const char *detail, const char *request_id, unsigned retry_after,
@@ -254,6 +268,7 @@ void api_problem(int status, const char *detail, const char *request_id, unsigne
 void api_refuse(api_service *service, const api_request *request, int status, const char *detail,
                 unsigned retry_after, api_answer *answer) {
   (void)service;
+  if (request->ticket != NULL && request->ticket->promised != NULL) atomic_fetch_add(&kept_promises, 1);
   api_problem(status, detail, request->id, retry_after, answer);
 }
 

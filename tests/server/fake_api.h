@@ -6,6 +6,7 @@
  *   /echo         the body's bytes, on a compute thread
  *   /pull?N       N bytes, pulled; byte i is i % 251
  *   /legs?MS      10 bytes, pulled, after three calls of so many milliseconds each, between which it waits
+ *   /waits        waits for memory that never comes
  *   /endless      pulled until somebody stops reading
  *   /chunks?N     N bytes of unknown size
  *   /broken?N     claims 1,000,000 bytes, fails after N
@@ -30,5 +31,7 @@ void fake_api_fill_memory(bool is_full); /* nothing that can be done without fit
 size_t fake_api_started(void);     /* of these that a thread has begun */
 size_t fake_api_block_size(void);  /* bytes that were asked for last of a pulled body */
 size_t fake_api_open_bodies(void); /* pulled bodies that are not destroyed yet */
+/* Refusals of requests that had others still wait for what they had promised to make. */
+size_t fake_api_kept_promises(void);
 
 #endif

@@ -560,6 +560,7 @@ TEST_WITH(full_queue_answers_503_at_once, set_up, tear_down) {
   assert_true(ask(f, "GET /heavy HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
   assert_int_equal(status(f), 503);
   assert_true(has(f, "Retry-After: "));
+  assert_int_equal(fake_api_kept_promises(), 0); /* others would wait until its client has read the refusal */
   assert_true(ask(f, "GET /light HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n"));
   assert_int_equal(status(f), 200);
   fake_api_release();
@@ -587,6 +588,16 @@ TEST_WITH(queued_request_of_a_client_that_left_is_not_computed, set_up, tear_dow
     close(busy[i]);
   }
   assert_int_equal(fake_api_started(), before + 2);
+}
+
+/* It would keep its place among the few that may wait. */
+TEST_WITH(a_request_whose_client_left_does_not_wait_on, set_up, tear_down) {
+  fixture *f = *state;
+  int gone = connect_client(f);
+  say(gone, "GET /waits HTTP/1.1\r\nHost: x\r\n\r\n");
+  wait_in_flight(f, 1);
+  close(gone);
+  wait_in_flight(f, 0);
 }
 
 enum { LIMIT = 64 }; /* --max-connections of the fixture */
