@@ -39,11 +39,10 @@ void srv_hand_back(void *owner) {
   srv_connection *c = owner;
   srv_loop *l = c->owner;
   pthread_mutex_lock(&l->lock);
-  bool was_empty = l->done == NULL;
+  if (l->done == NULL) wake(l); /* under the lock: its thread may end, and l go, once it has the connection */
   c->next_done = l->done;
   l->done = c;
   pthread_mutex_unlock(&l->lock);
-  if (was_empty) wake(l);
 }
 
 static void resume_done(srv_loop *l) {
