@@ -27,8 +27,9 @@ static bool add_size(void *context, const char *name, const struct stat *facts) 
 
 /* Under the lock. What is in the folder and not settled yet counts twice until the next time. */
 static void count(srv_store_quota *quota, uint64_t now_ns) {
-  quota->used = 0;
-  srv_each_file(quota->folder, add_size, &quota->used);
+  uint64_t used = 0;
+  srv_each_file(quota->folder, add_size, &used);
+  atomic_store(&quota->used, used);
   quota->counted_ns = now_ns;
 }
 
@@ -38,7 +39,7 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size) {
   pthread_mutex_lock(&quota->lock);
   bool is_old = quota->counted_ns == 0 || now_ns - quota->counted_ns > RECOUNT_NS;
   if (is_old) count(quota, now_ns);
-  uint64_t used = quota->used + quota->under_way;
+  uint64_t used = atomic_load(&quota->used) + quota->under_way;
   bool fits = size <= quota->limit && used <= quota->limit - size;
   if (fits) quota->under_way += size;
   pthread_mutex_unlock(&quota->lock);
@@ -54,20 +55,18 @@ void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_store
   if (quota->limit == 0) return;
   pthread_mutex_lock(&quota->lock);
   quota->under_way -= size;
-  if (is_stored) quota->used += size;
+  if (is_stored) atomic_fetch_add(&quota->used, size);
   pthread_mutex_unlock(&quota->lock);
 }
 
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size) {
   if (quota->limit == 0) return;
   pthread_mutex_lock(&quota->lock);
-  quota->used -= size < quota->used ? size : quota->used;
+  uint64_t used = atomic_load(&quota->used);
+  atomic_store(&quota->used, used - (size < used ? size : used));
   pthread_mutex_unlock(&quota->lock);
 }
 
 uint64_t srv_store_quota_used(srv_store_quota *quota) {
-  pthread_mutex_lock(&quota->lock);
-  uint64_t used = quota->used;
-  pthread_mutex_unlock(&quota->lock);
-  return used;
+  return atomic_load(&quota->used);
 }

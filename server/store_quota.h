@@ -4,16 +4,17 @@
 
 #include <limits.h>
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
 typedef struct srv_store_quota {
-  pthread_mutex_t lock;
-  uint64_t limit; /* 0: none, and nothing is counted */
-  uint64_t used;
-  uint64_t under_way;    /* of models that are being stored */
-  uint64_t counted_ns;   /* when the folder was counted last, 0: never */
-  char folder[PATH_MAX]; /* of objects */
+  pthread_mutex_t lock;      /* held while the folder is counted; guards what follows for changes */
+  uint64_t limit;            /* 0: none, and nothing is counted */
+  atomic_uint_fast64_t used; /* read without the lock */
+  uint64_t under_way;        /* of models that are being stored */
+  uint64_t counted_ns;       /* when the folder was counted last, 0: never */
+  char folder[PATH_MAX];     /* of objects */
 } srv_store_quota;
 
 void srv_store_quota_init(srv_store_quota *quota, const char *folder);
@@ -27,7 +28,7 @@ bool srv_store_quota_take(srv_store_quota *quota, uint64_t size);
 void srv_store_quota_settle(srv_store_quota *quota, uint64_t size, bool is_stored);
 /* A stored model was removed. */
 void srv_store_quota_give_back(srv_store_quota *quota, uint64_t size);
-/* Of stored models. */
+/* Of stored models. Never waits. */
 uint64_t srv_store_quota_used(srv_store_quota *quota);
 
 #endif
