@@ -15,10 +15,10 @@ struct api_budget {
   uint64_t limit;
   atomic_uint_fast64_t used, granted; /* granted: of used */
   atomic_size_t waiting;
-  size_t waiting_max, granted_count; /* tickets that have a grant */
-  api_ticket *first, *last;          /* who waits */
-  bool is_serving;                   /* a thread is in serve_waiting */
-  bool is_poked;                     /* memory may have become idle since that thread looked for some */
+  size_t waiting_max, computing; /* tickets that have a grant, but for those of answers under way */
+  api_ticket *first, *last;      /* who waits */
+  bool is_serving;               /* a thread is in serve_waiting */
+  bool is_poked;                 /* memory may have become idle since that thread looked for some */
   uint64_t (*relieve)(void *context, uint64_t bytes);
   void *relieve_context;
 };
@@ -65,12 +65,21 @@ static uint64_t shortage(const api_budget *budget, uint64_t more) {
   return more > limit - used ? more - (limit - used) : 0;
 }
 
-static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
-  return budget->granted_count == (ticket->granted > 0 ? 1 : 0);
+static bool computes(const api_ticket *ticket) {
+  return ticket->granted > 0 && !ticket->is_answered;
 }
 
-static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
-  budget->granted_count += (size_t)(bytes > 0) - (size_t)(ticket->granted > 0);
+/* Whether nothing but what is being read holds memory, and that little: who reads may take very long. */
+static bool is_alone(const api_budget *budget, const api_ticket *ticket) {
+  uint64_t others = atomic_load(&budget->granted) - ticket->granted,
+           used = atomic_load(&budget->used) - ticket->granted;
+  return budget->computing == (computes(ticket) ? 1 : 0) && (others == 0 || used <= budget->limit / 8);
+}
+
+static void set_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes, bool is_answered) {
+  bool did_compute = computes(ticket);
+  ticket->is_answered = is_answered;
+  budget->computing += (size_t)(bytes > 0 && !is_answered) - (size_t)did_compute;
   atomic_fetch_add(&budget->used, bytes - ticket->granted);
   atomic_fetch_add(&budget->granted, bytes - ticket->granted);
   ticket->granted = bytes;
@@ -109,7 +118,7 @@ static bool raise_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) 
   while ((missing = shortage(budget, more)) > 0)
     if (!relieve(budget, missing)) break;
   if (missing > 0 && !is_alone(budget, ticket)) return false;
-  set_grant(budget, ticket, bytes);
+  set_grant(budget, ticket, bytes, false);
   return true;
 }
 
@@ -143,7 +152,7 @@ static void serve_waiting(api_budget *budget) {
       relieve(budget, shortage(budget, budget->first->needed));
       continue;
     }
-    set_grant(budget, ticket, ticket->needed);
+    set_grant(budget, ticket, ticket->needed, false);
     unlink_ticket(budget, ticket);
     pthread_mutex_unlock(&budget->lock);
     ticket->wake(ticket);
@@ -180,7 +189,7 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   bool is_less = bytes < ticket->granted, is_granted = true;
   pthread_mutex_lock(&budget->lock);
   if (is_less)
-    set_grant(budget, ticket, bytes);
+    set_grant(budget, ticket, bytes, false);
   else
     is_granted = raise_grant(budget, ticket, bytes);
   pthread_mutex_unlock(&budget->lock);
@@ -188,9 +197,19 @@ bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   return is_granted;
 }
 
+bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
+  if (!api_budget_grant(budget, ticket, bytes)) return false;
+  pthread_mutex_lock(&budget->lock);
+  set_grant(budget, ticket, bytes, true);
+  pthread_mutex_unlock(&budget->lock);
+  api_budget_poke(budget); /* the first of the queue may be alone now */
+  return true;
+}
+
 api_wait api_budget_wait(api_budget *budget, api_ticket *ticket, uint64_t bytes) {
   pthread_mutex_lock(&budget->lock);
-  if (ticket->granted > 0) set_grant(budget, ticket, 0); /* two that hold grants and wait could deadlock */
+  if (ticket->granted > 0)
+    set_grant(budget, ticket, 0, false); /* two that hold grants and wait could deadlock */
   api_wait result = API_WAIT_BEGUN;
   if (raise_grant(budget, ticket, bytes))
     result = API_WAIT_OVER;

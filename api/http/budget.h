@@ -4,8 +4,8 @@
  * Two kinds of memory count. What exists (cache entries, bodies) is added when it is made and subtracted when
  * it is freed; that never fails. What a request is about to use is granted to its ticket beforehand; a grant
  * that does not fit makes the request wait. Grants make room for themselves: idle cache entries go. A request
- * is always granted what it asks for when no other one has a grant, so a request that is alone is never
- * refused. */
+ * is always granted what it asks for when no other one that is computed has a grant, so a request that is
+ * alone is never refused. */
 #ifndef API_BUDGET_H
 #define API_BUDGET_H
 
@@ -34,6 +34,9 @@ uint64_t api_budget_granted(api_budget *budget);
 /* Makes the ticket's grant `bytes` in all, more or less than before. False when more does not fit: the grant
  * is as it was. */
 bool api_budget_grant(api_budget *budget, api_ticket *ticket, uint64_t bytes);
+/* The same for the answer that the ticket's request has got. A client may take very long over it: where such
+ * answers leave seven eighths of the budget, another request is alone beside them. */
+bool api_budget_keep(api_budget *budget, api_ticket *ticket, uint64_t bytes);
 
 typedef enum api_wait {
   API_WAIT_BEGUN,   /* the ticket is woken once, with `bytes` granted; do not touch it until then */

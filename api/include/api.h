@@ -205,6 +205,7 @@ typedef struct api_ticket {
   struct api_entry *promised;         /* what others wait for this request to make */
   uint64_t granted, needed;           /* bytes; needed: waited for last */
   bool is_waiting_for_memory, is_waiting_for_entry;
+  bool is_answered; /* `granted` is what the answer holds */
 } api_ticket;
 
 /* Ends a wait from outside (the client is gone, time is up). True when the ticket waited: it will not be

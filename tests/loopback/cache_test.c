@@ -351,6 +351,30 @@ TEST(a_request_that_is_alone_is_granted_anything) {
   api_budget_destroy(budget);
 }
 
+TEST(who_reads_a_small_answer_keeps_nobody_from_being_alone) {
+  api_budget *budget = api_budget_create(1000000, 2);
+  api_ticket reader = {0}, computing = {0};
+  loopback_ticket *large = loopback_ticket_create();
+  assert_true(api_budget_grant(budget, &reader, 300000));
+  assert_true(api_budget_keep(budget, &reader, 100000));
+  assert_int_equal(reader.granted, 100000);
+  assert_true(api_budget_grant(budget, &computing, 20000));
+  assert_int_equal(api_budget_wait(budget, &large->ticket, 50000000), API_WAIT_BEGUN);
+  assert_int_equal(large->ticket.granted, 0);
+  assert_true(api_budget_keep(budget, &computing, 26000)); /* more than an eighth */
+  assert_int_equal(large->ticket.granted, 0);
+  assert_true(api_budget_keep(budget, &computing, 25000));
+  loopback_ticket_await(large);
+  assert_int_equal(large->ticket.granted, 50000000);
+  assert_false(api_budget_keep(budget, &computing, 200000)); /* which is still no more than fits */
+  api_budget_grant(budget, &large->ticket, 0);
+  api_budget_grant(budget, &computing, 0);
+  api_budget_grant(budget, &reader, 0);
+  loopback_ticket_destroy(NULL, large);
+  assert_int_equal(api_budget_used(budget), 0);
+  api_budget_destroy(budget);
+}
+
 TEST(small_requests_find_room_where_large_ones_do_not) {
   api_budget *budget = api_budget_create(160000000, 2);
   api_ticket large = {0}, next = {0}, small = {0};
