@@ -32,9 +32,9 @@ typedef struct api_value {
 } api_value;
 
 /* Checks a document of at most values_max values, and parses its root object. text: outlives the reading.
- * value->item is freed with api_json_close. */
-tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *value);
-void api_json_close(api_value *root);
+ * root->item is freed with api_json_close. */
+tw_status api_json_open(api_json *json, const char *text, size_t size, uint64_t values_max, api_value *root);
+void api_json_close(api_value *value);
 
 tw_status api_json_fail(const api_value *value, tw_status status, const char *format, ...) TW_PRINTF(3, 4);
 /* The same where a function of the library has filled the error, whose pointer is relative to the value. */

@@ -176,8 +176,8 @@ static void leave_world(void *context, const float *now, uint32_t rows) {
     double from[3];
     tw_matrix_move(world->matrix, shown);
     bool has_moved = shown[0] != point[0] || shown[1] != point[1] || shown[2] != point[2];
-    for (int c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
-    for (int c = 0; c < 3; c++) {
+    for (size_t c = 0; c < 3; c++) from[c] = (double)point[c] - (double)world->matrix[12 + c];
+    for (size_t c = 0; c < 3; c++) {
       const double *row = &world->cofactors[3 * c];
       point[c] = has_moved
                      ? (float)((row[0] * from[0] + row[1] * from[1] + row[2] * from[2]) / world->determinant)

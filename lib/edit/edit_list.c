@@ -9,9 +9,28 @@
 
 const char *const tw_edit_element_names[3] = {"faces", "edges", "vertices"};
 const char *const tw_edit_names[TW_EDIT_KINDS] = {
-    "extrude", "inset",  "loop_cut",    "subdivide", "delete",      "merge",   "fill",
-    "mirror",  "move",   "rotate",      "scale",     "crease",      "corner",  "hole",
-    "flip",    "orient", "triangulate", "quads",     "drop_pieces", "despike", "smooth"};
+    [TW_EDIT_EXTRUDE] = "extrude",
+    [TW_EDIT_INSET] = "inset",
+    [TW_EDIT_LOOP_CUT] = "loop_cut",
+    [TW_EDIT_SUBDIVIDE] = "subdivide",
+    [TW_EDIT_DELETE] = "delete",
+    [TW_EDIT_MERGE] = "merge",
+    [TW_EDIT_FILL] = "fill",
+    [TW_EDIT_MIRROR] = "mirror",
+    [TW_EDIT_MOVE] = "move",
+    [TW_EDIT_ROTATE] = "rotate",
+    [TW_EDIT_SCALE] = "scale",
+    [TW_EDIT_CREASE] = "crease",
+    [TW_EDIT_CORNER] = "corner",
+    [TW_EDIT_HOLE] = "hole",
+    [TW_EDIT_FLIP] = "flip",
+    [TW_EDIT_ORIENT] = "orient",
+    [TW_EDIT_TRIANGULATE] = "triangulate",
+    [TW_EDIT_QUADS] = "quads",
+    [TW_EDIT_DROP_PIECES] = "drop_pieces",
+    [TW_EDIT_DESPIKE] = "despike",
+    [TW_EDIT_SMOOTH] = "smooth",
+};
 
 enum { FACES = 1 << TW_EDIT_FACES, EDGES = 1 << TW_EDIT_EDGES, VERTICES = 1 << TW_EDIT_VERTICES, ALL = 8 };
 
