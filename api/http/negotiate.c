@@ -194,12 +194,3 @@ api_coding api_coding_accepted(const char *accept_encoding, bool is_text) {
 bool api_coding_allowed(const char *accept_encoding, const char *coding) {
   return accept_encoding && coding_quality(accept_encoding, coding) > 0;
 }
-
-bool api_type_is_text(const char *type) {
-  static const char *const texts[] = {
-      "application/json", "application/x-ndjson",  "text/csv", "text/plain", "text/html", "model/obj",
-      "text/javascript",  "application/typescript"};
-  for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
-    if (strcmp(type, texts[i]) == 0) return true;
-  return false;
-}

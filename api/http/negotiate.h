@@ -9,6 +9,7 @@
 typedef struct api_offer {
   const char *extension; /* "glb"; "" where the route has no extensions */
   const char *type;      /* media type, without parameters */
+  bool is_text;          /* codings make it much shorter */
 } api_offer;
 
 /* The offer that an Accept header (RFC 9110, section 12.5.1; NULL: anything) likes best, the first
@@ -47,9 +48,6 @@ api_coding api_coding_accepted(const char *accept_encoding, bool is_text);
 
 /* Whether an Accept-Encoding takes this coding. */
 bool api_coding_allowed(const char *accept_encoding, const char *coding);
-
-/* Whether a media type is text that codings make much shorter. */
-bool api_type_is_text(const char *type);
 
 /* A view, not terminated. */
 typedef struct api_span {

@@ -33,26 +33,26 @@ static const char *const live_parameters[] = {"clip",  "speed",         "fps",  
                                               "loop",  "space",         "as",       "order", "unit",
                                               "nodes", "interpolation", "skinning", NULL};
 
-static const api_offer json_offers[] = {{"json", "application/json"}, {0}};
-static const api_offer page_offers[] = {{"", "text/html"}, {0}};
-static const api_offer script_offers[] = {{"", "text/javascript"}, {0}};
-static const api_offer types_offers[] = {{"", "application/typescript"}, {0}};
-static const api_offer text_offers[] = {{"", "text/plain"}, {0}};
+static const api_offer json_offers[] = {{"json", "application/json", true}, {0}};
+static const api_offer page_offers[] = {{"", "text/html", true}, {0}};
+static const api_offer script_offers[] = {{"", "text/javascript", true}, {0}};
+static const api_offer types_offers[] = {{"", "application/typescript", true}, {0}};
+static const api_offer text_offers[] = {{"", "text/plain", true}, {0}};
 /* The one form of a source is that of its bytes, which are not read yet. */
-static const api_offer source_offers[] = {{"source", "*/*"}, {0}};
+static const api_offer source_offers[] = {{"source", "*/*", false}, {0}};
 /* In the order of surface_form in surfaces.c. */
-static const api_offer surface_offers[] = {{"glb", "model/gltf-binary"},
-                                           {"gltf", "model/gltf+json"},
-                                           {"obj", "model/obj"},
-                                           {"json", "application/json"},
+static const api_offer surface_offers[] = {{"glb", "model/gltf-binary", false},
+                                           {"gltf", "model/gltf+json", false},
+                                           {"obj", "model/obj", true},
+                                           {"json", "application/json", true},
                                            {0}};
 /* In the order of api_pose_form. */
-static const api_offer pose_offers[] = {{"json", "application/json"},
-                                        {"ndjson", "application/x-ndjson"},
-                                        {"bin", "application/octet-stream"},
-                                        {"csv", "text/csv"},
+static const api_offer pose_offers[] = {{"json", "application/json", true},
+                                        {"ndjson", "application/x-ndjson", true},
+                                        {"bin", "application/octet-stream", false},
+                                        {"csv", "text/csv", true},
                                         {0}};
-static const api_offer live_offers[] = {{"", "text/event-stream"}, {0}};
+static const api_offer live_offers[] = {{"", "text/event-stream", false}, {0}};
 
 /* A path and its tail. */
 #define WHOLE(path)    path, NULL
@@ -226,7 +226,7 @@ static api_outcome choose_offer(api_call *call) {
 
 static void choose_coding(api_call *call) {
   const char *accepted = api_call_header(call, "Accept-Encoding");
-  call->coding = api_coding_accepted(accepted, api_type_is_text(call->offer->type));
+  call->coding = api_coding_accepted(accepted, call->offer->is_text);
 }
 
 static api_outcome check_length(api_call *call) {
@@ -343,7 +343,7 @@ static bool begin(api_call *call, api_service *service, const api_request *reque
 /* What chose among the answers that this URL has. */
 static void add_vary(api_call *call) {
   static const char *const fields[] = {"Accept", "Accept-Encoding", "Authorization, X-API-Key", "Origin"};
-  bool is_coded = call->offer && (call->coding != API_CODING_NONE || api_type_is_text(call->offer->type));
+  bool is_coded = call->offer && (call->coding != API_CODING_NONE || call->offer->is_text);
   const bool counts[] = {!call->has_one_form, is_coded, api_access_asks(call), api_access_varies(call)};
   char list[80], *end = list;
   for (size_t i = 0; i < sizeof fields / sizeof *fields; i++)
