@@ -301,7 +301,7 @@ static void print_pose(api_pose_body *body, float time, tw_text *text) {
     print_json_pose(request, time, row, text);
     tw_text_add(text, "\n");
     break;
-  case API_POSE_BIN: api_text_room_filled(row, count); break;
+  case API_POSE_BIN: tw_text_room_filled(row, count); break;
   case API_POSE_CSV: print_csv_pose(request, time, row, text); break;
   }
 }

@@ -185,7 +185,7 @@ float *tw_text_room(tw_text *text, size_t count) {
   return (float *)(void *)end;
 }
 
-void api_text_room_filled(float *values, size_t count) {
+void tw_text_room_filled(float *values, size_t count) {
   if (__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__) return;
   for (size_t i = 0; i < count; i++) {
     uint32_t bits;

@@ -71,10 +71,7 @@ static tw_word next_word(stl_text *text) {
 
 /* Without regard to case. word: in lower case. */
 static bool word_is(tw_word found, const char *word) {
-  size_t length = strlen(word);
-  for (size_t i = 0; found.length == length && i < length; i++)
-    if ((found.text[i] | 0x20) != word[i]) return false;
-  return found.length == length;
+  return found.length == strlen(word) && tw_word_begins(found, word);
 }
 
 static tw_status read_point(stl_text *text, float out[3], tw_error *error) {

@@ -4,7 +4,6 @@
 
 #include <math.h>
 #include <string.h>
-#include <strings.h>
 
 #include "number.h"
 
@@ -18,17 +17,25 @@ static inline bool tw_word_is(tw_word word, const char *text) {
   return strlen(text) == word.length && memcmp(word.text, text, word.length) == 0;
 }
 
+/* Without regard to case. begin: in lower case. */
+static inline bool tw_word_begins(tw_word word, const char *begin) {
+  size_t length = strlen(begin), i = 0;
+  if (word.length < length) return false;
+  while (i < length && (word.text[i] | 0x20) == begin[i]) i++;
+  return i == length;
+}
+
 /* What printf makes of a value that is not finite, at the beginning of a text: "nan", "-inf", "-nan(ind)".
  * Its length. */
 static inline size_t tw_word_begin_not_finite(tw_word word, double *out) {
-  const char *at = word.text, *end = word.text + word.length;
-  if (at < end && (*at == '-' || *at == '+')) at++;
-  bool is_nan = end - at >= 3 && strncasecmp(at, "nan", 3) == 0;
-  if (!is_nan && !(end - at >= 3 && strncasecmp(at, "inf", 3) == 0)) return 0;
-  at += 3;
-  const char *close = at < end && *at == '(' ? (const char *)memchr(at, ')', (size_t)(end - at)) : NULL;
+  size_t sign = word.length > 0 && (word.text[0] == '-' || word.text[0] == '+') ? 1 : 0, used = sign + 3;
+  const tw_word name = {word.text + sign, word.length - sign};
+  bool is_nan = tw_word_begins(name, "nan");
+  if (!is_nan && !tw_word_begins(name, "inf")) return 0;
+  bool is_open = used < word.length && word.text[used] == '(';
+  const char *close = is_open ? (const char *)memchr(word.text + used, ')', word.length - used) : NULL;
   *out = is_nan ? NAN : INFINITY;
-  return (size_t)((close ? close + 1 : at) - word.text);
+  return close ? (size_t)(close - word.text) + 1 : used;
 }
 
 /* A number at the beginning of a text, or what stands where one is not finite; returns its length, 0 where

@@ -1,4 +1,4 @@
-// The shapes and edits that the panel offers, with their parameters as API.md has them: the page's first values, which say
+// The shapes and edits that the panel offers, with their parameters as openapi.json has them: the page's first values, which say
 // their types too.
 
 export const SHAPES = {

@@ -62,7 +62,7 @@ void tw_text_vectors(tw_text *text, const float *values, size_t stride, size_t w
  * multiple of four bytes. */
 float *tw_text_room(tw_text *text, size_t count);
 /* Makes them little-endian, whatever the machine's order. */
-void api_text_room_filled(float *values, size_t count);
+void tw_text_room_filled(float *values, size_t count);
 
 #ifdef __cplusplus
 }
